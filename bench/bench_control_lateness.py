@@ -36,7 +36,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from tests.chaos.lateness import late_ms  # noqa: E402
-from tests.chaos.launched import Launched, free_port, wait_for  # noqa: E402
+from tests.chaos.launch_process import LaunchProcess, free_port, wait_for  # noqa: E402
 from tests.devices.emulated import Emulator  # noqa: E402
 
 WITNESS = "tests.chaos.lateness:LatenessNode"
@@ -56,7 +56,7 @@ MAPPERS = {
     "idle": busy(busy=False),
     "a loop that never rests": busy(),
     "gmapping": GMAPPING,
-    "gmapping and a thread that never rests": {**GMAPPING, **busy(beside=True)},
+    "gmapping and a thread that never rests": {**GMAPPING, **busy(in_thread=True)},
 }
 
 
@@ -87,7 +87,7 @@ def launch_file(folder: Path, mapper: dict[str, Any], port: Path | None) -> Path
     return path
 
 
-def measure(node: RmwNode, one: Launched, seconds: float) -> tuple[dict[str, list[float]], float]:
+def measure(node: RmwNode, one: LaunchProcess, seconds: float) -> tuple[dict[str, list[float]], float]:
     """Return the delays by loop, and the share of a core that the busy process used."""
     offsets: dict[str, list[float]] = {loop: [] for loop in LOOPS}
     for loop, said in offsets.items():
@@ -106,11 +106,13 @@ def measure(node: RmwNode, one: Launched, seconds: float) -> tuple[dict[str, lis
 
 
 @contextmanager
-def running(folder: Path, mapper: dict[str, Any], *, simulated: bool) -> Iterator[tuple[Launched, RmwNode]]:
+def running(
+    folder: Path, mapper: dict[str, Any], *, simulated: bool
+) -> Iterator[tuple[LaunchProcess, RmwNode]]:
     """Run it until the context is left."""
     board = None if simulated else Emulator(folder, "chefbot_lidar")
     file = launch_file(folder, mapper, None if board is None else board.path)
-    one = Launched(["launch", str(file), "headless:=true"], free_port())
+    one = LaunchProcess(["launch", str(file), "headless:=true"], free_port())
     try:
         with RmwContext(port=one.port, router=False) as wire, RmwNode(wire, "bench") as node:
             yield one, node

@@ -17,7 +17,7 @@ from chefbot.maths.angles import wrap
 from chefbot.robot.load import load_robot
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "odometry"))
-from faulty_drive import RATE, Faults, drive, hotel_round
+from imperfect_robot import RATE, Faults, drive, hotel_drive
 from synchronous import SynchronousEkf
 
 ROBOT = load_robot("chefbot")
@@ -26,7 +26,7 @@ RUNS = 40
 
 def drift(metres: float, gyro_gain: float, with_gyro: bool) -> tuple[float, float, float, float]:
     """Return median and 90 % position error (m), RMS yaw error (deg), mean NEES of RUNS runs."""
-    commands, rows = hotel_round(metres=metres), []
+    commands, rows = hotel_drive(metres=metres), []
     for seed in range(RUNS):
         odometry = SynchronousEkf(ROBOT)
         for r in drive(ROBOT, commands, Faults(gyro_gain=gyro_gain), np.random.default_rng(seed)):

@@ -12,7 +12,7 @@ import numpy as np
 from chefbot.odometry.ekf import Ekf
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "odometry"))
-from bags import BODY, load
+from robot_localization_bags import BODY, load
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = Path(os.environ.get("CHEFBOT_SHARED", ROOT.parent / "shared")) / "data" / "ekf"

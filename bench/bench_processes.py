@@ -23,8 +23,8 @@ from chefbot.demo.processes import PROCESSES
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.chaos.launched import launched, wait_for  # noqa: E402
-from tests.chaos.waiter import Blow, waiting_robot  # noqa: E402
+from tests.chaos.delivery_launch import ProcessFault, localized_robot  # noqa: E402
+from tests.chaos.launch_process import run_launch_file, wait_for  # noqa: E402
 from tests.support.processes import children_of, is_alive  # noqa: E402
 
 ARRIVED_M = 0.35
@@ -42,15 +42,15 @@ class Death(NamedTuple):
 
 def death_of(process: str) -> Death:
     """Measure one kill on the way to a table."""
-    with tempfile.TemporaryDirectory() as folder, waiting_robot(Path(folder)) as watched:
-        watched.order("table_1")
-        wait_for(lambda: watched.has("driving", "table_1"))
-        blow = Blow(watched, process)
-        back = blow.wait_until_back()
-        wait_for(lambda: watched.has("waiting", "table_1"))
-        arrived = watched.at("table_1") < ARRIVED_M
-        watched.one.stop()
-        return Death(blow.stopped_ms, back, arrived)
+    with tempfile.TemporaryDirectory() as folder, localized_robot(Path(folder)) as observer:
+        observer.order("table_1")
+        wait_for(lambda: observer.delivery_is("driving", "table_1"))
+        fault = ProcessFault(observer, process)
+        back = fault.wait_until_back()
+        wait_for(lambda: observer.delivery_is("waiting", "table_1"))
+        arrived = observer.distance_to("table_1") < ARRIVED_M
+        observer.chefbot.stop()
+        return Death(fault.stopped_ms, back, arrived)
 
 
 def show_deaths(process: str, times: int) -> bool:
@@ -64,7 +64,7 @@ def show_deaths(process: str, times: int) -> bool:
 
 def start_and_stop() -> tuple[float, int]:
     """Return the seconds that a launch with a worker takes to end after Ctrl-C, and the processes left behind."""
-    with launched("toys.yaml") as (one, node):
+    with run_launch_file("two_processes.yaml") as (one, node):
         wait_for(lambda: "frames" in {found.name for found in node.wire.graph.nodes()})
         children = children_of(one.process.pid)
         began = time.monotonic()

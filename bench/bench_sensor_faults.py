@@ -14,7 +14,15 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.chaos.driven_blind import CONTACT, ROBOTS, TITLES, drive_into, free_ways, sensors_of, side_of  # noqa: E402  # noqa: E402
+from tests.chaos.sensor_fault_drive import (  # noqa: E402
+    CONTACT,
+    ROBOTS,
+    TITLES,
+    box_offset,
+    drive_with_fault,
+    sensors_of,
+    straight_free_starts,
+)
 
 FAULTS = ("stop", "freeze")
 
@@ -22,7 +30,7 @@ FAULTS = ("stop", "freeze")
 def main() -> None:
     """Print a line for each robot, sensor and fault."""
     places, seed = (int(one) for one in [*sys.argv[1:], *("20", "1")[len(sys.argv) - 1 :]])
-    ways = free_ways("hotel", places, seed)
+    ways = straight_free_starts("hotel", places, seed)
     print(
         f"{'robot':14}{'sensor':8}{'fault':8}{'hits':>6}{'fastest, m/s':>14}{'stands after, s':>17}{'named':>8}"
     )
@@ -30,7 +38,7 @@ def main() -> None:
         for sensor in sensors_of(robot):
             for fault in FAULTS:
                 runs = [
-                    drive_into(robot, way, fault, sensor, side_of(place), seed + place)
+                    drive_with_fault(robot, way, fault, sensor, box_offset(place), seed + place)
                     for place, way in enumerate(ways)
                 ]
                 hits = sum(run.contact > CONTACT for run in runs)

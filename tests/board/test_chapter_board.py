@@ -25,7 +25,7 @@ from chefbot.msgs.sensor_msgs import Imu, Range
 STEP_NS = round(PERIOD * 1e9)
 
 
-class Desk:
+class BoardBench:
     """Link and board, loop by loop."""
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ class Desk:
 
 
 def test_the_host_controls_the_speed_for_a_board_without_pid() -> None:
-    desk = Desk()
+    desk = BoardBench()
     desk.run(20, 0.0)
     desk.run(150, 0.1)
     assert math.isclose(desk.board.rim, 0.1, rel_tol=0.05)
@@ -67,7 +67,7 @@ def test_targets_never_exceed_the_maximum_speed(left: float, right: float) -> No
 
 
 def test_the_wheels_never_exceed_the_maximum_speed() -> None:
-    desk = Desk()
+    desk = BoardBench()
     desk.run(20, 0.0)
     desk.run(200, 1.0)
     assert math.isclose(desk.board.rim, MAX_SPEED, rel_tol=0.05)
@@ -76,7 +76,7 @@ def test_the_wheels_never_exceed_the_maximum_speed() -> None:
 @pytest.mark.parametrize("fault", ["no commands", "not a number", "stop", "no ticks"])
 def test_zero_speed_is_sent_repeatedly(fault: str) -> None:
     """It has no watchdog: silence would leave it driving."""
-    desk = Desk()
+    desk = BoardBench()
     desk.run(20, 0.0)
     desk.run(50, 0.1)
     if fault == "stop":
@@ -92,7 +92,7 @@ def test_zero_speed_is_sent_repeatedly(fault: str) -> None:
 
 
 def test_after_a_stop_it_waits_for_a_zero_command() -> None:
-    desk = Desk()
+    desk = BoardBench()
     desk.run(20, 0.0)
     desk.link.stop(desk.now)
     desk.link.clear(desk.now)
@@ -104,7 +104,7 @@ def test_after_a_stop_it_waits_for_a_zero_command() -> None:
 
 
 def test_a_damaged_count_is_skipped_and_a_restart_followed() -> None:
-    desk = Desk()
+    desk = BoardBench()
     desk.run(20, 0.0)
     good = desk.ticks[-1].left
     count = len(desk.ticks)
@@ -118,7 +118,7 @@ def test_a_damaged_count_is_skipped_and_a_restart_followed() -> None:
 
 
 def test_other_sensors_report_their_uncertainty() -> None:
-    desk = Desk()
+    desk = BoardBench()
     desk.run(5, 0.0)
     ranges = [message for message in desk.messages if isinstance(message, Range)]
     imus = [message for message in desk.messages if isinstance(message, Imu)]

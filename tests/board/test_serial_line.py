@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from tests.devices.session import BITS, MS, ROBOT, motion, opened, sent_lines, speeds, wrapped
-from tests.firmware.lines import framed
+from tests.firmware.serial_lines import add_checksum
 
 from chefbot.board import BoardSession, LineSplitter, ReceivedLine, SensorConverter, frame, parse, unframe
 from chefbot.board.clock_sync import ClockSync
@@ -32,7 +32,7 @@ def stream(count: int, first: int = 0) -> list[bytes]:
         "{t} 5 0 0",
     )
     return [
-        framed(f"{'eisubt'[n % 6]} {(first + n) % 65536} " + kinds[n % 6].format(t=n * STEP_US))
+        add_checksum(f"{'eisubt'[n % 6]} {(first + n) % 65536} " + kinds[n % 6].format(t=n * STEP_US))
         for n in range(count)
     ]
 
@@ -53,7 +53,7 @@ def lines_of(raw: list[bytes]) -> list[BoardLine]:
 
 @given(st.text(st.characters(min_codepoint=32, max_codepoint=126)))
 def test_framing_round_trips(text: str) -> None:
-    assert frame(text) == framed(text)
+    assert frame(text) == add_checksum(text)
     assert unframe(frame(text)[:-1]) == text
 
 
@@ -79,7 +79,7 @@ def test_random_bytes_are_not_lines(data: bytes) -> None:
 )
 def test_a_valid_crc_alone_is_not_a_line(text: str, sequence: int) -> None:
     """A line with a valid CRC is parsed to values that fit their fields, or not at all."""
-    line = parse(framed(text)[:-1])
+    line = parse(add_checksum(text)[:-1])
     if line is not None:
         assert 0 <= line.sequence < 65536
         assert getattr(line, "t", 0) < BITS
@@ -90,7 +90,7 @@ def test_every_message_type_is_parsed() -> None:
     assert names == ["MotionLine", "InertiaLine", "StatusLine", "EchoLine", "BatteryLine", "UptimeLine"]
     answer = "v 37 7 chefbot 1 host 5C093193 8400000 100 1000 10909 10399 10695 14854 4136 03"
     other = "v 37 7 chefbot 2 host whatever it says then"
-    assert [type(parse(framed(text)[:-1])).__name__ for text in (answer, other)] == [
+    assert [type(parse(add_checksum(text)[:-1])).__name__ for text in (answer, other)] == [
         "VersionLine",
         "UnsupportedVersionLine",
     ]
@@ -341,7 +341,7 @@ def test_emergency_stop_is_sent_until_the_board_confirms() -> None:
     session = opened()
     said = [session.stop(1100 * MS)] + [session.data_to_send((1100 + 20 * n) * MS) for n in range(1, 30)]
     assert all("x" in {words[0] for words in sent_lines(data)} for data in said)
-    session.receive_data(framed("e 2 1700000 0 0 0 0 0302"), 1700 * MS)
+    session.receive_data(add_checksum("e 2 1700000 0 0 0 0 0302"), 1700 * MS)
     later = b"".join(session.data_to_send((1710 + 20 * n) * MS) for n in range(10))
     assert "x" not in {words[0] for words in sent_lines(later)}
 
@@ -353,7 +353,7 @@ def test_a_board_with_other_version_or_ticks_is_refused() -> None:
     ):
         session = BoardSession(ROBOT)
         (hello,) = sent_lines(session.data_to_send(0))
-        session.receive_data(framed(f"v 0 {hello[1]} {answer}"), 0)
+        session.receive_data(add_checksum(f"v 0 {hello[1]} {answer}"), 0)
         assert not session.is_open
         assert (
             session.refused is not None
@@ -367,7 +367,7 @@ def test_an_answer_to_another_handshake_is_ignored() -> None:
     session = BoardSession(ROBOT)
     session.data_to_send(0)
     ticks = round(1000 * ROBOT.motor.ticks_per_turn)
-    session.receive_data(framed(f"v 0 77777 chefbot 1 test 00000000 {ticks} 100 1000 9 9 9 9 7 03"), 0)
+    session.receive_data(add_checksum(f"v 0 77777 chefbot 1 test 00000000 {ticks} 100 1000 9 9 9 9 7 03"), 0)
     assert not session.is_open
 
 

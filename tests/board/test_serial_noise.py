@@ -69,7 +69,7 @@ class Rig:
         """A control step; command: speeds of the wheels at the ground, m/s."""
         self.now += STEP_NS
         self._roll()
-        self.board.live_imu()
+        self.board.set_imu_at_rest()
         self.board.lib.chefbot_board_advance(self.board.handle, STEP_NS // 1000)
         for heard in self.session.receive_data(self._over(self.board.read()), self.now):
             for message in self.sensors.messages(heard):

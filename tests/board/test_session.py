@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.firmware.lines import framed
+from tests.firmware.serial_lines import add_checksum
 
 from chefbot.board.compatibility import LIMITS, constant_differences, incompatibility
 from chefbot.board.firmware_constants import firmware_constants
@@ -53,11 +53,11 @@ def version(**changes: Any) -> VersionLine:
 def answer(token: str, first: int = 7) -> bytes:
     limits = " ".join(str(CONSTANTS[name]) for name in LIMITS)
     ticks, digest = CONSTANTS["ticks_per_turn_milli"], CONSTANTS["hash"] % (1 << 32)
-    return framed(f"v 0 {token} chefbot 1 test {digest:08X} {ticks} 100 1000 {limits} {first} 03")
+    return add_checksum(f"v 0 {token} chefbot 1 test {digest:08X} {ticks} 100 1000 {limits} {first} 03")
 
 
 def motion(number: int, now_ns: int, flags: int = 0) -> bytes:
-    return framed(f"e {number} {now_ns // 1000} 0 0 0 0 {flags:04X}")
+    return add_checksum(f"e {number} {now_ns // 1000} 0 0 0 0 {flags:04X}")
 
 
 def fields(data: bytes) -> list[list[str]]:

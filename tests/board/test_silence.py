@@ -35,7 +35,7 @@ class Line:
         while self._wire and self._wire[0][0] <= self.ms * 1000:
             self.board.write(self._wire.pop(0)[1])
         if self.ms % 10 == 0:
-            self.board.live_imu()
+            self.board.set_imu_at_rest()
         for wheel in (0, 1):
             self.board.lib.chefbot_board_turn(self.board.handle, wheel, self.board.state.set[wheel] // 1000)
         self.board.lib.chefbot_board_advance(self.board.handle, 1000)

@@ -49,7 +49,7 @@ from chefbot.runtime.replay import Replay, read_log
 
 def test_node_topics_are_bridged_in_both_directions(port: int) -> None:
     with running(port, "doubler") as one:
-        double = one.hear("/double", Float64)
+        double = one.subscribe("/double", Float64)
         count = one.outsider.publisher("/count", Float64)
         wait_for(
             lambda: (
@@ -78,7 +78,7 @@ def test_nodes_appear_in_the_graph_with_their_endpoints(port: int) -> None:
 
 def test_the_simulation_clock_is_published(port: int) -> None:
     with running(port, "counter") as one:
-        clock = one.hear("/clock", Clock, CLOCK)
+        clock = one.subscribe("/clock", Clock, CLOCK)
         first, second = (clock.get(timeout=PATIENCE).clock.ns for _ in range(2))
         assert second - first == 100_000_000
 
@@ -87,14 +87,17 @@ def test_the_simulation_clock_is_published(port: int) -> None:
 def test_latched_messages_reach_late_subscribers(port: int) -> None:
     with running(port, "cook", "guest") as one:
         wait_for(lambda: one.system.nodes["guest"].results)
-        dishes = one.hear("/dishes", String, TRANSIENT_LOCAL_QOS)
+        dishes = one.subscribe("/dishes", String, TRANSIENT_LOCAL_QOS)
         wait_for(lambda: dishes.get(timeout=PATIENCE).data == "salad")  # "soup" may still be on its way
 
 
 def test_invalid_messages_are_reported_and_not_delivered(port: int) -> None:
     with running(port, "doubler") as one:
-        double, diagnostics = one.hear("/double", Float64), one.hear("/diagnostics", DiagnosticArray)
-        logs = one.hear("/rosout", Log, ROSOUT)
+        double, diagnostics = (
+            one.subscribe("/double", Float64),
+            one.subscribe("/diagnostics", DiagnosticArray),
+        )
+        logs = one.subscribe("/rosout", Log, ROSOUT)
         count = one.outsider.publisher("/count", Float64)
         key = topic_key(0, "/count", InterfaceType.of(Float64))
         wait_for(
@@ -116,7 +119,7 @@ def test_invalid_messages_are_reported_and_not_delivered(port: int) -> None:
 
 def test_remarks_are_published_on_rosout(port: int) -> None:
     with running(port, "doubler") as one:
-        logs = one.hear("/rosout", Log, ROSOUT)
+        logs = one.subscribe("/rosout", Log, ROSOUT)
         one.system.loop.post(lambda: one.system.loop.publish("x/remark", String("mind the step"), "doubler"))
         log = logs.get(timeout=PATIENCE)
         assert (log.name, log.msg) == ("doubler", "mind the step")
@@ -124,7 +127,7 @@ def test_remarks_are_published_on_rosout(port: int) -> None:
 
 def test_a_cmd_vel_publisher_is_named_the_right_topic_once(port: int) -> None:
     with running(port, "base") as one:
-        logs = one.hear("/rosout", Log, ROSOUT)
+        logs = one.subscribe("/rosout", Log, ROSOUT)
         remarks: list[str] = []
         one.system.loop.add_observer(
             lambda said: remarks.append(said.message.data) if said.topic == "wire/remark" else None
@@ -141,7 +144,7 @@ def test_a_cmd_vel_publisher_is_named_the_right_topic_once(port: int) -> None:
 
 def test_the_wheels_follow_local_processes_only(port: int) -> None:
     with running(port, "wheels") as one:
-        obeyed = one.hear("/obeyed", Float64)
+        obeyed = one.subscribe("/obeyed", Float64)
         stranger = one.outsider.publisher("/wheel_speeds", WheelSpeeds)
         wait_for(
             lambda: (
@@ -304,7 +307,7 @@ def test_parameters_are_set_where_the_node_allows_it(port: int, monkeypatch: pyt
 
     monkeypatch.setattr(Counter, "live_params", ("step",))
     with running(port, "counter") as one:
-        events = one.hear("/parameter_events", ParameterEvent)
+        events = one.subscribe("/parameter_events", ParameterEvent)
         client = one.outsider.client("/counter/set_parameters", SetParameters)
         wait_for(lambda: client.server_is_ready)
         value = ParameterValue(DOUBLE, double_value=5.0)

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
-from tests.chaos.launched import Launched, running, wait_for
+from tests.chaos.launch_process import LaunchProcess, run_chefbot, wait_for
 
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
@@ -55,7 +55,7 @@ class Late:
 class Gate:
     """The launch above, two people who can press STOP, and one who drives."""
 
-    def __init__(self, one: Launched, node: RmwNode) -> None:
+    def __init__(self, one: LaunchProcess, node: RmwNode) -> None:
         self.one, self.node = one, node
         self.speeds: list[float] = []
         self.people = [node.publisher("/stop_request", Bool) for _ in range(2)]
@@ -98,7 +98,7 @@ class Gate:
 def test_late_subscribers_and_restarted_bases_get_the_stop_state(tmp_path: Path) -> None:
     path = tmp_path / "gate.yaml"
     path.write_text(LAUNCH)
-    with running("launch", str(path)) as (one, node):
+    with run_chefbot("launch", str(path)) as (one, node):
         gate = Gate(one, node)
         first, second = gate.people
         assert Late(one.port).first() is False and gate.moves()

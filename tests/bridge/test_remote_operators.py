@@ -26,14 +26,14 @@ def until(condition: Callable[[], bool]) -> None:
 
 def place_of(page: Machine) -> tuple[float, float, float]:
     """x, y, speed as the page shows them."""
-    robot = page.ask("now robot")
+    robot = page.request("now robot")
     assert isinstance(robot, dict)
     return robot["x"], robot["y"], robot["v"]
 
 
 def goes_to(page: Machine, x: float, y: float) -> None:
     """A goal is given, and reached."""
-    page.ask(f'do {{"do":"goal","x":{x},"y":{y},"yaw":0}}')
+    page.request(f'do {{"do":"goal","x":{x},"y":{y},"yaw":0}}')
 
     def there() -> bool:
         here = place_of(page)
@@ -56,24 +56,26 @@ def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     there = network.chefbot("alice", "launch", "remote_page", "robot:=chefbot_lidar", *join)
     page = network.page_user("alice")
     for layer in ("map", "scan", "robot", "status", "fixed_frames", "description"):
-        assert page.ask(f"see {layer}"), layer
-    assert "kitchen" in str(page.ask("see places"))  # said once, before the page was there
+        assert page.request(f"see {layer}"), layer
+    assert "kitchen" in str(page.request("see places"))  # said once, before the page was there
 
-    page.ask(f"drive {HELD} 0 1.5")
+    page.request(f"drive {HELD} 0 1.5")
     driven = place_of(page)[0]
     assert 0.1 < driven < 0.4
-    page.tell(f"drive -{HELD} 0 4")
+    page.send(f"drive -{HELD} 0 4")
     time.sleep(1.0)
     network.link("alice", "down")
     page.answer()
     network.link("alice", "up")
-    until(lambda: page.ask("now status") != page.ask("now status"))
+    until(lambda: page.request("now status") != page.request("now status"))
     x, _, speed = place_of(page)
     assert abs(speed) < 0.01
     assert driven - 0.3 < x < driven  # 4 s of it would be 0.6 m
     goes_to(page, driven + 0.3, 0.2)
 
-    page.ask('do {"do":"open_door","name":"no_such"}')  # the robot answers on /rosout, where all nodes speak
+    page.request(
+        'do {"do":"open_door","name":"no_such"}'
+    )  # the robot answers on /rosout, where all nodes speak
     logs = network.chefbot("alice", "topic", "echo", "/rosout", "--field", "msg", "--duration", "6")
     assert "no_such" in end(logs)
 
@@ -83,9 +85,9 @@ def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     robot.send_signal(signal.SIGINT)
     end(robot)
     network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")
-    until(lambda: page.ask("pages") == 2)  # it comes again with the robot
-    assert page.ask("see map")
-    assert "kitchen" in str(page.ask("see places"))
+    until(lambda: page.request("pages") == 2)  # it comes again with the robot
+    assert page.request("see map")
+    assert "kitchen" in str(page.request("see places"))
     assert abs(place_of(page)[0]) < 0.05
     there.send_signal(signal.SIGINT)
     assert "The robot was restarted" in end(there)
@@ -96,7 +98,7 @@ def test_slam_and_web_ui_of_one_launch_run_on_another_machine(network: Network) 
     robot = network.chefbot("robot1", *same)
     network.chefbot("alice", *same, "--join", f"tls/{network.address('robot1')}")
     page = network.page_user("alice")
-    assert page.ask("see map")
+    assert page.request("see map")
     goes_to(page, 0.5, 0.2)
     robot.send_signal(signal.SIGINT)
     said = end(robot)
@@ -107,7 +109,7 @@ def test_slam_and_web_ui_of_one_launch_run_on_another_machine(network: Network) 
 def test_keyboard_teleop_runs_on_another_machine(network: Network) -> None:
     network.chefbot("robot1", "launch", "chefbot_empty_world", "robot:=chefbot_lidar", "pictures:=0")
     page = network.page_user("robot1")
-    page.ask("see robot")
+    page.request("see robot")
     mine, theirs = pty.openpty()
     keys = network.chefbot(
         "alice",
@@ -136,20 +138,20 @@ def test_emergency_stop_is_shared_by_all_pages_and_machines(network: Network) ->
     here, there = network.page_user("robot1"), network.page_user("alice")
 
     def shows(page: Machine, stopped: bool, asked: bool = False) -> bool:
-        status = page.ask("now status")
+        status = page.request("now status")
         assert isinstance(status, dict)
         return (status["stopped"], status["stop_pending"]) == (stopped, asked)
 
-    until(lambda: there.ask("now robot") is not None)
-    there.ask('do {"do":"stop"}')
+    until(lambda: there.request("now robot") is not None)
+    there.request('do {"do":"stop"}')
     until(lambda: shows(here, True) and shows(there, True))
-    here.ask('do {"do":"resume"}')
+    here.request('do {"do":"resume"}')
     until(lambda: shows(here, False) and shows(there, False))
     network.link("alice", "down")
-    there.ask('do {"do":"stop"}')
+    there.request('do {"do":"stop"}')
     until(lambda: shows(there, False, asked=True))
     assert shows(here, False)
     network.link("alice", "up")
     until(lambda: shows(here, True) and shows(there, True))
-    there.ask('do {"do":"resume"}')
+    there.request('do {"do":"resume"}')
     until(lambda: shows(here, False) and shows(there, False))

@@ -1,4 +1,4 @@
-"""Nodes that measure from within how punctual a process is, and one that keeps it busy."""
+"""Nodes that measure how late the callbacks of a process are, and nodes that keep it busy."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from chefbot.runtime.transform_buffer import TransformError
 
 
 class LatenessNode(Node):
-    """Hears what a node of its own process says on `ticks` and tells when that was: wall minus loop, seconds.
+    """Publishes for each message on `ticks` the wall time minus the loop's time, seconds.
 
-    At real time the least of these is what is in time; the others are late by how much they exceed it.
+    The publisher of `ticks` has to run in the same process. At a real-time factor of 1 the smallest offset is that of
+    a punctual callback; any other callback is late by the difference to it.
     """
 
     params: NoParams
@@ -31,46 +32,46 @@ class LatenessNode(Node):
 
 
 def late_ms(offsets: list[float]) -> np.ndarray:
-    """Of each in order, milliseconds behind the most punctual."""
+    """Return the lateness of each offset relative to the smallest, ms, shape (N,)."""
     return (np.array(offsets) - min(offsets)) * 1e3
 
 
 class BusyParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     busy: bool = True
-    beside: bool = False
-    """In a thread of its own, so that the process's other nodes go on."""
+    in_thread: bool = False
+    """Use a thread of its own, so that the other nodes of the process continue."""
 
 
 class BusyNode(Node):
-    """Leaves its process no rest: it counts for nearly all of its period, or all the time beside it."""
+    """Computes for 95 ms of each period of 100 ms, or without pause in a thread."""
 
     params: BusyParams
 
     def start(self) -> None:
-        """Counting holds the interpreter, as a careless node would."""
+        """Start the thread, which holds the interpreter lock most of the time."""
         self._ended = threading.Event()
-        if self.params.busy and self.params.beside:
-            threading.Thread(target=self._count, name="busy", daemon=True).start()
+        if self.params.busy and self.params.in_thread:
+            threading.Thread(target=self._compute, name="busy", daemon=True).start()
 
     def stop(self) -> None:
         self._ended.set()
         super().stop()
 
     @every(hz=10)
-    def count(self) -> None:
+    def compute(self) -> None:
         until = wall_ns() + 95_000_000
-        while self.params.busy and not self.params.beside and wall_ns() < until:
+        while self.params.busy and not self.params.in_thread and wall_ns() < until:
             pass
 
-    def _count(self) -> None:
+    def _compute(self) -> None:
         while not self._ended.is_set():
             pass
 
 
 class RoomScanNode(Node):
-    """Sensors in an empty room of 6 m by 5 m, at the place that odometry tells, for a robot without a world.
+    """Simulates sensors in an empty room of 6 m by 5 m at the pose of the odometry, for a robot without a world.
 
-    The lidar scans the walls; the camera sees bare floor.
+    The lidar scans the walls; the depth camera detects only floor.
     """
 
     params: NoParams
@@ -78,13 +79,13 @@ class RoomScanNode(Node):
     obstacles: Out[ObstacleScan]
 
     @every(hz=10)
-    def look(self) -> None:
+    def publish_scans(self) -> None:
         lidar = self.robot.sensors.lidar
         assert lidar is not None
         try:
             x, y, yaw = self.tf.lookup("odom", "laser")
         except TransformError:
-            return  # nothing is known yet
+            return  # there is no odometry yet
         angles = np.linspace(-np.pi, np.pi, lidar.beams, endpoint=False)
         along, across = np.cos(angles + yaw), np.sin(angles + yaw)
         with np.errstate(divide="ignore"):
@@ -103,15 +104,15 @@ class RoomScanNode(Node):
         self.obstacles.publish(ObstacleScan(header, -0.5, 1.0 / 160, 8.0, far, 0.5 * floor, floor))
 
 
-class PonderParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class LongCallbackParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     seconds: float = 3.0
     compiles: bool = False
 
 
-class PonderNode(Node):
-    """Is at one step for long, once: it counts, or compiles a kernel again and again."""
+class LongCallbackNode(Node):
+    """Has a callback that takes `seconds`, in which it computes or compiles kernels."""
 
-    params: PonderParams
+    params: LongCallbackParams
     ticks: In[Twist]
     done: Out[Float64]
 
@@ -124,7 +125,7 @@ class PonderNode(Node):
 
 
 def compile_a_kernel() -> None:
-    """Some tenths of a second."""
+    """Compile a function with Numba, which takes some tenths of a second."""
     import numba
 
     def kernel(cells: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""One seed twice, in several processes: the same deliveries, though not the same bytes."""
+"""Tests that two launches in several processes with the same seed publish the same sequence of delivery states."""
 
 from __future__ import annotations
 
@@ -7,32 +7,32 @@ from pathlib import Path
 import pytest
 
 from chefbot.msgs.std_msgs import Empty
-from tests.chaos.launched import tell, wait_for
-from tests.chaos.waiter import waiting_robot
+from tests.chaos.delivery_launch import localized_robot
+from tests.chaos.launch_process import report, wait_for
 
 Step = tuple[str, str, tuple[str, ...], tuple[str, ...]]
 
 
-def delivered(folder: Path) -> list[Step]:
-    """All that the waiter says it does with an order, to the end."""
+def run_deliveries(folder: Path) -> list[Step]:
+    """Return the delivery states of an order for two tables."""
     folder.mkdir()
-    with waiting_robot(folder, "seed:=7") as watched:
-        taken = watched.node.publisher("/taken", Empty)
-        count = len(watched.deliveries)
-        watched.order("table_2", "table_1")
+    with localized_robot(folder, "seed:=7") as observer:
+        taken = observer.node.publisher("/taken", Empty)
+        count = len(observer.deliveries)
+        observer.order("table_2", "table_1")
         for table in ("table_2", "table_1"):
-            wait_for(lambda: watched.has("waiting", table))  # noqa: B023
+            wait_for(lambda: observer.delivery_is("waiting", table))  # noqa: B023
             taken.publish(Empty())
-        wait_for(lambda: watched.has("idle", ""))
+        wait_for(lambda: observer.delivery_is("idle", ""))
         return [
-            (said.state, said.place, tuple(said.queue), tuple(said.delivered))
-            for said in watched.deliveries[count:]
+            (status.state, status.place, tuple(status.queue), tuple(status.delivered))
+            for status in observer.deliveries[count:]
         ]
 
 
 @pytest.mark.long
 def test_same_seed_gives_the_same_deliveries_in_order(tmp_path: Path) -> None:
-    one, other = delivered(tmp_path / "one"), delivered(tmp_path / "other")
-    tell("\n".join(f"{state:10} {place:10} {queue} {done}" for state, place, queue, done in one))
-    assert one == other
-    assert one[-1] == ("idle", "", (), ("table_2", "table_1"))
+    first, second = run_deliveries(tmp_path / "first"), run_deliveries(tmp_path / "second")
+    report("\n".join(f"{state:10} {place:10} {queue} {done}" for state, place, queue, done in first))
+    assert first == second
+    assert first[-1] == ("idle", "", (), ("table_2", "table_1"))

@@ -40,26 +40,26 @@ def test_deliver_waits_and_reports_the_outcome(
     fate: str, code: int, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with fake_robot(fate) as robot:
-        robot.know_places()
-        robot.wait_for_orders()
+        robot.show_places()
+        robot.show_waiting_for_order()
         assert order_delivery(["1", "table 2"], robot.url, wait=True) == code
-        assert robot.heard.get(timeout=PATIENCE) == Deliver(["table_1", "table_2"])
+        assert robot.commands.get(timeout=PATIENCE) == Deliver(["table_1", "table_2"])
     assert said in capsys.readouterr().out
 
 
 def test_deliver_returns_at_once_without_wait(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
-        robot.know_places()
-        robot.wait_for_orders()
+        robot.show_places()
+        robot.show_waiting_for_order()
         assert order_delivery(["2"], robot.url, wait=False) == 0
-        assert robot.heard.get(timeout=PATIENCE) == Deliver(["table_2"])
+        assert robot.commands.get(timeout=PATIENCE) == Deliver(["table_2"])
     assert capsys.readouterr().out == "ordered: table_2\n"
 
 
 def test_a_refused_order_is_reported() -> None:
     with fake_robot("refused") as robot:
-        robot.know_places()
-        robot.wait_for_orders()
+        robot.show_places()
+        robot.show_waiting_for_order()
         for wait in (True, False):
             with pytest.raises(UserError, match="not today"):
                 order_delivery(["2"], robot.url, wait)
@@ -67,18 +67,18 @@ def test_a_refused_order_is_reported() -> None:
 
 def test_an_unknown_table_is_refused_with_the_nearest_name() -> None:
     with fake_robot() as robot:
-        robot.know_places()
-        robot.wait_for_orders()
+        robot.show_places()
+        robot.show_waiting_for_order()
         with pytest.raises(UserError, match=r"'kitchn'.*did you mean 'kitchen'"):
             order_delivery(["1", "kitchn"], robot.url, wait=True)
-        assert robot.heard.empty()
+        assert robot.commands.empty()
 
 
 def test_confirm_shows_and_confirms_the_pending_step(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     with fake_robot() as robot:
-        robot.wait_for_food()
+        robot.show_waiting_for_food()
         assert confirm_step("", robot.url) == 0
         assert (
             f"In the kitchen.\n  chefbot drive confirm loaded --page '{robot.url}'" in capsys.readouterr().out
@@ -86,13 +86,13 @@ def test_confirm_shows_and_confirms_the_pending_step(
         with pytest.raises(UserError, match="does not wait for"):
             confirm_step("go-on", robot.url)
         assert confirm_step("loaded", robot.url) == 0
-        assert robot.heard.get(timeout=PATIENCE) == Loaded()
+        assert robot.commands.get(timeout=PATIENCE) == Loaded()
     assert capsys.readouterr().out == "On the way to table_1.\n"
 
 
 def test_a_press_that_changes_nothing_fails() -> None:
     with fake_robot() as robot:
-        robot.wait_for_food()
+        robot.show_waiting_for_food()
         assert confirm_step("taken", robot.url) == 1
 
 
@@ -100,15 +100,15 @@ def test_robot_without_delivery_names_the_launch_that_has_it() -> None:
     with fake_robot() as robot:
         with pytest.raises(UserError, match="amcl_demo"):
             order_delivery(["1"], robot.url, wait=True)
-        robot.know_places()
+        robot.show_places()
         with pytest.raises(UserError, match="amcl_demo"):
             order_delivery(["1"], robot.url, wait=True)
 
 
 def test_map_save_saves_what_the_robot_shows(tmp_path: Path) -> None:
     with fake_robot() as robot:
-        robot.know_places()
-        grid = robot.map_a_room()
+        robot.show_places()
+        grid = robot.show_map()
         save_running_map(tmp_path / "room", robot.url)
     saved = load_map(tmp_path / "room.yaml")
     assert np.array_equal(saved.cells, grid.cells)
@@ -122,8 +122,8 @@ def test_map_save_keeps_places_that_somebody_wrote(
     mine = tmp_path / "room.places.yaml"
     mine.write_text("places: {bar: {x: 1 m, y: 1 m}}\n")
     with fake_robot() as robot:
-        robot.know_places()
-        robot.map_a_room()
+        robot.show_places()
+        robot.show_map()
         save_running_map(tmp_path / "room", robot.url)
     assert list(load_places(mine)) == ["bar"]
     assert "kept" in capsys.readouterr().out
@@ -133,7 +133,7 @@ def test_map_save_without_a_map_or_a_folder(tmp_path: Path) -> None:
     with fake_robot() as robot:
         with pytest.raises(UserError, match="no map yet"):
             save_running_map(tmp_path / "room", robot.url)
-        robot.map_a_room()
+        robot.show_map()
         with pytest.raises(StorageError, match="cannot be written"):
             save_running_map(tmp_path / "none" / "room", robot.url)
     assert list(tmp_path.iterdir()) == []
@@ -151,9 +151,9 @@ def test_map_save_without_a_map_or_a_folder(tmp_path: Path) -> None:
 )
 def test_goto_sends_a_place_or_a_pose(target: list[str], command: Goal | GoPlace) -> None:
     with fake_robot() as robot:
-        robot.know_places()
+        robot.show_places()
         send_goal(target, robot.url)
-        assert robot.heard.get(timeout=PATIENCE) == command
+        assert robot.commands.get(timeout=PATIENCE) == command
 
 
 @pytest.mark.parametrize(
@@ -162,21 +162,21 @@ def test_goto_sends_a_place_or_a_pose(target: list[str], command: Goal | GoPlace
 )
 def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> None:
     with fake_robot() as robot:
-        robot.know_places()
+        robot.show_places()
         with pytest.raises(UserError, match=sentence):
             send_goal(target, robot.url)
-        assert robot.heard.empty()
+        assert robot.commands.empty()
 
 
 def test_a_goal_during_a_delivery_says_when() -> None:
     with fake_robot() as robot:
         send_goal(["1", "2"], robot.url, "after")
-        assert robot.heard.get(timeout=PATIENCE) == Goal(1.0, 2.0, 0.0, "after")
+        assert robot.commands.get(timeout=PATIENCE) == Goal(1.0, 2.0, 0.0, "after")
 
 
 def test_a_refused_goal_raises_its_sentence() -> None:
     with fake_robot("refused") as robot:
-        robot.know_places()
+        robot.show_places()
         with pytest.raises(UserError, match="not today"):
             send_goal(["kitchen"], robot.url)
 
@@ -184,13 +184,13 @@ def test_a_refused_goal_raises_its_sentence() -> None:
 def test_cancel_is_sent() -> None:
     with fake_robot() as robot:
         cancel_goal(robot.url)
-        assert robot.heard.get(timeout=PATIENCE) == Cancel()
+        assert robot.commands.get(timeout=PATIENCE) == Cancel()
 
 
 def test_stop_without_confirmation_gives_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         assert press_stop(robot.url) == 1
-        assert isinstance(robot.heard.get(timeout=PATIENCE), Stop)
+        assert isinstance(robot.commands.get(timeout=PATIENCE), Stop)
     assert "has not confirmed" in capsys.readouterr().out
 
 
@@ -199,7 +199,7 @@ def test_stop_waits_for_the_confirmation_of_its_own_press(monkeypatch: pytest.Mo
     with fake_robot() as robot:
 
         def confirm() -> None:
-            press = robot.heard.get(timeout=PATIENCE)
+            press = robot.commands.get(timeout=PATIENCE)
             assert isinstance(press, Stop)
             robot.server.set_layer("stop", StopView(stopped=True, confirmed=("another", press.id)))
 
@@ -213,4 +213,4 @@ def test_release_names_the_press_that_it_releases() -> None:
     with fake_robot() as robot:
         robot.server.set_layer("stop", StopView(stopped=True, pressed="17"))
         assert release_stop(robot.url) == 1
-        assert robot.heard.get(timeout=PATIENCE) == Resume("17")
+        assert robot.commands.get(timeout=PATIENCE) == Resume("17")

@@ -1,3 +1,5 @@
+"""Tests the inflation of obstacles against a calculation cell by cell."""
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,7 +17,7 @@ maps = arrays(
 
 
 def brute_force(cells, resolution, inscribed, radius, scale):
-    """Nav2's rule, cell by cell, from the distance to every lethal cell."""
+    """Return the costs by Nav2's definition from the distances between all cells."""
     out = cells.copy()
     lethal = np.argwhere(cells == LETHAL)
     for r, c in np.ndindex(*cells.shape) if len(lethal) else ():

@@ -1,4 +1,4 @@
-"""Jumps of the estimated pose: small corrections are none until they add up."""
+"""Tests the detection of jumps of the estimated pose: small corrections are a jump only when they add up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Beams on a map: the same cells wherever they begin, and in time that the map's size bounds."""
+"""Tests that ray tracing clips beams to the map: same cells as the full line, and time bounded by the map's size."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ from chefbot.maths.costs import FREE, LETHAL, UNKNOWN
 
 SHAPE = (17, 23)
 NEAR = st.floats(-200.0, 200.0)
-ABSURD = st.sampled_from([math.nan, math.inf, -math.inf, 1e9, -1e9, 2e10, -2e10, 1e19, -1e300, 1e308, 5e-324])
-ANYTHING = st.floats(-30.0, 30.0) | ABSURD | st.floats(-1e9, 1e9)
+EXTREME = st.sampled_from(
+    [math.nan, math.inf, -math.inf, 1e9, -1e9, 2e10, -2e10, 1e19, -1e300, 1e308, 5e-324]
+)
+ANYTHING = st.floats(-30.0, 30.0) | EXTREME | st.floats(-1e9, 1e9)
 
 
-def walked(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.uint8]:
-    """The line cell by cell from its beginning to its end, inside the map or not."""
+def walk_line(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.uint8]:
+    """Return the map after walking along the line cell by cell, inside and outside the map."""
     cells = np.full(SHAPE, UNKNOWN, np.uint8)
     steps = max(abs(math.floor(x1) - math.floor(x0)), abs(math.floor(y1) - math.floor(y0)))
     one = 1 << raytrace.FRACTION_BITS
@@ -41,7 +43,7 @@ def walked(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.uint8]:
 def test_a_clipped_line_clears_the_cells_of_the_full_line(x0: float, y0: float, x1: float, y1: float) -> None:
     cells = np.full(SHAPE, UNKNOWN, np.uint8)
     raytrace._clear_line(cells, cells, x0, y0, x1, y1)
-    np.testing.assert_array_equal(cells, walked(x0, y0, x1, y1))
+    np.testing.assert_array_equal(cells, walk_line(x0, y0, x1, y1))
 
 
 @settings(max_examples=300)
@@ -53,7 +55,7 @@ def test_a_clipped_line_clears_the_cells_of_the_full_line(x0: float, y0: float, 
 def test_no_beam_writes_outside_the_map(
     angles: list[float], ranges: list[float], clear: list[float], sensor: tuple[float, float, float]
 ) -> None:
-    """The map lies in the middle of a larger array, whose other cells must stay as they are."""
+    """The map is the middle of a larger array, whose other cells must not change."""
     around = np.full((SHAPE[0] + 8, SHAPE[1]), UNKNOWN, np.uint8)
     cells = around[4:-4]
     near = np.array(ranges[::-1])
@@ -75,7 +77,7 @@ def test_no_beam_writes_outside_the_map(
 
 
 def test_a_beam_from_far_outside_costs_no_more_than_one_within() -> None:
-    """Each of these walked 2e10 cells: together they would take days."""
+    """Without clipping each of these beams has 2e10 cells, and all together would take days."""
     n = 1000
     cells = np.full(SHAPE, UNKNOWN, np.uint8)
     angles, far = np.linspace(-3.0, 3.0, n), np.full(n, 4.0)

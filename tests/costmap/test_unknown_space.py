@@ -1,4 +1,4 @@
-"""Costs near unknown space, and the incremental merge of the layers."""
+"""Tests the costs near unknown space and the incremental merge of the layers."""
 
 from __future__ import annotations
 

@@ -233,7 +233,7 @@ class Talk:
             self.board.write(data)
 
     def _board_step(self) -> None:
-        self.board.live_imu()
+        self.board.set_imu_at_rest()
         before = self.board.state
         for wheel in (0, 1):
             self.board.lib.chefbot_board_turn(self.board.handle, wheel, before.set[wheel] // 100)

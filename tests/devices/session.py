@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tests.firmware.lines import framed
+from tests.firmware.serial_lines import add_checksum
 
 from chefbot.board import BoardSession, unframe
 from chefbot.robot.load import load_robot
@@ -21,7 +21,7 @@ def wrapped(value: int) -> int:
 
 def motion(sequence: int, t: int, left: int = 0, right: int = 0, angle: int = 0, samples: int = 0) -> bytes:
     numbers = f"{t % BITS} {wrapped(left)} {wrapped(right)} {wrapped(angle)} {samples % 65536}"
-    return framed(f"e {sequence % 65536} {numbers} 0000")
+    return add_checksum(f"e {sequence % 65536} {numbers} 0000")
 
 
 def sent_lines(data: bytes) -> Iterator[list[str]]:
@@ -38,7 +38,7 @@ def opened(first: int = 100) -> BoardSession:
     (hello,) = sent_lines(session.data_to_send(0))
     ticks = round(1000 * ROBOT.motor.ticks_per_turn)
     answer = f"chefbot 1 test 00000000 {ticks} 100 1000 9000 9000 9000 9000 {first} 03"
-    session.receive_data(framed(f"v 0 {hello[1]} {answer}"), 0)
+    session.receive_data(add_checksum(f"v 0 {hello[1]} {answer}"), 0)
     assert session.is_open and session.refused is None
     session.receive_data(motion(1, 1_000_000), 1000 * MS)
     session.command(0.0, 0.0, 1000 * MS)

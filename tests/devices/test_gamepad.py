@@ -226,12 +226,12 @@ def test_gamepad_teleop_drives_and_stops_a_running_robot(pad: Pad) -> None:
             assert process.poll() is None
         pad.push(FORWARD, -1.0)
         pad.press(DEAD_MAN)
-        drive = robot.heard.get(timeout=PATIENCE)
+        drive = robot.commands.get(timeout=PATIENCE)
         while isinstance(drive, Drive) and drive.is_zero:
-            drive = robot.heard.get(timeout=PATIENCE)
+            drive = robot.commands.get(timeout=PATIENCE)
         assert isinstance(drive, Drive) and drive.v == pytest.approx(0.5) and drive.w == 0.0
         pad.press(STOP)
-        while not isinstance(robot.heard.get(timeout=PATIENCE), Stop):
+        while not isinstance(robot.commands.get(timeout=PATIENCE), Stop):
             pass
         process.terminate()
         process.communicate(timeout=PATIENCE)

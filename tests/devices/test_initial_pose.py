@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.support.nodes import Life
+from tests.support.nodes import NodeRunner
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, covariance_36
@@ -26,11 +26,11 @@ def estimate(pose: SE2, deviation: float) -> PoseWithCovarianceStamped:
 def test_the_initial_pose_is_repeated_until_received(pose: SE2, deviation: float, times: int) -> None:
     """And only for its first estimate: later the robot has moved."""
     params = {"initial_pose": {"x": START.x, "y": START.y, "yaw": START.yaw}}
-    life = Life({"initial_pose": "chefbot.devices.initial_pose:InitialPoseDevice"}, {}, params)
-    life.run(0.1)
+    runner = NodeRunner({"initial_pose": "chefbot.devices.initial_pose:InitialPoseDevice"}, {}, params)
+    runner.run(0.1)
     for message in (estimate(pose, deviation), estimate(SE2(9.0, 9.0, 0.0), 3.0)):
-        life.loop.publish("amcl_pose", message, "amcl")
-        life.run(0.1)
-    poses = [one.pose.pose.se2 for one in life.heard("initialpose")]
+        runner.loop.publish("amcl_pose", message, "amcl")
+        runner.run(0.1)
+    poses = [one.pose.pose.se2 for one in runner.messages("initialpose")]
     assert len(poses) == times
     assert all(one == pytest.approx(START) for one in poses)

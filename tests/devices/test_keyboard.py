@@ -226,7 +226,7 @@ def test_keyboard_teleop_drives_and_restores_the_terminal(pty: Pty, end: str) ->
             assert line, process.communicate(timeout=PATIENCE)
             said += line
         pty.type("i")
-        drive = robot.heard.get(timeout=PATIENCE)
+        drive = robot.commands.get(timeout=PATIENCE)
         assert 0.0 < drive.v < 1.0 and drive.w == 0.0  # type: ignore[attr-defined]
         if end == "\x03":
             pty.type(end)

@@ -1,6 +1,6 @@
-"""One seed gives the same bytes whatever the processor: Numba compiles for three of them on this one.
+"""Tests that results are bit-identical on three processor types, for which Numba compiles on this machine.
 
-Numba keeps the code for each of them in its cache, so that only the first run compiles.
+Numba keeps the code for each type in its cache, so that only the first run compiles.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import pytest
 from tests.support.run_hash import run_hash
 
 REPOSITORY = Path(__file__).parents[2]
-OTHERS = ["haswell", "generic"] if platform.machine() in ("x86_64", "AMD64") else ["generic"]
+OTHER_PROCESSORS = ["haswell", "generic"] if platform.machine() in ("x86_64", "AMD64") else ["generic"]
 
 
 def run(processor: str, *arguments: str) -> str:
-    """What a Python program prints when Numba compiles for `processor`; the empty text is this one."""
+    """Return the output of a Python program with Numba compiling for `processor`; "" means this machine's."""
     environment = dict(os.environ)
     if processor:
         environment |= {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""}
@@ -33,18 +33,18 @@ def run(processor: str, *arguments: str) -> str:
 
 @pytest.mark.slow
 def test_filters_are_bit_identical_on_every_processor() -> None:
-    here = run("", "-m", "tests.support.filter_hash")
-    assert len(here.splitlines()) == 4
+    native = run("", "-m", "tests.support.filter_hash")
+    assert len(native.splitlines()) == 4
     assert {
-        processor: run(processor, "-m", "tests.support.filter_hash") for processor in OTHERS
-    } == dict.fromkeys(OTHERS, here)
+        processor: run(processor, "-m", "tests.support.filter_hash") for processor in OTHER_PROCESSORS
+    } == dict.fromkeys(OTHER_PROCESSORS, native)
 
 
 @pytest.mark.long
 def test_a_demo_is_bit_identical_on_every_processor(tmp_path: Path) -> None:
-    """From exploring to the delivery, all messages and the map."""
+    """The hash covers all messages and the map."""
     hashes = set()
-    for processor in ["", *OTHERS]:
+    for processor in ["", *OTHER_PROCESSORS]:
         out = tmp_path / (processor or "native")
         run(
             processor,

@@ -1,4 +1,4 @@
-"""The wiring pictures and the README's table show the pins that the ports really use."""
+"""Tests that the wiring pictures and the table in the README have the pins of the ports' source code."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ROWS = {
 
 
 def code(board: str) -> str:
-    """The port's program without comments and without its pin table."""
+    """Return the port's source code without comments and without its pin table."""
     text = re.sub(r"//.*", "", WIRING["source"](WIRING["BOARDS"][board]))
     return re.sub(r"enum Pin : uint\d+_t \{.*?\}", "", text, flags=re.S)
 
@@ -37,15 +37,15 @@ def code(board: str) -> str:
 @pytest.mark.parametrize("board", BOARDS)
 def test_the_wiring_picture_has_the_pins_of_the_source(board: str) -> None:
     picture = FIRMWARE.parent / "docs" / "pictures" / f"wiring_{board}.svg"
-    assert picture.read_text() == WIRING["draw"](board), "python docs/wiring.py draws it anew"
+    assert picture.read_text() == WIRING["draw"](board), "run python docs/wiring.py to update the picture"
     assert f"docs/pictures/{picture.name}" in README
-    for pin in set(WIRING["pins"](board).values()) - {"13"}:  # the Mega's own light needs no wire
+    for pin in set(WIRING["pins"](board).values()) - {"13"}:  # the LED on the Mega needs no wire
         assert f">{pin}</text>" in picture.read_text()
 
 
 @pytest.mark.parametrize("board", BOARDS)
 def test_the_program_takes_its_pins_from_the_table(board: str) -> None:
-    """Except those that the chip fixes: serial line, bus, and what a timer's or converter's channel is."""
+    """The exceptions are pins that the chip fixes: serial line, I2C bus, and channels of timers and converters."""
     fixed = {"mega": {"RX", "TX", "SDA", "SCL", "ECHO"}, "tiva": set(), "pico": {"LEFT_B", "RIGHT_A"}}[board]
     used = {name for name in WIRING["pins"](board) if re.search(rf"\b{name}\b", code(board))}
     assert set(WIRING["pins"](board)) - used <= fixed
@@ -65,8 +65,8 @@ def test_the_readme_table_has_the_pins_of_the_source(column: int, board: str) ->
     assert set(table) == set(ROWS)
     pins = WIRING["pins"](board)
     for row, signals in ROWS.items():
-        told = re.findall(r"\b(?:P[A-F]\d|GP\d+|A\d|\d+)\b(?!k)", table[row].partition(" through")[0])
-        assert not signals or told == [pins[signal] for signal in signals], row
+        found = re.findall(r"\b(?:P[A-F]\d|GP\d+|A\d|\d+)\b(?!k)", table[row].partition(" through")[0])
+        assert not signals or found == [pins[signal] for signal in signals], row
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_the_battery_divider_matches_the_program(board: str, full: int, steps: i
     (found,) = re.findall(r"\* (\d+)(?:UL)? (/|>>) (\d+)\)", code(board))
     factor = int(found[0]) / (int(found[2]) if found[1] == "/" else 1 << int(found[2]))
     assert factor == pytest.approx(full / steps * (upper + lower) / lower, rel=1e-3)
-    assert 13_000 * lower / (upper + lower) < full  # a full pack is within reach
+    assert 13_000 * lower / (upper + lower) < full  # a fully charged battery can be measured
 
 
 @pytest.mark.parametrize("board", BOARDS)

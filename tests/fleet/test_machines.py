@@ -13,12 +13,12 @@ from chefbot.fleet.keyring import Keyring
 pytestmark = [pytest.mark.slow, needs_namespaces]
 
 
-def says_until(speaker: Machine, words: str, witness: Machine, line: str, wanted: str) -> None:
-    """Publish until the witness answers as wanted: who speaks before the listener is known is not heard."""
+def publish_until(speaker: Machine, words: str, witness: Machine, line: str, expected: str) -> None:
+    """Publish again until the witness has the expected answer, as messages before discovery are lost."""
 
     def seen(found: object) -> bool:
-        speaker.tell(f"say {words}")
-        return wanted in str(found)
+        speaker.send(f"publish {words}")
+        return expected in str(found)
 
     witness.until(line, seen)
 
@@ -26,24 +26,24 @@ def says_until(speaker: Machine, words: str, witness: Machine, line: str, wanted
 def test_an_operator_drives_and_another_robot_cannot(network: Network, fleet: Keyring) -> None:
     robot1 = network.start("robot1")
     there = f"tls/{network.address('robot1')}:7447"
-    assert robot1.ask("listens") == [there]
+    assert robot1.request("endpoints") == [there]
     alice, robot2 = network.start("alice", there), network.start("robot2", there)
-    robot1.tell("hear /robot1/cmd_vel")
-    alice.tell("hear /robot1/odom")
-    robot2.tell("hear /robot1/odom")
+    robot1.send("subscribe /robot1/cmd_vel")
+    alice.send("subscribe /robot1/odom")
+    robot2.send("subscribe /robot1/odom")
     alice.until("nodes", lambda found: "/robot1/tester" in str(found))
-    says_until(alice, "/robot1/cmd_vel from_alice", robot1, "heard", "from_alice")
-    says_until(robot1, "/robot1/odom here", alice, "heard", "here")
-    says_until(
-        robot2, "/robot1/cmd_vel from_robot2", robot1, "refused", "robot2 may not write 0/robot1/cmd_vel"
+    publish_until(alice, "/robot1/cmd_vel from_alice", robot1, "received", "from_alice")
+    publish_until(robot1, "/robot1/odom here", alice, "received", "here")
+    publish_until(
+        robot2, "/robot1/cmd_vel from_robot2", robot1, "errors", "robot2 may not write 0/robot1/cmd_vel"
     )
-    assert "robot2" not in str(robot1.ask("heard"))
-    assert robot2.ask("heard") == []
+    assert "robot2" not in str(robot1.request("received"))
+    assert robot2.request("received") == []
 
 
 def test_an_operator_who_joins_first_meets_the_robot_later(network: Network, fleet: Keyring) -> None:
     alice = network.start("alice", f"tls/{network.address('robot1')}:7447")
-    assert alice.ask("nodes") == ["/alice/tester"]
+    assert alice.request("nodes") == ["/alice/tester"]
     network.start("robot1")
     alice.until("nodes", lambda found: "/robot1/tester" in str(found))
 
@@ -52,15 +52,15 @@ def test_robots_and_operators_connect_over_the_site_router(network: Network, fle
     site = network.start("site")
     there = f"tls/{network.address('site')}"
     robot1, robot2, alice = (network.start(name, f"{there}:7447") for name in ("robot1", "robot2", "alice"))
-    robot1.tell("hear /robot1/cmd_vel")
-    alice.tell("hear /robot1/odom")
+    robot1.send("subscribe /robot1/cmd_vel")
+    alice.send("subscribe /robot1/odom")
     alice.until("nodes", lambda found: "/robot1/tester" in str(found) and "/robot2/tester" in str(found))
-    says_until(alice, "/robot1/cmd_vel from_alice", robot1, "heard", "from_alice")
-    says_until(robot1, "/robot1/odom here", alice, "heard", "here")
-    says_until(
-        robot2, "/robot1/cmd_vel from_robot2", site, "refused", "robot2 may not write 0/robot1/cmd_vel"
+    publish_until(alice, "/robot1/cmd_vel from_alice", robot1, "received", "from_alice")
+    publish_until(robot1, "/robot1/odom here", alice, "received", "here")
+    publish_until(
+        robot2, "/robot1/cmd_vel from_robot2", site, "errors", "robot2 may not write 0/robot1/cmd_vel"
     )
-    assert "robot2" not in str(robot1.ask("heard"))
+    assert "robot2" not in str(robot1.request("received"))
 
 
 def test_strangers_and_former_members_are_rejected(network: Network, fleet: Keyring, tmp_path: Path) -> None:
@@ -70,11 +70,11 @@ def test_strangers_and_former_members_are_rejected(network: Network, fleet: Keyr
     robot1 = network.start("robot1")
     there = f"tls/{network.address('robot1')}:7447"
     stranger, former = network.start("foreign", there), network.start("robot2", there)
-    robot1.tell("hear /robot2/odom")
-    former.tell("say /robot2/odom lost")
-    robot1.until("refused", lambda found: "robot2 is not on the fleet's list" in str(found))
-    robot1.until("refused", lambda found: "an unknown peer was rejected" in str(found))
-    assert robot1.ask("heard") == [] and "/robot1/tester" not in str(stranger.ask("nodes"))
-    assert "/robot1/tester" not in str(former.ask("nodes"))
+    robot1.send("subscribe /robot2/odom")
+    former.send("publish /robot2/odom lost")
+    robot1.until("errors", lambda found: "robot2 is not on the fleet's list" in str(found))
+    robot1.until("errors", lambda found: "an unknown peer was rejected" in str(found))
+    assert robot1.request("received") == [] and "/robot1/tester" not in str(stranger.request("nodes"))
+    assert "/robot1/tester" not in str(former.request("nodes"))
     refused = network.start("nobody", there)
     assert "TLS needs this machine to be a member" in str(refused.state)

@@ -1,58 +1,58 @@
-"""Boards whose time a test moves: the Mega's program in simavr, and the firmware compiled for this computer."""
+"""Boards in lockstep with a test: the Mega's program in simavr, and the firmware compiled for this computer."""
 
 from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from tests.firmware.benches import Mega
+from tests.firmware.emulators import MegaEmulator
 from tests.firmware.host_board import HostBoard
 
 
 class Output(NamedTuple):
-    """What a board puts out at the end of a piece of time."""
+    """Outputs of a board at the end of a time step, and the bytes that it has sent in it."""
 
     duty: tuple[int, int]
     drivers: bool
-    said: bytes
+    sent: bytes
 
 
 class LockstepBoard(Protocol):
-    """Time is the board's own, in microseconds."""
+    """A board whose time advances only by `run`."""
 
     def write(self, data: bytes) -> None:
-        """Bytes from the computer."""
+        """Send bytes to the board."""
 
     def run(self, us: int) -> Output:
-        """Time goes on."""
+        """Advance the board's time by `us` microseconds."""
 
     def turn(self, wheel: int, quarter_steps: int) -> None:
-        """The encoder of a wheel moves within the next milliseconds."""
+        """Turn the encoder of a wheel within the next milliseconds."""
 
     def imu(self, raw: tuple[int, ...]) -> None:
-        """The registers: ax ay az temperature gx gy gz."""
+        """Set the registers of the IMU: ax ay az temperature gx gy gz."""
 
     def set(self, name: str, value: int) -> None:
-        """`estop` 0|1, `battery` mV, `echo` us, `imu_answers` 0|1."""
+        """Set an input: `estop` 0|1, `battery` mV, `echo` us, `imu_answers` 0|1."""
 
     def reset(self) -> None:
-        """Its button is pressed."""
+        """Press the reset button."""
 
     def close(self) -> None:
-        """No longer needed."""
+        """End the board."""
 
 
 class MegaBoard:
-    """ATmega2560 in simavr; skips the test where simavr or the compiler is absent."""
+    """An ATmega2560 in simavr; skips the test if simavr or the compiler is not installed."""
 
     def __init__(self) -> None:
-        self._bench = Mega()
+        self._emulator = MegaEmulator()
 
     def write(self, data: bytes) -> None:
-        self._bench.write(data)
+        self._emulator.write(data)
 
     def run(self, us: int) -> Output:
-        state = self._bench.run(us)
-        return Output(state.duty, bool(state.drivers), state.said)
+        state = self._emulator.run(us)
+        return Output(state.duty, bool(state.drivers), state.sent)
 
     def turn(self, wheel: int, quarter_steps: int) -> None:
         self._do(f"turn {wheel} {quarter_steps}")
@@ -67,14 +67,14 @@ class MegaBoard:
         self._do("reset")
 
     def close(self) -> None:
-        self._bench.close()
+        self._emulator.close()
 
     def _do(self, command: str) -> None:
-        assert self._bench.ask(command) == "ok"
+        assert self._emulator.ask(command) == "ok"
 
 
 class HostPort:
-    """The library that the simulator and `chefbot board emulate` run."""
+    """The firmware's library for this computer, which the simulator and `chefbot board emulate` also use."""
 
     def __init__(self) -> None:
         self._board = HostBoard()

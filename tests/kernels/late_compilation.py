@@ -1,7 +1,7 @@
 """Print, as a JSON list, the kernels that a demo compiles after all groups have been compiled.
 
-`python -m tests.kernels.late_compilation ROBOT FOLDER`: a process of its own, since whatever else has run in a
-process may have compiled a kernel that no group compiles.
+`python -m tests.kernels.late_compilation ROBOT FOLDER` is a process of its own, as earlier tests in a process may
+have compiled a kernel that no group compiles.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from chefbot.kernels.groups import GROUPS
 
 
 def signatures() -> dict[str, int]:
-    """Kernel to the number of argument types it has been compiled for."""
+    """Return for each kernel the number of signatures for which it has been compiled."""
     kernels = {
         id(value): value
         for name, module in list(sys.modules.items())
@@ -27,7 +27,8 @@ def signatures() -> dict[str, int]:
         if isinstance(value, Dispatcher)
     }
     return {
-        f"{one.py_func.__module__}.{one.py_func.__name__}": len(one.signatures) for one in kernels.values()
+        f"{kernel.py_func.__module__}.{kernel.py_func.__name__}": len(kernel.signatures)
+        for kernel in kernels.values()
     }
 
 

@@ -1,4 +1,4 @@
-"""Kernels are compiled ahead: all of them, once, in sight, and harmlessly where that cannot be."""
+"""Tests that all kernels are compiled ahead of time, once and with progress, and that failures are reported."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ def test_a_worker_compiles_a_group_and_records_its_kernel_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    warming = KernelCompilation(Console(quiet=True), ["odometry"])
-    warming.start()
-    told: list[tuple[int, int]] = []
-    warming.wait(show=lambda progress: told.append((progress.done, progress.total)))
-    assert told[-1] == (1, 1) and not warming.busy
+    compilation = KernelCompilation(Console(quiet=True), ["odometry"])
+    compilation.start()
+    progress_reports: list[tuple[int, int]] = []
+    compilation.wait(show=lambda progress: progress_reports.append((progress.done, progress.total)))
+    assert progress_reports[-1] == (1, 1) and not compilation.busy
     assert cache_stamp.is_complete(cache_stamp.stamp_path())
     assert "kalman_update.correct" in cache_stamp.stamp_path().read_text()
 
@@ -44,11 +44,11 @@ def test_a_stamp_skips_compilation_while_its_files_exist(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    held = tmp_path / "kernel.nbi"
-    held.touch()
-    record_stamp(Console(quiet=True), {str(held)})
+    kernel_file = tmp_path / "kernel.nbi"
+    kernel_file.touch()
+    record_stamp(Console(quiet=True), {str(kernel_file)})
     assert not start_compilation(Console(quiet=True)).busy
-    held.unlink()
+    kernel_file.unlink()
     assert not cache_stamp.is_complete(cache_stamp.stamp_path())
 
 
@@ -68,10 +68,10 @@ def test_the_stamp_depends_on_the_numba_environment(monkeypatch: pytest.MonkeyPa
 
 def test_a_failing_worker_is_reported_and_does_not_block_startup() -> None:
     console = Console(record=True, quiet=False, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
-    warming = KernelCompilation(console, ["no such group"])
-    warming.start()
-    warming.wait()
-    assert not warming.busy
+    compilation = KernelCompilation(console, ["no such group"])
+    compilation.start()
+    compilation.wait()
+    assert not compilation.busy
     assert "no such group" in console.export_text()
 
 

@@ -1,4 +1,4 @@
-"""A made-up hotel: walls as segments, their grid, and a scanner that casts rays on the segments exactly."""
+"""Fixtures with a simulated hotel: walls as segments, its occupancy grid, exact laser scans, and drives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def box(x: float, y: float, w: float, h: float) -> list[Segment]:
 
 
 def room(x: float, y: float, w: float, h: float, door: float, south: bool) -> list[Segment]:
-    """Four walls with a door of 0.9 m in the south or north wall, at `door` from the west corner."""
+    """Return four walls with a door of 0.9 m in the south or north wall, at `door` metres from the west corner."""
     front, back = (y, y + h) if south else (y + h, y)
     return [
         (x, back, x + w, back),
@@ -39,7 +39,7 @@ class World:
     grid: Grid
 
     def cast(self, laser: SE2, angles: NDArray[np.float64], range_max: float) -> NDArray[np.float64]:
-        """Exact distance along each beam, inf where nothing is nearer than range_max."""
+        """Return the exact range of each beam in metres, shape (n,); inf beyond range_max."""
         direction = np.stack([np.cos(angles + laser.yaw), np.sin(angles + laser.yaw)])[:, :, None]
         x1, y1, x2, y2 = self.segments.T[:, None, :]
         ex, ey = x2 - x1, y2 - y1
@@ -54,7 +54,7 @@ class World:
 
 
 def rasterise(segments: NDArray[np.float64], width: float, height: float) -> Grid:
-    """Free inside, occupied where a wall passes; unknown border of one cell."""
+    """Return the grid of the walls: free inside, with an unknown border of one cell."""
     cells = np.zeros((round(height / RESOLUTION) + 2, round(width / RESOLUTION) + 2), np.int8)
     grid = Grid(cells, RESOLUTION, -RESOLUTION, -RESOLUTION)
     for x1, y1, x2, y2 in segments:
@@ -65,8 +65,7 @@ def rasterise(segments: NDArray[np.float64], width: float, height: float) -> Gri
 
 
 def build(seed: int) -> World:
-    """15 x 12 m: seven rooms of the same size about a corridor, each with its own bed and chairs, and a
-    lobby."""
+    """Return a hotel of 15 x 12 m: a corridor, seven furnished rooms of the same size, and a lobby."""
     rng = np.random.default_rng(seed)
     walls = box(0.02, 0.02, 14.96, 11.96)
     for k in range(4):
@@ -79,7 +78,7 @@ def build(seed: int) -> World:
 
 
 def furniture(rng: np.random.Generator) -> list[Segment]:
-    """A bed and a chair per room, six tables in the lobby."""
+    """Return a bed and a chair for each room and six tables for the lobby."""
     out: list[Segment] = []
     for k in range(4):
         x = 0.02 + 3.75 * k
@@ -107,7 +106,7 @@ ROUTE = [
 
 
 def drive(route: list[tuple[float, float]], step: float = 0.05, turn: float = 0.08) -> list[SE2]:
-    """True poses along the route: turn on the spot, go straight."""
+    """Return true poses along the route, with rotations in place between straight lines."""
     poses = [SE2(*route[0], 0.0)]
     for x, y in route[1:]:
         here = poses[-1]
@@ -124,8 +123,7 @@ def drive(route: list[tuple[float, float]], step: float = 0.05, turn: float = 0.
 
 
 def odometry(truth: list[SE2], seed: int) -> list[SE2]:
-    """1 % too long, 1 degree per 10 m to the left, and a little noise at every step; starts at its own
-    origin."""
+    """Return odometry with 1 % scale error, a drift of 1 degree per 10 m and noise; it starts at its own origin."""
     rng = np.random.default_rng(seed)
     out = [SE2(0.0, 0.0, 0.0)]
     for a, b in itertools.pairwise(truth):
@@ -142,7 +140,7 @@ def odometry(truth: list[SE2], seed: int) -> list[SE2]:
 
 @dataclass
 class Sensor:
-    """A scanner: beam angles, range, noise as a function of the exact range along the optical axis."""
+    """A lidar, or a depth camera whose noise grows with the square of the depth."""
 
     angles: NDArray[np.float64]
     range_min: float
@@ -175,28 +173,28 @@ def depth_camera() -> Sensor:
 
 
 class Drives:
-    """True poses and the odometry of drives through the hotel."""
+    """Drives through the hotel: true poses and odometry."""
 
     def route(self, seed: int) -> tuple[list[SE2], list[SE2]]:
-        """Corridor, a room above, a room below, the lobby."""
+        """Drive along the corridor, into a room on each side and into the lobby."""
         truth = drive(ROUTE)
         return truth, odometry(truth, seed)
 
     def from_room(self, k: int) -> tuple[list[SE2], list[SE2]]:
-        """Out of the k-th room above the corridor, and along it."""
+        """Drive out of the k-th room north of the corridor, and along it."""
         door = 1.87 + 3.75 * k
         truth = drive([(door, 8.0), (door, 6.0), (door + (2.0 if k < 2 else -2.0), 6.0)])
         return truth, odometry(truth, k)
 
     def kidnapped(self, after: int) -> tuple[list[SE2], list[SE2]]:
-        """Carried away after so many scans, which odometry does not see."""
+        """Drive with a kidnapping after `after` scans, which odometry does not measure."""
         before = drive(ROUTE)[:after]
         rest = drive([(9.4, 6.0), (5.6, 6.0), (5.6, 4.0), (5.6, 6.0), (1.8, 6.0), (1.8, 8.0)])
-        said = odometry(before, 1)
-        return before + rest, said + [said[-1] @ o for o in odometry(rest, 2)]
+        odom = odometry(before, 1)
+        return before + rest, odom + [odom[-1] @ o for o in odometry(rest, 2)]
 
     def people(self, count: int) -> NDArray[np.float64]:
-        """Segments (4 count, 4) of square people beside the route, none nearer than half a metre to it."""
+        """Return segments (4 count, 4) of square people at least half a metre from the route."""
         rng = np.random.default_rng(9)
         path = np.array([pose[:2] for pose in drive(ROUTE)])
         out: list[Segment] = []
@@ -209,8 +207,7 @@ class Drives:
 
 @pytest.fixture(scope="session")
 def twin_rooms() -> World:
-    """Two closed rooms, one the copy of the other a whole number of cells further, each with a corner taken
-    out."""
+    """Two closed rooms of the same shape, each without one of its corners, displaced by a whole number of cells."""
     walls: list[Segment] = []
     for x in (0.52, 6.52):
         walls += box(x, 0.02, 3.5, 4.5) + box(x, 0.02, 1.0, 0.7)

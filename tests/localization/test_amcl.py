@@ -1,4 +1,4 @@
-"""The whole filter in a made-up hotel with a 360-degree lidar and with a narrow depth scan."""
+"""Tests Amcl in a simulated hotel with a 360-degree lidar and with the narrow scan of a depth camera."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Run = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def follow(
-    amcl: Amcl, hotel: Any, sensor: Any, truth: list[SE2], odom: list[SE2], seed: int, sees: Any = None
+    amcl: Amcl, hotel: Any, sensor: Any, truth: list[SE2], odom: list[SE2], seed: int, world: Any = None
 ) -> Run:
-    """Position error, yaw error and `converged` after each scan of a drive."""
+    """Run a drive and return position error in metres, yaw error in rad, and `converged` after each scan."""
     rng = np.random.default_rng(seed)
     out = []
-    for pose, said in zip(truth, odom, strict=True):
-        amcl.update(sensor.angles, sensor.scan(sees or hotel, pose, rng), sensor.range_max, said)
+    for pose, odometry in zip(truth, odom, strict=True):
+        amcl.update(sensor.angles, sensor.scan(world or hotel, pose, rng), sensor.range_max, odometry)
         assert np.isfinite(amcl.pose).all() and np.isfinite(amcl.covariance).all()
         out.append((amcl.pose.distance(pose), abs(pose.between(amcl.pose).yaw), amcl.converged))
     errors, yaws, converged = np.array(out).T
@@ -36,7 +36,7 @@ def follow(
 
 
 def wrong_start(amcl: Amcl, truth: SE2, seed: int) -> None:
-    """Half a metre and 20 degrees off."""
+    """Set an initial pose with errors of half a metre and 20 degrees."""
     a = np.random.default_rng(seed).uniform(0, 2 * math.pi)
     side = math.radians(20.0) * (-1) ** seed
     amcl.set_pose(SE2(truth.x + 0.5 * math.cos(a), truth.y + 0.5 * math.sin(a), truth.yaw + side), 0.5, 0.35)
@@ -83,14 +83,14 @@ def test_two_identical_rooms_keep_both_hypotheses(twin_rooms: Any, lidar: Any, s
     field = LikelihoodField.of(twin_rooms.grid, params)
     model = FilterModels(params, field, PoseBins(twin_rooms.grid), rng)
     rooms = np.array([[2.48, 2.0, 0.0], [8.48, 2.0, 0.0]])
-    belief = ParticleFilter(np.repeat(rooms, 2500, axis=0) + rng.normal(size=(5000, 3)) * 0.1, model)
+    particles = ParticleFilter(np.repeat(rooms, 2500, axis=0) + rng.normal(size=(5000, 3)) * 0.1, model)
     for k in range(60):
         ranges = lidar.scan(twin_rooms, SE2(2.48, 2.0, 0.1 * k), rng)
         ends = np.stack([ranges * np.cos(lidar.angles), ranges * np.sin(lidar.angles)], axis=1)
-        belief.propagate(SE2(0.0, 0.0, 0.1 if k else 0.0))
-        belief.correct(BeamEnds.of(lidar.angles, ends, params))
-        left = float(belief.weights[belief.particles[:, 0] < 5.0].sum())
-        assert 0.2 < left < 0.8 and not belief.is_narrow
+        particles.propagate(SE2(0.0, 0.0, 0.1 if k else 0.0))
+        particles.correct(BeamEnds.of(lidar.angles, ends, params))
+        left = float(particles.weights[particles.particles[:, 0] < 5.0].sum())
+        assert 0.2 < left < 0.8 and not particles.is_narrow
 
 
 def test_a_kidnapped_robot_is_detected_and_relocalized(hotel: Any, lidar: Any, drives: Any) -> None:
@@ -104,12 +104,14 @@ def test_a_kidnapped_robot_is_detected_and_relocalized(hotel: Any, lidar: Any, d
     assert (converged[250:] & (errors[250:] > 0.5)).sum() <= 15
 
 
-def test_people_all_around_do_not_disturb_tracking(hotel: Any, lidar: Any, drives: Any) -> None:
+def test_people_around_the_robot_do_not_disturb_tracking(hotel: Any, lidar: Any, drives: Any) -> None:
     truth, odom = drives.route(2)
-    crowd = dataclasses.replace(hotel, segments=np.concatenate([hotel.segments, drives.people(20)]))
+    hotel_with_people = dataclasses.replace(
+        hotel, segments=np.concatenate([hotel.segments, drives.people(20)])
+    )
     amcl = Amcl(AmclParams(seed=2), hotel.grid, lidar.mount)
     amcl.set_pose(truth[0], 0.2, 0.1)
-    errors, _, _ = follow(amcl, hotel, lidar, truth, odom, 2, sees=crowd)
+    errors, _, _ = follow(amcl, hotel, lidar, truth, odom, 2, world=hotel_with_people)
     assert np.median(errors) < 0.03 and errors.max() < 0.15
 
 

@@ -1,4 +1,4 @@
-"""The likelihood field against plain definitions."""
+"""Tests the likelihood field against its definition, calculated beam by beam."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_global_poses_cover_all_free_cells() -> None:
 
 
 @pytest.mark.parametrize(("value", "missing"), [(100, "free"), (-1, "free"), (0, "occupied")])
-def test_a_map_without_free_or_occupied_cells_is_refused(value: int, missing: str) -> None:
+def test_a_map_without_free_or_occupied_cells_is_rejected(value: int, missing: str) -> None:
     with pytest.raises(LocalizationError, match=f"no {missing} cell"):
         LikelihoodField.of(Grid(np.full((5, 5), value, np.int8), 0.05, 0.0, 0.0), PARAMS)
     with pytest.raises(LocalizationError, match="no free cell"):

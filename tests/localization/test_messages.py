@@ -1,4 +1,4 @@
-"""Messages of a localization: a sample of the particles, and what its status says."""
+"""Tests the messages of localization: pose, status and a sample of the particles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Refinement of a pose on the likelihood field."""
+"""Tests the refinement of a pose on the likelihood field."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ERRORS = st.floats(-0.06, 0.06)
 
 
 def room() -> LikelihoodField:
-    """A room of 4 m by 3 m with walls of one cell."""
+    """Return the likelihood field of a room of 4 m by 3 m with walls of one cell."""
     cells = np.zeros((60, 80), np.int8)
     cells[[0, -1], :] = cells[:, [0, -1]] = 100
     return LikelihoodField.of(Grid(cells, 0.05, 0.0, 0.0), AmclParams())
@@ -29,7 +29,7 @@ FIELD = room()
 
 
 def beams() -> np.ndarray:
-    """Beam ends (n, 2) on the walls' cells, in the base frame at TRUTH."""
+    """Return beam ends on the walls in base_link at TRUTH, metres, shape (n, 2)."""
     along_x, along_y = np.arange(0.1, 3.9, 0.1), np.arange(0.1, 2.9, 0.1)
     walls = [
         np.column_stack([along_x, np.full(38, 0.025)]),

@@ -1,4 +1,4 @@
-"""Real lasers: a map from every other scan of a recording at its reference poses, the others localized on it.
+"""Tests localization on recordings: the even scans at their reference poses give the map, the odd ones are localized.
 
 The reference poses come from another SLAM and are good to some 6 cm; the raw odometry is that of old robots.
 """
@@ -66,7 +66,7 @@ def recording(request: pytest.FixtureRequest) -> Recording:
 
 
 def draw(angles: NDArray[np.float64], ranges: NDArray[np.float64], poses: NDArray[np.float64]) -> Grid:
-    """Cells that a quarter of the beams through them ended in are occupied."""
+    """Return the grid in which cells are occupied if more than a quarter of the beams through them end there."""
     low = poses[:, :2].min(axis=0) - RANGE
     size = np.ceil((poses[:, :2].max(axis=0) + RANGE - low) / CELL).astype(int)
     hits, seen = np.zeros(size[::-1]), np.zeros(size[::-1])
@@ -90,42 +90,42 @@ def draw(angles: NDArray[np.float64], ranges: NDArray[np.float64], poses: NDArra
 
 
 def localize(amcl: Amcl, r: Recording, scans: range) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Distance to the reference, and whether the filter was sure, after each of the scans."""
-    errors, sure = [], []
+    """Return the distance to the reference and whether the filter has converged after each scan."""
+    errors, converged = [], []
     for k in scans:
         amcl.update(r.angles, r.ranges[k], RANGE, SE2.of(r.odometry[k]))
         errors.append(amcl.pose.distance(SE2.of(r.reference[k])))
-        sure.append(amcl.converged)
-    return np.array(errors), np.array(sure)
+        converged.append(amcl.converged)
+    return np.array(errors), np.array(converged)
 
 
 def test_odd_scans_are_tracked_on_the_map_of_even_scans(recording: Recording) -> None:
     amcl = Amcl(POOR_ODOMETRY, recording.grid, SE2(0.0, 0.0, 0.0))
     amcl.set_pose(SE2.of(recording.reference[1]), 0.2, 0.1)
-    errors, sure = localize(amcl, recording, range(1, len(recording.ranges), 2))
+    errors, converged = localize(amcl, recording, range(1, len(recording.ranges), 2))
     ate = math.sqrt(float(np.mean(errors**2)))
 
     assert ate < 0.06 and errors.max() < 0.4
-    assert sure[5:].mean() > 0.95
+    assert converged[5:].mean() > 0.95
 
 
-LATE = 0.1
-"""Share of starts from which a corridor looks like another for longer: csail's scan 95 with every seed tried."""
+AMBIGUOUS_SHARE = 0.1
+"""Share of starts that are ambiguous for longer, such as scan 95 of csail in a corridor with every seed tried."""
 
 
 @pytest.mark.parametrize("rounds", [1, pytest.param(10, marks=pytest.mark.long)])
-def test_global_localization_succeeds_from_anywhere(recording: Recording, rounds: int) -> None:
-    """Within 21 scans to stay, and never sure of a place where it is not.
+def test_global_localization_succeeds_from_any_start(recording: Recording, rounds: int) -> None:
+    """It is correct after 21 scans, and never converges to a wrong place.
 
-    The late ones are at most as many as chance gives in 999 of 1000 tries if their share is LATE.
+    The number of later starts is within the 99.9 % quantile of a binomial distribution with AMBIGUOUS_SHARE.
     """
     starts = np.linspace(1, len(recording.ranges) - 60, 12).astype(int) // 2 * 2 + 1
     late = []
     for seed, start in itertools.product(range(rounds), map(int, starts)):
         params = msgspec.structs.replace(POOR_ODOMETRY, seed=1000 * seed + start)
         amcl = Amcl(params, recording.grid, SE2(0.0, 0.0, 0.0))
-        errors, sure = localize(amcl, recording, range(start, start + 50, 2))
-        assert not (sure & (errors > 0.5)).any(), f"from scan {start}, seed {params.seed}"
-        if errors[-5:].max() >= 0.4 or not sure[-1]:
+        errors, converged = localize(amcl, recording, range(start, start + 50, 2))
+        assert not (converged & (errors > 0.5)).any(), f"from scan {start}, seed {params.seed}"
+        if errors[-5:].max() >= 0.4 or not converged[-1]:
             late.append((start, params.seed))
-    assert len(late) <= binom.ppf(0.999, 12 * rounds, LATE), late
+    assert len(late) <= binom.ppf(0.999, 12 * rounds, AMBIGUOUS_SHARE), late

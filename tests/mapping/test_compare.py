@@ -1,4 +1,4 @@
-"""Map quality: known maps, known figures; displaced maps, known displacements."""
+"""Tests map quality and alignment with maps of known errors and known displacements."""
 
 import math
 
@@ -11,7 +11,7 @@ from chefbot.maths.se2 import IDENTITY, SE2
 
 
 def room(height=120, width=160, resolution=0.05):
-    """A room with a wall half through it and a square pillar, unknown outside its walls."""
+    """Return a room with a partition wall and a square pillar, unknown outside its walls."""
     cells = np.full((height, width), UNKNOWN, np.int8)
     cells[10:-10, 10:-10] = OCCUPIED
     cells[11:-11, 11:-11] = FREE
@@ -20,8 +20,8 @@ def room(height=120, width=160, resolution=0.05):
     return Grid(cells, resolution, -2.0, 1.0)
 
 
-def moved(grid, truth_T_map):
-    """The map that a robot draws whose frame differs: walls as seen from that frame, on other axes."""
+def transform_map(grid, truth_T_map):
+    """Return the map of a robot whose map frame differs from that of the truth."""
     padding, finer = 20, 3
     out = Grid(
         np.full((grid.height + 2 * padding, grid.width + 2 * padding), UNKNOWN, np.int8),
@@ -29,7 +29,7 @@ def moved(grid, truth_T_map):
         grid.origin_x - padding * grid.resolution,
         grid.origin_y - padding * grid.resolution,
     )
-    for value in (FREE, OCCUPIED):  # walls win
+    for value in (FREE, OCCUPIED):  # occupied cells overwrite free ones
         row, column = np.nonzero(np.kron(grid.cells == value, np.ones((finer, finer), bool)))
         points = np.column_stack([column + 0.5, row + 0.5]) * grid.resolution / finer
         points = truth_T_map.inverse().apply(points + np.array([grid.origin_x, grid.origin_y]))
@@ -38,7 +38,7 @@ def moved(grid, truth_T_map):
     return out
 
 
-def changed(grid, cells):
+def with_cells(grid, cells):
     return Grid(cells, grid.resolution, grid.origin_x, grid.origin_y)
 
 
@@ -53,7 +53,7 @@ def test_one_cell_of_offset_is_tolerated_and_two_are_not():
     truth = room()
     for shift, perfect in ((1, True), (2, False)):
         cells = np.roll(truth.cells, (shift, -shift), axis=(0, 1))
-        result = quality(changed(truth, cells), truth)
+        result = quality(with_cells(truth, cells), truth)
         assert (result.precision == 1.0 and result.recall == 1.0) == perfect
     assert result.precision < 0.1
 
@@ -70,24 +70,24 @@ def test_a_map_of_the_left_half_scores_its_explored_share():
     truth = room()
     cells = truth.cells.copy()
     cells[:, 60:] = UNKNOWN
-    result = quality(changed(truth, cells), truth)
+    result = quality(with_cells(truth, cells), truth)
     free = truth.cells == FREE
     assert result.precision == 1.0
     assert result.explored == pytest.approx(free[:, :60].sum() / free.sum())
     assert 0.25 < result.recall < 0.5
 
 
-def test_phantoms_cost_precision_and_misses_cost_recall():
+def test_false_walls_lower_precision_and_missing_lower_recall():
     truth = room()
     walls = int((truth.cells == OCCUPIED).sum())
     phantom = truth.cells.copy()
     phantom[20:30, 120:130] = OCCUPIED
-    result = quality(changed(truth, phantom), truth)
+    result = quality(with_cells(truth, phantom), truth)
     assert result.precision == pytest.approx(walls / (walls + 100))
     assert result.recall == 1.0
     missing = truth.cells.copy()
     missing[11:70, 80] = FREE
-    result = quality(changed(truth, missing), truth)
+    result = quality(with_cells(truth, missing), truth)
     assert result.precision == 1.0
     assert 0.8 < result.recall < 0.95
 
@@ -96,7 +96,7 @@ def test_the_inside_of_a_pillar_may_stay_unknown():
     truth = room()
     hollow = truth.cells.copy()
     hollow[87:90, 42:45] = UNKNOWN
-    assert quality(changed(truth, hollow), truth).recall == 1.0
+    assert quality(with_cells(truth, hollow), truth).recall == 1.0
 
 
 def test_only_explorable_cells_count():
@@ -105,7 +105,7 @@ def test_only_explorable_cells_count():
     mask[11:-11, 11:60] = truth.cells[11:-11, 11:60] == FREE
     cells = truth.cells.copy()
     cells[:, 61:] = UNKNOWN
-    result = quality(changed(truth, cells), truth, mask)
+    result = quality(with_cells(truth, cells), truth, mask)
     assert (result.explored, result.recall) == (1.0, 1.0)
 
 
@@ -119,14 +119,14 @@ def test_maps_of_different_resolution_compare():
 
 def test_an_empty_map_has_no_recall_and_undefined_precision():
     truth = room()
-    empty = changed(truth, np.full_like(truth.cells, UNKNOWN))
+    empty = with_cells(truth, np.full_like(truth.cells, UNKNOWN))
     result = compare(empty, truth)
     assert math.isnan(result.as_is.precision)
     assert (result.as_is.recall, result.as_is.explored) == (0.0, 0.0)
     assert result.alignment == IDENTITY
 
 
-def test_a_mask_of_another_shape_is_refused():
+def test_a_mask_of_another_shape_is_rejected():
     with pytest.raises(ValueError, match="mask"):
         quality(room(), room(), np.ones((3, 3), dtype=bool))
 
@@ -137,9 +137,9 @@ def test_a_mask_of_another_shape_is_refused():
 )
 def test_a_displaced_map_is_aligned_and_both_scores_given(offset):
     truth = room()
-    drawn = moved(truth, offset)
+    drawn = transform_map(truth, offset)
     result = compare(drawn, truth)
-    # what counts is where walls come to lie, not the turn about a far origin
+    # compare positions of walls, as yaw about a distant origin also moves them
     for corner in ([-1.5, 1.5], [5.5, 6.5], [2.0, 1.5]):
         there = offset.apply(np.array([corner])) - result.alignment.apply(np.array([corner]))
         assert np.hypot(*there[0]) < 0.04

@@ -1,4 +1,4 @@
-"""Maps to bytes and back, as ROS reads them, and what damaged files do."""
+"""Tests encoding and decoding of maps in the format of ROS, and the errors for corrupt files."""
 
 import io
 import math
@@ -58,12 +58,12 @@ def grids(cells):
     return st.builds(Grid, hnp.arrays(np.int8, shapes, elements=cells), st.floats(1e-4, 10), number, number)
 
 
-def there_and_back(grid, mode):
+def encode_and_decode(grid, mode):
     image = encode_pgm(grid, mode)
     yaml = encode_map_yaml("it's: a #map.pgm", grid, mode, image)
-    about = decode_map_yaml(yaml, "map.yaml")
-    assert about.image == "it's: a #map.pgm"
-    return decode_map(about, image, "picture")
+    metadata = decode_map_yaml(yaml, "map.yaml")
+    assert metadata.image == "it's: a #map.pgm"
+    return decode_map(metadata, image, "picture")
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def there_and_back(grid, mode):
 @given(data=st.data())
 def test_a_written_map_reads_back_exactly(mode, cells, data):
     grid = data.draw(grids(cells))
-    again = there_and_back(grid, mode)
+    again = encode_and_decode(grid, mode)
     assert np.array_equal(again.cells, grid.cells) and again.cells.dtype == np.int8
     assert (again.resolution, again.origin_x, again.origin_y) == (
         grid.resolution,
@@ -83,7 +83,7 @@ def test_a_written_map_reads_back_exactly(mode, cells, data):
 
 def test_trinary_mode_converts_as_map_saver_does():
     grid = Grid(np.arange(-1, 101, dtype=np.int8)[None], 0.05, 0.0, 0.0)
-    row = there_and_back(grid, "trinary").cells[0]
+    row = encode_and_decode(grid, "trinary").cells[0]
     assert [int(np.sum(row == value)) for value in (0, -1, 100)] == [20, 1 + 46, 35]
     assert row[1] == 0 and row[20] == 0 and row[21] == -1 and row[66] == -1 and row[67] == 100
 
@@ -189,7 +189,7 @@ def test_pgm_variants_of_common_tools_are_read(image):
         (b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sII", 13, b"IHDR", 0, 1), "at least one"),
     ],
 )
-def test_a_damaged_picture_is_one_sentence(image, reason):
+def test_a_corrupt_image_is_reported_in_one_sentence(image, reason):
     with pytest.raises(MapFormatError, match=reason) as caught:
         decode(image)
     assert str(caught.value).startswith("a.pgm")
@@ -205,7 +205,7 @@ def png_bomb(width, height):
     )
 
 
-def test_absurd_picture_sizes_take_no_memory_or_time():
+def test_implausible_image_sizes_take_no_memory_or_time():
     tracemalloc.start()
     began = time.process_time()
     for image in (
@@ -254,14 +254,14 @@ def test_absurd_picture_sizes_take_no_memory_or_time():
         (YAML, b"a: [", "line"),
     ],
 )
-def test_a_wrong_yaml_file_is_one_sentence(old, new, reason):
+def test_an_invalid_yaml_file_is_reported_in_one_sentence(old, new, reason):
     assert old in YAML
     with pytest.raises(MapFormatError, match=reason) as caught:
         decode(pgm([0]), yaml=YAML.replace(old, new))
     assert str(caught.value).startswith("map.yaml")
 
 
-def test_a_yaml_with_another_maps_image_is_found():
+def test_a_yaml_file_with_the_image_of_another_map_is_rejected():
     grid = Grid(np.zeros((3, 3), np.int8), 0.05, 0.0, 0.0)
     yaml = encode_map_yaml("a.pgm", grid, image=encode_pgm(grid))
     with pytest.raises(MapFormatError, match="image sha256"):
@@ -279,7 +279,7 @@ def test_a_quarter_turn_is_exact(quarter):
     turned = decode(pgm(pixels), yaml=YAML.replace(b", 0.0]", f", {yaw!r}]".encode()))
     assert np.array_equal(
         turned.cells, np.rot90(plain.cells, -quarter)
-    )  # rows go up, so turned the other way
+    )  # the first row is the lowest, which reverses the sense
     assert turned.resolution == plain.resolution
 
 
@@ -291,7 +291,9 @@ def test_a_rotated_cell_is_at_its_rotated_position(yaw, row, column):
     across, up = (column + 0.5) * 0.05, (3 - row + 0.5) * 0.05
     x = -10.0 + across * math.cos(yaw) - up * math.sin(yaw)
     y = 0.5 + across * math.sin(yaw) + up * math.cos(yaw)
-    found = {grid.at(x + dx, y + dy) for dx in (-1e-9, 1e-9) for dy in (-1e-9, 1e-9)}  # on an edge: either
+    found = {
+        grid.at(x + dx, y + dy) for dx in (-1e-9, 1e-9) for dy in (-1e-9, 1e-9)
+    }  # on an edge either cell is correct
     assert 100 in found
     assert set(np.unique(grid.cells)) <= {-1, 0, 100}
     assert (grid.cells == 100).sum() <= 4
@@ -304,7 +306,7 @@ def test_rotation_of_a_strip_is_bounded_in_size():
 
 
 def mutations(original):
-    """The bytes with some replaced, cut, doubled or inserted."""
+    """Return a strategy for the bytes with some replaced, removed or inserted."""
     place = st.integers(0, len(original) - 1)
     edit = st.tuples(place, st.integers(0, 8), st.binary(max_size=8))
     return st.lists(edit, max_size=4).map(lambda edits: _mutate(original, edits))
@@ -316,7 +318,7 @@ def _mutate(data, edits):
     return data
 
 
-PICTURES = [
+IMAGES = [
     pgm(np.arange(12).reshape(3, 4)),
     b"P2\n# text\n3 2\n255\n0 1 2\n3 4 5\n",
     png(np.arange(12).reshape(3, 4), "L"),
@@ -325,8 +327,8 @@ PICTURES = [
 
 
 @settings(max_examples=300)
-@given(st.sampled_from(PICTURES).flatmap(mutations), mutations(YAML))
-def test_damaged_files_give_a_map_or_one_sentence(image, yaml):
+@given(st.sampled_from(IMAGES).flatmap(mutations), mutations(YAML))
+def test_corrupt_files_give_a_map_or_one_sentence(image, yaml):
     for some_yaml in (YAML, yaml):
         try:
             grid = decode(image, yaml=some_yaml)
@@ -337,7 +339,7 @@ def test_damaged_files_give_a_map_or_one_sentence(image, yaml):
             assert grid.cells.min() >= -1 and grid.cells.max() <= 100
 
 
-def test_an_empty_picture_is_refused():
+def test_an_empty_image_is_rejected():
     with pytest.raises(MapFormatError, match="at least one"):
         encode_pgm(Grid(np.zeros((0, 3), np.int8), 0.05, 0.0, 0.0))
     assert decode_image(pgm([7]), "x").levels.tolist() == [[7]]

@@ -1,11 +1,11 @@
-"""The waiter with the real navigator and base: what a STOP, a "go to" or a goal of a stranger does to its round."""
+"""Tests the delivery node with navigator and base: emergency stop, errands and goals of other clients in a round."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import pytest
-from tests.support.nodes import ROOM, Life
+from tests.support.nodes import ROOM, NodeRunner
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
@@ -29,12 +29,12 @@ KINDS = {
     "base": "chefbot.nodes.drive_base:DriveBaseNode",
     "navigator": "chefbot.nodes.navigator:NavigatorNode",
     "delivery": "chefbot.nodes.delivery:DeliveryNode",
-    "legs": "tests.nodes.test_delivery:Legs",
+    "controller": "tests.nodes.test_delivery:FakeController",
 }
 
 
-class Legs(Node):
-    """Planner and controller that need 2 s to everywhere; `reached` notes where the robot came."""
+class FakeController(Node):
+    """Planner and controller that reach each goal after 0.8 s and record it."""
 
     params: NoParams
     compute_path_to_pose = action_server(ComputePathToPose)
@@ -52,164 +52,170 @@ class Legs(Node):
         return FollowPath_Result()
 
 
-class Waiter(Life):
-    """In a room with a kitchen and two tables."""
+class DeliveryRunner(NodeRunner):
+    """The delivery node in a room with a kitchen and two tables."""
 
     def __init__(self, **delivery: float) -> None:
         super().__init__(KINDS, {}, {"delivery": delivery})
         self.run(0.1)
 
-    def say(self, topic: str, message: Any) -> None:
-        self.loop.publish(topic, message, "somebody", from_device=True)
+    def publish(self, topic: str, message: Any) -> None:
+        self.loop.publish(topic, message, "client", from_device=True)
         self.run(0.1)
 
     def until(self, state: str, place: str) -> None:
-        """As people do it: load and take what is there."""
+        """Run until the delivery is in a state, with loading and taking confirmed on the way."""
         for _ in range(100):
             if (self.now.state, self.now.place) == (state, place):
                 return
             press = {"loading": "loaded", "waiting": "taken"}.get(self.now.state)
             if press:
-                self.say(press, Empty())
+                self.publish(press, Empty())
             self.run(0.1)
-        raise AssertionError(f"never {state} {place}: {self.now}")
+        raise AssertionError(f"{state} {place} was not reached: {self.now}")
 
     @property
     def now(self) -> DeliveryStatus:
-        status: DeliveryStatus = self.heard("delivery_status")[-1]
+        status: DeliveryStatus = self.messages("delivery_status")[-1]
         return status
 
     @property
     def reached(self) -> list[str]:
-        legs: Any = self.system.nodes["legs"]
+        controller: Any = self.system.nodes["controller"]
         names = {x: name for name, x in ROOM.items()} | {RECEPTION: "reception"}
-        return [names[x] for x in legs.reached]
+        return [names[x] for x in controller.reached]
 
     def press_stop(self, pressed: bool) -> None:
-        self.say("stop_request", Bool(pressed))
+        self.publish("stop_request", Bool(pressed))
 
 
 def pose(x: float) -> PoseStamped:
     return PoseStamped(Header.of(0, "map"), Pose.of(SE2(x, 0.0, 0.0)))
 
 
-def go(when: str) -> Errand:
+def errand(when: str) -> Errand:
     return Errand("reception", pose(RECEPTION), when)
 
 
-def ordered(*orders: tuple[str, ...], **delivery: float) -> Waiter:
-    waiter = Waiter(**delivery)
+def start_orders(*orders: tuple[str, ...], **delivery: float) -> DeliveryRunner:
+    runner = DeliveryRunner(**delivery)
     for number, tables in enumerate(orders):
-        waiter.say("order", Order(tables, str(number)))
-    return waiter
+        runner.publish("order", Order(tables, str(number)))
+    return runner
 
 
 def test_robot_waits_for_confirmation_in_kitchen_and_at_table() -> None:
-    waiter = ordered(("table_1",))
-    waiter.run(600.0)
-    assert (waiter.now.state, waiter.reached) == ("loading", ["kitchen"])
-    waiter.say("loaded", Empty())
-    waiter.run(600.0)
-    assert (waiter.now.state, waiter.now.delivered, waiter.reached) == ("waiting", (), ["kitchen", "table_1"])
-    waiter.say("taken", Empty())
-    waiter.run(60.0)
-    assert (waiter.now.state, waiter.now.delivered) == ("idle", ("table_1",))
+    runner = start_orders(("table_1",))
+    runner.run(600.0)
+    assert (runner.now.state, runner.reached) == ("loading", ["kitchen"])
+    runner.publish("loaded", Empty())
+    runner.run(600.0)
+    assert (runner.now.state, runner.now.delivered, runner.reached) == ("waiting", (), ["kitchen", "table_1"])
+    runner.publish("taken", Empty())
+    runner.run(60.0)
+    assert (runner.now.state, runner.now.delivered) == ("idle", ("table_1",))
 
 
 def test_configured_timers_replace_confirmations() -> None:
-    waiter = ordered(("table_1",), loading_time=3.0, taking_time=10.0)
-    waiter.run(60.0)
-    assert (waiter.now.state, waiter.now.delivered) == ("idle", ("table_1",))
+    runner = start_orders(("table_1",), loading_time=3.0, taking_time=10.0)
+    runner.run(60.0)
+    assert (runner.now.state, runner.now.delivered) == ("idle", ("table_1",))
 
 
 def test_timers_pause_during_emergency_stop() -> None:
-    waiter = ordered(("table_1",), loading_time=3.0, taking_time=10.0)
-    waiter.run(5.0)
-    assert waiter.now.state == "waiting"
-    waiter.press_stop(True)
-    waiter.run(60.0)
-    assert (waiter.now.state, waiter.now.delivered) == ("waiting", ())
+    runner = start_orders(("table_1",), loading_time=3.0, taking_time=10.0)
+    runner.run(5.0)
+    assert runner.now.state == "waiting"
+    runner.press_stop(True)
+    runner.run(60.0)
+    assert (runner.now.state, runner.now.delivered) == ("waiting", ())
 
 
-@pytest.mark.parametrize("way", ["stranger", "now"])
-def test_a_go_to_on_the_way_to_a_table_keeps_the_orders(way: str) -> None:
-    waiter = ordered(("table_1", "table_2"), ("table_2",))
-    waiter.until("driving", "table_1")
-    waiter.say("goal_pose", pose(RECEPTION)) if way == "stranger" else waiter.say("errand", go("now"))
-    waiter.run(5.0)
-    assert waiter.reached[-1] == "reception" and waiter.now.hold_reason == "choice"
-    assert (waiter.now.place, waiter.now.queue, len(waiter.now.pending_orders)) == (
+@pytest.mark.parametrize("source", ["other client", "now"])
+def test_an_errand_on_the_way_to_a_table_keeps_the_orders(source: str) -> None:
+    runner = start_orders(("table_1", "table_2"), ("table_2",))
+    runner.until("driving", "table_1")
+    runner.publish("goal_pose", pose(RECEPTION)) if source == "other client" else runner.publish(
+        "errand", errand("now")
+    )
+    runner.run(5.0)
+    assert runner.reached[-1] == "reception" and runner.now.hold_reason == "choice"
+    assert (runner.now.place, runner.now.queue, len(runner.now.pending_orders)) == (
         "table_1",
         ("table_2",),
         1,
     )
-    waiter.say("round_choice", String("go_on"))
-    waiter.until("idle", "")
-    assert waiter.reached[2:] == ["table_1", "table_2", "home", "kitchen", "table_2", "home"]
-    assert not waiter.now.skipped_reasons
+    runner.publish("round_choice", String("go_on"))
+    runner.until("idle", "")
+    assert runner.reached[2:] == ["table_1", "table_2", "home", "kitchen", "table_2", "home"]
+    assert not runner.now.skipped_reasons
 
 
-@pytest.mark.parametrize("way", ["stranger", "now"])
-def test_a_go_to_while_loaded_is_driven_to_its_end(way: str) -> None:
-    waiter = ordered(("table_1",))
-    waiter.until("loading", "kitchen")
-    waiter.say("goal_pose", pose(RECEPTION)) if way == "stranger" else waiter.say("errand", go("now"))
-    waiter.say("loaded", Empty())
-    waiter.run(60.0)
-    assert waiter.reached == ["kitchen", "reception"] and waiter.now.hold_reason == "choice"
-    waiter.say("round_choice", String("go_on"))
-    waiter.run(5.0)
-    assert (waiter.now.state, waiter.reached[-1]) == ("loading", "kitchen")
+@pytest.mark.parametrize("source", ["other client", "now"])
+def test_an_errand_with_food_on_board_is_completed(source: str) -> None:
+    runner = start_orders(("table_1",))
+    runner.until("loading", "kitchen")
+    runner.publish("goal_pose", pose(RECEPTION)) if source == "other client" else runner.publish(
+        "errand", errand("now")
+    )
+    runner.publish("loaded", Empty())
+    runner.run(60.0)
+    assert runner.reached == ["kitchen", "reception"] and runner.now.hold_reason == "choice"
+    runner.publish("round_choice", String("go_on"))
+    runner.run(5.0)
+    assert (runner.now.state, runner.reached[-1]) == ("loading", "kitchen")
 
 
-@pytest.mark.parametrize("way", ["stranger", "now", "after", "instead"])
-def test_a_go_to_from_a_table_does_not_count_as_delivered(way: str) -> None:
-    waiter = ordered(("table_1",))
-    waiter.until("waiting", "table_1")
-    waiter.say("goal_pose", pose(RECEPTION)) if way == "stranger" else waiter.say("errand", go(way))
-    waiter.run(60.0)
-    assert waiter.now.delivered == ()
-    if way == "after":
-        assert (waiter.now.state, waiter.reached[-1]) == ("waiting", "table_1")
-        waiter.say("taken", Empty())
-        waiter.run(60.0)
-    assert waiter.reached[-1] == "reception"
-    if way == "instead":
-        assert waiter.now.state == "idle"
-        assert any("ended before it was served" in one for one in waiter.now.skipped_reasons)
+@pytest.mark.parametrize("source", ["other client", "now", "after", "instead"])
+def test_an_errand_from_a_table_does_not_count_as_delivered(source: str) -> None:
+    runner = start_orders(("table_1",))
+    runner.until("waiting", "table_1")
+    runner.publish("goal_pose", pose(RECEPTION)) if source == "other client" else runner.publish(
+        "errand", errand(source)
+    )
+    runner.run(60.0)
+    assert runner.now.delivered == ()
+    if source == "after":
+        assert (runner.now.state, runner.reached[-1]) == ("waiting", "table_1")
+        runner.publish("taken", Empty())
+        runner.run(60.0)
+    assert runner.reached[-1] == "reception"
+    if source == "instead":
+        assert runner.now.state == "idle"
+        assert any("ended before it was served" in reason for reason in runner.now.skipped_reasons)
 
 
 def test_emergency_stop_keeps_the_round_without_auto_resume() -> None:
-    waiter = ordered(("table_1", "table_2"))
-    waiter.until("driving", "table_2")
-    before = waiter.now
-    waiter.press_stop(True)
-    waiter.say("order", Order(("table_1",), "while stopped"))
-    waiter.run(60.0)
-    waiter.press_stop(False)
-    waiter.run(60.0)
-    assert waiter.reached == ["kitchen", "table_1"] and waiter.now.hold_reason == "choice"
-    kept = (waiter.now.place, waiter.now.queue, waiter.now.delivered)
-    assert kept == (before.place, before.queue, before.delivered) and len(waiter.now.pending_orders) == 1
-    waiter.say("round_choice", String("go_on"))
-    waiter.until("idle", "")
-    assert waiter.reached[2:] == ["table_2", "home", "kitchen", "table_1", "home"]
+    runner = start_orders(("table_1", "table_2"))
+    runner.until("driving", "table_2")
+    before = runner.now
+    runner.press_stop(True)
+    runner.publish("order", Order(("table_1",), "while stopped"))
+    runner.run(60.0)
+    runner.press_stop(False)
+    runner.run(60.0)
+    assert runner.reached == ["kitchen", "table_1"] and runner.now.hold_reason == "choice"
+    kept = (runner.now.place, runner.now.queue, runner.now.delivered)
+    assert kept == (before.place, before.queue, before.delivered) and len(runner.now.pending_orders) == 1
+    runner.publish("round_choice", String("go_on"))
+    runner.until("idle", "")
+    assert runner.reached[2:] == ["table_2", "home", "kitchen", "table_1", "home"]
 
 
-def test_impossible_choices_are_refused_with_a_message() -> None:
-    waiter = ordered(("table_1",))
-    waiter.press_stop(True)
-    waiter.say("round_choice", String("go_on"))
-    waiter.say("errand", go("now"))
-    assert [one.data for one in waiter.heard("delivery/remark")] == [
+def test_impossible_choices_are_rejected_with_a_message() -> None:
+    runner = start_orders(("table_1",))
+    runner.press_stop(True)
+    runner.publish("round_choice", String("go_on"))
+    runner.publish("errand", errand("now"))
+    assert [remark.data for remark in runner.messages("delivery/remark")] == [
         "STOP is pressed. Press Resume first."
     ] * 2
 
 
-def test_a_refusal_due_to_emergency_stop_clears_on_release() -> None:
-    waiter = Waiter()
-    waiter.press_stop(True)
-    waiter.say("goal_pose", pose(RECEPTION))
-    assert waiter.heard("navigation_status")[-1].reason == REFUSED
-    waiter.press_stop(False)
-    assert waiter.heard("navigation_status")[-1].reason == ""
+def test_a_rejection_by_emergency_stop_is_cleared_on_release() -> None:
+    runner = DeliveryRunner()
+    runner.press_stop(True)
+    runner.publish("goal_pose", pose(RECEPTION))
+    assert runner.messages("navigation_status")[-1].reason == REFUSED
+    runner.press_stop(False)
+    assert runner.messages("navigation_status")[-1].reason == ""

@@ -1,9 +1,9 @@
-"""STOP ends whatever drives by itself; nothing that was wanted before or during it begins when it is released."""
+"""Tests that the emergency stop ends autonomous motion and that nothing starts by itself after its release."""
 
 from __future__ import annotations
 
 import pytest
-from tests.support.nodes import ORDERS, Life, Robot
+from tests.support.nodes import GOALS, NodeRunner, StationaryRobot
 
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, ExplorationStatus
@@ -12,79 +12,79 @@ from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.safety.emergency_stop import REFUSED
 
 
-@pytest.mark.parametrize("name", ORDERS)
-def test_emergency_stop_aborts_the_goal_and_refuses_new_ones(name: str) -> None:
-    robot = Robot()
-    robot.order(name)
+@pytest.mark.parametrize("name", GOALS)
+def test_emergency_stop_aborts_the_goal_and_rejects_new_ones(name: str) -> None:
+    robot = StationaryRobot()
+    robot.send_goal(name)
     robot.run(0.0)
     assert robot.system.nodes["navigator" if name == "navigate_to_pose" else "controller"].__dict__[name].busy
-    if name != "navigate_to_pose":  # there is no planner here
-        assert robot.wants()
-    robot.press(True)
-    assert len(robot.outcomes(name)) == 1
-    assert not robot.wants()
-    robot.order(name)
+    if name != "navigate_to_pose":  # which has no planner in this test
+        assert robot.commands_motion()
+    robot.request_stop(True)
+    assert len(robot.results(name)) == 1
+    assert not robot.commands_motion()
+    robot.send_goal(name)
     robot.run(0.0)
-    assert robot.outcomes(name)[-1].result.error_msg == REFUSED and robot.outcomes(name)[-1].result.error_code
-    robot.press(False)
-    assert not robot.wants()
-    robot.order(name)
+    assert robot.results(name)[-1].result.error_msg == REFUSED and robot.results(name)[-1].result.error_code
+    robot.request_stop(False)
+    assert not robot.commands_motion()
+    robot.send_goal(name)
     robot.run(0.0)
-    assert len(robot.outcomes(name)) == 2, "after the release a new order counts"
+    assert len(robot.results(name)) == 2, "after the release a new goal is accepted"
 
 
 @pytest.mark.parametrize(
-    ("stopped", "pressed_at", "goes_on"), [(True, 5, False), (False, 5, False), (False, 3, True)]
+    ("stopped", "pressed_at", "continues"), [(True, 5, False), (False, 5, False), (False, 3, True)]
 )
 def test_an_explorer_restarted_during_emergency_stop_stays_held(
-    stopped: bool, pressed_at: int, goes_on: bool
+    stopped: bool, pressed_at: int, continues: bool
 ) -> None:
-    told = ExplorationStatus(Header(Time(4)), False)
+    status = ExplorationStatus(Header(Time(4)), False)
     stop = EmergencyStopStatus(Header(), stopped, Time(pressed_at))
-    words = {"exploration_status": told, "stop_status": stop, "restarted": Empty()}
-    life = Life({"explorer": "chefbot.nodes.explorer:ExplorerNode"}, words)
-    life.run(1.0)
-    assert bool(life.heard("spin/_action/send_goal")) == goes_on
-    assert [one.done for one in life.heard("exploration_status")] == [True] * (not goes_on)
+    restored = {"exploration_status": status, "stop_status": stop, "restarted": Empty()}
+    runner = NodeRunner({"explorer": "chefbot.nodes.explorer:ExplorerNode"}, restored)
+    runner.run(1.0)
+    assert bool(runner.messages("spin/_action/send_goal")) == continues
+    assert [status.done for status in runner.messages("exploration_status")] == [True] * (not continues)
 
 
 def test_global_localization_fails_on_emergency_stop() -> None:
-    life = Life({"finder": "chefbot.nodes.global_localizer:GlobalLocalizerNode"}, {})
-    life.run(1.0)
-    assert life.heard("spin/_action/send_goal")
-    life.loop.publish("emergency_stop", Bool(True), "base")
-    life.run(60.0)
-    assert [one.data for one in life.heard("localized")] == [False]
-    assert len(life.heard("spin/_action/send_goal")) == 1
+    runner = NodeRunner({"localizer": "chefbot.nodes.global_localizer:GlobalLocalizerNode"}, {})
+    runner.run(1.0)
+    assert runner.messages("spin/_action/send_goal")
+    runner.loop.publish("emergency_stop", Bool(True), "base")
+    runner.run(60.0)
+    assert [localized.data for localized in runner.messages("localized")] == [False]
+    assert len(runner.messages("spin/_action/send_goal")) == 1
 
 
-class Base(Life):
-    """The gate alone, and a stick that is held at some rate."""
+class Base(NodeRunner):
+    """The drive base with a joystick."""
 
     def __init__(self) -> None:
         super().__init__({"base": "chefbot.nodes.drive_base:DriveBaseNode"}, {})
         self.run(0.0)
 
     def hold(self, topic: str, v: float, times: int) -> bool:
-        """Whether the wheels turned at the end."""
+        """Publish a velocity at 10 Hz and return whether the wheels turn at the end."""
         for _ in range(times):
-            self.loop.publish(topic, Twist.of(v, 0.0), "somebody")
+            self.loop.publish(topic, Twist.of(v, 0.0), "client")
             self.run(0.1)
-        return float(self.heard("wheel_speeds")[-1].left) > 0.0
+        return float(self.messages("wheel_speeds")[-1].left) > 0.0
 
-    def ask(self, press: bool) -> None:
-        self.loop.publish("stop_request", Bool(press), "page")
+    def request_stop(self, stop: bool) -> None:
+        self.loop.publish("stop_request", Bool(stop), "web_ui")
         self.run(0.0)
 
 
 @pytest.mark.parametrize("topic", ["cmd_vel_teleop", "cmd_vel_nav"])
-@pytest.mark.parametrize("let_go", ["silence", "zero"])
-def test_a_held_stick_does_not_drive_after_emergency_stop(topic: str, let_go: str) -> None:
+@pytest.mark.parametrize("release", ["silence", "zero"])
+def test_a_held_joystick_does_not_drive_after_emergency_stop(topic: str, release: str) -> None:
     base = Base()
     assert base.hold(topic, 0.2, 5)
-    base.ask(True)
+    base.request_stop(True)
     assert not base.hold(topic, 0.2, 5)
-    base.ask(False)
+    base.request_stop(False)
     assert not base.hold(topic, 0.2, 20)
-    base.hold(topic, 0.0, 1) if let_go == "zero" else base.run(0.5)
+    base.hold(topic, 0.0, 1) if release == "zero" else base.run(0.5)
     assert base.hold(topic, 0.2, 5)

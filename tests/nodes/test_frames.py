@@ -1,4 +1,4 @@
-"""/tf_static says the same as the URDF, attitudes included, and planning from above still finds its frames."""
+"""Tests that /tf_static agrees with the URDF, including the orientation of tilted sensors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PITCH, YAW = 0.35, 0.2
 
 
 def tilted() -> Robot:
-    """With a camera that looks down and aside."""
+    """Return the Chefbot with a camera that is pitched and yawed."""
     robot = load_robot("chefbot")
     camera = robot.sensors.depth_camera
     assert camera is not None
@@ -35,16 +35,16 @@ def tilted() -> Robot:
     "robot", [*map(load_robot, sorted(built_in_robots())), tilted()], ids=lambda r: r.name
 )
 def test_each_transform_equals_the_urdf_joint(robot: Robot) -> None:
-    said = {frame.name: transform(0, frame) for frame in fixed_frames(robot)}
+    transforms = {frame.name: transform(0, frame) for frame in fixed_frames(robot)}
     compiled = mujoco.MjModel.from_xml_string(urdf(robot))
     joints = ET.fromstring(urdf(robot)).findall("joint[@type='fixed']")
-    assert len(joints) == len(said)
+    assert len(joints) == len(transforms)
     for joint in joints:
         parent, child = joint.find("parent"), joint.find("child")
         assert parent is not None and child is not None
-        one, body = said[child.attrib["link"]], compiled.body(child.attrib["link"])
-        at, turn = one.transform.translation, one.transform.rotation
-        assert one.header.frame_id == parent.attrib["link"]
+        published, body = transforms[child.attrib["link"]], compiled.body(child.attrib["link"])
+        at, turn = published.transform.translation, published.transform.rotation
+        assert published.header.frame_id == parent.attrib["link"]
         assert (at.x, at.y, at.z) == pytest.approx(tuple(body.pos), abs=1e-8)
         assert matrix([turn.w, turn.x, turn.y, turn.z]) == pytest.approx(matrix(list(body.quat)), abs=1e-7)
 
@@ -59,8 +59,8 @@ def test_a_tilted_camera_is_tilted_in_the_transform() -> None:
 
 
 def test_the_camera_position_is_that_of_its_mount() -> None:
-    robot, tree = tilted(), TransformBuffer()
-    tree.add_transforms(TFMessage(tuple(transform(0, frame) for frame in fixed_frames(robot))), static=True)
+    robot, buffer = tilted(), TransformBuffer()
+    buffer.add_transforms(TFMessage(tuple(transform(0, frame) for frame in fixed_frames(robot))), static=True)
     camera = robot.sensors.depth_camera
     assert camera is not None
-    assert tree.lookup("base_footprint", DEPTH_FRAME) == pytest.approx(camera.mount.planar, abs=1e-12)
+    assert buffer.lookup("base_footprint", DEPTH_FRAME) == pytest.approx(camera.mount.planar, abs=1e-12)

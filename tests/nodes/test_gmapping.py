@@ -1,4 +1,4 @@
-"""The mapper as a node."""
+"""Tests the node of Gmapping."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ def test_map_origin_is_the_start_of_odometry_for_a_late_mapper(odom: SE2) -> Non
     system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
     entry = NodeEntry(kind="chefbot.nodes.gmapping:GmappingNode")
     system.launch(Launch(name="test", description="", args={}, nodes={"gmapping": entry}))
-    said: list[TransformStamped] = []
-    system.loop.subscribe("tf", "test", lambda message: said.extend(message.transforms))  # type: ignore[attr-defined]
+    published: list[TransformStamped] = []
+    system.loop.subscribe("tf", "test", lambda message: published.extend(message.transforms))  # type: ignore[attr-defined]
     now = system.loop.now_ns
-    tree = [("odom", "base_link", odom), ("base_link", "laser", SE2(0.0, 0.0, 0.0))]
-    transforms = tuple(TransformStamped.of(now, parent, child, pose) for parent, child, pose in tree)
+    frames = [("odom", "base_link", odom), ("base_link", "laser", SE2(0.0, 0.0, 0.0))]
+    transforms = tuple(TransformStamped.of(now, parent, child, pose) for parent, child, pose in frames)
     system.loop.publish("tf", TFMessage(transforms), "test")
     ranges = np.full(360, 2.0, np.float32)
     header = Header.of(now, "laser")
     system.loop.publish("scan", LaserScan(header, -3.14, 3.14, 0.0175, 0.0, 0.1, 0.1, 8.0, ranges), "test")
     system.loop.run(until_ns=now + 1_000_000)
-    found = next(one for one in said if one.child_frame_id == "odom").transform.se2
+    found = next(item for item in published if item.child_frame_id == "odom").transform.se2
     assert (found.x, found.y, found.yaw) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)

@@ -1,4 +1,4 @@
-"""/joint_states and the wheels' frames: where the URDF has them, as fast as they turn."""
+"""Tests that joint states and transforms of the wheels agree with the URDF and the encoder counts."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ ROBOTS = {name: load_robot(name) for name in sorted(built_in_robots())}
 TICK_NS = 20_000_000
 
 
-class Told:
-    """What the node says of these ticks, one pair in 20 ms."""
+class PublishedStates:
+    """The messages for given encoder counts, one pair every 20 ms."""
 
     def __init__(self, robot: Robot, ticks: list[tuple[int, int]], silence: float = 0.0) -> None:
         loop = Loop(StepClock())
@@ -43,8 +43,12 @@ class Told:
         self.joints: list[JointState] = []
         self.frames: list[TFMessage] = []
         self.fixed: list[TFMessage] = []
-        for topic, heard in (("joint_states", self.joints), ("tf", self.frames), ("tf_static", self.fixed)):
-            loop.subscribe(topic, "test", heard.append)  # type: ignore[arg-type]
+        for topic, messages in (
+            ("joint_states", self.joints),
+            ("tf", self.frames),
+            ("tf_static", self.fixed),
+        ):
+            loop.subscribe(topic, "test", messages.append)  # type: ignore[arg-type]
         system.launch(Launch(name="t", description="", args={}, nodes=nodes))
         for left, right in ticks:
             loop.run(until_ns=loop.now_ns + TICK_NS)
@@ -54,40 +58,43 @@ class Told:
 
 @given(st.sampled_from(sorted(ROBOTS)), st.integers(-(10**6), 10**6), st.integers(-(10**6), 10**6))
 def test_link_poses_follow_from_the_joint_positions(name: str, left: int, right: int) -> None:
-    """What MuJoCo makes of the URDF at these angles is what the frames say; no link is without one."""
+    """The transforms are those of MuJoCo's kinematics of the URDF at the joint positions; each link has one."""
     robot = ROBOTS[name]
-    told = Told(robot, [(left, right)])
+    published = PublishedStates(robot, [(left, right)])
     model = mujoco.MjModel.from_xml_string(urdf(robot))
     data = mujoco.MjData(model)
-    state = told.joints[-1]
+    state = published.joints[-1]
     for joint, angle in zip(state.name, state.position, strict=True):
         data.joint(joint).qpos[0] = angle
     mujoco.mj_kinematics(model, data)
-    frames = {one.child_frame_id: one for one in (*told.frames[-1].transforms, *told.fixed[-1].transforms)}
+    frames = {
+        item.child_frame_id: item
+        for item in (*published.frames[-1].transforms, *published.fixed[-1].transforms)
+    }
     document = ET.fromstring(urdf(robot))
     links = {link.attrib["name"] for link in document.findall("link")}
     assert links - frames.keys() == {"base_footprint"}
-    assert {one.attrib["name"] for one in document.findall("joint") if one.attrib["type"] != "fixed"} == set(
-        state.name
-    )
+    assert {
+        joint.attrib["name"] for joint in document.findall("joint") if joint.attrib["type"] != "fixed"
+    } == set(state.name)
     for link in ("wheel_left_link", "wheel_right_link"):
         at, turn = frames[link].transform.translation, frames[link].transform.rotation
         assert frames[link].header.frame_id == "base_link"
         assert (at.x, at.y, at.z) == pytest.approx(tuple(data.body(link).xpos), abs=1e-8)
-        seen = data.body(link).xmat.reshape(3, 3)
-        assert matrix([turn.w, turn.x, turn.y, turn.z]) == pytest.approx(seen, abs=1e-6)
+        rotation = data.body(link).xmat.reshape(3, 3)
+        assert matrix([turn.w, turn.x, turn.y, turn.z]) == pytest.approx(rotation, abs=1e-6)
 
 
 @given(st.lists(st.tuples(st.integers(-12, 12), st.integers(-12, 12)), min_size=3, max_size=60))
 def test_velocities_match_positions_at_a_limited_rate(steps: list[tuple[int, int]]) -> None:
     robot = ROBOTS["chefbot"]
     ticks = np.cumsum(steps, axis=0).tolist()
-    told = Told(robot, [(left, right) for left, right in ticks]).joints
+    states = PublishedStates(robot, [(left, right) for left, right in ticks]).joints
     per_turn = robot.motor.ticks_per_turn
     ends = {TICK_NS * (index + 1): pair for index, pair in enumerate(ticks)}
-    for one in told:
-        assert one.position == pytest.approx(np.array(ends[one.header.stamp.ns]) * 2 * np.pi / per_turn)
-    for before, after in pairwise(told):
+    for state in states:
+        assert state.position == pytest.approx(np.array(ends[state.header.stamp.ns]) * 2 * np.pi / per_turn)
+    for before, after in pairwise(states):
         time_ns = after.header.stamp.ns - before.header.stamp.ns
         assert time_ns >= PERIOD_NS
         assert after.velocity == pytest.approx((after.position - before.position) / (time_ns / 1e9))
@@ -95,14 +102,14 @@ def test_velocities_match_positions_at_a_limited_rate(steps: list[tuple[int, int
 
 def test_joint_states_without_a_board_after_silence_or_restart() -> None:
     robot = ROBOTS["chefbot"]
-    never = Told(robot, [], silence=3.0)
-    assert [list(one.position) for one in never.joints] == [[0.0, 0.0]] * 3
-    assert len(never.frames) == 3 and all(len(one.velocity) == 0 for one in never.joints)
-    silent = Told(robot, [(0, 0), (0, 0), (5, 5)], silence=3.0).joints
+    no_board = PublishedStates(robot, [], silence=3.0)
+    assert [list(state.position) for state in no_board.joints] == [[0.0, 0.0]] * 3
+    assert len(no_board.frames) == 3 and all(len(state.velocity) == 0 for state in no_board.joints)
+    silent = PublishedStates(robot, [(0, 0), (0, 0), (5, 5)], silence=3.0).joints
     assert len(silent) >= 4 and list(silent[-1].position) == list(silent[1].position)
     assert len(silent[1].velocity) == 2 and len(silent[-1].velocity) == 0
-    anew = Told(robot, [(10**6, 10**6)] * 3 + [(0, 0)] * 3).joints
-    assert all(len(one.velocity) == 0 or not np.any(one.velocity) for one in anew)
+    restarted = PublishedStates(robot, [(10**6, 10**6)] * 3 + [(0, 0)] * 3).joints
+    assert all(len(state.velocity) == 0 or not np.any(state.velocity) for state in restarted)
 
 
 @pytest.mark.parametrize("name", ["base", "model_robot", "3dsensor", "amcl_demo", "robot_standalone"])

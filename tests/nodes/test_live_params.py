@@ -1,4 +1,4 @@
-"""Params of running nodes: what a node says it can take it takes, all else it refuses with the reason."""
+"""Tests that running nodes accept the parameters that they declare as settable and reject others with a reason."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 
 ENTRIES = {entry.kind: entry for name in built_in_launches() for entry in load_launch(name).nodes.values()}
-THINKING = ("amcl", "base", "controller", "delivery", "explorer", "gmapping", "navigator", "planner")
+NODES = ("amcl", "base", "controller", "delivery", "explorer", "gmapping", "navigator", "planner")
 SECOND = 1_000_000_000
 
 
@@ -38,7 +38,7 @@ def test_settable_parameters_exist(kind: str) -> None:
 
 
 def other_value(value: Any, kind: types.Type) -> Any:
-    """Another one within the bounds; None where there is none to be had easily."""
+    """Return another value within the bounds; None for a type or bounds that are not supported."""
     kind = kind.type if isinstance(kind, types.Metadata) else kind
     if isinstance(value, bool):
         return not value
@@ -54,11 +54,11 @@ def other_value(value: Any, kind: types.Type) -> Any:
     return near if low < near < high else value - 1 if isinstance(value, int) else 0.9 * value + 0.1 * low
 
 
-def thinking() -> NodeContainer:
+def start_nodes() -> NodeContainer:
     modules = {"base": "drive_base"}
     kinds = {
         name: f"{modules.get(name, name)}:{'DriveBase' if name == 'base' else name.capitalize()}Node"
-        for name in THINKING
+        for name in NODES
     }
     entries = {name: NodeEntry(kind=f"chefbot.nodes.{kind}") for name, kind in kinds.items()}
     system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
@@ -66,25 +66,25 @@ def thinking() -> NodeContainer:
     return system
 
 
-def test_each_parameter_is_set_or_refused_with_the_reason() -> None:
-    system, taken, refused = thinking(), 0, 0
+def test_each_parameter_is_set_or_rejected_with_the_reason() -> None:
+    system, accepted, rejected = start_nodes(), 0, 0
     for name, node in system.nodes.items():
-        for param, known in flatten(node.params).items():
-            value = other_value(known.value, known.kind)
-            if value is None or value == known.value:
+        for param, current in flatten(node.params).items():
+            value = other_value(current.value, current.kind)
+            if value is None or value == current.value:
                 continue
             plain = with_values(node.params, {param: value})
             if is_live(param, node.live_params):
                 system.set_params(name, plain, "test")
                 assert flatten(node.params)[param].value == pytest.approx(value), (name, param)
-                taken += 1
+                accepted += 1
             else:
                 with pytest.raises(UserError, match=f"{name} reads {param} when it starts"):
                     system.set_params(name, plain, "test")
-                assert flatten(node.params)[param].value == known.value
-                refused += 1
+                assert flatten(node.params)[param].value == current.value
+                rejected += 1
     system.stop()
-    assert taken > 40 and refused > 40
+    assert accepted > 40 and rejected > 40
 
 
 @pytest.mark.slow
@@ -96,11 +96,11 @@ def test_a_lower_speed_parameter_slows_the_robot() -> None:
         start(system, launch)
         fastest = [0.0]
 
-        def hear(message: Message) -> None:
+        def keep_fastest(message: Message) -> None:
             assert isinstance(message, Twist)
             fastest[0] = max(fastest[0], message.linear.x)
 
-        system.loop.subscribe("cmd_vel", "test", hear)
+        system.loop.subscribe("cmd_vel", "test", keep_fastest)
         system.loop.run(until_ns=4 * SECOND)
         top = {}
         for share, x in ((0.4, 1.2), (1.0, 0.0)):
@@ -117,8 +117,8 @@ def test_a_lower_speed_parameter_slows_the_robot() -> None:
 
 @pytest.mark.parametrize("timeout", [0.6, 5.0, 1e9])
 def test_no_parameter_disables_the_command_timeout(timeout: float) -> None:
-    """It would go on for as long, at full speed, when a hand or a cable lets go."""
-    system = thinking()
+    """Without a timeout the robot would continue at full speed when commands cease."""
+    system = start_nodes()
     plain = with_values(system.nodes["base"].params, {"limiter.timeout": timeout})
     with pytest.raises(ConfigError, match="timeout"):
         system.set_params("base", plain, "test")

@@ -1,11 +1,11 @@
-"""A robot that does not know where it is drives no path: it turns on the spot, and goes on when it knows."""
+"""Tests that a lost robot spins instead of following its path, and resumes when it is localized."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import pytest
-from tests.support.nodes import Life, Robot
+from tests.support.nodes import NodeRunner, StationaryRobot
 
 from chefbot.behavior.relocalization import LOCALIZED_UPDATES_REQUIRED, MAX_SPIN_STEPS
 from chefbot.control.waiting_state import LOST
@@ -35,8 +35,8 @@ from chefbot.runtime.node import Node, NoParams
 GOAL = NavigateToPose_Goal(PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 0.0, 0.0))))
 
 
-class Legs(Node):
-    """Plans and follows without an end; notes what it is asked for. A turn takes a second."""
+class FakeController(Node):
+    """Planner and controller whose paths never end and whose spins take a second; it counts the spins."""
 
     params: NoParams
     compute_path_to_pose = action_server(ComputePathToPose)
@@ -44,7 +44,7 @@ class Legs(Node):
     spin = action_server(Spin)
 
     def start(self) -> None:
-        self.turns = 0
+        self.spins = 0
 
     async def on_compute_path_to_pose(self, _: ComputePathToPose_Goal, __: Any) -> ComputePathToPose_Result:
         return ComputePathToPose_Result()
@@ -53,109 +53,119 @@ class Legs(Node):
         return await Future[FollowPath_Result]()
 
     async def on_spin(self, _: Spin_Goal, __: Any) -> Spin_Result:
-        self.turns += 1
+        self.spins += 1
         await self.sleep(1.0)
         return Spin_Result()
 
 
-class Lost:
-    """A navigator with a goal, and what localization says."""
+class NavigationWithGoal:
+    """A navigator with a goal and a localization whose status the test publishes."""
 
     def __init__(self) -> None:
-        self.life = Life(
+        self.runner = NodeRunner(
             {
                 "navigator": "chefbot.nodes.navigator:NavigatorNode",
-                "legs": "tests.nodes.test_lost_localization:Legs",
+                "controller": "tests.nodes.test_lost_localization:FakeController",
             },
             {},
         )
         goal = NavigateToPose.send_goal(new_goal_id(), GOAL)
-        self.life.loop.publish("navigate_to_pose/_action/send_goal", goal, "somebody")
-        self.life.run(1.5)
+        self.runner.loop.publish("navigate_to_pose/_action/send_goal", goal, "client")
+        self.runner.run(1.5)
 
-    def say(self, localized: bool, times: int = 1) -> None:
+    def publish_status(self, localized: bool, times: int = 1) -> None:
         for _ in range(times):
-            self.life.loop.publish("localization_status", LocalizationStatus(localized=localized), "amcl")
-            self.life.run(0.1)
+            self.runner.loop.publish("localization_status", LocalizationStatus(localized=localized), "amcl")
+            self.runner.run(0.1)
 
     @property
-    def legs(self) -> Any:
-        return self.life.system.nodes["legs"]
+    def controller(self) -> Any:
+        return self.runner.system.nodes["controller"]
 
     @property
     def state(self) -> str:
-        return str(self.life.heard("navigation_status")[-1].state)
+        return str(self.runner.messages("navigation_status")[-1].state)
 
 
 def test_without_localization_the_controller_does_not_wait() -> None:
-    lost = Lost()
-    assert lost.legs.follow_path.busy and not lost.legs.turns
+    navigation = NavigationWithGoal()
+    assert navigation.controller.follow_path.busy and not navigation.controller.spins
 
 
 def test_a_lost_robot_aborts_the_path_spins_and_continues() -> None:
-    lost = Lost()
-    lost.say(True)
-    assert lost.legs.follow_path.busy
-    lost.say(False)
-    assert not lost.legs.follow_path.busy and lost.legs.turns == 1 and lost.state == "recovering"
-    lost.life.run(2.5)
-    assert lost.legs.turns == 3
-    lost.say(True, LOCALIZED_UPDATES_REQUIRED)
-    lost.life.run(1.5)
-    assert lost.legs.follow_path.busy and lost.state == "driving"
-    assert lost.life.heard("navigation_status")[-1].recoveries == 0, "to look around is no recovery"
+    navigation = NavigationWithGoal()
+    navigation.publish_status(True)
+    assert navigation.controller.follow_path.busy
+    navigation.publish_status(False)
+    assert (
+        not navigation.controller.follow_path.busy
+        and navigation.controller.spins == 1
+        and navigation.state == "recovering"
+    )
+    navigation.runner.run(2.5)
+    assert navigation.controller.spins == 3
+    navigation.publish_status(True, LOCALIZED_UPDATES_REQUIRED)
+    navigation.runner.run(1.5)
+    assert navigation.controller.follow_path.busy and navigation.state == "driving"
+    assert navigation.runner.messages("navigation_status")[-1].recoveries == 0, (
+        "spinning to localize does not count as a recovery"
+    )
 
 
 def test_a_short_good_estimate_is_not_enough() -> None:
-    lost = Lost()
-    lost.say(False)
-    lost.say(True, LOCALIZED_UPDATES_REQUIRED - 1)
-    lost.say(False)
-    lost.life.run(3.0)
-    assert not lost.legs.follow_path.busy and lost.legs.turns > 2
+    navigation = NavigationWithGoal()
+    navigation.publish_status(False)
+    navigation.publish_status(True, LOCALIZED_UPDATES_REQUIRED - 1)
+    navigation.publish_status(False)
+    navigation.runner.run(3.0)
+    assert not navigation.controller.follow_path.busy and navigation.controller.spins > 2
 
 
 def test_failed_relocalization_aborts_the_goal_with_a_reason() -> None:
-    lost = Lost()
-    lost.say(False)
-    lost.life.run(MAX_SPIN_STEPS + 5.0)
-    (outcome,) = lost.life.heard("navigate_to_pose/_action/get_result")
+    navigation = NavigationWithGoal()
+    navigation.publish_status(False)
+    navigation.runner.run(MAX_SPIN_STEPS + 5.0)
+    (outcome,) = navigation.runner.messages("navigate_to_pose/_action/get_result")
     assert outcome.result.error_code == PATIENCE_EXCEEDED and "Not localized" in outcome.result.error_msg
-    assert lost.legs.turns == MAX_SPIN_STEPS
+    assert navigation.controller.spins == MAX_SPIN_STEPS
 
 
 def test_an_external_spin_is_not_interrupted() -> None:
-    """Such as the finder's: the two do not push each other aside for ever."""
-    lost = Lost()
-    lost.say(False)
+    """Otherwise the spins of navigator and global localizer would preempt each other forever."""
+    navigation = NavigationWithGoal()
+    navigation.publish_status(False)
     for _ in range(3):
         turn = Spin.send_goal(new_goal_id(), Spin_Goal(1.0))
-        lost.life.loop.publish("spin/_action/send_goal", turn, "somebody")
-        lost.life.run(1.5)
-    assert lost.legs.turns <= 8 and lost.state == "recovering"
+        navigation.runner.loop.publish("spin/_action/send_goal", turn, "client")
+        navigation.runner.run(1.5)
+    assert navigation.controller.spins <= 8 and navigation.state == "recovering"
 
 
-def test_the_reason_to_stand_is_what_the_controller_waits_for() -> None:
-    lost = Lost()
-    lost.life.loop.publish("controller/standing", String("The lidar is gone."), "controller", latched=True)
-    lost.life.run(2.5)
-    status = lost.life.heard("navigation_status")[-1]
+def test_the_reason_of_a_stop_is_published_in_the_status() -> None:
+    navigation = NavigationWithGoal()
+    navigation.runner.loop.publish(
+        "controller/standing", String("The lidar is gone."), "controller", latched=True
+    )
+    navigation.runner.run(2.5)
+    status = navigation.runner.messages("navigation_status")[-1]
     assert (status.state, status.reason) == ("waiting", "The lidar is gone.")
-    lost.life.loop.publish("controller/standing", String(""), "controller", latched=True)
-    lost.life.run(0.1)
-    assert (lost.state, lost.life.heard("navigation_status")[-1].reason) == ("driving", "")
+    navigation.runner.loop.publish("controller/standing", String(""), "controller", latched=True)
+    navigation.runner.run(0.1)
+    assert (navigation.state, navigation.runner.messages("navigation_status")[-1].reason) == ("driving", "")
 
 
 @pytest.mark.parametrize("name", ["follow_path", "spin"])
 def test_a_lost_robot_follows_no_path_but_spins(name: str) -> None:
-    robot = Robot()
+    robot = StationaryRobot()
     robot.loop.publish("localization_status", LocalizationStatus(localized=False), "amcl")
-    robot.order(name)
+    robot.send_goal(name)
     robot.run(1.0)
     twists = [
-        one.message for one in robot.said if one.topic == "cmd_vel_nav" and isinstance(one.message, Twist)
+        item.message
+        for item in robot.published
+        if item.topic == "cmd_vel_nav" and isinstance(item.message, Twist)
     ]
-    assert any(one.linear.x or one.angular.z for one in twists) == (name == "spin")
-    assert [one.data for one in robot.heard("controller/standing")] == (
+    assert any(twist.linear.x or twist.angular.z for twist in twists) == (name == "spin")
+    assert [reason.data for reason in robot.messages("controller/standing")] == (
         [LOST] if name == "follow_path" else []
     )

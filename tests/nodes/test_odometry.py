@@ -1,4 +1,4 @@
-"""Odometry as a node: what it says when a sensor falls silent."""
+"""Tests the diagnostics of the odometry node."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ PERIOD = 20_000_000
 
 
 def health(silent_from: float) -> list[tuple[int, str]]:
-    """Level and sentence of every second of a straight drive; the gyro is silent from `silent_from` s on."""
+    """Return level and message of each second of a straight drive; the gyro is silent from `silent_from` s on."""
     system = NodeContainer(Loop(StepClock()), load_robot("chefbot"), 1)
     entry = NodeEntry(kind="chefbot.nodes.odometry:OdometryNode")
     system.launch(Launch(name="test", description="", args={}, nodes={"odometry": entry}))
-    heard: list[tuple[int, str]] = []
+    statuses: list[tuple[int, str]] = []
 
-    def listen(message: DiagnosticArray) -> None:
-        heard.append((message.status[0].level, message.status[0].message))
+    def keep(message: DiagnosticArray) -> None:
+        statuses.append((message.status[0].level, message.status[0].message))
 
-    def sense(i: int) -> None:
+    def publish_sensors(i: int) -> None:
         header = Header.of(system.loop.now_ns, "base_link")
         if system.loop.now_ns < silent_from * 1e9:
             system.loop.publish("imu/data", Imu(header, angular_velocity=Vector3()), "test")
         system.loop.publish("wheel_ticks", WheelTicks(header, 50 * i, 50 * i), "test")
 
-    system.loop.subscribe("diagnostics", "test", listen)
+    system.loop.subscribe("diagnostics", "test", keep)
     for i in range(1, 200):
-        system.loop.schedule(i * PERIOD, DEVICE, lambda i=i: sense(i))
+        system.loop.schedule(i * PERIOD, DEVICE, lambda i=i: publish_sensors(i))
     system.loop.run(until_ns=4_000_000_000)
-    return heard
+    return statuses
 
 
 def test_a_silent_gyro_is_reported() -> None:
-    heard = health(silent_from=1.9)
-    assert [level for level, _ in heard] == [OK, OK, WARN, WARN]
-    assert "No gyro" in heard[-1][1]
+    statuses = health(silent_from=1.9)
+    assert [level for level, _ in statuses] == [OK, OK, WARN, WARN]
+    assert "No gyro" in statuses[-1][1]
 
 
 def test_a_healthy_robot_reports_ok() -> None:

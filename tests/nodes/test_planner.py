@@ -1,4 +1,4 @@
-"""The planner's costmap while the robot's belief about its place changes."""
+"""Tests how the planner's costmap treats obstacles when the estimated pose jumps."""
 
 from __future__ import annotations
 
@@ -28,35 +28,34 @@ PERIOD = 100_000_000
 AHEAD = 1.5
 
 
-def marked(beliefs: list[SE2]) -> set[tuple[int, int]]:
-    """Cells that are lethal on an empty map after the robot stood still, a thing 1.5 m ahead of it, and believed
-    in turn to be at these poses."""
+def lethal_cells(estimates: list[SE2]) -> set[tuple[int, int]]:
+    """Return the lethal cells on an empty map for an obstacle 1.5 m ahead of a standing robot with these poses."""
     system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 1)
     entry = NodeEntry(kind="chefbot.nodes.planner:PlannerNode")
     system.launch(Launch(name="test", description="", args={}, nodes={"planner": entry}))
-    heard: list[OccupancyGrid] = []
-    system.loop.subscribe("global_costmap/costmap", "test", heard.append)
+    costmaps: list[OccupancyGrid] = []
+    system.loop.subscribe("global_costmap/costmap", "test", costmaps.append)
 
-    def sense(i: int) -> None:
+    def publish_sensors(i: int) -> None:
         now = system.loop.now_ns
         empty = Grid(np.zeros((200, 200), dtype=np.int8), 0.05, -5.0, -5.0)
         if i == 1:
             system.loop.publish("map", OccupancyGrid.of(Header.of(now, "map"), empty), "test")
-        tree = [
-            ("map", "odom", beliefs[min(i // 5, len(beliefs) - 1)]),
+        frames = [
+            ("map", "odom", estimates[min(i // 5, len(estimates) - 1)]),
             ("odom", "base_link", SE2(0.0, 0.0, 0.0)),
         ]
-        tree.append(("base_link", "laser", SE2(0.0, 0.0, 0.0)))
-        transforms = tuple(TransformStamped.of(now, parent, child, pose) for parent, child, pose in tree)
+        frames.append(("base_link", "laser", SE2(0.0, 0.0, 0.0)))
+        transforms = tuple(TransformStamped.of(now, parent, child, pose) for parent, child, pose in frames)
         system.loop.publish("tf", TFMessage(transforms), "test")
         ranges = np.full(3, AHEAD, dtype=np.float32)
         header = Header.of(now, "laser")
         system.loop.publish("scan", LaserScan(header, -0.02, 0.02, 0.02, 0.0, 0.1, 0.1, 8.0, ranges), "test")
 
-    for i in range(1, 5 * len(beliefs) + 15):
-        system.loop.schedule(i * PERIOD, DEVICE, lambda i=i: sense(i))
-    system.loop.run(until_ns=(5 * len(beliefs) + 15) * PERIOD)
-    data = np.asarray(heard[-1].data).reshape(200, 200)
+    for i in range(1, 5 * len(estimates) + 15):
+        system.loop.schedule(i * PERIOD, DEVICE, lambda i=i: publish_sensors(i))
+    system.loop.run(until_ns=(5 * len(estimates) + 15) * PERIOD)
+    data = np.asarray(costmaps[-1].data).reshape(200, 200)
     rows, columns = np.nonzero(data == 100)
     return set(zip(columns.tolist(), rows.tolist(), strict=True))
 
@@ -68,14 +67,14 @@ def cell(x: float, y: float) -> tuple[int, int]:
 @pytest.mark.parametrize("wrong", [SE2(-2.0, 1.0, 0.0), SE2(0.0, 0.0, math.pi / 2)])
 def test_obstacles_seen_from_a_wrong_pose_are_cleared(wrong: SE2) -> None:
     right = SE2(0.0, 0.0, 0.0)
-    thing, ghost = cell(AHEAD, 0.0), cell(*wrong.apply(np.array([[AHEAD, 0.0]]))[0])
-    assert ghost in marked([wrong])
-    assert marked([wrong, right]) == marked([right])
-    assert thing in marked([wrong, right])
+    obstacle, wrong_mark = cell(AHEAD, 0.0), cell(*wrong.apply(np.array([[AHEAD, 0.0]]))[0])
+    assert wrong_mark in lethal_cells([wrong])
+    assert lethal_cells([wrong, right]) == lethal_cells([right])
+    assert obstacle in lethal_cells([wrong, right])
 
 
 def test_a_closed_door_out_of_sight_may_be_open_again() -> None:
-    """Somebody stood in it as the robot left the room."""
+    """A person stood in the door when the robot left the room."""
     cells = np.zeros((60, 200), dtype=np.int8)
     cells[:, [0, -1, 60]] = cells[[0, -1], :] = 100
     cells[25:37, 60] = 0
@@ -84,16 +83,18 @@ def test_a_closed_door_out_of_sight_may_be_open_again() -> None:
     costs.mark_and_clear("laser", SE2(4.0, 1.55, math.pi), np.linspace(-0.3, 0.3, 61), np.full(61, 1.0))
     planner, home = GridPlanner(), SE2(1.0, 1.5, 0.0)
     far, near = SE2(9.0, 1.5, 0.0), SE2(5.0, 1.5, 0.0)
-    for here in (far, near):
+    for start in (far, near):
         with pytest.raises(PlanningError):
-            planner.plan(costs.update(), here, home)
+            planner.plan(costs.update(), start, home)
     assert len(planner.plan(costs.costs_without_far_marks(far), far, home)) > 10
     with pytest.raises(PlanningError):
         planner.plan(
             costs.costs_without_far_marks(near), near, home
-        )  # it is in sight: the person stands there
+        )  # the door is in sight and the person still there
 
 
 def test_a_small_pose_correction_clears_nothing() -> None:
     before, after = SE2(0.0, 0.0, 0.0), SE2(0.0, 0.3, 0.0)
-    assert cell(AHEAD, 0.0) in marked([before, after]) and cell(AHEAD, 0.3) in marked([before, after])
+    assert cell(AHEAD, 0.0) in lethal_cells([before, after]) and cell(AHEAD, 0.3) in lethal_cells(
+        [before, after]
+    )

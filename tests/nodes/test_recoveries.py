@@ -1,4 +1,4 @@
-"""In which order a robot whose way is closed tries what."""
+"""Tests the order of the recovery behaviors of a robot without a path."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import Node, NoParams
 from chefbot.runtime.node_container import NodeContainer
 
-NO_WAY = 208
+NO_PATH = 208
 
 
-class Walled(Node):
-    """A planner that finds no way, and motions that are over at once."""
+class NoPath(Node):
+    """A planner that finds no path, and behaviors that succeed at once."""
 
     params: NoParams
     compute_path_to_pose = action_server(ComputePathToPose)
@@ -44,35 +44,39 @@ class Walled(Node):
     backup = action_server(BackUp)
 
     async def on_compute_path_to_pose(self, _: ComputePathToPose_Goal, __: Any) -> ComputePathToPose_Result:
-        """Never one."""
-        return ComputePathToPose_Result(error_code=NO_WAY, error_msg="no way")
+        """Fail with NO_PATH."""
+        return ComputePathToPose_Result(error_code=NO_PATH, error_msg="no path")
 
     async def on_follow_path(self, _: FollowPath_Goal, __: Any) -> FollowPath_Result:
-        """There is none to follow."""
+        """Succeed at once."""
         return FollowPath_Result()
 
     async def on_spin(self, _: Spin_Goal, __: Any) -> Spin_Result:
-        """Done."""
+        """Succeed at once."""
         return Spin_Result()
 
     async def on_backup(self, _: BackUp_Goal, __: Any) -> BackUp_Result:
-        """Done."""
+        """Succeed at once."""
         return BackUp_Result()
 
 
-def tried(robot: str) -> list[str]:
-    """Topics of what a navigator without a way asked for, in their order, until it gave up."""
+def recoveries(robot: str) -> list[str]:
+    """Return the recovery behaviors in the order in which a navigator without a path starts them."""
     system = NodeContainer(Loop(StepClock()), load_robot(robot), 1)
-    said: list[Publication] = []
-    system.loop.add_observer(said.append)
-    kinds = {"navigator": "chefbot.nodes.navigator:NavigatorNode", "walled": f"{__name__}:Walled"}
+    published: list[Publication] = []
+    system.loop.add_observer(published.append)
+    kinds = {"navigator": "chefbot.nodes.navigator:NavigatorNode", "no_path": f"{__name__}:NoPath"}
     nodes = {name: NodeEntry(kind=kind) for name, kind in kinds.items()}
     system.launch(Launch(name="test", description="", args={}, nodes=nodes))
     goal = PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 0.0, 0.0)))
     system.loop.publish("goal_pose", goal, "test")
     system.loop.run(until_ns=60_000_000_000)
-    asked = {"clear_costmaps": "clear", "spin/_action/send_goal": "spin", "backup/_action/send_goal": "back"}
-    return [asked[one.topic] for one in said if one.topic in asked]
+    behaviors = {
+        "clear_costmaps": "clear",
+        "spin/_action/send_goal": "spin",
+        "backup/_action/send_goal": "back",
+    }
+    return [behaviors[item.topic] for item in published if item.topic in behaviors]
 
 
 @pytest.mark.parametrize(
@@ -80,4 +84,4 @@ def tried(robot: str) -> list[str]:
     [("chefbot_lidar", ["clear", "back", "spin"]), ("chefbot", ["spin", "clear", "back"])],
 )
 def test_a_forward_sensor_robot_spins_before_clearing_or_backup(robot: str, order: list[str]) -> None:
-    assert tried(robot) == [*order, *order]
+    assert recoveries(robot) == [*order, *order]

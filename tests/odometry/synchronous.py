@@ -1,4 +1,4 @@
-"""The robot's filter driven by a loop that reads wheels and gyro at the same time."""
+"""The filter for readings of wheels and gyro at the same time."""
 
 import math
 

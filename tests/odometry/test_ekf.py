@@ -1,4 +1,4 @@
-"""Late readings, outliers, and sensors that drop out, stick, saturate or lie."""
+"""Tests the EKF with late readings, outliers, and sensors that fail, freeze, saturate or are reversed."""
 
 import math
 from contextlib import suppress
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sensed import BODY, PERIOD, ROBOT, sensed, through, weave
+from sensor_readings import BODY, PERIOD, ROBOT, filter_readings, simulate_readings, slalom_commands
 
 from chefbot.errors import OdometryError
 from chefbot.maths.angles import wrap
@@ -19,8 +19,8 @@ from chefbot.odometry.readings import UNMEASURED, ImuReading, WheelCounts, Wheel
 from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.robot.spec import GRAVITY
 
-READINGS, TRUTH = sensed(weave(12.0))
-SECOND = READINGS[300:360]  # less than the horizon, in full drive
+READINGS, TRUTH = simulate_readings(slalom_commands(12.0))
+RECENT = READINGS[300:360]  # shorter than the history, while the robot drives
 
 
 def attitude(stamp_ns, yaw):
@@ -33,7 +33,7 @@ def attitude(stamp_ns, yaw):
     )
 
 
-def same(a, b):
+def identical(a, b):
     return a.state.tobytes() == b.state.tobytes() and a.covariance.tobytes() == b.covariance.tobytes()
 
 
@@ -42,35 +42,35 @@ def same(a, b):
 
 @pytest.mark.slow
 @settings(max_examples=25)
-@given(st.permutations(SECOND), st.integers(0, 59), st.floats(-0.1, 0.1))
+@given(st.permutations(RECENT), st.integers(0, 59), st.floats(-0.1, 0.1))
 def test_arrival_order_does_not_matter_within_the_history(shuffled, k, off):
-    match = attitude(SECOND[k].stamp_ns, TRUTH[150 + k // 2].yaw + off)
-    assert SECOND[-1].stamp_ns - SECOND[0].stamp_ns < HORIZON_NS
-    ordered = through([*SECOND, match], ekf=through(READINGS[:300]))
-    mixed = through([match, *shuffled], ekf=through(READINGS[:300]))
-    again = through(shuffled[:20], ekf=mixed)  # told twice is told once
-    assert same(ordered.belief, mixed.belief) and same(ordered.belief, again.belief)
+    match = attitude(RECENT[k].stamp_ns, TRUTH[150 + k // 2].yaw + off)
+    assert RECENT[-1].stamp_ns - RECENT[0].stamp_ns < HORIZON_NS
+    ordered = filter_readings([*RECENT, match], ekf=filter_readings(READINGS[:300]))
+    mixed = filter_readings([match, *shuffled], ekf=filter_readings(READINGS[:300]))
+    again = filter_readings(shuffled[:20], ekf=mixed)  # repeated readings have no effect
+    assert identical(ordered.belief, mixed.belief) and identical(ordered.belief, again.belief)
 
 
 def test_a_late_attitude_counts_where_the_robot_was_then():
     match = attitude(READINGS[400].stamp_ns, TRUTH[200].yaw)
-    in_time = through([*READINGS[:401], match, *READINGS[401:440]])
-    late = through([*READINGS[:440], match])
-    never = through(READINGS[:440])
-    assert same(in_time.belief, late.belief) and not same(late.belief, never.belief)
+    in_time = filter_readings([*READINGS[:401], match, *READINGS[401:440]])
+    late = filter_readings([*READINGS[:440], match])
+    never = filter_readings(READINGS[:440])
+    assert identical(in_time.belief, late.belief) and not identical(late.belief, never.belief)
 
 
-def test_readings_older_than_the_history_are_refused_and_counted():
-    ekf = through(READINGS[:400])
+def test_readings_older_than_the_history_are_rejected():
+    ekf = filter_readings(READINGS[:400])
     before = ekf.belief
     assert not ekf.add(READINGS[100])
-    assert ekf.too_late == 1 and same(before, ekf.belief)
+    assert ekf.too_late == 1 and identical(before, ekf.belief)
 
 
 def test_a_clock_set_back_does_not_stop_the_filter():
-    ekf, hour = through(READINGS[:400]), 3_600_000_000_000
+    ekf, hour = filter_readings(READINGS[:400]), 3_600_000_000_000
     rest = [r._replace(stamp_ns=r.stamp_ns - hour) for r in READINGS[400:]]
-    end, undisturbed = through(rest, ekf=ekf).estimate, through(READINGS).estimate
+    end, undisturbed = filter_readings(rest, ekf=ekf).estimate, filter_readings(READINGS).estimate
     assert end.pose.distance(undisturbed.pose) < 0.02
     assert abs(wrap(end.pose.yaw - undisturbed.pose.yaw)) < math.radians(1.0)
 
@@ -81,14 +81,14 @@ def impossible_imu(stamp_ns: int) -> ImuReading:
 
 
 def test_a_diverging_reading_is_rejected_and_the_filter_runs_on():
-    """One such reading made the pose not a number for good."""
-    ekf = through(READINGS[:200])
+    """Without the check such a reading makes the pose permanently NaN."""
+    ekf = filter_readings(READINGS[:200])
     with suppress(OdometryError):
         ekf.add(impossible_imu(READINGS[200].stamp_ns - 1))
     with pytest.raises(OdometryError, match="makes the odometry diverge"):
-        through(READINGS[200:210], ekf=ekf)
+        filter_readings(READINGS[200:210], ekf=ekf)
     moved = ekf.estimate.pose
-    end = through(READINGS[210:300], ekf=ekf).estimate.pose
+    end = filter_readings(READINGS[210:300], ekf=ekf).estimate.pose
     assert 0.0 < end.distance(moved) < 10.0
 
 
@@ -102,8 +102,8 @@ def test_a_rejected_reading_keeps_the_count_of_restarts():
 
 
 @pytest.mark.parametrize("gap_s", [9.0, 11.0])
-def test_after_a_long_gap_the_way_of_the_wheels_is_unknown(gap_s):
-    """Without an IMU too: within the limit the counts bridge the gap, beyond it they are a new beginning."""
+def test_after_a_long_gap_the_travel_of_the_wheels_is_unknown(gap_s):
+    """This holds without an IMU: up to the limit the counts bridge the gap, after it they are a new start."""
     ekf = Ekf(BODY)
     for k in range(3):
         ekf.add(WheelCounts((k + 1) * PERIOD, 0, 0))
@@ -163,9 +163,9 @@ def test_covariance_stays_symmetric_and_positive_for_any_input(data):
 
 
 def test_heading_drift_stops_at_standstill():
-    """A bias of 1 deg/s would turn a robot by 60 deg in a minute; this one finds it, about all axes."""
+    """The biases of all axes are estimated; without that, 1 deg/s would rotate the pose by 60 deg in a minute."""
     bias = np.radians([0.5, -0.7, 1.0])
-    readings, _ = sensed([(0.0, 0.0)] * 3000)
+    readings, _ = simulate_readings([(0.0, 0.0)] * 3000)
     noise, half = np.random.default_rng(4), None
     ekf = Ekf(BODY)
     for reading in readings:
@@ -182,13 +182,13 @@ def test_heading_drift_stops_at_standstill():
 
 
 def test_on_a_ramp_the_horizontal_distance_is_shorter():
-    slope, readings = math.radians(-5.0), sensed([(0.0, 0.0)] * 100 + [(0.3, 0.0)] * 500)[0]
-    gone, ekf = 0, Ekf(BODY)
+    slope, readings = math.radians(-5.0), simulate_readings([(0.0, 0.0)] * 100 + [(0.3, 0.0)] * 500)[0]
+    step, ekf = 0, Ekf(BODY)
     for reading in readings:
         if isinstance(reading, ImuReading):
-            gone += 1
-            tilting = 200 <= gone < 250  # it gets on the ramp within a second
-            up = slope * min(max(gone - 200, 0), 50) / 50
+            step += 1
+            tilting = 200 <= step < 250  # within this second it drives onto the ramp
+            up = slope * min(max(step - 200, 0), 50) / 50
             rates = (reading.rates[0], reading.rates[1] + slope * tilting, reading.rates[2])
             force = (reading.force[0] - GRAVITY * math.sin(up), reading.force[1], reading.force[2])
             reading = reading._replace(rates=rates, force=force)
@@ -198,16 +198,16 @@ def test_on_a_ramp_the_horizontal_distance_is_shorter():
     assert ekf.estimate.pitch == pytest.approx(slope, abs=math.radians(0.8))
 
 
-def test_late_attitudes_take_the_drift_of_the_heading_away():
-    readings, truth = sensed(weave(40.0))
+def test_late_attitudes_correct_the_drift_of_the_heading():
+    readings, truth = simulate_readings(slalom_commands(40.0))
     ekf, rng = Ekf(BODY), np.random.default_rng(3)
     for reading in readings:
         ekf.add(reading)
         k = reading.stamp_ns // PERIOD
         if isinstance(reading, WheelCounts) and k % 5 == 0 and k > 60:
             yaw = truth[k - 11].yaw + 0.01 * rng.normal()
-            ekf.add(attitude((k - 10) * PERIOD, yaw))  # 0.2 s late
-    alone = through(readings)
+            ekf.add(attitude((k - 10) * PERIOD, yaw))  # late by 0.2 s
+    alone = filter_readings(readings)
     assert abs(wrap(ekf.estimate.pose.yaw - truth[-1].yaw)) < math.radians(1.0)
     assert ekf.estimate.covariance[2, 2] < 0.5 * alone.estimate.covariance[2, 2]
     assert ekf.condition(Source.ATTITUDE, readings[-1].stamp_ns) is Condition.LATE
@@ -223,7 +223,7 @@ def test_one_gyro_spike_does_not_turn_the_robot(spike):
         hit = reading.stamp_ns == 400 * PERIOD
         return reading._replace(rates=(x, y, z + spike)) if hit else reading
 
-    clean, hit = through(READINGS), through(READINGS, damaged)
+    clean, hit = filter_readings(READINGS), filter_readings(READINGS, damaged)
     assert hit.belief.monitors[Source.GYRO].refused == 1
     # one step by the wheels alone, whose slip is 0.06 deg (one sigma); the spike itself would be 0.6 deg or more
     assert abs(wrap(hit.estimate.pose.yaw - clean.estimate.pose.yaw)) < math.radians(0.2)
@@ -231,18 +231,20 @@ def test_one_gyro_spike_does_not_turn_the_robot(spike):
 
 
 def test_an_outlier_of_attitude_or_accelerometer_moves_nothing():
-    ekf = through(READINGS[:400])
+    ekf = filter_readings(READINGS[:400])
     before, stamp = ekf.belief, READINGS[399].stamp_ns
     ekf.add(attitude(stamp, ekf.estimate.pose.yaw + 1.0))
-    assert same(before, ekf.belief) and ekf.belief.monitors[Source.ATTITUDE].refused == 1
+    assert identical(before, ekf.belief) and ekf.belief.monitors[Source.ATTITUDE].refused == 1
 
     def hit(reading):
         return reading._replace(force=(9.0, 0.0, GRAVITY)) if reading.stamp_ns == 400 * PERIOD else reading
 
-    assert through(READINGS, hit).estimate.pose.distance(through(READINGS).estimate.pose) < 1e-4
+    assert (
+        filter_readings(READINGS, hit).estimate.pose.distance(filter_readings(READINGS).estimate.pose) < 1e-4
+    )
 
 
-def test_an_attitude_that_persists_is_used_at_last():
+def test_a_persistent_attitude_is_used_after_some_rejections():
     ekf = Ekf(BODY)
     for reading in READINGS:
         ekf.add(reading)
@@ -255,14 +257,14 @@ def test_an_attitude_that_persists_is_used_at_last():
 # -- sensors that fail
 
 
-def failing(change, since=300):
-    """(yaw error, filter with the failure, filter without): the failure begins at step `since`."""
+def run_with_failure(change, since=300):
+    """Return yaw error, filter with a failure from step `since` on, and filter without it."""
 
     def after(reading):
         return change(reading) if reading.stamp_ns > since * PERIOD else reading
 
-    ekf = through(READINGS, after)
-    return abs(wrap(ekf.estimate.pose.yaw - TRUTH[-1].yaw)), ekf, through(READINGS)
+    ekf = filter_readings(READINGS, after)
+    return abs(wrap(ekf.estimate.pose.yaw - TRUTH[-1].yaw)), ekf, filter_readings(READINGS)
 
 
 def stuck_at(k):
@@ -271,39 +273,39 @@ def stuck_at(k):
 
 
 FAILURES = {
-    "stops": (lambda _: None, Condition.LOST),
-    "sticks turning": (stuck_at(300), Condition.STUCK),
-    "sticks at zero": (lambda r: r._replace(rates=(0.0, 0.0, 0.0)), Condition.STUCK),
-    "saturates": (lambda r: r._replace(rates=(0.0, 0.0, BODY.gyro_range)), Condition.SATURATED),
-    "is reversed": (lambda r: r._replace(rates=tuple(-rate for rate in r.rates)), Condition.REVERSED),
+    "silent": (lambda _: None, Condition.LOST),
+    "frozen while turning": (stuck_at(300), Condition.STUCK),
+    "frozen at zero": (lambda r: r._replace(rates=(0.0, 0.0, 0.0)), Condition.STUCK),
+    "saturated": (lambda r: r._replace(rates=(0.0, 0.0, BODY.gyro_range)), Condition.SATURATED),
+    "reversed": (lambda r: r._replace(rates=tuple(-rate for rate in r.rates)), Condition.REVERSED),
 }
 
 
 @pytest.mark.parametrize("name", FAILURES)
 def test_a_failed_gyro_is_reported_and_ignored(name):
-    """The wheels carry on; 9.5 s with wheels of 0.3 % error turn by some 2 deg, 0.5 rad/s by 270."""
+    """The wheels continue: in 9.5 s their error of 0.3 % gives some 2 deg, and 0.5 rad/s would give 270 deg."""
     change, condition = FAILURES[name]
-    error, ekf, well = failing(change)
+    error, ekf, healthy = run_with_failure(change)
     now = READINGS[-1].stamp_ns
     assert ekf.condition(Source.GYRO, now) is condition
-    assert well.condition(Source.GYRO, now) is Condition.FRESH and diagnostic_message(well, now) is None
+    assert healthy.condition(Source.GYRO, now) is Condition.FRESH and diagnostic_message(healthy, now) is None
     assert error < math.radians(6.0)
-    assert ekf.estimate.covariance[2, 2] > 2.0 * well.estimate.covariance[2, 2]
+    assert ekf.estimate.covariance[2, 2] > 2.0 * healthy.estimate.covariance[2, 2]
     assert "gyro" in (diagnostic_message(ekf, now) or "")
 
 
-@pytest.mark.parametrize("name", ["sticks turning", "sticks at zero", "saturates", "stops"])
+@pytest.mark.parametrize("name", ["frozen while turning", "frozen at zero", "saturated", "silent"])
 def test_a_failing_gyro_causes_no_turn_before_detection(name):
-    """Within any 100 ms after the failure the heading stays within a degree of the healthy filter's."""
+    """The heading stays within a degree of that of a filter without the failure."""
     change, _ = FAILURES[name]
-    failed, well = Ekf(BODY), Ekf(BODY)
+    failed, healthy = Ekf(BODY), Ekf(BODY)
     for reading in READINGS[:640]:
         broken = isinstance(reading, ImuReading) and reading.stamp_ns > 300 * PERIOD
-        heard = change(reading) if broken else reading
-        if heard is not None:
-            failed.add(heard)
-        well.add(reading)
-        assert abs(wrap(failed.estimate.pose.yaw - well.estimate.pose.yaw)) < math.radians(1.0)
+        received = change(reading) if broken else reading
+        if received is not None:
+            failed.add(received)
+        healthy.add(reading)
+        assert abs(wrap(failed.estimate.pose.yaw - healthy.estimate.pose.yaw)) < math.radians(1.0)
 
 
 def test_a_recovered_gyro_is_used_again():
@@ -312,13 +314,13 @@ def test_a_recovered_gyro_is_used_again():
     def repaired(reading):
         return frozen(reading) if 300 * PERIOD < reading.stamp_ns < 400 * PERIOD else reading
 
-    ekf = through(READINGS, repaired)
+    ekf = filter_readings(READINGS, repaired)
     assert ekf.condition(Source.GYRO, READINGS[-1].stamp_ns) is Condition.FRESH
     assert ekf.time_since_used(Source.GYRO, READINGS[-1].stamp_ns) == 0.0
 
 
 def test_without_wheels_the_estimate_degrades_with_a_diagnostic():
-    ekf = through(READINGS[:600])
+    ekf = filter_readings(READINGS[:600])
     last = READINGS[599].stamp_ns
     for reading in READINGS[600:]:
         if isinstance(reading, ImuReading):
@@ -334,15 +336,15 @@ def test_without_wheels_the_estimate_degrades_with_a_diagnostic():
 
 def test_returning_encoder_counts_recover_the_missed_motion():
     gap = [r for r in READINGS if not (isinstance(r, WheelCounts) and 300 < r.stamp_ns // PERIOD <= 450)]
-    ekf = through(gap)
-    assert ekf.estimate.pose.distance(TRUTH[-1]) < 0.1  # of 0.9 m on a winding way without wheels
+    ekf = filter_readings(gap)
+    assert ekf.estimate.pose.distance(TRUTH[-1]) < 0.1  # of 0.9 m on a slalom without wheels
     assert abs(wrap(ekf.estimate.pose.yaw - TRUTH[-1].yaw)) < math.radians(1.0)
 
 
 def test_after_a_long_silence_only_the_gyro_constrains_yaw():
-    readings, truth = sensed(weave(25.0))
+    readings, truth = simulate_readings(slalom_commands(25.0))
     gap = [r for r in readings if not (isinstance(r, WheelCounts) and 300 < r.stamp_ns // PERIOD <= 1000)]
-    ekf = through(gap)
+    ekf = filter_readings(gap)
     off = np.array(ekf.estimate.pose[:2]) - np.array(truth[-1][:2])
     assert abs(wrap(ekf.estimate.pose.yaw - truth[-1].yaw)) < math.radians(2.0)
     assert off @ np.linalg.solve(ekf.estimate.covariance[:2, :2], off) < 9.2  # 99 % of chi-squared
@@ -350,24 +352,24 @@ def test_after_a_long_silence_only_the_gyro_constrains_yaw():
 
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_dead_encoder_is_reported_and_inflates_covariance(side):
-    straight = sensed([(0.0, 0.0)] * 50 + [(0.3, 0.0)] * 400)[0]
+    straight = simulate_readings([(0.0, 0.0)] * 50 + [(0.3, 0.0)] * 400)[0]
     last = next(r for r in straight if isinstance(r, WheelCounts) and r.stamp_ns == 200 * PERIOD)
 
     def dead(reading):
         broken = isinstance(reading, WheelCounts) and reading.stamp_ns > 200 * PERIOD
         return reading._replace(**{side: getattr(last, side)}) if broken else reading
 
-    ekf, told = Ekf(BODY), None
+    ekf, reported = Ekf(BODY), None
     for reading in map(dead, straight):
         ekf.add(reading)
         sentence = diagnostic_message(ekf, reading.stamp_ns) or ""
-        if f"The {side} wheel counts nothing" in sentence and told is None:
-            told = reading.stamp_ns
-    assert told is not None and told - 200 * PERIOD <= 300_000_000
-    gone = 0.3 * 0.02 * 250
+        if f"The {side} wheel counts nothing" in sentence and reported is None:
+            reported = reading.stamp_ns
+    assert reported is not None and reported - 200 * PERIOD <= 300_000_000
+    missed = 0.3 * 0.02 * 250
     assert abs(ekf.estimate.pose.yaw) < math.radians(3.0)
     assert abs(ekf.estimate.pose.x - 0.3 * 0.02 * 400) < 2.0 * math.sqrt(ekf.estimate.covariance[0, 0])
-    assert math.sqrt(ekf.estimate.covariance[0, 0]) == pytest.approx(0.5 * gone, rel=0.2)
+    assert math.sqrt(ekf.estimate.covariance[0, 0]) == pytest.approx(0.5 * missed, rel=0.2)
 
 
 def test_a_stuck_accelerometer_is_excluded():
@@ -376,8 +378,8 @@ def test_a_stuck_accelerometer_is_excluded():
     def frozen(reading):
         return reading._replace(force=force) if reading.stamp_ns > 300 * PERIOD else reading
 
-    stopping, _ = sensed(weave(8.0) + [(0.0, 0.0)] * 40)
-    ekf = through(stopping, frozen)
+    stopping, _ = simulate_readings(slalom_commands(8.0) + [(0.0, 0.0)] * 40)
+    ekf = filter_readings(stopping, frozen)
     assert ekf.condition(Source.ACCELEROMETER, stopping[-1].stamp_ns) is Condition.STUCK
     assert "accelerometer" in (diagnostic_message(ekf, stopping[-1].stamp_ns) or "")
 

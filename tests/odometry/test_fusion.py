@@ -1,10 +1,10 @@
-"""Whether the filter's certainty is deserved, and whether a gyro helps."""
+"""Tests the consistency of the filter's covariance and the benefit of a gyro."""
 
 import math
 
 import numpy as np
 import pytest
-from faulty_drive import RATE, Faults, drive, hotel_round
+from imperfect_robot import RATE, Faults, drive, hotel_drive
 from synchronous import SynchronousEkf
 
 from chefbot.maths.angles import wrap
@@ -24,8 +24,8 @@ def nees(truth, estimate):
     return float(e @ np.linalg.solve(estimate.covariance, e))
 
 
-def live(rate):
-    """Readings of a gyro that lives: noise over the last digit."""
+def noisy_gyro(rate):
+    """Yield readings of a gyro with noise, so that they are not constant."""
     rng = np.random.default_rng(8)
     while True:
         yield rate + ROBOT.sensors.imu.gyro_noise * rng.normal()
@@ -43,19 +43,19 @@ def run(seed, commands, faults, with_gyro):
 @pytest.mark.slow
 @pytest.mark.parametrize(("metres", "diameter", "slip"), [(2.0, 0.003, 0.003), (8.0, 0.0005, 0.006)])
 def test_covariance_from_wheels_is_consistent(metres, diameter, slip):
-    """Normalised error squared is chi-squared, 3 per run in the mean: over 150 runs within 4 sigma of that.
+    """The mean NEES of 150 runs is within 4 sigma of the 3 of the chi-squared distribution.
 
-    Once with wrong diameters prevailing, once with slip.
+    In one case the errors of the diameters dominate, in the other slip.
     """
-    commands, faults = hotel_round(stand=0.5, metres=metres), Faults(diameter=diameter, slip=slip)
+    commands, faults = hotel_drive(stand=0.5, metres=metres), Faults(diameter=diameter, slip=slip)
     mean = np.mean([nees(*run(seed, commands, faults, False)[1:]) for seed in range(150)])
     assert abs(mean - 3.0) < 4.0 * math.sqrt(6.0 / 150)
 
 
 @pytest.mark.slow
 def test_covariance_with_gyro_is_consistent():
-    """The simulated bias does not walk as the filter allows for, so it may be somewhat too modest."""
-    commands = hotel_round(metres=8.0)
+    """The filter may be somewhat conservative, as the simulated bias has no random walk."""
+    commands = hotel_drive(metres=8.0)
     faults = Faults(gyro_gain=0.003)
     mean = np.mean([nees(*run(seed, commands, faults, True)[1:]) for seed in range(60)])
     assert 1.5 < mean < 3.0 + 4.0 * math.sqrt(6.0 / 60)
@@ -63,7 +63,7 @@ def test_covariance_with_gyro_is_consistent():
 
 @pytest.mark.slow
 def test_a_gyro_improves_the_heading_several_times():
-    commands = hotel_round(metres=20.0)
+    commands = hotel_drive(metres=20.0)
     yaw = {}
     for with_gyro in (False, True):
         results = [run(seed, commands, Faults(gyro_gain=0.003), with_gyro) for seed in range(8)]
@@ -72,7 +72,7 @@ def test_a_gyro_improves_the_heading_several_times():
 
 
 def test_gyro_bias_is_estimated_at_standstill():
-    bias, rng = 0.02, np.random.default_rng(5)  # several times what the robot file calls usual
+    bias, rng = 0.02, np.random.default_rng(5)  # several times the standard deviation in the robot file
     ekf = SynchronousEkf(ROBOT)
     for _ in range(500):
         estimate = ekf.update(0, 0, DT, bias + ROBOT.sensors.imu.gyro_noise * rng.normal())
@@ -82,8 +82,8 @@ def test_gyro_bias_is_estimated_at_standstill():
 
 
 def test_a_wrong_wheel_diameter_is_estimated_from_the_gyro():
-    """Only the difference of the wheels shows in the turning; the filter has to say so too."""
-    commands, true_right = hotel_round(metres=15.0), 1.006
+    """Only the difference of the diameters is observable, which the covariance has to show."""
+    commands, true_right = hotel_drive(metres=15.0), 1.006
     ekf, rolled, rng = SynchronousEkf(ROBOT), np.zeros(2), np.random.default_rng(2)
     base = ROBOT.wheels.separation
     ekf.update(0, 0, DT, 0.0)
@@ -97,7 +97,7 @@ def test_a_wrong_wheel_diameter_is_estimated_from_the_gyro():
 
 
 def test_without_gyro_the_covariance_grows_and_is_reported():
-    commands = hotel_round(metres=10.0)
+    commands = hotel_drive(metres=10.0)
     readings = list(drive(ROBOT, commands, Faults(), np.random.default_rng(1)))
     steady, dropped = SynchronousEkf(ROBOT), SynchronousEkf(ROBOT)
     for k, r in enumerate(readings):
@@ -112,7 +112,7 @@ def test_without_gyro_the_covariance_grows_and_is_reported():
 def test_a_slipping_wheel_does_not_turn_the_heading():
     ekf, wheels = SynchronousEkf(ROBOT), SynchronousEkf(ROBOT)
     left = right = 0
-    slipped, gyro = 0, live(0.001)
+    slipped, gyro = 0, noisy_gyro(0.001)
     for k in range(600):
         spinning = 300 <= k < 330
         moving = k >= 100
@@ -137,8 +137,8 @@ def test_an_invalid_reading_is_skipped(damage):
     assert ekf.gyro_age == 0.0
 
 
-def test_a_carried_robot_turns_with_its_gyro():
-    ekf, still, turning = SynchronousEkf(ROBOT), live(0.0), live(1.0)
+def test_the_yaw_of_a_carried_robot_follows_the_gyro():
+    ekf, still, turning = SynchronousEkf(ROBOT), noisy_gyro(0.0), noisy_gyro(1.0)
     for _ in range(100):
         ekf.update(0, 0, DT, next(still))
     for _ in range(50):
@@ -166,7 +166,7 @@ def test_motion_at_the_first_call_is_not_taken_for_bias():
 
 
 def test_the_same_readings_give_identical_bytes():
-    commands = hotel_round(metres=3.0)
+    commands = hotel_drive(metres=3.0)
     first, second = (run(9, commands, Faults(), True)[2] for _ in range(2))
     assert first.pose == second.pose
     assert first.covariance.tobytes() == second.covariance.tobytes()

@@ -1,4 +1,4 @@
-"""The compiled Kalman update against its formulas in numpy."""
+"""Tests the compiled Kalman update against its formulas in numpy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def positive_definite(rng: np.random.Generator, size: int) -> np.ndarray:
 
 
 def problem(seed: int, m: int) -> tuple[np.ndarray, ...]:
-    """State (n,), covariance (n, n), innovation (m,), H (m, n) and R (m, m)."""
+    """Return state (n,), covariance (n, n), innovation (m,), H (m, n) and R (m, m)."""
     rng = np.random.default_rng(seed)
     H = rng.normal(size=(m, SIZE)) * (rng.random((m, SIZE)) < 0.4)
     covariance, noise = positive_definite(rng, SIZE), positive_definite(rng, m)

@@ -1,4 +1,4 @@
-"""Propagation between two wheel readings, and the measurement updates within it."""
+"""Tests propagation between two wheel readings and the measurement updates within it."""
 
 from __future__ import annotations
 
@@ -93,8 +93,8 @@ def test_time_does_not_run_backwards_in_an_interval() -> None:
 
 def test_a_slip_only_adds_uncertainty() -> None:
     sure, slipped = interval_of(0.01, 0.01), interval_of(0.01, 0.01)
-    for one in (sure, slipped):
-        one.move_to(STEP_NS)
+    for interval in (sure, slipped):
+        interval.move_to(STEP_NS)
     slipped.slip(0.05)
     assert slipped.state == pytest.approx(sure.state)
     added = slipped.covariance - sure.covariance
@@ -108,7 +108,7 @@ def test_heading_can_be_added_and_inflated() -> None:
     interval.inflate_heading(0.04)
     assert interval.state[[YAW, DELTA_YAW]] == pytest.approx(before[[YAW, DELTA_YAW]] + 0.1)
     assert interval.covariance[YAW, YAW] == pytest.approx(covariance[YAW, YAW] + 0.04)
-    assert before[YAW] == 0.0, "the belief before is not modified"
+    assert before[YAW] == 0.0, "the earlier state is not modified"
 
 
 def test_the_gyro_corrects_the_yaw_of_slipping_wheels() -> None:

@@ -1,8 +1,8 @@
-"""robot_localization's own two recordings."""
+"""Tests the filter on the two recordings of robot_localization's tests."""
 
 import numpy as np
 import pytest
-from bags import BODY, load
+from robot_localization_bags import BODY, load
 
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.sensor_health import Condition, Source
@@ -11,7 +11,7 @@ from chefbot.odometry.sensor_health import Condition, Source
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
 def test_the_final_pose_agrees_with_robot_localization(shared, number):
-    """Within half of the tolerance that robot_localization allows itself around its own published end."""
+    """The error is less than half of the tolerance of robot_localization's own tests."""
     recording = load(shared("data/ekf/test1.bag").parent, number)
     ekf = Ekf(BODY)
     for reading in recording.readings:

@@ -1,4 +1,4 @@
-"""Wheel counters that wrap around and restart, and the geometry of arcs."""
+"""Tests encoder counters that wrap around and restart, the geometry of arcs, and the motion model."""
 
 import math
 
@@ -79,15 +79,15 @@ def test_a_full_circle_closes_for_any_step_size(parts):
 small = st.floats(-0.05, 0.05)
 
 
-def nudges(step, at, size):
-    """Derivative of `step` (by a vector) at `at`, by central differences."""
+def numeric_jacobian(step, at, size):
+    """Return the Jacobian of `step` at `at` by central differences."""
     h, directions = 1e-6, np.eye(size)
     return np.array([(step(at + h * d) - step(at - h * d)) / (2 * h) for d in directions]).T
 
 
 @given(left=small, right=small, yaw=st.floats(-3, 3), tilt=st.tuples(small, small), data=st.data())
 def test_the_jacobian_is_the_numeric_derivative(left, right, yaw, tilt, data):
-    """By state and by every input: the covariance after one certain way of erring is its outer product."""
+    """The propagated covariance of an error along one direction is the outer product of the derivative."""
     state = np.array(data.draw(st.lists(small, min_size=SIZE, max_size=SIZE)))
     state[YAW], inputs = yaw, np.array([left, right, *tilt])
     nothing, quiet, seconds = np.zeros((SIZE, SIZE)), np.zeros((INPUTS, INPUTS)), 0.1
@@ -98,8 +98,8 @@ def test_the_jacobian_is_the_numeric_derivative(left, right, yaw, tilt, data):
     def spread(covariance, noise):
         return predict(state, covariance, inputs[:2], inputs[2:], seconds, noise, 0.3, 0.2, 0.0)[1]
 
-    by_state = nudges(lambda x: step(x, inputs), state, SIZE)
-    by_input = nudges(lambda u: step(state, u), inputs, 4)
+    by_state = numeric_jacobian(lambda x: step(x, inputs), state, SIZE)
+    by_input = numeric_jacobian(lambda u: step(state, u), inputs, 4)
     for k, direction in enumerate(np.eye(SIZE)):
         expected = np.outer(by_state[:, k], by_state[:, k])
         assert np.allclose(spread(np.outer(direction, direction), quiet), expected, atol=1e-8)
@@ -110,7 +110,7 @@ def test_the_jacobian_is_the_numeric_derivative(left, right, yaw, tilt, data):
 
 @given(roll=small, pitch=small, yaw=st.floats(-3, 3), step=small)
 def test_on_a_slope_the_distance_is_projected(roll, pitch, yaw, step):
-    """Nose down (a positive pitch, REP-103) is down; the length of the way stays."""
+    """A positive pitch (REP-103) leads downward, and the distance along the slope is kept."""
     state = np.zeros(SIZE)
     state[3:6] = roll, pitch, yaw
     none = np.zeros((INPUTS, INPUTS))
@@ -145,7 +145,7 @@ def test_a_standing_robot_does_not_grow_the_covariance():
     odometry = SynchronousEkf(ROBOT)
     for k in range(50):
         odometry.update(20 * k, 22 * k, DT)
-    for _ in range(20):  # longer than it takes to be sure of standing
+    for _ in range(20):  # longer than the detection of standstill takes
         stopped = odometry.update(20 * 49, 22 * 49, DT)
     for _ in range(500):
         later = odometry.update(20 * 49, 22 * 49, DT)
@@ -179,4 +179,6 @@ def test_start_pose_and_twist_are_reported():
     metres = 100 * ROBOT.metres_per_tick
     assert estimate.pose == pytest.approx((1.0, 2.0 + metres, math.pi / 2))
     assert (estimate.v, estimate.w) == pytest.approx((metres / DT, 0.0))
-    assert SynchronousEkf(ROBOT).update(7, 9, DT).pose == IDENTITY, "the first counts are only noted"
+    assert SynchronousEkf(ROBOT).update(7, 9, DT).pose == IDENTITY, (
+        "the first counts only initialize the encoders"
+    )

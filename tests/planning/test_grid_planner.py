@@ -1,3 +1,5 @@
+"""Tests the global planner against Dijkstra on the same graph, its smoothing, errors and replaced goals."""
+
 import gzip
 import os
 from pathlib import Path
@@ -25,7 +27,7 @@ RAW = PlannerParams(smooth=False, tolerance=0.0, escape=0.0)
 
 
 def reference(cells, params):
-    """Cost between all pairs of cells by scipy's Dijkstra on the same graph."""
+    """Return the cost between all pairs of cells by scipy's Dijkstra on the same graph."""
     weight = cost_to_weight(params)[cells].astype(float)
     h, w = cells.shape
     edges = []

@@ -1,4 +1,4 @@
-"""The search itself, on maps larger than those that scipy is asked about."""
+"""Tests the search on maps larger than those that are compared with scipy."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ SIDE = 200
 
 
 def searched(weight: NDArray[np.float32], source: int, goal: int) -> tuple[NDArray[np.float32], int, int]:
-    """Cost-to-come, cells written and how often one was taken from the open list."""
+    """Return cost-to-come, number of cells written, and number of expansions."""
     g, written = np.full(weight.size, np.inf, np.float32), np.empty(weight.size, np.int32)
     return g, *search(weight.reshape(-1), 4.0, weight.shape[1], source, goal, g, written)
 
 
 def smooth_weights(seed: int) -> NDArray[np.float32]:
-    """Weights from 1 to 4 that vary over some cells, with blocked places, within a blocked rim."""
+    """Return weights from 1 to 4 that vary smoothly, with blocked regions and a blocked border."""
     noise = gaussian_filter(np.random.default_rng(seed).random((SIDE, SIDE)), 3.0)
     level = (noise - noise.min()) / (noise.max() - noise.min())
     weight = np.where(level > 0.7, 0.0, 1.0 + 3.0 * level / 0.7).astype(np.float32)
@@ -32,7 +32,7 @@ def smooth_weights(seed: int) -> NDArray[np.float32]:
 
 @pytest.mark.parametrize("column", [10, 30, 110, 130, 150, 170])
 def test_no_cell_is_expanded_far_beyond_the_best_cost(column: int) -> None:
-    """Taken from the end of a bucket, these cells of an open floor are taken two to three times each."""
+    """If buckets were emptied from their end, cells of an open floor would be expanded two to three times."""
     weight = np.zeros((SIDE, SIDE), np.float32)
     weight[1:-1, 1:-1] = 1.0
     _, written, taken = searched(weight, SIDE + 1, (SIDE - 2) * SIDE + column)

@@ -1,4 +1,4 @@
-"""Smoothing of paths: line integrals, shortcuts, resampling and relaxation."""
+"""Tests the smoothing of paths: line integrals, shortcuts, resampling and relaxation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def weights(seed: int) -> np.ndarray:
-    """Weights (22, 22) of 1 to 5 with a blocked border, flat."""
+    """Return flattened weights (22, 22) from 1 to 5 with a blocked border."""
     grid = np.zeros((STRIDE, STRIDE), np.float32)
     grid[1:-1, 1:-1] = np.random.default_rng(seed).uniform(1.0, 5.0, (STRIDE - 2, STRIDE - 2))
     return grid.reshape(-1)
@@ -56,7 +56,7 @@ def test_a_line_through_a_blocked_cell_has_infinite_cost() -> None:
 
 
 def staircase(n: int) -> np.ndarray:
-    """Cells of a 4-connected staircase from (1, 1)."""
+    """Return the cells of a 4-connected staircase from (1, 1)."""
     steps = [(1 + i // 2, 1 + (i + 1) // 2) for i in range(n)]
     return np.array([r * STRIDE + c for r, c in steps])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from tests.chaos.launched import free_port
+from tests.chaos.launch_process import free_port
 from tests.support.waiting import wait_for
 
 from chefbot.msgs.std_msgs import String

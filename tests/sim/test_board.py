@@ -1,4 +1,4 @@
-"""The firmware in the simulated robot: what it drives, what it tells, and that it stops without a computer."""
+"""Tests the firmware in the simulated robot: motion, messages, and stops when commands or the computer fail."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from tests.sim.driving import ROBOT, SECOND, Walker, drive, robot_in
+from tests.sim.board_drive import ROBOT, SECOND, DeadReckoningDriver, drive, robot_in
 
 from chefbot.board.messages import InertiaLine, MotionLine
 from chefbot.board.status_codes import BoardFlag
@@ -23,19 +23,19 @@ from chefbot.sim.motor_board import SimulatedMotorBoard
 from chefbot.sim.simulation import STEP_NS, Simulation
 from chefbot.sim.world.world import load_world
 
-# -- UMBmark: by the board's ticks alone
+# -- UMBmark with the board's ticks alone
 
 
 def square_error(profile: str, seed: int, side: float, sign: float) -> float:
-    """Drive a square by odometry; how far odometry and truth are apart at its end, metres."""
+    """Drive a square by odometry and return the distance between odometry and truth at its end, metres."""
     sim, board = robot_in("empty", profile, seed)
-    origin, walker = sim.truth().pose, Walker(sim, board)
+    origin, driver = sim.truth().pose, DeadReckoningDriver(sim, board)
     for x, y in ((side, 0.0), (side, sign * side), (0.0, sign * side), (0.0, 0.0)):
-        walker.turn_to(math.atan2(y - walker.pose.y, x - walker.pose.x))
-        walker.drive_to(x, y)
-    assert walker.pose.distance(SE2(0.0, 0.0, 0.0)) < 0.03  # it did drive the square
+        driver.turn_to(math.atan2(y - driver.pose.y, x - driver.pose.x))
+        driver.drive_to(x, y)
+    assert driver.pose.distance(SE2(0.0, 0.0, 0.0)) < 0.03  # the square was driven
     assert sim.warnings == 0
-    return origin.between(sim.truth().pose).distance(walker.pose)
+    return origin.between(sim.truth().pose).distance(driver.pose)
 
 
 @pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
@@ -54,7 +54,7 @@ def test_simulated_real_robots_deviate_individually() -> None:
             assert 0.00199 <= abs(error) <= 0.00501
 
 
-# -- what it drives
+# -- motion
 
 
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar", "porter"])
@@ -69,13 +69,13 @@ def test_the_board_holds_the_commanded_speed(name: str) -> None:
 
 def test_acceleration_is_limited_as_in_the_robot_file() -> None:
     sim, board = robot_in("empty")
-    wanted, before = max_acceleration(ROBOT) / ROBOT.metres_per_tick / 100, 0
+    expected, before = max_acceleration(ROBOT) / ROBOT.metres_per_tick / 100, 0
     start = sim.truth().v
     for step in range(25):
         if step % 5 == 0:
             board.command(*wheel_speeds(max_speed(ROBOT), 0.0, ROBOT))
         board.motors.run_until(sim.time_ns + 10_000_000)
-        assert board.motors.state.set[0] - before == pytest.approx(wanted, abs=1.0)
+        assert board.motors.state.set[0] - before == pytest.approx(expected, abs=1.0)
         before = board.motors.state.set[0]
     assert (sim.truth().v - start) / 0.25 == pytest.approx(max_acceleration(ROBOT), rel=0.2)
 
@@ -83,10 +83,10 @@ def test_acceleration_is_limited_as_in_the_robot_file() -> None:
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar", "porter"])
 @pytest.mark.parametrize("profile", ["perfect", "real"])
 def test_a_dead_computer_stops_the_robot(name: str, profile: str) -> None:
-    """Killed at full speed: the wheels' command is zero within 200 ms, and it stands within 0.25 m."""
+    """After full speed the wheels' command is zero within 200 ms, and the robot stops within 0.25 m."""
     sim, board = robot_in("empty", profile, 3, name)
     drive(board, max_speed(sim.robot), max_speed(sim.robot), 3.0)
-    board.motors.write(board.link.data_to_send(board.now_ns))  # its last word
+    board.motors.write(board.link.data_to_send(board.now_ns))  # the last bytes of the computer
     began, start = sim.time_ns, sim.truth().pose
     assert sim.truth().v > 0.9 * max_speed(sim.robot)
     while board.motors.state.duty[0] or board.motors.state.duty[1] or board.motors.state.set[0]:
@@ -101,7 +101,7 @@ def test_a_dead_computer_stops_the_robot(name: str, profile: str) -> None:
 
 @pytest.mark.parametrize("pause_ms", [10, 30, 50])
 def test_silent_nodes_stop_the_robot_while_the_driver_runs(pause_ms: int) -> None:
-    """From the last command on: whatever the driver repeats, 200 ms later the wheels' command is zero."""
+    """The wheels' command is zero 200 ms after the last command, although the driver continues to send."""
     sim, board = robot_in("empty", "perfect", 0, "chefbot")
     drive(board, max_speed(sim.robot), max_speed(sim.robot), 3.0)
     board.run_until(board.now_ns + pause_ms * 1_000_000)
@@ -133,7 +133,7 @@ def test_emergency_stop_holds_until_clear_and_a_zero_command() -> None:
     assert abs(sim.truth().v) < 0.002
     assert board.motors.state.flags & BoardFlag.ESTOP_COMMAND
     board.clear()
-    drive(board, 0.3, 0.3, 1.0)  # an old wish
+    drive(board, 0.3, 0.3, 1.0)  # a command from before the stop
     assert abs(sim.truth().v) < 0.002
     drive(board, 0.0, 0.0, 0.3)
     drive(board, 0.3, 0.3, 1.0)
@@ -143,18 +143,18 @@ def test_emergency_stop_holds_until_clear_and_a_zero_command() -> None:
 def test_a_blocked_robot_switches_its_motors_off() -> None:
     sim, board = robot_in("empty")
     sim.drop_box(0.5, 0.0, (0.2, 2.0, 0.5))
-    sim._model.geom_friction[sim._wheels, 0] = 5.0  # so that no wheel spins on the spot
+    sim._model.geom_friction[sim._wheels, 0] = 5.0  # so that no wheel slips
     drive(board, max_speed(ROBOT), max_speed(ROBOT), 6.0)
     assert board.motors.state.flags & (BoardFlag.STALL_LEFT | BoardFlag.STALL_RIGHT | BoardFlag.ENCODER_LEFT)
     assert list(board.motors.state.duty) == [0, 0]
     assert "wheel" in board.link.report("simulated", board.now_ns).message
 
 
-# -- what the motors do
+# -- motors
 
 
 def coast(drivers: bool) -> float:
-    """Metres that it rolls on from 0.3 m/s without duty."""
+    """Return the distance that the robot rolls from 0.3 m/s without duty, metres."""
     sim = Simulation(ROBOT, load_world("empty"))
     sim.set_duty(0.6, 0.6)
     for _ in range(400):
@@ -172,36 +172,36 @@ def test_shorted_motors_brake_and_open_ones_roll() -> None:
 
 
 def test_an_unloaded_motor_matches_its_data_sheet() -> None:
-    """At the rated voltage: the no-load speed and current; held fast: stall torque and current."""
+    """The model has no-load speed and current, stall torque and stall current at the rated voltage."""
     sim = Simulation(ROBOT, load_world("empty"))
     motor, motors = ROBOT.motor, sim._motors
     gain = sim._model.actuator_gainprm[0, 0]
     slope = -sim._model.actuator_biasprm[0, 2]
     at_speed = gain - slope * motor.no_load_speed
-    assert at_speed == pytest.approx(motors.friction)  # nothing is left for a load
+    assert at_speed == pytest.approx(motors.friction)  # no torque is left for a load
     assert motors.currents((at_speed, at_speed))[0] == pytest.approx(motor.no_load_current)
     assert motors.currents((gain, gain))[0] == pytest.approx(motor.stall_current)
 
 
-# -- what it tells
+# -- messages
 
 
 def test_board_messages_match_the_simulation_state() -> None:
     sim, board = robot_in("room")
-    told = drive(board, 0.0, 0.0, 0.5) + drive(board, 0.1, 0.2, 1.5)
-    last = {type(message): message for message in told}
+    messages = drive(board, 0.0, 0.0, 0.5) + drive(board, 0.1, 0.2, 1.5)
+    last = {type(message): message for message in messages}
     ticks, imu = last[WheelTicks], last[Imu]
     assert isinstance(ticks, WheelTicks) and isinstance(imu, Imu)
     assert (ticks.left, ticks.right) == sim.wheel_ticks()
     assert ticks.header.stamp.ns == board.now_ns
     assert imu.angular_velocity.z == pytest.approx(sim.truth().w, abs=0.01)
     assert imu.linear_acceleration.z == pytest.approx(GRAVITY, abs=0.3)
-    told = drive(board, 0.0, 0.0, 3.0)
-    battery = [message for message in told if isinstance(message, BatteryState)][-1]
+    messages = drive(board, 0.0, 0.0, 3.0)
+    battery = [message for message in messages if isinstance(message, BatteryState)][-1]
     assert battery.voltage == pytest.approx(sim.battery.voltage, abs=0.01)
-    echo = [message for message in told if isinstance(message, Range)][-1]
+    echo = [message for message in messages if isinstance(message, Range)][-1]
     assert echo.range == pytest.approx(sim.ultrasonic(), abs=0.005)
-    rates = [message.angular_velocity.z for message in told[-50:] if isinstance(message, Imu)]
+    rates = [message.angular_velocity.z for message in messages[-50:] if isinstance(message, Imu)]
     assert np.abs(rates).max() < 0.001
 
 
@@ -216,7 +216,7 @@ def test_message_rates_match_the_protocol() -> None:
     assert board.link.session.damaged == board.link.session.stream.lost == 0
 
 
-def test_ranger_without_echo_is_inf_and_contact_is_minus_inf() -> None:
+def test_range_without_echo_is_inf_and_in_contact_minus_inf() -> None:
     sim, board = robot_in("empty")
     far = [m.range for m in drive(board, 0.0, 0.0, 0.5) if isinstance(m, Range)]
     assert far == [math.inf] * len(far) != []
@@ -230,8 +230,8 @@ def test_the_imu_has_the_resolution_and_noise_of_the_robot() -> None:
     motion, inertia = [], []
     for _ in range(1000):
         board.motors.run_until(sim.time_ns + EXCHANGE_PERIOD_NS)
-        for heard in board.link.session.receive_data(board.motors.read(), board.now_ns):
-            (motion if isinstance(heard.line, MotionLine) else inertia).append(heard.line)
+        for received in board.link.session.receive_data(board.motors.read(), board.now_ns):
+            (motion if isinstance(received.line, MotionLine) else inertia).append(received.line)
     rates = np.array([line.gz for line in inertia if isinstance(line, InertiaLine)]) * 1e-6
     lsb = math.radians(1.0) / 65.5
     assert np.abs(rates / lsb - np.rint(rates / lsb)).max() < 0.02
@@ -252,21 +252,21 @@ def test_a_spin_beyond_the_gyro_range_is_flagged() -> None:
     assert flags[-1] & BoardFlag.IMU_BAD
 
 
-# -- order
+# -- determinism
 
 
 def test_the_same_seed_gives_identical_bytes() -> None:
     def bytes_of(seed: int) -> tuple[bytes, str]:
         sim = Simulation(ROBOT, load_world("room"), "real", seed)
         board = SimulatedBoard(ROBOT, sim)
-        said = b""
-        for beat in range(60):
-            board.command(2.0, 2.0 + 0.04 * beat)
+        sent = b""
+        for step in range(60):
+            board.command(2.0, 2.0 + 0.04 * step)
             board.motors.write(board.link.data_to_send(board.now_ns))
             board.motors.run_until(sim.time_ns + EXCHANGE_PERIOD_NS)
-            said += (part := board.motors.read())
+            sent += (part := board.motors.read())
             board.link.receive_data(part, board.now_ns)
-        return said, repr((sim.truth(), sim.wheel_ticks(), sim.battery.charge))
+        return sent, repr((sim.truth(), sim.wheel_ticks(), sim.battery.charge))
 
     first = bytes_of(1)
     assert bytes_of(1) == first
@@ -274,16 +274,16 @@ def test_the_same_seed_gives_identical_bytes() -> None:
 
 
 def test_the_step_size_makes_no_difference() -> None:
-    """Whole control steps only: asking every 3 ms or every second gives the same lines."""
+    """The board runs in whole control steps: steps of 3 ms and of a second give the same lines."""
 
     def lines(pieces: int) -> bytes:
         sim = Simulation(ROBOT, load_world("empty"), "real", 2)
         board = SimulatedMotorBoard(ROBOT, sim)
-        said = b""
+        sent = b""
         for end in np.linspace(0, SECOND, pieces + 1)[1:]:
             board.run_until(int(end))
-            said += board.read()
-        return said
+            sent += board.read()
+        return sent
 
     assert lines(1) == lines(333)
 
@@ -297,11 +297,11 @@ def test_the_library_is_built_from_this_checkout() -> None:
     assert runpy.run_path(str(BUILDER))["fingerprint"]().encode() in LIBRARY.read_bytes()
 
 
-def test_constants_out_of_firmware_range_are_refused() -> None:
+def test_constants_out_of_firmware_range_are_rejected() -> None:
     motor = msgspec.structs.replace(ROBOT.motor, no_load_speed=1e-6)
     with pytest.raises(RuntimeError, match="rejects the constants"):
         Firmware(msgspec.structs.replace(ROBOT, motor=motor))
 
 
-def test_a_control_period_is_a_number_of_steps_of_the_physics() -> None:
+def test_the_control_period_is_a_multiple_of_the_physics_step() -> None:
     assert CONTROL_NS % STEP_NS == 0

@@ -1,4 +1,4 @@
-"""The depth camera against MuJoCo's rays, and what a real one adds."""
+"""Tests the simulated depth camera against MuJoCo's ray casting, and its noise."""
 
 import math
 
@@ -30,7 +30,7 @@ RENDERER = DepthRenderer(SMALL)
 def depth_by_mujoco(
     capture: Capture, shapes: list[SimulatedShape], rows: int, columns: int
 ) -> NDArray[np.float64]:
-    """(rows, columns) depth of the same view by mj_multiRay."""
+    """Return the depth of the same view by mj_multiRay, metres, shape (rows, columns)."""
     geoms = "".join(geom_xml(s._replace(name=f"s{i}")) for i, s in enumerate(shapes))
     floor = '<geom type="plane" size="0 0 1"/>'
     model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{floor}{geoms}</worldbody></mujoco>")
@@ -50,17 +50,17 @@ def depth_by_mujoco(
 
 
 def compare(capture: Capture, shapes: list[SimulatedShape]) -> None:
-    ours = RENDERER.render(capture).depth.astype(np.float64)
-    theirs = depth_by_mujoco(capture, shapes, *ours.shape)
-    near = np.minimum(ours, theirs) < 50.0  # beyond, float32 itself is coarser than a millimetre
-    error = np.abs(ours[near] - theirs[near])
-    # A ray along an edge may go either way; such pixels are few.
-    assert error.size == 0 or np.median(error / ours[near]) < 1e-6
+    rendered = RENDERER.render(capture).depth.astype(np.float64)
+    expected = depth_by_mujoco(capture, shapes, *rendered.shape)
+    near = np.minimum(rendered, expected) < 50.0  # for more the resolution of float32 is above a millimetre
+    error = np.abs(rendered[near] - expected[near])
+    # rays along an edge may hit or miss it
+    assert error.size == 0 or np.median(error / rendered[near]) < 1e-6
     assert np.count_nonzero(error > 1e-3) <= 2, np.sort(error)[-5:]
 
 
 def attitude(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
-    """(3, 3) of a camera looking along yaw, down by pitch, leaning by roll, from optical frame to world."""
+    """Return the rotation (3, 3) from the optical frame to the world of a camera with these angles in rad."""
     cy, sy, cp, sp, cr, sr = (f(a) for a in (yaw, pitch, roll) for f in (math.cos, math.sin))
     z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
     y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
@@ -90,7 +90,7 @@ def test_random_solids_render_as_in_mujoco(seed: int) -> None:
 
 
 def inside(shape: SimulatedShape, at: NDArray[np.float64]) -> bool:
-    """Within the solid or nearly so: what a camera sees from there is not defined."""
+    """Return whether a point is inside a shape or within 5 cm, where the camera's view is not defined."""
     near = math.hypot(at[0] - shape.x, at[1] - shape.y) < shape.reach + 0.05
     return near and shape.bottom - 0.05 < at[2] < shape.top + 0.05
 
@@ -157,11 +157,11 @@ def test_noise_grows_with_squared_depth_and_edges_drop_out() -> None:
 def test_frames_depend_on_seed_and_number_only() -> None:
     sim = Simulation(ROBOT, load_world("room"), "real", 1)
     capture = sim.capture()
-    one, other = DepthRenderer(CAMERA, "real", 1), DepthRenderer(CAMERA, "real", 1)
-    late = one.frame(capture, 7).depth
-    assert np.array_equal(other.frame(capture, 3).depth, one.frame(capture, 3).depth, equal_nan=True)
-    assert np.array_equal(other.frame(capture, 7).depth, late, equal_nan=True)
-    assert not np.array_equal(other.frame(capture, 8).depth, late, equal_nan=True)
+    first, second = DepthRenderer(CAMERA, "real", 1), DepthRenderer(CAMERA, "real", 1)
+    late = first.frame(capture, 7).depth
+    assert np.array_equal(second.frame(capture, 3).depth, first.frame(capture, 3).depth, equal_nan=True)
+    assert np.array_equal(second.frame(capture, 7).depth, late, equal_nan=True)
+    assert not np.array_equal(second.frame(capture, 8).depth, late, equal_nan=True)
     seeded = DepthRenderer(CAMERA, "real", 2).frame(capture, 7).depth
     assert not np.array_equal(seeded, late, equal_nan=True)
 
@@ -178,11 +178,11 @@ def test_a_worker_returns_the_frames_in_capture_order() -> None:
         expected.append(renderer.frame(capture, i, colour=i == 2))
         for _ in range(20):
             sim.step()
-    for wanted in expected:
+    for frame in expected:
         got = worker.result()
-        assert got.serial == wanted.serial
-        assert np.array_equal(got.depth, wanted.depth, equal_nan=True)
-        assert (got.colour is None) == (wanted.colour is None)
+        assert got.serial == frame.serial
+        assert np.array_equal(got.depth, frame.depth, equal_nan=True)
+        assert (got.colour is None) == (frame.colour is None)
     worker.close()
     with pytest.raises(RuntimeError, match="no frame"):
         worker.result()

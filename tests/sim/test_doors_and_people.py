@@ -1,4 +1,4 @@
-"""Doors and pedestrians, without the rest of the simulation."""
+"""Tests doors and pedestrians without the rest of the simulation."""
 
 from __future__ import annotations
 
@@ -30,42 +30,42 @@ def route(speed: float = 0.8) -> Route:
 
 @given(st.sampled_from(["hinge", "slide"]), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_a_door_reaches_its_target_at_the_given_speed(kind: str, start: float, target: float) -> None:
-    one = door(kind, start)
-    one.target = target
+    moving = door(kind, start)
+    moving.target = target
     steps = 0
-    while one.moving:
-        assert one.advance(0.1, [FAR])
+    while moving.moving:
+        assert moving.advance(0.1, [FAR])
         steps += 1
-    assert one.open == target
+    assert moving.open == target
     assert steps == pytest.approx(abs(target - start) / (0.1 * SPEED), abs=2.01)
-    assert not one.advance(0.1, [])
+    assert not moving.advance(0.1, [])
 
 
 @given(st.floats(0.1, 0.8), st.floats(0.05, 0.3))
 @settings(max_examples=25)
-def test_a_door_stops_before_it_hits_somebody(x: float, radius: float) -> None:
-    one = door()
-    one.target = 0.0
+def test_a_door_stops_before_it_hits_a_person(x: float, radius: float) -> None:
+    closing = door()
+    closing.target = 0.0
     person = (x, 0.3, radius)
-    free = clearance([one.shape], x, 0.3, -math.inf, math.inf) >= radius + GAP
+    free = clearance([closing.shape], x, 0.3, -math.inf, math.inf) >= radius + GAP
     for _ in range(60):
-        one.advance(0.05, [person])
+        closing.advance(0.05, [person])
         if free:
-            assert clearance([one.shape], x, 0.3, -math.inf, math.inf) >= radius + GAP - 1e-9
+            assert clearance([closing.shape], x, 0.3, -math.inf, math.inf) >= radius + GAP - 1e-9
     if free and radius > 0.3 - GAP:
-        assert one.moving, "the closed leaf would overlap the person"
+        assert closing.moving, "the closed leaf would overlap the person"
 
 
 @given(st.integers(0, 999))
 @settings(max_examples=30)
 def test_a_pedestrian_stays_on_the_route_and_within_its_speed(seed: int) -> None:
-    one = Pedestrian(route(), np.random.default_rng(seed))
+    pedestrian = Pedestrian(route(), np.random.default_rng(seed))
     for _ in range(300):
-        before = one.pose
-        one.advance(0.1, [FAR], [])
-        assert one.pose.distance(before) <= 0.8 * 1.2 * 0.1 + 1e-9
-        on_first = abs(one.pose.y) < 1e-9 and -1e-9 <= one.pose.x <= 4.0 + 1e-9
-        on_second = abs(one.pose.x - 4.0) < 1e-9 and -1e-9 <= one.pose.y <= 3.0 + 1e-9
+        before = pedestrian.pose
+        pedestrian.advance(0.1, [FAR], [])
+        assert pedestrian.pose.distance(before) <= 0.8 * 1.2 * 0.1 + 1e-9
+        on_first = abs(pedestrian.pose.y) < 1e-9 and -1e-9 <= pedestrian.pose.x <= 4.0 + 1e-9
+        on_second = abs(pedestrian.pose.x - 4.0) < 1e-9 and -1e-9 <= pedestrian.pose.y <= 3.0 + 1e-9
         assert on_first or on_second
 
 
@@ -73,26 +73,26 @@ def test_a_pedestrian_stays_on_the_route_and_within_its_speed(seed: int) -> None
 @settings(max_examples=30)
 def test_a_pedestrian_keeps_its_distance_to_the_robot(seed: int, x: float, y: float) -> None:
     robot = (x, y, 0.2)
-    one = Pedestrian(route(), np.random.default_rng(seed))
+    pedestrian = Pedestrian(route(), np.random.default_rng(seed))
     for _ in range(200):
-        before = math.dist((one.pose.x, one.pose.y), robot[:2])
-        one.advance(0.1, [robot], [])
-        gap = math.dist((one.pose.x, one.pose.y), robot[:2])
+        before = math.dist((pedestrian.pose.x, pedestrian.pose.y), robot[:2])
+        pedestrian.advance(0.1, [robot], [])
+        gap = math.dist((pedestrian.pose.x, pedestrian.pose.y), robot[:2])
         assert gap >= min(before, PERSON_RADIUS + 0.2 + PERSONAL_SPACE) - 1e-9
 
 
 def test_the_same_random_generator_gives_the_same_walk() -> None:
     def walk() -> list[SE2]:
-        one = Pedestrian(route(), np.random.default_rng(7))
-        return [one.pose for _ in range(100) if one.advance(0.1, [FAR], []) is None]
+        pedestrian = Pedestrian(route(), np.random.default_rng(7))
+        return [pedestrian.pose for _ in range(100) if pedestrian.advance(0.1, [FAR], []) is None]
 
     assert walk() == walk()
 
 
-def test_people_are_placed_apart_or_refused() -> None:
+def test_people_are_placed_apart_or_rejected() -> None:
     rngs = [np.random.default_rng(n) for n in range(40)]
     people = place_people([route()], 3, FAR, rngs)
-    centres = [disc(one)[:2] for one in people]
+    centres = [disc(person)[:2] for person in people]
     gaps = [math.dist(a, b) for i, a in enumerate(centres) for b in centres[:i]]
     assert min(gaps) > 2 * PERSON_RADIUS + PERSONAL_SPACE
     with pytest.raises(UserError, match="no room for person"):

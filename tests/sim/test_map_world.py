@@ -1,4 +1,4 @@
-"""Any ROS map as a world: where the robot starts on it, and the places that are drawn on its floor."""
+"""Tests worlds that are made from ROS maps, with their start pose and generated places."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ RADIUS = ROBOT.footprint_radius
 
 
 def halls(wall: int = 60) -> Grid:
-    """Two halls of 3 m and 6.9 m beside a wall without a door, 4 m deep; unknown beyond the top."""
+    """Return two halls of 3 m and 6.9 m by 4 m with a wall without a door between them; unknown at the top."""
     cells = np.full((100, 200), FREE, np.int8)
     cells[80:] = UNKNOWN
     cells[:, wall : wall + 2] = OCCUPIED
@@ -44,7 +44,7 @@ def halls(wall: int = 60) -> Grid:
 
 
 def cluttered(seed: int) -> Grid:
-    """Blocks by chance on a floor of 40 x 60 cells."""
+    """Return a floor of 40 x 60 cells with random blocks."""
     rng = np.random.default_rng(seed)
     cells = np.full((40, 60), FREE, np.int8)
     for _ in range(int(rng.integers(0, 25))):
@@ -79,7 +79,9 @@ def test_generated_places_are_free_separate_and_reachable(seed: int) -> None:
     assert places == floor.draw_places(start, seed)
     spots = [start, *places.values()]
     areas = ndimage.label(floor.clearance >= RADIUS + MARGIN)[0]
-    assert len({areas[floor.grid.cell(p.x, p.y)] for p in spots} | {0}) == 2, "one area, and no place off it"
+    assert len({areas[floor.grid.cell(p.x, p.y)] for p in spots} | {0}) == 2, (
+        "all places are in one connected area"
+    )
     gaps = [math.dist(a[:2], b[:2]) for i, a in enumerate(spots) for b in spots[:i]]
     assert min(gaps, default=1.0) >= 0.3 - 1e-9
     assert not places or {"kitchen", "table_1"} <= set(places)
@@ -87,10 +89,10 @@ def test_generated_places_are_free_separate_and_reachable(seed: int) -> None:
 
 def test_generated_places_depend_on_the_seed() -> None:
     world = world_from_map("halls", halls(), RADIUS)
-    one, other = (with_drawn_places(world, ROBOT, seed) for seed in (1, 2))
-    assert set(one.places) == {"home", "kitchen", *(f"table_{i}" for i in range(1, 6))}
-    assert one.places["home"] == world.start
-    assert one.places != other.places
+    first, second = (with_drawn_places(world, ROBOT, seed) for seed in (1, 2))
+    assert set(first.places) == {"home", "kitchen", *(f"table_{i}" for i in range(1, 6))}
+    assert first.places["home"] == world.start
+    assert first.places != second.places
 
 
 def test_generated_places_do_not_replace_those_of_a_world() -> None:
@@ -107,14 +109,14 @@ def test_generated_places_do_not_replace_those_of_a_world() -> None:
         (SE2(50.0, 3.0, 0.0), r"lies off the map, which spans x -1\.00 to 9\.00 .*start:='\[8\.7"),
     ],
 )
-def test_an_occupied_start_is_refused_with_the_nearest_free_pose(start: SE2, sentence: str) -> None:
+def test_an_occupied_start_is_rejected_with_a_free_pose(start: SE2, sentence: str) -> None:
     with pytest.raises(UserError, match=sentence) as caught:
         world_from_map("halls", halls(), RADIUS, start)
-    told = parse_start_pose("[" + str(caught.value).rsplit("[", 1)[1].rstrip("'"))
-    assert world_from_map("halls", halls(), RADIUS, told).start == told
+    suggested = parse_start_pose("[" + str(caught.value).rsplit("[", 1)[1].rstrip("'"))
+    assert world_from_map("halls", halls(), RADIUS, suggested).start == suggested
 
 
-def test_a_map_without_free_space_is_refused() -> None:
+def test_a_map_without_free_space_is_rejected() -> None:
     for cells in (OCCUPIED, UNKNOWN):
         with pytest.raises(UserError, match="no free floor"):
             world_from_map("full", Grid(np.full((30, 30), cells, np.int8), 0.05, 0.0, 0.0), RADIUS)
@@ -129,12 +131,12 @@ def test_the_robot_cannot_leave_the_map() -> None:
     "text",
     ["1, 2, 3", "[1, 2]", "[1, 2, .nan]", "[1, 2, a]", "[1, true, 2]", "[1, 2, 1e9]", "[1, 2, 90]", "{"],
 )
-def test_an_invalid_start_is_refused(text: str) -> None:
+def test_an_invalid_start_is_rejected(text: str) -> None:
     with pytest.raises(ChefbotError, match=r"start:='"):
         parse_start_pose(text)
 
 
-def test_a_map_file_with_places_beside_it_is_a_world(tmp_path: Path) -> None:
+def test_a_map_file_with_a_places_file_is_a_world(tmp_path: Path) -> None:
     path = save_map(tmp_path / "halls", halls())
     drawn = load_any_world(str(path), ROBOT)
     assert drawn.start == world_from_map("halls", halls(), RADIUS).start
@@ -179,7 +181,7 @@ def test_a_start_pose_applies_to_a_built_in_world() -> None:
     ("corner", "side", "solid"), [((90, 20), 5, True), ((40, 20), 45, True), ((40, 20), 30, False)]
 )
 def test_unknown_cells_are_solid_unless_in_shadow(corner: tuple[int, int], side: int, solid: bool) -> None:
-    """At the map's edge, and where it is larger than what furniture hides; 2.25 square metres stay floor."""
+    """They are solid at the edge of the map and in areas larger than a shadow of furniture; 2.25 m2 are floor."""
     cells = np.full((95, 120), FREE, np.int8)
     row, column = corner
     cells[row : row + side, column : column + side] = UNKNOWN

@@ -1,4 +1,4 @@
-"""Faults injected between a simulated sensor and its topic."""
+"""Tests the faults that the simulator injects between a sensor and its topic."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def scan(stamp_ns: int, distance: float) -> LaserScan:
     return LaserScan(Header.of(stamp_ns, "laser"), -np.pi, np.pi - STEP, STEP, ranges=ranges)
 
 
-def sent(fault: str, count: int = 30) -> list[LaserScan]:
+def published_with(fault: str, count: int = 30) -> list[LaserScan]:
     found: list[LaserScan] = []
     sensor = faulty_lidar(found.append, np.random.default_rng(1))
     sensor.send(scan(0, 1.0), 0)
@@ -33,33 +33,35 @@ def sent(fault: str, count: int = 30) -> list[LaserScan]:
 
 
 def test_without_a_fault_messages_pass_unchanged() -> None:
-    assert [one.ranges[0] for one in sent("none")] == [1.0 + n for n in range(1, 31)]
+    assert [message.ranges[0] for message in published_with("none")] == [1.0 + n for n in range(1, 31)]
 
 
 def test_a_stopped_sensor_publishes_nothing() -> None:
-    assert sent("stop") == []
+    assert published_with("stop") == []
 
 
 def test_a_frozen_sensor_repeats_its_last_data_with_new_stamps() -> None:
-    found = sent("freeze")
-    assert {float(one.ranges[0]) for one in found} == {1.0}
+    found = published_with("freeze")
+    assert {float(message.ranges[0]) for message in found} == {1.0}
     assert all(a.header.stamp.ns < b.header.stamp.ns for a, b in pairwise(found))
 
 
 def test_late_data_keep_their_stamp_and_come_after_the_delay() -> None:
-    found = sent("late")
-    assert [one.header.stamp.ns for one in found] == [n * 100_000_000 for n in range(1, 21)]
+    found = published_with("late")
+    assert [message.header.stamp.ns for message in found] == [n * 100_000_000 for n in range(1, 21)]
     assert len(found) == 30 - FAULT_DELAY_NS // 100_000_000
 
 
 def test_noise_has_the_given_share_of_the_range() -> None:
-    errors = np.concatenate([one.ranges / (1.0 + n) - 1.0 for n, one in enumerate(sent("noise", 200), 1)])
+    errors = np.concatenate(
+        [message.ranges / (1.0 + n) - 1.0 for n, message in enumerate(published_with("noise", 200), 1)]
+    )
     assert errors.std() == pytest.approx(NOISE_FRACTION, rel=0.05)
     assert abs(errors.mean()) < 0.02
 
 
 def test_half_blind_removes_half_of_a_scan_and_an_image() -> None:
-    (first, *_) = sent("half_blind")
+    (first, *_) = published_with("half_blind")
     assert np.array_equal(np.isnan(first.ranges), np.cos(first.angles) > 0.0)
     images: list[Image] = []
     camera = faulty_camera(images.append, np.random.default_rng(1))
@@ -69,6 +71,6 @@ def test_half_blind_removes_half_of_a_scan_and_an_image() -> None:
     assert np.isnan(depth[:, :3]).all() and (depth[:, 3:] == 1.0).all()
 
 
-def test_an_unknown_fault_is_refused_with_the_choices() -> None:
+def test_an_unknown_fault_is_rejected_with_the_choices() -> None:
     with pytest.raises(UserError, match=r"'broken'.*half_blind"):
         parse_fault("broken")

@@ -1,4 +1,4 @@
-"""The simulated robot: how true its wheels are, what it bumps into, what it senses, and that it repeats."""
+"""Tests the simulated robot: motion, collisions, sensors, doors, people, battery and determinism."""
 
 import math
 
@@ -20,8 +20,8 @@ from chefbot.sim.world.world import load_world
 ROBOT = load_robot("chefbot_lidar")
 
 
-def bump_about(sim: Simulation, seconds: float, seed: int) -> list[float]:
-    """Random duties, changed twice a second; tilts on the way."""
+def drive_randomly(sim: Simulation, seconds: float, seed: int) -> list[float]:
+    """Drive with random duties that change twice a second, and return the tilts in rad."""
     rng, tilts = np.random.default_rng(seed), []
     for _ in range(round(seconds * 2)):
         sim.set_duty(*rng.uniform(-1, 1, 2).tolist())
@@ -38,7 +38,7 @@ def test_a_minute_of_collisions_neither_tips_nor_diverges() -> None:
         sim.set_duty(1.0, 0.97)
         for _ in range(600):
             sim.step()
-        assert max(bump_about(sim, 7.0, seconds)) < math.radians(3.0)
+        assert max(drive_randomly(sim, 7.0, seconds)) < math.radians(3.0)
     assert sim.time_ns == 60_000_000_000
     assert sim.warnings == 0
     assert math.isfinite(sum(sim.truth().pose))
@@ -52,9 +52,9 @@ def state_of(sim: Simulation) -> str:
 def test_equal_seeds_give_equal_states_and_others_differ() -> None:
     def run(seed: int) -> tuple[str, bytes, bytes]:
         sim = Simulation(ROBOT, load_world("hotel"), "real", seed, people=3)
-        bump_about(sim, 5.0, 7)
+        drive_randomly(sim, 5.0, 7)
         sim.drop_box(1.0, 1.0, (0.2, 0.2, 0.2))
-        bump_about(sim, 1.0, 8)
+        drive_randomly(sim, 1.0, 8)
         return state_of(sim), sim.lidar().tobytes(), np.concatenate(sim.imu()).tobytes()
 
     first = run(1)
@@ -99,7 +99,7 @@ def test_ticks_grow_forward_and_match_the_distance() -> None:
     sim.set_duty(-0.6, 0.6)
     for _ in range(400):
         sim.step()
-    assert sim.truth().w > 0.5  # the right wheel ahead turns to the left
+    assert sim.truth().w > 0.5  # a faster right wheel turns to the left
 
 
 def test_imu_reads_gravity_at_rest_and_the_rate_in_a_turn() -> None:
@@ -107,7 +107,7 @@ def test_imu_reads_gravity_at_rest_and_the_rate_in_a_turn() -> None:
     for _ in range(200):
         sim.step()
     gyro, force = sim.imu()
-    rest = 1.05 * GRAVITY * CASTER_GAP / ROBOT.casters.offset  # it stands on the heavier side's caster
+    rest = 1.05 * GRAVITY * CASTER_GAP / ROBOT.casters.offset  # it rests on the caster of the heavier side
     assert force == pytest.approx([0.0, 0.0, GRAVITY], abs=rest)
     assert gyro == pytest.approx([0.0, 0.0, 0.0], abs=0.005)
     sim.set_duty(-0.3, 0.3)
@@ -128,7 +128,7 @@ def test_real_imu_has_robot_noise_and_a_constant_bias() -> None:
     assert 0.0 < np.abs(bias).max() < 4 * imu.gyro_bias + 0.002
 
 
-def test_lidar_and_ranger_measure_the_true_wall_distance() -> None:
+def test_lidar_and_ultrasonic_measure_the_true_wall_distance() -> None:
     sim = Simulation(ROBOT, load_world("room"))
     lidar, ranger = ROBOT.sensors.lidar, ROBOT.sensors.ultrasonic
     assert lidar is not None and ranger is not None
@@ -170,7 +170,7 @@ def test_a_wall_contact_counts_as_one_collision() -> None:
         sim.step()
         touched.add(sim.touching)
     assert sim.collisions() == (1, ("wall_3",))
-    assert touched == {(), ("wall_3",)}  # wheels that spin make it chatter: one episode all the same
+    assert touched == {(), ("wall_3",)}  # slipping wheels interrupt the contact, which is still one episode
     for _ in range(2):
         sim.set_duty(-0.5, -0.5)
         for _ in range(400):
@@ -224,7 +224,7 @@ def test_kidnap_moves_the_robot_not_the_wheels() -> None:
 @pytest.mark.parametrize(
     "box", [(math.nan, 0.0, 0.2), (0.0, 1e9, 0.2), (1.0, 1.0, -0.2), (1.0, 1.0, math.nan)]
 )
-def test_impossible_boxes_are_refused(box: tuple[float, float, float]) -> None:
+def test_impossible_boxes_are_rejected(box: tuple[float, float, float]) -> None:
     sim = Simulation(ROBOT, load_world("empty"))
     with pytest.raises(UserError, match="a box of"):
         sim.drop_box(box[0], box[1], (box[2], 0.2, 0.2))
@@ -251,26 +251,26 @@ def test_doors_close_in_two_seconds_and_not_on_the_robot() -> None:
         sim.set_door("kitchen_dor", 0.5)
 
 
-def test_people_walk_and_stop_before_the_robot() -> None:
+def test_people_walk_and_keep_their_distance_to_the_robot() -> None:
     sim = Simulation(ROBOT, load_world("hotel"), seed=4, people=6, start=SE2(6.45, 6.2, 0.0))
-    start, least, walked = sim.people, math.inf, 0.0
+    start, min_distance, walked = sim.people, math.inf, 0.0
     for _ in range(6000):
         sim.step()
-        least = min(least, *(person.distance(sim.truth().pose) for person in sim.people))
+        min_distance = min(min_distance, *(person.distance(sim.truth().pose) for person in sim.people))
         walked = max(walked, *(a.distance(b) for a, b in zip(start, sim.people, strict=True)))
     assert walked > 2.0
-    assert least > 0.4
+    assert min_distance > 0.4
     assert sim.collisions().episodes == 0
 
 
-def test_more_people_than_space_is_refused() -> None:
+def test_more_people_than_space_are_rejected() -> None:
     with pytest.raises(UserError, match="no room for person"):
         Simulation(ROBOT, load_world("room"), people=40)
     with pytest.raises(UserError, match="no routes"):
         Simulation(ROBOT, load_world("empty"), people=1)
 
 
-def test_a_start_inside_furniture_is_refused() -> None:
+def test_a_start_inside_furniture_is_rejected() -> None:
     with pytest.raises(UserError, match=r"start.*overlaps cupboard"):
         Simulation(ROBOT, load_world("room"), start=SE2(3.4, -1.4, 0.0))
 
@@ -298,7 +298,7 @@ def test_an_empty_battery_stops_the_robot() -> None:
     for _ in range(400):
         sim.step()
         resting.step()
-    assert sim.truth() == resting.truth()  # it settles on a caster, and does nothing else
+    assert sim.truth() == resting.truth()  # both only settle on a caster
 
 
 def test_the_tubes_hide_beams_of_the_lidar() -> None:

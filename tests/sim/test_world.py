@@ -1,4 +1,4 @@
-"""World files: every built-in one is sound; every fault of a written one is a sentence with file and key."""
+"""Tests the built-in worlds, floor plans, and the error messages for world files."""
 
 import math
 from itertools import pairwise
@@ -52,8 +52,8 @@ def test_pedestrians_do_not_cross_furniture(world: World) -> None:
     for route in world.routes:
         points, t = np.array(route.points), np.linspace(0.0, 1.0, 200)[:, None]
         for a, b in pairwise(points):
-            way = a + t * (b - a)
-            gaps = {s.name: float(distance(s, way[:, 0], way[:, 1]).min()) for s in solids}
+            line = a + t * (b - a)
+            gaps = {s.name: float(distance(s, line[:, 0], line[:, 1]).min()) for s in solids}
             nearest = min(gaps, key=lambda name: gaps[name])
             assert gaps[nearest] > PERSON_RADIUS + 0.04, (nearest, a, b)
 
@@ -102,7 +102,7 @@ def test_beams_cross_only_free_cells_of_the_floor_plan() -> None:
 
 
 def floor_touches(plan: Grid, x: float, y: float) -> bool:
-    """Free, or beside a free cell: a cell counts as occupied when a solid reaches halfway to its middle."""
+    """Return whether the cell or a neighbour is free, as a cell that a solid covers in part may be occupied."""
     row, column = plan.cell(x, y)
     return bool((plan.cells[row - 1 : row + 2, column - 1 : column + 2] == FREE).any())
 
@@ -144,7 +144,7 @@ places: {home: {x: 0 m, y: 0 m}}
     assert free_area(plan) == pytest.approx(3.88 * 3.88, rel=0.04)
 
 
-GOOD = """
+VALID = """
 name: small
 walls: [{start: [-2 m, -2 m], end: [2 m, -2 m], openings: [{at: 1 m, width: 0.9 m}]}]
 boxes: [{name: crate, x: 1 m, y: 1 m, size: [0.5 m, 0.5 m, 0.5 m]}]
@@ -153,7 +153,7 @@ places: {home: {x: 0 m, y: 0 m}}
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("0.5 m]", "-0.5 m]", r"boxes\[0\]\.size\[2\]"),
         ("0.5 m]", ".nan m]", r"boxes\[0\]\.size\[2\]"),
@@ -179,17 +179,17 @@ places: {home: {x: 0 m, y: 0 m}}
         ),
     ],
 )
-def test_world_file_errors_name_file_and_key(old: str, new: str, said: str) -> None:
-    assert old in GOOD
-    parse_world(GOOD.encode(), "world file small.yaml")
-    with pytest.raises(ChefbotError, match=said) as fault:
-        parse_world(GOOD.replace(old, new, 1).encode(), "world file small.yaml")
-    assert str(fault.value).startswith("world file small.yaml")
+def test_world_file_errors_name_file_and_key(old: str, new: str, message: str) -> None:
+    assert old in VALID
+    parse_world(VALID.encode(), "world file small.yaml")
+    with pytest.raises(ChefbotError, match=message) as error:
+        parse_world(VALID.replace(old, new, 1).encode(), "world file small.yaml")
+    assert str(error.value).startswith("world file small.yaml")
 
 
 def test_a_box_may_have_the_name_of_a_robot_part() -> None:
     for name in ("floor", "payload", "base_link", "wheel_left"):
-        world = parse_world(GOOD.replace("crate", name).encode(), "world file small.yaml")
+        world = parse_world(VALID.replace("crate", name).encode(), "world file small.yaml")
         sim = Simulation(ROBOT, world, start=SE2(0.5, 1.0, 0.0))
         sim.set_duty(0.5, 0.5)
         for _ in range(400):
@@ -197,7 +197,7 @@ def test_a_box_may_have_the_name_of_a_robot_part() -> None:
         assert sim.collisions() == (1, (name,))
 
 
-def test_unknown_worlds_are_refused_with_the_nearest_name() -> None:
+def test_unknown_worlds_are_rejected_with_the_nearest_name() -> None:
     with pytest.raises(UserError, match="did you mean 'hotel'"):
         load_world("hotell")
     with pytest.raises(ConfigError, match="does not exist"):
@@ -240,8 +240,8 @@ def test_distance_to_a_box_is_to_its_nearest_point(
     shape = box("b", SE2(0.5, -0.25, yaw), 0.0, (sx, sy, 1.0), (0, 0, 0))
     u, v = np.meshgrid(np.linspace(-sx / 2, sx / 2, 101), np.linspace(-sy / 2, sy / 2, 101))
     points = SE2(0.5, -0.25, yaw).apply(np.column_stack([u.ravel(), v.ravel()]))
-    least = np.hypot(points[:, 0] - x, points[:, 1] - y).min()
-    assert float(distance(shape, np.array(x), np.array(y))) == pytest.approx(least, abs=0.03)
+    nearest = np.hypot(points[:, 0] - x, points[:, 1] - y).min()
+    assert float(distance(shape, np.array(x), np.array(y))) == pytest.approx(nearest, abs=0.03)
 
 
 def test_distance_to_a_cylinder_is_to_its_surface() -> None:

@@ -1,4 +1,4 @@
-"""The devices that publish places, map and start pose of a world."""
+"""Tests the devices that publish the places and the start pose of a world."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def context() -> Context:
 
 
 def test_places_are_published_relative_to_the_start() -> None:
-    where, found = context(), list[Any]()
-    WorldPlacesDevice(where, WorldPlacesParams(world="hotel")).start()
-    where.loop.subscribe("places", "test", found.append)
-    where.loop.run(until_ns=1_000_000)
+    device_context, found = context(), list[Any]()
+    WorldPlacesDevice(device_context, WorldPlacesParams(world="hotel")).start()
+    device_context.loop.subscribe("places", "test", found.append)
+    device_context.loop.run(until_ns=1_000_000)
     world = load_world("hotel")
     (places,) = found
     assert {place.name for place in places.places} == set(world.places)

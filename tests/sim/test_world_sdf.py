@@ -1,4 +1,4 @@
-"""Worlds for Gazebo: every solid of ours is there, where it is, and the robot stands at its start."""
+"""Tests that a world exported for Gazebo contains every solid at its pose and the robot at its start pose."""
 
 import math
 import xml.etree.ElementTree as ET

@@ -1,4 +1,4 @@
-"""A small world of walls, a laser that sees it, and drives through it."""
+"""Fixtures with a simulated world of walls, laser scans in it, and drives through it with their odometry."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class World:
         )
 
     def ranges(self, laser: SE2, angles: np.ndarray, reach: float) -> np.ndarray:
-        """Metres along each beam to the nearest wall, inf beyond reach."""
+        """Return the range of each beam in metres, shape (n,); inf beyond `reach`."""
         dx, dy = np.cos(angles + laser.yaw)[:, None], np.sin(angles + laser.yaw)[:, None]
         ax, ay, bx, by = self.walls.T
         ex, ey, wx, wy = bx - ax, by - ay, ax - laser.x, ay - laser.y
@@ -48,7 +48,7 @@ class World:
 
 
 def ring_drive(laps: float = 1.1, step: float = 0.1) -> list[SE2]:
-    """Poses along a rounded rectangle in the middle of the ring corridor."""
+    """Return poses along a rounded rectangle in the middle of the ring corridor."""
     corners = [(1.4, 1.3), (10.6, 1.3), (10.6, 6.6), (1.4, 6.6)]
     poses, yaw = [], 0.0
     for k in range(round(4 * laps)):
@@ -62,8 +62,10 @@ def ring_drive(laps: float = 1.1, step: float = 0.1) -> list[SE2]:
     return poses
 
 
-def drifting(truth: list[SE2], seed: int, travel: float, heading: float, bias: float = 0.0) -> list[SE2]:
-    """Odometry of a drive: errors per metre and per radian of each step, and a bias in rad per metre."""
+def drifting_odometry(
+    truth: list[SE2], seed: int, travel: float, heading: float, bias: float = 0.0
+) -> list[SE2]:
+    """Return odometry of a drive with noise per metre and per radian of each step and a bias in rad per metre."""
     rng = np.random.default_rng(seed)
     odom = [SE2(0, 0, 0)]
     for a, b in itertools.pairwise(truth):
@@ -87,11 +89,11 @@ def corridor() -> World:
 
 @pytest.fixture
 def drive():
-    """`drive(laps)` is a drive round the ring."""
+    """Return a function: `drive(laps)` gives the poses of a drive round the ring."""
     return ring_drive
 
 
 @pytest.fixture
 def odometry():
-    """`odometry(truth, seed, travel, heading, bias)` is what the wheels say of it."""
-    return drifting
+    """Return a function: `odometry(truth, seed, travel, heading, bias)` gives the noisy odometry of a drive."""
+    return drifting_odometry

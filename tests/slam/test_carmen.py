@@ -1,4 +1,4 @@
-"""CARMEN logs: what is read, and what is refused."""
+"""Tests that CARMEN logs are parsed and that corrupt lines are reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rectangles of cells that grow."""
+"""Tests rectangles of cells that grow with the map."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_scaling_and_the_maximum_size() -> None:
         bounds.check_size(11)
 
 
-def test_points_are_floored_and_implausible_ones_refused() -> None:
+def test_points_are_floored_and_implausible_ones_rejected() -> None:
     assert cells_of(np.array([[-0.5, 1.5]])).tolist() == [[-1, 1]]
     for far in (MAX_COORDINATE, np.nan, -np.inf):
         with pytest.raises(MapSizeError, match="check odometry"):

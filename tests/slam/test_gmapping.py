@@ -1,4 +1,4 @@
-"""The mapper as its callers see it."""
+"""Tests Gmapping through its public interface on simulated drives and on logs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.support.lasers import CAMERA, LIDAR
+from tests.support.beam_angles import CAMERA, LIDAR
 
 from chefbot.errors import OdometryError, ScanError
 from chefbot.maths.odometry_noise import OdometryNoise
@@ -16,7 +16,7 @@ from chefbot.slam.carmen import CarmenLogError, parse
 
 
 def run(world, truth, odom, params=None, angles=LIDAR, sensor=IDENTITY, initial=IDENTITY, near=0.0):
-    """The mapper after the drive, and its pose minus the truth (n, 3) at each instant."""
+    """Return the mapper after a drive, and the errors of its poses, shape (n, 3)."""
     slam = Gmapping(params or GmappingParams(particles=15), sensor, initial)
     rng, errors = np.random.default_rng(9), []
     for true, wheel in zip(truth, odom, strict=True):
@@ -31,10 +31,10 @@ def run(world, truth, odom, params=None, angles=LIDAR, sensor=IDENTITY, initial=
 def test_a_loop_missed_by_odometry_is_closed(ring, drive, odometry, seed: int) -> None:
     truth = drive(1.25)
     odom = odometry(truth, seed, 0.05, 0.05, 0.02)
-    lost = np.hypot(*np.array(truth[0].between(truth[-1]).between(odom[-1]))[:2])
+    drift = np.hypot(*np.array(truth[0].between(truth[-1]).between(odom[-1]))[:2])
     slam, errors = run(ring, truth, odom, GmappingParams(particles=15, seed=seed))
     error = np.hypot(errors[:, 0], errors[:, 1])
-    assert lost > 0.6
+    assert drift > 0.6
     assert error.max() < 0.25
     assert error[-1] < 0.1
     assert 0 <= slam.map().at(0.0, 0.0) < 25, "the driven path is mapped as free"
@@ -44,7 +44,7 @@ def test_a_loop_missed_by_odometry_is_closed(ring, drive, odometry, seed: int) -
 def test_a_depth_camera_improves_good_odometry(ring, drive, odometry, seed: int) -> None:
     truth = drive(2.0)
     odom = odometry(truth, seed, 0.02, 0.02, 0.005)
-    lost = max(math.hypot(*truth[0].between(t).between(o)[:2]) for t, o in zip(truth, odom, strict=True))
+    drift = max(math.hypot(*truth[0].between(t).between(o)[:2]) for t, o in zip(truth, odom, strict=True))
     params = GmappingParams(
         particles=30,
         seed=seed,
@@ -56,7 +56,7 @@ def test_a_depth_camera_improves_good_odometry(ring, drive, odometry, seed: int)
         ),
     )
     _, errors = run(ring, truth, odom, params, CAMERA, SE2(0.1, 0, 0), near=0.45)
-    assert lost > 0.7
+    assert drift > 0.7
     assert np.hypot(errors[:, 0], errors[:, 1]).max() < 0.3
 
 
@@ -64,7 +64,9 @@ def test_a_depth_camera_improves_good_odometry(ring, drive, odometry, seed: int)
 def test_a_bare_corridor_keeps_the_odometry_length(corridor, seed: int) -> None:
     truth = [SE2(x, 0, 0) for x in np.arange(-15, 15, 0.1)]
     slam, errors = run(corridor, truth, truth, GmappingParams(particles=15, seed=seed))
-    assert np.abs(errors[:, 0]).max() < 0.04 * 30  # of odometry 10 % is assumed, here it is perfect
+    assert (
+        np.abs(errors[:, 0]).max() < 0.04 * 30
+    )  # the filter assumes 10 % odometry noise, here it is perfect
     assert np.abs(errors[:, 1]).max() < 0.1
     assert slam.map().width > 500
 
@@ -85,10 +87,10 @@ def test_the_odometry_origin_does_not_matter(ring, drive, odometry) -> None:
     truth = drive(0.25)
     odom = odometry(truth, 1, 0.03, 0.03)
     moved = [SE2(64.0, -32.0, 0.0) @ o for o in odom]
-    one, _ = run(ring, truth, odom)
-    two, _ = run(ring, truth, moved)
-    assert np.array(one.trajectory()) == pytest.approx(np.array(two.trajectory()), abs=0.03)
-    assert one.pose == pytest.approx(two.map_T_odom @ moved[-1], abs=0.03)
+    first, _ = run(ring, truth, odom)
+    second, _ = run(ring, truth, moved)
+    assert np.array(first.trajectory()) == pytest.approx(np.array(second.trajectory()), abs=0.03)
+    assert first.pose == pytest.approx(second.map_T_odom @ moved[-1], abs=0.03)
 
 
 def test_the_initial_pose_is_the_map_origin(ring) -> None:
@@ -130,7 +132,7 @@ def test_ranges_at_or_beyond_the_maximum_are_no_returns() -> None:
 
 
 @pytest.mark.parametrize("odom", [SE2(math.nan, 0, 0), SE2(0, math.inf, 0), SE2(1e9, 0, 0), SE2(0, 1e300, 0)])
-def test_absurd_odometry_is_refused(odom: SE2) -> None:
+def test_implausible_odometry_is_rejected(odom: SE2) -> None:
     slam, ranges = Gmapping(GmappingParams(particles=2)), np.ones(len(LIDAR), np.float32)
     slam.update(LIDAR, ranges, SE2(0, 0, 0))
     with pytest.raises(OdometryError, match="check"):
@@ -138,13 +140,13 @@ def test_absurd_odometry_is_refused(odom: SE2) -> None:
 
 
 def test_an_odometry_jump_is_reported_and_mapping_continues(ring) -> None:
-    """There and back again, as by one message of somebody else's; and as after a new start."""
+    """A jump and the jump back, as by a message of another publisher; and a jump as after a restart of odometry."""
     slam, ranges = Gmapping(GmappingParams(particles=2)), ring.ranges(SE2(1.3, 1.3, 0), LIDAR, 8.0)
     slam.update(LIDAR, ranges, SE2(0, 0, 0))
     slam.update(LIDAR, ranges, SE2(0.3, 0, 0.1))
-    for leap in (SE2(4e5, -1e5, 2.0), SE2(0.3, 0, 0.1), SE2(-200.0, 0, 0)):
+    for jump in (SE2(4e5, -1e5, 2.0), SE2(0.3, 0, 0.1), SE2(-200.0, 0, 0)):
         with pytest.raises(OdometryError, match="jumped"):
-            slam.update(LIDAR, ranges, leap)
+            slam.update(LIDAR, ranges, jump)
         assert slam.pose == pytest.approx(SE2(0.3, 0, 0.1), abs=1e-6)
     assert slam.update(LIDAR, ring.ranges(SE2(1.85, 1.3, 0.1), LIDAR, 8.0), SE2(-199.45, 0, 0))
     assert slam.pose.distance(SE2(0.85, 0.0, 0.0)) < 0.3
@@ -177,6 +179,6 @@ def test_no_return_readings_of_logs_clear_only_nearby_cells() -> None:
     assert max(grid.width, grid.height) < 5.5 / grid.resolution
 
 
-def test_a_log_without_scans_is_refused() -> None:
+def test_a_log_without_scans_is_rejected() -> None:
     with pytest.raises(CarmenLogError, match="no FLASER"):
         run_log([], GmappingParams())

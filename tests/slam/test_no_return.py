@@ -1,4 +1,4 @@
-"""What a log's laser writes when nothing is in reach: found where it is, and nowhere else."""
+"""Tests that the values which the laser of a log writes for beams without return are detected, and no others."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from .conftest import CORRIDOR, World
 
 ANGLES = beam_angles(180)
 HALL = World.of([[(0, 0), (40, 0), (40, 25), (0, 25)], [(10, 8), (12, 8), (12, 12), (10, 12)]])
-ACROSS = [SE2(2.0 + 0.3 * i, 6.0 + 2.0 * math.sin(i), 0.4 * math.sin(i / 3)) for i in range(60)]
+CROSSING = [SE2(2.0 + 0.3 * i, 6.0 + 2.0 * math.sin(i), 0.4 * math.sin(i / 3)) for i in range(60)]
 STANDING = [SE2(5.0, 5.0, 0.0)] * 60
 
 
 def recorded(
     world: World, poses: list[SE2], reach: float, nothing: list[float], seed: int = 0
 ) -> list[CarmenScan]:
-    """A drive with noise of 1 cm; beams beyond `reach` metres give one of the values `nothing`."""
+    """Return the scans of a drive with 1 cm noise; beams beyond `reach` metres have one of the values `nothing`."""
     rng = np.random.default_rng(seed)
     scans = []
     for i, pose in enumerate(poses):
@@ -39,37 +39,37 @@ def recorded(
 
 
 @pytest.mark.parametrize(
-    ("reach", "nothing", "least"),
+    ("reach", "nothing", "lowest"),
     [
-        (25.0, [81.91], 81.91),  # far beyond all that is measured
+        (25.0, [81.91], 81.91),  # far above all measured ranges
         (25.0, [51.1, 51.15, 51.15, 51.15, 51.25, 50.0], 50.0),  # a band of values
-        (8.0, [8.19], 8.19),  # just above what is measured
-        (8.0, [8.0], 8.0),  # the sensor's own limit
+        (8.0, [8.19], 8.19),  # just above the measured ranges
+        (8.0, [8.0], 8.0),  # the maximum range of the sensor
         (20.0, [327.67], 327.67),
     ],
 )
 def test_values_shared_by_many_beams_at_the_top_are_no_returns(
-    reach: float, nothing: list[float], least: float
+    reach: float, nothing: list[float], lowest: float
 ) -> None:
-    scans = recorded(HALL, ACROSS, reach, nothing)
+    scans = recorded(HALL, CROSSING, reach, nothing)
     found = detect_no_return(scans)
     assert found is not None
-    assert least * 0.995 <= found.min_range <= least + 1e-3
+    assert lowest * 0.995 <= found.min_range <= lowest + 1e-3
     values = np.concatenate([scan.ranges for scan in scans])
     assert found.share == pytest.approx(np.mean(values >= found.min_range))
 
 
 @pytest.mark.parametrize("world", [HALL, World.of(CORRIDOR)], ids=["hall", "corridor"])
-@pytest.mark.parametrize("poses", [ACROSS, STANDING], ids=["drives", "stands"])
+@pytest.mark.parametrize("poses", [CROSSING, STANDING], ids=["drives", "stands"])
 def test_far_walls_are_not_taken_for_no_return(world: World, poses: list[SE2]) -> None:
-    """Of a hall and a long corridor, and while the robot stands and repeats its ranges."""
+    """The robot drives in a hall and in a long corridor, or stands and measures the same ranges again."""
     inside = [SE2(p.x - 25.0, 0.1 * p.y - 0.5, p.yaw) if world is not HALL else p for p in poses]
     assert detect_no_return(recorded(world, inside, 200.0, [200.0])) is None
 
 
 def test_a_single_glass_door_is_not_a_no_return_value() -> None:
-    """One value that a few beams give is not what the laser writes for nothing."""
-    scans = recorded(HALL, ACROSS, 100.0, [100.0])
+    """A value of a few beams in one scan is a measurement."""
+    scans = recorded(HALL, CROSSING, 100.0, [100.0])
     scans[7] = replace(
         scans[7], ranges=np.where(np.arange(180) < 5, 80.0, scans[7].ranges).astype(np.float32)
     )
@@ -77,8 +77,8 @@ def test_a_single_glass_door_is_not_a_no_return_value() -> None:
 
 
 def test_no_wall_is_drawn_for_no_return_beams() -> None:
-    """Below max_range too; what was near is drawn as before."""
-    result = run_log(recorded(HALL, ACROSS[:20], 12.0, [51.15]), GmappingParams(particles=2))
+    """This holds below max_range too, and obstacles within the range are still mapped."""
+    result = run_log(recorded(HALL, CROSSING[:20], 12.0, [51.15]), GmappingParams(particles=2))
     assert result.no_return is not None and result.no_return.min_range == pytest.approx(51.15, abs=0.01)
     occupied = np.argwhere(result.grid.cells >= 65)
     far = max(result.grid.width, result.grid.height) * result.grid.resolution
@@ -89,7 +89,7 @@ LOGS = {
     "fhw": (51.05, 0.007), "intel": (81.83, 0.025), "csail": (81.91, 0.027), "fr101": (81.83, 0.119),
     "seattle": (81.87, 0.008), "edmonton": (51.09, 0.055), "acapulco": (50.0, 0.085), "fr_campus": (81.83, 0.259),
 }  # fmt: skip
-"""Log to the least value for no return and its share; fhw and intel were looked at when the rule was made."""
+"""By log the lowest value for no return and its share; the rule was developed with fhw and intel."""
 
 
 @pytest.mark.data
@@ -102,10 +102,10 @@ def test_no_return_values_of_public_recordings_are_found(log: str, shared: Calla
     assert found is not None
     assert found.min_range == pytest.approx(LOGS[log][0], rel=0.003)
     assert found.share == pytest.approx(LOGS[log][1], abs=0.001)
-    seen = [
+    without_far = [
         replace(s, ranges=np.where(s.ranges >= found.min_range, 0, s.ranges).astype(np.float32))
         for s in scans
     ]
-    assert detect_no_return(seen) is None
-    for begin in range(0, len(seen) - 20, 20):  # a short piece has few ranges, which look alike more easily
-        assert detect_no_return(seen[begin : begin + 20]) is None
+    assert detect_no_return(without_far) is None
+    for begin in range(0, len(without_far) - 20, 20):  # in a short part equal ranges are more frequent
+        assert detect_no_return(without_far[begin : begin + 20]) is None

@@ -1,4 +1,4 @@
-"""The noise of odometry: one struct for mapping and localization, with the meaning of gmapping's and AMCL's code."""
+"""Tests that the odometry noise of mapping and localization has the meaning of the code of gmapping and AMCL."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SAMPLES = 200_000
 
 
 def noise_of(keys: dict[str, float], square_root: bool = False) -> OdometryNoise:
-    """The struct for the keys of a ROS package."""
+    """Return the odometry noise for the parameters of a ROS package."""
     values = {OdometryNoise.ROS_KEYS[key][0]: value for key, value in keys.items()}
     return build(
         {key: math.sqrt(x) if square_root else x for key, x in values.items()}, OdometryNoise, "noise"
@@ -44,12 +44,12 @@ def test_gmappings_keys_mean_what_its_code_samples(motion: SE2) -> None:
     step = OdometryStep()
     step.add(motion)
     params = GmappingParams(odometry_noise=noise, min_translation_noise=0.0001, min_rotation_noise=0.0001)
-    ours = np.sqrt(step.variance(params))
-    assert ours == pytest.approx([one.std() for one in sampled], rel=0.01)
+    deviation = np.sqrt(step.variance(params))
+    assert deviation == pytest.approx([samples.std() for samples in sampled], rel=0.01)
 
 
-def test_a_straight_line_and_a_turn_tell_srt_from_str() -> None:
-    """Rotation by travel is srt, travel by rotation is str, whatever the documentation of gmapping says."""
+def test_srt_is_rotation_from_translation_and_str_the_reverse() -> None:
+    """This is the meaning in gmapping's code; its documentation has it the other way round."""
     noise = noise_of({"srr": 0.0, "str": 0.05, "srt": 0.0, "stt": 0.0})
     straight, turn = OdometryStep(), OdometryStep()
     straight.add(SE2(1.0, 0.0, 0.0))
@@ -73,7 +73,7 @@ def test_amcls_alphas_are_the_squares(x: float, yaw: float) -> None:
 
 
 @pytest.mark.parametrize("key", ["srr", "str", "srt", "stt"])
-def test_a_gmapping_key_in_a_launch_file_is_answered_with_ours(key: str) -> None:
+def test_a_gmapping_key_is_rejected_with_the_key_to_use(key: str) -> None:
     field = OdometryNoise.ROS_KEYS[key][0]
     with pytest.raises(
         ConfigError, match=rf"unknown key '{key}' .'odometry_noise.{field}' is gmapping's {key}"
@@ -85,14 +85,14 @@ def test_a_gmapping_key_in_a_launch_file_is_answered_with_ours(key: str) -> None
         build({key: 0.1}, GmappingNodeParams, "launch file")
 
 
-def test_an_alpha_of_amcl_is_answered_with_ours() -> None:
+def test_an_alpha_of_amcl_is_rejected_with_the_key_to_use() -> None:
     with pytest.raises(
         ConfigError, match=r"'odometry_noise.rotation_from_translation' is the square root of AMCL's alpha2"
     ):
         build({"alpha2": 0.2}, AmclParams, "launch file")
 
 
-def test_the_four_are_given_together() -> None:
+def test_the_four_noise_parameters_are_required_together() -> None:
     with pytest.raises(ConfigError, match=r"'odometry_noise.translation_from_rotation' is missing"):
         build({"odometry_noise": {"translation_from_translation": 0.1}}, AmclParams, "launch file")
     with pytest.raises(ConfigError, match="must be at least 0"):

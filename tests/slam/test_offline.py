@@ -1,4 +1,4 @@
-"""Mapping of complete recordings."""
+"""Tests mapping of complete recordings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_processed_scans_have_stamped_poses() -> None:
     assert result.grid.at(0.0, 0.0) < 25, "the driven path is free"
 
 
-def test_a_recording_without_scans_is_refused() -> None:
+def test_a_recording_without_scans_is_rejected() -> None:
     with pytest.raises(CarmenLogError, match="FLASER"):
         run_log([CarmenOdom(0.0, SE2(0.0, 0.0, 0.0))], GmappingParams())
 

@@ -1,4 +1,4 @@
-"""Public recordings with known results; the bounds are those published for gmapping or measured of it."""
+"""Tests mapping of public recordings against the accuracy that is published for gmapping or was measured with it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.data]
 
 
 def seeds(few: int, many: int) -> list[Any]:
-    """From 1 to `many`; those after `few` in `make test-long` only."""
+    """Return seeds from 1 to `many`; those above `few` are marked long."""
     return [pytest.param(seed, marks=pytest.mark.long if seed > few else ()) for seed in range(1, many + 1)]
 
 
@@ -35,8 +35,8 @@ def inverse(a):
     return np.column_stack([-c * a[:, 0] - s * a[:, 1], s * a[:, 0] - c * a[:, 1], -a[:, 2]])
 
 
-def stitched(records, stamps, poses):
-    """Rows (t, x, y, yaw) for every record: the last processed scan's pose and the odometry since."""
+def interpolated_track(records, stamps, poses):
+    """Return rows (t, x, y, yaw) for all records: the pose of the last processed scan and the odometry since."""
     processed, rows, base, origin = dict(zip(stamps, poses, strict=True)), [], None, None
     for r in records:
         if isinstance(r, CarmenScan) and r.stamp in processed:
@@ -48,7 +48,7 @@ def stitched(records, stamps, poses):
 
 
 def relation_errors(track, relations):
-    """Metres between true and found relative positions (Kuemmerle et al. 2009)."""
+    """Return the errors of relative positions in metres, shape (n,) (Kuemmerle et al. 2009)."""
     t, first = np.unique(track[:, 0], return_index=True)
     xy, yaw = track[first, 1:3], np.unwrap(track[first, 3])
 
@@ -60,7 +60,7 @@ def relation_errors(track, relations):
 
 
 def ate(found, true):
-    """Root mean square of position errors after the best rigid motion (Umeyama 1991)."""
+    """Return the absolute trajectory error: root mean square after alignment (Umeyama 1991), metres."""
     a, b = found - found.mean(axis=0), true - true.mean(axis=0)
     z = np.vdot(a[:, 0] + 1j * a[:, 1], b[:, 0] + 1j * b[:, 1])
     turned = (a[:, 0] + 1j * a[:, 1]) * z / abs(z)
@@ -72,7 +72,7 @@ def test_intel_accuracy_matches_published_gmapping(shared, seed: int) -> None:
     records = read(shared("data/slam/intel_full.log.gz"))
     result = run_log(records, GmappingParams(seed=seed))
     relations = np.loadtxt(shared("data/slam/intel.relations"))
-    errors = relation_errors(stitched(records, result.stamps, result.poses), relations)
+    errors = relation_errors(interpolated_track(records, result.stamps, result.poses), relations)
     assert len(errors) == 2984
     assert errors.mean() < 0.070
 

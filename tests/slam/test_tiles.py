@@ -1,4 +1,4 @@
-"""The shared tiles against one plain dictionary for each particle."""
+"""Tests the tiles shared by particles against a dictionary for each particle."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from chefbot.slam.matching import score
 from chefbot.slam.shared_tiles import EMPTY, SHIFT, SIDE, STRIDE, TileMaps
 
 
-def covered(particles: int, reach: float = 60.0) -> TileMaps:
+def create_maps(particles: int, reach: float = 60.0) -> TileMaps:
     maps = TileMaps(particles, 10_000_000)
     maps.grow_to(np.array([-reach, -reach]), np.array([reach, reach]))
     return maps
@@ -23,7 +23,7 @@ def add(maps: TileMaps, particle: int, points: np.ndarray) -> None:
 
 
 def mean(maps: TileMaps, particle: int, column: int, row: int) -> tuple[float, float, int] | None:
-    """(x, y, hits) of a cell of the map frame, None if never hit."""
+    """Return mean x, mean y and hits of a cell in the map frame; None without a hit."""
     x, y = int(column - maps.corner[0]), int(row - maps.corner[1])
     tile = maps.table[particle, y >> SHIFT, x >> SHIFT]
     cell = (y % SIDE + 1) * STRIDE + x % SIDE + 1
@@ -45,7 +45,7 @@ def plain_means(points: list[np.ndarray]) -> dict[tuple[int, int], np.ndarray]:
 @given(st.integers(0, 10_000))
 def test_every_particle_has_its_own_hits_only(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    maps, histories = covered(4), [[] for _ in range(4)]
+    maps, histories = create_maps(4), [[] for _ in range(4)]
     for _ in range(6):
         for i in range(4):
             points = rng.uniform(-40, 40, (30, 2)).round(2) + 0.005
@@ -68,7 +68,7 @@ def test_every_particle_has_its_own_hits_only(seed: int) -> None:
 @given(st.integers(0, 10_000))
 def test_the_nearest_surface_is_found_across_tile_borders(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    maps = covered(1)
+    maps = create_maps(1)
     points = rng.uniform(-20, 20, (300, 2)).round(2) + 0.005
     add(maps, 0, points)
     means = plain_means([points])
@@ -83,7 +83,7 @@ def test_the_nearest_surface_is_found_across_tile_borders(seed: int) -> None:
 
 
 def test_particles_share_common_tiles() -> None:
-    maps, rng = covered(30), np.random.default_rng(1)
+    maps, rng = create_maps(30), np.random.default_rng(1)
     common = rng.uniform(-50, 50, (2000, 2))
     add(maps, 0, common)
     alone = maps.tiles_in_use
@@ -97,7 +97,7 @@ def test_particles_share_common_tiles() -> None:
 
 
 def test_growing_the_map_moves_no_hit() -> None:
-    maps = covered(2, 5.0)
+    maps = create_maps(2, 5.0)
     add(maps, 1, np.array([[2.25, -3.75]]))
     before = mean(maps, 1, 2, -4)
     for reach in (100.0, 900.0):
@@ -107,7 +107,7 @@ def test_growing_the_map_moves_no_hit() -> None:
 
 
 @pytest.mark.parametrize("far", [1e4, 1e12, np.inf, np.nan])
-def test_an_absurd_extent_is_refused(far: float) -> None:
-    maps = covered(1)
+def test_an_implausible_extent_is_rejected(far: float) -> None:
+    maps = create_maps(1)
     with pytest.raises(MapSizeError, match="check odometry and scans"):
         maps.grow_to(np.zeros(2), np.array([far, far]))

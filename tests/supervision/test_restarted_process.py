@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.chaos.launched import running, wait_for
+from tests.chaos.launch_process import run_chefbot, wait_for
 from tests.support.waiting import PATIENCE
 
 from chefbot.maths.se2 import IDENTITY
@@ -64,7 +64,7 @@ def lie(node: RmwNode) -> None:
 def test_parameters_and_orders_survive_a_process_restart(tmp_path: Path) -> None:
     path = tmp_path / "service.yaml"
     path.write_text(LAUNCH)
-    with running("launch", str(path)) as (one, node):
+    with run_chefbot("launch", str(path)) as (one, node):
         told: list[DeliveryStatus] = []
         node.subscription("/delivery_status", DeliveryStatus, told.append, TRANSIENT_LOCAL_QOS)
         order = node.publisher("/order", Order)

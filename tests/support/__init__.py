@@ -1,1 +1,1 @@
-"""Helpers that tests of several folders share."""
+"""Helpers for the tests of several folders."""

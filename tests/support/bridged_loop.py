@@ -1,4 +1,4 @@
-"""A system that runs in this process, and an outsider on the same wire."""
+"""Runs a node container with a bridge in this process, and a ROS 2 node on the same network."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.recorder import Recorder
 
-ALL = {
+NODES = {
     "counter": "Counter",
     "doubler": "Doubler",
     "cook": "Cook",
@@ -29,14 +29,14 @@ ALL = {
 
 
 def launch_of(names: tuple[str, ...]) -> Launch:
-    """With something that keeps the loop going, as a device does in every real launch."""
-    entries = {name: NodeEntry(kind=f"tests.runtime.toys:{ALL[name]}") for name in names}
+    """Return a launch with the named nodes and one that publishes all the time, as a device does."""
+    entries = {name: NodeEntry(kind=f"tests.runtime.toys:{NODES[name]}") for name in names}
     entries["metronome"] = NodeEntry(kind="tests.runtime.toys:Counter", remap={"count": "tick"})
     return Launch(name="test", description="", args={}, nodes=entries)
 
 
-class Running:
-    """A system that runs at the wall's pace in a thread, and an outsider on the same wire."""
+class BridgedLoop:
+    """A loop in a thread at a real-time factor of 1 with a bridge, and a ROS 2 node that observes it."""
 
     def __init__(self, port: int, names: tuple[str, ...], record: Path | None) -> None:
         self.system = NodeContainer(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
@@ -64,16 +64,16 @@ class Running:
         self.bridge.close()
         self.wire.close()
 
-    def hear(self, topic: str, kind: type, *qos: object) -> queue.Queue:
-        got: queue.Queue = queue.Queue()
-        self.outsider.subscription(topic, kind, got.put, *qos)
-        return got
+    def subscribe(self, topic: str, kind: type, *qos: object) -> queue.Queue:
+        received: queue.Queue = queue.Queue()
+        self.outsider.subscription(topic, kind, received.put, *qos)
+        return received
 
 
 @contextmanager
-def running(port: int, *names: str, record: Path | None = None) -> Iterator[Running]:
-    one = Running(port, names, record)
+def running(port: int, *names: str, record: Path | None = None) -> Iterator[BridgedLoop]:
+    bridged = BridgedLoop(port, names, record)
     try:
-        yield one
+        yield bridged
     finally:
-        one.stop()
+        bridged.stop()

@@ -1,4 +1,4 @@
-"""A page with a robot behind it that is none: shows what a test says, and plays deliveries."""
+"""Serves a web UI for a robot that does not exist: it shows what a test sets and acts out deliveries."""
 
 from __future__ import annotations
 
@@ -23,15 +23,18 @@ PLACES = {
     "table_2": (3.0, 0.0, 0.0),
 }
 STEP = 0.15
-"""Seconds that a step of a delivery lasts: longer than the page's period, so that it is seen."""
+"""Duration of a step of a delivery in seconds, longer than the period of the web UI, so that each is sent."""
 
 
 class FakeRobot:
-    """`fate`: "home", "failed", "cancelled", "behind" (another order, which fails), or "refused"."""
+    """A robot whose delivery ends as `fate`: "home", "failed", "cancelled", "behind" or "refused".
+
+    "behind" means that it waits for another order, which fails.
+    """
 
     def __init__(self, fate: str = "home") -> None:
         self.fate = fate
-        self.heard: queue.Queue[OperatorCommand] = queue.Queue()
+        self.commands: queue.Queue[OperatorCommand] = queue.Queue()
         self.server = WebUiServer(0, "127.0.0.1", self._receive)
         self.url = self.server.start()
         self.port = urlsplit(self.url).port or 0
@@ -45,13 +48,13 @@ class FakeRobot:
         for thread in self._threads:
             thread.join()
 
-    def know_places(self) -> None:
+    def show_places(self) -> None:
         self.server.set_layer("places", PLACES)
 
-    def wait_for_orders(self) -> None:
-        self._say("idle", "Waiting for an order.")
+    def show_waiting_for_order(self) -> None:
+        self._show("idle", "Waiting for an order.")
 
-    def map_a_room(self) -> Grid:
+    def show_map(self) -> Grid:
         cells = np.random.default_rng(3).choice(np.array([-1, 0, 100], np.int8), size=(30, 40))
         grid = Grid(cells, 0.05, -1.0, -0.5)
         self.server.set_layer("map", grid)
@@ -60,9 +63,9 @@ class FakeRobot:
     def _receive(self, command: OperatorCommand) -> None:
         if self.fate == "refused":
             raise UserError("not today")
-        self.heard.put(command)
+        self.commands.put(command)
         if isinstance(command, Loaded):
-            self._say("driving", "On the way to table_1.")
+            self._show("driving", "On the way to table_1.")
         if isinstance(command, Deliver):
             self._threads.append(threading.Thread(target=self._deliver, args=(command.tables,)))
             self._threads[-1].start()
@@ -70,27 +73,27 @@ class FakeRobot:
     def _deliver(self, tables: list[str]) -> None:
         if self.fate == "behind":
             for state in ("driving", "failed"):
-                self._say(state, "table_9 was not reached.", orders=(tuple(tables),))
-        self._say("driving", "On the way to kitchen.")
+                self._show(state, "table_9 was not reached.", orders=(tuple(tables),))
+        self._show("driving", "On the way to kitchen.")
         for count, table in enumerate(tables):
             if self.fate == "cancelled" and count == 1:
-                self._say("idle", "The delivery was cancelled.", tables[:count])
+                self._show("idle", "The delivery was cancelled.", tables[:count])
                 return
             missed = self.fate == "failed" and count == 0
-            self._say("driving", f"On the way to {table}.", [] if missed else tables[:count])
-        self._say("returning", "On the way to home.", tables)
+            self._show("driving", f"On the way to {table}.", [] if missed else tables[:count])
+        self._show("returning", "On the way to home.", tables)
         if self.fate == "failed":
-            self._say("failed", f"{tables[0]} was not reached.", tables[1:])
+            self._show("failed", f"{tables[0]} was not reached.", tables[1:])
         else:
-            self._say("idle", "At home, waiting for an order.", tables)
+            self._show("idle", "At home, waiting for an order.", tables)
 
-    def wait_for_food(self) -> None:
+    def show_waiting_for_food(self) -> None:
         waiting = DeliveryView(
             state="loading", place="kitchen", waits_for="loaded", step="In the kitchen.", round_active=True
         )
         self.server.set_layer("delivery", waiting)
 
-    def _say(
+    def _show(
         self,
         state: str,
         sentence: str,
@@ -104,7 +107,7 @@ class FakeRobot:
 
 @contextmanager
 def fake_robot(fate: str = "home") -> Iterator[FakeRobot]:
-    """One that is stopped at the end."""
+    """Run a fake robot and stop it on exit."""
     robot = FakeRobot(fate)
     try:
         yield robot

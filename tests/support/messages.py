@@ -15,7 +15,7 @@ from chefbot.msgs.idl.message import Message
 
 
 def all_modules() -> list[ModuleType]:
-    """But for older editions of some, which share the names of the newest."""
+    """Import all modules of message types except older editions, which have the names of the newest."""
     names = [
         module.name for module in pkgutil.iter_modules(chefbot.msgs.__path__) if module.name != "editions"
     ]
@@ -26,8 +26,10 @@ def all_messages() -> list[type[Message]]:
     found: list[type[Message]] = []
     for loaded in all_modules():
         classes = [value for value in vars(loaded).values() if isinstance(value, type)]
-        found += [one for one in classes if issubclass(one, Message) and one.__module__ == loaded.__name__]
-    return [one for one in found if one is not Message]
+        found += [
+            kind for kind in classes if issubclass(kind, Message) and kind.__module__ == loaded.__name__
+        ]
+    return [kind for kind in found if kind is not Message]
 
 
 INTEGERS = {"int8": 8, "int16": 16, "int32": 32, "int64": 64}
@@ -51,7 +53,7 @@ def numbers_of(element: str) -> st.SearchStrategy:
     if element == "bool":
         return st.booleans()
     if element == "byte":
-        return st.integers(0, 127)  # the other library takes no more
+        return st.integers(0, 127)  # the maximum of the library that the tests compare with
     if element.startswith("float"):
         return st.floats(width=int(element[5:]), allow_nan=False)
     if element in INTEGERS:

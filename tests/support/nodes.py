@@ -1,4 +1,4 @@
-"""Nodes on a loop with simulated time, started with given restored messages."""
+"""Runs nodes on a loop with simulated time, with restored messages as after a restart."""
 
 from __future__ import annotations
 
@@ -45,26 +45,26 @@ ROBOT = load_robot("chefbot_lidar")
 ROOM = {"home": 0.0, "kitchen": 1.0, "table_1": 2.0, "table_2": 3.0}
 
 
-class Driver(Node):
-    """A navigator that takes 2 s to everywhere and records where; its first `fails` goals fail."""
+class FakeNavigator(Node):
+    """Reaches each goal after 2 s and records it; the first `fails` goals fail."""
 
     params: NoParams
     navigate_to_pose = action_server(NavigateToPose)
     fails = 0
 
     def start(self) -> None:
-        self.driven: list[float] = []
+        self.goals: list[float] = []
 
     async def on_navigate_to_pose(self, goal: NavigateToPose_Goal, _: Any) -> NavigateToPose_Result:
-        self.driven.append(goal.pose.pose.position.x)
-        if len(self.driven) <= type(self).fails:
-            return NavigateToPose_Result(NO_NAVIGATOR, "nobody answered")
+        self.goals.append(goal.pose.pose.position.x)
+        if len(self.goals) <= type(self).fails:
+            return NavigateToPose_Result(NO_NAVIGATOR, "no navigator")
         await self.sleep(2.0)
         return NavigateToPose_Result()
 
 
-class People(Node):
-    """Load and take the food 2 s after the robot has come, if it is still there."""
+class FakeStaff(Node):
+    """Confirms loading and taking of the food 2 s after the robot has arrived, if it is still there."""
 
     params: NoParams
     delivery_status: In[DeliveryStatus]
@@ -73,30 +73,30 @@ class People(Node):
 
     def on_delivery_status(self, status: DeliveryStatus) -> None:
         if status.state in ("loading", "waiting"):
-            self.spawn(self._press(status))
+            self.spawn(self._confirm(status))
 
-    async def _press(self, status: DeliveryStatus) -> None:
+    async def _confirm(self, status: DeliveryStatus) -> None:
         await self.sleep(2.0)
         if self.delivery_status.last is status:
             (self.loaded if status.state == "loading" else self.taken).publish(Empty())
 
 
-class Life:
-    """Nodes on a loop that start with `words` as the restored messages of their predecessors."""
+class NodeRunner:
+    """Nodes on a loop with simulated time that start with the messages `restored`, by topic."""
 
     def __init__(
-        self, kinds: dict[str, str], words: dict[str, Message], params: dict[str, Any] | None = None
+        self, kinds: dict[str, str], restored: dict[str, Message], params: dict[str, Any] | None = None
     ) -> None:
         self.system = NodeContainer(Loop(StepClock()), ROBOT, 1)
-        self.said: list[Publication] = []
+        self.published: list[Publication] = []
         self.loop = self.system.loop
-        self.loop.add_observer(self.said.append)
+        self.loop.add_observer(self.published.append)
         nodes = {
             name: NodeEntry(kind=kind, params=(params or {}).get(name, {})) for name, kind in kinds.items()
         }
         self.system.launch(Launch(name="restarted", description="", args={}, nodes=nodes))
-        for topic, word in words.items():
-            self.loop.publish(RESTORED_PREFIX + topic, word, "wire", from_device=True)
+        for topic, message in restored.items():
+            self.loop.publish(RESTORED_PREFIX + topic, message, "wire", from_device=True)
         places = tuple(
             Place(name, PoseStamped(Header(), Pose.of(SE2(x, 0.0, 0.0)))) for name, x in ROOM.items()
         )
@@ -105,14 +105,14 @@ class Life:
     def run(self, seconds: float) -> None:
         self.loop.run(until_ns=self.loop.now_ns + round(seconds * 1e9))
 
-    def heard(self, topic: str) -> list[Any]:
-        return [one.message for one in self.said if one.topic == topic]
+    def messages(self, topic: str) -> list[Any]:
+        return [item.message for item in self.published if item.topic == topic]
 
 
 AHEAD = PoseStamped(Header.of(0, "odom"), Pose.of(SE2(1.0, 0.0, 0.0)))
 
 
-ORDERS: dict[str, tuple[Any, Any]] = {
+GOALS: dict[str, tuple[Any, Any]] = {
     "spin": (Spin, Spin_Goal(3.0, Duration.of(30.0))),
     "drive_on_heading": (DriveOnHeading, DriveOnHeading_Goal(Point(0.5), 0.1, Duration.of(30.0))),
     "backup": (BackUp, BackUp_Goal(Point(-0.5), 0.1, Duration.of(30.0))),
@@ -121,8 +121,8 @@ ORDERS: dict[str, tuple[Any, Any]] = {
 }
 
 
-class Robot(Life):
-    """Base, controller and navigator of a robot that stays at the origin for any command."""
+class StationaryRobot(NodeRunner):
+    """Base, controller and navigator of a robot that does not move, whatever is commanded."""
 
     def __init__(self) -> None:
         kinds = {
@@ -131,48 +131,48 @@ class Robot(Life):
             "navigator": "navigator:NavigatorNode",
         }
         nodes = {name: f"chefbot.nodes.{kind}" for name, kind in kinds.items()}
-        super().__init__({**nodes, "sensors": "tests.nodes.sensors:ClearSensorsNode"}, {})
+        super().__init__({**nodes, "sensors": "tests.nodes.clear_sensors:ClearSensorsNode"}, {})
         for parent, child in (("map", "odom"), ("odom", "base_footprint"), ("base_footprint", "base_link")):
-            here = TransformStamped.of(0, parent, child, SE2(0.0, 0.0, 0.0))
-            self.loop.publish("tf_static", TFMessage((here,)), "test")
+            transform = TransformStamped.of(0, parent, child, SE2(0.0, 0.0, 0.0))
+            self.loop.publish("tf_static", TFMessage((transform,)), "test")
         self.run(1.0)
 
-    def order(self, name: str) -> None:
-        action, goal = ORDERS[name]
-        key = UUID(np.arange(16, dtype=np.uint8))
-        self.loop.publish(f"{name}/_action/send_goal", action.send_goal(key, goal), "somebody")
+    def send_goal(self, name: str) -> None:
+        action, goal = GOALS[name]
+        goal_id = UUID(np.arange(16, dtype=np.uint8))
+        self.loop.publish(f"{name}/_action/send_goal", action.send_goal(goal_id, goal), "client")
 
-    def press(self, word: bool) -> None:
-        self.loop.publish("stop_request", Bool(word), "page")
+    def request_stop(self, stop: bool) -> None:
+        self.loop.publish("stop_request", Bool(stop), "web_ui")
         self.run(0.0)
 
-    def outcomes(self, name: str) -> list[Any]:
-        return self.heard(f"{name}/_action/get_result")
+    def results(self, name: str) -> list[Any]:
+        return self.messages(f"{name}/_action/get_result")
 
-    def wants(self) -> bool:
-        """Whether anything was commanded in the next second."""
-        count = len(self.said)
+    def commands_motion(self) -> bool:
+        """Run for a second and return whether a velocity other than zero was commanded."""
+        count = len(self.published)
         self.run(1.0)
-        twists = [one.message for one in self.said[count:] if isinstance(one.message, Twist)]
-        assert twists, "the base publishes all the time"
-        return any(one.linear.x or one.angular.z for one in twists)
+        twists = [item.message for item in self.published[count:] if isinstance(item.message, Twist)]
+        assert twists, "the base publishes commands at any time"
+        return any(twist.linear.x or twist.angular.z for twist in twists)
 
 
-def ordered(robot: Robot, name: str, goal: object, seconds: float = 2.0) -> None:
+def send_goal_and_run(robot: StationaryRobot, name: str, goal: object, seconds: float = 2.0) -> None:
     """Send `goal` to the action of that name and run for `seconds`."""
-    action, before = ORDERS[name]
-    ORDERS[name] = action, goal
+    action, before = GOALS[name]
+    GOALS[name] = action, goal
     try:
-        robot.order(name)
+        robot.send_goal(name)
     finally:
-        ORDERS[name] = action, before
+        GOALS[name] = action, before
     robot.run(seconds)
 
 
-def speeds(robot: Robot) -> list[float]:
-    """Linear speeds that navigation commanded, m/s."""
+def commanded_speeds(robot: StationaryRobot) -> list[float]:
+    """Return the linear velocities that navigation has commanded, m/s."""
     return [
-        one.message.linear.x
-        for one in robot.said
-        if one.topic == "cmd_vel_nav" and isinstance(one.message, Twist)
+        item.message.linear.x
+        for item in robot.published
+        if item.topic == "cmd_vel_nav" and isinstance(item.message, Twist)
     ]

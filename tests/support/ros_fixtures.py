@@ -1,4 +1,4 @@
-"""A wire on a port of its own, and other processes on it."""
+"""Fixtures with a Zenoh session on a port of its own, other processes, and several machines."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from chefbot.ros2.rmw.session import RmwContext
 from tests.support.network import Network, admit
 from tests.support.waiting import PATIENCE
 
-OTHER = Path(__file__).parent / "ros_peer.py"
+PEER_PROGRAM = Path(__file__).parent / "ros_peer.py"
 
 
 @pytest.fixture
 def port() -> int:
-    """A port that nobody has."""
+    """Return a free port."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         return int(server.getsockname()[1])
 
 
 @pytest.fixture
 def wire(port: int) -> Iterator[RmwContext]:
-    """This process on the wire; it becomes the router unless another one is it already."""
-    with RmwContext(port=port) as one:
-        yield one
+    """A session of this process, which also is the router if there is none on the port."""
+    with RmwContext(port=port) as session:
+        yield session
 
 
 @pytest.fixture
 def other(port: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
-    """`other("router")` starts the other process and waits until it is on the wire."""
+    """Return a function: `other("router")` starts another process and waits until it is connected."""
     running: list[subprocess.Popen[str]] = []
 
     def start(role: str) -> subprocess.Popen[str]:
-        command = [sys.executable, str(OTHER), str(port), role]
+        command = [sys.executable, str(PEER_PROGRAM), str(port), role]
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         running.append(process)
         assert process.stdout is not None
@@ -55,16 +55,16 @@ def other(port: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
 @pytest.fixture
 def network(tmp_path: Path) -> Iterator[Network]:
     try:
-        one = Network(tmp_path)
+        machines = Network(tmp_path)
     except subprocess.CalledProcessError as error:
         pytest.skip(f"no network namespaces here: {error.stderr.strip()}")
-    yield one
-    one.close()
+    yield machines
+    machines.close()
 
 
 @pytest.fixture
 def fleet(tmp_path: Path) -> Keyring:
-    """Two robots and an operator, who all know each other."""
+    """The keys of a fleet of two robots and an operator."""
     office = Keyring(tmp_path / "site")
     office.create_fleet("hotel", datetime.now(UTC))
     members = {"robot1": "robot", "robot2": "robot", "alice": "operator"}
@@ -77,7 +77,7 @@ def fleet(tmp_path: Path) -> Keyring:
 
 @pytest.fixture
 def peer(port: int, wire: RmwContext) -> Iterator[zenoh.Session]:
-    """A session as rmw_zenoh configures it, with nothing of ours."""
+    """A Zenoh session with the configuration of rmw_zenoh, independent of chefbot."""
     config = zenoh.Config()
     config.insert_json5("mode", '"peer"')
     config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{port}"]')

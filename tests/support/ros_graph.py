@@ -1,4 +1,4 @@
-"""A ROS graph from liveliness tokens, without a network."""
+"""Builds a ROS graph from liveliness tokens without a network."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from chefbot.ros2.rmw.qos import DEFAULT, QoS
 
 
 def node(name: str, number: int = 0) -> NodeId:
-    """A node of the root namespace."""
+    """Return a node of the root namespace."""
     return NodeId(0, "1a", str(number), "/", name, "/")
 
 
 def token(name: str, kind: str, topic: str, message: InterfaceType, qos: QoS = DEFAULT) -> Token:
-    """An endpoint of the node with that name; kind: MP, MS, SS or SC."""
+    """Return the token of an endpoint of a node; kind: MP, MS, SS or SC."""
     number = str(sum(map(ord, name + kind + topic)))
     return Token(node(name, 0), EndpointInfo(number, kind, topic, message, qos))
 
 
 class Session:
-    """A session without a network, which only keeps the callback of the liveliness tokens."""
+    """A session without a network that passes liveliness tokens to its subscriber."""
 
     def __init__(self) -> None:
         self.callback: Any = None
@@ -44,10 +44,10 @@ class Session:
 
 
 def graph_of(*tokens: Token) -> tuple[Graph, Session, ErrorCounter]:
-    """A graph that has received the tokens, its session and its counter of invalid tokens."""
-    session, refused = Session(), ErrorCounter()
-    found: Any = session
-    graph = Graph(found, 0, refused)
-    for one in tokens:
-        session.send(str(one))
-    return graph, session, refused
+    """Return a graph that has received the tokens, its session, and its counter of invalid tokens."""
+    session, errors = Session(), ErrorCounter()
+    zenoh_session: Any = session
+    graph = Graph(zenoh_session, 0, errors)
+    for received in tokens:
+        session.send(str(received))
+    return graph, session, errors

@@ -1,4 +1,4 @@
-"""The other process: a node that echoes, latches, serves and works, until its standard input is closed."""
+"""A process with a node that echoes topics and has a latched topic, a service and an action, until its input ends."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from chefbot.ros2.rmw.service import ServiceCall
 from chefbot.ros2.rmw.session import RmwContext
 
 
-class Walker:
-    """An action server whose goals take three steps, or end when cancelled."""
+class NavigationServer:
+    """An action server whose goals take three steps, or end when they are cancelled."""
 
     def __init__(self, node: RmwNode) -> None:
         self.cancelled = threading.Event()
@@ -33,12 +33,12 @@ class Walker:
         if goal.behavior_tree == "unwanted":
             return False
         self.cancelled.clear()
-        threading.Thread(target=self.work, args=(goal_id, goal.behavior_tree), daemon=True).start()
+        threading.Thread(target=self.run, args=(goal_id, goal.behavior_tree), daemon=True).start()
         return True
 
-    def work(self, goal_id: Message, how: str) -> None:
+    def run(self, goal_id: Message, speed: str) -> None:
         self.server.execute(goal_id)
-        for step in range(600 if how == "slow" else 3):
+        for step in range(600 if speed == "slow" else 3):
             self.server.publish_feedback(goal_id, NavigateToPose_Feedback(distance_remaining=float(3 - step)))
             if self.cancelled.wait(0.05):
                 self.server.finish(goal_id, STATUS_CANCELED, NavigateToPose_Result())
@@ -47,12 +47,12 @@ class Walker:
 
 
 def answer(call: ServiceCall) -> None:
-    """A service's."""
+    """Respond to a service call."""
     call.respond(SetBool_Response(call.request.data, "from the other process"))
 
 
 def main(port: int, router: bool) -> None:
-    """Until standard input ends."""
+    """Run the node until standard input ends."""
     with RmwContext(port=port, router=router) as wire, RmwNode(wire, "other", "/far") as node:
         echo = node.publisher("echo", Twist)
         node.subscription("said", Twist, echo.publish)
@@ -60,7 +60,7 @@ def main(port: int, router: bool) -> None:
         node.subscription("image", Image, image.publish)
         node.publisher("latched", String, TRANSIENT_LOCAL_QOS).publish(String("early"))
         node.server("switch", SetBool, answer)
-        Walker(node)
+        NavigationServer(node)
         until = time.monotonic() + 10
         while not wire.connected and time.monotonic() < until:
             time.sleep(0.01)

@@ -1,4 +1,4 @@
-"""Rotation matrices as MuJoCo calculates them."""
+"""Rotation matrices by MuJoCo."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 
 
 def matrix(quat: list[float]) -> np.ndarray:
-    """(3, 3) of w, x, y, z."""
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, np.array(quat))
-    return turn.reshape(3, 3)
+    """Return the matrix (3, 3) of a quaternion w, x, y, z."""
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, np.array(quat))
+    return rotation.reshape(3, 3)

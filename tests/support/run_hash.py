@@ -1,8 +1,8 @@
-"""Hash of a recorded run: its messages and its map, so that two runs can be compared at a glance.
+"""Prints the hash of the messages and the map of a recorded run, to compare runs.
 
     python -m tests.support.run_hash FOLDER...
 
-A folder is what `chefbot demo --out FOLDER` leaves.
+Each folder is the output of `chefbot demo --out FOLDER`.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from chefbot.runtime.replay import LoggedMessage, read_log
 
 
 def messages(folder: Path) -> list[LoggedMessage]:
-    """Of run.mcap in their order, without the launches, which name the folder."""
-    return [one for one in read_log(folder / "run.mcap").messages if one.topic != "chefbot/launch"]
+    """Return the messages of run.mcap without the launches, which contain the name of the folder."""
+    return [item for item in read_log(folder / "run.mcap").messages if item.topic != "chefbot/launch"]
 
 
 def run_hash(folder: Path) -> str:
-    """sha256 over topic, publisher, time and bytes of every message, then over the saved map."""
+    """Return the SHA-256 of topic, publisher, time and bytes of every message and of the saved map."""
     digest = hashlib.sha256()
-    for one in messages(folder):
-        digest.update(f"{one.topic} {one.publisher} {one.time_ns} {len(one.data)} ".encode())
-        digest.update(one.data)
+    for message in messages(folder):
+        digest.update(f"{message.topic} {message.publisher} {message.time_ns} {len(message.data)} ".encode())
+        digest.update(message.data)
     for name in ("map.yaml", "map.pgm"):
         digest.update((folder / name).read_bytes())
     return digest.hexdigest()

@@ -1,4 +1,4 @@
-"""Make Hypothesis draw the same examples whatever else has been imported."""
+"""Makes the examples of Hypothesis independent of the imported modules."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Waiting for what another thread or process does, however slow the machine is."""
+"""Waits for other threads and processes, independent of the speed of the machine."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import TypeVar
 
 T = TypeVar("T")
 PATIENCE = 300.0
-"""Seconds after which something counts as not happening. No figure of the product: longer than any machine needs."""
+"""Seconds until a wait fails; it is no requirement on the product, but longer than any machine needs."""
 STEP = 0.01
 QUIET = os.environ.get("CHEFBOT_QUIET_MACHINE") == "1"
-"""Set by `make test-long`: nothing else runs on the machine, so limits in seconds of its clock hold as well."""
+"""Set by `make test-long`, when nothing else runs on the machine, so that limits of wall time are checked too."""
 
 
 def in_time(took: float, limit: float) -> bool:
-    """Whether `took` is at most `limit`; where other work may have delayed it, any time is."""
+    """Return whether `took` is at most `limit`; on a machine with other load always true."""
     return took <= limit or not QUIET
 
 
 def wait_for(condition: Callable[[], T], what: str = "it", patience: float = PATIENCE) -> T:
-    """What `condition` returns as soon as it counts as true; AssertionError when nothing comes at all."""
+    """Return the value of `condition` as soon as it is true; AssertionError after `patience` seconds."""
     limit = time.monotonic() + patience
     while not (found := condition()):
         assert time.monotonic() < limit, f"waited {patience:g} s for {what}"

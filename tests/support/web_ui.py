@@ -1,4 +1,4 @@
-"""Web UI servers that show something."""
+"""Data for a web UI to show."""
 
 from __future__ import annotations
 

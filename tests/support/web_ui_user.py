@@ -1,10 +1,10 @@
-"""A simulated operator of the web UI for tests: `python web_ui_user.py PORT`; its standard input gives the commands.
+"""A client of the web UI, controlled by lines on standard input: `python web_ui_user.py PORT`.
 
-see LAYER       waits for the layer; answers with a line of JSON: its value, or true for a bulky one
-now LAYER       the newest value after half a second, null if there is none
-do JSON         gives a command of the page
-drive V W S     holds the stick so for S seconds, then lets go
-pages           how many pages it has seen: it comes again when one has gone, as a browser does
+see LAYER       wait for the layer and answer with its value as JSON, true for a large one
+now LAYER       answer with the newest value after half a second, null if there is none
+do JSON         send a command
+drive V W S     hold the joystick for S seconds, then release it
+pages           answer with the number of connections; it connects again after each loss, as a browser does
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from tests.support.waiting import PATIENCE
 
 
 class Browser:
-    """Looks all the time: the page drops those that do not."""
+    """A connection that reads continuously, as the server disconnects clients that do not."""
 
     def __init__(self, port: str) -> None:
         self.url = f"http://127.0.0.1:{port}"
-        self.page = self.come()
+        self.page = self.connect()
         self.pages = 1
-        threading.Thread(target=self.look, daemon=True).start()
+        threading.Thread(target=self.read, daemon=True).start()
 
-    def come(self) -> WebUiClient:
-        """As soon as a page is served."""
+    def connect(self) -> WebUiClient:
+        """Connect as soon as the web UI is served."""
         until = time.monotonic() + PATIENCE
         while True:
             try:
@@ -41,16 +41,16 @@ class Browser:
                     raise
                 time.sleep(0.2)
 
-    def look(self) -> None:
+    def read(self) -> None:
         while True:
             try:
                 self.page.receive()
             except ConnectionLostError:
-                self.page = self.come()
+                self.page = self.connect()
                 self.pages += 1
 
-    def obey(self, verb: str, rest: str) -> object:
-        """The answer."""
+    def execute(self, verb: str, rest: str) -> object:
+        """Execute a line and return the answer."""
         if verb == "see":
             until = time.monotonic() + PATIENCE
             while self.page.latest.get(rest) is None and time.monotonic() < until:
@@ -87,7 +87,7 @@ def main(port: str) -> None:
     answer("ready")
     for line in sys.stdin:
         verb, _, rest = line.strip().partition(" ")
-        answer(browser.obey(verb, rest))
+        answer(browser.execute(verb, rest))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Chromium without a screen, spoken to by the Chrome DevTools protocol."""
+"""Controls a headless Chromium by the Chrome DevTools protocol."""
 
 from __future__ import annotations
 
@@ -24,13 +24,11 @@ FLAGS = [
 ]
 NO_GPU = ["--disable-gpu"]
 SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-needs_chromium = pytest.mark.skipif(
-    CHROMIUM is None, reason="no Chromium here: `apt-get install chromium` to run this"
-)
+needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: `apt-get install chromium`")
 
 
 class Tab:
-    """One tab; `events` holds what it told meanwhile: requests, exceptions, the console."""
+    """A tab of the browser; `events` contains its requests, exceptions and console messages."""
 
     def __init__(self, connection: Any) -> None:
         self._connection = connection
@@ -47,52 +45,52 @@ class Tab:
                 return dict(answer["result"])
             self.events.append(answer)
 
-    def ask(self, script: str) -> Any:
+    def evaluate(self, script: str) -> Any:
         result = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
         assert "exceptionDetails" not in result, result["exceptionDetails"]["exception"]["description"]
         return result["result"].get("value")
 
     def wait_for(self, script: str) -> None:
         for _ in range(300):
-            if self.ask(script):
+            if self.evaluate(script):
                 return
             time.sleep(0.1)
-        raise AssertionError(f"never true in the page: {script}")
+        raise AssertionError(f"the condition was never true in the page: {script}")
 
     def mouse(self, kind: str, x: float, y: float) -> None:
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
 
-    def middle(self, selector: str) -> tuple[float, float]:
-        box = self.ask(f"JSON.stringify(document.querySelector({selector!r}).getBoundingClientRect())")
+    def centre(self, selector: str) -> tuple[float, float]:
+        box = self.evaluate(f"JSON.stringify(document.querySelector({selector!r}).getBoundingClientRect())")
         rect = json.loads(box)
         return rect["x"] + rect["width"] / 2, rect["y"] + rect["height"] / 2
 
     def click(self, selector: str) -> None:
-        place = self.middle(selector)
-        self.mouse("mousePressed", *place)
-        self.mouse("mouseReleased", *place)
+        centre = self.centre(selector)
+        self.mouse("mousePressed", *centre)
+        self.mouse("mouseReleased", *centre)
 
-    def requested(self) -> list[str]:
-        """Every address that the page asked for."""
-        sent = [one["params"] for one in self.events if one["method"] == "Network.requestWillBeSent"]
-        sockets = [one["params"] for one in self.events if one["method"] == "Network.webSocketCreated"]
-        return [one["request"]["url"] for one in sent] + [one["url"] for one in sockets]
+    def requested_urls(self) -> list[str]:
+        """Return the URLs of all requests and WebSockets of the page."""
+        requests = [item["params"] for item in self.events if item["method"] == "Network.requestWillBeSent"]
+        sockets = [item["params"] for item in self.events if item["method"] == "Network.webSocketCreated"]
+        return [item["request"]["url"] for item in requests] + [item["url"] for item in sockets]
 
-    def complaints(self) -> list[dict[str, Any]]:
-        """Exceptions, errors and warnings of the page."""
-        thrown = [one for one in self.events if one["method"] == "Runtime.exceptionThrown"]
-        logged = [one["params"]["entry"] for one in self.events if one["method"] == "Log.entryAdded"]
-        said = [one["params"] for one in self.events if one["method"] == "Runtime.consoleAPICalled"]
+    def errors(self) -> list[dict[str, Any]]:
+        """Return the exceptions, errors and warnings of the page."""
+        thrown = [item for item in self.events if item["method"] == "Runtime.exceptionThrown"]
+        logged = [item["params"]["entry"] for item in self.events if item["method"] == "Log.entryAdded"]
+        console = [item["params"] for item in self.events if item["method"] == "Runtime.consoleAPICalled"]
         return [
             *thrown,
-            *(one for one in logged if one["level"] in ("error", "warning")),
-            *(one for one in said if one["type"] in ("error", "warning", "assert")),
+            *(item for item in logged if item["level"] in ("error", "warning")),
+            *(item for item in console if item["type"] in ("error", "warning", "assert")),
         ]
 
 
 @contextlib.contextmanager
 def open_tab(url: str, folder: Path, flags: list[str]) -> Iterator[Tab]:
-    """A browser of its own with one tab, which is listened to from its first request on."""
+    """Start a browser with one tab whose events are recorded from the first request on."""
     assert CHROMIUM is not None
     command = [CHROMIUM, *FLAGS, *flags, f"--user-data-dir={folder}", "about:blank"]
     process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
@@ -110,11 +108,11 @@ def open_tab(url: str, folder: Path, flags: list[str]) -> Iterator[Tab]:
 
 
 def _devtools_address(folder: Path) -> str:
-    give_up = time.monotonic() + PATIENCE
-    while time.monotonic() < give_up:
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
         time.sleep(0.1)
         with contextlib.suppress(OSError, httpx.TransportError, StopIteration, IndexError):
             port = (folder / "DevToolsActivePort").read_text().split()[0]
             tabs = httpx.get(f"http://127.0.0.1:{port}/json").json()
-            return str(next(one for one in tabs if one["url"] == "about:blank")["webSocketDebuggerUrl"])
+            return str(next(item for item in tabs if item["url"] == "about:blank")["webSocketDebuggerUrl"])
     raise AssertionError("Chromium did not start")

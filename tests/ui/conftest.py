@@ -1,4 +1,4 @@
-"""A served page with a recorder of commands, and a program that plays the browser."""
+"""Fixtures with a served web UI that records commands, and a WebSocket client in place of a browser."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from chefbot.ui.server import WebUiServer
 
 
 class Page:
-    """A server on any free port; `heard` holds the commands that it passed on."""
+    """A web UI on a free port; `commands` contains the commands of its clients."""
 
     def __init__(self) -> None:
-        self.heard: queue.Queue[OperatorCommand] = queue.Queue()
-        self.on_command: Callable[[OperatorCommand], None] = self.heard.put
+        self.commands: queue.Queue[OperatorCommand] = queue.Queue()
+        self.on_command: Callable[[OperatorCommand], None] = self.commands.put
         self.server = WebUiServer(0, "127.0.0.1", lambda command: self.on_command(command))
         self.url = self.server.start()
         self.live = self.url.replace("http", "ws") + "live"
 
     def next_command(self) -> OperatorCommand:
-        return self.heard.get(timeout=PATIENCE)
+        return self.commands.get(timeout=PATIENCE)
 
     def browser(self, **options: Any) -> ClientConnection:
         browser: ClientConnection = connect(self.live, open_timeout=PATIENCE, max_size=None, **options)
@@ -36,13 +36,13 @@ class Page:
 
 @pytest.fixture
 def page() -> Iterator[Page]:
-    one = Page()
-    yield one
-    one.server.stop()
+    served = Page()
+    yield served
+    served.server.stop()
 
 
-def receive(browser: ClientConnection) -> tuple[str, Any]:
-    """(layer, value); (layer, (header, body)) of a bulk layer; ('refused', sentence)."""
+def receive_frame(browser: ClientConnection) -> tuple[str, Any]:
+    """Return (layer, value), (layer, (header, body)) of a binary layer, or ("refused", message)."""
     data = browser.recv(timeout=PATIENCE)
     if isinstance(data, str):
         message = json.loads(data)
@@ -55,5 +55,5 @@ def receive(browser: ClientConnection) -> tuple[str, Any]:
 
 
 @pytest.fixture
-def hear() -> Callable[[ClientConnection], tuple[str, Any]]:
-    return receive
+def receive() -> Callable[[ClientConnection], tuple[str, Any]]:
+    return receive_frame

@@ -1,4 +1,4 @@
-"""The page in a real browser: it draws, and a drag, the joystick and STOP reach the robot. Needs Chromium."""
+"""Tests drawing and operation of the web UI in Chromium."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ pytestmark = [pytest.mark.slow, needs_chromium]
 @pytest.fixture
 def tab(page: Any, tmp_path: Path) -> Iterator[Tab]:
     show_a_room(page.server)
-    with open_tab(page.url, tmp_path, NO_GPU) as one:
-        one.wait_for("document.querySelectorAll('#tables button').length === 2")
-        yield one
+    with open_tab(page.url, tmp_path, NO_GPU) as opened:
+        opened.wait_for("document.querySelectorAll('#tables button').length === 2")
+        yield opened
 
 
-def test_web_ui_draws_and_its_gestures_reach_the_robot(page: Any, tab: Tab) -> None:
-    assert tab.ask("document.getElementById('phase').textContent") == "Waiting for an order."
-    assert tab.ask("document.querySelectorAll('#places b').length") == 0
+def test_web_ui_draws_layers_and_sends_goals_and_orders(page: Any, tab: Tab) -> None:
+    assert tab.evaluate("document.getElementById('phase').textContent") == "Waiting for an order."
+    assert tab.evaluate("document.querySelectorAll('#places b').length") == 0
     tab.wait_for(
         "new Set(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data).size > 8"
     )
-    x, y = tab.middle("#canvas")
+    x, y = tab.centre("#canvas")
     tab.click("[data-tool=goal]")
     tab.mouse("mousePressed", x, y)
     tab.mouse("mouseMoved", x, y - 80)
@@ -45,7 +45,7 @@ def test_web_ui_draws_and_its_gestures_reach_the_robot(page: Any, tab: Tab) -> N
 
 
 def test_joystick_drives_until_release_and_stop_stops(page: Any, tab: Tab) -> None:
-    x, y = tab.middle("#stick")
+    x, y = tab.centre("#stick")
     tab.mouse("mousePressed", x, y)
     tab.mouse("mouseMoved", x, y - 50)
     while (command := page.next_command()) == Drive(0.0, 0.0):
@@ -53,7 +53,7 @@ def test_joystick_drives_until_release_and_stop_stops(page: Any, tab: Tab) -> No
     assert isinstance(command, Drive)
     assert 0 < command.v <= 0.5
     assert command.w == 0
-    tab.ask("document.getElementById('stop').click()")
+    tab.evaluate("document.getElementById('stop').click()")
     while isinstance(command, Drive):
         command, before = page.next_command(), command
     assert isinstance(command, Stop)
@@ -63,4 +63,4 @@ def test_joystick_drives_until_release_and_stop_stops(page: Any, tab: Tab) -> No
 def test_a_lost_connection_is_shown(page: Any, tab: Tab) -> None:
     page.server.stop()
     tab.wait_for("document.body.classList.contains('offline')")
-    assert "No connection" in tab.ask("document.getElementById('phase').textContent")
+    assert "No connection" in tab.evaluate("document.getElementById('phase').textContent")

@@ -1,4 +1,4 @@
-"""Commands are read strictly: what is not exactly one is refused with a sentence."""
+"""Tests that commands of the web UI are parsed strictly and invalid ones rejected with a message."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_every_command_round_trips_through_json() -> None:
 
 @example('{"do":""')
 @given(st.text(max_size=60) | json_values.map(json.dumps) | near_commands.map(json.dumps))
-def test_any_text_is_a_bounded_command_or_is_refused(text: str) -> None:
+def test_any_text_is_a_bounded_command_or_is_rejected(text: str) -> None:
     try:
         command = parse_command(text)
     except UserError as error:
@@ -59,7 +59,7 @@ def test_any_text_is_a_bounded_command_or_is_refused(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "why"),
+    ("text", "reason"),
     [
         ('{"do": "goal", "x": NaN, "y": 0, "yaw": 0}', "not JSON"),
         ('{"do": "goal", "x": 1e999, "y": 0, "yaw": 0}', "goal"),
@@ -75,8 +75,8 @@ def test_any_text_is_a_bounded_command_or_is_refused(text: str) -> None:
         ("", "not JSON"),
     ],
 )
-def test_an_invalid_command_is_refused_with_the_reason(text: str, why: str) -> None:
-    with pytest.raises(UserError, match=why):
+def test_an_invalid_command_is_rejected_with_the_reason(text: str, reason: str) -> None:
+    with pytest.raises(UserError, match=reason):
         parse_command(text)
 
 

@@ -1,4 +1,4 @@
-"""The delivery round in the web UI, and the sentences of its status."""
+"""Tests the delivery layer of the web UI and the messages of its status."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_confirmation_is_valid_in_its_state_and_place_only(command: do.Operato
         validate_command(late, PLACES, DeliveryStatus(state=state, place="table_1"))
 
 
-def test_unknown_places_are_refused() -> None:
+def test_unknown_places_are_rejected() -> None:
     for command in (do.GoPlace("cellar"), do.Deliver(["table_1", "cellar"])):
         with pytest.raises(UserError, match="no place called cellar"):
             validate_command(command, PLACES, DeliveryStatus(state="idle"))

@@ -1,4 +1,4 @@
-"""Doors of a simulated world: the web UI lists them, and its buttons move them."""
+"""Tests that the web UI lists the doors of a simulated world and moves them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-from tests.chaos.launched import free_port
+from tests.chaos.launch_process import free_port
 from tests.support.waiting import PATIENCE
 
 from chefbot.robot.load import load_robot
@@ -33,34 +33,34 @@ def client(request: pytest.FixtureRequest) -> Iterator[WebUiClient]:
     thread = threading.Thread(target=system.loop.run)
     thread.start()
     try:
-        with WebUiClient(system.nodes["page"].url) as one:  # type: ignore[attr-defined]
-            yield one
+        with WebUiClient(system.nodes["page"].url) as connected:  # type: ignore[attr-defined]
+            yield connected
     finally:
         system.loop.stop()
         thread.join()
         system.stop()
 
 
-def opened(client: WebUiClient) -> dict[str, bool]:
+def door_states(client: WebUiClient) -> dict[str, bool]:
     status = client.latest.get("status") or {}
     return {door["name"]: door["open"] for door in status.get("doors", [])}
 
 
 def receive_until(client: WebUiClient, door: str, is_open: bool) -> None:
     for _ in range(1000):
-        if opened(client).get(door) is is_open:
+        if door_states(client).get(door) is is_open:
             return
         client.receive(PATIENCE)
-    raise AssertionError(f"{door} is not {'open' if is_open else 'closed'}: {opened(client)}")
+    raise AssertionError(f"{door} is not {'open' if is_open else 'closed'}: {door_states(client)}")
 
 
 @pytest.mark.parametrize("client", ["hotel"], indirect=True)
 def test_a_door_is_listed_and_closes_and_opens_by_command(client: WebUiClient) -> None:
     receive_until(client, "door_101", True)
-    assert set(opened(client)) == {"kitchen_door", "door_101", "door_102"}
+    assert set(door_states(client)) == {"kitchen_door", "door_101", "door_102"}
     client.send(CloseDoor("door_101"))
     receive_until(client, "door_101", False)
-    assert opened(client)["door_102"]
+    assert door_states(client)["door_102"]
     client.send(OpenDoor("door_101"))
     receive_until(client, "door_101", True)
 
@@ -69,4 +69,4 @@ def test_a_door_is_listed_and_closes_and_opens_by_command(client: WebUiClient) -
 def test_a_world_without_doors_offers_none(client: WebUiClient) -> None:
     while not (client.latest.get("status") or {}).get("clock", 0.0) > 1.0:
         client.receive(PATIENCE)
-    assert opened(client) == {}
+    assert door_states(client) == {}

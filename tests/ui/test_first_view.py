@@ -1,4 +1,4 @@
-"""The first look at the page, and its keys: the whole map each time; arrows drive on the joystick only."""
+"""Tests in Chromium that a new page shows the whole map, and the effect of keys."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from chefbot.ui.layers import DeliveryView, StatusView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 LOADS = 5
-LATE = """window.ResizeObserver = class {
+LATE_RESIZE = """window.ResizeObserver = class {
   constructor(resized) { this.resized = resized; }
   observe() { setTimeout(this.resized, 700); }
 };"""
-"""A browser that says the canvas' size later than the map comes, as a busy phone does now and then."""
-WHOLE = """(() => {
+"""A browser that reports the size of the canvas after the map has arrived, as happens on a busy phone."""
+DRAWN_AREA = """(() => {
   const canvas = document.getElementById('canvas'), { width, height } = canvas;
   const data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
   let [left, right, top, bottom] = [width, -1, height, -1];
@@ -32,24 +32,24 @@ WHOLE = """(() => {
   }
   return JSON.stringify([left / width, right / width, top / height, bottom / height]);
 })()"""
-"""Where something is drawn, as shares of the canvas; the scale bar counts too."""
+"""Bounds of the drawn area as fractions of the canvas, including the scale bar."""
 
 
 FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-"""After it what was to be drawn is drawn."""
+"""A promise that is fulfilled when the page has been drawn."""
 
 
 @pytest.fixture
 def tab(page: Any, tmp_path: Path) -> Iterator[Tab]:
     show_a_room(page.server)
-    with open_tab(page.url, tmp_path, NO_GPU) as one:
-        yield one
+    with open_tab(page.url, tmp_path, NO_GPU) as opened:
+        yield opened
 
 
-def whole_room(tab: Tab) -> str:
-    """What "Whole map" draws, with a margin all round."""
-    tab.ask(f"document.getElementById('fit').click(), {FRAMES}")
-    drawn: str = tab.ask(WHOLE)
+def area_of_whole_map(tab: Tab) -> str:
+    """Return the drawn area after a click on "Whole map" and check its margin."""
+    tab.evaluate(f"document.getElementById('fit').click(), {FRAMES}")
+    drawn: str = tab.evaluate(DRAWN_AREA)
     left, right, top, bottom = json.loads(drawn)
     assert left > 0.001 and right < 0.999 and top > 0.001 and bottom < 0.999
     return drawn
@@ -59,27 +59,29 @@ def whole_room(tab: Tab) -> str:
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
 def test_the_full_map_is_shown_at_the_first_load(tab: Tab, width: int, height: int, late: bool) -> None:
     if late:
-        tab.call("Page.addScriptToEvaluateOnNewDocument", source=LATE)
+        tab.call("Page.addScriptToEvaluateOnNewDocument", source=LATE_RESIZE)
     tab.call(
         "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
     )
     tab.wait_for("document.querySelectorAll('#tables button').length === 2")
     tab.wait_for("document.getElementById('canvas').width > 300")
-    expected = whole_room(tab)
+    expected = area_of_whole_map(tab)
     for _ in range(LOADS):
         tab.call("Page.reload")
-        tab.wait_for(f"document.querySelectorAll('#tables button').length === 2 && {WHOLE} === '{expected}'")
-        assert tab.ask("document.getElementById('follow').getAttribute('aria-pressed')") == "false"
+        tab.wait_for(
+            f"document.querySelectorAll('#tables button').length === 2 && {DRAWN_AREA} === '{expected}'"
+        )
+        assert tab.evaluate("document.getElementById('follow').getAttribute('aria-pressed')") == "false"
 
 
-def test_the_full_map_stays_visible_beside_a_warning(page: Any, tab: Tab) -> None:
-    tab.wait_for(f"JSON.parse({WHOLE})[1] >= 0")
-    high = tab.ask("document.getElementById('canvas').height")
+def test_the_full_map_stays_visible_below_a_warning(page: Any, tab: Tab) -> None:
+    tab.wait_for(f"JSON.parse({DRAWN_AREA})[1] >= 0")
+    height = tab.evaluate("document.getElementById('canvas').height")
     page.server.set_layer("status", StatusView(warnings=("The battery is low. " * 12,)))
-    tab.wait_for(f"document.getElementById('canvas').height < {high}")
-    tab.ask(FRAMES)
-    drawn = tab.ask(WHOLE)
-    assert whole_room(tab) == drawn
+    tab.wait_for(f"document.getElementById('canvas').height < {height}")
+    tab.evaluate(FRAMES)
+    drawn = tab.evaluate(DRAWN_AREA)
+    assert area_of_whole_map(tab) == drawn
 
 
 def key(tab: Tab, name: str) -> None:
@@ -89,40 +91,40 @@ def key(tab: Tab, name: str) -> None:
 
 def test_arrow_keys_drive_on_the_joystick_and_select_elsewhere(page: Any, tab: Tab) -> None:
     tab.wait_for("document.querySelectorAll('#tables button').length === 2")
-    tab.ask("document.querySelector('[data-tool=look]').focus()")
+    tab.evaluate("document.querySelector('[data-tool=look]').focus()")
     key(tab, "ArrowRight")
-    assert tab.ask("document.activeElement.dataset.tool") == "goal"
-    assert tab.ask("document.activeElement.getAttribute('aria-checked')") == "true"
-    tab.ask("document.getElementById('limit').focus()")
+    assert tab.evaluate("document.activeElement.dataset.tool") == "goal"
+    assert tab.evaluate("document.activeElement.getAttribute('aria-checked')") == "true"
+    tab.evaluate("document.getElementById('limit').focus()")
     key(tab, "ArrowRight")
-    assert tab.ask("document.getElementById('limit').value") == "60"
+    assert tab.evaluate("document.getElementById('limit').value") == "60"
     for element in ("cancel", "canvas", "follow"):
-        tab.ask(f"document.getElementById('{element}').focus()")
+        tab.evaluate(f"document.getElementById('{element}').focus()")
         for name in ("ArrowDown", "ArrowRight", "i", "l"):
             key(tab, name)
-    assert page.heard.empty(), "none of it drove"
-    tab.ask("document.getElementById('stick').focus()")
-    assert tab.ask("getComputedStyle(document.getElementById('stick')).outlineStyle") == "solid"
+    assert page.commands.empty(), "none of the keys drove"
+    tab.evaluate("document.getElementById('stick').focus()")
+    assert tab.evaluate("getComputedStyle(document.getElementById('stick')).outlineStyle") == "solid"
     tab.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowUp", code="ArrowUp")
     command = page.next_command()
     assert isinstance(command, Drive) and command.v > 0
-    tab.ask("document.getElementById('cancel').focus()")
+    tab.evaluate("document.getElementById('cancel').focus()")
     while command != Drive(0.0, 0.0):
         command = page.next_command()
 
 
-def test_a_go_to_during_a_round_needs_a_time_and_a_confirmation(page: Any, tab: Tab) -> None:
+def test_an_errand_during_a_round_needs_a_choice_of_time(page: Any, tab: Tab) -> None:
     waiting = DeliveryView(
         state="waiting", place="table_1", waits_for="taken", round_active=True, queue=("table_2",)
     )
     page.server.set_layer("delivery", waiting)
     tab.wait_for("!document.getElementById('taken').hidden")
-    tab.ask("document.querySelector('#places button').click()")
-    assert not tab.ask("document.getElementById('when').hidden") and page.heard.empty()
-    tab.ask("document.getElementById('when_after').click()")
+    tab.evaluate("document.querySelector('#places button').click()")
+    assert not tab.evaluate("document.getElementById('when').hidden") and page.commands.empty()
+    tab.evaluate("document.getElementById('when_after').click()")
     assert page.next_command() == GoPlace("<b>kitchen</b>", "after")
-    assert tab.ask("document.getElementById('when').hidden")
-    tab.ask("document.getElementById('taken').click()")
+    assert tab.evaluate("document.getElementById('when').hidden")
+    tab.evaluate("document.getElementById('taken').click()")
     command = page.next_command()
     assert (type(command).__name__, command.place) == ("Taken", "table_1")
     page.server.set_layer(
@@ -136,6 +138,6 @@ def test_a_go_to_during_a_round_needs_a_time_and_a_confirmation(page: Any, tab: 
         ),
     )
     tab.wait_for("!document.getElementById('go_on').hidden")
-    assert tab.ask("document.getElementById('go_on').textContent") == "Go on to Table 2"
-    tab.ask("document.getElementById('kitchen').click()")
+    assert tab.evaluate("document.getElementById('go_on').textContent") == "Go on to Table 2"
+    tab.evaluate("document.getElementById('kitchen').click()")
     assert page.next_command().choice == "kitchen"

@@ -1,4 +1,4 @@
-"""Strangers: other sites, other names, other paths, too many connections, no token."""
+"""Tests that the web UI rejects foreign hosts and origins, unknown paths, floods, and clients without a token."""
 
 from __future__ import annotations
 
@@ -22,14 +22,16 @@ from chefbot.ui import http_limits
 from chefbot.ui.files import static_files
 from chefbot.ui.server import WebUiServer
 
-NAMED = re.compile(r"""(?:from ?|import\()["'](\.[\w/.]+)["']|(?:src|href)="([\w.]+)"|: ?"(\./[\w/.]+)\"""")
+REFERENCE = re.compile(
+    r"""(?:from ?|import\()["'](\.[\w/.]+)["']|(?:src|href)="([\w.]+)"|: ?"(\./[\w/.]+)\""""
+)
 STATIC = resources.files("chefbot.ui") / "static"
 
 
 @pytest.mark.parametrize(
     "host", ["evil.example", "127.0.0.1.evil.example", "localhost.evil.example", "", "[", "a@evil.example"]
 )
-def test_a_foreign_host_header_is_refused(page: Any, host: str) -> None:
+def test_a_foreign_host_header_is_rejected(page: Any, host: str) -> None:
     answer = httpx.get(page.url, headers={"host": host})
     assert answer.status_code in (400, 403)
     assert "<html" not in answer.text
@@ -38,7 +40,7 @@ def test_a_foreign_host_header_is_refused(page: Any, host: str) -> None:
 @pytest.mark.parametrize(
     "origin", ["http://evil.example", "null", "https://127.0.0.1", "http://127.0.0.1:1", ""]
 )
-def test_a_foreign_origin_is_refused(page: Any, origin: str) -> None:
+def test_a_foreign_origin_is_rejected(page: Any, origin: str) -> None:
     with pytest.raises(InvalidStatus, match="403"):
         page.browser(additional_headers={"Origin": origin})
     assert page.server.clients == 0
@@ -74,25 +76,27 @@ def test_only_web_ui_files_are_served(page: Any, path: str) -> None:
 
 def test_every_referenced_file_is_served_with_strict_headers(page: Any) -> None:
     files = static_files()
-    named = {"index.html"}
+    referenced = {"index.html"}
     for path in files:
         answer = httpx.get(page.url + path)
         assert answer.status_code == 200
         assert "default-src 'none'" in answer.headers["content-security-policy"]
-        for name in NAMED.findall(answer.text):
-            named.add(posixpath.normpath(posixpath.join(posixpath.dirname(path), "".join(name))))
-    assert named == set(files), "what is not named is not needed; what is not there cannot be named"
+        for name in REFERENCE.findall(answer.text):
+            referenced.add(posixpath.normpath(posixpath.join(posixpath.dirname(path), "".join(name))))
+    assert referenced == set(files), "each served file is referenced and each referenced file is served"
 
 
 def test_the_import_map_is_the_only_inline_script(page: Any) -> None:
     answer = httpx.get(page.url)
     inline = re.findall(r"<script(?![^>]* src=)[^>]*>(.*?)</script>", answer.text, re.DOTALL)
-    digests = [base64.b64encode(hashlib.sha256(one.encode()).digest()).decode() for one in inline]
+    digests = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in inline]
     policy = answer.headers["content-security-policy"]
     assert re.findall(r"'sha256-([^']+)'", policy) == digests
     assert len(digests) == 1
     assert "unsafe" not in policy
-    assert all("://" not in address for one in inline for address in json.loads(one)["imports"].values())
+    assert all(
+        "://" not in address for script in inline for address in json.loads(script)["imports"].values()
+    )
     assert "sha256" not in httpx.get(page.url + "app.js").headers["content-security-policy"]
 
 
@@ -129,10 +133,10 @@ def test_a_flood_of_connections_is_limited_for_others_only(
         flood = [socket.create_connection((url.hostname, url.port), timeout=PATIENCE) for _ in range(40)]
         operator.send('{"do":"stop"}')
         page.next_command()
-        assert all(_ended(one) for one in flood)
+        assert all(_ended(connection) for connection in flood)
         assert httpx.get(page.url).status_code == 200
-        for one in flood:
-            one.close()
+        for connection in flood:
+            connection.close()
 
 
 def _ended(connection: socket.socket) -> bool:

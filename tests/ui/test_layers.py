@@ -1,4 +1,4 @@
-"""Payloads are checked and copied, thinned out per layer, and encoded without loss that an eye could see."""
+"""Tests that the layers of the web UI validate, copy, rate-limit and encode their data."""
 
 from __future__ import annotations
 
@@ -65,12 +65,12 @@ def test_the_scan_is_transformed_to_the_frame_of_its_pose() -> None:
 
 
 @given(st.integers(1, 700), st.integers(1, 9), st.floats(0.1, 64.0))
-def test_thinned_depth_points_lie_where_the_camera_saw_them(width: int, height: int, wall: float) -> None:
+def test_downsampled_depth_points_keep_their_directions(width: int, height: int, wall: float) -> None:
     depth = np.full((height, width), wall, np.float32)
     depth[0, 0] = np.nan
     focal, cx = 500.0, (width - 1) / 2
     header, body = split(
-        LAYERS["depth"].encode("depth", LAYERS["depth"].validate(DepthView(depth, focal, cx, 0.0, "eye")))
+        LAYERS["depth"].encode("depth", LAYERS["depth"].validate(DepthView(depth, focal, cx, 0.0, "camera")))
     )
     metres = np.frombuffer(zlib.decompress(body), "<u2").reshape(header["height"], header["width"]) / 1000
     step = -(-width // 80)
@@ -88,11 +88,11 @@ def test_non_finite_points_are_dropped_and_none_is_valid() -> None:
 
 
 def test_a_layer_stores_a_copy() -> None:
-    hub, points = LayerStore(), np.zeros((2, 2))
-    hub.set_layer("path", points)
+    store, points = LayerStore(), np.zeros((2, 2))
+    store.set_layer("path", points)
     points[:] = 7.0
-    hub.encode_due(lambda: 0.0)
-    header, body = split(hub.frames["path"])
+    store.encode_due(lambda: 0.0)
+    header, body = split(store.frames["path"])
     assert (header["x"], body) == (0.0, bytes(8))
 
 
@@ -113,42 +113,42 @@ def test_a_layer_stores_a_copy() -> None:
         ("joints", {"wheel_left_joint": "fast"}),
     ],
 )
-def test_a_wrong_payload_raises_at_the_caller(layer: str, payload: Any) -> None:
+def test_an_invalid_payload_raises_in_the_caller(layer: str, payload: Any) -> None:
     with pytest.raises((ValueError, TypeError)):
         LayerStore().set_layer(layer, payload)
 
 
 def test_a_layer_is_rate_limited_and_sends_its_newest_value() -> None:
-    hub, now = LayerStore(), 0.0
-    hub.set_layer("status", StatusView(phase="old"))
-    assert hub.encode_due(lambda: now) == ["status"]
+    store, now = LayerStore(), 0.0
+    store.set_layer("status", StatusView(phase="old"))
+    assert store.encode_due(lambda: now) == ["status"]
     for number in range(1000):
-        hub.set_layer("status", StatusView(phase=str(number)))
+        store.set_layer("status", StatusView(phase=str(number)))
     now = 0.05
-    assert hub.encode_due(lambda: now) == []
+    assert store.encode_due(lambda: now) == []
     now = 0.11
-    assert hub.encode_due(lambda: now) == ["status"]
-    assert json.loads(hub.frames["status"])["value"]["phase"] == "999"
+    assert store.encode_due(lambda: now) == ["status"]
+    assert json.loads(store.frames["status"])["value"]["phase"] == "999"
     now = 0.5
-    assert hub.encode_due(lambda: now) == []
+    assert store.encode_due(lambda: now) == []
 
 
 def test_a_layer_that_is_slow_to_encode_is_sent_less_often() -> None:
-    hub, times = LayerStore(), iter([0.0, 0.0, 0.4])
-    hub.set_layer("path", np.zeros((2, 2)))
-    hub.encode_due(lambda: next(times))
-    hub.set_layer("path", np.ones((2, 2)))
-    assert hub.encode_due(lambda: 3.9) == []
-    assert hub.encode_due(lambda: 4.0) == ["path"]
+    store, times = LayerStore(), iter([0.0, 0.0, 0.4])
+    store.set_layer("path", np.zeros((2, 2)))
+    store.encode_due(lambda: next(times))
+    store.set_layer("path", np.ones((2, 2)))
+    assert store.encode_due(lambda: 3.9) == []
+    assert store.encode_due(lambda: 4.0) == ["path"]
 
 
 def test_none_clears_a_layer_and_non_finite_numbers_become_null() -> None:
-    hub = LayerStore()
-    hub.set_layer("goal", None)
-    hub.set_layer("robot", RobotView(x=float("nan"), y=0.0, yaw=0.0, radius=0.2))
-    hub.encode_due(lambda: 0.0)
-    assert json.loads(hub.frames["goal"]) == {"layer": "goal", "value": None}
-    assert json.loads(hub.frames["robot"])["value"]["x"] is None
+    store = LayerStore()
+    store.set_layer("goal", None)
+    store.set_layer("robot", RobotView(x=float("nan"), y=0.0, yaw=0.0, radius=0.2))
+    store.encode_due(lambda: 0.0)
+    assert json.loads(store.frames["goal"]) == {"layer": "goal", "value": None}
+    assert json.loads(store.frames["robot"])["value"]["x"] is None
 
 
 def test_pictures_are_small_jpegs_with_distinct_depth_colours() -> None:

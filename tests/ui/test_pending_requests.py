@@ -1,4 +1,4 @@
-"""What a page asked for reaches a robot that hears only now and then, once and in turn."""
+"""Tests that requests of the web UI reach a robot with an intermittent connection once and in order."""
 
 from __future__ import annotations
 
@@ -11,72 +11,72 @@ from chefbot.ui.pending_requests import ORDER_UNCONFIRMED, STOP_UNCONFIRMED, Pen
 
 TICK = 200_000_000
 STEPS = st.lists(
-    st.sampled_from(["order", "stop", "release", "cancel", "answer", "gone", "back"]), max_size=20
+    st.sampled_from(["order", "stop", "release", "cancel", "answer", "disconnect", "reconnect"]), max_size=20
 )
 
 
-class Waiter:
-    """Takes orders and STOP where it is there; its answers come when it is asked for them."""
+class IntermittentRobot:
+    """A robot that receives orders and stop requests while it is connected, and confirms them by `answer`."""
 
     def __init__(self) -> None:
-        self.there, self.stopped, self.taken = True, False, list[Order]()
-        self.asked = PendingRequests("page", self.hear_stop, self.hear_order)
+        self.connected, self.stopped, self.accepted = True, False, list[Order]()
+        self.requests = PendingRequests("page", self.on_stop_request, self.on_order)
 
-    def hear_stop(self, press: Bool) -> None:
-        if self.there:
+    def on_stop_request(self, press: Bool) -> None:
+        if self.connected:
             self.stopped = press.data
 
-    def hear_order(self, order: Order) -> None:
-        if self.there and (not self.taken or order.id != self.taken[-1].id):
-            self.taken.append(order)
+    def on_order(self, order: Order) -> None:
+        if self.connected and (not self.accepted or order.id != self.accepted[-1].id):
+            self.accepted.append(order)
 
     def answer(self, now_ns: int) -> None:
         if self.stopped:
-            self.asked.confirm_stop()
-        if self.taken:
-            self.asked.confirm_orders([one.id for one in self.taken], now_ns)
+            self.requests.confirm_stop()
+        if self.accepted:
+            self.requests.confirm_orders([order.id for order in self.accepted], now_ns)
 
 
 @given(STEPS)
-def test_every_valid_request_finally_reaches_the_robot(steps: list[str]) -> None:
-    waiter, wanted, pressed, now = Waiter(), list[str](), False, 0
+def test_every_valid_request_eventually_reaches_the_robot(steps: list[str]) -> None:
+    robot, expected, pressed, now = IntermittentRobot(), list[str](), False, 0
     for number, step in enumerate(steps):
         now += TICK
         if step == "order":
-            wanted.append(f"table_{number}")
-            waiter.asked.deliver((wanted[-1],), now)
+            expected.append(f"table_{number}")
+            robot.requests.deliver((expected[-1],), now)
         elif step in ("stop", "release"):
             pressed = step == "stop"
             if pressed:
-                waiter.asked.press(now, stopped=waiter.stopped)
+                robot.requests.press(now, stopped=robot.stopped)
             else:
-                waiter.asked.release()
-            assert not pressed or waiter.stopped or waiter.asked.stop or not waiter.there
-        elif step == "answer" and waiter.there:
-            waiter.answer(now)
+                robot.requests.release()
+            assert not pressed or robot.stopped or robot.requests.stop or not robot.connected
+        elif step == "answer" and robot.connected:
+            robot.answer(now)
         else:
-            waiter.there = step != "gone" and (waiter.there or step == "back")
+            robot.connected = step != "disconnect" and (robot.connected or step == "reconnect")
         if step == "cancel":
-            waiter.asked.cancel()
-            wanted = [order.places[0] for order in waiter.taken]
-        waiter.asked.repeat_unconfirmed(now)
-    waiter.there = True
-    for _ in range(6 * (len(wanted) + 1)):
+            robot.requests.cancel()
+            expected = [order.places[0] for order in robot.accepted]
+        robot.requests.repeat_unconfirmed(now)
+    robot.connected = True
+    for _ in range(6 * (len(expected) + 1)):
         now += TICK
-        waiter.asked.repeat_unconfirmed(now)
-        waiter.answer(now)
-    assert [order.places[0] for order in waiter.taken] == wanted
-    assert waiter.stopped or not pressed
-    assert not waiter.asked.stop and not waiter.asked.order_warning(now)
+        robot.requests.repeat_unconfirmed(now)
+        robot.answer(now)
+    assert [order.places[0] for order in robot.accepted] == expected
+    assert robot.stopped or not pressed
+    assert not robot.requests.stop and not robot.requests.order_warning(now)
 
 
 def test_unconfirmed_requests_are_reported() -> None:
-    waiter = Waiter()
-    waiter.there = False
-    waiter.asked.press(0, stopped=False)
-    waiter.asked.deliver(("table_1",), 0)
-    assert (waiter.asked.stop_warning(TICK), waiter.asked.order_warning(TICK)) == ("", "")
-    assert (waiter.asked.stop_warning(6 * TICK), waiter.asked.order_warning(6 * TICK)) == (
+    robot = IntermittentRobot()
+    robot.connected = False
+    robot.requests.press(0, stopped=False)
+    robot.requests.deliver(("table_1",), 0)
+    assert (robot.requests.stop_warning(TICK), robot.requests.order_warning(TICK)) == ("", "")
+    assert (robot.requests.stop_warning(6 * TICK), robot.requests.order_warning(6 * TICK)) == (
         STOP_UNCONFIRMED,
         ORDER_UNCONFIRMED,
     )

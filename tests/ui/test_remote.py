@@ -1,4 +1,4 @@
-"""A program that talks to the page: what it understands, and what it says when there is no robot."""
+"""Tests the client of the web UI: decoding, commands, and errors without a robot."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_an_invalid_frame_raises_value_error(frame: bytes | str) -> None:
 
 
 @given(st.integers(0, 60), st.integers(0, 255))
-def test_a_damaged_map_raises_value_error_or_decodes(position: int, byte: int) -> None:
+def test_a_corrupt_map_raises_value_error_or_decodes(position: int, byte: int) -> None:
     frame = bytearray(protocol.grid("map", protocol.GridImage(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0)))
     frame[position] = byte
     try:
@@ -51,24 +51,24 @@ def test_a_damaged_map_raises_value_error_or_decodes(position: int, byte: int) -
     assert isinstance(value, bytes) or (value.cells.dtype == np.int8 and 0 < value.cells.size <= 12)
 
 
-def test_a_map_larger_than_its_header_is_refused() -> None:
-    bomb = protocol.grid("map", protocol.GridImage(np.zeros((1000, 1000), np.int8), 0.05, 0.0, 0.0))
-    liar = bomb.replace(b'"width":1000,"height":1000', b'"width":9000,"height":9999')
+def test_a_map_with_a_wrong_size_in_its_header_is_rejected() -> None:
+    frame = protocol.grid("map", protocol.GridImage(np.zeros((1000, 1000), np.int8), 0.05, 0.0, 0.0))
+    inconsistent = frame.replace(b'"width":1000,"height":1000', b'"width":9000,"height":9999')
     with pytest.raises(ValueError):
-        decode(liar)
+        decode(inconsistent)
 
 
 def test_layers_are_received_and_commands_sent() -> None:
     with fake_robot() as robot, WebUiClient(robot.url) as page:
         assert page.wait_for("status", PATIENCE)["phase"] == "Waiting."
         assert page.wait_for("map", 0.05) is None
-        grid = robot.map_a_room()
+        grid = robot.show_map()
         shown = page.wait_for("map", PATIENCE)
         assert isinstance(shown, Grid)
         assert np.array_equal(shown.cells, grid.cells)
         for command in (Stop(), Goal(1.0, 2.0, 0.5), Drive(-0.5, 1.0)):
             page.send(command)
-            assert robot.heard.get(timeout=PATIENCE) == command
+            assert robot.commands.get(timeout=PATIENCE) == command
 
 
 def test_a_robot_shutdown_is_reported() -> None:
@@ -84,7 +84,7 @@ def test_a_robot_shutdown_is_reported() -> None:
 @pytest.mark.parametrize(
     "url", ["", "http://", "ftp://127.0.0.1", "http://127.0.0.1:99999", "http://[::1", "a b://"]
 )
-def test_an_invalid_address_is_refused(url: str) -> None:
+def test_an_invalid_address_is_rejected(url: str) -> None:
     with pytest.raises(UserError, match="not the address of a page"):
         WebUiClient(url)
 
@@ -96,8 +96,8 @@ def test_a_closed_port_means_no_running_robot() -> None:
         WebUiClient(url)
 
 
-class Elsewhere(http.server.BaseHTTPRequestHandler):
-    """A server of something else."""
+class OtherServer(http.server.BaseHTTPRequestHandler):
+    """A web server that is not a web UI."""
 
     def do_GET(self) -> None:
         self.send_response(200)
@@ -109,8 +109,8 @@ class Elsewhere(http.server.BaseHTTPRequestHandler):
 
 
 @pytest.fixture
-def elsewhere() -> Iterator[str]:
-    server = http.server.HTTPServer(("127.0.0.1", 0), Elsewhere)
+def other_server() -> Iterator[str]:
+    server = http.server.HTTPServer(("127.0.0.1", 0), OtherServer)
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
     yield f"http://127.0.0.1:{server.server_address[1]}"
@@ -119,9 +119,9 @@ def elsewhere() -> Iterator[str]:
     server.server_close()
 
 
-def test_another_server_is_not_taken_for_a_robot(elsewhere: str) -> None:
+def test_another_server_is_not_taken_for_a_robot(other_server: str) -> None:
     with pytest.raises(UserError, match="not a robot's web UI"):
-        WebUiClient(elsewhere)
+        WebUiClient(other_server)
 
 
 def test_a_network_page_requires_its_token() -> None:

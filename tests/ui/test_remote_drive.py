@@ -1,4 +1,4 @@
-"""Driving a robot by its page: shares of its limits, not too many, and a sentence when it does not work."""
+"""Tests remote driving by the web UI: scaled velocities, rate limit, stop on disconnection, and error messages."""
 
 from __future__ import annotations
 
@@ -24,74 +24,74 @@ SECOND = 1_000_000_000
 TICK = SECOND // 10
 
 
-class Driver:
-    """A loop whose only device drives the robot at `url`."""
+class RemoteDriver:
+    """A loop with a remote-drive device for the robot at `url`."""
 
     def __init__(self, url: str) -> None:
         self.loop = Loop(StepClock())
         self.system = NodeContainer(self.loop, load_robot("chefbot"), 1)
         self.remarks: list[str] = []
-        self.loop.subscribe("remote_drive/remark", "test", self._hear)
+        self.loop.subscribe("remote_drive/remark", "test", self._on_remark)
         entry = NodeEntry(kind="chefbot.ui.remote_drive:RemoteDriveDevice", params={"page": url})
         self.system.launch(Launch(name="t", description="", args={}, nodes={"drive": entry}))
 
-    def _hear(self, message: object) -> None:
+    def _on_remark(self, message: object) -> None:
         assert isinstance(message, String)
         self.remarks.append(message.data)
 
-    def say(self, v: float, w: float, after_ns: int = TICK) -> None:
+    def publish_velocity(self, v: float, w: float, after_ns: int = TICK) -> None:
         at = self.loop.now_ns + after_ns
-        self.loop.schedule(at, 0, lambda: self.loop.publish("cmd_vel_teleop", Twist.of(v, w), "hand"))
+        self.loop.schedule(at, 0, lambda: self.loop.publish("cmd_vel_teleop", Twist.of(v, w), "joystick"))
         self.loop.run(until_ns=at)
 
     def run_until_remark(self) -> None:
-        """The remark comes from the connection's thread."""
+        """Run the loop until the thread of the connection has published a remark."""
         for _ in range(2000):
             self.loop.run()
             if self.remarks:
                 return
             time.sleep(0.01)
-        raise AssertionError("no remark came")
+        raise AssertionError("no remark was published")
 
 
-def heard(robot: FakeRobot) -> Drive:
-    command = robot.heard.get(timeout=PATIENCE)
+def next_drive(robot: FakeRobot) -> Drive:
+    command = robot.commands.get(timeout=PATIENCE)
     assert isinstance(command, Drive)
     return command
 
 
 def test_twists_arrive_as_fractions_of_the_limits() -> None:
     with fake_robot() as robot:
-        driver = Driver(robot.url)
+        driver = RemoteDriver(robot.url)
         limits = Limits.of(driver.system.robot)
-        driver.say(limits.speed / 2, -limits.angular_speed)
-        assert heard(robot) == Drive(0.5, -1.0)
-        driver.say(9.0, -9.0)
-        assert heard(robot) == Drive(1.0, -1.0)
-        driver.say(0.0, 0.0)
-        assert heard(robot) == Drive(0.0, 0.0)
+        driver.publish_velocity(limits.speed / 2, -limits.angular_speed)
+        assert next_drive(robot) == Drive(0.5, -1.0)
+        driver.publish_velocity(9.0, -9.0)
+        assert next_drive(robot) == Drive(1.0, -1.0)
+        driver.publish_velocity(0.0, 0.0)
+        assert next_drive(robot) == Drive(0.0, 0.0)
         driver.system.stop()
 
 
 def test_twists_are_rate_limited_but_a_stop_never() -> None:
     with fake_robot() as robot:
-        driver = Driver(robot.url)
+        driver = RemoteDriver(robot.url)
         for _ in range(50):
-            driver.say(0.1, 0.0, SECOND // 100)
-        driver.say(0.0, 0.0, 1)
+            driver.publish_velocity(0.1, 0.0, SECOND // 100)
+        driver.publish_velocity(0.0, 0.0, 1)
         count = 1
-        while not heard(robot).is_zero:
+        while not next_drive(robot).is_zero:
             count += 1
         assert 8 <= count <= 12
         driver.system.stop()
 
 
-def test_a_refused_driver_gets_the_reason() -> None:
+def test_a_rejected_driver_gets_the_reason() -> None:
     with fake_robot() as robot, WebUiClient(robot.url) as other:
-        driver = Driver(robot.url)
-        for _ in range(500):  # until our word and theirs meet within the page's patience
+        driver = RemoteDriver(robot.url)
+        for _ in range(500):  # until commands of both arrive within the web UI's timeout
             other.send(Drive(1.0, 0.0))
-            driver.say(0.1, 0.0)
+            driver.publish_velocity(0.1, 0.0)
             driver.loop.run()
             if driver.remarks:
                 break
@@ -99,25 +99,25 @@ def test_a_refused_driver_gets_the_reason() -> None:
         driver.run_until_remark()
         assert "in another browser" in driver.remarks[0]
         for _ in range(10):
-            driver.say(0.1, 0.0)
+            driver.publish_velocity(0.1, 0.0)
             other.send(Drive(1.0, 0.0))
             time.sleep(0.04)
-        assert len(driver.remarks) == 1, "the same is not told again and again"
+        assert len(driver.remarks) == 1, "the same remark is published once"
         driver.system.stop()
 
 
 def test_disconnecting_stops_the_robot() -> None:
     with fake_robot() as robot:
-        driver = Driver(robot.url)
-        driver.say(0.1, 0.1)
-        assert not heard(robot).is_zero
+        driver = RemoteDriver(robot.url)
+        driver.publish_velocity(0.1, 0.1)
+        assert not next_drive(robot).is_zero
         driver.system.stop()
-        assert heard(robot).is_zero
+        assert next_drive(robot).is_zero
 
 
 def test_a_robot_shutdown_ends_remote_driving() -> None:
     with fake_robot() as robot:
-        driver = Driver(robot.url)
+        driver = RemoteDriver(robot.url)
         robot.server.stop()
         with pytest.raises(UserError, match="has ended"):
             for _ in range(2000):
@@ -128,4 +128,4 @@ def test_a_robot_shutdown_ends_remote_driving() -> None:
 
 def test_remote_driving_needs_a_robot() -> None:
     with pytest.raises(UserError, match="no robot runs at"):
-        Driver("http://127.0.0.1:1")
+        RemoteDriver("http://127.0.0.1:1")

@@ -1,4 +1,4 @@
-"""Access control of the web UI, and the small helpers of its server."""
+"""Tests access control of the web UI and the helpers of its server."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_addresses_and_the_own_name_are_allowed_hosts(host: str) -> None:
 
 
 @pytest.mark.parametrize("host", ["evil.example", "localhost.evil.example", "", "[", "127.0.0.1.evil"])
-def test_other_host_names_are_refused(host: str) -> None:
+def test_other_host_names_are_rejected(host: str) -> None:
     assert get("/", host).status_code == 403
 
 
@@ -67,20 +67,20 @@ def test_the_token_of_the_address_becomes_a_cookie() -> None:
     ("origin", "passes"), [(None, True), (b"http://localhost", True), (b"http://evil", False)]
 )
 def test_a_websocket_of_another_origin_is_closed(origin: bytes | None, passes: bool) -> None:
-    seen: list[Any] = []
+    events: list[Any] = []
 
     async def app(*_: Any) -> None:
-        seen.append("app")
+        events.append("app")
 
     async def send(message: Any) -> None:
-        seen.append(message)
+        events.append(message)
 
     async def receive() -> Any:
         raise AssertionError("nothing is read")
 
     headers = [(b"host", b"localhost")] + ([(b"origin", origin)] if origin else [])
     asyncio.run(RequestGuard(app, "", None)({"type": "websocket", "headers": headers}, receive, send))
-    assert seen == (["app"] if passes else [{"type": "websocket.close", "code": 1008}])
+    assert events == (["app"] if passes else [{"type": "websocket.close", "code": 1008}])
 
 
 def test_the_solids_are_generated_once_off_the_event_loop() -> None:
@@ -96,7 +96,7 @@ def test_the_solids_are_generated_once_off_the_event_loop() -> None:
         return await asyncio.gather(endpoint.serve(request), endpoint.serve(request))
 
     answers = asyncio.run(both())
-    assert [(one.body, one.media_type) for one in answers] == [(b"glTF", GLB)] * 2
+    assert [(answer.body, answer.media_type) for answer in answers] == [(b"glTF", GLB)] * 2
     assert len(calls) == 1 and calls[0] != threading.main_thread().name
 
 
@@ -128,15 +128,15 @@ def test_path_points_are_transformed_to_the_map(points: list[tuple[float, float]
 def test_the_real_time_factor_is_measured_over_half_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     wall = [0]
     monkeypatch.setattr(real_time_factor, "wall_ns", lambda: wall[0])
-    one = real_time_factor.RealTimeFactor(0)
+    meter = real_time_factor.RealTimeFactor(0)
     wall[0] = 400_000_000
-    assert one.factor(800_000_000) is None
+    assert meter.factor(800_000_000) is None
     wall[0] = 1_000_000_000
-    assert one.factor(3_000_000_000) == 3.0
+    assert meter.factor(3_000_000_000) == 3.0
     wall[0] = 1_100_000_000
-    assert one.factor(3_000_000_000) == 3.0, "the next period is not over"
+    assert meter.factor(3_000_000_000) == 3.0, "the next period is not over"
     wall[0] = 2_000_000_000
-    assert one.factor(3_500_000_000) == 0.5
+    assert meter.factor(3_500_000_000) == 0.5
 
 
 @given(st.sampled_from(["http://robot:80/", "http://robot/?token=x", "http://robot/#2d"]))

@@ -1,4 +1,4 @@
-"""The served page under ordinary use: latched layers, refusals, driving, floods, stopping."""
+"""Tests the server of the web UI: latched layers, rejected commands, driving, rate limits and stopping."""
 
 from __future__ import annotations
 
@@ -24,42 +24,42 @@ from chefbot.ui.server import MAX_CLIENTS, ONLY_STOP, WebUiServer
 
 LOOPBACK = "127.0.0.1"
 PATIENCE = 20.0
-GO = '{"do":"go_place","name":"kitchen"}'
+GO_TO_KITCHEN = '{"do":"go_place","name":"kitchen"}'
 
 
-def test_a_late_browser_gets_all_layers(page: Any, hear: Any) -> None:
+def test_a_late_browser_gets_all_layers(page: Any, receive: Any) -> None:
     page.server.set_layer("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
     page.server.set_layer("places", {"kitchen": (1, 2, 3)})
     page.server.set_layer("status", StatusView(phase="Waiting."))
     page.server.set_layer("status", StatusView(phase="Driving."))
     for _ in range(2):
         with page.browser() as browser:
-            seen = dict(hear(browser) for _ in range(3))
+            seen = dict(receive(browser) for _ in range(3))
             assert set(seen) == {"map", "places", "status"}
             assert seen["status"]["phase"] == "Driving."
             assert seen["places"] == [{"name": "kitchen", "x": 1.0, "y": 2.0, "yaw": 3.0}]
 
 
-def test_a_bad_command_is_refused_and_the_next_one_accepted(page: Any, hear: Any) -> None:
+def test_an_invalid_command_is_rejected_and_the_next_accepted(page: Any, receive: Any) -> None:
     with page.browser() as browser:
         for text in ("nonsense", '{"do":"fly"}', b"\x00\x01", '{"do":"goal","x":1e300,"y":0,"yaw":0}'):
             browser.send(text)
-            kind, sentence = hear(browser)
+            kind, sentence = receive(browser)
             assert (kind, "refused" in sentence) == ("refused", True)
         browser.send('{"do":"stop"}')
         assert page.next_command() == Stop()
-    assert page.heard.empty()
+    assert page.commands.empty()
 
 
-def test_a_refusal_by_the_robot_reaches_only_its_operator(page: Any, hear: Any) -> None:
-    def refuse(command: OperatorCommand) -> None:
+def test_a_rejection_by_the_robot_reaches_only_its_operator(page: Any, receive: Any) -> None:
+    def reject(command: OperatorCommand) -> None:
         raise UserError("There is no place 'moon'")
 
-    page.on_command = refuse
-    with page.browser() as one, page.browser() as other:
-        one.send('{"do":"go_place","name":"moon"}')
-        assert hear(one) == ("refused", "There is no place 'moon'")
-        page.on_command = page.heard.put
+    page.on_command = reject
+    with page.browser() as first, page.browser() as other:
+        first.send('{"do":"go_place","name":"moon"}')
+        assert receive(first) == ("refused", "There is no place 'moon'")
+        page.on_command = page.commands.put
         other.send('{"do":"go_place","name":"kitchen"}')
         assert page.next_command() == GoPlace("kitchen")
         with pytest.raises(TimeoutError):
@@ -80,26 +80,26 @@ def test_a_client_above_the_rate_limit_is_disconnected(page: Any) -> None:
             for _ in range(int(client.BURST) + 1000):
                 flood.send('{"do":"cancel"}')
         wait_for(lambda: page.server.clients == 1)
-        assert page.heard.qsize() < client.BURST + 500
+        assert page.commands.qsize() < client.BURST + 500
         other.send('{"do":"stop"}')
-        wait_for(lambda: Stop() in list(page.heard.queue))
+        wait_for(lambda: Stop() in list(page.commands.queue))
 
 
-@pytest.mark.parametrize("polite", [True, False])
+@pytest.mark.parametrize("close_handshake", [True, False])
 def test_a_disconnected_driver_stops_the_robot(
-    page: Any, polite: bool, monkeypatch: pytest.MonkeyPatch
+    page: Any, close_handshake: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dead_man, "COMMAND_TIMEOUT", 60.0)
     with page.browser() as browser:
         browser.send('{"do":"drive","v":0.5,"w":-0.25}')
         assert page.next_command() == Drive(0.5, -0.25)
-        if polite:
+        if close_handshake:
             browser.close()
         else:
             browser.socket.shutdown(socket.SHUT_RDWR)
         assert page.next_command() == Drive(0.0, 0.0)
     wait_for(lambda: page.server.clients == 0)
-    assert page.heard.empty()
+    assert page.commands.empty()
 
 
 def test_a_silent_driver_stops_the_robot_and_may_drive_again(page: Any) -> None:
@@ -111,7 +111,7 @@ def test_a_silent_driver_stops_the_robot_and_may_drive_again(page: Any) -> None:
 
 
 def test_only_one_operator_drives_but_anyone_may_stop(
-    page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch
+    page: Any, receive: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dead_man, "COMMAND_TIMEOUT", 60.0)
     with page.browser() as driver, page.browser() as other:
@@ -119,12 +119,12 @@ def test_only_one_operator_drives_but_anyone_may_stop(
         assert page.next_command() == Drive(1.0, 0.0)
         other.send('{"do":"drive","v":-1,"w":0}')
         other.send('{"do":"stop"}')
-        kind, sentence = hear(other)
+        kind, sentence = receive(other)
         assert (kind, "another browser" in sentence) == ("refused", True)
         assert page.next_command() == Stop()
 
 
-def test_layers_are_rate_limited_and_the_last_value_arrives(page: Any, hear: Any) -> None:
+def test_layers_are_rate_limited_and_the_last_value_arrives(page: Any, receive: Any) -> None:
     with page.browser() as browser:
         wait_for(lambda: page.server.clients == 1)
         start = time.monotonic()
@@ -132,44 +132,46 @@ def test_layers_are_rate_limited_and_the_last_value_arrives(page: Any, hear: Any
             page.server.set_layer("robot", RobotView(x=float(number), y=0.0, yaw=0.0, radius=0.2))
         seen: list[float] = []
         while not seen or seen[-1] != 19_999:
-            seen.append(hear(browser)[1]["x"])
+            seen.append(receive(browser)[1]["x"])
         assert len(seen) <= (time.monotonic() - start) / 0.1 + 2
         assert seen == sorted(seen)
 
 
-def test_a_browser_that_never_reads_is_dropped(page: Any, hear: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_browser_that_never_reads_is_dropped(
+    page: Any, receive: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(client, "SEND_TIMEOUT", 0.3)
     noise = np.random.default_rng(1).integers(0, 100, (4000, 4000), np.int8)
     url = urlsplit(page.url)
-    with socket.create_connection((url.hostname, url.port)) as deaf, page.browser() as other:
-        deaf.sendall(
+    with socket.create_connection((url.hostname, url.port)) as not_reading, page.browser() as other:
+        not_reading.sendall(
             f"GET /live HTTP/1.1\r\nHost: {url.netloc}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
         )
         wait_for(lambda: page.server.clients == 2)
         page.server.set_layer("map", Grid(noise, 0.05, 0.0, 0.0))
-        assert hear(other)[0] == "map"
-        page.server.set_layer("status", StatusView(phase="Too much for the deaf one."))
-        assert hear(other)[0] == "status"
+        assert receive(other)[0] == "map"
+        page.server.set_layer("status", StatusView(phase="After the map."))
+        assert receive(other)[0] == "status"
         wait_for(lambda: page.server.clients == 1)
         page.server.set_layer("status", StatusView(phase="Still here."))
-        assert hear(other)[1]["phase"] == "Still here."
+        assert receive(other)[1]["phase"] == "Still here."
 
 
-def test_stop_works_with_any_number_of_open_screens(page: Any, hear: Any) -> None:
+def test_stop_works_with_any_number_of_open_screens(page: Any, receive: Any) -> None:
     page.server.set_layer("stop", StopView())
     page.server.set_layer("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
     with ExitStack() as screens:
         for _ in range(MAX_CLIENTS):
             screens.enter_context(page.browser())
         late = [screens.enter_context(page.browser()) for _ in range(MAX_CLIENTS)]
-        assert hear(late[0]) == ("refused", ONLY_STOP)
-        assert hear(late[0])[0] == "stop"
-        late[0].send(GO)
-        assert hear(late[0]) == ("refused", ONLY_STOP), "and no map before it"
+        assert receive(late[0]) == ("refused", ONLY_STOP)
+        assert receive(late[0])[0] == "stop"
+        late[0].send(GO_TO_KITCHEN)
+        assert receive(late[0]) == ("refused", ONLY_STOP), "it gets no map"
         later = [screens.enter_context(page.browser()) for _ in range(3)]
-        for number, one in enumerate([*late[3:], *later]):
-            one.send(f'{{"do":"stop","id":"{number}"}}')
+        for number, screen in enumerate([*late[3:], *later]):
+            screen.send(f'{{"do":"stop","id":"{number}"}}')
             assert page.next_command() == Stop(str(number))
         wait_for(lambda: page.server.clients == 2 * MAX_CLIENTS)
         with pytest.raises(ConnectionClosed):
@@ -177,12 +179,12 @@ def test_stop_works_with_any_number_of_open_screens(page: Any, hear: Any) -> Non
                 late[0].recv(timeout=PATIENCE)
 
 
-def test_a_ping_is_answered_after_earlier_frames(page: Any, hear: Any) -> None:
+def test_a_ping_is_answered_after_earlier_frames(page: Any, receive: Any) -> None:
     with page.browser() as browser:
-        browser.send(GO)
+        browser.send(GO_TO_KITCHEN)
         browser.send('{"do":"ping","n":5}')
         assert json.loads(browser.recv(timeout=PATIENCE)) == {"pong": 5}
-        assert page.heard.get_nowait() == GoPlace("kitchen")
+        assert page.commands.get_nowait() == GoPlace("kitchen")
 
 
 def test_server_stop_frees_the_port_with_clients_connected() -> None:
@@ -210,6 +212,6 @@ def test_the_next_free_port_is_used() -> None:
     first.stop()
 
 
-def test_a_foreign_address_is_one_sentence() -> None:
+def test_an_address_of_another_machine_is_reported() -> None:
     with pytest.raises(UserError, match="cannot be served"):
         WebUiServer(8080, "192.0.2.7", print).start()

@@ -1,11 +1,11 @@
-"""Two pages of one robot, as on two machines: STOP shows on both, and the base alone says how it stands."""
+"""Tests the emergency stop with two web UIs of a robot: both show the state of the base."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 import pytest
-from tests.support.two_pages import Robot
+from tests.support.two_web_uis import Robot
 from tests.support.waiting import PATIENCE
 
 from chefbot.ui.commands import Resume, Stop
@@ -15,16 +15,16 @@ from chefbot.ui.web_ui_client import WebUiClient
 
 @pytest.fixture
 def robot(request: pytest.FixtureRequest) -> Iterator[Robot]:
-    one = Robot(base=getattr(request, "param", True))
-    yield one
-    one.stop()
+    running = Robot(base=getattr(request, "param", True))
+    yield running
+    running.stop()
 
 
-def shows(page: WebUiClient, **wanted: object) -> bool:
-    """Whether the page's status does so before long."""
+def shows(page: WebUiClient, **expected: object) -> bool:
+    """Receive layers and return whether the status gets the expected values."""
     for _ in range(200):
         status = page.latest.get("status")
-        if status and wanted.items() <= status.items():
+        if status and expected.items() <= status.items():
             return True
         page.receive(PATIENCE)
     return False
@@ -39,19 +39,19 @@ def test_stop_on_one_page_shows_on_all_and_any_page_resumes(robot: Robot) -> Non
         there.send(Resume())
         assert shows(here, stopped=False)
         assert shows(there, stopped=False)
-    assert robot.said == [False, True, False]
-    assert robot.asked[-1] is False
+    assert robot.stop_states == [False, True, False]
+    assert robot.stop_requests[-1] is False
 
 
 def test_an_external_stop_counts_and_only_a_page_resumes_it(robot: Robot) -> None:
     with robot.page("here") as page:
         assert shows(page, stopped=False)
-        robot.say("emergency_stop", True)
+        robot.publish("emergency_stop", True)
         assert shows(page, stopped=True)
-        robot.say("emergency_stop", False)
+        robot.publish("emergency_stop", False)
         page.receive(PATIENCE)
         assert shows(page, stopped=True)
-        assert robot.said[-2:] == [False, True]  # the last word is the base's
+        assert robot.stop_states[-2:] == [False, True]  # the base republishes its state
         page.send(Resume())
         assert shows(page, stopped=False)
 
@@ -63,9 +63,9 @@ def test_an_unconfirmed_stop_is_repeated_until_confirmed(robot: Robot) -> None:
         page.send(Stop())
         assert shows(page, stopped=False, stop_pending=True)
         assert shows(page, stopped=False, stop_pending=True, reason=STOP_UNCONFIRMED)
-        assert len(robot.asked) > 3 and all(robot.asked)
-        robot.say("emergency_stop", True)
+        assert len(robot.stop_requests) > 3 and all(robot.stop_requests)
+        robot.publish("emergency_stop", True)
         assert shows(page, stopped=True, stop_pending=False)
-        count = len(robot.asked)
+        count = len(robot.stop_requests)
         page.receive(PATIENCE)
-        assert len(robot.asked) == count
+        assert len(robot.stop_requests) == count

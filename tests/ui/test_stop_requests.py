@@ -1,4 +1,4 @@
-"""Copies of a press, late ones and withdrawn ones: each press stops the robot at most until it is released."""
+"""Tests that repeated, late and withdrawn stop requests do not stop the robot again after a release."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_a_confirmed_or_withdrawn_press_never_counts_again(steps: list[tuple[str
             presses.withdraw(key)
             over.add(key)
         over |= set(presses.confirmed)
-        assert not (presses.waiting and stopped), "what the base has latched is confirmed"
+        assert not (presses.waiting and stopped), "a press that the base has latched is confirmed"
 
 
 def test_a_press_is_confirmed_only_by_a_later_latch() -> None:

@@ -1,0 +1,271 @@
+"""Publishes random messages on the inputs of all nodes of a launch and prints the result as JSON on the last line.
+
+`python -m tests.chaos.random_messages --help` lists the options. The test starts it as a process of its own, so that
+a crash in a kernel is seen by its exit code.
+"""
+# ruff: noqa: T201 (its output is the result)
+
+from __future__ import annotations
+
+import argparse
+import faulthandler
+import json
+import resource
+import signal
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from chefbot.bridge.inbox import WIRE_PUBLISHER
+from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS
+from chefbot.bridge.ports import ports_of
+from chefbot.launcher.session import session, start
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import NavigationStatus
+from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
+from chefbot.msgs.errors import InvalidMessageError
+from chefbot.msgs.geometry_msgs import (
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    covariance_36,
+)
+from chefbot.msgs.idl.cdr import CdrError
+from chefbot.msgs.idl.message import Message
+from chefbot.msgs.nav_msgs import Odometry
+from chefbot.msgs.std_msgs import Bool, Header, String
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.msgs.unique_identifier_msgs import UUID
+from chefbot.msgs.validity import check, check_stamp
+from chefbot.robot.load import load_robot
+from chefbot.runtime.launch import load_launch
+from chefbot.runtime.loop import Publication
+from chefbot.runtime.node_container import NodeContainer
+from tests.chaos.message_generator import MessageGenerator
+
+SECOND = 1_000_000_000
+MESSAGES_PER_STEP = 25
+"""Messages at one instant, after which the loop runs for STEP_NS."""
+STEP_NS = 50_000_000
+WARM_UP = 3.0
+RECOVERY_TIME, GOAL_TIMEOUT = 10.0, 60.0
+"""Seconds of simulated time after the random messages, for recovery and to reach a goal."""
+MUTATED_SHARE = 0.6
+"""Share of the messages that are mutations of a message that the launch has published; the others are generated."""
+WORLD_CHANGES = ("simulation/drop_box", "simulation/kidnap", "simulation/door")
+"""Topics that change the simulated world permanently; they are left out if the robot has to reach a goal later."""
+
+
+class Target(NamedTuple):
+    """A topic that a node subscribes to, or a message of an action, with its type."""
+
+    topic: str
+    kind: type[Message]
+
+
+class RandomMessages:
+    """Publishes random messages into a running launch and observes how the robot behaves."""
+
+    def __init__(self, system: NodeContainer, seed: int, leave_out: tuple[str, ...]) -> None:
+        self._system, self._leave_out = system, leave_out
+        self._generator = MessageGenerator(seed)
+        self._rng = np.random.default_rng([seed, 1])
+        self._seen: dict[str, Message] = {}
+        self.truth = SE2(0.0, 0.0, 0.0)
+        self.static: dict[str, Message] = {}
+        self.map: Message | None = None
+        self.navigation = NavigationStatus()
+        self.counts: Counter[str] = Counter()
+        self.rejected: Counter[str] = Counter()
+        self.remarks: dict[str, int] = {}
+        """The time at which each remark, state of navigation and diagnostic that is not OK was last published."""
+        self.invalid_own: Counter[str] = Counter()
+        system.loop.add_observer(self._observe)
+
+    def _observe(self, publication: Publication) -> None:
+        if publication.publisher == WIRE_PUBLISHER:
+            return
+        self._seen[publication.topic] = publication.message
+        if not self.counts["sent"]:
+            self._check_own_message(publication)
+        if isinstance(publication.message, Odometry) and publication.topic == "ground_truth":
+            self.truth = publication.message.pose.pose.se2
+        elif isinstance(publication.message, NavigationStatus):
+            self.navigation = publication.message
+            self.remarks[f"{publication.message.state} {publication.message.reason}"] = publication.time_ns
+        elif publication.topic.endswith("/remark") and isinstance(publication.message, String):
+            self.remarks[publication.message.data] = publication.time_ns
+        elif isinstance(publication.message, DiagnosticArray):
+            self.remarks.update(
+                {
+                    f"{x.name}: {x.message}": publication.time_ns
+                    for x in publication.message.status
+                    if x.level != OK
+                }
+            )
+
+    def _check_own_message(self, publication: Publication) -> None:
+        """Count messages of the robot's own nodes that the bridge of another robot would reject."""
+        try:
+            check(publication.message)
+            check_stamp(publication.message, publication.time_ns)
+        except InvalidMessageError as error:
+            self.invalid_own[f"{publication.topic}: {error}"] += 1
+
+    def targets(self) -> list[Target]:
+        """Return the inputs of all nodes that the bridge makes available to ROS 2, and the transform topics."""
+        found: dict[str, type[Message]] = {"tf": TFMessage, "tf_static": TFMessage}
+        for node in self._system.nodes.values():
+            ports = ports_of(node)
+            found.update({port.name: port.kind for port in ports.subscriptions})
+            for name, action in (*ports.action_servers, *ports.action_clients):
+                found[f"{name}/_action/send_goal"] = action.send_goal
+                found[f"{name}/_action/feedback"] = action.feedback_message
+                found[f"{name}/_action/get_result"] = action.outcome
+        local = {name for name, kind in found.items() if name in LOCAL_TOPICS or kind in LOCAL_ONLY_TYPES}
+        left_out = local | set(self._leave_out)
+        return [Target(name, kind) for name, kind in found.items() if name not in left_out]
+
+    def publish(self, count: int) -> None:
+        """Publish random messages on random targets and run the loop meanwhile."""
+        targets, loop = self.targets(), self._system.loop
+        for number in range(count):
+            self._publish_one(targets[self._rng.integers(len(targets))])
+            if number % MESSAGES_PER_STEP == 0:
+                loop.run(until_ns=loop.now_ns + STEP_NS)
+                print(json.dumps({"sent": number, "at": loop.now_ns / SECOND}), flush=True)
+
+    def _publish_one(self, target: Target) -> None:
+        self.counts["sent"] += 1
+        message = self._generate(target)
+        print(f"{target.topic} {type(message).__name__}", file=sys.stderr)
+        try:
+            message = target.kind.from_cdr(message.to_cdr())
+            check(message)
+            if target.topic != "tf_static":
+                check_stamp(message, self._system.loop.now_ns)
+        except (InvalidMessageError, CdrError) as error:
+            self.rejected[f"{target.topic}: {error}"[:120]] += 1
+            return
+        self.counts["accepted"] += 1
+        self._system.loop.publish(target.topic, message, WIRE_PUBLISHER, from_device=True)
+
+    def _generate(self, target: Target) -> Message:
+        seen = self._seen.get(target.topic)
+        if seen is not None and self._rng.random() < MUTATED_SHARE:
+            return self._generator.mutate(seen)
+        generated: Any = self._generator.generate(target.kind)
+        if "goal_id" in generated.__struct_fields__:
+            identity = UUID(self._rng.integers(0, 256, 16, np.uint8))
+            generated = type(generated)(identity, *list(_values(generated))[1:])
+        return generated
+
+    def recover(self, static_transforms: list[Message], saved_map: Message | None) -> None:
+        """Act as an operator: publish static transforms and map again, release the emergency stop, set the pose."""
+        loop = self._system.loop
+        loop.run(until_ns=loop.now_ns + STEP_NS)  # the last messages are delivered
+        for message in static_transforms:
+            loop.publish("tf_static", message, "operator", from_device=True, latched=True)
+        self.remarks.clear()
+        for pressed in (True, False):  # this also resets a board that has stopped by itself
+            loop.publish("stop_request", Bool(pressed), "operator", from_device=True)
+            loop.run(until_ns=loop.now_ns + STEP_NS)
+        if saved_map is not None:
+            loop.publish("map", saved_map, "operator", from_device=True, latched=True)
+        loop.run(until_ns=loop.now_ns + round(RECOVERY_TIME * SECOND / 2))
+        covariance = covariance_36(np.diag([0.04, 0.04, 0.02]))
+        pose = PoseWithCovariance(Pose.of(self.truth), covariance)
+        initial_pose = PoseWithCovarianceStamped(Header.of(loop.now_ns, "map"), pose)
+        loop.publish("initialpose", initial_pose, "operator", from_device=True)
+        loop.run(until_ns=loop.now_ns + round(RECOVERY_TIME * SECOND / 2))
+
+    def distance_after_driving_to(self, goal: SE2) -> float:
+        """Send a goal and return the distance to it when it is reached or the time is over, metres."""
+        loop = self._system.loop
+        loop.publish(
+            "goal_pose",
+            PoseStamped(Header.of(loop.now_ns, "map"), Pose.of(goal)),
+            "operator",
+            from_device=True,
+        )
+        until = loop.now_ns + round(GOAL_TIMEOUT * SECOND)
+        loop.run(until_ns=until, until=lambda: self.truth.distance(goal) < 0.2)
+        return self.truth.distance(goal)
+
+
+def _values(message: Any) -> Any:
+    return (getattr(message, name) for name in message.__struct_fields__)
+
+
+def main() -> None:
+    """Run the launch of the options under random messages and print the result."""
+    options = _options()
+    faulthandler.enable()
+    faulthandler.register(signal.SIGUSR1)
+    resource.setrlimit(resource.RLIMIT_CPU, (options.cpu, options.cpu))
+    arguments = {"world": "room", "people": "0", "pictures": "1", "headless": str(not options.web_ui).lower()}
+    arguments |= {"robot": options.robot, "port": str(options.port)} | (
+        {"map_file": str(options.map)} if options.map else {}
+    )
+    accepted = load_launch(options.launch).args
+    launch = load_launch(options.launch, {k: v for k, v in arguments.items() if k in accepted})
+    with session(load_robot(options.robot), options.seed, "simulation", 0.0, None) as system:
+        messages = RandomMessages(system, options.seed, WORLD_CHANGES if options.goal else ())
+        static_transforms: list[Message] = []
+        system.loop.add_observer(
+            lambda publication: (
+                static_transforms.append(publication.message)
+                if publication.topic == "tf_static" and publication.publisher != WIRE_PUBLISHER
+                else None
+            )
+        )
+        start(system, launch)
+        system.loop.run(until_ns=system.loop.now_ns + round(WARM_UP * SECOND))
+        saved_map = messages._seen.get("map")
+        messages.publish(options.count)
+        result: dict[str, Any] = {
+            **messages.counts,
+            "topics": len(messages.targets()),
+            "invalid_own": messages.invalid_own,
+        }
+        if options.goal:
+            messages.recover(list(static_transforms), saved_map)
+            home = SE2(0.0, 0.0, 0.0)
+            goal = home if messages.truth.distance(home) > 0.5 else SE2(0.6, 0.0, 0.0)
+            result["goal_distance"] = messages.distance_after_driving_to(goal)
+            result["remarks"] = list(messages.remarks)[-20:]
+            result["state"] = f"{messages.navigation.state} {messages.navigation.reason}"
+        assert system.faults is not None
+        result["faults"] = dict(system.faults.counts)
+        result["unexpected"] = system.faults.bug_count
+        result["worst"] = {
+            k: v.worst_ns / 1e9
+            for k, v in sorted(system.loop.timings.items(), key=lambda x: -x[1].worst_ns)[:8]
+        }
+        result["rejected"] = dict(messages.rejected.most_common(options.shown))
+    print(json.dumps(result))
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--launch", default="waiter")
+    parser.add_argument("--robot", default="chefbot_lidar")
+    parser.add_argument("--map", type=Path)
+    parser.add_argument("--count", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--cpu", type=int, default=500, help="seconds of CPU after which the process is killed"
+    )
+    parser.add_argument("--web-ui", action="store_true", help="serve the web UI")
+    parser.add_argument("--port", type=int, default=18790, help="port of the web UI")
+    parser.add_argument("--goal", action="store_true", help="send the robot to a goal afterwards")
+    parser.add_argument("--shown", type=int, default=0, help="how many reasons of rejections to print")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()

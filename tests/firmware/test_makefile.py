@@ -1,0 +1,42 @@
+"""Runs the checks of the firmware's Makefile: unit tests under sanitizers, coverage, fuzzing and program size.
+
+Mutation tests take minutes and are left to `make -C firmware test`.
+"""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.firmware.host_board import make, need
+
+
+def test_unit_tests_pass_under_sanitizers() -> None:
+    need("make", "g++")
+    assert re.search(r"\d+ tests, 0 failed", make("unit"))
+
+
+@pytest.mark.slow
+def test_the_library_compiles_without_a_warning() -> None:
+    need("make", "g++")
+    make("host")
+
+
+def test_safety_code_is_fully_covered() -> None:
+    need("make", "g++", "gcov")
+    assert "100.0 % of lines, 100.0 % of branches" in make("coverage")
+
+
+@pytest.mark.slow
+def test_ten_million_fuzzed_bytes_do_no_harm() -> None:
+    need("make", "g++")
+    output = make("fuzz", BYTES=10_000_000, SEED=2)
+    match = re.search(r"fuzz: (\d+) bytes.* (\d+) lines accepted.* motion in (\d+) of", output)
+    assert match and int(match[1]) >= 10_000_000 and int(match[2]) > 1000 and int(match[3]) > 1000
+
+
+def test_the_program_fits_the_avr() -> None:
+    need("make", "avr-g++")
+    match = re.search(r"core.*: (\d+) bytes", make("avr"))
+    assert match and int(match[1]) <= 8192

@@ -1,0 +1,143 @@
+"""Tests the driver with the Mega's program in simavr over a pseudo-terminal, with simulated wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from chefbot.board.messages import StatusLine, VersionLine
+from chefbot.board.status_codes import BoardFlag, BoardState
+from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
+from tests.devices.driven import Driven, clear_faults, drive, ready, standing
+from tests.devices.emulated import Cable
+from tests.hil.board_bench import ROBOT, BoardBench
+from tests.hil.boards import MegaBoard
+
+pytestmark = pytest.mark.slow
+
+SPEED = 0.2
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[BoardBench]:
+    with closing(BoardBench(MegaBoard(), tmp_path / "mega")) as running:
+        yield running
+
+
+@pytest.fixture
+def cable(bench: BoardBench, tmp_path: Path) -> Iterator[Cable]:
+    with Cable(bench.path, tmp_path / "port") as connected:
+        yield connected
+
+
+@pytest.fixture
+def driven(cable: Cable) -> Iterator[Driven]:
+    with Driven(str(cable.path)) as driver:
+        yield driver
+
+
+def newest(driven: Driven, topic: str) -> object:
+    received = driven.heard.get(topic, [])
+    return received[-1] if received else None
+
+
+def test_handshake_drive_and_sensor_data(bench: BoardBench, driven: Driven, cable: Cable) -> None:
+    """Ticks, yaw rate, battery voltage and range have the values that the bench simulates."""
+    bench.apply(lambda board: board.set("echo", 5831))
+    bench.apply(lambda board: board.set("battery", 12500))
+    drive(driven, cable, SPEED)
+    answer = cable.newest(VersionLine)
+    assert isinstance(answer, VersionLine)
+    assert (answer.name, answer.port) == ("chefbot", "mega2560")
+    driven.turn = 0.05
+    driven.until(lambda: driven.ticks > 4000, "ticks")
+    expected = 2 * driven.turn / ROBOT.wheels.separation
+    rates = [m.angular_velocity.z for m in driven.heard["imu/data"] if isinstance(m, Imu)]
+    assert rates[-1] == pytest.approx(expected, rel=0.1)
+    driven.turn = 0.0
+    driven.rest()
+    driven.until(lambda: bench.wheels.speed == [0.0, 0.0], "standstill")
+    before = len(driven.heard["wheel_ticks"])
+    driven.until(lambda: len(driven.heard["wheel_ticks"]) > before + 5, "ticks")
+    assert _ticks(newest(driven, "wheel_ticks")) == tuple(bench.wheels.ticks)
+    battery, echo = newest(driven, "battery_state"), newest(driven, "ultrasonic")
+    assert isinstance(battery, BatteryState) and battery.voltage == pytest.approx(12.5, abs=0.05)
+    assert isinstance(echo, Range) and echo.range == pytest.approx(1.0, abs=0.01)
+    driven.until(lambda: "The board is OK." in driven.health, "health")
+
+
+def _ticks(message: object) -> tuple[int, int]:
+    assert isinstance(message, WheelTicks)
+    return message.left, message.right
+
+
+def test_the_emergency_stop_button_latches(bench: BoardBench, driven: Driven, cable: Cable) -> None:
+    drive(driven, cable, SPEED)
+    bench.apply(lambda board: board.set("estop", 1))
+    driven.until(lambda: "emergency stop button" in driven.health, "the diagnostic")
+    bench.apply(lambda board: board.set("estop", 0))
+    count = len(cable.lines)
+    driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    status = cable.newest(StatusLine)
+    assert (
+        isinstance(status, StatusLine)
+        and status.state == BoardState.STOPPED
+        and status.flags & BoardFlag.ESTOP_INPUT
+    )
+    clear_faults(driven, cable)
+    drive(driven, cable, SPEED)
+
+
+def test_a_wheel_that_turns_backwards_stops_both(bench: BoardBench, driven: Driven, cable: Cable) -> None:
+    drive(driven, cable, SPEED)
+    count = len(cable.lines)
+    bench.reversed = 1
+    driven.until(lambda: "right encoder" in driven.health, "the diagnostic")
+    driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    bench.reversed = None
+    clear_faults(driven, cable)
+    drive(driven, cable, SPEED)
+
+
+def test_a_board_reset_while_driving_stands_until_a_zero_command(
+    bench: BoardBench, driven: Driven, cable: Cable
+) -> None:
+    drive(driven, cable, SPEED)
+    driven.until(lambda: driven.ticks > 2000, "ticks")
+    count = len(cable.lines)
+    bench.apply(lambda board: board.reset())
+    driven.until(lambda: any(line.sequence == 0 for line in cable.lines[count:]), "the restart")
+    count = len(cable.lines)
+    driven.until(lambda: ready(cable), "the new session")
+    driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    assert driven.ticks < 2000  # counted since the reset
+    drive(driven, cable, SPEED)
+
+
+def test_the_cable_can_be_pulled_and_plugged_back(bench: BoardBench, driven: Driven, cable: Cable) -> None:
+    drive(driven, cable, SPEED)
+    assert bench.stops_after(cable.pull) <= 200.0
+    driven.until(lambda: "broke" in driven.health or "no motor board" in driven.health, "the diagnostic")
+    cable.plug()
+    count = len(cable.lines)
+    driven.until(lambda: ready(cable), "the connection")
+    driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    drive(driven, cable, SPEED)
+
+
+def test_an_imu_lost_on_the_bus_is_reported_and_recovers(
+    bench: BoardBench, driven: Driven, cable: Cable
+) -> None:
+    drive(driven, cable, SPEED)
+    bench.apply(lambda board: board.set("imu_answers", 0))
+    driven.until(lambda: "IMU is absent" in driven.health, "the diagnostic")
+    count = len(driven.heard["imu/data"])
+    ticks = driven.ticks
+    driven.until(lambda: driven.ticks > ticks + 1000, "ticks: odometry continues with the wheels alone")
+    assert len(driven.heard["imu/data"]) <= count + 1
+    bench.apply(lambda board: board.set("imu_answers", 1))
+    driven.until(lambda: len(driven.heard["imu/data"]) > count + 10, "the IMU")

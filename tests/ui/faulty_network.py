@@ -1,0 +1,58 @@
+"""Simulates network faults between browser and web UI by a TCP proxy."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import threading
+import time
+
+RESET = struct.pack("ii", 1, 0)
+"""SO_LINGER with which closing sends a reset, as a machine without the connection's state does."""
+
+
+class FaultyNetwork:
+    """A TCP proxy to a local port; `mode`: "pass", "late" (by `delay` seconds) or "hole" (all data are lost)."""
+
+    def __init__(self, port: int) -> None:
+        self.mode, self.delay = "pass", 0.0
+        self._target = port
+        self._pairs: list[tuple[socket.socket, socket.socket]] = []
+        self._listener = socket.create_server(("127.0.0.1", 0), backlog=64)
+        self.port: int = self._listener.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def reset(self) -> None:
+        """Reset all connections."""
+        pairs, self._pairs = self._pairs, []
+        for end in (end for pair in pairs for end in pair):
+            with contextlib.suppress(OSError):
+                end.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
+                end.shutdown(socket.SHUT_RDWR)
+            end.close()
+
+    def close(self) -> None:
+        self._listener.close()
+        self.reset()
+
+    def _accept(self) -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                browser = self._listener.accept()[0]
+                server = socket.create_connection(("127.0.0.1", self._target))
+                self._pairs.append((browser, server))
+                for ends in ((browser, server), (server, browser)):
+                    threading.Thread(target=self._pump, args=ends, daemon=True).start()
+
+    def _pump(self, source: socket.socket, sink: socket.socket) -> None:
+        """Forward data; after the first loss the connection stays dead, as its byte stream has a gap."""
+        lost = False
+        with contextlib.suppress(OSError):
+            while data := source.recv(65536):
+                if self.mode == "late":
+                    time.sleep(self.delay)
+                lost = lost or self.mode == "hole"
+                if not lost:
+                    sink.sendall(data)
+            sink.shutdown(socket.SHUT_WR)

@@ -1,0 +1,119 @@
+"""Tests that an emergency stop from the web UI is confirmed by the base under network faults."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from tests.support.two_web_uis import Robot
+from tests.support.waiting import wait_for
+from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
+from tests.ui.faulty_network import FaultyNetwork
+
+from chefbot.ui.commands import Resume
+
+pytestmark = [pytest.mark.slow, needs_chromium]
+FAULTS = ["none", "hole before", "hole after", "reset before", "reset after", "late", "reset while late"]
+STOP = "document.getElementById('stop')?.textContent"
+ALARM = "!document.getElementById('alarm').hidden"
+
+
+class Phone:
+    """A browser that is connected to a robot by a network with faults."""
+
+    def __init__(self, tab: Tab, network: FaultyNetwork, robot: Robot) -> None:
+        self.tab, self.network, self.robot = tab, network, robot
+
+    @property
+    def stopped(self) -> bool:
+        return bool(self.robot.stop_states) and self.robot.stop_states[-1]
+
+    def release(self) -> None:
+        """Release the stop from another web UI and wait until all show it."""
+        with self.robot.page("there") as other:
+            other.send(Resume())
+            wait_for(lambda: not self.stopped)
+        self.tab.wait_for(f"{STOP} === 'STOP' && !document.body.classList.contains('offline')")
+
+    def press(self, fault: str) -> None:
+        """Press STOP under a fault and check what the page shows at once, during the fault and after it."""
+        before, _, after = fault.partition(" ")
+        if fault in ("hole before", "late", "reset while late"):
+            self.network.mode, self.network.delay = ("hole", 0.0) if before == "hole" else ("late", 0.5)
+        elif fault == "reset before":
+            self.network.reset()
+        shown = self.tab.evaluate(
+            f"document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown')), {STOP}"
+        )
+        assert shown == "STOP: not confirmed", "the press is shown at once under any fault"
+        if fault == "hole after":
+            self.network.mode = "hole"
+        elif after:
+            self.network.reset()
+        if fault == "hole before":
+            self.tab.wait_for(ALARM)
+            self.tab.wait_for("document.body.classList.contains('offline')")
+            assert not self.stopped and self.tab.evaluate(STOP) == "STOP: not confirmed"
+        self.network.mode = "pass"
+        self.tab.wait_for(f"{STOP} === 'STOPPED' && !({ALARM})")
+        assert self.stopped, "STOPPED is shown when the base has latched the stop"
+
+
+@pytest.fixture
+def phone(tmp_path: Path) -> Iterator[Phone]:
+    robot = Robot(base=True)
+    network = FaultyNetwork(urlsplit(robot.system.nodes["here"].url).port or 0)  # type: ignore[attr-defined]
+    try:
+        with open_tab(f"http://127.0.0.1:{network.port}/", tmp_path, NO_GPU) as tab:
+            tab.wait_for("!document.body.classList.contains('offline')")
+            yield Phone(tab, network, robot)
+    finally:
+        network.close()
+        robot.stop()
+
+
+def test_a_press_is_confirmed_under_any_network_fault(phone: Phone) -> None:
+    for fault in FAULTS:
+        phone.press(fault)
+        phone.release()
+
+
+@pytest.mark.long
+def test_a_hundred_presses_are_all_confirmed(phone: Phone) -> None:
+    rng = random.Random(1)
+    for _ in range(100):
+        phone.press(rng.choice(FAULTS))
+        phone.release()
+
+
+def test_a_withdrawn_press_does_not_count_when_it_arrives(phone: Phone) -> None:
+    phone.network.mode = "hole"
+    phone.tab.evaluate("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")
+    phone.tab.wait_for(ALARM)
+    assert phone.tab.evaluate("document.getElementById('resume').textContent") == "Withdraw this stop"
+    phone.tab.evaluate("document.getElementById('resume').click()")
+    phone.network.mode = "pass"
+    phone.tab.wait_for(f"{STOP} === 'STOP' && !({ALARM}) && !document.body.classList.contains('offline')")
+    assert not phone.stopped
+
+
+def test_a_reloaded_page_continues_its_request(phone: Phone) -> None:
+    phone.network.mode = "hole"
+    phone.tab.evaluate("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")
+    phone.network.mode = "pass"
+    phone.network.reset()
+    phone.tab.call("Page.reload")
+    phone.tab.wait_for(f"{STOP} === 'STOPPED'")
+    assert phone.stopped
+
+
+def test_escape_is_stop_anywhere_on_the_page(phone: Phone) -> None:
+    for focus in ("canvas", "deliver", "fit", "stick"):
+        phone.tab.evaluate(f"document.getElementById('{focus}').focus()")
+        phone.tab.call("Input.dispatchKeyEvent", type="keyDown", key="Escape", code="Escape")
+        phone.tab.call("Input.dispatchKeyEvent", type="keyUp", key="Escape", code="Escape")
+        phone.tab.wait_for(f"{STOP} === 'STOPPED'")
+        phone.release()

@@ -102,7 +102,7 @@ def test_a_design_that_fails_names_the_nearest_parts_and_why() -> None:
     assert lacks == sorted(lacks, reverse=True) and min(lacks) > 0.0
 
 
-def test_the_data_is_strict_json_with_every_part_of_the_catalogue() -> None:
+def test_the_data_is_strict_json_with_the_whole_catalogue() -> None:
     one = sheet()
     data = json.loads(json.dumps(as_plain(one), allow_nan=False))
     assert data["robot"] == "chefbot" and data["asked_for"] == {}

@@ -62,7 +62,7 @@ def test_a_damaged_manifest_is_reported_with_its_path(disk: Path) -> None:
         find("desk", disk)
 
 
-def test_the_home_of_a_file_is_the_nearest_folder_with_a_manifest(disk: Path) -> None:
+def test_the_home_of_a_file_is_the_nearest_manifest(disk: Path) -> None:
     file = disk / "ws" / "arm" / "urdf" / "arm.urdf"
     assert home_package(file) == disk / "ws" / "arm"
     (disk / "ws" / "arm" / "urdf" / "package.xml").mkdir()  # a folder is no manifest

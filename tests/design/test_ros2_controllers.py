@@ -84,7 +84,7 @@ def test_every_derived_value_has_its_reason(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_costmap_contains_the_look_ahead_and_marks_what_it_clears(name: str) -> None:
+def test_the_costmap_contains_the_look_ahead(name: str) -> None:
     one, tree = figures(name), values(local_costmap(figures(name)))
     assert isinstance(tree["width"], int) and tree["width"] == tree["height"] < tree["width"] + 1
     assert tree["width"] >= 2 * (one.lookahead.number + one.inflation.number) > tree["width"] - 1

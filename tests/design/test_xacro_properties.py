@@ -70,7 +70,7 @@ def test_the_expressions_give_the_numbers_of_the_urdf(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_each_mesh_that_is_shown_is_a_file_and_each_file_is_shown(name: str) -> None:
+def test_the_meshes_that_are_shown_are_the_files(name: str) -> None:
     robot = load_robot(name)
     files = mesh_files(robot)
     text = xacro_files(robot, "some_description")[f"{name}.urdf.xacro"]

@@ -103,7 +103,7 @@ def open_bridge(
 def open_wire_and_bridge(
     system: NodeContainer, launch: Launch, endpoints: ExternalEndpoints, log: Callable[[str], None]
 ) -> Iterator[Bridge | None]:
-    """Combine `wired` and `bridged` for a launch that joins no robot; yield None without a wire."""
+    """Combine `open_wire` and `open_bridge` for a launch that joins no robot; yield None without a wire."""
     with open_wire(launch, endpoints, log) as wire:
         if wire is None:
             yield None

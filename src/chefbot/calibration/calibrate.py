@@ -37,11 +37,11 @@ class CalibrationDrive(NamedTuple):
 class CalibrationResult(NamedTuple):
     """The result of a calibration, with its validation.
 
-    solution: wheels and sensor by least squares. again: the same from the validation drives alone, which
+    solution: wheels and sensor by least squares. validation: the same from the validation drives alone, which
     gives their station poses. umbmark: E_d, E_b, and by_umbmark_wheels the wheels corrected by them.
 
     before: return errors of the calibration squares with the assumed wheels; after: of the validation squares
-    with the calibrated wheels; unchanged: of the validation squares with the assumed wheels; by_umbmark: of
+    with the calibrated wheels; after_assumed: of the validation squares with the assumed wheels; by_umbmark: of
     the validation squares with the wheels of UMBmark. links: number of scan matches.
     """
 

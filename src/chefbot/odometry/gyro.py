@@ -64,7 +64,7 @@ def _check_and_update(
 
 
 class GyroRotation:
-    """A rotation measured by the gyro, with its innovation against the yaw increment `SWING` of the
+    """A rotation measured by the gyro, with its innovation against the yaw increment `DELTA_YAW_GYRO` of the
     wheels."""
 
     def __init__(self, interval: PropagationInterval, reading: ImuReading) -> None:

@@ -53,7 +53,7 @@ class StoredMessage(msgspec.Struct, frozen=True):
 class StateHandover:
     """Stores the last messages and parameter changes of nodes in the launch's worker processes.
 
-    As long as `node` exists it subscribes to the topics that these nodes declare with `last_words`, and to
+    As long as `node` exists it subscribes to the topics that these nodes declare with `restored`, and to
     /parameter_events. The launch process stores them because a transient-local publisher's history dies with
     its process.
     """

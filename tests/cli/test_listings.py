@@ -48,11 +48,11 @@ def test_each_world_is_listed_with_its_size(
         assert int(table[name].split()[-1]) == world.people
 
 
-def room(path: Path, x: float = 0.0, y: float = 0.0, turned: bool = False) -> Path:
-    """A room of 3 m x 2 m with a wall inside; `turned` by a right angle about its corner."""
+def room(path: Path, x: float = 0.0, y: float = 0.0) -> Path:
+    """A room of 3 m x 2 m with a wall inside."""
     cells = np.zeros((40, 60), np.int8)
     cells[[0, -1], :] = cells[:, [0, -1]] = cells[20, 10:30] = 100
-    return save_map(path, Grid(np.rot90(cells).copy() if turned else cells, 0.05, x, y))
+    return save_map(path, Grid(cells, 0.05, x, y))
 
 
 def test_the_offset_of_a_map_is_in_metres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -62,6 +62,26 @@ def test_the_offset_of_a_map_is_in_metres(tmp_path: Path, capsys: pytest.Capture
     assert (x, y) == pytest.approx((-0.15, 0.1), abs=0.03)
     assert yaw == pytest.approx(0.0, abs=1.0)
     assert rows(out)["aligned"].split()[1:] == ["100.0%"] * 3
+
+
+def test_the_turn_of_a_map_is_in_degrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    along, across = np.meshgrid(np.linspace(0.5, 3.5, 400), [0.5, 1.5, 2.5])
+    x, y = np.hstack(
+        [[along.ravel(), across.ravel()], [np.repeat([0.5, 2.0, 3.5], 400), np.tile(along[0], 3) * 0.7]]
+    )
+
+    def turned(name: str, degrees: float) -> Path:
+        c, s, cells = (
+            math.cos(math.radians(degrees)),
+            math.sin(math.radians(degrees)),
+            np.zeros((100, 100), np.int8),
+        )
+        cells[((s * x + c * y + 0.5) / 0.05).astype(int), ((c * x - s * y + 0.5) / 0.05).astype(int)] = 100
+        return save_map(tmp_path / name, Grid(cells, 0.05, -0.5, -0.5))
+
+    compare_maps(turned("map", 4.0), turned("truth", 0.0))
+    (yaw,) = re.findall(r"yaw ([+-][\d.]+) deg", capsys.readouterr().out)
+    assert float(yaw) == pytest.approx(-4.0, abs=0.6)
 
 
 def test_a_ratio_of_nothing_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from chefbot.design.sizing import dc_motor, energy_budget, forces, sizing
@@ -87,7 +87,24 @@ def test_the_chapter_method_gives_the_printed_numbers() -> None:
 # -- every working
 
 
+def robot_of(payload: float, speed: float, wheel: float, motor: str, battery: str) -> Robot:
+    """A robot by which the search has found a fault."""
+    robot = but(
+        CHEFBOT,
+        body={"payload": payload},
+        drive={"max_speed": speed, "max_slope": 0.0, "max_acceleration": 1.0},
+        wheels={"diameter": wheel},
+    )
+    return msgspec.structs.replace(robot, motor=CATALOGUE.motors[motor], battery=CATALOGUE.batteries[battery])
+
+
+NEARLY_STALLED = robot_of(12.5, 1.0, 0.1796875, "pololu_37d_70", "liion_3s2p_18650")
+ABOVE_A_STEP = robot_of(2.0, 0.1000001 * 3.14 / 3.0, 0.1, "pololu_37d_70", "liion_3s2p_18650")
+
+
 @given(robots, masses)
+@example(NEARLY_STALLED, 52.0)  # a difference of nearly equal terms
+@example(ABOVE_A_STEP, 5.0)  # 20.00002 rpm, which are rounded up to 30
 def test_every_printed_calculation_gives_the_printed_result(robot: Robot, mass: float) -> None:
     load = Load(mass + robot.body.payload, 0.01, -0.005, 0.2)
     results = [*chapter_method(robot), *sizing.drive_requirements(robot, load)]

@@ -120,9 +120,12 @@ def test_the_gyro_corrects_the_yaw_of_slipping_wheels() -> None:
     assert interval.state[YAW] == pytest.approx(turning * 0.02, rel=0.05)
 
 
-def test_a_saturated_gyro_inflates_the_heading() -> None:
+@pytest.mark.parametrize("last_ns", [0, 1])
+def test_a_saturated_gyro_inflates_the_heading(last_ns: int) -> None:
     interval = interval_of(0.0, 0.0, gyro_ns=0)
-    interval.monitors[Source.GYRO] = interval.monitors[Source.GYRO].with_reading(1, (0.0, 0.0, 0.0), 1.0)
+    interval.monitors[Source.GYRO] = interval.monitors[Source.GYRO].with_reading(
+        last_ns, (0.0, 0.0, 0.0), 1.0
+    )
     before = interval.covariance[YAW, YAW]
     interval.move_to(STEP_NS)
     update_gyro(interval, imu(STEP_NS, MODEL.gyro_range))

@@ -34,7 +34,9 @@ def test_a_class_is_found_by_module_and_name_or_by_entry_point(monkeypatch: pyte
     assert type(load_plugin("mine", dict, 7)).__name__ == "Planner"
 
 
-@pytest.mark.parametrize("name", ["no_such_module:X", "math:no_such", "math", ":", ".math:sin"])
+@pytest.mark.parametrize(
+    "name", ["no_such_module:X", "math:no_such", "math", ":", "..x:y", ".:X", ".math:sin"]
+)
 def test_a_missing_plugin_is_refused_with_its_name(name: str) -> None:
     with pytest.raises(UserError, match="cannot be imported"):
         load_plugin(name, Planner, None)

@@ -23,8 +23,10 @@ the last byte."""
 
 
 class ProtocolProbe:
-    """Detects the protocol at one port: send what `ask` returns and pass received bytes to `receive_data` until there
-    is a verdict or `over`.
+    """Detects the protocol at one port.
+
+    Send what `data_to_send` returns and pass received bytes to `receive_data` until there is a verdict or
+    `timed_out`.
 
     Nothing is sent before a line with a valid CRC has been received. Our boards send 50 lines a second
     without a request, whereas a byte to a boot loader delays the start of its board, and other devices cannot

@@ -52,8 +52,10 @@ NOTICE = (
 
 
 class ChapterLink:
-    """The `Link` of the chapter's board. Ticks are published in ticks of the robot file: four per tick of the
-    board."""
+    """The `MotorBoardLink` of the chapter's board.
+
+    Ticks are published in ticks of the robot file: four per tick of the board.
+    """
 
     refused: str | None = None
     notice: str | None = NOTICE

@@ -49,7 +49,7 @@ class MotorBoardLink(Protocol):
 
 
 class BoardLink:
-    """The `Link` of a board with our firmware."""
+    """The `MotorBoardLink` of a board with our firmware."""
 
     def __init__(self, robot: Robot, token: int = 0) -> None:
         self.session = BoardSession(robot, token)

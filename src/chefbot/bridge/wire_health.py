@@ -20,7 +20,7 @@ MAX_VALUES = 50
 
 
 class WireHealth:
-    """Publishes the wire's diagnostics.
+    """Publishes the wire's diagnostics: messages that were rejected or lost, and mismatched endpoints.
 
     Every PERIOD seconds if there is a subscriber; in the loop whenever they change.
     """

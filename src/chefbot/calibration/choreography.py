@@ -52,7 +52,7 @@ class Choreography:
 
     @property
     def drive(self) -> CalibrationDrive:
-        """Everything measured so far."""
+        """Return the measurements so far: the stations and the segments and squares between them."""
         return CalibrationDrive(self.room.stations, self.legs, self.squares, self.checks)
 
     def finish_station(self, mount: SE2, motion: Motion | None) -> None:

@@ -18,8 +18,8 @@ class DriveSegment:
 
     ticks: (n, 2) counts of left and right encoder in order of time.
     gyro: integral of its rate, rad. seconds: duration of that integral, s.
-    begin, end: the sensor's pose at both stations, in the frame of its scans. stands: indices of the
-    stations.
+    begin, end: the sensor's pose at both stations, in the frame of its scans. stations: indices of
+    both.
     """
 
     ticks: NDArray[np.float64]

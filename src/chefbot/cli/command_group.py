@@ -35,6 +35,16 @@ class CommandGroup(TyperGroup):
             raise UserError(f"`{path}` has no command {name!r}{suggestion(self, name, path)}")
         return super().resolve_command(ctx, args)
 
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; an error of an option without its value gets the command, which its parser leaves out."""
+        try:
+            return super().invoke(ctx)
+        except UsageError as error:
+            name = ctx.invoked_subcommand
+            if getattr(error, "ctx", None) is None and name in self.commands:
+                error.ctx = type(ctx)(self.commands[name], parent=ctx, info_name=name)  # type: ignore[attr-defined]
+            raise
+
 
 def suggestion(group: TyperGroup, name: str, path: str) -> str:
     """Return a hint at the nearest command of the group or of its subgroups, else how to list all."""

@@ -34,21 +34,28 @@ def _report(sentence: str) -> None:
 def user_errors_reported() -> Iterator[None]:
     """Report bad input in one sentence with exit code 2; Ctrl-C gives 130, a closed pipe at the output 0."""
     try:
-        with _flushed():
+        with _flushed(), _bad_input_reported():
             yield
-    except ChefbotError as error:
-        _report(f"{error}")
-        raise SystemExit(2) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
-    except BrokenPipeError:
+    except BrokenPipeError as error:
         _redirect_stdout_to_null()
-        raise SystemExit(0) from None
+        ended = error.__context__  # the command's own end, if only the flush after it has failed
+        raise SystemExit(ended.code if isinstance(ended, SystemExit) else 0) from None
     except OSError as error:
         if error.errno not in DISK_ERRORS or error.filename is not None:
             raise
         _redirect_stdout_to_null()
         _report(f"standard output could not be written: {error.strerror}")
+        raise SystemExit(2) from None
+
+
+@contextmanager
+def _bad_input_reported() -> Iterator[None]:
+    try:
+        yield
+    except ChefbotError as error:
+        _report(f"{error}")
         raise SystemExit(2) from None
 
 

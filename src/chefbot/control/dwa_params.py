@@ -9,7 +9,7 @@ from msgspec import Meta
 
 
 class DwaParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of `Dwa`; velocity and acceleration limits come from the Robot."""
+    """Parameters of `DwaController`; velocity and acceleration limits come from the Robot."""
 
     period: Annotated[float, Meta(ge=0.01, le=1.0, description="control period, s")] = 0.1
     sim_time: Annotated[float, Meta(ge=0.3, le=5.0, description="simulated time of a trajectory, s")] = 1.5

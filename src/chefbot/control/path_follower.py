@@ -26,7 +26,7 @@ Replan = Callable[[NDArray[np.float64], SE2, Costmap], NDArray[np.float64]]
 
 
 class FollowPathError(IntEnum):
-    """Error codes of nav2_msgs/action/FollowPath."""
+    """Reasons for which following a path fails, as the error codes of nav2_msgs/action/FollowPath."""
 
     NO_TRANSFORM = 102
     INVALID_PATH = 103

@@ -60,7 +60,7 @@ class LayeredCostmap:
         self._sources: dict[str, NDArray[np.uint8]] = {}
 
     def reconfigure(self, params: CostmapParams) -> None:
-        """Change the inflation and ranges and keep the obstacles; only parameters in `params.LIVE` may differ."""
+        """Change the inflation and ranges and keep the obstacles; only parameters in `LIVE_PARAMS` may differ."""
         self.params = params
         # an obstacle fills its cell and the robot may be anywhere in its own: two half cells more
         self.inscribed_radius = self._robot_radius + params.padding + self.resolution

@@ -95,8 +95,8 @@ class Amcl:
 
         angles, ranges: (n,) radians and metres, laser frame; inf, NaN and ranges of at least range_max are no
         returns. The filter is updated when the robot has moved by update_min_d or update_min_a since the last
-        update, and at the first scan after `set_pose` or `scatter`. A scan without any return only propagates
-        the particles. Raise OdometryError if the odometry is implausible.
+        update, and at the first scan after `set_pose` or `initialize_globally`. A scan without
+        any return only propagates the particles. Raise OdometryError if the odometry is implausible.
         """
         if not all(abs(value) < MAX_COORDINATE for value in odom):
             raise OdometryError(f"odometry {tuple(odom)} is implausible; check the encoders")

@@ -42,7 +42,7 @@ class BehaviorServerNode(LocalCostmapNode):
     remark: Out[String] = topic("controller/remark")
 
     def start(self) -> None:
-        """Start without a motion."""
+        """Start with no motion in progress."""
         super().start()
         self._motion: Behavior | None = None
         self._motion_ended: Future[BehaviorProgress] | None = None

@@ -65,7 +65,7 @@ class CalibratorNode(Node):
         self._choreography.motion.add_ticks(ticks.left, ticks.right)
 
     def on_imu(self, imu: Imu) -> None:
-        """Integrate the gyro."""
+        """Integrate the gyro's yaw rate (rad/s) into the turn of the leg."""
         self._choreography.motion.add_rate(imu.angular_velocity.z, imu.header.stamp.ns)
 
     def on_scan(self, scan: LaserScan) -> None:

@@ -20,7 +20,8 @@ from chefbot.safety.emergency_stop import is_pressed, pressed_since
 class DeliveryNode(DeliveryRoundNode):
     """Serves `deliver`; also accepts an `order` from the web UI. New orders wait for the current one.
 
-    `delivery_status` contains the complete state that is restored after a restart; `Round` is the state machine.
+    `delivery_status` contains the complete state that is restored after a restart; the state machine is
+    `DeliveryRound`.
     """
 
     live_params = ("*",)

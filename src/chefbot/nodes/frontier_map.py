@@ -29,7 +29,7 @@ class FrontierMapNode(Node):
     map: In[OccupancyGrid]
 
     def start(self) -> None:
-        """Start without a map."""
+        """Create the explorer and the planner; the first map is still to come."""
         self._explorer = Explorer(
             self.robot.footprint_radius, field_of_view(self.robot), self.params.explorer
         )

@@ -51,7 +51,8 @@ def _check_and_update(
     doubted, interval.spike_candidates = interval.spike_candidates, ()
     # Saturated: the heading may have changed by the measured angle or more
     if body.gyro_range <= abs(rate) <= DAMAGED_RANGE_FACTOR * body.gyro_range:
-        period = min(reading.stamp_ns - (before.last_ns or reading.stamp_ns), GYRO_TIMEOUT_NS) / 1e9
+        last_ns = reading.stamp_ns if before.last_ns is None else before.last_ns
+        period = min(reading.stamp_ns - last_ns, GYRO_TIMEOUT_NS) / 1e9
         interval.inflate_heading((rate * period) ** 2)
         return monitor.with_rejected(Condition.SATURATED)
     # Damaged: faster than the robot can turn
@@ -63,7 +64,7 @@ def _check_and_update(
 
 
 class GyroRotation:
-    """A rotation measured by the gyro, with its innovation against the yaw increment `SWING` of the
+    """A rotation measured by the gyro, with its innovation against the yaw increment `DELTA_YAW_GYRO` of the
     wheels."""
 
     def __init__(self, interval: PropagationInterval, reading: ImuReading) -> None:

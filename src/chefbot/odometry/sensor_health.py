@@ -35,7 +35,8 @@ class Condition(Enum):
 class SensorMonitor(NamedTuple):
     """A fault monitor for one source.
 
-    `stir` accumulates the motion of the wheels since the readings repeat, which a working sensor would show.
+    `expected_change` accumulates the motion of the wheels since the readings repeat, which a working sensor
+    would show.
     """
 
     last_ns: int | None = None

@@ -87,7 +87,7 @@ class Tubes(RobotSection, frozen=True, kw_only=True):
 
     @property
     def outer_radius(self) -> float:
-        """Outer radius, metres."""
+        """Outer radius of a tube, m: half its bore plus its wall."""
         return self.bore / 2.0 + self.wall
 
 

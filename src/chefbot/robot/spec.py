@@ -56,7 +56,7 @@ class Robot(RobotSection, frozen=True, kw_only=True):
 
     @property
     def wheel_radius(self) -> float:
-        """Drawn wheel radius, metres."""
+        """Wheel radius of the drawing, m, without the calibration of either wheel."""
         return self.wheels.diameter / 2.0
 
     @property

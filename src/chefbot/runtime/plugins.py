@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable
 from importlib.metadata import entry_points
+from types import ModuleType
 from typing import Any
 
 from chefbot.errors import UserError
@@ -22,11 +23,17 @@ def _find(name: str) -> type:
     entry_point_values = {point.name: point.value for point in entry_points(group="chefbot.plugins")}
     module, _, attribute = entry_point_values.get(name, name).partition(":")
     try:
-        plugin_class = getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, TypeError, ValueError) as error:  # TypeError: a relative name
+        plugin_class = getattr(_imported(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
         raise UserError(
             f"plugin {name!r} cannot be imported: {error}; write it as pkg.module:Class"
         ) from None
     if not isinstance(plugin_class, type):
         raise UserError(f"plugin {name!r} is not a class")
     return plugin_class
+
+
+def _imported(module: str) -> ModuleType:
+    if module.startswith("."):  # importlib raises a TypeError, as does a plugin with a fault of its own
+        raise ImportError("a launch file has no package that a relative name could start from")
+    return importlib.import_module(module)

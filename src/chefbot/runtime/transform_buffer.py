@@ -49,7 +49,7 @@ class _Edge:
         self.poses: deque[SE2] = deque()
 
     def add(self, stamp: int, pose: SE2) -> None:
-        """Insert a pose at its stamp; a second one of the same stamp replaces the first."""
+        """Insert a pose at its stamp; a second one of the same stamp replaces the first, as in tf2 of ROS 2."""
         if self.static:
             self.stamps.clear()
             self.poses.clear()

@@ -27,7 +27,7 @@ class SimulatedBattery:
 
     @property
     def state_of_charge(self) -> float:
-        """State of charge, 0..1."""
+        """State of charge as a share of the capacity, 0..1."""
         return self.charge / self._spec.capacity
 
     @property

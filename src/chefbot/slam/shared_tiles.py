@@ -74,7 +74,7 @@ class TileMaps:
         self._extent = extent
 
     def add(self, particle: int, ends: NDArray[np.float32]) -> None:
-        """Insert the ends of beams, (n, 2) in cells relative to the table's corner; call `cover` before."""
+        """Insert the ends of beams, (n, 2) in cells relative to the table's corner; call `grow_to` before."""
         n_added = 0
         while n_added < len(ends):
             n_added = _add(

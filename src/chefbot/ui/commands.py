@@ -100,7 +100,7 @@ class Withdraw(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="wi
 
 
 class Resume(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="resume"):
-    """Release the emergency stop.
+    """Release the emergency stop that the operator saw.
 
     `pressed`: time stamp (ns) of the press that the operator saw; a later one is not released.
     """

@@ -15,7 +15,7 @@ import chefbot
 from chefbot.devices.board_ports import BOARD_VENDORS, ports
 from chefbot.devices.serial_connection import AUTO
 from chefbot.errors import UserError, name_hint
-from chefbot.robot.load import load_robot
+from chefbot.robot.load import built_in_robots, find_robot, load_robot
 
 console = Console(highlight=False, soft_wrap=True)
 
@@ -88,7 +88,8 @@ def _compiled(target: Target, robot: str) -> Path:
     for tool, packages in (("make", "make"), (target.compiler, target.compiler_packages)):
         if shutil.which(tool) is None:
             raise UserError(f"{tool} is not installed: sudo apt-get install {packages}")
-    robot_argument = str(Path(robot).resolve()) if Path(robot).exists() else robot
+    # make runs in another folder; a folder here may have a built-in robot's name
+    robot_argument = robot if robot in built_in_robots() else str(find_robot(robot).resolve())
     build_folder = _cache() / "firmware"
     command = [
         "make",

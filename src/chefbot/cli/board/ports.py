@@ -59,31 +59,43 @@ def _may_open(path: str) -> bool:
 
 
 def _permission(path: str) -> str:
-    user = getpass.getuser()
+    user = _user()
     if grp is None or _may_open(path):
         return f"{user} may open it"
     try:
-        group = grp.getgrgid(Path(path).stat().st_gid).gr_name
+        group = grp.getgrgid(Path(path).stat().st_gid)
     except (OSError, KeyError):
         return f"{user} may not open it"
-    own_groups = [grp.getgrgid(number).gr_name for number in os.getgroups()]
-    hint = (
-        "log out and in again"
-        if group in own_groups
-        else f"sudo usermod -aG {group} {user}, then log out and in"
-    )
-    return f"{user} may not open it; it belongs to group {group}: the rule below, or {hint}"
+    belongs = f"{user} may not open it; it belongs to group {group.gr_name}"
+    if group.gr_gid in os.getgroups():
+        return f"{belongs}, whose members may not either: the rule below"
+    # A member of the group whose session began before: its processes do not have the group yet
+    is_member = user in group.gr_mem
+    hint = "log out and in again"
+    if not is_member:
+        hint = f"sudo usermod -aG {group.gr_name} {user}, then log out and in"
+    return f"{belongs}: the rule below, or {hint}"
+
+
+def _user() -> str:
+    """Return the user's name, or the number of one without a name, as in a container."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return str(os.getuid())
 
 
 def _rule(boards: list[Port]) -> list[str]:
     """Return a udev rule for the boards found, else for all known ones; no port gets writable for all users."""
     if sys.platform != "linux":
         return []
-    numbers = {port.description: (port.vendor, port.product) for port in boards} or BOARDS
+    found = [
+        (port.vendor, port.product) for port in boards if port.vendor is not None and port.product is not None
+    ]
     rules = [
         f'SUBSYSTEM=="tty", ATTRS{{idVendor}}=="{vendor:04x}", ATTRS{{idProduct}}=="{product:04x}", '
         f'MODE="0660", GROUP="dialout", TAG+="uaccess", ENV{{ID_MM_DEVICE_IGNORE}}="1"'
-        for vendor, product in numbers.values()
+        for vendor, product in dict.fromkeys(found or BOARDS.values())
     ]
     return [
         "",

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from chefbot.calibration.calibrate import CalibrationResult
 from chefbot.calibration.wheels import WheelParams
 from chefbot.design.sizing.robot_file_editor import COMMENT_COLUMN
+from chefbot.errors import UserError, name_hint
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import LIKE, built_in_robots, find_robot
@@ -55,7 +56,15 @@ class Findings(NamedTuple):
 
 
 def findings_of(result: CalibrationResult, robot: Robot, mount: SE2, frame: str) -> Findings:
-    """Return the results compared with the robot file that was assumed."""
+    """Return the results compared with the robot file that was assumed.
+
+    frame: frame_id of the scans. Raises UserError if the robot file has no yaw of a sensor of that name.
+    """
+    if frame not in KEYS:
+        raise UserError(
+            f"the scans are in the frame {frame!r}, of which the robot file has no yaw to calibrate"
+            f"{name_hint(frame, KEYS)}; set the frame in the sensor's driver"
+        )
     old, solution, gyro = robot.calibration, result.solution, result.gyro
     left, right, separation = solution.wheels.factors(WheelParams.nominal(robot))
     sd = solution.deviations.tolist()

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 from chefbot.config import read_bytes
 from chefbot.design.export.urdf_check import parse_xml
 from chefbot.errors import UserError
+
+_NAME = re.compile(r"[A-Za-z0-9_-]+")
+"""A package's name (REP 144); with dots or slashes it would lead to another folder."""
 
 
 def package_folder(name: str, path: Path, where: str) -> Path:
@@ -15,6 +19,8 @@ def package_folder(name: str, path: Path, where: str) -> Path:
 
     Raises UserError if there is none; `where` begins its sentence.
     """
+    if not _NAME.fullmatch(name):
+        raise UserError(f"{where}: {name!r} is no name of a package")
     above = [folder for folder in path.resolve().parents if _is_package(folder, name)]
     installed = [Path(p) / "share" / name for p in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if p]
     found = [*above, *(folder for folder in installed if folder.is_dir())]

@@ -46,4 +46,5 @@ def _factor(unit: str, shown: str) -> float:
 
 
 def _figure(value: float, digits: int) -> str:
-    return f"{value:.0f}" if abs(value) >= 10.0**digits else f"{value:.{digits}g}"
+    is_whole = abs(value) >= 10.0**digits - 0.5  # also what is rounded up to the power of ten
+    return f"{value:.0f}" if is_whole else f"{value:.{digits}g}"

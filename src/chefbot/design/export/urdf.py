@@ -72,9 +72,10 @@ def body_elements(
 
 
 def mujoco_compiler() -> ET.Element:
-    """Return MuJoCo's options (https://mujoco.readthedocs.io/en/stable/modeling.html#urdf-extensions).
+    """Return the element with MuJoCo's options.
 
-    They keep all links and visuals, and add no mass to the frames of the casters, whose mass is base_link's.
+    https://mujoco.readthedocs.io/en/stable/modeling.html#urdf-extensions: it keeps all links and visuals, and
+    adds no mass to the frames of the casters, whose mass is base_link's.
     """
     element = ET.Element("mujoco")
     ET.SubElement(element, "compiler", fusestatic="false", discardvisual="false", inertiafromgeom="false")

@@ -41,7 +41,7 @@ class Branch(NamedTuple):
 
 
 def parse_xml(data: bytes, where: str) -> ET.Element:
-    """Return the root element.
+    """Return the root element of an XML document; `where` names it in errors.
 
     UrdfError for broken XML, for a DOCTYPE (entities can grow without bound) and for elements nested too
     deeply.

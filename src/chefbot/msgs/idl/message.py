@@ -58,7 +58,7 @@ class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
 
     @classmethod
     def from_cdr(cls, data: bytes) -> Self:
-        """Deserialize a message.
+        """Deserialize a message from XCDR1 bytes with the encapsulation header.
 
         Its arrays are read-only views of `data`. CdrError if the bytes are invalid.
         """

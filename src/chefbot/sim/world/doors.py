@@ -42,12 +42,17 @@ class MovingDoor:
         """Move towards the target unless somebody is in the way; return whether the leaf moved."""
         if not self.moving:
             return False
-        step = max(-SPEED * duration, min(SPEED * duration, self.target - self.open))
-        next_leaf = self.leaf.transformed(door_pose(self.door, self.open + step))
+        next_open = self._open_after(SPEED * duration)
+        next_leaf = self.leaf.transformed(door_pose(self.door, next_open))
         if any(_hits(next_leaf, self.shape, other) for other in others):
             return False
-        self.open += step
+        self.open = next_open
         return True
+
+    def _open_after(self, travel: float) -> float:
+        """Return the opening after a travel of at most `travel`, 0..1: exactly the target once it is reached."""
+        way = self.target - self.open
+        return self.target if abs(way) <= travel else self.open + math.copysign(travel, way)
 
 
 def _hits(next_leaf: SimulatedShape, leaf: SimulatedShape, other: OccupiedCircle) -> bool:

@@ -40,7 +40,7 @@ def plain_values(tree: Tree) -> PlainTree:
 
 
 def with_template(name: str, derived: Tree) -> Tree:
-    """Return a template's parameters with the derived values; ValueError for a value that is missing."""
+    """Return a template's parameters with the derived values; DesignError for a value that is missing."""
     return _filled(yaml.safe_load((TEMPLATES / name).read_text()), derived)
 
 

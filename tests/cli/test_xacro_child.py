@@ -1,0 +1,103 @@
+"""The expansion of an untrusted xacro file in this process, with xacro put back as it was afterwards."""
+
+from __future__ import annotations
+
+import io
+import sys
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+xacro = pytest.importorskip("xacro", reason="needs xacro from PyPI")
+
+from chefbot.cli.robot import xacro_child  # noqa: E402
+
+HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+REPLACED = ("safe_eval", "eval_extension", "parse", "warning", "error", "print_location")
+
+
+@pytest.fixture(autouse=True)
+def own_xacro(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """No limit of memory, which would hold for all later tests too."""
+    symbols = dict(xacro._global_symbols)
+    for name in REPLACED:
+        monkeypatch.setattr(xacro, name, getattr(xacro, name))
+    monkeypatch.setattr(xacro_child, "find_spec", lambda _: None)
+    yield
+    xacro._global_symbols.clear()
+    xacro._global_symbols.update(symbols)
+    xacro.filestack = None
+
+
+def expand(body: str, folder: Path, monkeypatch: pytest.MonkeyPatch, **files: str) -> str:
+    """The URDF, or SystemExit with the sentence."""
+    (folder / "package.xml").write_text("<package><name>desk</name></package>")
+    for name, text in files.items():
+        (folder / name.replace("_", ".")).write_text(text)
+    (folder / "r.xacro").write_text(f"{HEAD}{body}</robot>")
+    out = SimpleNamespace(buffer=io.BytesIO())
+    with monkeypatch.context() as context:
+        context.setattr(sys, "argv", ["xacro_child", str(folder / "r.xacro"), "0"])
+        context.setattr(sys, "stdout", out)
+        xacro_child.main()
+    return out.buffer.getvalue().decode()
+
+
+def test_properties_arguments_and_functions_are_evaluated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = expand(
+        '<xacro:arg name="side" default="left"/><xacro:property name="r" value="${2 * pi}"/>'
+        '<xacro:property name="data" value="${xacro.load_yaml(\'a.yaml\')}"/>'
+        '<link name="$(arg side)_${round(degrees(r))}_${data.wheel.radius}"/>'
+        "<link name=\"${len(xacro.tokenize('a, b;c'))}\"/>",
+        tmp_path,
+        monkeypatch,
+        a_yaml="wheel: {radius: 0.1}\n",
+    )
+    assert [link.attrib["name"] for link in ET.fromstring(text)] == ["left_360_0.1", "3"]
+
+
+def test_packages_and_folders_are_substituted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = expand('<link name="$(find desk)|$(dirname)|$(optenv HOME a b)"/>', tmp_path, monkeypatch)
+    (link,) = ET.fromstring(text)
+    assert link.attrib["name"] == f"{tmp_path}|{tmp_path}|a b", "the environment is not read"
+
+
+@pytest.mark.parametrize(
+    ("body", "sentence"),
+    [
+        ('<link name="$(env HOME)"/>', "evaluates neither Python nor the environment"),
+        ('<link name="$(eval 1 + 1)"/>', "evaluates neither Python nor the environment"),
+        ('<link name="$(arg side)"/>', r"\$\(arg side\) has no value"),
+        ('<link name="$(find ..)"/>', "'..' is no name of a package"),
+        ('<link name="$(run me)"/>', "is no substitution of xacro"),
+        ('<link name="$(find a b)"/>', "is no substitution of xacro"),
+        ("<link name=\"${open('/etc/passwd')}\"/>", "open"),
+        ("<link name=\"${xacro.load_yaml('/etc/passwd')}\"/>", "lies outside"),
+        ("<link name=\"${xacro.load_yaml('package.xml')}\"/>", "only .yaml and .yml files are read"),
+        ('<xacro:include filename="/etc/hostname"/>', "lies outside"),
+        ('<xacro:include filename="r.xacro"/>', "includes itself"),
+        ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', "calls itself without end"),
+        ("<link name=\"${xacro.fatal('no', 'wheel')}\"/>", "no wheel"),
+        ('<link name="${1 / 0}"/>', "division by zero"),
+        ('<link name="${nothing}"/>', "nothing"),
+    ],
+)
+def test_what_is_not_evaluated_is_one_sentence(
+    body: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(SystemExit, match=sentence) as end:
+        expand(body, tmp_path, monkeypatch)
+    assert isinstance(end.value.code, str) and "Traceback" not in end.value.code
+
+
+def test_a_fault_in_an_included_file_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(SystemExit, match=r"nothing.*\(in .*part\.xml\)"):
+        expand(
+            '<xacro:include filename="part.xml"/>', tmp_path, monkeypatch,
+            part_xml=f'{HEAD}<link name="${{nothing}}"/></robot>',
+        )  # fmt: skip

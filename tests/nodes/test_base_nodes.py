@@ -1,0 +1,171 @@
+"""The base classes of nodes, each in the smallest node that has them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from tests.support.nodes import Life, Robot, ordered, speeds
+
+from chefbot.behavior.motion_errors import BACK_UP, DRIVE
+from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams
+from chefbot.costmap.params import CostmapParams
+from chefbot.delivery.params import DeliveryParams
+from chefbot.errors import UserError
+from chefbot.exploration.params import ExplorerParams
+from chefbot.msgs.builtin_interfaces import Duration
+from chefbot.msgs.chefbot_msgs import LocalizationStatus
+from chefbot.msgs.geometry_msgs import Point
+from chefbot.msgs.nav2_msgs import BackUp_Goal, DriveOnHeading_Goal, Spin_Goal
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import Float64
+from chefbot.nodes.behavior_server import BehaviorServerNode
+from chefbot.nodes.delivery_round import DeliveryRoundNode
+from chefbot.nodes.frontier_map import MAP_TIMEOUT, FrontierMapNode
+from chefbot.nodes.local_costmap import LOCAL_COSTMAP, LocalCostmapNode
+from chefbot.nodes.recovery_behaviors import COSTMAP_REFRESH_TIME, RecoveryBehaviorsNode
+from chefbot.planning.params import PlannerParams
+from chefbot.runtime.node import NoParams, Out
+
+
+class CostmapOnlyParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Parameters of a node with a local costmap alone."""
+
+    costmap: CostmapParams = LOCAL_COSTMAP
+
+
+class CostmapOnly(LocalCostmapNode):
+    """A node that never drives."""
+
+    params: CostmapOnlyParams
+
+
+class FrontierParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Parameters that a node with frontiers must have."""
+
+    explorer: ExplorerParams = ExplorerParams()
+    costmap: CostmapParams = CostmapParams()
+    planner: PlannerParams = PlannerParams()
+
+
+class MapWaiter(FrontierMapNode):
+    """Notes the times at which its waiting for a map ended."""
+
+    params: FrontierParams
+
+    def start(self) -> None:
+        super().start()
+        self.ends: list[float] = []
+        self.spawn(self._wait_for_maps())
+
+    async def _wait_for_maps(self) -> None:
+        while True:
+            await self._await_new_map()
+            self.ends.append(self.now_ns / 1e9)
+
+
+class Patient(RecoveryBehaviorsNode):
+    """Recovers in the one way that it is told to, and notes the time."""
+
+    params: NoParams
+    done: Out[Float64]
+
+    def recover(self, behavior: RecoveryBehavior) -> None:
+        self.spawn(self._timed(behavior))
+
+    async def _timed(self, behavior: RecoveryBehavior) -> None:
+        start_ns = self.now_ns
+        await self._recover(behavior, RecoveryParams(wait=3.0, clear_radius=0.7))
+        self.done.publish(Float64((self.now_ns - start_ns) / 1e9))
+
+
+def test_a_node_that_stands_reports_sensors_but_no_costmap() -> None:
+    life = Life({"costs": f"{__name__}:CostmapOnly"}, {})
+    life.run(2.5)
+    topics = Counter(one.topic for one in life.said)
+    assert topics["diagnostics"] == 2 and topics["local_costmap/costmap"] == 0
+    assert CostmapOnly.live_params and all(name.startswith("costmap.") for name in CostmapOnly.live_params)
+    life.loop.publish("clear_costmaps", Float64(1.0), "test")  # before the first odometry: nothing is marked
+    life.run(0.1)
+
+
+def test_a_wait_for_a_map_ends_with_the_map_or_the_timeout() -> None:
+    life = Life({"waiter": f"{__name__}:MapWaiter"}, {})
+    node: Any = life.system.nodes["waiter"]
+    life.run(10.0)
+    assert node.ends == [], "before the first map it waits without an end"
+    empty = OccupancyGrid(data=np.zeros(0, np.int8))
+    life.loop.publish("map", empty, "test")
+    life.run(1.0)
+    life.loop.publish("map", empty, "test")
+    life.run(MAP_TIMEOUT + 0.5)
+    assert node.ends == pytest.approx([1.0, 1.0 + MAP_TIMEOUT], abs=1e-6)
+
+
+def test_clearing_asks_all_costmaps_and_waits_for_the_sensors() -> None:
+    life = Life({"patient": f"{__name__}:Patient"}, {})
+    node: Any = life.system.nodes["patient"]
+    node.recover(RecoveryBehavior.CLEAR)
+    life.run(5.0)
+    assert [one.data for one in life.heard("clear_costmaps")] == [0.7]
+    assert [one.data for one in life.heard("done")] == pytest.approx([COSTMAP_REFRESH_TIME])
+    node.recover(RecoveryBehavior.WAIT)
+    life.run(5.0)
+    assert [one.data for one in life.heard("done")][1:] == pytest.approx([3.0])
+
+
+def test_localization_is_lost_and_found_by_its_status() -> None:
+    life = Life({"patient": f"{__name__}:Patient"}, {})
+    node: Any = life.system.nodes["patient"]
+    assert not node._localization.is_lost, "there may be no localization, as while mapping"
+    for localized in (False, True):
+        life.loop.publish("localization_status", LocalizationStatus(localized=localized), "test")
+        life.run(0.1)
+        assert node._localization.is_lost is not localized
+
+
+@pytest.mark.parametrize(
+    ("name", "goal", "code"),
+    [
+        ("backup", BackUp_Goal(Point(0.3, 0.0, 0.1), 0.1, Duration.of(5.0)), BACK_UP.invalid),
+        ("drive_on_heading", DriveOnHeading_Goal(Point(0.3), -0.1, Duration.of(5.0)), DRIVE.invalid),
+        ("drive_on_heading", DriveOnHeading_Goal(Point(0.3, 0.1), 0.1, Duration.of(5.0)), DRIVE.invalid),
+    ],
+)
+def test_a_goal_that_is_no_motion_is_refused_and_nothing_moves(name: str, goal: Any, code: int) -> None:
+    robot = Robot()
+    ordered(robot, name, goal, 1.0)
+    (outcome,) = robot.outcomes(name)
+    assert outcome.result.error_code == code and outcome.result.error_msg
+    assert not any(speeds(robot))
+
+
+class Round(DeliveryRoundNode):
+    """A round to which the events are told by the test."""
+
+    params: DeliveryParams
+
+
+def test_tables_are_names_of_places_of_the_map() -> None:
+    life = Life({"round": f"{__name__}:Round"}, {})
+    node: Any = life.system.nodes["round"]
+    with pytest.raises(UserError, match="no place"):
+        node._resolve(("1",))  # the places are still to come
+    life.run(0.1)
+    assert node._resolve(("2", "table_1", "home")) == ("table_2", "table_1", "home")
+    with pytest.raises(UserError, match="table_7"):
+        node._resolve(("1", "table_7"))
+
+
+def test_a_behavior_server_starts_without_a_motion() -> None:
+    robot = Robot()
+    (server,) = (node for node in robot.system.nodes.values() if isinstance(node, BehaviorServerNode))
+    robot.run(1.0)
+    assert not any(speeds(robot)) and robot.outcomes("spin") == []
+    ordered(robot, "spin", Spin_Goal(0.5, Duration.of(30.0)), 0.5)
+    robot.press(True)
+    robot.run(0.5)
+    assert server._motion is None

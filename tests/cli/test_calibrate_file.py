@@ -44,7 +44,7 @@ def result(
     gyro = GyroSolution(0.98, 0.01, (2e-3, 1e-4))
     before, after = ReturnErrors(SQUARES, -SQUARES), ReturnErrors(0.01 * SQUARES, -0.01 * SQUARES)
     ratios = Umbmark(1.0, 1.0)
-    return CalibrationResult(solution, solution, gyro, ratios, wheels, before, after, before, after, 7)
+    return CalibrationResult(solution, solution, gyro, ratios, before, after, before, after, 7)
 
 
 def test_findings_are_factors_to_the_drawn_wheels() -> None:

@@ -20,14 +20,14 @@ from chefbot.cli.fleet.commands import fleet_app
 from chefbot.cli.map.commands import map_app
 from chefbot.cli.robot.commands import robot_app
 from chefbot.cli.robot.export_commands import export_app
-from chefbot.cli.run.commands import demo, launch, replay
-from chefbot.cli.sim.commands import sim_app
+from chefbot.cli.run.commands import demo, launch, replay, sim
 from chefbot.cli.tools.commands import TOOLS, graph
+from chefbot.cli.world.commands import world_app
 from chefbot.errors import UserError
 
 GROUPS = {
     "board": board_app, "doctor": doctor_app, "drive": drive_app, "fleet": fleet_app, "map": map_app,
-    "robot": robot_app, "robot export": export_app, "sim": sim_app, **TOOLS,
+    "robot": robot_app, "robot export": export_app, "world": world_app, **TOOLS,
 }  # fmt: skip
 
 
@@ -37,7 +37,7 @@ def commands() -> Iterator[tuple[str, Any]]:
         for command in typer.main.get_command(group).commands.values():  # type: ignore[attr-defined]
             yield f"{name} {command.name}", command
     single = typer.Typer()
-    for function in (demo, launch, replay, graph):
+    for function in (demo, launch, replay, sim, graph):
         single.command()(function)
     yield from typer.main.get_command(single).commands.items()  # type: ignore[attr-defined]
 
@@ -83,7 +83,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
         "demo --port 0",
         "demo --port 65536",
         "replay",
-        "sim run hotel people=3",
+        "sim hotel people=3",
         "drive keyboard page",
         "launch explore world",
     ],

@@ -35,7 +35,7 @@ def test_the_sheet_shows_both_methods_within_100_columns(capsys: pytest.CaptureF
     out = printed(capsys)
     for phrase in ("0.6 * 25 * 0.045", "0.675 N m (6.88 kg cm)", "10 kg cm", "74.3 rpm", "80 rpm", "50 N"):
         assert phrase in out, phrase
-    for phrase in ("m * (a + g * sin(s) + c * g *", "pololu_37d_131", "Selected (*)", "least power"):
+    for phrase in ("m * (a + g * sin(s) + c * g *", "pololu_37d_131", "Selected (*)", "lowest power"):
         assert phrase in out, phrase
     assert max(len(line) for line in out.splitlines()) <= 100
 

@@ -57,7 +57,7 @@ def test_the_help_has_few_entries_of_one_line_in_panels(
 
 
 @pytest.mark.parametrize(
-    "group", ["robot", "robot export", "sim", "board", "drive", "map", "fleet", "topic", "bag"]
+    "group", ["robot", "robot export", "world", "board", "drive", "map", "fleet", "topic", "bag"]
 )
 def test_a_group_without_a_command_shows_its_help(
     group: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -122,7 +122,7 @@ def test_completion_offers_what_there_is() -> None:
         ("chefbot launch gmapp", "gmapping_demo"),
         ("chefbot launch amcl_demo map_f", "map_file:="),
         ("chefbot robot check por", "porter"),
-        ("chefbot sim run wor", "workshop"),
+        ("chefbot sim wor", "workshop"),
         ("chefbot robot export u", "urdf"),
     ],
 )

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chefbot.cli.sim.worlds import list_worlds
 
 from chefbot.cli.doctor import report
 from chefbot.cli.map.compare import compare_maps
 from chefbot.cli.robot.built_in import list_robots
+from chefbot.cli.world.built_in import list_worlds
 from chefbot.maths.grid import Grid
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.sim.world.world import built_in_worlds, load_world
@@ -37,7 +37,7 @@ def test_each_robot_is_listed_with_its_figures(capsys: pytest.CaptureFixture[str
 def test_each_world_is_listed_with_its_size(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("chefbot.cli.sim.worlds.console.width", 300)
+    monkeypatch.setattr("chefbot.cli.world.built_in.console.width", 300)
     list_worlds()
     table = rows(capsys.readouterr().out)
     for name in built_in_worlds():

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from tests.support.nodes import Life, Robot, ordered, speeds
+from tests.support.nodes import NodeRunner, StationaryRobot, commanded_speeds, send_goal_and_run
 
 from chefbot.behavior.motion_errors import BACK_UP, DRIVE
 from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams
@@ -83,47 +83,49 @@ class Patient(RecoveryBehaviorsNode):
 
 
 def test_a_node_that_stands_reports_sensors_but_no_costmap() -> None:
-    life = Life({"costs": f"{__name__}:CostmapOnly"}, {})
-    life.run(2.5)
-    topics = Counter(one.topic for one in life.said)
+    runner = NodeRunner({"costs": f"{__name__}:CostmapOnly"}, {})
+    runner.run(2.5)
+    topics = Counter(one.topic for one in runner.published)
     assert topics["diagnostics"] == 2 and topics["local_costmap/costmap"] == 0
     assert CostmapOnly.live_params and all(name.startswith("costmap.") for name in CostmapOnly.live_params)
-    life.loop.publish("clear_costmaps", Float64(1.0), "test")  # before the first odometry: nothing is marked
-    life.run(0.1)
+    runner.loop.publish(
+        "clear_costmaps", Float64(1.0), "test"
+    )  # before the first odometry: nothing is marked
+    runner.run(0.1)
 
 
 def test_a_wait_for_a_map_ends_with_the_map_or_the_timeout() -> None:
-    life = Life({"waiter": f"{__name__}:MapWaiter"}, {})
-    node: Any = life.system.nodes["waiter"]
-    life.run(10.0)
+    runner = NodeRunner({"waiter": f"{__name__}:MapWaiter"}, {})
+    node: Any = runner.system.nodes["waiter"]
+    runner.run(10.0)
     assert node.ends == [], "before the first map it waits without an end"
     empty = OccupancyGrid(data=np.zeros(0, np.int8))
-    life.loop.publish("map", empty, "test")
-    life.run(1.0)
-    life.loop.publish("map", empty, "test")
-    life.run(MAP_TIMEOUT + 0.5)
+    runner.loop.publish("map", empty, "test")
+    runner.run(1.0)
+    runner.loop.publish("map", empty, "test")
+    runner.run(MAP_TIMEOUT + 0.5)
     assert node.ends == pytest.approx([1.0, 1.0 + MAP_TIMEOUT], abs=1e-6)
 
 
 def test_clearing_asks_all_costmaps_and_waits_for_the_sensors() -> None:
-    life = Life({"patient": f"{__name__}:Patient"}, {})
-    node: Any = life.system.nodes["patient"]
+    runner = NodeRunner({"patient": f"{__name__}:Patient"}, {})
+    node: Any = runner.system.nodes["patient"]
     node.recover(RecoveryBehavior.CLEAR)
-    life.run(5.0)
-    assert [one.data for one in life.heard("clear_costmaps")] == [0.7]
-    assert [one.data for one in life.heard("done")] == pytest.approx([COSTMAP_REFRESH_TIME])
+    runner.run(5.0)
+    assert [one.data for one in runner.messages("clear_costmaps")] == [0.7]
+    assert [one.data for one in runner.messages("done")] == pytest.approx([COSTMAP_REFRESH_TIME])
     node.recover(RecoveryBehavior.WAIT)
-    life.run(5.0)
-    assert [one.data for one in life.heard("done")][1:] == pytest.approx([3.0])
+    runner.run(5.0)
+    assert [one.data for one in runner.messages("done")][1:] == pytest.approx([3.0])
 
 
 def test_localization_is_lost_and_found_by_its_status() -> None:
-    life = Life({"patient": f"{__name__}:Patient"}, {})
-    node: Any = life.system.nodes["patient"]
+    runner = NodeRunner({"patient": f"{__name__}:Patient"}, {})
+    node: Any = runner.system.nodes["patient"]
     assert not node._localization.is_lost, "there may be no localization, as while mapping"
     for localized in (False, True):
-        life.loop.publish("localization_status", LocalizationStatus(localized=localized), "test")
-        life.run(0.1)
+        runner.loop.publish("localization_status", LocalizationStatus(localized=localized), "test")
+        runner.run(0.1)
         assert node._localization.is_lost is not localized
 
 
@@ -136,11 +138,11 @@ def test_localization_is_lost_and_found_by_its_status() -> None:
     ],
 )
 def test_a_goal_that_is_no_motion_is_refused_and_nothing_moves(name: str, goal: Any, code: int) -> None:
-    robot = Robot()
-    ordered(robot, name, goal, 1.0)
-    (outcome,) = robot.outcomes(name)
+    robot = StationaryRobot()
+    send_goal_and_run(robot, name, goal, 1.0)
+    (outcome,) = robot.results(name)
     assert outcome.result.error_code == code and outcome.result.error_msg
-    assert not any(speeds(robot))
+    assert not any(commanded_speeds(robot))
 
 
 class Round(DeliveryRoundNode):
@@ -150,22 +152,22 @@ class Round(DeliveryRoundNode):
 
 
 def test_tables_are_names_of_places_of_the_map() -> None:
-    life = Life({"round": f"{__name__}:Round"}, {})
-    node: Any = life.system.nodes["round"]
+    runner = NodeRunner({"round": f"{__name__}:Round"}, {})
+    node: Any = runner.system.nodes["round"]
     with pytest.raises(UserError, match="no place"):
         node._resolve(("1",))  # the places are still to come
-    life.run(0.1)
+    runner.run(0.1)
     assert node._resolve(("2", "table_1", "home")) == ("table_2", "table_1", "home")
     with pytest.raises(UserError, match="table_7"):
         node._resolve(("1", "table_7"))
 
 
 def test_a_behavior_server_starts_without_a_motion() -> None:
-    robot = Robot()
+    robot = StationaryRobot()
     (server,) = (node for node in robot.system.nodes.values() if isinstance(node, BehaviorServerNode))
     robot.run(1.0)
-    assert not any(speeds(robot)) and robot.outcomes("spin") == []
-    ordered(robot, "spin", Spin_Goal(0.5, Duration.of(30.0)), 0.5)
-    robot.press(True)
+    assert not any(commanded_speeds(robot)) and robot.results("spin") == []
+    send_goal_and_run(robot, "spin", Spin_Goal(0.5, Duration.of(30.0)), 0.5)
+    robot.request_stop(True)
     robot.run(0.5)
     assert server._motion is None

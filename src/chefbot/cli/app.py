@@ -16,8 +16,7 @@ from chefbot.cli.error_handling import choose_kernel_folder, user_errors_reporte
 from chefbot.cli.fleet.commands import fleet_app
 from chefbot.cli.map.commands import map_app
 from chefbot.cli.robot.commands import robot_app
-from chefbot.cli.run.commands import demo, launch, replay
-from chefbot.cli.sim.commands import sim_app
+from chefbot.cli.run.commands import demo, launch, replay, sim
 from chefbot.cli.tools.commands import TOOLS, graph
 from chefbot.cli.world.commands import world_app
 from chefbot.errors import UserError
@@ -78,7 +77,7 @@ def options(
 app.command(rich_help_panel=RUN)(demo)
 app.command(rich_help_panel=RUN)(launch)
 app.command(rich_help_panel=RUN)(replay)
-app.add_typer(sim_app, name="sim", rich_help_panel=RUN)
+app.command(rich_help_panel=RUN)(sim)
 app.add_typer(world_app, name="world", rich_help_panel=RUN)
 app.add_typer(doctor_app, name="doctor", rich_help_panel=RUN)
 app.add_typer(robot_app, name="robot", rich_help_panel=DESIGN)

@@ -1,4 +1,4 @@
-"""The commands `chefbot demo`, `chefbot launch` and `chefbot replay`."""
+"""The commands `chefbot demo`, `chefbot launch`, `chefbot replay` and `chefbot sim`."""
 
 from __future__ import annotations
 
@@ -75,3 +75,20 @@ def replay(
     from chefbot.cli.run.replay import run_replay
 
     raise typer.Exit(run_replay(log, check))
+
+
+def sim(
+    world: Annotated[str, typer.Argument(help=WORLDS, autocompletion=completion.worlds)] = "empty",
+    arguments: Annotated[
+        list[str] | None, typer.Argument(help="key:=value ..., such as people:=3 or headless:=true")
+    ] = None,
+    robot: Annotated[str, ROBOT_OPTION] = "chefbot",
+) -> None:
+    """Run a simulated robot in a world and drive it manually.
+
+    Without a map and navigation.
+    """
+    from chefbot.launcher.launch import run_launch
+
+    given = [f"world:={world}", f"robot:={robot}", *(arguments or [])]
+    raise typer.Exit(run_launch("chefbot_empty_world", given))

@@ -1,1 +1,0 @@
-"""Implementation of `chefbot sim`: the simulator's worlds."""

@@ -11,6 +11,7 @@ import sys
 
 from pictures_of_the_robot import (
     calibration,
+    generated_office,
     odometry,
     robot_from_its_file,
     seen_by_the_camera,
@@ -22,6 +23,7 @@ ALL = (
     hotel,
     robot_from_its_file,
     simulated_world,
+    generated_office,
     seen_by_the_camera,
     odometry,
     slam,

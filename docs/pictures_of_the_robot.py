@@ -12,6 +12,7 @@ from picture_tools import (
     BLUE,
     GREEN,
     ORANGE,
+    PICTURES,
     RED,
     RUNS,
     SEED,
@@ -20,6 +21,8 @@ from picture_tools import (
     write,
 )
 
+from chefbot.buildings.generate import generate
+from chefbot.cli.world.draw import picture
 from chefbot.control.kinematics import wheel_speeds
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.drive_model import DriveModel
@@ -33,7 +36,7 @@ from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
 from chefbot.sim.board import SimulatedBoard
 from chefbot.sim.depth_camera import DepthRenderer
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world.world import load_world
+from chefbot.sim.world.world import build_world, load_world
 
 
 def robot_from_its_file() -> None:
@@ -89,6 +92,14 @@ def simulated_world() -> None:
         axes.set_xticks([])
         axes.set_yticks([])
     write(figure, "world")
+
+
+def generated_office() -> None:
+    """A generated office building from above."""
+    robot = load_robot("chefbot")
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    spec = generate("office", 7, {"width": 30.0, "depth": 20.0}, robot.footprint_radius)
+    (PICTURES / "office.png").write_bytes(picture(build_world(spec, spec.name), robot))
 
 
 def seen_by_the_camera() -> None:

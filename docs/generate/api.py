@@ -15,8 +15,12 @@ HIDDEN = ("__main__.py",)
 
 
 def write_api(folder: Path) -> None:
-    """Write a page for each package of chefbot, and the table of them."""
+    """Write a page for each package of chefbot, and the table of them; pages of packages that are gone are deleted."""
     packages = sorted({path.parent for path in (SOURCE / "chefbot").rglob("*.py")})
+    names = {".".join(package.relative_to(SOURCE).parts) for package in packages}
+    for page in folder.glob("*.rst"):
+        if page.stem not in {*names, "index"}:
+            page.unlink()
     rows = []
     for package in packages:
         name = ".".join(package.relative_to(SOURCE).parts)

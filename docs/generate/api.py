@@ -15,7 +15,7 @@ HIDDEN = ("__main__.py",)
 
 
 def write_api(folder: Path) -> None:
-    """Write a page for each package of chefbot, and the table of them; pages of packages that are gone are deleted."""
+    """Write a page for each package of chefbot and the table of them, and delete pages of packages that are gone."""
     packages = sorted({path.parent for path in (SOURCE / "chefbot").rglob("*.py")})
     names = {".".join(package.relative_to(SOURCE).parts) for package in packages}
     for page in folder.glob("*.rst"):

@@ -53,7 +53,7 @@ ELEMENTS = ("walls", "doors", "tables", "chairs", "boxes", "cylinders", "holes",
 
 
 class Shell(NamedTuple):
-    """A building without furniture."""
+    """A building without its furniture and places."""
 
     rooms: list[Room]
     doorways: list[Doorway]

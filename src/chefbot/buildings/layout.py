@@ -55,7 +55,7 @@ class Side(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Length, m."""
+        """The length of the side, m."""
         return self.high - self.low
 
 

@@ -17,22 +17,22 @@ class Rectangle(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Extent along x, m."""
+        """The extent along the x axis, m."""
         return self.x1 - self.x0
 
     @property
     def depth(self) -> float:
-        """Extent along y, m."""
+        """The extent along the y axis, m."""
         return self.y1 - self.y0
 
     @property
     def area(self) -> float:
-        """Area, m^2."""
+        """The area of the floor, m^2."""
         return self.width * self.depth
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Centre (x, y), m."""
+        """The centre as (x, y), m."""
         return (self.x0 + self.x1) / 2, (self.y0 + self.y1) / 2
 
     def expanded(self, margin: float) -> Rectangle:

@@ -1,0 +1,107 @@
+"""`chefbot world`: generated world files with their maps, pictures, tables, and bad input in one sentence."""
+
+from __future__ import annotations
+
+import io
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from chefbot.buildings.parameters import COMMON, KINDS
+from chefbot.cli.app import main
+from chefbot.cli.world.draw import picture
+from chefbot.cli.world.kinds import list_kinds
+from chefbot.maths.grid import FREE, OCCUPIED
+from chefbot.robot.load import load_robot
+from chefbot.sim.world.load import load_any_world
+from chefbot.sim.world.world import load_world
+from chefbot.storage.map_files import load_map
+from chefbot.storage.places import load_places, places_path
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["chefbot", *words])
+    with pytest.raises(SystemExit) as end:
+        main()
+    return int(str(end.value.code or 0))
+
+
+def test_a_generated_world_has_a_map_in_its_frame(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "home3.yaml"
+    words = ("--seed", "3", "--robot", "chefbot_lidar", "--out", str(out))
+    assert run(monkeypatch, "world", "generate", "home", *words) == 0
+    world, grid = load_world(str(out)), load_map(tmp_path / "new" / "home3.map.yaml")
+    places = load_places(places_path(tmp_path / "new" / "home3.map.yaml"))
+    assert places.keys() == world.places.keys()
+    for name, pose in world.places.items():
+        assert tuple(places[name]) == pytest.approx(tuple(pose), abs=1e-3)
+    assert all(grid.at(pose.x, pose.y) == FREE for pose in world.places.values())
+    wall = next(shape for shape in world.static if shape.name.startswith("wall"))
+    assert grid.at(wall.x, wall.y) == OCCUPIED
+    first = out.read_bytes()
+    assert run(monkeypatch, "world", "generate", "home", *words) == 0
+    assert out.read_bytes() == first
+
+
+def test_the_first_line_of_the_file_repeats_the_command(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    out = tmp_path / "w.yaml"
+    words = ("generate", "hall", "--seed", "5", "--size", "16x14", "--set", "clutter=0.01")
+    assert run(monkeypatch, "world", *words, "--robot", "chefbot", "--out", str(out)) == 0
+    expected = "# chefbot world generate hall --seed 5 --size 16x14 --set clutter=0.01 --robot chefbot"
+    assert out.read_text().splitlines()[0] == expected
+    x0, y0, x1, y1 = load_world(str(out)).bounds
+    assert (x1 - x0, y1 - y0) == pytest.approx((16.12, 14.12), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("generate offce", "did you mean 'office'"),
+        ("generate office --size 30", "as 30x20"),
+        ("generate office --size 300x20", "from 15 to 45 m"),
+        ("generate twins --size 30x20", "no width and depth"),
+        ("generate office --set clutter", "as --set clutter=0.05"),
+        ("generate office --set clutter=nan", "a finite number"),
+        ("generate office --set cluter=0.1", "did you mean 'clutter'"),
+        ("generate office --out world.json", "ends in .yaml"),
+        ("draw hotel --out world.jpg", "ends in .png"),
+        ("draw hotl --out world.png", "did you mean 'hotel'"),
+        ("kinds offce", "did you mean 'office'"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    words: str,
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(monkeypatch, "world", *words.split()) == 2
+    error = capsys.readouterr().err
+    assert message in " ".join(error.split())
+    assert "Traceback" not in error
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_picture_shows_walls_where_they_are() -> None:
+    robot = load_robot("chefbot")
+    world = load_any_world("room", robot)
+    image = np.asarray(Image.open(io.BytesIO(picture(world, robot))).convert("L"), np.float64)
+    assert image.shape[0] > 300 and image.shape[1] > 300
+    assert image.std() > 10.0, "not a blank page"
+
+
+def test_the_table_of_kinds_names_all_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+    list_kinds("")
+    shown = capsys.readouterr().out
+    assert all(name in shown for kind in KINDS.values() for name in kind)
+    assert all(name in shown for name in COMMON)
+    list_kinds("narrow")
+    shown = capsys.readouterr().out
+    assert "gap" in shown and "blocks_x" not in shown

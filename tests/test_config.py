@@ -90,7 +90,7 @@ def test_an_error_names_file_key_and_reason(text, key, reason):
     ("text", "reason"),
     [
         ("inner: {length: 1 m}\nname: a\nname: b", "line 3"),
-        ("inner: {length: 1 m, length: 2 m}", "'length' stands twice"),
+        ("inner: {length: 1 m, length: 2 m}", "'length' is given twice"),
         ("a: &a [1]\nb: *a", "anchors"),
         ("a: &a {x: 1}\nb: {<<: *a}", "anchors"),
         ("inner: {length: 1 m", "line"),

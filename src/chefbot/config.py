@@ -49,7 +49,7 @@ class _StrictLoader(yaml.SafeLoader):
                 )
             if key in keys:
                 raise yaml.constructor.ConstructorError(
-                    None, None, f"{key!r} stands twice", key_node.start_mark
+                    None, None, f"{key!r} is given twice", key_node.start_mark
                 )
             keys.add(key)
         return super().construct_mapping(node, deep)

@@ -183,7 +183,7 @@ def test_robots_are_found_by_name_and_path(tmp_path):
     (tmp_path / "mine.yaml").write_text(TEXT.replace("name: chefbot", "name: mine"))
     assert load_robot(str(tmp_path / "mine.yaml")).name == "mine"
     (tmp_path / "mine.yaml").write_text(TEXT + "\nname: twice\n")
-    with pytest.raises(ConfigError, match="stands twice"):
+    with pytest.raises(ConfigError, match="is given twice"):
         load_robot(str(tmp_path / "mine.yaml"))
     (tmp_path / "mine.yaml").write_text(TEXT.replace("name: chefbot", "name: ../../etc"))
     with pytest.raises(ConfigError, match="name"):

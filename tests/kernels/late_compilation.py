@@ -1,6 +1,6 @@
-"""Print, as a JSON list, the kernels that a demo compiles after all groups have been compiled.
+"""Run `chefbot demo` and print, as a JSON list, the kernels that it compiles after all groups have been compiled.
 
-`python -m tests.kernels.late_compilation ROBOT FOLDER` is a process of its own, as earlier tests in a process may
+`python -m tests.kernels.late_compilation [OPTIONS OF DEMO]` is a process of its own, as earlier tests in a process may
 have compiled a kernel that no group compiles.
 """
 
@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import json
 import sys
-from pathlib import Path
 
 from numba.core.dispatcher import Dispatcher
 
-from chefbot.demo.demo import DemoOptions
-from chefbot.demo.run import run_demo
+from chefbot.cli.app import main as chefbot
 from chefbot.kernels.groups import GROUPS
 
 
@@ -34,11 +32,14 @@ def signatures() -> dict[str, int]:
 
 def main() -> int:
     """Compile all groups, run the demo, and return its exit code."""
-    robot, folder = sys.argv[1:]
+    sys.argv = ["chefbot", "demo", *sys.argv[1:]]
     for work in GROUPS.values():
         work()
     compiled = signatures()
-    code = run_demo(DemoOptions("room", robot, 1, True, "max", Path(folder), "real", 0, 8080))
+    try:
+        chefbot()
+    except SystemExit as end:
+        code = int(end.code or 0)
     print(json.dumps([name for name, n in signatures().items() if n > compiled.get(name, 0)]))  # noqa: T201
     return code
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numba
@@ -15,15 +12,6 @@ from rich.console import Console
 from chefbot.kernels import cache_stamp
 from chefbot.kernels.groups import FIRST_PICTURE_GROUPS, GROUPS, kernel_files
 from chefbot.kernels.precompile import KernelCompilation, record_stamp, start_compilation
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("robot", ["chefbot", "chefbot_lidar"])
-def test_the_demo_compiles_no_kernel_after_all_groups(robot: str, tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "tests.kernels.late_compilation", robot, str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert json.loads(done.stdout.splitlines()[-1]) == []
 
 
 @pytest.mark.slow

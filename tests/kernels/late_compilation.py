@@ -1,6 +1,6 @@
 """Run `chefbot demo` and print, as a JSON list, the kernels that it compiles after all groups have been compiled.
 
-`python -m tests.kernels.late_compilation [OPTIONS OF DEMO]` is a process of its own, as earlier tests in a process may
+`python -m tests.kernels.late_compilation [OPTIONS]` is a process of its own, as earlier tests in a process may
 have compiled a kernel that no group compiles.
 """
 

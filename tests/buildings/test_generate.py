@@ -36,6 +36,13 @@ def test_all_places_of_a_building_can_be_reached(kind: str, seed: int) -> None:
     check_places(world_of(spec), ROBOT)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_doorways_are_wide_enough_for_a_large_robot(kind: str) -> None:
+    spec = generate(kind, 1, {}, 0.35)
+    assert {"home", "kitchen", "table_1"} <= spec.places.keys()
+    assert all(opening.width >= 0.7 for wall in spec.walls for opening in wall.openings)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_fifty_buildings_of_each_kind_are_valid(kind: str) -> None:

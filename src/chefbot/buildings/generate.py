@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any, NamedTuple
+from zlib import crc32
 
 import msgspec
 import numpy as np
@@ -45,6 +46,8 @@ AISLE_MARGIN = 0.4
 """Width of the aisles between furniture beyond that of the robot, m."""
 CARPET_FRICTION = (0.3, 1.2)
 """Range of the friction of a carpet."""
+DOOR_MARGIN = 0.05
+"""Width of a doorway beyond the narrowest that the robot passes, m, if the drawn one is narrower."""
 ATTEMPTS = 8
 """Times that a building is drawn again, with less in it each time, until its places can be reached."""
 FEWEST_TABLES = 1
@@ -68,10 +71,14 @@ def generate(kind: str, seed: int, given: Mapping[str, float], radius: float) ->
     place can be reached; `home` is (0, 0, 0), so that the robot's maps have the frame of the world. Raises
     BuildingError for an unknown kind or number, one outside its range, and if the robot does not fit.
     """
-    numbers = draw_numbers(kind, given, np.random.default_rng([seed, 0]))
+    stream = crc32(kind.encode())  # kinds of the same seed have nothing in common
+    numbers = draw_numbers(kind, given, np.random.default_rng([seed, stream]))
+    fitting = 2 * (radius + PASSAGE_MARGIN) + DOOR_MARGIN
+    numbers["door_width"] = max(numbers["door_width"], fitting)
     for attempt in range(ATTEMPTS):
         emptier = {**numbers, **_less(numbers, attempt), **given}
-        spec = _build(kind, f"{kind}_{seed}", emptier, radius, np.random.default_rng([seed, 1 + attempt]))
+        rng = np.random.default_rng([seed, stream, 1 + attempt])
+        spec = _build(kind, f"{kind}_{seed}", emptier, radius, rng)
         if {"home", "kitchen"} <= spec.places.keys() and len(spec.places) >= 2 + FEWEST_TABLES:
             return _from_home(spec)
     raise BuildingError(
@@ -103,8 +110,8 @@ def _minus(point: list[float], home: NamedPose) -> list[float]:
 def _less(numbers: Mapping[str, float], attempt: int) -> dict[str, float]:
     """Return the numbers of what is in the way, less with every attempt after the first."""
     share = 1.0 - attempt / (ATTEMPTS - 1)
-    scaled = {name: numbers[name] * share for name in ("clutter", "moved_chairs", "furniture")}
-    return {**scaled, "closed_doors": 0.0} if attempt else {}
+    less = {name: numbers[name] * share for name in ("clutter", "moved_chairs", "furniture", "door_leaves")}
+    return {**less, "closed_doors": 0.0} if attempt else {}
 
 
 def _build(kind: str, name: str, n: Mapping[str, float], radius: float, rng: Generator) -> WorldSpec:

@@ -34,7 +34,7 @@ lint: $(VENV)/.dev
 # The site in docs/_build; its reference is generated from the code. Warnings and broken links are errors.
 docs: $(VENV)/.dev
 	PYTHONPATH=src $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
-	$(BIN)/python -m tests.support.link_check docs/_build
+	$(BIN)/python -m tests.support.links docs/_build
 
 bench: $(VENV)/.dev
 	$(BIN)/python bench/run_all.py $(ARGS)

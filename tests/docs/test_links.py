@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.support.link_check import problems
+from tests.support.links import problems
 
 
 def page(folder: Path, name: str, body: str) -> None:

@@ -1,4 +1,4 @@
-"""Checks a built site: `python -m tests.support.link_check docs/_build` lists broken links and unreachable pages.
+"""Checks a built site: `python -m tests.support.links docs/_build` lists broken links and unreachable pages.
 
 A link is broken if its file is missing or the file has no element with the id of its anchor. A page is unreachable if
 no chain of links in the pages' main text or navigation leads to it from index.html. Links to other sites are not

@@ -93,7 +93,7 @@ def test_the_reachable_floor_is_on_one_side_of_a_wall() -> None:
     floor = ReachableFloor([FLOOR], [wall], RADIUS, 0.05)
     assert floor.holds(2.0, 3.0) and not floor.holds(6.0, 3.0)
     assert not floor.holds(3.75, 3.0), "no room to spare at the wall"
-    assert floor.area == pytest.approx((4.0 - RADIUS - 0.05) * 6.0, rel=1e-3)
+    assert floor.centres.area == pytest.approx((4.0 - RADIUS - 0.05) * 6.0, rel=1e-3)
 
 
 @pytest.mark.parametrize(("gap", "passes"), [(0.55, True), (0.45, False)])

@@ -22,14 +22,12 @@ SIDES = tuple(round(quarter * math.pi / 2, 6) for quarter in (0, 1, 2, -1))
 class FurniturePiece(NamedTuple):
     """Furniture that belongs together. size: footprint along x and y, m. elements: in a frame at its centre.
 
-    The back of a piece faces -y: that side stands at a wall. served: whether a robot delivers to it. removable:
-    whether it may be left out where it is in the way.
+    The back of a piece faces -y: that side stands at a wall. served: whether a robot delivers to it.
     """
 
     size: tuple[float, float]
     elements: tuple[Furniture, ...]
     served: bool = False
-    removable: bool = True
 
 
 class PlacedPiece(NamedTuple):
@@ -96,10 +94,10 @@ def meeting_table(rng: Generator) -> FurniturePiece:
     return FurniturePiece((length + 2 * CHAIR_SPACE, depth + 2 * CHAIR_SPACE), (table,), served=True)
 
 
-def column(rng: Generator) -> FurniturePiece:
-    """Return a round column up to the ceiling."""
+def column(rng: Generator, height: float) -> FurniturePiece:
+    """Return a round column up to the ceiling at `height` metres."""
     radius = round(float(rng.uniform(0.16, 0.35)), 2)
-    item = Cylinder(name="column", x=0.0, y=0.0, radius=radius, height=2.5, colour="#cfc9be")
+    item = Cylinder(name="column", x=0.0, y=0.0, radius=radius, height=height, colour="#cfc9be")
     return FurniturePiece((2 * radius, 2 * radius), (item,))
 
 
@@ -133,6 +131,11 @@ def clutter(rng: Generator) -> FurniturePiece:
         return FurniturePiece(
             (2 * radius, 2 * radius), (Cylinder(name="plant", x=0.0, y=0.0, radius=radius, height=1.1),)
         )
+    return moved_chair(rng)
+
+
+def moved_chair(rng: Generator) -> FurniturePiece:
+    """Return a chair that somebody has left away from a table, at any yaw."""
     return FurniturePiece((0.6, 0.6), (Chair(x=0.0, y=0.0, yaw=round(float(rng.uniform(-3.1, 3.1)), 2)),))
 
 

@@ -10,9 +10,7 @@ from numpy.random import Generator
 
 from chefbot.buildings import furniture
 from chefbot.buildings.furnishing import Furnishing
-from chefbot.buildings.furniture import FurniturePiece
 from chefbot.buildings.layout import Use
-from chefbot.buildings.world_file import Chair
 from chefbot.maths.se2 import SE2
 
 
@@ -74,7 +72,7 @@ def _store(one: Interior) -> None:
 
 def _hall(one: Interior) -> None:
     spacing = one.numbers.get("column_spacing", 5.0)
-    one.room.in_rows(furniture.column(one.rng), (spacing, spacing))
+    one.room.in_rows(furniture.column(one.rng, round(one.numbers["wall_height"], 2)), (spacing, spacing))
     for _ in range(one.some(one.room.floor.area / 40.0)):
         one.room.inside(furniture.dining_table(one.rng, 0.8, int(one.rng.integers(0, 5))), one.rng)
     for _ in range(one.some(one.room.floor.area / 60.0)):
@@ -103,7 +101,7 @@ def _gates(one: Interior) -> None:
     y = round(floor.centre[1], 3)
     for x0, x1 in ((floor.x0, gate), (gate + gap, floor.x1)):
         width = round(x1 - x0, 3)
-        block = furniture.cupboard("gate", width, depth, 1.2, "#8f9aa3")._replace(removable=False)
+        block = furniture.cupboard("gate", width, depth, 1.2, "#8f9aa3")
         one.room.add(block, SE2(round((x0 + x1) / 2, 4), y, 0.0), 0.0)
 
 
@@ -131,13 +129,8 @@ INTERIORS: Mapping[Use, Callable[[Interior], None]] = {
 def add_clutter(one: Interior) -> None:
     """Add clutter and moved chairs, in proportion to the floor."""
     area = one.room.floor.area
-    for density, make in (("clutter", furniture.clutter), ("moved_chairs", _moved_chair)):
+    for density, make in (("clutter", furniture.clutter), ("moved_chairs", furniture.moved_chair)):
         count = int(one.rng.poisson(area * one.numbers[density]))
         for _ in range(count):
             piece = make(one.rng)
             _ = one.room.inside(piece, one.rng) or one.room.at_wall(piece, one.rng)
-
-
-def _moved_chair(rng: Generator) -> FurniturePiece:
-    chair = Chair(x=0.0, y=0.0, yaw=round(float(rng.uniform(-3.1, 3.1)), 2))
-    return FurniturePiece((0.6, 0.6), (chair,))

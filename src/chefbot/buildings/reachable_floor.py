@@ -35,11 +35,6 @@ class ReachableFloor:
         self._places = comfortable.intersection(self.centres)
         prepare(self._places)
 
-    @property
-    def area(self) -> float:
-        """Area where the disc's centre may be, m^2."""
-        return float(self.centres.area)
-
     def holds(self, x: float, y: float) -> bool:
         """Return whether the disc gets to a point and has room to spare there."""
         return bool(self._places.contains(Point(x, y)))

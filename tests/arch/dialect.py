@@ -16,12 +16,12 @@ class Words(NamedTuple):
 WORDS = Words(
     identifiers=(
         "told", "tell", "tells", "heard", "hear", "hears", "said", "say", "says", "asked", "ask",
-        "asks", "wish", "words", "crowd", "sane", "least", "most", "anew", "sums", "whom", "speaks",
+        "asks", "wish", "words", "sane", "least", "most", "anew", "sums", "whom", "speaks",
         "speak", "spoken", "hump",
     ),
     prose=(
         "anew", "sums", "hear", "hears", "heard", "tell", "tells", "told", "says", "said", "speaks",
-        "speak", "spoken", "wish", "wishes", "crowd", "sane", "hump", "guesses", "rim", "last words",
+        "speak", "spoken", "wish", "wishes", "sane", "hump", "guesses", "rim", "last words",
         "life before", "next life", "second life", "who comes late", "those who come late",
         "as fast as may be", "of all chance", "forth and back", "the board's line", "to the byte",
         "next seconds",

@@ -88,7 +88,7 @@ def write_module(folder: Path, text: str) -> Path:
         "class HeardMessage: ...",
         "def f(last_words): ...",
         "lambda wish: wish",
-        "for crowd in (): ...",
+        "for sane in (): ...",
         "import os as sane",
         '"""The node tells it."""',
         'raise ValueError("nobody told it")',

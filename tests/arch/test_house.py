@@ -14,6 +14,7 @@ SOURCE = Path(__file__).parents[2] / "src" / "chefbot"
 FILES = sorted(SOURCE.rglob("*.py"))
 OUTER_RINGS = (
     "cli",
+    "proving",
     "launcher",
     "demo",
     "kernels",

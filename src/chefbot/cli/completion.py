@@ -49,3 +49,10 @@ def serial_ports(incomplete: str) -> list[tuple[str, str]]:
     from chefbot.devices.board_ports import ports
 
     return [(port.path, port.description) for port in ports() if port.path.startswith(incomplete)]
+
+
+def scenarios(incomplete: str) -> list[str]:
+    """Return the built-in scenarios that begin with the text."""
+    from chefbot.proving.scenario import built_in_scenarios
+
+    return [name for name in built_in_scenarios() if name.startswith(incomplete)]

@@ -9,12 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from rich.console import Console
 
+from chefbot.demo.button_presser import ButtonPresser
 from chefbot.demo.processes import DemoProcesses
 from chefbot.demo.score import Scorer, simulated_click
 from chefbot.kernels.precompile import KernelCompilation
 from chefbot.launcher.lan_access import ALL_ADDRESSES, with_ui_address
 from chefbot.launcher.session import announce, start
-from chefbot.msgs.chefbot_msgs import DeliveryStatus, ExplorationStatus, Order
+from chefbot.msgs.chefbot_msgs import ExplorationStatus, Order
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
@@ -22,7 +23,7 @@ from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import first_fault_sentence
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.launch import load_launch
-from chefbot.runtime.loop import DEVICE, Publication
+from chefbot.runtime.loop import Publication
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.sim.world.world import World
 from chefbot.storage.map_files import save_map
@@ -41,9 +42,6 @@ FIRST_MAP_NS = 2_500_000_000
 """Time until there is a first map, before anything is planned on it, ns of the robot's time."""
 LOG_PERIOD = 60_000_000_000
 """Period of progress lines where the output is no terminal, ns of the robot's time."""
-PRESSES = {"loading": ("loaded", 3 * SECOND), "waiting": ("taken", 5 * SECOND)}
-"""Button that the operator presses in a state, and its delay after the robot's arrival, ns of the robot's
-time."""
 console = Console(highlight=False)
 
 
@@ -96,6 +94,7 @@ class Demo:
         self.wall_time = 0.0
         self._rng = np.random.default_rng([options.seed, 0xC11C])
         system.loop.add_observer(self.scorer)
+        system.loop.add_observer(ButtonPresser(system.loop))
         system.loop.add_observer(self._on_publication)
 
     def run(self) -> None:
@@ -253,13 +252,3 @@ class Demo:
             self.localized = message.data
         elif isinstance(message, DiagnosticArray):
             self.fault = first_fault_sentence(message) or self.fault
-        elif isinstance(message, DeliveryStatus) and message.state in PRESSES:
-            topic, after = PRESSES[message.state]
-            loop = self.system.loop
-            loop.schedule(loop.now_ns + after, DEVICE, lambda: self._press(topic, message.place))
-
-    def _press(self, button: str, place: str) -> None:
-        """Press the operator's or the guest's button, if the robot still waits for it."""
-        status = self.scorer.delivery
-        if status.place == place and PRESSES.get(status.state, ("", 0))[0] == button:
-            self.system.loop.publish(button, Empty(), "person", from_device=True)

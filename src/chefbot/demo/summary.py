@@ -80,11 +80,14 @@ def _errors(values: dict[str, float | None]) -> str:
 
 def ground_truth_map(world: World, robot: Robot) -> Grid:
     """Return the map that the robot's mapping sensor would make of the world without any error."""
+    return floor_plan(world, mapping_sensor_height(robot), frame=world.start)
+
+
+def mapping_sensor_height(robot: Robot) -> float:
+    """Return the height above the floor of the sensor that the robot maps with, m."""
     sensor = robot.sensors.lidar or robot.sensors.depth_camera
-    assert sensor is not None
-    plan = floor_plan(world, sensor.mount.z)
-    start = world.start
-    return Grid(plan.cells, plan.resolution, plan.origin_x - start.x, plan.origin_y - start.y)
+    assert sensor is not None  # a robot file without both is refused
+    return sensor.mount.z
 
 
 def summarize(demo: Demo) -> DemoResult:

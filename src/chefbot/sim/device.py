@@ -67,6 +67,12 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
             description="map used by localization; empty: the world's own; none: its origin is the robot's start pose"
         ),
     ] = None
+    map_frame: Annotated[
+        Literal["auto", "world"],
+        Meta(
+            description="frame `map` of the ground truth: the world's; auto: a mapper's, or that of the world's map"
+        ),
+    ] = "auto"
     profile: Annotated[
         Literal["perfect", "real", "assembled"],
         Meta(
@@ -114,9 +120,7 @@ class SimulatorDevice(MotorBoardNode):
         seed = int(self.context.rng().integers(2**31))
         self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)
         self._board = SimulatedBoard(self.robot, self.simulation, self.now_ns)
-        localization_map = self.params.map
-        uses_own_map = localization_map is not None and shares_map_frame(self.params.world, localization_map)
-        self._origin = IDENTITY if uses_own_map else self.simulation.truth().pose
+        self._origin = IDENTITY if self._map_frame_is_world() else self.simulation.truth().pose
         self._estop_pressed = False
         self._tick = 0
         self._frames = 0
@@ -138,6 +142,12 @@ class SimulatorDevice(MotorBoardNode):
         if world.start_note:
             x, y, yaw = world.start
             self.announcement += f" It starts at [{x:.2f}, {y:.2f}, {yaw:.2f}], {world.start_note}."
+
+    def _map_frame_is_world(self) -> bool:
+        used = self.params.map
+        return self.params.map_frame == "world" or (
+            used is not None and shares_map_frame(self.params.world, used)
+        )
 
     def _start_camera(self, seed: int) -> None:
         camera = self.robot.sensors.depth_camera

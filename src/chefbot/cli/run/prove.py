@@ -1,0 +1,42 @@
+"""The command `chefbot prove`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chefbot.cli import completion
+from chefbot.cli.parameters import ROBOT_OPTION
+from chefbot.errors import UserError
+
+
+def prove(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(help="scenarios by name, or scenario files", autocompletion=completion.scenarios),
+    ] = None,
+    seeds: Annotated[str, typer.Option(help="as 1..100, 7 or 1..9,15; default: the scenario's")] = "",
+    robot: Annotated[str, ROBOT_OPTION] = "",
+    workers: Annotated[int, typer.Option(min=0, help="processes of this machine; 0: one a core")] = 0,
+    scheduler: Annotated[str, typer.Option(help="tcp://HOST:PORT of a Dask scheduler to run on")] = "",
+    out: Annotated[Path, typer.Option(help="folder for the results; runs done there are kept")] = Path(
+        "runs/prove"
+    ),
+    resume: Annotated[bool, typer.Option("--resume", help="go on with what --out began")] = False,
+    record: Annotated[bool, typer.Option("--record", help="keep the log of each run, for `replay`")] = False,
+    against: Annotated[
+        Path | None, typer.Option(help="folder with older results; exit code 1 if something got worse")
+    ] = None,
+) -> None:
+    """Run scenarios with many seeds and judge them; without a name, list the built-in ones."""
+    from chefbot.proving.prove import ProveOptions, list_scenarios, run_prove
+
+    if not names and not resume:
+        list_scenarios()
+        return
+    if names and resume:
+        raise UserError("--resume goes on with the scenarios that --out began; leave out their names")
+    options = ProveOptions(names or [], seeds, robot, workers, scheduler, out, resume, record, against)
+    raise typer.Exit(run_prove(options))

@@ -1,0 +1,65 @@
+"""The process of one run: `python -m chefbot.proving.child FOLDER`, with the run's order on standard input.
+
+It writes FOLDER/record.json. It exits when its standard input ends, so that it never outlives its worker.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import traceback
+from pathlib import Path
+
+import msgspec
+
+from chefbot.errors import ChefbotError
+from chefbot.proving.record import RunRecord, machine
+from chefbot.proving.run import make_run
+from chefbot.proving.run_order import RunOrder
+from chefbot.storage.atomic_files import write_atomic
+
+RECORD_NAME = "record.json"
+LENGTH_BYTES = 8
+"""Bytes of the order's length, big-endian, before the order itself in MessagePack."""
+TRACEBACK_LINES = 4
+
+
+def main() -> int:
+    """Make the run; a program error becomes the failure of its record, bad input ends with exit code 2."""
+    folder = Path(sys.argv[1])
+    stdin = sys.stdin.buffer
+    order = msgspec.msgpack.decode(stdin.read(int.from_bytes(stdin.read(LENGTH_BYTES), "big")), type=RunOrder)
+    threading.Thread(target=_exit_at_end_of_input, name="parent watch", daemon=True).start()
+    try:
+        record = make_run(order, folder)
+    except ChefbotError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    except Exception:
+        record = crashed(order, "".join(traceback.format_exc().splitlines(keepends=True)[-TRACEBACK_LINES:]))
+    write_atomic(folder / RECORD_NAME, msgspec.json.encode(record))
+    return 0
+
+
+def crashed(order: RunOrder, reason: str) -> RunRecord:
+    """Return the record of a run that ended without a result."""
+    return RunRecord(
+        key=order.key,
+        scenario=order.scenario.name,
+        seed=order.seed,
+        success=False,
+        failure=reason,
+        machine=machine(),
+    )
+
+
+def _exit_at_end_of_input() -> None:
+    sys.stdin.buffer.read()
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    os._exit(code)  # threads of libraries may still wait

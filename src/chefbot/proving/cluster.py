@@ -1,0 +1,99 @@
+"""The Dask cluster that runs are made on: processes of this machine, or any scheduler by its address."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from chefbot.errors import UserError
+from chefbot.proving.run_order import code_hash
+
+CONNECT_TIMEOUT = "15s"
+ALLOWED_FAILURES = 1000
+"""Deaths of workers that a run survives: each costs its time only."""
+
+
+@contextmanager
+def cluster(address: str, workers: int) -> Iterator[DaskCluster]:
+    """Yield a connection to the scheduler at `address`, or to `workers` processes started here if it is empty.
+
+    Raises UserError without Dask, if the scheduler does not answer, or if a worker has other code.
+    """
+    try:
+        import dask
+        import distributed
+    except ImportError:
+        raise UserError("proving needs Dask and PyArrow: pip install 'chefbot[prove]'") from None
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # deaths of workers are expected
+    settings = {
+        "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
+        "distributed.comm.timeouts.connect": CONNECT_TIMEOUT,
+        "distributed.admin.low-level-log-length": 0,
+        "distributed.worker.use-file-locking": False,
+    }
+    with dask.config.set(settings):
+        if address:
+            yield from _connected(DaskCluster(address))
+            return
+        local: Any = distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=None,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+        )
+        with local:
+            yield from _connected(DaskCluster(local.scheduler_address))
+
+
+def _connected(one: DaskCluster) -> Iterator[DaskCluster]:
+    one.connect()
+    try:
+        one.check_workers()
+        yield one
+    finally:
+        one.close()
+
+
+class DaskCluster:
+    """A connection to a scheduler, which can be made again when it was lost."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        self.client: Any = None
+
+    def connect(self) -> None:
+        """Connect, after closing what was connected before. Raises UserError if there is no answer."""
+        import distributed
+
+        self.close()
+        try:
+            self.client = distributed.Client(self.address, timeout=CONNECT_TIMEOUT, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise UserError(
+                f"the Dask scheduler at {self.address} does not answer: {str(error).splitlines()[0]}"
+            ) from None
+
+    def check_workers(self) -> None:
+        """Raise UserError that names a worker without chefbot or with other code than this process."""
+        try:
+            answers = self.client.run(code_hash, on_error="return")
+        except (OSError, TimeoutError) as error:
+            raise UserError(f"the workers of {self.address} do not answer: {error}") from None
+        for worker, answer in answers.items():
+            if isinstance(answer, BaseException):
+                raise UserError(f"worker {worker} cannot run chefbot: {answer}")
+            if answer != code_hash():
+                raise UserError(
+                    f"worker {worker} has another version of chefbot ({answer}, not {code_hash()});"
+                    " install the same there"
+                )
+
+    def close(self) -> None:
+        """Close the connection."""
+        if self.client is not None:
+            self.client.close(timeout=2)
+            self.client = None

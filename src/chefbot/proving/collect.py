@@ -1,0 +1,87 @@
+"""Submission of runs to a cluster, and collection of their results, whatever dies in between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import msgspec
+
+from chefbot.errors import ChefbotError
+from chefbot.proving.cluster import DaskCluster
+from chefbot.proving.record import RunRecord
+from chefbot.proving.run_order import RunOrder
+from chefbot.proving.worker import RunResult, make_run_in_process
+
+MAX_ATTEMPTS = 20
+"""Times that a run is submitted again after its result was lost."""
+Collected = Callable[[RunRecord, bytes], None]
+
+
+class LostRunError(ChefbotError):
+    """A run whose result was lost again and again."""
+
+
+def collect(cluster: DaskCluster, orders: Iterable[RunOrder], add: Collected) -> None:
+    """Make all runs and call `add` once for each, as they end.
+
+    A run whose worker dies is made again by the scheduler; when the connection to the scheduler is lost, runs without
+    a result are submitted again. Raises UserError for bad input that a run meets, and LostRunError.
+    """
+    remaining = {order.key: order for order in orders}
+    attempts = 0
+    while remaining:
+        if attempts:
+            cluster.connect()
+        before = len(remaining)
+        _collect_connected(cluster, remaining, add)
+        attempts = 1 if len(remaining) < before else attempts + 1
+        if attempts > MAX_ATTEMPTS:
+            raise LostRunError(
+                f"{len(remaining)} runs have no result after {MAX_ATTEMPTS} attempts; check {cluster.address}"
+            )
+
+
+def _collect_connected(cluster: DaskCluster, remaining: dict[str, RunOrder], add: Collected) -> None:
+    """Collect until all are done or the connection is lost; done ones are removed from `remaining`."""
+    from distributed import as_completed
+
+    futures = {key: _submit(cluster.client, order) for key, order in remaining.items()}
+    keys = {future.key: key for key, future in futures.items()}
+    try:
+        for future in as_completed(list(futures.values()), loop=cluster.client.loop):
+            result = _result(future)
+            if result is None:
+                continue
+            key = keys[future.key]
+            add(msgspec.json.decode(result.record, type=RunRecord), result.log)
+            del remaining[key], futures[key]
+            future.release()
+    except (OSError, TimeoutError):
+        return  # the connection is lost
+    finally:
+        for future in futures.values():
+            future.release()
+
+
+def _submit(client: Any, order: RunOrder) -> Any:
+    """Submit a run under its own key, so that it is not made twice."""
+    packed = msgspec.msgpack.encode(order)
+    return client.submit(make_run_in_process, packed, key=f"chefbot-run-{order.key}", retries=0)
+
+
+def _result(future: Any) -> RunResult | None:
+    """Return the result of a run that has ended; None if it was lost with its worker or the connection."""
+    from distributed import CancelledError, KilledWorker
+
+    if future.status == "finished":
+        try:
+            result: RunResult = future.result(timeout="60s")
+        except (CancelledError, TimeoutError, OSError):
+            return None
+        return result
+    if future.status == "error":
+        error = future.exception(timeout="60s")
+        if not isinstance(error, KilledWorker):
+            raise error
+    return None

@@ -1,0 +1,38 @@
+"""The figures that a run can be judged by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+
+class RunFigure(NamedTuple):
+    """The unit of a figure, its meaning, and whether more of it is better (+1), worse (-1), or neither (0)."""
+
+    unit: str
+    meaning: str
+    better: int = -1
+
+
+FIGURES: Mapping[str, RunFigure] = {
+    "time": RunFigure("s", "simulated time until the task was done or had failed"),
+    "path_length": RunFigure("m", "distance that the robot drove", 0),
+    "collisions": RunFigure("", "contacts of the robot with anything but the floor"),
+    "near_misses": RunFigure("", "times that the moving robot came nearer than 5 cm to an obstacle"),
+    "min_clearance": RunFigure("m", "smallest distance of the moving robot to an obstacle", 1),
+    "goals_reached": RunFigure("", "share of the goals that the robot truly reached, 0 to 1", 1),
+    "recoveries": RunFigure("", "recovery behaviors"),
+    "map_error_median": RunFigure("m", "median position error on the map that is being made"),
+    "map_error_max": RunFigure("m", "largest position error on the map that is being made"),
+    "localization_error_median": RunFigure("m", "median position error while localized"),
+    "localization_error_max": RunFigure("m", "largest position error while localized"),
+    "wrongly_localized": RunFigure(
+        "s", "time during which it reports to be localized with an error above 1 m"
+    ),
+    "explored": RunFigure("", "share of the reachable floor in the map, 0 to 1", 1),
+    "map_precision": RunFigure("", "share of the map's walls that are true, 0 to 1", 1),
+    "map_recall": RunFigure("", "share of the true walls in the map, 0 to 1", 1),
+    "odometry_drift": RunFigure("m/m", "position error of the odometry by the distance driven"),
+    "relation_error": RunFigure("m", "mean error of the relations between true poses"),
+}
+"""RunFigure by name; a run has those that its task measures."""

@@ -1,0 +1,178 @@
+"""Implementation of `chefbot prove`: make the runs of scenarios, and write tables and a page."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+from rich.console import Console
+from rich.table import Table
+
+from chefbot.errors import UserError
+from chefbot.kernels.precompile import compile_kernels
+from chefbot.proving.cluster import cluster
+from chefbot.proving.collect import collect
+from chefbot.proving.comparison import FigureChange, changes
+from chefbot.proving.page import page
+from chefbot.proving.progress import run_progress
+from chefbot.proving.record import RunRecord
+from chefbot.proving.results_folder import Request, ResultsFolder, write_tables
+from chefbot.proving.run_order import RunOrder, run_orders
+from chefbot.proving.scenario import Scenario, built_in_scenarios, is_judging, load_scenario, parse_seeds
+from chefbot.proving.statistics import wilson
+from chefbot.storage.atomic_files import write_atomic
+
+PAGE = "index.html"
+console = Console(highlight=False, soft_wrap=True)
+
+
+class ProveOptions(NamedTuple):
+    """The options of `chefbot prove`."""
+
+    names: Sequence[str]
+    seeds: str
+    robot: str
+    workers: int
+    scheduler: str
+    out: Path
+    resume: bool
+    record: bool
+    against: Path | None
+
+
+def list_scenarios() -> None:
+    """Print the built-in scenarios."""
+    for name in built_in_scenarios():
+        scenario = load_scenario(name)
+        console.print(f"{name:22} {scenario.robot:14} {scenario.description}")
+
+
+def run_prove(options: ProveOptions) -> int:
+    """Make the runs that are not done yet; return 1 if a claim is missed or something got worse, else 0."""
+    results = ResultsFolder(options.out)
+    old = ResultsFolder(options.against).records() if options.against else []
+    request = results.request() if options.resume and not options.names else requested(options)
+    orders = [
+        order
+        for scenario, folder, seeds in zip(request.scenarios, request.folders, request.seeds, strict=True)
+        for order in run_orders(scenario, Path(folder), seeds, options.record)
+    ]
+    results.create(request)
+    done = {order.key: record for order in orders if (record := _done(results, order, options.record))}
+    missing = [order for order in orders if order.key not in done]
+    try:
+        make_missing(results, missing, done, options)
+    finally:
+        made = [done[order.key] for order in orders if order.key in done]
+        if made:
+            differences = changes(old, made)
+            write_results(options, request.scenarios, made, differences)
+    print_summary(request.scenarios, made, differences)
+    console.print(f"page in {options.out / PAGE}, tables beside it")
+    return int(claims_missed(request.scenarios, made) or any(change.is_worse for change in differences))
+
+
+def requested(options: ProveOptions) -> Request:
+    """Return the scenarios and seeds of the command line. Raises UserError for unknown ones."""
+    scenarios = [_with_robot(load_scenario(name), options.robot) for name in options.names]
+    names = [scenario.name for scenario in scenarios]
+    for name in names:
+        if names.count(name) > 1:
+            raise UserError(f"two scenarios are called {name}; a name must be unique in the results")
+    folders = [str(Path(name).resolve().parent) if Path(name).suffix else "." for name in options.names]
+    seeds = [parse_seeds(options.seeds or scenario.seeds, "--seeds") for scenario in scenarios]
+    return Request(scenarios=scenarios, folders=folders, seeds=seeds)
+
+
+def make_missing(
+    results: ResultsFolder, missing: list[RunOrder], done: dict[str, RunRecord], options: ProveOptions
+) -> None:
+    """Make the runs that have no record, and add theirs to `done`."""
+    if not missing:
+        return
+    compile_kernels(console)  # once for all workers of this machine
+    total = len(done) + len(missing)
+    console.print(f"{total} runs, {len(done)} of them done already")
+    try:
+        with (
+            run_progress(console, total, len(done)) as progress,
+            cluster(options.scheduler, options.workers or os.cpu_count() or 1) as connected,
+        ):
+
+            def add(record: RunRecord, log: bytes) -> None:
+                results.add(record, log)
+                done[record.key] = record
+                progress.add(record)
+
+            collect(connected, missing, add)
+    except KeyboardInterrupt:
+        console.print(
+            f"{len(done)} of {total} runs are done and kept; `chefbot prove --resume --out {options.out}` goes on"
+        )
+        raise
+
+
+def write_results(
+    options: ProveOptions,
+    scenarios: Sequence[Scenario],
+    made: Sequence[RunRecord],
+    differences: Sequence[FigureChange],
+) -> None:
+    """Write the tables and the page."""
+    write_tables(options.out, list(made))
+    write_atomic(options.out / PAGE, page(scenarios, made, differences, options.out).encode())
+
+
+def print_summary(
+    scenarios: Sequence[Scenario], made: Sequence[RunRecord], differences: Sequence[FigureChange]
+) -> None:
+    """Print success with its interval, odd seeds and even ones apart, and what changed significantly."""
+    table = Table("scenario", "seeds", "success", "95 % interval", box=None)
+    for scenario in scenarios:
+        for judging in (True, False):
+            group = [r for r in made if r.scenario == scenario.name and is_judging(r.seed) == judging]
+            if group:
+                share = wilson(sum(record.success for record in group), len(group))
+                table.add_row(
+                    scenario.name,
+                    "odd, judged" if judging else "even, not judged",
+                    f"{share.successes} of {share.total}",
+                    f"{share.low:.0%} to {share.high:.0%}",
+                )
+    console.print(table)
+    for change in differences:
+        if change.is_better or change.is_worse:
+            verdict = "better" if change.is_better else "[red]worse[/]"
+            console.print(
+                f"{verdict}: {change.scenario}, {change.figure}: {change.old:.4g} -> {change.new:.4g}"
+                f" ({change.difference.low:+.3g} to {change.difference.high:+.3g})"
+            )
+
+
+def claims_missed(scenarios: Sequence[Scenario], made: Sequence[RunRecord]) -> bool:
+    """Return whether the judged runs of a scenario succeed less often than it claims; print which."""
+    missed = False
+    for scenario in scenarios:
+        judged = [r.success for r in made if r.scenario == scenario.name and is_judging(r.seed)]
+        if judged and sum(judged) / len(judged) < scenario.claim:
+            console.print(
+                f"[red]claim missed[/]: {scenario.name} claims {scenario.claim:.0%} success, {sum(judged)} of"
+                f" {len(judged)} judged runs succeeded"
+            )
+            missed = True
+    return missed
+
+
+def _done(results: ResultsFolder, order: RunOrder, needs_log: bool) -> RunRecord | None:
+    """Return the record of a run that need not be made again."""
+    record = results.find(order.key)
+    if record is None or (needs_log and not results.log_path(record).exists()):
+        return None
+    return record
+
+
+def _with_robot(scenario: Scenario, robot: str) -> Scenario:
+    return msgspec.structs.replace(scenario, robot=robot) if robot else scenario

@@ -1,0 +1,138 @@
+"""A run to be made, complete with the files it needs, so that any machine can make it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import msgspec
+
+import chefbot
+from chefbot.config import parse_yaml, read_bytes
+from chefbot.proving.scenario import Scenario
+from chefbot.proving.scenario_tasks import MapLogTask
+from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.spec import Robot
+from chefbot.sim.world.load import is_map, load_any_world
+from chefbot.sim.world.world import built_in_worlds
+from chefbot.storage.places import places_path
+
+MAX_FILE_BYTES = 500_000_000
+SOURCE_SUFFIXES = (".py", ".yaml")
+
+
+class RunOrder(msgspec.Struct, frozen=True, kw_only=True):
+    """One run: the scenario, its robot, the contents of its files by name, the seed, and the code that must make it.
+
+    key: hash of all that the result depends on. record: whether the run's log is returned as well.
+    """
+
+    key: str
+    scenario: Scenario
+    robot: Robot
+    seed: int
+    files: dict[str, bytes]
+    code: str
+    record: bool = False
+
+
+@cache
+def code_hash() -> str:
+    """Return a hash of the package's source files; equal for equal code on every machine."""
+    root = Path(chefbot.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*")):
+        if path.suffix in SOURCE_SUFFIXES:
+            digest.update(f"{path.relative_to(root).as_posix()}\0".encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def run_orders(scenario: Scenario, base: Path, seeds: list[int], record: bool = False) -> list[RunOrder]:
+    """Return the runs of a scenario, with the files that it names; relative ones lie in the folder `base`.
+
+    Raises UserError for a file that is missing or invalid: it is found here and not on a worker.
+    """
+    robot = load_robot(str(_resolved(scenario.robot, built_in_robots(), base)))
+    packed, files = _packed(scenario, robot, base)
+    digest = hashlib.sha256(code_hash().encode())
+    for part in (packed, robot):
+        digest.update(msgspec.json.encode(part, order="deterministic"))
+    for name in sorted(files):
+        digest.update(name.encode() + b"\0" + hashlib.sha256(files[name]).digest())
+    return [
+        RunOrder(
+            key=hashlib.sha256(digest.digest() + str(seed).encode()).hexdigest()[:20],
+            scenario=packed,
+            robot=robot,
+            seed=seed,
+            files=files,
+            code=code_hash(),
+            record=record,
+        )
+        for seed in seeds
+    ]
+
+
+def _packed(scenario: Scenario, robot: Robot, base: Path) -> tuple[Scenario, dict[str, bytes]]:
+    """Return the scenario with the names of its files in a run's folder, and these files."""
+    files: dict[str, bytes] = {}
+    world, task = scenario.world, scenario.task
+    if isinstance(world, str):
+        path = _resolved(world, built_in_worlds(), base)
+        load_any_world(str(path), robot, start_text(scenario))
+        if world not in built_in_worlds():
+            world = _add_world(files, path)
+    if isinstance(task, MapLogTask):
+        task = _add_log(files, task, base)
+    return msgspec.structs.replace(scenario, world=world, task=task), files
+
+
+def with_absolute_paths(scenario: Scenario, base: Path) -> Scenario:
+    """Return the scenario with its files, which lie in the folder `base`, named from anywhere."""
+    base = base.resolve()
+    world, task = scenario.world, scenario.task
+    if isinstance(world, str):
+        world = str(_resolved(world, built_in_worlds(), base))
+    if isinstance(task, MapLogTask):
+        relations = str(base / task.relations) if task.relations else ""
+        task = msgspec.structs.replace(task, log=str(base / task.log), relations=relations)
+    robot = str(_resolved(scenario.robot, built_in_robots(), base))
+    return msgspec.structs.replace(scenario, world=world, task=task, robot=robot)
+
+
+def start_text(scenario: Scenario) -> str:
+    """Return the start pose as launch argument, empty for that of the world."""
+    return "" if scenario.start is None else str(scenario.start)
+
+
+def _resolved(name: str, built_in: Mapping[str, Path], base: Path) -> Path:
+    """Return the path of a file, relative to the folder `base`; a name stays as it is."""
+    is_name = name in built_in or not (name.endswith((".yaml", ".yml")) or "/" in name)
+    return Path(name) if is_name else base / name
+
+
+def _add(files: dict[str, bytes], path: Path, name: str) -> str:
+    files[name] = read_bytes(path, "file", MAX_FILE_BYTES)
+    return name
+
+
+def _add_world(files: dict[str, bytes], path: Path) -> str:
+    """Add a world file, or a map with its image and places."""
+    name = _add(files, path, "world.yaml")
+    if not is_map(str(path)):
+        return name
+    image = Path(str(parse_yaml(files[name], f"map {path}")["image"]))
+    _add(files, path.parent / image, image.name)
+    files[name] = files[name].replace(str(image).encode(), image.name.encode())
+    if places_path(path).exists():
+        _add(files, places_path(path), "world.places.yaml")
+    return name
+
+
+def _add_log(files: dict[str, bytes], task: MapLogTask, base: Path) -> MapLogTask:
+    log = _add(files, base / task.log, Path(task.log).name)
+    relations = _add(files, base / task.relations, Path(task.relations).name) if task.relations else ""
+    return msgspec.structs.replace(task, log=log, relations=relations)

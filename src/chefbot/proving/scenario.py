@@ -1,0 +1,126 @@
+"""A scenario: world, robot, people, faults, task and criteria of success, read from one YAML file."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.buildings.parameters import KINDS
+from chefbot.config import build, find_file, parse_yaml, read_bytes
+from chefbot.errors import UserError, name_hint
+from chefbot.proving.figures import FIGURES
+from chefbot.proving.scenario_tasks import TASKS, Bounds, RunLimits, Task, task_name
+
+SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
+MAX_SEEDS = 100_000
+_SEED_RANGE = re.compile(r"(\d+)(?:\.\.(\d+))?")
+
+
+class Building(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A building that is generated with the run's seed; see `chefbot world kinds`."""
+
+    kind: Annotated[str, Meta(description="kind of building")]
+    numbers: Annotated[
+        dict[str, float], Meta(description="numbers that are not drawn, as of `chefbot world generate --set`")
+    ] = {}
+
+
+class Scenario(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A claim that can be judged: what the robot is to do where, and when a run counts as a success."""
+
+    name: Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9_]*$", max_length=60, description="name in results")]
+    description: Annotated[str, Meta(description="what it shows, in a sentence")] = ""
+    world: Annotated[
+        str | Building,
+        Meta(
+            description="a built-in world, a world file, a ROS map, or a kind of building drawn by the seed"
+        ),
+    ] = "room"
+    robot: Annotated[str, Meta(description="a built-in robot or a robot file")] = "chefbot_lidar"
+    profile: Annotated[
+        Literal["perfect", "real", "assembled"], Meta(description="imperfections of the robot")
+    ] = "real"
+    start: Annotated[list[float] | None, Meta(description="start pose [x, y, yaw] in the world, m, rad")] = (
+        None
+    )
+    people: Annotated[int, Meta(ge=-1, le=50, description="number of pedestrians; -1: as in the world")] = 0
+    task: Annotated[Task, Meta(description="what the robot does")]
+    limits: RunLimits = RunLimits()
+    criteria: Annotated[
+        dict[str, Bounds], Meta(description="figures with bounds that a successful run keeps")
+    ] = msgspec.field(default_factory=lambda: {"collisions": Bounds(max=0)})
+    claim: Annotated[
+        float, Meta(ge=0, le=1, description="smallest share of successful runs; below it the exit code is 1")
+    ] = 0.0
+    seeds: Annotated[str, Meta(description="seeds if none are given, as 1..20 or 3,7")] = "1..20"
+
+
+def built_in_scenarios() -> dict[str, Path]:
+    """Return the files of the scenarios that come with the package by name."""
+    return {path.stem: path for path in sorted(SCENARIO_FOLDER.glob("*.yaml"))}
+
+
+def load_scenario(name_or_path: str) -> Scenario:
+    """Load a built-in scenario by name, or a file by path. Raises ConfigError with file, key and reason."""
+    path = find_file("scenario", name_or_path, built_in_scenarios(), UserError)
+    return parse_scenario(read_bytes(path, "scenario"), f"scenario {path}")
+
+
+def parse_scenario(data: bytes, where: str) -> Scenario:
+    """Parse a scenario from YAML text; `where` begins every error message."""
+    content = parse_yaml(data, where)
+    _check_task(content, where)
+    scenario = build(content, Scenario, where)
+    _check(scenario, where)
+    return scenario
+
+
+def _check_task(content: Any, where: str) -> None:
+    """Name the nearest task for an unknown one, which the parser of a union does not."""
+    task = content.get("task") if isinstance(content, dict) else None
+    names = [task_name(kind) for kind in TASKS]
+    if not isinstance(task, dict):
+        return
+    if task.get("type") not in names:
+        raise UserError(
+            f"{where}: task: there is no type {task.get('type')!r}{name_hint(str(task.get('type')), names)}"
+        )
+    kind = TASKS[names.index(task["type"])]
+    known = [field.name for field in msgspec.structs.fields(kind)]
+    for key in task.keys() - {"type", *known}:
+        raise UserError(f"{where}: task: {task['type']} has no key {key!r}{name_hint(str(key), known)}")
+
+
+def _check(scenario: Scenario, where: str) -> None:
+    parse_seeds(scenario.seeds, f"{where}: seeds")
+    for figure in scenario.criteria:
+        if figure not in FIGURES:
+            raise UserError(f"{where}: criteria: there is no figure {figure!r}{name_hint(figure, FIGURES)}")
+    if isinstance(scenario.world, Building) and scenario.world.kind not in KINDS:
+        kind = scenario.world.kind
+        raise UserError(f"{where}: world: there is no kind of building {kind!r}{name_hint(kind, KINDS)}")
+    if scenario.start is not None and len(scenario.start) != 3:
+        raise UserError(f"{where}: start: must be three numbers [x, y, yaw], in metres and radians")
+
+
+def parse_seeds(text: str, where: str) -> list[int]:
+    """Return the seeds of '1..20', '3' or '1..5,9', each once, in order. Raises UserError for anything else."""
+    seeds: list[int] = []
+    for part in text.replace(" ", "").split(","):
+        match = _SEED_RANGE.fullmatch(part)
+        if match is None:
+            raise UserError(f"{where} {text[:60]!r}: give seeds as 1..20, 7 or 1..5,9")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if last < first or last - first >= MAX_SEEDS or last >= 2**31:
+            raise UserError(f"{where} {text[:60]!r}: {part[:40]} is no range of at most {MAX_SEEDS} seeds")
+        seeds += range(first, last + 1)
+    return sorted(set(seeds))
+
+
+def is_judging(seed: int) -> bool:
+    """Return whether runs with a seed are for judging: odd ones are, even ones are for tuning."""
+    return seed % 2 == 1

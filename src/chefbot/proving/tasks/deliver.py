@@ -1,0 +1,76 @@
+"""Task `deliver`: fetch food in the kitchen, serve tables and return home, on the true map."""
+
+from __future__ import annotations
+
+from chefbot.demo.button_presser import ButtonPresser
+from chefbot.demo.score import ARRIVAL_TOLERANCE
+from chefbot.errors import UserError
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
+from chefbot.proving.record import GoalRecord
+from chefbot.proving.scenario_tasks import DeliverTask
+from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
+from chefbot.proving.tasks.localize import start_localized
+from chefbot.runtime.loop import Publication
+
+
+def deliver(run: SimulatedRun) -> None:
+    """LocalizeTask, order food for the drawn tables, and check that each was truly reached."""
+    assert isinstance(run.scenario.task, DeliverTask)
+    start_localized(run, unknown=False)
+    tables = sorted(name for name in run.places if name.startswith("table_"))
+    if not tables or "kitchen" not in run.places:
+        raise UserError(f"world {run.world.name} has no kitchen or no table to deliver to")
+    drawn = [tables[i] for i in run.rng.permutation(len(tables))[: run.scenario.task.tables]]
+    arrivals = _Arrivals(run)
+    for observer in (ButtonPresser(run.system.loop), arrivals):
+        run.system.loop.add_observer(observer)
+    run.publish("order", Order(tuple(drawn)))
+    try:
+        run.run_until(lambda: arrivals.ended, "the deliveries were not done")
+    finally:
+        arrivals.add_missing(drawn)
+    missed = [goal.place for goal in run.goals if not goal.reached]
+    if missed:
+        raise TaskFailedError(f"not served: {', '.join(missed)}; {run.scorer.delivery.description}")
+    if not run.scorer.at_home():
+        raise TaskFailedError("the robot did not return home")
+
+
+class _Arrivals:
+    """Observes the deliveries and records where the robot truly was when it reported its arrival."""
+
+    def __init__(self, run: SimulatedRun) -> None:
+        self._run, self._began = run, run.time
+        self._under_way = False
+        self.ended = False
+
+    def __call__(self, publication: Publication) -> None:
+        status = publication.message
+        if not isinstance(status, DeliveryStatus):
+            return
+        self.ended = status.state == "failed" or (self._under_way and status.state == "idle")
+        self._under_way = self._under_way or status.state not in ("", "idle", "failed")
+        if status.state == "waiting" and status.place not in [goal.place for goal in self._run.goals]:
+            self._add(status.place, "")
+
+    def add_missing(self, drawn: list[str]) -> None:
+        """Record the tables at which the robot never reported to have arrived."""
+        known = [goal.place for goal in self._run.goals]
+        for name in drawn:
+            if name not in known:
+                self._add(name, self._run.scorer.delivery.description or "never served")
+
+    def _add(self, place: str, reason: str) -> None:
+        run = self._run
+        distance = run.truth.distance(run.places[place])
+        reached = not reason and distance <= ARRIVAL_TOLERANCE
+        goal = GoalRecord(
+            place=place,
+            began=self._began,
+            ended=run.time,
+            reached=reached,
+            distance=round(distance, 3),
+            reason=reason,
+        )
+        run.goals.append(goal)
+        self._began = run.time

@@ -1,0 +1,29 @@
+"""Task `explore`: map the world autonomously and return to the start."""
+
+from __future__ import annotations
+
+from chefbot.demo.summary import ground_truth_map
+from chefbot.mapping.compare import quality
+from chefbot.msgs.chefbot_msgs import ExplorationStatus
+from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
+
+
+def explore(run: SimulatedRun) -> None:
+    """ExploreTask until the explorer is done, and check that the robot is back."""
+    run.launch("explore", {})
+    run.run_until(lambda: _status(run).done, "exploration was not done")
+    if not run.scorer.at_home():
+        raise TaskFailedError("the robot did not return to its start")
+
+
+def _status(run: SimulatedRun) -> ExplorationStatus:
+    status = run.latest.get("exploration_status")
+    return status if isinstance(status, ExplorationStatus) else ExplorationStatus()
+
+
+def map_figures(run: SimulatedRun) -> dict[str, float]:
+    """Return the quality of the map made in a run; empty if there is none."""
+    if run.scorer.map is None:
+        return {}
+    result = quality(run.scorer.map.grid, ground_truth_map(run.world, run.system.robot))
+    return {"explored": result.explored, "map_precision": result.precision, "map_recall": result.recall}

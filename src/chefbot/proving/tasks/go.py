@@ -1,0 +1,55 @@
+"""Task `go`: drive to places on the true map, one after the other."""
+
+from __future__ import annotations
+
+from chefbot.demo.score import ARRIVAL_TOLERANCE
+from chefbot.msgs.chefbot_msgs import NavigationStatus
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.std_msgs import Header
+from chefbot.proving.record import GoalRecord
+from chefbot.proving.scenario_tasks import GoTask
+from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
+from chefbot.proving.tasks.localize import start_localized
+
+
+def go(run: SimulatedRun) -> None:
+    """LocalizeTask, then drive to the drawn places."""
+    assert isinstance(run.scenario.task, GoTask)
+    start_localized(run, unknown=False)
+    names = sorted(run.places)
+    rounds = -(-run.scenario.task.goals // len(names))
+    drawn = [names[i] for _ in range(rounds) for i in run.rng.permutation(len(names))]
+    missed = [name for name in drawn[: run.scenario.task.goals] if not _drive_to(run, name)]
+    if missed:
+        raise TaskFailedError(f"not reached: {', '.join(missed)}")
+
+
+def _drive_to(run: SimulatedRun, name: str) -> bool:
+    """Send one goal, wait until the navigator is idle again, and record it."""
+    began, goal = run.time, run.places[name]
+    run.publish("goal_pose", PoseStamped(Header.of(run.system.loop.now_ns, "map"), Pose.of(goal)))
+    reason = ""
+    try:
+        run.run_until(lambda: _status(run).state != "idle", "the navigator did not start", 10.0)
+        run.run_until(lambda: _status(run).state == "idle", f"{name} was not reached")
+        reason = _status(run).reason
+    except TaskFailedError as error:
+        reason = str(error)
+    distance = run.truth.distance(goal)
+    reached = distance <= ARRIVAL_TOLERANCE
+    run.goals.append(
+        GoalRecord(
+            place=name,
+            began=began,
+            ended=run.time,
+            reached=reached,
+            distance=round(distance, 3),
+            reason="" if reached else reason,
+        )
+    )
+    return reached
+
+
+def _status(run: SimulatedRun) -> NavigationStatus:
+    status = run.latest.get("navigation_status")
+    return status if isinstance(status, NavigationStatus) else NavigationStatus(state="idle")

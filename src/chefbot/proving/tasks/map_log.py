@@ -1,0 +1,35 @@
+"""Task `map_log`: map a recorded log and compare the trajectory with true relations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from chefbot.config import read_bytes
+from chefbot.errors import ChefbotError, UserError
+from chefbot.proving.scenario_tasks import MapLogTask
+from chefbot.slam.carmen import parse
+from chefbot.slam.offline import run_log
+from chefbot.slam.params import GmappingParams
+from chefbot.slam.relations import parse_relations, relation_errors, track_of_log
+from chefbot.storage.carmen_log import read_text
+
+
+def map_log(
+    task: MapLogTask, seed: int, folder: Path
+) -> tuple[dict[str, float], list[tuple[float, float, float]]]:
+    """Return the figures of mapping the log, and the path as rows (time s, x m, y m) in the map frame."""
+    records = list(parse(read_text(folder / task.log)))
+    params = GmappingParams(particles=task.particles, seed=seed, max_range=task.max_range)
+    try:
+        result = run_log(records, params)
+        track = track_of_log(records, result.stamps, result.poses)
+        figures = {"time": result.stamps[-1] - result.stamps[0]}
+        if task.relations:
+            relations = parse_relations(
+                read_bytes(folder / task.relations, "relations", 100_000_000).decode()
+            )
+            figures["relation_error"] = float(relation_errors(track, relations).mean())
+    except ChefbotError as error:
+        raise UserError(f"log {task.log}: {error}") from None
+    path = [(t - result.stamps[0], p.x, p.y) for t, p in zip(result.stamps, result.poses, strict=True)]
+    return figures, path

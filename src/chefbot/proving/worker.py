@@ -1,0 +1,127 @@
+"""What a Dask worker does: one run in a fresh process, with limits on memory and time."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import IO, NamedTuple
+
+import msgspec
+
+from chefbot.errors import UserError
+from chefbot.proving.child import LENGTH_BYTES, RECORD_NAME, crashed
+from chefbot.proving.record import RunRecord
+from chefbot.proving.run import LOG_NAME
+from chefbot.proving.run_order import RunOrder, code_hash
+
+POLL_PERIOD = 0.05
+"""Period at which a run's memory and time are checked, s."""
+MEGABYTE = 1024 * 1024
+LAST_LINES = 5
+"""Lines of a process's error output that its record keeps."""
+
+
+class RunResult(NamedTuple):
+    """The record of a run as JSON, and its log if it was recorded."""
+
+    record: bytes
+    log: bytes = b""
+
+
+def make_run_in_process(packed: bytes) -> RunResult:
+    """Make the run of an order (MessagePack) in a fresh process.
+
+    Raises UserError if this worker has other code than the order asks for, or for bad input that the run meets.
+    """
+    order = msgspec.msgpack.decode(packed, type=RunOrder)
+    check_code(order.code)
+    with tempfile.TemporaryDirectory(prefix="chefbot_run_") as name:
+        folder = Path(name)
+        record = _supervised(order, packed, folder)
+        log = folder / LOG_NAME
+        return RunResult(msgspec.json.encode(record), log.read_bytes() if log.exists() else b"")
+
+
+def check_code(expected: str) -> None:
+    """Raise UserError if this process has other code than `expected`, a `code_hash`."""
+    if code_hash() != expected:
+        raise UserError(
+            f"the worker on {socket.gethostname()} has another version of chefbot ({code_hash()}, not {expected});"
+            " install the same there"
+        )
+
+
+def _supervised(order: RunOrder, packed: bytes, folder: Path) -> RunRecord:
+    """Run the child process and end it at its limits."""
+    with tempfile.TemporaryFile() as errors:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "chefbot.proving.child", name_of(folder)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+            cwd=folder,
+        )
+        try:
+            _send(process, packed)
+            broken_limit, memory = _wait(process, order)
+        finally:
+            process.kill()
+            process.wait()
+            if process.stdin is not None:
+                process.stdin.close()
+        if broken_limit:
+            return crashed(order, broken_limit)
+        if process.returncode == 2:
+            raise UserError(f"scenario {order.scenario.name}, seed {order.seed}: {_tail(errors)}")
+        path = folder / RECORD_NAME
+        if process.returncode or not path.exists():
+            return crashed(order, f"the process ended with {process.returncode}: {_tail(errors)}")
+        record = msgspec.json.decode(path.read_bytes(), type=RunRecord)
+        return msgspec.structs.replace(record, memory=round(memory, 1))
+
+
+def name_of(folder: Path) -> str:
+    """Return the folder's absolute path."""
+    return str(folder.resolve())
+
+
+def _send(process: subprocess.Popen[bytes], packed: bytes) -> None:
+    """Write the order; the pipe stays open, as the process exits when it ends."""
+    assert process.stdin is not None
+    try:
+        process.stdin.write(len(packed).to_bytes(LENGTH_BYTES, "big") + packed)
+        process.stdin.flush()
+    except BrokenPipeError:
+        return  # it has ended already, which its exit code tells
+
+
+def _wait(process: subprocess.Popen[bytes], order: RunOrder) -> tuple[str, float]:
+    """Wait for the end of the process; return a sentence if it reached a limit first, and its largest memory, MB."""
+    limits, began, largest = order.scenario.limits, time.monotonic(), 0.0
+    while process.poll() is None:
+        time.sleep(POLL_PERIOD)
+        if time.monotonic() - began > limits.wall_time:
+            return f"not done after {limits.wall_time:.0f} s on the clock", largest
+        largest = max(largest, _resident_megabytes(process.pid))
+        if largest > limits.memory:
+            return f"used {largest:.0f} MB of memory, more than {limits.memory:.0f} MB", largest
+    return "", largest
+
+
+def _resident_megabytes(pid: int) -> float:
+    """Return the resident memory of a process (Linux only; elsewhere 0), MB."""
+    try:
+        pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    except (OSError, IndexError):
+        return 0.0
+    return pages * 4096 / MEGABYTE
+
+
+def _tail(errors: IO[bytes]) -> str:
+    errors.seek(0)
+    lines = errors.read().decode(errors="replace").strip().splitlines()
+    return " ".join(lines[-LAST_LINES:])

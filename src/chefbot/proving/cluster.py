@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -11,6 +12,10 @@ from chefbot.errors import UserError
 from chefbot.proving.run_order import code_hash
 
 CONNECT_TIMEOUT = "15s"
+REPLACE_PERIOD = 2.0
+"""Period at which dead workers of this machine are looked for, s."""
+LOST_WORKER_TIMEOUT = "4s"
+"""Time after which a worker that did not come back is given up."""
 ALLOWED_FAILURES = 1000
 """Deaths of workers that a run survives: each costs its time only."""
 
@@ -23,13 +28,14 @@ def cluster(address: str, workers: int) -> Iterator[DaskCluster]:
     """
     try:
         import dask
-        import distributed
+        import distributed  # noqa: F401 - so that the advice covers it
     except ImportError:
         raise UserError("proving needs Dask and PyArrow: pip install 'chefbot[prove]'") from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # deaths of workers are expected
     settings = {
         "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
         "distributed.comm.timeouts.connect": CONNECT_TIMEOUT,
+        "distributed.deploy.lost-worker-timeout": LOST_WORKER_TIMEOUT,
         "distributed.admin.low-level-log-length": 0,
         "distributed.worker.use-file-locking": False,
     }
@@ -37,7 +43,15 @@ def cluster(address: str, workers: int) -> Iterator[DaskCluster]:
         if address:
             yield from _connected(DaskCluster(address))
             return
-        local: Any = distributed.LocalCluster(
+        with _local_cluster(workers) as local, _dead_workers_replaced(local, workers):
+            yield from _connected(DaskCluster(local.scheduler_address))
+
+
+def _local_cluster(workers: int) -> Any:
+    from distributed import LocalCluster
+
+    try:
+        return LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
@@ -45,8 +59,27 @@ def cluster(address: str, workers: int) -> Iterator[DaskCluster]:
             dashboard_address=None,
             silence_logs=logging.CRITICAL,
         )
-        with local:
-            yield from _connected(DaskCluster(local.scheduler_address))
+    except (OSError, RuntimeError) as error:
+        raise UserError(f"the {workers} workers could not be started: {error}") from None
+
+
+@contextmanager
+def _dead_workers_replaced(local: Any, workers: int) -> Iterator[None]:
+    """Replace dead workers in the background: Dask does not restart one that dies at its start."""
+    ended = threading.Event()
+
+    def watch() -> None:
+        while not ended.wait(REPLACE_PERIOD):
+            if len(local.scheduler_info["workers"]) < workers:
+                local.scale(workers)
+
+    thread = threading.Thread(target=watch, name="worker watch", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
 
 
 def _connected(one: DaskCluster) -> Iterator[DaskCluster]:

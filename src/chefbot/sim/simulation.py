@@ -120,8 +120,9 @@ class Simulation:
 
     def set_drivers(self, on: bool) -> None:
         """Switch the motor drivers: off, the wheels turn freely whatever the duty; on, a duty of 0 brakes."""
-        self._drivers_enabled = on
-        enable_drivers(self._model, on)
+        if on != self._drivers_enabled:
+            self._drivers_enabled = on
+            enable_drivers(self._model, on)
 
     def step(self) -> None:
         """Advance the simulation by one physics step of 5 ms."""
@@ -157,11 +158,10 @@ class Simulation:
         """
         reading: NDArray[np.float64] = 0.5 * (self._previous_imu + self._data.sensordata)
         if self.profile != "perfect":
-            imu, rng = self.robot.sensors.imu, self._noise["imu"]
             # Gyro model: scale factor, turn-on bias, white noise; accelerometer: white noise.
-            reading[:3] *= self.gyro_scale
-            reading[:3] += self.gyro_offset + imu.gyro_noise * rng.standard_normal(3)
-            reading[3:] += imu.accelerometer_noise * rng.standard_normal(3)
+            scale, offset, deviation = self._imu_errors
+            reading *= scale
+            reading += offset + deviation * self._noise["imu"].standard_normal(6)
         return reading[:3], reading[3:]
 
     def lidar(self) -> NDArray[np.float32]:
@@ -297,6 +297,12 @@ class Simulation:
         self._ultrasonic: RayCaster | None
         self.gyro_offset = sensors.imu.gyro_bias * rng.standard_normal(3)
         self.gyro_scale = draw_gyro_scale(self.as_built, rng)
+        noise = (sensors.imu.gyro_noise, sensors.imu.accelerometer_noise)
+        self._imu_errors = (
+            np.repeat((self.gyro_scale, 1.0), 3),
+            np.concatenate((self.gyro_offset, np.zeros(3))),
+            np.repeat(noise, 3),
+        )
         lidar, ranger = sensors.lidar, sensors.ultrasonic
         self._lidar = self._ultrasonic = None
         if lidar is not None:

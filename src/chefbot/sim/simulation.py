@@ -38,6 +38,7 @@ from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.world.people import OccupiedCircle, disc, place_people
 from chefbot.sim.world.shapes import (
     GLASS,
+    ShapeArrays,
     SimulatedShape,
     box,
     clearance,
@@ -92,6 +93,8 @@ class Simulation:
         self._steps = 0
         self._doors = {door.name: MovingDoor(door) for door in world.doors}
         self._dropped: list[SimulatedShape] = []
+        self._shapes: ShapeArrays | None = None
+        self._holes = hole_array(world.holes)
         start_pose = world.start if start is None else start
         self._check_free(start_pose, "the robot's start")
         count = world.people if people is None else people
@@ -203,9 +206,10 @@ class Simulation:
         position, rotation = self._base_pose()
         mount = rotate_mount(camera.mount, self.as_built.camera_yaw)
         at = position + rotation @ np.array([mount.x, mount.y, mount.z])
-        moving = shape_arrays(self._moving_shapes())
+        if self._shapes is None:
+            self._shapes = concatenate(self._static, shape_arrays(self._moving_shapes()))
         optical = rotation @ mount_rotation(mount) @ OPTICAL
-        return Capture(at, optical, concatenate(self._static, moving), hole_array(self.world.holes))
+        return Capture(at, optical, self._shapes, self._holes)
 
     def truth(self) -> GroundTruth:
         """Return the robot's ground-truth pose and twist."""
@@ -317,6 +321,9 @@ class Simulation:
         slabs = floor_slabs(self.world.bounds, self.world.holes) if self.world.holes else ()
         xml = world_mjcf(self.robot, solids, self._mocap_bodies(), self.as_built, start, slabs)
         self._model: Any = mujoco.MjModel.from_xml_string(xml)
+        # Static solids are not computed anew in every step; the robot itself never sleeps.
+        self._model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
+        self._model.tree_sleep_policy[:] = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
         self._data: Any = mujoco.MjData(self._model)
         # The MJCF has the linear motor model; friction and torque limits are set in the compiled model.
         self._motors.install(self._model)
@@ -356,6 +363,7 @@ class Simulation:
             self._place_movers()
 
     def _place_movers(self) -> None:
+        self._shapes = None
         for i, mover in enumerate(self._mocap_bodies()):
             x, y, yaw = mover.pose
             self._data.mocap_pos[i] = (x, y, 0.0)

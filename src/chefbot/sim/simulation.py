@@ -159,12 +159,16 @@ class Simulation:
 
         Both are means of the last two physics steps: a low-pass of 44 Hz, near the 42 Hz set in the MPU-6050.
         """
-        reading: NDArray[np.float64] = 0.5 * (self._previous_imu + self._data.sensordata)
+        reading: NDArray[np.float64] = self._previous_imu + self._data.sensordata
+        reading *= 0.5
         if self.profile != "perfect":
             # Gyro model: scale factor, turn-on bias, white noise; accelerometer: white noise.
             scale, offset, deviation = self._imu_errors
+            noise = self._noise["imu"].standard_normal(6)
+            noise *= deviation
+            noise += offset
             reading *= scale
-            reading += offset + deviation * self._noise["imu"].standard_normal(6)
+            reading += noise
         return reading[:3], reading[3:]
 
     def lidar(self) -> NDArray[np.float32]:

@@ -31,7 +31,7 @@ from chefbot.sim.rays import (
     rotate_mount,
     to_rep117,
 )
-from chefbot.sim.realism import RealismProfile, draw_as_built, draw_floor_friction, draw_gyro_scale
+from chefbot.sim.realism import ImuErrors, RealismProfile, draw_as_built, draw_floor_friction, draw_gyro_scale
 from chefbot.sim.world.doors import MovingDoor
 from chefbot.sim.world.floor import carpet_at, floor_slabs
 from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
@@ -162,13 +162,7 @@ class Simulation:
         reading: NDArray[np.float64] = self._previous_imu + self._data.sensordata
         reading *= 0.5
         if self.profile != "perfect":
-            # Gyro model: scale factor, turn-on bias, white noise; accelerometer: white noise.
-            scale, offset, deviation = self._imu_errors
-            noise = self._noise["imu"].standard_normal(6)
-            noise *= deviation
-            noise += offset
-            reading *= scale
-            reading += noise
+            self._imu_errors.apply(reading, self._noise["imu"])
         return reading[:3], reading[3:]
 
     def lidar(self) -> NDArray[np.float32]:
@@ -305,12 +299,7 @@ class Simulation:
         self._ultrasonic: RayCaster | None
         self.gyro_offset = sensors.imu.gyro_bias * rng.standard_normal(3)
         self.gyro_scale = draw_gyro_scale(self.as_built, rng)
-        noise = (sensors.imu.gyro_noise, sensors.imu.accelerometer_noise)
-        self._imu_errors = (
-            np.repeat((self.gyro_scale, 1.0), 3),
-            np.concatenate((self.gyro_offset, np.zeros(3))),
-            np.repeat(noise, 3),
-        )
+        self._imu_errors = ImuErrors.of(sensors.imu, self.gyro_scale, self.gyro_offset)
         lidar, ranger = sensors.lidar, sensors.ultrasonic
         self._lidar = self._ultrasonic = None
         if lidar is not None:
@@ -325,7 +314,7 @@ class Simulation:
         slabs = floor_slabs(self.world.bounds, self.world.holes) if self.world.holes else ()
         xml = world_mjcf(self.robot, solids, self._mocap_bodies(), self.as_built, start, slabs)
         self._model: Any = mujoco.MjModel.from_xml_string(xml)
-        # Static solids are not computed anew in every step; the robot itself never sleeps.
+        # Static solids are not calculated in every step; the robot itself never sleeps.
         self._model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
         self._model.tree_sleep_policy[:] = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
         self._data: Any = mujoco.MjData(self._model)

@@ -252,6 +252,18 @@ def test_a_spin_beyond_the_gyro_range_is_flagged() -> None:
     assert flags[-1] & BoardFlag.IMU_BAD
 
 
+def test_an_exchange_takes_place_once_per_period(monkeypatch: pytest.MonkeyPatch) -> None:
+    board = SimulatedBoard(ROBOT, Simulation(ROBOT, load_world("empty")), start_ns=1)
+    exchanged: list[int] = []
+    receive = board.link.receive_data
+    monkeypatch.setattr(
+        board.link, "receive_data", lambda data, now: exchanged.append(now) or receive(data, now)
+    )
+    for n in range(1, 51):
+        board.run_until(n * EXCHANGE_PERIOD_NS)
+    assert np.diff(exchanged).tolist() == [EXCHANGE_PERIOD_NS] * (len(exchanged) - 1)
+
+
 # -- determinism
 
 

@@ -167,8 +167,9 @@ class _LineParser:
             return None
         values = [read(text_field) for read, text_field in zip(self._readers, match.groups(), strict=True)]
         # Reject values that do not fit into the board's counters.
-        if any(abs(values[index]) >= bound for index, bound in self._bounds):
-            return None
+        for index, bound in self._bounds:
+            if not -bound < values[index] < bound:
+                return None
         return self._kind(*values)
 
 

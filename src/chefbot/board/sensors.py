@@ -163,11 +163,13 @@ def _imu(
     acceleration_covariance: NDArray[np.float64] = UNKNOWN_COVARIANCE,
 ) -> Imu:
     """Return an Imu message without orientation, and without accelerations where none are given."""
+    covariance = np.zeros(9)
+    covariance[::4] = variances  # the diagonal
     return Imu(
         header=Header.of(stamp_ns, "imu_link"),
         orientation_covariance=UNKNOWN_COVARIANCE,
         angular_velocity=Vector3(*rates),
-        angular_velocity_covariance=np.diag(variances).reshape(9),
+        angular_velocity_covariance=covariance,
         linear_acceleration=acceleration or Vector3(),
         linear_acceleration_covariance=acceleration_covariance,
     )

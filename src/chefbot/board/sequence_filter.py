@@ -52,19 +52,24 @@ class BoardRun:
             return False
         if not isinstance(line, TimedLine) or self._time is None:
             return True
-        passed_us = self._time.unwrap(line.t, received_ns) - self._board_us
-        return passed_us >= 0 and self.in_time(line, received_ns, explained_us=ahead * MAX_LINE_PERIOD_US)
+        full_us = self._time.unwrap(line.t, received_ns)
+        is_later = full_us >= self._board_us
+        return is_later and self._plausible(full_us, received_ns, explained_us=ahead * MAX_LINE_PERIOD_US)
 
-    def in_time(self, line: BoardLine, received_ns: int, explained_us: int = 0) -> bool:
-        """Return whether the line's time is plausible on this run's clock.
+    def in_time(self, line: BoardLine, received_ns: int) -> bool:
+        """Return whether the line's time is plausible on this run's clock."""
+        if not isinstance(line, TimedLine) or self._time is None:
+            return False
+        return self._plausible(self._time.unwrap(line.t, received_ns), received_ns, explained_us=0)
+
+    def _plausible(self, full_us: int, received_ns: int, explained_us: int) -> bool:
+        """Return whether a line of that time of the board is plausible on this run's clock.
 
         A line may be further ahead of its time if no more than `explained_us` passed on the board since the
         line before: where that one was read late and many behind it were lost.
         """
-        if not isinstance(line, TimedLine) or self._time is None:
-            return False
+        assert self._time is not None
         # Delay against the clock model of this run.
-        full_us = self._time.unwrap(line.t, received_ns)
         late_ns = self._time.delay_ns(full_us, received_ns)
         is_explained = full_us - self._board_us <= explained_us
         return late_ns <= MAX_DELAY_NS and (late_ns >= MIN_DELAY_NS or is_explained)

@@ -16,6 +16,8 @@ from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
+_NO_FLOOR = np.empty(0)
+
 
 class LayeredCostmap:
     """A static map and one obstacle layer per sensor, combined and inflated on demand.
@@ -116,23 +118,20 @@ class LayeredCostmap:
         """
         layer = self._layer(source)
         p = self.params
-        valid = ranges > 0.0
-        near, far = (np.zeros(len(ranges)), np.where(valid, ranges, 0.0)) if floor is None else floor
-        if floor is not None:
-            far = np.nan_to_num(far, nan=0.0, posinf=0.0)
-        mark = np.where(valid & (ranges <= p.marking_range), ranges, np.nan).astype(np.float64)
-        clear = np.minimum(far, p.clearing_range).astype(np.float64)
+        start, end = (_NO_FLOOR, _NO_FLOOR) if floor is None else floor
+        mark, clear = np.empty(len(ranges)), np.empty(len(ranges))
+        longest = raytrace.limit_beams(ranges, start, end, p.marking_range, p.clearing_range, mark, clear)
         # a sensor may report any range; no cell beyond the two maximum ranges changes
-        self._mark_changed(sensor, min(_max_range(mark, near, clear), max(p.marking_range, p.clearing_range)))
+        self._mark_changed(sensor, min(longest, max(p.marking_range, p.clearing_range)))
         raytrace.mark_and_clear(
             layer,
             self.resolution,
             self.origin_x,
             self.origin_y,
             sensor.array(),
-            np.ascontiguousarray(angles, np.float64),
+            angles,
             mark,
-            near.astype(np.float64),
+            np.zeros(len(ranges)) if floor is None else start,
             clear,
             self._sources.get(also_clear or source, layer),
         )
@@ -209,11 +208,6 @@ class LayeredCostmap:
         x = self.origin_x + (np.arange(w)[columns] + 0.5) * self.resolution - pose.x
         y = self.origin_y + (np.arange(h)[rows] + 0.5) * self.resolution - pose.y
         return x[None, :] ** 2 + y[:, None] ** 2 <= radius * radius
-
-
-def _max_range(*metres: NDArray[np.float64]) -> float:
-    """Return the largest finite range, m."""
-    return float(np.nan_to_num(np.abs(np.concatenate(metres)), nan=0.0, posinf=0.0).max(initial=0.0))
 
 
 def _shifted(layer: NDArray[np.uint8], rows: int, columns: int, shape: tuple[int, ...]) -> NDArray[np.uint8]:

@@ -64,6 +64,36 @@ def _clear_line(
 
 
 @njit(cache=True, nogil=True)
+def limit_beams(
+    ranges: NDArray[np.float64],
+    clear_from: NDArray[np.float64],
+    clear_to: NDArray[np.float64],
+    marking_range: float,
+    clearing_range: float,
+    mark: NDArray[np.float64],
+    clear: NDArray[np.float64],
+) -> float:
+    """Fill mark and clear (n,) as `mark_and_clear` takes them, and return the largest finite range in them, m.
+
+    ranges: (n,) m, NaN or <= 0 for invalid ones. clear_from, clear_to: (n,) range interval known to be free, m;
+    without them, (0,), a beam clears up to its range, inf too.
+    """
+    longest = 0.0
+    for i in range(len(ranges)):
+        valid = ranges[i] > 0.0
+        mark[i] = ranges[i] if valid and ranges[i] <= marking_range else np.nan
+        if len(clear_to) == 0:
+            end, start = ranges[i] if valid else 0.0, 0.0
+        else:
+            end, start = clear_to[i] if math.isfinite(clear_to[i]) else 0.0, clear_from[i]
+        clear[i] = min(end, clearing_range)
+        for metres in (mark[i], start, clear[i]):
+            if math.isfinite(metres):
+                longest = max(longest, abs(metres))
+    return longest
+
+
+@njit(cache=True, nogil=True)
 def mark_and_clear(
     cells: NDArray[np.uint8],
     resolution: float,

@@ -58,7 +58,7 @@ class DepthToScanNode(Node):
     def on_depth(self, image: Image) -> None:
         """Convert a depth image; the scans keep its stamp."""
         size = (image.height, image.width, image.step)
-        depth = depth_image(image.data.tobytes(), image.encoding, *size, bool(image.is_bigendian))
+        depth = depth_image(image.data, image.encoding, *size, bool(image.is_bigendian))
         header = msgspec.structs.replace(image.header, frame_id=DEPTH_FRAME)
         points = self._obstacles.scan(depth)
         self._out.publish(self._laser_scan(header, self._converter.convert(depth)))

@@ -16,6 +16,8 @@ from functools import partial
 from threading import Condition
 from typing import Protocol, TypeVar
 
+import msgspec
+
 from chefbot.msgs.idl.message import Message
 from chefbot.runtime.clock import LoopClock, wall_ns
 
@@ -26,8 +28,7 @@ Handler = Callable[[Message], None]
 PublicationObserver = Callable[["Publication"], None]
 
 
-@dataclass(frozen=True, slots=True)
-class Publication:
+class Publication(msgspec.Struct, frozen=True):
     """A published message with its topic, publisher and time."""
 
     topic: str
@@ -164,10 +165,11 @@ class Loop:
         self, time_ns: int, rank: int, action: Callable[[], None], timing: CallbackStatistics | None = None
     ) -> ScheduledEvent:
         """Schedule `action` at `time_ns` with the given rank; a time in the past means now."""
-        event = ScheduledEvent(action, timing or CallbackStatistics(), max(time_ns, self.now_ns))
+        due_ns = time_ns if time_ns > self.now_ns else self.now_ns
+        event = ScheduledEvent(action, timing or CallbackStatistics(), due_ns)
         self._sequence += 1
         # the sequence number keeps events of the same time and rank in the order of scheduling
-        heapq.heappush(self._events, (event.due_ns, rank, self._sequence, event))
+        heapq.heappush(self._events, (due_ns, rank, self._sequence, event))
         return event
 
     def timing(self, owner: str, name: str, *, from_device: bool = False) -> CallbackStatistics:
@@ -201,7 +203,8 @@ class Loop:
         self._stopped = False
         self._clock.start(self.now_ns)
         while not self._stopped and (until is None or not until()):
-            self._schedule_posted()
+            if self._posted:
+                self._schedule_posted()
             if not self._events:
                 break
             due = self._events[0][0]
@@ -231,7 +234,8 @@ class Loop:
         self.callback_start_ns = 0
         timing.calls += 1
         timing.total_ns += elapsed
-        timing.worst_ns = max(timing.worst_ns, elapsed)
+        if elapsed > timing.worst_ns:
+            timing.worst_ns = elapsed
 
     def _perform(self, timing: CallbackStatistics, action: Callable[[], None]) -> None:
         try:

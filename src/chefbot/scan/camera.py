@@ -57,9 +57,14 @@ class CameraModel:
 
 
 def depth_image(
-    data: bytes, encoding: str, height: int, width: int, step: int, is_bigendian: bool = False
+    data: bytes | NDArray[np.uint8],
+    encoding: str,
+    height: int,
+    width: int,
+    step: int,
+    is_bigendian: bool = False,
 ) -> Depth:
-    """Return the pixels (h, w) of a sensor_msgs/Image of encoding 16UC1 or 32FC1.
+    """Return the pixels (h, w), read-only, of a sensor_msgs/Image of encoding 16UC1 or 32FC1.
 
     step: bytes per row. Raise ScanError for another encoding or for too little data.
     """
@@ -73,4 +78,5 @@ def depth_image(
         )
     rows = np.frombuffer(data, np.uint8, step * height).reshape(height, step)[:, : width * kind.itemsize]
     pixels: Depth = np.ascontiguousarray(rows).view(kind).astype(kind.newbyteorder("="), copy=False)
+    pixels.flags.writeable = False  # the message's own memory, and one type for the kernels
     return pixels

@@ -78,6 +78,39 @@ class ObstaclePoints(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
+def _project_row(
+    depth: Depth,
+    scale: float,
+    limits: tuple[float, float],
+    heights: tuple[float, float, float, float],
+    slope: float,
+    stretch: Floats,
+    obstacle: Floats,
+    ground: Floats,
+    height: Floats,
+) -> None:
+    """Project one row of an image (w,) to distance along the floor and height above it, without branches.
+
+    scale: m per unit of depth. limits: valid depths, m. heights: of the camera, floor tolerance, top of the
+    robot, m, and growth of the tolerance per metre. slope: height per depth of the row. stretch (w,): distance
+    along the floor per depth of each pixel. Fills obstacle and ground (w,) with the distance of pixels that show
+    an obstacle or the floor, m, inf for others, and height (w,), m.
+    """
+    mount, floor, top, growth = heights
+    nothing = np.float32(np.inf)
+    for u in range(len(depth)):
+        z = np.float32(depth[u]) * scale
+        r = z * stretch[u]
+        h = mount + z * slope
+        tolerance = growth * r
+        valid = (z >= limits[0]) & (z <= limits[1])
+        above = h > floor + tolerance
+        obstacle[u] = r if valid & above & (h < top + tolerance) else nothing
+        ground[u] = r if valid & (not above) & (h > -floor - tolerance) else nothing
+        height[u] = h
+
+
+@njit(cache=True, nogil=True)
 def _classify(
     depth: Depth,
     scale: float,
@@ -96,36 +129,31 @@ def _classify(
 
     The obstacle is the second nearest pixel of a bin: a single one is often an artefact between two depths.
 
-    scale: m per unit of depth. limits: valid depths, m. heights: of the camera, floor tolerance, top of the
-    robot, m, and growth of the tolerance per metre. slope (h,): height per depth of each row. stretch (h, w):
-    distance along the floor per depth of each pixel. bins (h, w): bin of each pixel. row_gap: growth of the
-    allowed floor gap per squared distance, 1/m. Fills nearest, second, clear_from and clear_to (bins,), m.
+    scale, limits, heights: as in `_project_row`. slope (h,), stretch (h, w): likewise, of all rows. bins (h, w):
+    bin of each pixel. row_gap: growth of the allowed floor gap per squared distance, 1/m. Fills nearest, second,
+    clear_from and clear_to (bins,), m.
     """
-    mount, floor, top, growth = heights
-    for row in range(depth.shape[0] - 1, -1, -1):
-        for u in range(depth.shape[1]):
-            z = depth[row, u] * scale
-            if not limits[0] <= z <= limits[1]:
-                continue
-            # Project to distance along the floor and height above it
-            r = np.float32(z * stretch[row, u])
-            height = mount + z * slope[row]
-            tolerance = growth * r
+    rows, columns = depth.shape
+    obstacle, ground = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    height = np.empty(columns, np.float32)
+    max_gap = np.float32(MAX_FLOOR_GAP)
+    for above_lowest in range(rows):
+        row = rows - 1 - above_lowest
+        _project_row(depth[row], scale, limits, heights, slope[row], stretch[row], obstacle, ground, height)
+        for u in range(columns):
             k = bins[row, u]
             # Obstacle: keep the two nearest pixels of the bin
-            if height > floor + tolerance:
-                if height < top + tolerance and r < second[k]:
-                    second[k] = max(r, nearest[k])
-                    nearest[k] = min(r, nearest[k])
+            r = obstacle[u]
+            if r < second[k]:
+                second[k] = max(r, nearest[k])
+                nearest[k] = min(r, nearest[k])
             # Floor: extend the continuous interval
-            elif height > -floor - tolerance:
-                if clear_from[k] == np.inf:
-                    clear_from[k] = r
-                    clear_to[k] = r
-                elif clear_to[k] < r <= clear_to[k] + MAX_FLOOR_GAP + row_gap * r * r:
-                    clear_to[k] = r
-                elif r < clear_from[k]:
-                    clear_from[k] = r
+            r = ground[u]
+            if r < np.inf:
+                start, end = clear_from[k], clear_to[k]
+                continues = (end < r) & (r <= end + max_gap + row_gap * r * r)
+                clear_to[k] = r if continues | (start == np.inf) else end
+                clear_from[k] = min(start, r)
 
 
 @njit(cache=True, nogil=True)
@@ -148,23 +176,17 @@ def _find_height_interval(
     obstacle, m, 0 for none. bottom, top (bins,): heights above the floor, m, extended in place. pixel_count
     (bins,): number of pixels between them.
     """
-    mount, floor, robot_top, growth = heights
-    for row in range(depth.shape[0]):
-        for u in range(depth.shape[1]):
-            z = depth[row, u] * scale
+    rows, columns = depth.shape
+    obstacle, ground = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    height = np.empty(columns, np.float32)
+    for row in range(rows):
+        _project_row(depth[row], scale, limits, heights, slope[row], stretch[row], obstacle, ground, height)
+        for u in range(columns):
             k = bins[row, u]
             # Pixels farther than the obstacle do not belong to it
-            if not limits[0] <= z <= min(limits[1], max_distance[k]):
-                continue
-            r = np.float32(z * stretch[row, u])
-            if r > max_distance[k]:
-                continue
-            # Neither floor nor above the robot: extend the height interval
-            height = np.float32(mount + z * slope[row])
-            tolerance = growth * r
-            if floor + tolerance < height < robot_top + tolerance:
-                bottom[k] = min(bottom[k], height)
-                top[k] = max(top[k], height)
+            if obstacle[u] <= max_distance[k]:
+                bottom[k] = min(bottom[k], height[u])
+                top[k] = max(top[k], height[u])
                 pixel_count[k] += 1
 
 
@@ -231,15 +253,15 @@ class ObstacleScanner:
         bottom, top = np.full(count, np.inf, np.float32), np.full(count, -np.inf, np.float32)
         image = (
             depth,
-            0.001 if depth.dtype == np.uint16 else 1.0,
-            (self.camera.range_min, self.camera.range_max),
-            self._heights,
+            np.float32(0.001 if depth.dtype == np.uint16 else 1.0),
+            (np.float32(self.camera.range_min), np.float32(self.camera.range_max)),
+            tuple(np.float32(height) for height in self._heights),
             self._slope,
             self._stretch,
             self._bins,
         )
         # Nearest obstacle and free floor per bin
-        _classify(*image, self._row_gap, nearest, second, clear_from, clear_to)
+        _classify(*image, np.float32(self._row_gap), nearest, second, clear_from, clear_to)
         # Height interval of each obstacle, shared between neighbouring bins
         if np.isfinite(second).any():
             self._find_heights(image, second, bottom, top)

@@ -18,6 +18,8 @@ class SimulatedBattery:
     def __init__(self, robot: Robot) -> None:
         self._spec = robot.battery
         self._electronics = robot.power.electronics
+        self._empty_voltage = robot.battery.empty_voltage
+        self._voltage_range = robot.battery.full_voltage - robot.battery.empty_voltage
         self._motor_voltage = robot.motor.voltage
         self._resistance = VOLTAGE_SAG_AT_1C * robot.battery.voltage / (robot.battery.capacity / 3600.0)
         self.charge = robot.battery.capacity
@@ -45,12 +47,11 @@ class SimulatedBattery:
             self.charge = self.current = self.voltage = 0.0
             return
         # Chopper: I_pack = sum of d * I_motor, without recuperation.
-        motor_current = sum(max(duty * current, 0.0) for duty, current in zip(duties, currents, strict=True))
-        self.current = motor_current + self._electronics / max(self.voltage, self._spec.empty_voltage)
+        left, right = duties[0] * currents[0], duties[1] * currents[1]
+        motor_current = (left if left > 0.0 else 0.0) + (right if right > 0.0 else 0.0)
+        empty = self._empty_voltage
+        self.current = motor_current + self._electronics / (self.voltage if self.voltage > empty else empty)
         # Coulomb counting.
         self.charge -= self.current * duration
-        voltage_range = self._spec.full_voltage - self._spec.empty_voltage
         # Terminal voltage: V = V_oc(level) - R I.
-        self.voltage = (
-            self._spec.empty_voltage + voltage_range * self.state_of_charge - self._resistance * self.current
-        )
+        self.voltage = empty + self._voltage_range * self.state_of_charge - self._resistance * self.current

@@ -5,6 +5,7 @@ from __future__ import annotations
 from chefbot.board.link import BoardLink
 from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
+from chefbot.sim.firmware import CONTROL_NS
 from chefbot.sim.motor_board import SimulatedMotorBoard
 from chefbot.sim.simulation import Simulation
 
@@ -50,12 +51,11 @@ class SimulatedBoard:
         """Run physics, firmware and serial link up to `time_ns` of the computer's clock; return the
         messages."""
         messages: list[Message] = []
-        while (now_ns := self.now_ns) < time_ns:
+        # A remaining time shorter than a control step is left for the next call.
+        while (now_ns := self.now_ns) + CONTROL_NS <= time_ns:
             self.motors.write(self.link.data_to_send(now_ns))
             self.motors.run_until(min(now_ns + EXCHANGE_PERIOD_NS, time_ns) - self._offset_ns)
             messages += self.link.receive_data(self.motors.read(), self.now_ns)
-            if self.now_ns == now_ns:
-                break  # the remaining time is shorter than a control step
         return messages
 
     def _start_up(self) -> None:

@@ -38,20 +38,20 @@ class CollisionMonitor:
         """Read the geoms of a newly compiled model."""
         names = [model.geom(i).name for i in range(model.ngeom)]
         self._names = [name.removeprefix(PREFIX).split("/")[0] for name in names]
-        floor = np.array([name == "floor" or name.startswith(PREFIX + SLAB_NAME) for name in names])
-        robot = model.geom_group == HULL_GROUP
-        self._robot: NDArray[np.bool_] = robot
-        self._obstacle: NDArray[np.bool_] = ~robot & ~floor
+        floor = [name == "floor" or name.startswith(PREFIX + SLAB_NAME) for name in names]
+        self._robot: list[bool] = (model.geom_group == HULL_GROUP).tolist()
+        self._obstacle = [not (r or f) for r, f in zip(self._robot, floor, strict=True)]
 
     def update(self, pairs: NDArray[np.int32], time_ns: int) -> None:
         """Update the episodes with the geom pairs (n, 2) that are in contact at `time_ns`."""
-        obstacle_hits = self._obstacle[pairs]
-        if not obstacle_hits.any():
-            self.touching = ()
-            return
-        # Obstacle geoms whose partner in the pair belongs to the robot.
-        touched_geoms = pairs[obstacle_hits & self._robot[pairs[:, ::-1]]]
-        self.touching = tuple(sorted({self._names[geom] for geom in touched_geoms}))
+        robot, obstacle, touched = self._robot, self._obstacle, set()
+        # Obstacle geoms whose partner in the pair belongs to the robot; plain loop, as pairs are few.
+        for a, b in pairs.tolist():
+            if obstacle[a] and robot[b]:
+                touched.add(self._names[a])
+            elif obstacle[b] and robot[a]:
+                touched.add(self._names[b])
+        self.touching = tuple(sorted(touched))
         for name in self.touching:
             if time_ns - self._last.get(name, -(10**18)) > EPISODE_GAP_NS:
                 self._count += 1

@@ -46,8 +46,12 @@ def draw(
     depth: (h, w) metres along the optical axis, inf for nothing. number: (h, w) shape indices, FLOOR or
     NOTHING.
     """
+    columns = depth.shape[1]
+    tangent = np.empty(columns)
+    for u in range(columns):
+        tangent[u] = (u - 0.5 * (columns - 1)) / focal
     # Background: floor plane and sky.
-    draw_floor(position, rotation, focal, depth, number)
+    draw_floor(position, rotation, focal, tangent, depth, number)
     count = len(kind)
     # Per solid: window of pixels (u0, u1, v0, v1) and nearest depth.
     frame = np.empty((count, 5))
@@ -61,9 +65,10 @@ def draw(
         u0, u1, v0, v1 = int(frame[i, 0]), int(frame[i, 1]), int(frame[i, 2]), int(frame[i, 3])
         window = (u0, u1, v0, v1)
         if kind[i] == BOX:
-            draw_box(i, half[i], eye, ray, focal, window, frame[i, 4], depth, number)
+            draw_box(i, half[i], eye, ray, focal, tangent, window, frame[i, 4], depth, number)
         else:
-            draw_cylinder_or_capsule(i, kind[i], half[i], eye, ray, focal, window, frame[i, 4], depth, number)
+            solid = (i, kind[i], half[i])
+            draw_cylinder_or_capsule(*solid, eye, ray, focal, tangent, window, frame[i, 4], depth, number)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -85,20 +90,23 @@ def front_to_back(frame: Floats, order: NDArray[np.int64]) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def draw_floor(position: Floats, rotation: Floats, focal: float, depth: Depths, number: Numbers) -> None:
-    """Initialize the image: the plane z = 0 below the horizon, nothing above it."""
+def draw_floor(
+    position: Floats, rotation: Floats, focal: float, tangent: Floats, depth: Depths, number: Numbers
+) -> None:
+    """Initialize the image: the plane z = 0 below the horizon, nothing above it.
+
+    tangent (w,): x of the ray of each column.
+    """
     rows, columns = depth.shape
     for v in range(rows):
         y = (v - 0.5 * (rows - 1)) / focal
         for u in range(columns):
-            x = (u - 0.5 * (columns - 1)) / focal
             # Third component of the world ray: z(t) = p_z + t slope = 0 at the floor.
-            slope = rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2]
+            slope = rotation[2, 0] * tangent[u] + rotation[2, 1] * y + rotation[2, 2]
             t = -position[2] / slope
-            if t > NEAR:
-                depth[v, u], number[v, u] = t, FLOOR
-            else:
-                depth[v, u], number[v, u] = np.inf, NOTHING
+            # Without branches, so that it vectorises.
+            depth[v, u] = t if t > NEAR else np.inf
+            number[v, u] = FLOOR if t > NEAR else NOTHING
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -201,13 +209,14 @@ def draw_box(
     eye: Floats,
     ray: Floats,
     focal: float,
+    tangent: Floats,
     window: tuple[int, int, int, int],
     nearest: float,
     depth: Depths,
     number: Numbers,
 ) -> None:
     """Render one box by the slab method: the ray is inside between the last entry and the first exit."""
-    rows, columns = depth.shape
+    rows = len(depth)
     # Slab planes relative to the eye, in the box frame.
     min0, min1, min2 = -half[0] - eye[0], -half[1] - eye[1], -half[2] - eye[2]
     max0, max1, max2 = half[0] - eye[0], half[1] - eye[1], half[2] - eye[2]
@@ -218,7 +227,7 @@ def draw_box(
         for u in range(window[0], window[1]):
             if depth[v, u] <= nearest:
                 continue
-            x = (u - 0.5 * (columns - 1)) / focal
+            x = tangent[u]
             # Inverse ray direction, then entry and exit of the three slabs (Kay & Kajiya).
             i0, i1, i2 = 1.0 / (r00 * x + b0), 1.0 / (r10 * x + b1), 1.0 / (r20 * x + b2)
             t0, t1 = min0 * i0, max0 * i0
@@ -240,19 +249,20 @@ def draw_cylinder_or_capsule(
     eye: Floats,
     ray: Floats,
     focal: float,
+    tangent: Floats,
     window: tuple[int, int, int, int],
     nearest: float,
     depth: Depths,
     number: Numbers,
 ) -> None:
     """Render one cylinder or capsule."""
-    rows, columns = depth.shape
+    rows = len(depth)
     for v in range(window[2], window[3]):
         y = (v - 0.5 * (rows - 1)) / focal
         for u in range(window[0], window[1]):
             if depth[v, u] <= nearest:
                 continue
-            x = (u - 0.5 * (columns - 1)) / focal
+            x = tangent[u]
             # Ray direction in the frame of the solid.
             dx = ray[0, 0] * x + ray[0, 1] * y + ray[0, 2]
             dy = ray[1, 0] * x + ray[1, 1] * y + ray[1, 2]

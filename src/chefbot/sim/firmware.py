@@ -13,9 +13,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chefbot.board.firmware_constants import CONTROL_HZ, as_int32, firmware_constants
 from chefbot.errors import UserError
 from chefbot.robot.spec import GRAVITY, Robot
@@ -58,8 +55,7 @@ class Firmware:
         self._board = self._library.chefbot_board_create(values, len(values))
         if not self._board:
             raise RuntimeError(f"the firmware rejects the constants of {robot.name}: {values[:]}")
-        self._imu = (c_int16 * 7)()
-        self.imu: NDArray[np.int16] = np.ctypeslib.as_array(self._imu)
+        self.imu = (c_int16 * 7)()
         """IMU registers read by the next `step`: ax ay az temperature gx gy gz; see `imu_scale`."""
         self.state = FirmwareState()
         """Outputs of the board after the last `step`."""
@@ -78,7 +74,7 @@ class Firmware:
         lib.chefbot_board_turn(board, LEFT, quarter_steps[LEFT])
         lib.chefbot_board_turn(board, RIGHT, quarter_steps[RIGHT])
         lib.chefbot_board_battery(board, millivolts)
-        lib.chefbot_board_imu(board, self._imu)
+        lib.chefbot_board_imu(board, self.imu)
         lib.chefbot_board_advance(board, CONTROL_NS // 1000)
         lib.chefbot_board_get(board, self.state)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numpy.random import default_rng
 
 from chefbot.board.firmware_constants import firmware_constants
@@ -68,10 +67,15 @@ class SimulatedMotorBoard:
     def _write_imu_registers(self) -> None:
         """Write the IMU registers as the chip's converters do: rounded and saturated."""
         rates, force = self._simulation.imu()
-        registers = self.firmware.imu
-        registers[:3] = np.rint(np.clip(force * self._lsb_per_force, -RAIL, RAIL))
-        registers[3] = TEMPERATURE_LSB + self._temperature.integers(TEMPERATURE_NOISE_LSB)
-        registers[4:] = np.rint(np.clip(rates * self._lsb_per_rate, -RAIL, RAIL))
+        temperature = TEMPERATURE_LSB + int(self._temperature.integers(TEMPERATURE_NOISE_LSB))
+        accelerations = [_register(value * self._lsb_per_force) for value in force.tolist()]
+        angular_rates = [_register(value * self._lsb_per_rate) for value in rates.tolist()]
+        self.firmware.imu[:] = [*accelerations, temperature, *angular_rates]
+
+
+def _register(value: float) -> int:
+    """Return the content of a register that measures `value` LSB."""
+    return round(max(-RAIL, min(RAIL, value)))
 
 
 def _echo(distance: float) -> int:

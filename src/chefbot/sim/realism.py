@@ -10,6 +10,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from chefbot.robot.as_built import AS_DRAWN, AsBuilt
+from chefbot.robot.sensors import ImuSpec
 
 RealismProfile = Literal["perfect", "real", "assembled"]
 """`real`: assembled with care and measured by hand. `assembled`: as first put together, never calibrated."""
@@ -57,6 +58,32 @@ def _draw_uncalibrated(rng: Generator) -> AsBuilt:
 def draw_gyro_scale(as_built: AsBuilt, rng: Generator) -> float:
     """Return the ratio of measured to true turn rate, with the drift of the gyro's sensitivity."""
     return as_built.gyro_scale * (1.0 + float(rng.uniform(-MAX_GYRO_SCALE_ERROR, MAX_GYRO_SCALE_ERROR)))
+
+
+class ImuErrors(NamedTuple):
+    """Errors of an IMU in a reading (6,) of angular velocity, rad/s, and specific force, m/s^2.
+
+    Gyro: scale factor, turn-on bias, white noise; accelerometer: white noise.
+    """
+
+    scale: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    deviation: NDArray[np.float64]
+
+    @staticmethod
+    def of(imu: ImuSpec, gyro_scale: float, gyro_offset: NDArray[np.float64]) -> ImuErrors:
+        """Return the errors of a gyro with this scale factor and this bias (3,), rad/s."""
+        scale, deviation = (gyro_scale, 1.0), (imu.gyro_noise, imu.accelerometer_noise)
+        offset = np.concatenate((gyro_offset, np.zeros(3)))
+        return ImuErrors(np.repeat(scale, 3), offset, np.repeat(deviation, 3))
+
+    def apply(self, reading: NDArray[np.float64], rng: Generator) -> None:
+        """Add the errors to a reading in place."""
+        noise = rng.standard_normal(6)
+        noise *= self.deviation
+        noise += self.offset
+        reading *= self.scale
+        reading += noise
 
 
 class FloorFriction(NamedTuple):

@@ -31,13 +31,14 @@ from chefbot.sim.rays import (
     rotate_mount,
     to_rep117,
 )
-from chefbot.sim.realism import RealismProfile, draw_as_built, draw_floor_friction, draw_gyro_scale
+from chefbot.sim.realism import ImuErrors, RealismProfile, draw_as_built, draw_floor_friction, draw_gyro_scale
 from chefbot.sim.world.doors import MovingDoor
 from chefbot.sim.world.floor import carpet_at, floor_slabs
 from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.world.people import OccupiedCircle, disc, place_people
 from chefbot.sim.world.shapes import (
     GLASS,
+    ShapeArrays,
     SimulatedShape,
     box,
     clearance,
@@ -92,6 +93,8 @@ class Simulation:
         self._steps = 0
         self._doors = {door.name: MovingDoor(door) for door in world.doors}
         self._dropped: list[SimulatedShape] = []
+        self._shapes: ShapeArrays | None = None
+        self._holes = hole_array(world.holes)
         start_pose = world.start if start is None else start
         self._check_free(start_pose, "the robot's start")
         count = world.people if people is None else people
@@ -120,8 +123,9 @@ class Simulation:
 
     def set_drivers(self, on: bool) -> None:
         """Switch the motor drivers: off, the wheels turn freely whatever the duty; on, a duty of 0 brakes."""
-        self._drivers_enabled = on
-        enable_drivers(self._model, on)
+        if on != self._drivers_enabled:
+            self._drivers_enabled = on
+            enable_drivers(self._model, on)
 
     def step(self) -> None:
         """Advance the simulation by one physics step of 5 ms."""
@@ -155,13 +159,10 @@ class Simulation:
 
         Both are means of the last two physics steps: a low-pass of 44 Hz, near the 42 Hz set in the MPU-6050.
         """
-        reading: NDArray[np.float64] = 0.5 * (self._previous_imu + self._data.sensordata)
+        reading: NDArray[np.float64] = self._previous_imu + self._data.sensordata
+        reading *= 0.5
         if self.profile != "perfect":
-            imu, rng = self.robot.sensors.imu, self._noise["imu"]
-            # Gyro model: scale factor, turn-on bias, white noise; accelerometer: white noise.
-            reading[:3] *= self.gyro_scale
-            reading[:3] += self.gyro_offset + imu.gyro_noise * rng.standard_normal(3)
-            reading[3:] += imu.accelerometer_noise * rng.standard_normal(3)
+            self._imu_errors.apply(reading, self._noise["imu"])
         return reading[:3], reading[3:]
 
     def lidar(self) -> NDArray[np.float32]:
@@ -203,9 +204,10 @@ class Simulation:
         position, rotation = self._base_pose()
         mount = rotate_mount(camera.mount, self.as_built.camera_yaw)
         at = position + rotation @ np.array([mount.x, mount.y, mount.z])
-        moving = shape_arrays(self._moving_shapes())
+        if self._shapes is None:
+            self._shapes = concatenate(self._static, shape_arrays(self._moving_shapes()))
         optical = rotation @ mount_rotation(mount) @ OPTICAL
-        return Capture(at, optical, concatenate(self._static, moving), hole_array(self.world.holes))
+        return Capture(at, optical, self._shapes, self._holes)
 
     def truth(self) -> GroundTruth:
         """Return the robot's ground-truth pose and twist."""
@@ -297,6 +299,7 @@ class Simulation:
         self._ultrasonic: RayCaster | None
         self.gyro_offset = sensors.imu.gyro_bias * rng.standard_normal(3)
         self.gyro_scale = draw_gyro_scale(self.as_built, rng)
+        self._imu_errors = ImuErrors.of(sensors.imu, self.gyro_scale, self.gyro_offset)
         lidar, ranger = sensors.lidar, sensors.ultrasonic
         self._lidar = self._ultrasonic = None
         if lidar is not None:
@@ -311,6 +314,9 @@ class Simulation:
         slabs = floor_slabs(self.world.bounds, self.world.holes) if self.world.holes else ()
         xml = world_mjcf(self.robot, solids, self._mocap_bodies(), self.as_built, start, slabs)
         self._model: Any = mujoco.MjModel.from_xml_string(xml)
+        # Static solids are not calculated in every step; the robot itself never sleeps.
+        self._model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
+        self._model.tree_sleep_policy[:] = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
         self._data: Any = mujoco.MjData(self._model)
         # The MJCF has the linear motor model; friction and torque limits are set in the compiled model.
         self._motors.install(self._model)
@@ -350,6 +356,7 @@ class Simulation:
             self._place_movers()
 
     def _place_movers(self) -> None:
+        self._shapes = None
         for i, mover in enumerate(self._mocap_bodies()):
             x, y, yaw = mover.pose
             self._data.mocap_pos[i] = (x, y, 0.0)

@@ -7,11 +7,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
-from mcap.writer import CompressionType, Writer
-
 from chefbot import __version__
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.disk_reservation import DiskReservation
+from chefbot.storage.mcap_file import McapFile
 
 T = TypeVar("T")
 RECORD, MESSAGE, CHANNEL_INDEX = 64, 64, 32
@@ -43,8 +42,7 @@ class McapWriter:
         self._reservation = DiskReservation(self._file.fileno())
         self._chunk_bytes, self._end_bytes = 0, END
         self._stream = _CountingStream(self._file)
-        self._writer = Writer(self._stream, compression=CompressionType.ZSTD)
-        self._writer.start(profile="ros2", library=f"chefbot {__version__}")
+        self._writer = McapFile(self._stream, profile="ros2", library=f"chefbot {__version__}")
 
     @property
     def closed(self) -> bool:
@@ -57,7 +55,7 @@ class McapWriter:
         size = RECORD + len(topic.encode()) + _size(metadata)
         self._end_bytes += size + CHUNK_CHANNEL
         self._channels += 1
-        return self._write(size, lambda: self._writer.register_channel(topic, "cdr", schema, metadata))
+        return self._write(size, lambda: self._writer.add_channel(topic, schema, metadata))
 
     def metadata(self, name: str, values: dict[str, str]) -> None:
         """Write a metadata record: a named table of strings."""
@@ -91,8 +89,7 @@ class McapWriter:
         if key not in self._schemas:
             size = RECORD + len(kind.encode()) + len(definition)
             self._end_bytes += size
-            register = self._writer.register_schema
-            self._schemas[key] = self._write(size, lambda: register(kind, "ros2msg", definition))
+            self._schemas[key] = self._write(size, lambda: self._writer.add_schema(kind, definition))
         return self._schemas[key]
 
     def _write(self, size: int, write: Callable[[], T]) -> T:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.filter_state import FilterState
-from chefbot.odometry.motion_model import DELTA_S, DELTA_YAW, PITCH, ROLL, YAW, X, Y, Z
+from chefbot.odometry.motion_model import DELTA_S, DELTA_YAW, PITCH, ROLL, SIZE, YAW, X, Y, Z
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,20 +34,21 @@ class MotionEstimate:
     pitch: float = 0.0
 
 
-_PLANE = np.ix_([X, Y, YAW], [X, Y, YAW])
+_PLANE = SIZE * np.array([[X], [Y], [YAW]]) + np.array([X, Y, YAW])
+"""Indices (3, 3) of the covariance of x, y and yaw among the elements of the whole covariance."""
 
 
 def estimate_of(belief: FilterState) -> MotionEstimate:
     """Return pose and twist with their covariances from a belief."""
-    state, covariance = belief.state, belief.covariance
-    dt = belief.velocity.dt if belief.velocity else 1.0
+    state, covariance = belief.state.tolist(), belief.covariance
+    dt = belief.interval or 1.0
     return MotionEstimate(
-        SE2(float(state[X]), float(state[Y]), wrap(float(state[YAW]))),
-        covariance[_PLANE],
-        float(state[DELTA_S]) / dt,
-        float(state[DELTA_YAW]) / dt,
+        SE2(state[X], state[Y], wrap(state[YAW])),
+        covariance.take(_PLANE),
+        state[DELTA_S] / dt,
+        state[DELTA_YAW] / dt,
         covariance[DELTA_S : DELTA_YAW + 1, DELTA_S : DELTA_YAW + 1] / dt**2,
-        float(state[Z]),
-        float(state[ROLL]),
-        float(state[PITCH]),
+        state[Z],
+        state[ROLL],
+        state[PITCH],
     )

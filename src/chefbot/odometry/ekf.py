@@ -28,7 +28,7 @@ from chefbot.odometry.fusion import predict_without_wheels, process_reading, wit
 from chefbot.odometry.motion_model import YAW, Array, X, Y
 from chefbot.odometry.out_of_sequence import History
 from chefbot.odometry.readings import ImuReading, Reading
-from chefbot.odometry.sensor_health import Condition, Source
+from chefbot.odometry.sensor_health import IMU_SOURCES, Condition, Source
 
 HORIZON_NS = 1_000_000_000
 """Maximum delay of a reading, ns: longer than any transport takes, and short enough to reprocess."""
@@ -45,7 +45,7 @@ LOST_NS = {
     Source.ATTITUDE: 300_000_000,
 }
 """Timeout of each source, ns, a few of its periods. The estimate continues without the source immediately."""
-_WHEELS, _IMU = (Source.WHEELS,), (Source.GYRO, Source.ACCELEROMETER, Source.ATTITUDE)
+_WHEELS = (Source.WHEELS,)
 
 
 class Ekf:
@@ -161,4 +161,4 @@ def _sources(reading: Reading) -> tuple[Source, ...]:
     if not isinstance(reading, ImuReading):
         return _WHEELS
     variances = reading.rates_variance, reading.force_variance, reading.attitude_variance
-    return tuple([source for source, v in zip(_IMU, variances, strict=True) if min(v) != math.inf])
+    return tuple([source for source, v in zip(IMU_SOURCES, variances, strict=True) if min(v) != math.inf])

@@ -9,7 +9,7 @@ import numpy as np
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.motion_model import Array
 from chefbot.odometry.readings import ImuReading
-from chefbot.odometry.sensor_health import NEVER, Records, SensorMonitor, Source, new_monitors
+from chefbot.odometry.sensor_health import IMU_SOURCES, NEVER, Records, SensorMonitor, Source, new_monitors
 from chefbot.odometry.wheel_travel import EncoderState
 
 MEMORY = np.dtype(
@@ -40,18 +40,20 @@ class MeanVelocity(NamedTuple):
 class FilterState(NamedTuple):
     """The posterior of the filter, with the readings and sensor monitors it needs for the next update.
 
-    state (n,), covariance (n, n): see `motion_model`. stamp_ns: stamp of the last wheel reading. pending:
-    readings after the last wheel reading, which are applied at the next one. The arrays must not be changed
-    in place.
+    state (n,), covariance (n, n): see `motion_model`. stamp_ns: stamp of the belief, that of a wheel reading
+    unless they were lost. pending: readings after it, which are applied at the next one. The arrays must not
+    be changed in place.
     """
 
     state: Array
     covariance: Array
     monitor_records: Records
-    """Fault monitors (4,) by source."""
+    """Fault monitors (3,) of `IMU_SOURCES`."""
     memory: Records
     """One record of type `MEMORY`, (1,)."""
     stamp_ns: int | None = None
+    wheels_ns: int | None = None
+    """Stamp of the last wheel reading, even if it was a duplicate or began a new count."""
     counters: EncoderState = EncoderState()
     pending: tuple[ImuReading, ...] = ()
     dead_encoder_side: int | None = None
@@ -67,8 +69,9 @@ class FilterState(NamedTuple):
     @property
     def monitors(self) -> dict[Source, SensorMonitor]:
         """Fault monitors by source."""
-        records = zip(Source, self.monitor_records, strict=True)
-        return {source: SensorMonitor.of(record) for source, record in records}
+        monitors = {Source.WHEELS: SensorMonitor.of_wheels(self.wheels_ns)}
+        records = zip(IMU_SOURCES, self.monitor_records, strict=True)
+        return monitors | {source: SensorMonitor.of(record) for source, record in records}
 
     @property
     def interval(self) -> float:

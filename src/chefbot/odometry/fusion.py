@@ -12,7 +12,7 @@ from chefbot.odometry.measurement_updates import update_imu
 from chefbot.odometry.motion_model import Array
 from chefbot.odometry.propagation import begin_interval, end_interval, move_to
 from chefbot.odometry.readings import IMU, ImuReading, Reading, WheelCounts, WheelTwist
-from chefbot.odometry.sensor_health import NEVER, WHEELS, Records
+from chefbot.odometry.sensor_health import NEVER, Records
 from chefbot.odometry.wheel_travel import (
     EncoderState,
     WheelTravel,
@@ -64,9 +64,7 @@ def without_counts(counters: EncoderState) -> EncoderState:
 
 def _process_wheels(body: DriveModel, belief: FilterState, reading: WheelCounts | WheelTwist) -> FilterState:
     stamp_ns = reading.stamp_ns
-    monitors = belief.monitor_records.copy()
-    monitors["last_ns"][WHEELS] = monitors["used_ns"][WHEELS] = stamp_ns
-    belief = _after_gap(body, belief._replace(monitor_records=monitors), stamp_ns)
+    belief = _after_gap(body, belief._replace(wheels_ns=stamp_ns), stamp_ns)
     if belief.stamp_ns is None:
         return _initialise(belief, reading)
     if isinstance(reading, WheelTwist):
@@ -114,7 +112,7 @@ def propagate(
     standing: bool,
     readings: Records,
 ) -> tuple[Array, Array, Records, Records]:
-    """Return state (n,), covariance (n, n), monitors (4,) and memory (1,) after an interval between wheel readings.
+    """Return state (n,), covariance (n, n), monitors (3,) and memory (1,) after an interval between wheel readings.
 
     body: parameters of the drive. rolled: travel of the wheels from begin_ns to end_ns > begin_ns. standing:
     whether the encoders show standstill. readings: records (m,) of type `IMU`, in order of their stamps.
@@ -139,7 +137,7 @@ def _propagate(
     state, covariance, monitors, memory = propagate(
         *before, body.parameters, rolled, *stamps, counters.standing, readings
     )
-    after = FilterState(state, covariance, monitors, memory, stamp_ns, counters)
+    after = FilterState(state, covariance, monitors, memory, stamp_ns, belief.wheels_ns, counters)
     # An encoder fault is assumed only if the gyro contradicts the wheels as well
     silent_wheel = counters.dead_encoder_side
     if silent_wheel is None or not (after.contradicted or belief.dead_encoder_side == silent_wheel):

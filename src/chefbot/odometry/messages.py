@@ -67,12 +67,18 @@ class ImuConverter:
         return self._rotated_diagonal(elements) if any(elements) else unknown
 
     def _rotated_diagonal(self, covariance: list[float]) -> Triple:
-        """Return the diagonal of R C R^T for a covariance C of 9 elements, added in a fixed order."""
-        x, y, z = (
-            sum(row[i] * row[k] * covariance[3 * i + k] for i in range(3) for k in range(3))
-            for row in self._rotation
-        )
-        return x, y, z
+        """Return the diagonal of R C R^T for a covariance C of 9 elements."""
+        a, b, c = self._rotation
+        return _variance_along(a, covariance), _variance_along(b, covariance), _variance_along(c, covariance)
+
+
+def _variance_along(axis: list[float], c: list[float]) -> float:
+    """Return a^T C a for an axis (3,) and a covariance of 9 elements."""
+    x, y, z = axis
+    by_x = x * c[0] + y * c[1] + z * c[2]
+    by_y = x * c[3] + y * c[4] + z * c[5]
+    by_z = x * c[6] + y * c[7] + z * c[8]
+    return x * by_x + y * by_y + z * by_z
 
 
 def _isotropic(variance: float) -> list[float]:

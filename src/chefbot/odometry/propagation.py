@@ -62,7 +62,7 @@ class PropagationInterval(NamedTuple):
     """State (n,) and covariance (n, n) before the last part."""
     prior_covariance: Array
     monitors: Records
-    """Fault monitors (4,)."""
+    """Fault monitors (3,) of `IMU_SOURCES`."""
     memory: Records
     """Record (1,) of type `MEMORY` at the beginning, with the velocity of the interval before."""
     part: Records

@@ -25,8 +25,9 @@ class Source(Enum):
     ATTITUDE = "attitude"
 
 
-WHEELS, GYRO, ACCELEROMETER, ATTITUDE = range(len(Source))
-"""Indices of the sources among the records of their monitors, in the order of `Source`."""
+IMU_SOURCES = (Source.GYRO, Source.ACCELEROMETER, Source.ATTITUDE)
+GYRO, ACCELEROMETER, ATTITUDE = range(len(IMU_SOURCES))
+"""Indices of `IMU_SOURCES` among the records of their monitors."""
 
 
 class Condition(Enum):
@@ -80,7 +81,7 @@ class SensorMonitor(NamedTuple):
     used_ns: int | None
     """Stamp of the last reading that was used."""
     value: tuple[float, ...]
-    """The last reading; NaN before the first, and for the wheels, whose counts repeat whenever they stand."""
+    """The last reading; NaN before the first, and always for the wheels, whose counts may repeat."""
     repeats: int
     """Readings before the last one that were equal to it."""
     expected_change: float
@@ -94,6 +95,11 @@ class SensorMonitor(NamedTuple):
     """Fault by the last readings: stuck, saturated or reversed; FRESH for none."""
 
     @classmethod
+    def of_wheels(cls, last_ns: int | None) -> SensorMonitor:
+        """Return the monitor of the wheels, all of whose readings are used."""
+        return cls.of(new_monitors()[0])._replace(last_ns=last_ns, used_ns=last_ns)
+
+    @classmethod
     def of(cls, record: Record) -> SensorMonitor:
         """Return the monitor that a record holds."""
         last_ns, used_ns, value, repeats, expected_change, mirrored, refused, run, fault = record.item()
@@ -103,8 +109,8 @@ class SensorMonitor(NamedTuple):
 
 
 def new_monitors() -> Records:
-    """Return the monitors (4,) of all sources before the first reading."""
-    monitors = np.zeros(len(Source), MONITOR)
+    """Return the monitors (3,) of `IMU_SOURCES` before the first reading."""
+    monitors = np.zeros(len(IMU_SOURCES), MONITOR)
     monitors["last_ns"] = monitors["used_ns"] = NEVER
     monitors["value"] = np.nan
     return monitors

@@ -25,7 +25,7 @@ def test_a_worker_compiles_a_group_and_records_its_kernel_files(
     compilation.wait(show=lambda progress: progress_reports.append((progress.done, progress.total)))
     assert progress_reports[-1] == (1, 1) and not compilation.busy
     assert cache_stamp.is_complete(cache_stamp.stamp_path())
-    assert "kalman_update.correct" in cache_stamp.stamp_path().read_text()
+    assert "fusion.propagate" in cache_stamp.stamp_path().read_text()
 
 
 def test_a_stamp_skips_compilation_while_its_files_exist(

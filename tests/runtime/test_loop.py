@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from time import sleep
 
 import pytest
 from hypothesis import given
@@ -47,6 +48,28 @@ def test_messages_run_before_timers_of_the_same_instant() -> None:
     loop.schedule(5, DEVICE, lambda: loop.publish("a", String("x"), "device"))
     loop.run()
     assert seen == ["b", "timer"]
+
+
+def test_an_isolated_action_is_timed_as_the_callback_that_asked() -> None:
+    """So does what it asks for in turn; the callback that runs the actions is not charged for them."""
+    loop, waiting = Loop(StepClock()), []
+
+    def ask(_: object, work: int = 2) -> None:
+        waiting.append(loop.isolated(lambda _: (sleep(0.02), ask(None, work - 1) if work else None)))
+
+    def serve(_: object) -> None:
+        while waiting:
+            waiting.pop()(None)
+
+    loop.subscribe("a", "asker", ask)
+    loop.subscribe("b", "server", serve)
+    for topic in ("a", "b"):
+        loop.publish(topic, String(""), "test")
+    loop.run()
+    asker, server = loop.timings["asker <- a"], loop.timings["server <- b"]
+    assert (asker.calls, server.calls) == (1, 1)
+    assert asker.total_ns >= 0.06e9 and 0 < server.total_ns < 0.5 * asker.total_ns
+    assert 0.02e9 <= asker.worst_ns < asker.total_ns
 
 
 def test_callbacks_posted_by_threads_get_unique_times() -> None:

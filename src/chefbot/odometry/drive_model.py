@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,6 +41,21 @@ ACCEL_BIAS = 0.5
 GYRO_RANGE = math.radians(250.0)
 """Narrowest range of the gyros in use, rad/s (MPU-6050 register map, FS_SEL 0), the default after
 power-up."""
+
+
+class FilterParameters(NamedTuple):
+    """The numbers of a `DriveModel` that the compiled filter needs, in the same units."""
+
+    separation: float
+    max_yaw_rate: float
+    max_yaw_acceleration: float
+    imu_x: float
+    imu_y: float
+    imu_distance: float
+    """Distance of the accelerometer from the axle midpoint, m."""
+    gyro_bias_walk: float
+    gyro_range: float
+    tilt: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,6 +128,21 @@ class DriveModel:
             gyro_scale_error=calibration.gyro_deviation or params.gyro_scale_error,
             gyro_bias_walk=params.gyro_bias_walk,
             measured=(left, right, separation, gyro_scale_error, calibration.gyro_offset),
+        )
+
+    @cached_property
+    def parameters(self) -> FilterParameters:
+        """The numbers that the compiled filter needs."""
+        return FilterParameters(
+            float(self.separation),
+            float(self.max_yaw_rate),
+            float(self.max_yaw_acceleration),
+            float(self.imu_x),
+            float(self.imu_y),
+            math.hypot(self.imu_x, self.imu_y),
+            float(self.gyro_bias_walk),
+            float(self.gyro_range),
+            float(self.tilt),
         )
 
     def start(self) -> tuple[Array, Array]:

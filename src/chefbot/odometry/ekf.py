@@ -13,9 +13,11 @@ implementation for the Robot Operating System").
 
 from __future__ import annotations
 
+import math
 from functools import partial
 
 import numpy as np
+from numba import njit
 
 from chefbot.errors import OdometryError
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -23,10 +25,10 @@ from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
 from chefbot.odometry.filter_state import FilterState
 from chefbot.odometry.fusion import predict_without_wheels, process_reading, without_counts
-from chefbot.odometry.motion_model import YAW, X, Y
+from chefbot.odometry.motion_model import YAW, Array, X, Y
 from chefbot.odometry.out_of_sequence import History
-from chefbot.odometry.readings import ImuReading, Reading, WheelCounts, WheelTwist
-from chefbot.odometry.sensor_health import Condition, Source
+from chefbot.odometry.readings import ImuReading, Reading
+from chefbot.odometry.sensor_health import IMU_SOURCES, Condition, Source
 
 HORIZON_NS = 1_000_000_000
 """Maximum delay of a reading, ns: longer than any transport takes, and short enough to reprocess."""
@@ -43,6 +45,7 @@ LOST_NS = {
     Source.ATTITUDE: 300_000_000,
 }
 """Timeout of each source, ns, a few of its periods. The estimate continues without the source immediately."""
+_WHEELS = (Source.WHEELS,)
 
 
 class Ekf:
@@ -67,43 +70,37 @@ class Ekf:
         """
         newest = self._history.newest_ns
         lag = 0 if newest is None else max(newest - reading.stamp_ns, 0)
-        for source in _sources(reading):
+        sources = _sources(reading)
+        for source in sources:
             self._lag_ns[source] = lag
         # Several wheel readings beyond the horizon: the clock was set back
         too_late = lag >= HORIZON_NS
         self._too_late += too_late
-        if isinstance(reading, WheelCounts | WheelTwist):
+        if not isinstance(reading, ImuReading):
             self._late_in_a_row = self._late_in_a_row + 1 if too_late else 0
             if self._late_in_a_row >= CLOCK_RESET_READINGS:
                 self._restart_clock(reading.stamp_ns)
         # Insert the reading at its stamp and reprocess the later ones
         before = self.belief
         added = self._history.add(reading)
-        if not _is_plausible(before, self.belief):
+        after = self.belief
+        if not _is_plausible(before.state, after.state, after.covariance):
             self._revert_to(before)
             raise OdometryError(
-                f"a reading of {_sources(reading)[0].name.lower()} makes the odometry diverge; it is left out"
+                f"a reading of {sources[0].name.lower()} makes the odometry diverge; it is left out"
             )
         return added
 
     def _revert_to(self, before: FilterState) -> None:
         """Return to the belief before a reading, without pending readings or counts; the number of restarts stays."""
-        belief = before._replace(
-            pending=(),
-            counters=without_counts(before.counters),
-            gyro_ns=None,
-            spike_candidates=(),
-            tilt_reading=None,
-        )
+        belief = before.without_readings()._replace(counters=without_counts(before.counters))
         self._history = History(partial(process_reading, self._body), belief, HORIZON_NS)
 
     def _restart_clock(self, stamp_ns: int) -> None:
         """Continue from the same belief on a clock that was set back; the counters stay valid."""
         pace = self.belief.velocity
         missed_ns = round(CLOCK_RESET_READINGS * pace.dt * 1e9) if pace else 1
-        belief = self.belief._replace(
-            stamp_ns=stamp_ns - missed_ns, pending=(), gyro_ns=None, spike_candidates=(), tilt_reading=None
-        )
+        belief = self.belief.without_readings()._replace(stamp_ns=stamp_ns - missed_ns)
         self._history = History(partial(process_reading, self._body), belief, HORIZON_NS)
         self._late_in_a_row, self._lag_ns = 0, dict.fromkeys(Source, 0)
 
@@ -149,21 +146,19 @@ class Ekf:
     @property
     def slipping(self) -> bool:
         """Whether wheels and gyro contradicted each other in the last update."""
-        return self.belief.contradicted_ns is not None
+        return self.belief.contradicted
 
 
-def _is_plausible(before: FilterState, after: FilterState) -> bool:
-    """Return whether a belief is finite and plausibly close to the one before."""
-    finite = np.isfinite(after.state).all() and np.isfinite(after.covariance).all()
-    return bool(finite and np.abs(after.state[[X, Y]] - before.state[[X, Y]]).max() < MAX_STEP)
+@njit(cache=True, nogil=True)
+def _is_plausible(before: Array, state: Array, covariance: Array) -> bool:
+    """Return whether a state (n,) and its covariance are finite, and the position close to the one before."""
+    if not (np.isfinite(state).all() and np.isfinite(covariance).all()):
+        return False
+    return max(abs(state[X] - before[X]), abs(state[Y] - before[Y])) < MAX_STEP
 
 
 def _sources(reading: Reading) -> tuple[Source, ...]:
-    if isinstance(reading, ImuReading):
-        measured = (
-            (Source.GYRO, reading.rates_variance),
-            (Source.ACCELEROMETER, reading.force_variance),
-            (Source.ATTITUDE, reading.attitude_variance),
-        )
-        return tuple(source for source, variance in measured if min(variance) != float("inf"))
-    return (Source.WHEELS,)
+    if not isinstance(reading, ImuReading):
+        return _WHEELS
+    variances = reading.rates_variance, reading.force_variance, reading.attitude_variance
+    return tuple([source for source, v in zip(IMU_SOURCES, variances, strict=True) if min(v) != math.inf])

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.filter_state import FilterState
-from chefbot.odometry.motion_model import DELTA_S, DELTA_YAW, PITCH, ROLL, YAW, X, Y, Z
+from chefbot.odometry.motion_model import DELTA_S, DELTA_YAW, PITCH, ROLL, YAW, Array, X, Y, Z
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,20 +35,30 @@ class MotionEstimate:
     pitch: float = 0.0
 
 
-_PLANE = np.ix_([X, Y, YAW], [X, Y, YAW])
-
-
 def estimate_of(belief: FilterState) -> MotionEstimate:
     """Return pose and twist with their covariances from a belief."""
-    state, covariance = belief.state, belief.covariance
-    dt = belief.velocity.dt if belief.velocity else 1.0
+    state, dt = belief.state.tolist(), belief.interval or 1.0
+    covariance, twist_covariance = _covariances(belief.covariance, dt)
     return MotionEstimate(
-        SE2(float(state[X]), float(state[Y]), wrap(float(state[YAW]))),
-        covariance[_PLANE],
-        float(state[DELTA_S]) / dt,
-        float(state[DELTA_YAW]) / dt,
-        covariance[DELTA_S : DELTA_YAW + 1, DELTA_S : DELTA_YAW + 1] / dt**2,
-        float(state[Z]),
-        float(state[ROLL]),
-        float(state[PITCH]),
+        SE2(state[X], state[Y], wrap(state[YAW])),
+        covariance,
+        state[DELTA_S] / dt,
+        state[DELTA_YAW] / dt,
+        twist_covariance,
+        state[Z],
+        state[ROLL],
+        state[PITCH],
     )
+
+
+@njit(cache=True, nogil=True)
+def _covariances(covariance: Array, dt: float) -> tuple[Array, Array]:
+    """Return those of x, y and yaw (3, 3), and of the mean speed and yaw rate over dt seconds (2, 2)."""
+    pose, twist = np.empty((3, 3)), np.empty((2, 2))
+    for i, row in enumerate((X, Y, YAW)):
+        for j, column in enumerate((X, Y, YAW)):
+            pose[i, j] = covariance[row, column]
+    for i, row in enumerate((DELTA_S, DELTA_YAW)):
+        for j, column in enumerate((DELTA_S, DELTA_YAW)):
+            twist[i, j] = covariance[row, column] / dt**2
+    return pose, twist

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from chefbot.odometry.drive_model import DriveModel
+import numpy as np
+from numba import njit
+
+from chefbot.errors import OdometryError
+from chefbot.odometry.drive_model import DriveModel, FilterParameters
 from chefbot.odometry.filter_state import FilterState
 from chefbot.odometry.measurement_updates import update_imu
-from chefbot.odometry.propagation import PropagationInterval
-from chefbot.odometry.readings import Reading, WheelCounts, WheelTwist
-from chefbot.odometry.sensor_health import Source
+from chefbot.odometry.motion_model import Array
+from chefbot.odometry.propagation import begin_interval, end_interval, move_to
+from chefbot.odometry.readings import IMU, ImuReading, Reading, WheelCounts, WheelTwist
+from chefbot.odometry.sensor_health import NEVER, Records
 from chefbot.odometry.wheel_travel import (
     EncoderState,
     WheelTravel,
@@ -27,10 +32,10 @@ def process_reading(body: DriveModel, belief: FilterState, reading: Reading) -> 
 
     Readings between two wheel readings are kept until the second one, which gives the motion of the robot.
     """
-    if isinstance(reading, WheelCounts | WheelTwist):
-        return _process_wheels(body, belief, reading)
-    belief = _after_gap(body, belief, reading.stamp_ns)
-    return belief._replace(pending=(*belief.pending, reading))
+    if isinstance(reading, ImuReading):
+        belief = _after_gap(body, belief, reading.stamp_ns)
+        return belief._replace(pending=(*belief.pending, reading))
+    return _process_wheels(body, belief, reading)
 
 
 def _after_gap(body: DriveModel, belief: FilterState, stamp_ns: int) -> FilterState:
@@ -59,10 +64,7 @@ def without_counts(counters: EncoderState) -> EncoderState:
 
 def _process_wheels(body: DriveModel, belief: FilterState, reading: WheelCounts | WheelTwist) -> FilterState:
     stamp_ns = reading.stamp_ns
-    watches = dict(belief.monitors)
-    values = tuple(float(v) for v in reading[1:3])
-    watches[Source.WHEELS] = watches[Source.WHEELS].with_reading(stamp_ns, values, float("inf")).used()
-    belief = _after_gap(body, belief._replace(monitors=watches), stamp_ns)
+    belief = _after_gap(body, belief._replace(wheels_ns=stamp_ns), stamp_ns)
     if belief.stamp_ns is None:
         return _initialise(belief, reading)
     if isinstance(reading, WheelTwist):
@@ -93,37 +95,51 @@ def _initialise(belief: FilterState, reading: WheelCounts | WheelTwist) -> Filte
     """Set the origin of odom at the first wheel reading; discard the readings before it."""
     counts = (reading.left, reading.right) if isinstance(reading, WheelCounts) else None
     counters = belief.counters._replace(counts=counts)
-    gyro_ns = reading.stamp_ns if belief.pending else None
-    return belief._replace(stamp_ns=reading.stamp_ns, counters=counters, pending=(), gyro_ns=gyro_ns)
+    timed = belief.with_gyro_since(reading.stamp_ns if belief.pending else NEVER)
+    return timed._replace(stamp_ns=reading.stamp_ns, counters=counters, pending=())
+
+
+@njit(cache=True, nogil=True)
+def propagate(
+    state: Array,
+    covariance: Array,
+    monitors: Records,
+    memory: Records,
+    body: FilterParameters,
+    rolled: WheelTravel,
+    begin_ns: int,
+    end_ns: int,
+    standing: bool,
+    readings: Records,
+) -> tuple[Array, Array, Records, Records]:
+    """Return state (n,), covariance (n, n), monitors (3,) and memory (1,) after an interval between wheel readings.
+
+    body: parameters of the drive. rolled: travel of the wheels from begin_ns to end_ns > begin_ns. standing:
+    whether the encoders show standstill. readings: records (m,) of type `IMU`, in order of their stamps.
+    """
+    interval = begin_interval(state, covariance, monitors, memory, body, rolled, begin_ns, end_ns, standing)
+    # Prediction to each pending reading and its measurement update, in order of the stamps
+    for i in range(readings.size):
+        update_imu(interval, readings[i])
+    # Prediction over the remaining part of the interval
+    move_to(interval, end_ns)
+    end_interval(interval)
+    return interval.state, interval.covariance, interval.monitors, interval.memory
 
 
 def _propagate(
     body: DriveModel, belief: FilterState, rolled: WheelTravel, stamp_ns: int, counters: EncoderState
 ) -> FilterState:
-    assert belief.stamp_ns is not None
-    interval = PropagationInterval(body, belief, rolled, stamp_ns - belief.stamp_ns, counters.standing)
-    # Prediction to each pending reading and its measurement update, in order of the stamps
-    for reading in belief.pending:
-        update_imu(interval, reading)
-    # Prediction over the remaining part of the interval
-    interval.move_to(stamp_ns)
-    since = belief.contradicted_ns if belief.contradicted_ns is not None else stamp_ns
+    if belief.stamp_ns is None:
+        raise OdometryError("the belief has no stamp to propagate from")
+    before = belief.state, belief.covariance, belief.monitor_records, belief.memory
+    stamps, readings = (belief.stamp_ns, stamp_ns), np.array(list(belief.pending), IMU)
+    state, covariance, monitors, memory = propagate(
+        *before, body.parameters, rolled, *stamps, counters.standing, readings
+    )
+    after = FilterState(state, covariance, monitors, memory, stamp_ns, belief.wheels_ns, counters)
     # An encoder fault is assumed only if the gyro contradicts the wheels as well
     silent_wheel = counters.dead_encoder_side
-    encoder_fault = silent_wheel is not None and (
-        interval.contradicted or belief.dead_encoder_side == silent_wheel
-    )
-    return belief._replace(
-        state=interval.state,
-        covariance=interval.covariance,
-        stamp_ns=stamp_ns,
-        counters=counters,
-        pending=(),
-        velocity=interval.velocity,
-        gyro_ns=interval.gyro_ns,
-        spike_candidates=interval.spike_candidates,
-        tilt_reading=interval.tilt_reading,
-        monitors=interval.monitors,
-        contradicted_ns=since if interval.contradicted else None,
-        dead_encoder_side=silent_wheel if encoder_fault else None,
-    )
+    if silent_wheel is None or not (after.contradicted or belief.dead_encoder_side == silent_wheel):
+        return after
+    return after._replace(dead_encoder_side=silent_wheel)

@@ -9,14 +9,33 @@ damaged.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from chefbot.odometry.kalman_update import CHI2_GATE, forget
-from chefbot.odometry.motion_model import DELTA_YAW_GYRO, GYRO_BIAS_Z, GYRO_SCALE, SIZE
-from chefbot.odometry.propagation import GYRO_TIMEOUT_NS, PropagationInterval
-from chefbot.odometry.readings import ImuReading
-from chefbot.odometry.sensor_health import Condition, SensorMonitor, Source
+from chefbot.odometry.kalman_update import ALL, CHI2_GATE, forget, innovation_covariance
+from chefbot.odometry.motion_model import DELTA_YAW_GYRO, GYRO_BIAS_Z, GYRO_SCALE, SIZE, Array
+from chefbot.odometry.propagation import (
+    GYRO_TIMEOUT_NS,
+    PropagationInterval,
+    add_heading,
+    apply_update,
+    inflate_heading,
+    slip,
+)
+from chefbot.odometry.sensor_health import (
+    GYRO,
+    NEVER,
+    REVERSED,
+    SATURATED,
+    STUCK,
+    Record,
+    note_fault,
+    note_reading,
+    note_rejection,
+    note_use,
+)
 
 MIN_GYRO_NOISE = 1e-5
 """Minimum standard deviation of a gyro rate, rad/s; a variance of zero has no inverse."""
@@ -33,126 +52,135 @@ REVERSED_COUNT = 5
 """Surplus of readings with the wrong sign from which the gyro counts as mounted upside down."""
 
 
-def update_gyro(interval: PropagationInterval, reading: ImuReading) -> None:
-    """Update the state with the gyro's rotation about z since its last reading."""
-    before = interval.monitors[Source.GYRO]
-    monitor = before.with_reading(reading.stamp_ns, reading.rates, STUCK_TURN)
-    if not math.isinf(reading.rates_variance[2]):
-        monitor = _check_and_update(interval, reading, before, monitor)
-    interval.monitors[Source.GYRO] = monitor
-    interval.gyro_ns = reading.stamp_ns
-    interval.state, interval.covariance = forget(interval.state, interval.covariance, DELTA_YAW_GYRO)
+@njit(cache=True, nogil=True)
+def update_gyro(interval: PropagationInterval, reading: Record) -> None:
+    """Update the state with the gyro's rotation about z since its last reading, a record of type `IMU`."""
+    monitor = interval.monitors[GYRO]
+    last_ns, last_rate = monitor["last_ns"], monitor["value"][2]
+    note_reading(monitor, reading["stamp_ns"], reading["rates"], STUCK_TURN)
+    if not math.isinf(reading["rates_variance"][2]):
+        _check_and_update(interval, reading, last_ns, last_rate)
+    interval.memory[0]["gyro_ns"] = reading["stamp_ns"]
+    interval.state[:], interval.covariance[:] = forget(interval.state, interval.covariance, DELTA_YAW_GYRO)
 
 
-def _check_and_update(
-    interval: PropagationInterval, reading: ImuReading, before: SensorMonitor, monitor: SensorMonitor
-) -> SensorMonitor:
-    rate, body = reading.rates[2], interval.model
-    doubted, interval.spike_candidates = interval.spike_candidates, ()
+@njit(cache=True, nogil=True)
+def _check_and_update(interval: PropagationInterval, reading: Record, last_ns: int, last_rate: float) -> None:
+    """Update with a reading, or reject it; last_ns, last_rate: stamp and rate of the one before."""
+    rate, stamp_ns, body = reading["rates"][2], reading["stamp_ns"], interval.body
+    monitor, memory = interval.monitors[GYRO], interval.memory[0]
+    spikes, spike_angle = memory["spikes"], memory["spike_angle"]
+    memory["spikes"], memory["spike_angle"] = 0, 0.0
     # Saturated: the heading may have changed by the measured angle or more
     if body.gyro_range <= abs(rate) <= DAMAGED_RANGE_FACTOR * body.gyro_range:
-        last_ns = reading.stamp_ns if before.last_ns is None else before.last_ns
-        period = min(reading.stamp_ns - last_ns, GYRO_TIMEOUT_NS) / 1e9
-        interval.inflate_heading((rate * period) ** 2)
-        return monitor.with_rejected(Condition.SATURATED)
+        period = 0.0 if last_ns == NEVER else min(stamp_ns - last_ns, GYRO_TIMEOUT_NS) / 1e9
+        inflate_heading(interval, (rate * period) ** 2)
+        note_fault(monitor, SATURATED)
+        return
     # Damaged: faster than the robot can turn
     if not abs(rate) <= min(body.max_yaw_rate, DAMAGED_RANGE_FACTOR * body.gyro_range):  # true for NaN
-        return monitor.with_rejected()
-    if interval.gyro_ns is None or not 0 < reading.stamp_ns - interval.gyro_ns <= GYRO_TIMEOUT_NS:
-        return monitor  # the period of the rate is unknown
-    return _update_or_reject(interval, GyroRotation(interval, reading), before, monitor, doubted)
+        note_rejection(monitor)
+        return
+    if memory["gyro_ns"] == NEVER or not 0 < stamp_ns - memory["gyro_ns"] <= GYRO_TIMEOUT_NS:
+        return  # the period of the rate is unknown
+    rotation = gyro_rotation(interval, reading)
+    is_jump = last_ns != NEVER and _is_jump(body.max_yaw_acceleration, rotation, last_rate)
+    _update_or_reject(interval, rotation, is_jump, spikes, spike_angle)
 
 
-class GyroRotation:
-    """A rotation measured by the gyro, with its innovation against the yaw increment `DELTA_YAW_GYRO` of the
-    wheels."""
+class GyroRotation(NamedTuple):
+    """A rotation measured by the gyro, with its innovation against the yaw increment of the wheels."""
 
-    def __init__(self, interval: PropagationInterval, reading: ImuReading) -> None:
-        self.interval, self.rate = interval, reading.rates[2]
-        assert interval.gyro_ns is not None
-        self.period = (reading.stamp_ns - interval.gyro_ns) / 1e9
-        deviation = max(math.sqrt(max(reading.rates_variance[2], 0.0)), MIN_GYRO_NOISE)
-        # Measurement z = rate * T with variance R = (sigma T)^2
-        self.noise = (deviation * self.period) ** 2
-        self.angle = self.rate * self.period
-        # h(x) = (1 + e_gain) * swing + bias * T and its Jacobian
-        swing, gain = float(interval.state[DELTA_YAW_GYRO]), 1.0 + float(interval.state[GYRO_SCALE])
-        self.H = np.zeros((1, SIZE))
-        self.H[0, [DELTA_YAW_GYRO, GYRO_BIAS_Z, GYRO_SCALE]] = gain, self.period, swing
-        self.offset, self.by_wheels = float(interval.state[GYRO_BIAS_Z]) * self.period, gain * swing
-
-    @property
-    def innovation(self) -> float:
-        """Innovation y = z - h(x), rad."""
-        return self.angle - self.offset - self.by_wheels
-
-    def _innovation_variance(self) -> float:
-        """Return the innovation variance S = H P H^T + R, rad^2."""
-        return float(self.interval.distance(np.zeros(1), self.H, np.array([[self.noise]]))[1][0, 0])
-
-    def excess(self, innovation: float) -> float:
-        """Return the variance missing from S for the innovation to pass the gate, rad^2; negative if it
-        does."""
-        return innovation**2 / CHI2_GATE - self._innovation_variance()
-
-    @property
-    def mirrored(self) -> int:
-        """Sign check: +1 if the gyro agrees only with the reversed wheels, -1 if only with the wheels, or 0.
-
-        The magnitudes must agree within `REVERSED_TOLERANCE`, because a skidding robot may turn against its
-        wheels by chance.
-        """
-        opposite = self.angle - self.offset + self.by_wheels
-        fits = abs(opposite) < REVERSED_TOLERANCE * abs(self.by_wheels) and self.excess(opposite) <= 0.0
-        agrees = self.excess(self.innovation) <= 0.0
-        return int(fits and not agrees) - int(agrees and self.excess(opposite) > 0.0)
-
-    def apply(self) -> None:
-        """Apply the measurement update with this rotation."""
-        self.interval.correct(np.array([self.innovation]), self.H, np.array([[self.noise]]))
+    rate: float
+    period: float
+    noise: float
+    """Variance R of the measured angle, rad^2."""
+    unbiased: float
+    """Measured angle without the gyro's bias, rad."""
+    by_wheels: float
+    """Angle by the yaw increment `DELTA_YAW_GYRO` of the wheels, as the gyro would measure it, rad."""
+    innovation: float
+    """y = z - h(x), rad."""
+    H: Array
+    """Jacobian (1, n)."""
+    variance: float
+    """Innovation variance S = H P H^T + R, rad^2."""
 
 
-def _update_or_reject(
-    interval: PropagationInterval,
-    rotation: GyroRotation,
-    before: SensorMonitor,
-    monitor: SensorMonitor,
-    doubted: tuple[float, ...],
-) -> SensorMonitor:
-    # Fault detection: stuck, reversed
-    monitor = monitor.with_expected_change(rotation.innovation)._replace(
-        mirrored=_limit_count(monitor.mirrored + rotation.mirrored)
+@njit(cache=True, nogil=True)
+def gyro_rotation(interval: PropagationInterval, reading: Record) -> GyroRotation:
+    """Return the rotation since the gyro's last reading."""
+    state, rate, H = interval.state, reading["rates"][2], np.zeros((1, SIZE))
+    period = (reading["stamp_ns"] - interval.memory[0]["gyro_ns"]) / 1e9
+    deviation = max(math.sqrt(max(reading["rates_variance"][2], 0.0)), MIN_GYRO_NOISE)
+    # Measurement z = rate * T with variance R = (sigma T)^2
+    noise = (deviation * period) ** 2
+    # h(x) = (1 + e_gain) * swing + bias * T and its Jacobian
+    swing, gain = state[DELTA_YAW_GYRO], 1.0 + state[GYRO_SCALE]
+    H[0, DELTA_YAW_GYRO], H[0, GYRO_BIAS_Z], H[0, GYRO_SCALE] = gain, period, swing
+    unbiased, by_wheels = rate * period - state[GYRO_BIAS_Z] * period, gain * swing
+    # S = H P H^T + R
+    S = innovation_covariance(interval.covariance, H, np.array([[noise]]))[1]
+    return GyroRotation(rate, period, noise, unbiased, by_wheels, unbiased - by_wheels, H, S[0, 0])
+
+
+@njit(cache=True, nogil=True)
+def _excess(rotation: GyroRotation, innovation: float) -> float:
+    """Return the variance missing from S for an innovation to pass the gate, rad^2; negative if it does."""
+    return innovation**2 / CHI2_GATE - rotation.variance
+
+
+@njit(cache=True, nogil=True)
+def _mirrored(rotation: GyroRotation) -> int:
+    """Return +1 if the gyro agrees only with the reversed wheels, -1 if only with the wheels, or 0.
+
+    The magnitudes must agree within `REVERSED_TOLERANCE`, because a skidding robot may turn against its
+    wheels by chance.
+    """
+    opposite = rotation.unbiased + rotation.by_wheels
+    similar = abs(opposite) < REVERSED_TOLERANCE * abs(rotation.by_wheels)
+    fits, agrees = (
+        similar and _excess(rotation, opposite) <= 0.0,
+        _excess(rotation, rotation.innovation) <= 0.0,
     )
-    if monitor.fault is Condition.STUCK:
-        return monitor.with_rejected()
-    if monitor.mirrored >= REVERSED_COUNT:
-        return monitor.with_rejected(Condition.REVERSED)
+    return int(fits and not agrees) - int(agrees and _excess(rotation, opposite) > 0.0)
+
+
+@njit(cache=True, nogil=True)
+def _update_or_reject(
+    interval: PropagationInterval, rotation: GyroRotation, is_jump: bool, spikes: int, spike_angle: float
+) -> None:
+    """Update with a rotation, unless the gyro is at fault; spikes: number and sum of the innovations before."""
+    monitor, memory, mirrored = interval.monitors[GYRO], interval.memory[0], _mirrored(rotation)
+    # Fault detection: stuck, reversed
+    monitor["expected_change"] += rotation.innovation
+    monitor["mirrored"] = min(max(monitor["mirrored"] + mirrored, 0), 2 * REVERSED_COUNT)
+    if monitor["fault"] == STUCK:
+        note_rejection(monitor)
+        return
+    if monitor["mirrored"] >= REVERSED_COUNT:
+        note_fault(monitor, REVERSED)
+        return
     # Outside the gate: reversed, repeating or a spike is left out; otherwise a wheel slips
-    if rotation.excess(rotation.innovation) > 0.0:
-        if rotation.mirrored > 0 or monitor.repeating:
-            return monitor.with_rejected()
-        if len(doubted) < MAX_SPIKE_READINGS and _is_jump(interval, rotation, before.value):
-            interval.spike_candidates = (*doubted, rotation.innovation)
-            return monitor.with_rejected()
-        interval.contradicted = True
-        interval.slip(rotation.innovation)
-        interval.add_heading(sum(doubted))  # the readings left out before were no spike
+    if _excess(rotation, rotation.innovation) > 0.0:
+        if mirrored > 0 or monitor["repeats"] > 0:
+            note_rejection(monitor)
+            return
+        if spikes < MAX_SPIKE_READINGS and is_jump:
+            memory["spikes"], memory["spike_angle"] = spikes + 1, spike_angle + rotation.innovation
+            note_rejection(monitor)
+            return
+        interval.part[0]["contradicted"] = True
+        slip(interval, rotation.innovation)
+        add_heading(interval, spike_angle)  # the readings left out before were no spike
     # Measurement update
-    rotation.apply()
-    return monitor.used()
+    apply_update(interval, np.array([rotation.innovation]), rotation.H, np.array([[rotation.noise]]), ALL)
+    note_use(monitor)
 
 
-def _limit_count(mirrored: int) -> int:
-    return min(max(mirrored, 0), 2 * REVERSED_COUNT)
-
-
-def _is_jump(interval: PropagationInterval, rotation: GyroRotation, before: tuple[float, ...]) -> bool:
+@njit(cache=True, nogil=True)
+def _is_jump(max_yaw_acceleration: float, rotation: GyroRotation, last_rate: float) -> bool:
     """Return whether the rate changed faster than motors, slip or a push can change it."""
-    if not before:
-        return False
     noise_margin = math.sqrt(2.0 * CHI2_GATE * rotation.noise) / rotation.period
     # "not <=" is true for NaN
-    return (
-        not abs(rotation.rate - before[2])
-        <= interval.model.max_yaw_acceleration * rotation.period + noise_margin
-    )
+    return not abs(rotation.rate - last_rate) <= max_yaw_acceleration * rotation.period + noise_margin

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from chefbot.odometry.motion_model import SIZE, Array
 
 Flags = NDArray[np.bool_]
+Indices = NDArray[np.int64]
 ALL: Flags = np.ones(SIZE, np.bool_)
 """Mask of an ordinary update: every element of the state is estimated."""
 
@@ -46,7 +47,7 @@ def whiten(lower: Array, values: Array) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _innovation_covariance(covariance: Array, H: Array, noise: Array) -> tuple[Array, Array]:
+def innovation_covariance(covariance: Array, H: Array, noise: Array) -> tuple[Array, Array]:
     """Return H P (m, n) and the innovation covariance S = H P H^T + R (m, m)."""
     m, n = H.shape
     # H P, skipping the zeros of H
@@ -69,7 +70,7 @@ def _innovation_covariance(covariance: Array, H: Array, noise: Array) -> tuple[A
 def distance(covariance: Array, innovation: Array, H: Array, noise: Array) -> tuple[float, Array]:
     """Return the squared Mahalanobis distance of an innovation (m,), and its covariance S (m, m)."""
     # d^2 = y^T S^-1 y = |L^-1 y|^2 with S = L L^T
-    _, S = _innovation_covariance(covariance, H, noise)
+    _, S = innovation_covariance(covariance, H, noise)
     whitened = whiten(cholesky(S), innovation.reshape(-1, 1))
     return float(np.sum(whitened * whitened)), S
 
@@ -87,7 +88,7 @@ def correct(
     which is exactly symmetric (Thrun, Burgard & Fox 2005, table 3.3, in square-root form).
     """
     # S = H P H^T + R = L L^T, W = L^-1 H P, whitened innovation L^-1 y
-    HP, S = _innovation_covariance(covariance, H, noise)
+    HP, S = innovation_covariance(covariance, H, noise)
     lower = cholesky(S)
     W, whitened = whiten(lower, HP), whiten(lower, innovation.reshape(-1, 1))
     corrected, corrected_covariance = state.copy(), covariance.copy()

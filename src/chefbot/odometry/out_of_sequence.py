@@ -8,7 +8,7 @@ reprocessing).
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
@@ -45,8 +45,9 @@ class History(Generic[Belief]):
         if newest is not None and reading.stamp_ns <= newest - self._horizon_ns:
             return False
         key = order(reading)
-        at = bisect_left(self._keys, key)
-        if at < len(self._keys) and self._keys[at] == key:
+        first, end = bisect_left(self._keys, key), bisect_right(self._keys, key)
+        at = first + bisect_left(self._readings[first:end], repr(reading), key=repr) if end > first else end
+        if at < end and repr(self._readings[at]) == repr(reading):
             return False
         # Reprocess from the inserted reading on; this may raise, and until here nothing has changed
         beliefs = self._reprocessed(at, [reading, *self._readings[at:]])
@@ -65,7 +66,7 @@ class History(Generic[Belief]):
         return beliefs
 
     def _drop_expired(self) -> None:
-        expired = bisect_left(self._keys, (self._keys[-1][0] - self._horizon_ns + 1, -1, ""))
+        expired = bisect_left(self._keys, (self._keys[-1][0] - self._horizon_ns + 1, -1))
         if expired:
             self._base = self._beliefs[expired - 1]
             del self._keys[:expired], self._readings[:expired], self._beliefs[:expired]

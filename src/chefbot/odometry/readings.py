@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 UNMEASURED = (math.inf, math.inf, math.inf)
 """Variances of three axes that were not measured."""
 Triple = tuple[float, float, float]
@@ -50,14 +52,27 @@ class ImuReading(NamedTuple):
     attitude_variance: Triple = UNMEASURED
 
 
+IMU = np.dtype(
+    [
+        ("stamp_ns", np.int64),
+        ("rates", np.float64, 3),
+        ("rates_variance", np.float64, 3),
+        ("force", np.float64, 3),
+        ("force_variance", np.float64, 3),
+        ("attitude", np.float64, 3),
+        ("attitude_variance", np.float64, 3),
+    ]
+)
+"""Record of an `ImuReading`, with the same fields."""
+
 Reading = WheelCounts | WheelTwist | ImuReading
 _RANKS = {ImuReading: 0, WheelTwist: 1, WheelCounts: 1}
-Key = tuple[int, int, str]
+Key = tuple[int, int]
 
 
 def order(reading: Reading) -> Key:
     """Return the sort key of a reading: by stamp, with the wheels, which close a step, last.
 
-    Readings of the same kind and stamp are sorted by their values, so that the order is total.
+    Readings of the same key are sorted by `repr`, that is, by their values, so that the order is total.
     """
-    return reading.stamp_ns, _RANKS[type(reading)], repr(reading)
+    return reading.stamp_ns, _RANKS[type(reading)]

@@ -83,8 +83,8 @@ def travel_from_counts(
     """
     if before.counts is None:
         raise OdometryError("the first counts have no earlier counts to subtract")
-    pairs = zip((reading.left, reading.right), before.counts, strict=True)
-    left, right = (tick_difference(new, old, body.counter_bits) for new, old in pairs)
+    left = tick_difference(reading.left, before.counts[0], body.counter_bits)
+    right = tick_difference(reading.right, before.counts[1], body.counter_bits)
     after = _updated_counters(before, reading, (left, right), dt_ns)
     dt = dt_ns / 1e9
     # Faster than the motor can turn: the counts are invalid
@@ -92,22 +92,22 @@ def travel_from_counts(
         return _invalid_step(body, after, dt)
     # Variance: slip^2 |d| plus the quantisation of two counts, 2 * tick^2 / 12
     rounding = 0.0 if after.standing else body.metres_per_tick**2 / 6.0
-    travel = left * body.metres_per_tick, right * body.metres_per_tick
-    variance = (body.slip**2 * abs(distance) + rounding for distance in travel)
+    travel, slip = (left * body.metres_per_tick, right * body.metres_per_tick), body.slip**2
+    variance = slip * abs(travel[0]) + rounding, slip * abs(travel[1]) + rounding
     return after, WheelTravel(*travel, *variance)
 
 
 def _updated_counters(
     before: EncoderState, reading: WheelCounts, ticks: tuple[int, int], dt_ns: int
 ) -> EncoderState:
-    tickless = [0 if t else s + dt_ns for t, s in zip(ticks, before.tickless_ns, strict=True)]
-    others = zip(ticks, reversed(ticks), before.other_wheel_ticks, strict=True)
-    alone = [0 if own else seen + abs(other) for own, other, seen in others]
-    return before._replace(
-        counts=(reading.left, reading.right),
-        idle_ns=0 if any(ticks) else before.idle_ns + dt_ns,
-        tickless_ns=(tickless[0], tickless[1]),
-        other_wheel_ticks=(alone[0], alone[1]),
+    left, right = ticks
+    tickless, alone = before.tickless_ns, before.other_wheel_ticks
+    return EncoderState(
+        (reading.left, reading.right),
+        0 if left or right else before.idle_ns + dt_ns,
+        (0 if left else tickless[0] + dt_ns, 0 if right else tickless[1] + dt_ns),
+        (0 if left else alone[0] + abs(right), 0 if right else alone[1] + abs(left)),
+        before.restarts,
     )
 
 

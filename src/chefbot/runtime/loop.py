@@ -109,6 +109,8 @@ class Loop:
         self._observers: list[PublicationObserver] = []
         self._posted: deque[tuple[Callable[[], None], CallbackStatistics | None]] = deque()
         self._running = CallbackStatistics()
+        self._others_ns = 0
+        """Time that the running callback has spent on actions of others, ns."""
         self._wake = Condition()
         self._stopped = False
 
@@ -177,9 +179,9 @@ class Loop:
         return self.timings.setdefault(name, CallbackStatistics(owner, name, from_device))
 
     def isolated(self, action: Callable[[T], None]) -> Callable[[T], None]:
-        """Wrap `action` so that exceptions it raises later count as faults of the callback that runs now."""
+        """Wrap `action` so that its time and exceptions count as those of the callback that runs now."""
         timing = self._running
-        return lambda value: self._perform(timing, partial(action, value))
+        return lambda value: self._perform_for(timing, partial(action, value))
 
     def post(self, action: Callable[[], None], timing: CallbackStatistics | None = None) -> None:
         """Run `action` in the loop as a device event as soon as possible; safe from any thread."""
@@ -229,13 +231,31 @@ class Loop:
             return
         self.callback_start_ns = start = wall_ns()
         timing = self._running = event.timing
+        self._others_ns = 0
         self._perform(timing, event.action)
-        elapsed = wall_ns() - start
+        elapsed = wall_ns() - start - self._others_ns
         self.callback_start_ns = 0
         timing.calls += 1
         timing.total_ns += elapsed
         if elapsed > timing.worst_ns:
             timing.worst_ns = elapsed
+
+    def _perform_for(self, timing: CallbackStatistics, action: Callable[[], None]) -> None:
+        """Perform an action of another callback within the one that runs, and count its time there."""
+        running = self._running
+        if timing is running:
+            self._perform(timing, action)
+            return
+        start, before_ns = wall_ns(), self._others_ns
+        self._running = timing
+        self._perform(timing, action)
+        self._running = running
+        # Time of actions for further callbacks within this one is counted there already
+        elapsed = wall_ns() - start
+        own_ns = elapsed - (self._others_ns - before_ns)
+        self._others_ns = before_ns + elapsed
+        timing.total_ns += own_ns
+        timing.worst_ns = max(timing.worst_ns, own_ns)
 
     def _perform(self, timing: CallbackStatistics, action: Callable[[], None]) -> None:
         try:

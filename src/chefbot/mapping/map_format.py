@@ -5,6 +5,7 @@ Converts from and to bytes; files are read and written elsewhere.
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import math
 import re
@@ -25,8 +26,6 @@ OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 BLACK, GREY, WHITE = 0, 205, 254
 """Pixel values of map_saver for occupied, unknown and free."""
 _REQUIRED_KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
-_IGNORED_KEYS = ("frame_id",)
-"""Keys that some tools write and that do not affect the cells."""
 _CHECKSUM = re.compile(rb"^# image sha256: ([0-9a-f]{64})\s*$", re.MULTILINE)
 _MAX_COORDINATE = 1e7  # m, limit of plausible origins
 _BLOCK = 1_000_000  # cells rotated at once
@@ -100,15 +99,19 @@ def decode_map_yaml(data: bytes, where: str) -> MapDescription:
         raise MapFormatError(str(error)) from None
     if not isinstance(keys, dict):
         raise MapFormatError(f"{where} is not a list of keys and values as a map's YAML file is")
-    for key in keys:
-        if key not in (*_REQUIRED_KEYS, "mode", *_IGNORED_KEYS):
-            raise MapFormatError(
-                f"{where}: unknown key {key!r}{name_hint(str(key), [*_REQUIRED_KEYS, 'mode'])}"
-            )
+    _check_spelling(keys, where)
     missing = [key for key in _REQUIRED_KEYS if key not in keys]
     if missing:
         raise MapFormatError(f"{where}: {missing[0]!r} is missing")
     return _check_thresholds(_to_description(keys, _CHECKSUM.search(data), where), where)
+
+
+def _check_spelling(keys: dict[str, Any], where: str) -> None:
+    """Raise MapFormatError for a misspelt key. Nav2 ignores keys that it does not know, and many tools add some."""
+    absent = [key for key in (*_REQUIRED_KEYS, "mode") if key not in keys]
+    for key in map(str, keys):
+        if key not in (*_REQUIRED_KEYS, "mode") and difflib.get_close_matches(key, absent):
+            raise MapFormatError(f"{where}: unknown key {key!r}{name_hint(key, absent)}")
 
 
 def _to_description(keys: dict[str, Any], checksum: re.Match[bytes] | None, where: str) -> MapDescription:
@@ -174,8 +177,8 @@ def decode_map(description: MapDescription, image: bytes, where: str) -> Grid:
 def _cells(picture: MapImage, description: MapDescription) -> NDArray[np.int8]:
     """Return the cell values of an image by table lookup, since it has few levels, top row first.
 
-    In trinary mode opacity counts as a fourth colour channel, as in map_server and Nav2; in scale mode a
-    pixel that is not opaque is unknown; raw mode ignores opacity and negate.
+    As in map_server and in Nav2 up to Jazzy: in trinary mode opacity counts as a fourth colour channel; in
+    scale mode a pixel that is not opaque is unknown; raw mode ignores opacity and negate.
     """
     levels, white, opacity = picture.levels, picture.white, picture.opacity
     if (
@@ -198,8 +201,8 @@ def _table(description: MapDescription, white: int) -> NDArray[np.int8]:
     p = level / white if description.negate else (white - level) / white
     intermediate = np.full(white + 1, float(UNKNOWN))
     if description.mode == "scale":
-        intermediate = np.trunc(
-            99.0 * (p - description.free_thresh) / (description.occupied_thresh - description.free_thresh)
+        intermediate = np.rint(
+            100.0 * (p - description.free_thresh) / (description.occupied_thresh - description.free_thresh)
         )
     table = np.where(
         p > description.occupied_thresh, OCCUPIED, np.where(p < description.free_thresh, FREE, intermediate)

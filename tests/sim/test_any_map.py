@@ -24,6 +24,7 @@ from chefbot.sim.world.load import load_any_world, unknown_cells, with_drawn_pla
 from chefbot.sim.world.map_world import MapWalls, world_from_map
 from chefbot.sim.world.world import World
 from chefbot.storage.map_files import load_map
+from chefbot.storage.places import places_path, save_places
 
 ROBOT = load_robot("chefbot_lidar")
 RADIUS = ROBOT.footprint_radius
@@ -229,6 +230,34 @@ def test_solids_change_only_after_the_robot_moves_away(monkeypatch: pytest.Monke
     assert not solids.follow(5.0 + nearby_solids.SLACK, 5.0)
     near = solids.touchable
     assert solids.follow(25.0, 25.0) and set(near) != set(solids.touchable)
+
+
+def test_a_start_on_unknown_floor_has_places_around_it() -> None:
+    grid = Grid(rooms(47, 120, 2, border=60), 0.05, 0.0, 0.0)
+    world = world_from_map("yard", grid, RADIUS, SE2(1.0, 1.0, 0.0), unknown="free")
+    places = with_drawn_places(world, ROBOT, 7).places
+    assert len(places) == 7 and all(grid.at(pose.x, pose.y) == UNKNOWN for pose in places.values())
+
+
+def test_places_far_from_the_origin_are_saved_and_loaded(tmp_path: Path) -> None:
+    one = next(one for one in MAPS if one.name == "far_away")
+    path = one.write(tmp_path)
+    start = load_any_world(str(path), ROBOT).start
+    save_places(places_path(path), {"home": start, "kitchen": start @ SE2(0.5, 0.0, 0.0)})
+    assert tuple(load_any_world(str(path), ROBOT).places["kitchen"]) == pytest.approx(
+        (start.x + 0.5, start.y, 0.0), abs=1e-3
+    )
+
+
+def test_a_dropped_box_leaves_the_floor_as_it_is() -> None:
+    """The model is compiled again, and the friction under the wheels stays that of the place."""
+    sim = Simulation(ROBOT, load_any_world("empty", ROBOT), "real", JUDGED_SEED)
+    sim.set_duty(0.3, 0.3)
+    for _ in range(100):
+        sim.step()
+    before = sim._model.geom_friction[sim._wheels, 0].copy()
+    sim.drop_box(5.0, 5.0, (0.1, 0.1, 0.1))
+    assert sim._model.geom_friction[sim._wheels, 0].tolist() == before.tolist()
 
 
 def test_a_map_of_a_robot_that_fits_nowhere_says_what_to_do() -> None:

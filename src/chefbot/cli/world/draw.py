@@ -68,6 +68,7 @@ def picture(world: World, robot: Robot) -> bytes:
         facecolor=FLOOR, aspect="equal", xlim=(x0 - 0.5, x1 + 0.5), ylim=(y0 - 0.5, y1 + 0.5)
     )
     axes.set_title(f"{world.name}; {world.start_note}" if world.start_note else world.name)
+    axes.ticklabel_format(useOffset=False)
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
     _draw_floor(axes, world)

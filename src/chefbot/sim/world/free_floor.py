@@ -130,14 +130,17 @@ class FreeFloor:
         return min(blocked * self.grid.resolution, FACING)
 
     def _component_of(self, start: SE2) -> NDArray[np.bool_]:
-        """Return the known cells (h, w) of the component of the start, or of the one nearest to it on its way."""
-        fits = self._known & (self._components > 0)
+        """Return the cells (h, w) of the component of the start, or of the one nearest to it on its way: the known
+        ones, or all if none of them is known."""
+        fits = self._components > 0
         if not fits[self.grid.cell(start.x, start.y)]:
             fits &= self._reached(start)
         if not fits.any():
             return fits
         near = self._nearest(fits, start.x, start.y)
-        return self._known & (self._components == self._components[self.grid.cell(near.x, near.y)])
+        component: NDArray[np.bool_] = self._components == self._components[self.grid.cell(near.x, near.y)]
+        known = component & self._known
+        return known if known.any() else component
 
     def _reached(self, start: SE2) -> NDArray[np.bool_]:
         """Return the cells (h, w) that the robot gets to from the start, which is free.

@@ -14,6 +14,7 @@ from scipy import ndimage
 from tests.support.ros_maps import MAPS, RosMap, rooms
 
 from chefbot.errors import UserError
+from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
@@ -247,6 +248,16 @@ def test_places_far_from_the_origin_are_saved_and_loaded(tmp_path: Path) -> None
     assert tuple(load_any_world(str(path), ROBOT).places["kitchen"]) == pytest.approx(
         (start.x + 0.5, start.y, 0.0), abs=1e-3
     )
+
+
+def test_a_path_of_another_machine_is_reported_with_the_cure(tmp_path: Path) -> None:
+    one = next(one for one in MAPS if one.name == "no_comment")
+    path = one.write(tmp_path)
+    path.write_text(path.read_text().replace("image: ", "image: /home/somebody/maps/"))
+    with pytest.raises(
+        MapFormatError, match=r"somebody/maps/no_comment\.pgm does not exist; .*image: no_comment\.pgm"
+    ):
+        load_any_world(str(path), ROBOT)
 
 
 def test_a_dropped_box_leaves_the_floor_as_it_is() -> None:

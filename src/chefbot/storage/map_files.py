@@ -95,6 +95,12 @@ def read_map_files(path: Path) -> MapFiles:
     image = path.parent / about.image
     if image.exists() and not image.is_file():  # reading a pipe would block
         raise MapFormatError(f"map picture {image} is not a file")
+    beside = path.parent / image.name
+    if not image.exists() and beside.is_file():  # an absolute path of the machine that the map was made on
+        raise MapFormatError(
+            f"map picture {image} does not exist; to use the one beside the YAML file, write image: {image.name}"
+            f" in {path}"
+        )
     return MapFiles(about, read_bytes(image, "map picture", MAX_IMAGE_BYTES), f"map picture {image}")
 
 

@@ -11,7 +11,9 @@ from chefbot import __version__
 from chefbot.demo.demo import Demo
 from chefbot.demo.score import error_statistics
 from chefbot.mapping.compare import MapQuality, quality
+from chefbot.mapping.map_format import on_axes_of_frame
 from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 from chefbot.sim.world.floor_plan import floor_plan
 from chefbot.sim.world.world import World
@@ -79,11 +81,17 @@ def _errors(values: dict[str, float | None]) -> str:
 
 
 def ground_truth_map(world: World, robot: Robot) -> Grid:
-    """Return the map that the robot's mapping sensor would make of the world without any error."""
+    """Return the map that the robot's mapping sensor would make of the world without any error.
+
+    Its frame begins at the robot's start, as that of a mapper does.
+    """
     sensor = robot.sensors.lidar or robot.sensors.depth_camera
     assert sensor is not None
     plan = floor_plan(world, sensor.mount.z)
     start = world.start
+    if start.yaw != 0.0:
+        corner = start.between(SE2(plan.origin_x, plan.origin_y, 0.0))
+        return on_axes_of_frame(plan.cells, plan.resolution, (*corner,), f"the true map of {world.name}")
     return Grid(plan.cells, plan.resolution, plan.origin_x - start.x, plan.origin_y - start.y)
 
 

@@ -171,7 +171,7 @@ def decode_map(description: MapDescription, image: bytes, where: str) -> Grid:
     x, y, yaw = description.origin
     if yaw == 0.0:
         return Grid(np.ascontiguousarray(cells), description.resolution, x, y)
-    return _rotated(cells, description, where)
+    return on_axes_of_frame(cells, description.resolution, description.origin, where)
 
 
 def _cells(picture: MapImage, description: MapDescription) -> NDArray[np.int8]:
@@ -210,9 +210,14 @@ def _table(description: MapDescription, white: int) -> NDArray[np.int8]:
     return table.astype(np.int8)
 
 
-def _rotated(cells: NDArray[np.int8], description: MapDescription, where: str) -> Grid:
-    """Resample cells (h, w), low row first, rotated by the origin's yaw, onto the axes of the map frame."""
-    (h, w), (x, y, yaw) = cells.shape, description.origin
+def on_axes_of_frame(
+    cells: NDArray[np.int8], resolution: float, origin: tuple[float, float, float], where: str
+) -> Grid:
+    """Resample cells (h, w), low row first, onto the axes of a frame; every occupied cell is kept.
+
+    origin: x, y (m), yaw (rad) of the outer corner of cell [0, 0] in the frame. where: begins a MapFormatError.
+    """
+    (h, w), (x, y, yaw) = cells.shape, origin
     c, s = math.cos(yaw), math.sin(yaw)
     # Corners of the rotated image, cells from the origin
     corners_x, corners_y = np.array([[0.0, c * w, -s * h, c * w - s * h], [0.0, s * w, c * h, s * w + c * h]])
@@ -224,9 +229,9 @@ def _rotated(cells: NDArray[np.int8], description: MapDescription, where: str) -
     _keep_walls(cells, rotated, min_x, min_y, yaw)
     return Grid(
         rotated,
-        description.resolution,
-        x + min_x * description.resolution,
-        y + min_y * description.resolution,
+        resolution,
+        x + min_x * resolution,
+        y + min_y * resolution,
     )
 
 

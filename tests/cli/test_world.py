@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from tests.support.ros_maps import MAPS
 
 from chefbot.buildings.parameters import COMMON, KINDS
 from chefbot.cli.app import main
@@ -105,3 +106,42 @@ def test_the_table_of_kinds_names_all_numbers(capsys: pytest.CaptureFixture[str]
     list_kinds("narrow")
     shown = capsys.readouterr().out
     assert "gap" in shown and "blocks_x" not in shown
+
+
+def test_a_map_is_drawn_with_start_unknown_cells_and_places(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    yaml = next(one for one in MAPS if one.name == "unknown_is_free").write(tmp_path)
+    out = tmp_path / "map.png"
+    words = ("world", "draw", str(yaml), "--robot", "chefbot_lidar", "--out", str(out))
+    assert run(monkeypatch, *words) == 0
+    assert "largest free area" in " ".join(capsys.readouterr().out.split())
+    drawn = np.asarray(Image.open(out).convert("L"))
+    start = ("--start", "[-1, 3, 0.5]", "--unknown", "free", "--seed", "7")
+    assert run(monkeypatch, *words, *start) == 0
+    said = capsys.readouterr().out
+    assert "7 places" in said and "start [-1.00, 3.00, 0.50], as requested" in said
+    lighter = np.asarray(Image.open(out).convert("L"))
+    assert lighter.mean() > drawn.mean() + 20, "what was wall outside is floor now"
+    assert run(monkeypatch, *words, "--start", "[-1, 3, 0.5]") == 2
+    assert "lies in a wall" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [("demo", "--headless"), ("robot", "export", "sdf"), ("sim",)])
+def test_every_command_with_a_world_checks_its_start(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    command: tuple[str, ...],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    yaml = str(next(one for one in MAPS if one.name == "no_comment").write(tmp_path))
+    world = (yaml, "headless:=true") if command == ("sim",) else ("--world", yaml)
+    for option, sentence in [
+        (("--start", "[99, 0, 0]"), f"map {yaml}: the start (99.00, 0.00) lies off the map"),
+        (("--start", "[1, 2]"), "must be three numbers"),
+        (("--unknown", "walls"), "walls"),
+    ]:
+        assert run(monkeypatch, *command, *world, *option) == 2
+        said = " ".join(capsys.readouterr().err.split())
+        assert sentence in said and said.count("chefbot: ") == 1

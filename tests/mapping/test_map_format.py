@@ -113,7 +113,8 @@ def test_negate_inverts_the_image():
 
 def test_scale_mode_interpolates_between_thresholds():
     p = (255 - 150) / 255
-    between = int(99 * (p - 0.196) / (0.65 - 0.196))
+    between = round(100 * (p - 0.196) / (0.65 - 0.196))
+    assert between == 48, "map_server of ROS 1 has 47 here, nav2_map_server 48"
     assert values(decode(pgm([0, 150, 255]), b"mode: scale\n")) == [[100, between, 0]]
     clear = png([[[0, 255], [0, 254], [255, 255]]], "LA")
     assert values(decode(clear, b"mode: scale\n")) == [[100, -1, 0]]
@@ -268,6 +269,23 @@ def test_a_yaml_file_with_the_image_of_another_map_is_rejected():
         decode(pgm(np.zeros((3, 3))), yaml=yaml)
     by_hand = b"\n".join(line for line in yaml.splitlines() if b"sha256" not in line)
     assert values(decode(pgm(np.zeros((3, 3))), yaml=by_hand)) == [[100] * 3] * 3
+
+
+def test_keys_that_other_tools_add_are_ignored():
+    yaml = YAML + b"frame_id: map\nwidth: 3\ncost_translation_table: [0, 100]\n1: 2\n"
+    assert values(decode(pgm([0, 255]), yaml=yaml)) == [[100, 0]]
+    with pytest.raises(MapFormatError, match="did you mean 'mode'"):
+        decode(pgm([0, 255]), yaml=YAML + b"mod: raw\n")
+
+
+def test_a_transparent_level_of_a_16_bit_png_is_read():
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", 3, 1, 16, 0, 0, 0, 0)) + chunk(b"tRNS", b"\xff\xff")
+    pixels = zlib.compress(b"\0" + struct.pack(">HHH", 0, 65000, 65535))
+    image = b"\x89PNG\r\n\x1a\n" + header + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+    assert values(decode(image, b"mode: scale\n")) == [[100, 0, -1]]
 
 
 @pytest.mark.parametrize("quarter", range(-2, 5))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -144,7 +145,24 @@ def test_a_map_file_with_a_places_file_is_a_world(tmp_path: Path) -> None:
     named = load_any_world(str(path), ROBOT)
     assert (named.start.x, named.start.y, named.start.yaw) == pytest.approx((0.5, 3.0, 1.0), abs=1e-3)
     assert with_drawn_places(named, ROBOT, 1).places["kitchen"] == SE2(1.0, 4.0, 0.0)
-    assert load_any_world(str(path), ROBOT, "[6, 4, 0.3]").start == SE2(6.0, 4.0, 0.3)
+    assert load_any_world(str(path), ROBOT, "[1.2, 4.2, 0.3]").start == SE2(1.2, 4.2, 0.3)
+    places = re.escape(str(places_path(path)))
+    for start, sentence in [
+        (
+            "[6, 4, 0.3]",
+            rf"kitchen \(1\.00, 4\.00\) lies in a free area that the robot does not get to .*{places}",
+        ),
+        ("[0, 0, 0]", "lies off the map"),
+    ]:
+        with pytest.raises(UserError, match=f"map {re.escape(str(path))}: .*{sentence}"):
+            load_any_world(str(path), ROBOT, start)
+    for pose, sentence in [
+        (SE2(2.05, 3.0, 0.0), "lies in a wall; move it"),
+        (SE2(-9.0, 3.0, 0.0), "lies off the map; move it"),
+    ]:
+        save_places(places_path(path), {"home": SE2(0.5, 3.0, 1.0), "kitchen": pose})
+        with pytest.raises(UserError, match=rf"the place kitchen .*{sentence}.* {places}"):
+            load_any_world(str(path), ROBOT)
 
 
 def test_the_localization_map_defaults_to_the_map_world(

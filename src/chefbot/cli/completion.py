@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 
 def launches(incomplete: str) -> list[tuple[str, str]]:
@@ -42,6 +42,13 @@ def building_kinds(incomplete: str) -> list[str]:
     from chefbot.buildings.parameters import KINDS
 
     return [name for name in KINDS if name.startswith(incomplete)]
+
+
+def unknown_cells(incomplete: str) -> list[str]:
+    """Return what unknown cells of a map can be that begins with the text."""
+    from chefbot.sim.world.map_world import UnknownCells
+
+    return [name for name in get_args(UnknownCells) if name.startswith(incomplete)]
 
 
 def serial_ports(incomplete: str) -> list[tuple[str, str]]:

@@ -8,6 +8,11 @@ from chefbot.cli import completion
 
 ROBOTS = "chefbot, chefbot_lidar, desk, porter, or a robot file"
 WORLDS = "hotel, room, workshop, empty, a world file, or any ROS map.yaml"
+START = typer.Option(help="start pose '[x, y, yaw]', m and rad; default: the world's, on a map the roomiest")
+UNKNOWN = typer.Option(
+    help="unknown cells of a map: wall, free, or auto, walls if large or at the map's edge",
+    autocompletion=completion.unknown_cells,
+)
 WEB_UI = "http://127.0.0.1:8080"
 ROBOT_ARGUMENT = typer.Argument(help=ROBOTS, autocompletion=completion.robots)
 ROBOT_OPTION = typer.Option(help=ROBOTS, autocompletion=completion.robots)

@@ -25,6 +25,7 @@ from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node_container import NodeContainer
+from chefbot.sim.world.map_world import UnknownCells
 from chefbot.sim.world.world import World
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
@@ -59,6 +60,8 @@ class DemoOptions(NamedTuple):
     port: int
     processes: bool = False
     lan: bool = False
+    start: str = ""
+    unknown: UnknownCells = "auto"
 
 
 class Demo:
@@ -180,6 +183,8 @@ class Demo:
         options = self.options
         values = {
             "world": options.world,
+            "start": options.start,
+            "unknown": options.unknown,
             "profile": options.profile,
             "people": str(options.people),
             "port": str(options.port),

@@ -33,7 +33,8 @@ def run_demo(options: DemoOptions) -> int:
         LeaderClock(min(speed or MAX_REAL_TIME_FACTOR, MAX_REAL_TIME_FACTOR)) if options.processes else None
     )
     robot = load_robot(options.robot)
-    world = with_drawn_places(load_any_world(options.world, robot), robot, options.seed)
+    world = load_any_world(options.world, robot, options.start, options.unknown)
+    world = with_drawn_places(world, robot, options.seed)
     tables = chosen_tables(world, options.seed)
     make_folder(options.out)
     warming = start_compilation(console, None if options.headless or options.lan else options.port)

@@ -23,8 +23,8 @@ MAX_DEVIATION = 1.0
 class InitialPoseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The initial pose in the map frame."""
 
-    x: Annotated[float, Meta(ge=-10_000, le=10_000, description="on the map, m")] = 0.0
-    y: Annotated[float, Meta(ge=-10_000, le=10_000, description="on the map, m")] = 0.0
+    x: Annotated[float, Meta(ge=-1e7, le=1e7, description="on the map, m")] = 0.0
+    y: Annotated[float, Meta(ge=-1e7, le=1e7, description="on the map, m")] = 0.0
     yaw: Annotated[float, Meta(ge=-7, le=7, description="counter-clockwise from the map's x axis, rad")] = 0.0
 
 

@@ -122,9 +122,17 @@ def _decode_png(data: bytes, where: str) -> MapImage:
 
 def _to_picture(image: Image.Image) -> MapImage:
     if image.mode.startswith("I"):
-        return MapImage(np.asarray(image).astype(np.uint16), 65535)
+        return _to_picture_of_16_bits(np.asarray(image).astype(np.uint16), image.info.get("transparency"))
     if image.mode in ("1", "L") and "transparency" not in image.info:
         return MapImage(np.asarray(image.convert("L")).astype(np.uint16), 255)
     pixels = np.asarray(image.convert("RGBA" if image.has_transparency_data else "RGB"))
     opacity = pixels[..., 3].copy() if pixels.shape[2] == 4 else None
     return MapImage(pixels[..., :3].sum(axis=2, dtype=np.uint16), 3 * 255, opacity)
+
+
+def _to_picture_of_16_bits(levels: NDArray[np.uint16], transparent: int | None) -> MapImage:
+    """Return a grey image of 16 bits; a transparent level gives it the scale of colours, three channels."""
+    if transparent is None:
+        return MapImage(levels, 65535)
+    opacity = np.where(levels == transparent, 0, 255).astype(np.uint8)
+    return MapImage(np.rint(levels * (3 * 255 / 65535)).astype(np.uint16), 3 * 255, opacity)

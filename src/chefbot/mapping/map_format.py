@@ -5,6 +5,7 @@ Converts from and to bytes; files are read and written elsewhere.
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import math
 import re
@@ -25,8 +26,6 @@ OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 BLACK, GREY, WHITE = 0, 205, 254
 """Pixel values of map_saver for occupied, unknown and free."""
 _REQUIRED_KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
-_IGNORED_KEYS = ("frame_id",)
-"""Keys that some tools write and that do not affect the cells."""
 _CHECKSUM = re.compile(rb"^# image sha256: ([0-9a-f]{64})\s*$", re.MULTILINE)
 _MAX_COORDINATE = 1e7  # m, limit of plausible origins
 _BLOCK = 1_000_000  # cells rotated at once
@@ -100,15 +99,19 @@ def decode_map_yaml(data: bytes, where: str) -> MapDescription:
         raise MapFormatError(str(error)) from None
     if not isinstance(keys, dict):
         raise MapFormatError(f"{where} is not a list of keys and values as a map's YAML file is")
-    for key in keys:
-        if key not in (*_REQUIRED_KEYS, "mode", *_IGNORED_KEYS):
-            raise MapFormatError(
-                f"{where}: unknown key {key!r}{name_hint(str(key), [*_REQUIRED_KEYS, 'mode'])}"
-            )
+    _check_spelling(keys, where)
     missing = [key for key in _REQUIRED_KEYS if key not in keys]
     if missing:
         raise MapFormatError(f"{where}: {missing[0]!r} is missing")
     return _check_thresholds(_to_description(keys, _CHECKSUM.search(data), where), where)
+
+
+def _check_spelling(keys: dict[str, Any], where: str) -> None:
+    """Raise MapFormatError for a misspelt key. Nav2 ignores keys that it does not know, and many tools add some."""
+    absent = [key for key in (*_REQUIRED_KEYS, "mode") if key not in keys]
+    for key in map(str, keys):
+        if key not in (*_REQUIRED_KEYS, "mode") and difflib.get_close_matches(key, absent):
+            raise MapFormatError(f"{where}: unknown key {key!r}{name_hint(key, absent)}")
 
 
 def _to_description(keys: dict[str, Any], checksum: re.Match[bytes] | None, where: str) -> MapDescription:
@@ -168,14 +171,14 @@ def decode_map(description: MapDescription, image: bytes, where: str) -> Grid:
     x, y, yaw = description.origin
     if yaw == 0.0:
         return Grid(np.ascontiguousarray(cells), description.resolution, x, y)
-    return _rotated(cells, description, where)
+    return on_axes_of_frame(cells, description.resolution, description.origin, where)
 
 
 def _cells(picture: MapImage, description: MapDescription) -> NDArray[np.int8]:
     """Return the cell values of an image by table lookup, since it has few levels, top row first.
 
-    In trinary mode opacity counts as a fourth colour channel, as in map_server and Nav2; in scale mode a
-    pixel that is not opaque is unknown; raw mode ignores opacity and negate.
+    As in map_server and in Nav2 up to Jazzy: in trinary mode opacity counts as a fourth colour channel; in
+    scale mode a pixel that is not opaque is unknown; raw mode ignores opacity and negate.
     """
     levels, white, opacity = picture.levels, picture.white, picture.opacity
     if (
@@ -198,8 +201,8 @@ def _table(description: MapDescription, white: int) -> NDArray[np.int8]:
     p = level / white if description.negate else (white - level) / white
     intermediate = np.full(white + 1, float(UNKNOWN))
     if description.mode == "scale":
-        intermediate = np.trunc(
-            99.0 * (p - description.free_thresh) / (description.occupied_thresh - description.free_thresh)
+        intermediate = np.rint(
+            100.0 * (p - description.free_thresh) / (description.occupied_thresh - description.free_thresh)
         )
     table = np.where(
         p > description.occupied_thresh, OCCUPIED, np.where(p < description.free_thresh, FREE, intermediate)
@@ -207,9 +210,14 @@ def _table(description: MapDescription, white: int) -> NDArray[np.int8]:
     return table.astype(np.int8)
 
 
-def _rotated(cells: NDArray[np.int8], description: MapDescription, where: str) -> Grid:
-    """Resample cells (h, w), low row first, rotated by the origin's yaw, onto the axes of the map frame."""
-    (h, w), (x, y, yaw) = cells.shape, description.origin
+def on_axes_of_frame(
+    cells: NDArray[np.int8], resolution: float, origin: tuple[float, float, float], where: str
+) -> Grid:
+    """Resample cells (h, w), low row first, onto the axes of a frame; every occupied cell is kept.
+
+    origin: x, y (m), yaw (rad) of the outer corner of cell [0, 0] in the frame. where: begins a MapFormatError.
+    """
+    (h, w), (x, y, yaw) = cells.shape, origin
     c, s = math.cos(yaw), math.sin(yaw)
     # Corners of the rotated image, cells from the origin
     corners_x, corners_y = np.array([[0.0, c * w, -s * h, c * w - s * h], [0.0, s * w, c * h, s * w + c * h]])
@@ -221,9 +229,9 @@ def _rotated(cells: NDArray[np.int8], description: MapDescription, where: str) -
     _keep_walls(cells, rotated, min_x, min_y, yaw)
     return Grid(
         rotated,
-        description.resolution,
-        x + min_x * description.resolution,
-        y + min_y * description.resolution,
+        resolution,
+        x + min_x * resolution,
+        y + min_y * resolution,
     )
 
 

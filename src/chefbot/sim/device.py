@@ -31,7 +31,7 @@ from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
 from chefbot.sim.faults import FaultySensor, faulty_camera, faulty_lidar, parse_fault
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
-from chefbot.sim.world.load import WorldName, load_any_world, shares_map_frame
+from chefbot.sim.world.load import UnknownParam, WorldName, load_any_world, shares_map_frame
 
 BOARD_HZ = 50
 """Rate of data exchange with the board; camera and lidar rates are rounded to a divisor of it."""
@@ -61,6 +61,7 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
             description="start pose '[x, y, yaw]' in the world frame, m and rad; empty: the world's or a clear one"
         ),
     ] = ""
+    unknown: UnknownParam = "auto"
     map: Annotated[
         str | None,
         Meta(
@@ -115,7 +116,7 @@ class SimulatorDevice(MotorBoardNode):
 
     def start(self) -> None:
         """Build the world and start the physics at the present time."""
-        world = load_any_world(self.params.world, self.robot, self.params.start)
+        world = load_any_world(self.params.world, self.robot, self.params.start, self.params.unknown)
         people = None if self.params.people < 0 else self.params.people
         seed = int(self.context.rng().integers(2**31))
         self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)

@@ -20,6 +20,7 @@ from chefbot.sim.capture import OPTICAL, Capture
 from chefbot.sim.contacts import CollisionMonitor, Collisions
 from chefbot.sim.depth_holes import hole_array
 from chefbot.sim.motors import Motors, enable_drivers
+from chefbot.sim.nearby_solids import NearbySolids
 from chefbot.sim.rays import (
     ROBOT_ONLY,
     ULTRASONIC_NOISE,
@@ -37,7 +38,6 @@ from chefbot.sim.world.floor import carpet_at, floor_slabs
 from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
 from chefbot.sim.world.people import OccupiedCircle, disc, place_people
 from chefbot.sim.world.shapes import (
-    GLASS,
     ShapeArrays,
     SimulatedShape,
     box,
@@ -104,6 +104,8 @@ class Simulation:
         self._person_shapes = [person_shapes(i) for i in range(count)]
         self._contacts = CollisionMonitor()
         self._prepare_sensors(imu_rng)
+        self._nearby = NearbySolids(world, robot)
+        self._nearby.follow(start_pose.x, start_pose.y)
         self._compile(start_pose)
         self._previous_imu: NDArray[np.float64] = self._data.sensordata.copy()
 
@@ -130,6 +132,7 @@ class Simulation:
     def step(self) -> None:
         """Advance the simulation by one physics step of 5 ms."""
         if self._steps % STEPS_PER_MOVER_UPDATE == 0:
+            self._simulate_solids_around(*self._data.qpos[:2].tolist())
             self._update_movers()
             self._update_floor_friction()
         data, voltage_ratio = self._data, self.battery.voltage_ratio
@@ -260,11 +263,7 @@ class Simulation:
             if clearance([item], px, py, 0.0, math.inf) < radius:
                 raise UserError(f"the box at ({x:.2f}, {y:.2f}) would fall on the robot or on a person")
         self._dropped.append(item)
-        # Recompile the model with the new geom, then restore the dynamic state.
-        state = self._state()
-        self._compile(pose)
-        mujoco.mj_setState(self._model, self._data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        mujoco.mj_forward(self._model, self._data)
+        self._recompile()
         return name
 
     def kidnap(self, pose: SE2) -> None:
@@ -278,6 +277,7 @@ class Simulation:
                 raise UserError(
                     f"person_{i} stands where the robot is to be set down; wait or choose another place"
                 )
+        self._simulate_solids_around(pose.x, pose.y)
         # Free joint of base_link: position and quaternion (w, x, y, z) of a rotation about z.
         self._data.qpos[:7] = [pose.x, pose.y, 0.0, math.cos(pose.yaw / 2), 0.0, 0.0, math.sin(pose.yaw / 2)]
         self._data.qvel[:] = 0.0
@@ -309,8 +309,8 @@ class Simulation:
             self._ultrasonic = RayCaster(ranger.mount, cone_rays(ranger), ranger.range_max + 1.0)
 
     def _compile(self, start: SE2) -> None:
-        solids = (*self.world.static, *self._dropped)
-        self._static = shape_arrays([solid for solid in solids if solid.material != GLASS])
+        solids = (*self._nearby.touchable, *self._dropped)
+        self._static = concatenate(self._nearby.visible, shape_arrays(self._dropped))
         slabs = floor_slabs(self.world.bounds, self.world.holes) if self.world.holes else ()
         xml = world_mjcf(self.robot, solids, self._mocap_bodies(), self.as_built, start, slabs)
         self._model: Any = mujoco.MjModel.from_xml_string(xml)
@@ -328,6 +328,19 @@ class Simulation:
         if self._lidar is not None:
             base = self._base_pose()
             self._lidar.own_body = self._lidar.cast(self._model, self._data, base, ROBOT_ONLY)
+
+    def _recompile(self) -> None:
+        """Compile the model with the solids of now, and restore the dynamic state."""
+        state, friction = self._state(), self._model.geom_friction[self._wheels, 0].copy()
+        self._compile(self.truth().pose)
+        mujoco.mj_setState(self._model, self._data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        self._model.geom_friction[self._wheels, 0] = friction
+        mujoco.mj_forward(self._model, self._data)
+
+    def _simulate_solids_around(self, x: float, y: float) -> None:
+        """Of a large map, simulate only the solids around a place."""
+        if self._nearby.follow(x, y):
+            self._recompile()
 
     def _mocap_bodies(self) -> list[MocapBody]:
         doors = [MocapBody(name, (door.leaf,), door.pose) for name, door in self._doors.items()]

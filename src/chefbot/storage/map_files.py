@@ -7,6 +7,7 @@ import io
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image
@@ -16,6 +17,7 @@ from chefbot.mapping.image_format import MapFormatError
 from chefbot.mapping.map_format import (
     GREY,
     WHITE,
+    MapDescription,
     Mode,
     decode_map,
     decode_map_yaml,
@@ -71,16 +73,35 @@ def map_yaml_path(folder_or_stem: Path) -> Path:
     return folder_or_stem if name.endswith(".yaml") else folder_or_stem.with_name(name + ".yaml")
 
 
+class MapFiles(NamedTuple):
+    """What the two files of a map hold: the description, and the image, not yet decoded. where: names the image."""
+
+    description: MapDescription
+    image: bytes
+    where: str
+
+
 def load_map(path: Path) -> Grid:
     """Load the map of a YAML file; a relative image path is relative to the YAML file's folder.
 
     ConfigError with file and reason if the map is invalid or incomplete.
     """
+    return decode_map(*read_map_files(path))
+
+
+def read_map_files(path: Path) -> MapFiles:
+    """Read a map's YAML file and image without decoding the image, for `decode_map`."""
     about = decode_map_yaml(read_bytes(path, "map file", MAX_YAML_BYTES), f"map file {path}")
     image = path.parent / about.image
     if image.exists() and not image.is_file():  # reading a pipe would block
         raise MapFormatError(f"map picture {image} is not a file")
-    return decode_map(about, read_bytes(image, "map picture", MAX_IMAGE_BYTES), f"map picture {image}")
+    beside = path.parent / image.name
+    if not image.exists() and beside.is_file():  # an absolute path of the machine that the map was made on
+        raise MapFormatError(
+            f"map picture {image} does not exist; to use the one beside the YAML file, write image: {image.name}"
+            f" in {path}"
+        )
+    return MapFiles(about, read_bytes(image, "map picture", MAX_IMAGE_BYTES), f"map picture {image}")
 
 
 def map_png(grid: Grid) -> bytes:

@@ -23,7 +23,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.robot.quantities import Name
 from chefbot.storage.atomic_files import write_atomic
 
-Coordinate = Annotated[float, Meta(ge=-10_000, le=10_000, extra={"unit": "m"})]
+Coordinate = Annotated[float, Meta(ge=-1e7, le=1e7, extra={"unit": "m"})]
 Heading = Annotated[float, Meta(ge=-7, le=7, extra={"unit": "rad"})]
 
 

@@ -9,7 +9,7 @@ from chefbot.robot.load import load_robot
 from chefbot.storage.atomic_files import write_into_folder
 
 
-def run_sdf(robot: str, world: str | None, out: Path | None) -> None:
+def run_sdf(robot: str, world: str | None, out: Path | None, start: str = "", unknown: str = "auto") -> None:
     """Export the robot as a Gazebo model, or a world with the robot at its start pose."""
     from chefbot.design.export.sdf import sdf
 
@@ -17,10 +17,10 @@ def run_sdf(robot: str, world: str | None, out: Path | None) -> None:
     if world is None:
         output(sdf(model), out)
         return
-    from chefbot.sim.world.load import load_any_world
+    from chefbot.sim.world.load import load_any_world, unknown_cells
     from chefbot.sim.world.world_sdf import world_sdf
 
-    output(world_sdf(model, load_any_world(world, model)), out)
+    output(world_sdf(model, load_any_world(world, model, start, unknown_cells(unknown))), out)
 
 
 def run_mjcf(robot: str, out: Path | None) -> None:

@@ -9,7 +9,7 @@ import typer
 
 from chefbot.cli import completion
 from chefbot.cli.command_group import new_group
-from chefbot.cli.parameters import OUT_FILE, ROBOT_ARGUMENT, WORLDS
+from chefbot.cli.parameters import OUT_FILE, ROBOT_ARGUMENT, START, UNKNOWN, WORLDS
 from chefbot.errors import UserError
 
 export_app = new_group("Export the robot: URDF, SDF, MJCF, ROS 2 packages, solids, firmware constants.")
@@ -40,11 +40,13 @@ def sdf(
     robot: Annotated[str, ROBOT_ARGUMENT] = "chefbot",
     world: Annotated[str | None, typer.Option(help=WORLDS, autocompletion=completion.worlds)] = None,
     out: Annotated[Path | None, OUT_FILE] = None,
+    start: Annotated[str, START] = "",
+    unknown: Annotated[str, UNKNOWN] = "auto",
 ) -> None:
     """Export the robot, or a world with the robot in it, as SDF for Gazebo."""
     from chefbot.cli.robot.descriptions import run_sdf
 
-    run_sdf(robot, world, out)
+    run_sdf(robot, world, out, start, unknown)
 
 
 @export_app.command("mjcf")

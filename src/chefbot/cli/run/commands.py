@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from chefbot.cli import completion
-from chefbot.cli.parameters import JOIN, KEY_VALUES, LAN, ROBOT_OPTION, WORLDS
+from chefbot.cli.parameters import JOIN, KEY_VALUES, LAN, ROBOT_OPTION, START, UNKNOWN, WORLDS
 
 
 def demo(
@@ -25,6 +25,8 @@ def demo(
         bool, typer.Option("--processes", help="as four processes, at a real-time factor of 4 at most")
     ] = False,
     lan: Annotated[bool, LAN] = False,
+    start: Annotated[str, START] = "",
+    unknown: Annotated[str, UNKNOWN] = "auto",
 ) -> None:
     """See a robot map a hotel, localize on the map and deliver food.
 
@@ -33,8 +35,23 @@ def demo(
     """
     from chefbot.demo.demo import DemoOptions
     from chefbot.demo.run import run_demo
+    from chefbot.sim.world.load import unknown_cells
 
-    options = DemoOptions(world, robot, seed, headless, speed, out, profile, people, port, processes, lan)
+    options = DemoOptions(
+        world,
+        robot,
+        seed,
+        headless,
+        speed,
+        out,
+        profile,
+        people,
+        port,
+        processes,
+        lan,
+        start,
+        unknown_cells(unknown),
+    )
     raise typer.Exit(run_demo(options))
 
 
@@ -83,6 +100,8 @@ def sim(
         list[str] | None, typer.Argument(help="key:=value ..., such as people:=3 or headless:=true")
     ] = None,
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
+    start: Annotated[str, START] = "",
+    unknown: Annotated[str, UNKNOWN] = "auto",
 ) -> None:
     """Run a simulated robot in a world and drive it manually.
 
@@ -90,5 +109,11 @@ def sim(
     """
     from chefbot.launcher.launch import run_launch
 
-    given = [f"world:={world}", f"robot:={robot}", *(arguments or [])]
+    given = [
+        f"world:={world}",
+        f"robot:={robot}",
+        f"start:={start}",
+        f"unknown:={unknown}",
+        *(arguments or []),
+    ]
     raise typer.Exit(run_launch("chefbot_empty_world", given))

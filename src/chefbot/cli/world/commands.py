@@ -9,7 +9,7 @@ import typer
 
 from chefbot.cli import completion
 from chefbot.cli.command_group import new_group
-from chefbot.cli.parameters import ROBOT_OPTION, WORLDS
+from chefbot.cli.parameters import ROBOT_OPTION, START, UNKNOWN, WORLDS
 
 world_app = new_group("Worlds of the simulator: list, generate by seed, draw.")
 
@@ -58,8 +58,11 @@ def draw(
     world: Annotated[str, typer.Argument(help=WORLDS, autocompletion=completion.worlds)],
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
     out: Annotated[Path, typer.Option(help="picture, NAME.png")] = Path("world.png"),
+    start: Annotated[str, START] = "",
+    unknown: Annotated[str, UNKNOWN] = "auto",
+    seed: Annotated[int | None, typer.Option(min=0, help="also draw the places that this seed gives")] = None,
 ) -> None:
     """Draw a world from above: walls, glass, furniture, holes, carpets, doors and named places."""
     from chefbot.cli.world.draw import draw_world
 
-    draw_world(world, robot, out)
+    draw_world(world, robot, out, start, unknown, seed)

@@ -8,13 +8,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 
 from chefbot.errors import UserError
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
-from chefbot.sim.world.load import load_any_world
+from chefbot.sim.world.load import load_any_world, unknown_cells, with_drawn_places
+from chefbot.sim.world.map_world import WALL_COLOUR
 from chefbot.sim.world.shapes import BOX, GLASS, MIRROR, SimulatedShape
 from chefbot.sim.world.world import World
 from chefbot.storage.atomic_files import make_folder, write_atomic
@@ -27,18 +29,32 @@ LOOKS: Mapping[int, dict[str, Any]] = {
     MIRROR: {"facecolor": "#d05fd0", "edgecolor": "#803080"},
 }
 """Colours of what is not solid."""
+WALL_SHADE = 0.6
+"""Darkening of a map's walls, which have no outline."""
 console = Console(highlight=False)
 
 
-def draw_world(name: str, robot_name: str, out: Path) -> None:
-    """Write the picture of a world as PNG. Raises UserError for another extension."""
+def draw_world(
+    name: str, robot_name: str, out: Path, start: str = "", unknown: str = "auto", seed: int | None = None
+) -> None:
+    """Write the picture of a world as PNG. Raises UserError for another extension.
+
+    start: start pose as text. unknown: what unknown cells of a map are. seed: draws places where there are none.
+    """
     if out.suffix != ".png":
         raise UserError(f"--out {out}: the picture is a PNG; give a name that ends in .png")
     robot = load_robot(robot_name)
-    world = load_any_world(name, robot)
+    world = load_any_world(name, robot, start, unknown_cells(unknown))
+    if seed is not None:
+        world = with_drawn_places(world, robot, seed)
     make_folder(out.parent)
     write_atomic(out, picture(world, robot))
     console.print(f"{world.name}: {len(world.static)} solids, {len(world.places)} places; picture in {out}")
+    if world.start_note:
+        console.print(
+            f"start [{world.start.x:.2f}, {world.start.y:.2f}, {world.start.yaw:.2f}], {world.start_note}",
+            markup=False,
+        )
 
 
 def picture(world: World, robot: Robot) -> bytes:
@@ -52,18 +68,34 @@ def picture(world: World, robot: Robot) -> bytes:
         facecolor=FLOOR, aspect="equal", xlim=(x0 - 0.5, x1 + 0.5), ylim=(y0 - 0.5, y1 + 0.5)
     )
     axes.set_title(f"{world.name}; {world.start_note}" if world.start_note else world.name)
+    axes.ticklabel_format(useOffset=False)
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
     _draw_floor(axes, world)
     clearance = overall_height(robot)
-    for shape in sorted(world.shapes_at_rest(), key=lambda s: s.top):
-        if shape.name != "ceiling":
-            _draw_shape(axes, shape, passable=shape.bottom >= clearance)
+    if world.floor is not None:
+        _draw_walls(axes, world)
+    else:
+        for shape in sorted(world.shapes_at_rest(), key=lambda s: s.top):
+            if shape.name != "ceiling":
+                _draw_shape(axes, shape, passable=shape.bottom >= clearance)
     _draw_places(axes, world, robot)
     _add_legend(axes, world)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     return buffer.getvalue()
+
+
+def _draw_walls(axes: Any, world: World) -> None:
+    """Draw the walls of a map as one collection, since there may be 100 000 of them."""
+    from matplotlib.collections import PolyCollection
+
+    walls = [shape for shape in world.static if shape.name != "ceiling"]
+    centres = np.array([(wall.x, wall.y) for wall in walls])[:, None]
+    halves = np.array([wall.half[:2] for wall in walls])[:, None]
+    corners = centres + halves * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    colour = np.array(WALL_COLOUR) / 255 * WALL_SHADE
+    axes.add_collection(PolyCollection(list(corners), facecolor=colour, edgecolor="none", antialiased=False))
 
 
 def _draw_floor(axes: Any, world: World) -> None:

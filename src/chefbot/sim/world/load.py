@@ -4,25 +4,31 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import lru_cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast, get_args
 
 from msgspec import Meta
 
 from chefbot.config import parse_yaml, read_bytes
-from chefbot.errors import UserError
+from chefbot.errors import UserError, name_hint
+from chefbot.mapping.map_format import decode_map
 from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 from chefbot.sim.world.floor_plan import reachable
 from chefbot.sim.world.free_floor import KITCHEN, MARGIN, FreeFloor
-from chefbot.sim.world.map_world import world_from_map
+from chefbot.sim.world.map_world import UnknownCells, world_from_map
 from chefbot.sim.world.shapes import clearance
 from chefbot.sim.world.world import ROBOT_SPACE, World, load_world
-from chefbot.storage.map_files import load_map
+from chefbot.storage.map_files import MapFiles, read_map_files
 from chefbot.storage.places import load_places, places_path
 
 WorldName = Annotated[str, Meta(min_length=1, description="a world's name, a world file, or a ROS map.yaml")]
 StartPose = Annotated[str, Meta(description="start pose of the robot, as in the simulator's parameters")]
+UnknownParam = Annotated[
+    UnknownCells,
+    Meta(description="unknown cells of a map: wall, free, or auto, walls if large or at the map's edge"),
+]
 PlacesSeed = Annotated[int, Meta(ge=0, description="random seed of the places drawn if the world names none")]
 DEMO_MAP = "runs/demo/map.yaml"
 """Path at which `chefbot demo` saves its map."""
@@ -32,20 +38,37 @@ MAP_KEYS = {"image", "mode", "negate", "occupied_thresh", "free_thresh"}
 """Keys of a map_server YAML file that no world file has."""
 
 
-def load_any_world(name_or_path: str, robot: Robot, start: str = "") -> World:
+def load_any_world(name_or_path: str, robot: Robot, start: str = "", unknown: UnknownCells = "auto") -> World:
     """Load a world by name, from a world file or from a ROS map; a YAML file with map keys is a map.
 
-    start: start pose as text, see `parse_start_pose`. A map's places are read from NAME.places.yaml beside it, if
-    it exists.
+    start: start pose as text, see `parse_start_pose`. unknown: what unknown cells of a map are. A map's places are
+    read from NAME.places.yaml beside it, if it exists.
     """
     pose = parse_start_pose(start)
     if is_map(name_or_path):
         path = Path(name_or_path)
         places_file = places_path(path)
         places = load_places(places_file) if places_file.exists() else {}
-        return world_from_map(path.stem, load_map(path), robot.footprint_radius, pose, places=places)
+        files = read_map_files(path)
+        return _map_world(str(path), files, robot.footprint_radius, pose, tuple(places.items()), unknown)
+    if unknown != "auto":
+        raise UserError(
+            f"world {name_or_path} has no unknown cells, only a map has; leave out unknown:={unknown}"
+        )
     world = load_world(name_or_path)
     return world if pose is None else _with_start(world, pose, robot)
+
+
+@lru_cache(maxsize=2)  # demo, simulator, places and initial pose each load the same world
+def _map_world(
+    name: str,
+    files: MapFiles,
+    radius: float,
+    start: SE2 | None,
+    places: tuple[tuple[str, SE2], ...],
+    unknown: UnknownCells,
+) -> World:
+    return world_from_map(name, decode_map(*files), radius, start, dict(places), unknown)
 
 
 def is_map(name_or_path: str) -> bool:
@@ -91,6 +114,14 @@ def parse_start_pose(text: str) -> SE2 | None:
     return SE2(*map(float, numbers))
 
 
+def unknown_cells(text: str) -> UnknownCells:
+    """Return what unknown cells of a map are, by its name on the command line."""
+    for known in get_args(UnknownCells):
+        if text == known:
+            return cast(UnknownCells, known)
+    raise UserError(f"unknown cells cannot be {text!r}{name_hint(text, get_args(UnknownCells))}")
+
+
 def with_drawn_places(world: World, robot: Robot, seed: int) -> World:
     """Return the world with a kitchen and tables drawn on its free floor by `seed`, if it names none."""
     if KITCHEN in world.places and any(name.startswith("table_") for name in world.places):
@@ -101,8 +132,8 @@ def with_drawn_places(world: World, robot: Robot, seed: int) -> World:
 
 def _floor(world: World, robot: Robot) -> FreeFloor:
     """Return the free floor: the known floor of a map, else the floor between the solids of a world file."""
-    if world.map is not None:
-        return FreeFloor(world.map, robot.footprint_radius)
+    if world.floor is not None:
+        return world.floor
     return FreeFloor(reachable(world, robot, MARGIN), 0.0)
 
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
+from pathlib import Path
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.maths.grid import Grid
+from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.free_floor import OCCUPIED_FROM, FreeFloor
 from chefbot.sim.world.furniture import ceiling_shape
 from chefbot.sim.world.shapes import SimulatedShape, box, clearance
-from chefbot.sim.world.world import MAX_SHAPES, ROBOT_SPACE, Bounds, World
+from chefbot.sim.world.world import ROBOT_SPACE, Bounds, World
+from chefbot.storage.places import places_path
 
 CEILING_HEIGHT = 2.6
 """Metres from floor to ceiling: without one, a depth camera looking over low walls would see nothing."""
@@ -21,33 +26,60 @@ MIN_SOLID_AREA = 4.0
 BORDER = 0.1
 """Thickness in metres of the wall around the map, which keeps the robot inside the simulated area."""
 
+UnknownCells = Literal["auto", "wall", "free"]
+"""What unknown cells of a map become; `auto` makes walls of large regions and of those at the map's edge."""
 Rectangle = tuple[int, int, int, int]
 """First row, first column, number of rows, number of columns."""
 
 
 def world_from_map(
-    name: str, grid: Grid, radius: float, start: SE2 | None = None, places: dict[str, SE2] | None = None
+    name: str,
+    grid: Grid,
+    radius: float,
+    start: SE2 | None = None,
+    places: dict[str, SE2] | None = None,
+    unknown: UnknownCells = "auto",
 ) -> World:
     """Build a world in which every occupied cell of a map is a wall up to a ceiling.
 
-    grid: the map; poses are in its frame. radius: radius of the robot, m. places: named poses. start: start
-    pose; without it the place `home`, or else the pose with the most clearance. Unknown regions are solid if
-    they are large or reach the map's edge, since the robot would drive out through any gap in the walls;
-    small ones, such as those behind furniture, stay empty.
-    Raises UserError for a map with more than 20 000 boxes, for one on which the robot fits nowhere, and for a
-    start off the map or in a wall.
+    name: name or file of the map. grid: the map; poses are in its frame. radius: radius of the robot, m. places:
+    named poses. start: start pose; without it the place `home`, or else the pose with the most clearance in the
+    largest free area. unknown: whether unknown cells are walls or free. `auto`: unknown regions are walls if they
+    are large or reach the map's edge, since the robot would drive out through any gap in the walls; small ones,
+    such as those behind furniture, stay empty.
+    Raises UserError for a map on which the robot fits nowhere, for a start off the map or in a wall, and for a
+    place in a wall or in another area than the start.
     """
-    rectangles = merged_rectangles((grid.cells >= OCCUPIED_FROM) | _solid_unknown_cells(grid))
-    if len(rectangles) > MAX_SHAPES:
-        raise UserError(f"map {name}: {len(rectangles)} boxes are too many to simulate; clean or coarsen it")
-    walls = tuple(_wall(grid, r, f"wall_{i}") for i, r in enumerate(rectangles))
-    floor, places = FreeFloor(grid, radius), places or {}
+    walls = MapWalls(grid, unknown)
+    floor, places = FreeFloor(grid, radius, unknown == "free"), places or {}
     reason = "as requested" if start else "the place home"
     home, note = _start_pose(floor, start or places.get("home"), reason, name)
-    _check_start(floor, walls, home, name)
+    places = {**places, "home": home}
     bounds = _bounds(grid)
-    solids = (*walls, *_border(bounds), ceiling_shape(bounds, CEILING_HEIGHT))
-    return World(name, solids, (), (), 0, {**places, "home": home}, bounds, grid, note)
+    solids = (*walls.boxes, *_border(bounds), ceiling_shape(bounds, CEILING_HEIGHT))
+    _check_start(floor, solids, home, name)
+    if len(places) > 1:
+        _check_places(walls, radius, places, name)
+    return World(Path(name).stem, solids, (), (), 0, places, bounds, floor, note)
+
+
+class MapWalls:
+    """The walls of a map: solid (h, w), its solid cells, and boxes that cover these."""
+
+    def __init__(self, grid: Grid, unknown: UnknownCells) -> None:
+        self._grid, self.solid = grid, grid.cells >= OCCUPIED_FROM
+        if unknown == "wall":
+            self.solid |= grid.cells < 0
+        elif unknown == "auto":
+            self.solid |= _solid_unknown_cells(grid)
+        self.boxes = tuple(
+            _wall(grid, rectangle, f"wall_{i}") for i, rectangle in enumerate(merged_rectangles(self.solid))
+        )
+
+    def around_walls(self) -> Grid:
+        """Return the map with all that is no wall as free, unknown or not."""
+        cells = np.where(self.solid, OCCUPIED, FREE).astype(np.int8)
+        return dataclasses.replace(self._grid, cells=cells)
 
 
 def _solid_unknown_cells(grid: Grid) -> NDArray[np.bool_]:
@@ -127,10 +159,11 @@ def _start_pose(floor: FreeFloor, requested: SE2 | None, note: str, name: str) -
         home, clearance_m = floor.roomiest()
     except UserError as error:
         raise UserError(f"map {name}: {error}") from None
-    return home, f"where the clearance is largest, {clearance_m:.2f} m; another one by start:='[x, y, yaw]'"
+    reason = f"where the clearance is largest in the largest free area, {clearance_m:.2f} m"
+    return home, f"{reason}; another one by start:='[x, y, yaw]'"
 
 
-def _check_start(floor: FreeFloor, walls: tuple[SimulatedShape, ...], start: SE2, name: str) -> None:
+def _check_start(floor: FreeFloor, solids: tuple[SimulatedShape, ...], start: SE2, name: str) -> None:
     """Raise UserError, with the nearest free pose, for a start off the map or in a wall."""
     grid = floor.grid
     if not grid.contains(start.x, start.y):
@@ -139,11 +172,28 @@ def _check_start(floor: FreeFloor, walls: tuple[SimulatedShape, ...], start: SE2
         raise UserError(
             f"{_at_start(name, start)} lies off the map, which spans {spans}{_suggestion(floor, start)}"
         )
-    if clearance(walls, start.x, start.y, *ROBOT_SPACE) < floor.radius:
+    if clearance(solids, start.x, start.y, *ROBOT_SPACE) < floor.radius:
         robot = f"a robot of {floor.radius:.2f} m radius"
         raise UserError(
             f"{_at_start(name, start)} lies in a wall or too near to one for {robot}{_suggestion(floor, start)}"
         )
+
+
+def _check_places(walls: MapWalls, radius: float, places: dict[str, SE2], name: str) -> None:
+    """Raise UserError for a place off the map, in a wall, or where the robot does not get to from `home`."""
+    floor, home = FreeFloor(walls.around_walls(), radius), places["home"]
+    for place, pose in places.items():
+        at = f"map {name}: the place {place} ({pose.x:.2f}, {pose.y:.2f})"
+        move = f"move it in {places_path(Path(name))}, "
+        if not floor.grid.contains(pose.x, pose.y):
+            raise UserError(f"{at} lies off the map; {move}or remove it")
+        free, distance_m = floor.reachable_near(home, pose.x, pose.y)
+        move += f"the nearest point that the robot gets to is ({free.x:.2f}, {free.y:.2f})"
+        if floor.grid.at(pose.x, pose.y) == OCCUPIED:
+            raise UserError(f"{at} lies in a wall; {move}")
+        if distance_m > radius:
+            start = f"the start ({home.x:.2f}, {home.y:.2f})"
+            raise UserError(f"{at} lies in a free area that the robot does not get to from {start}; {move}")
 
 
 def _at_start(name: str, start: SE2) -> str:

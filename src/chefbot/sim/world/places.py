@@ -8,7 +8,14 @@ from chefbot.msgs.chefbot_msgs import Place, Places
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import Device, Out, topic
-from chefbot.sim.world.load import PlacesSeed, StartPose, WorldName, load_any_world, with_drawn_places
+from chefbot.sim.world.load import (
+    PlacesSeed,
+    StartPose,
+    UnknownParam,
+    WorldName,
+    load_any_world,
+    with_drawn_places,
+)
 
 
 class WorldPlacesParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -16,6 +23,7 @@ class WorldPlacesParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
     world: WorldName
     start: StartPose = ""
+    unknown: UnknownParam = "auto"
     seed: PlacesSeed = 1
 
 
@@ -30,8 +38,9 @@ class WorldPlacesDevice(Device):
 
     def start(self) -> None:
         """Read the world now, so that an error aborts the start; publish as soon as the loop runs."""
-        world = load_any_world(self.params.world, self.robot, self.params.start)
-        world = with_drawn_places(world, self.robot, self.params.seed)
+        p = self.params
+        world = load_any_world(p.world, self.robot, p.start, p.unknown)
+        world = with_drawn_places(world, self.robot, p.seed)
         self._places = {name: world.start.between(pose) for name, pose in world.places.items()}
         self.post(self._publish)
 

@@ -12,6 +12,7 @@ from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.sim.world.load import (
     PlacesSeed,
     StartPose,
+    UnknownParam,
     WorldName,
     load_any_world,
     map_to_localize_on,
@@ -29,6 +30,7 @@ class SavedMapParams(MapFileParams, frozen=True, kw_only=True, forbid_unknown_fi
     ] = ""
     world: WorldName
     start: StartPose = ""
+    unknown: UnknownParam = "auto"
     seed: PlacesSeed = 1
 
 
@@ -42,7 +44,7 @@ class SavedMapDevice(MapFileDevice):
         p = self.params
         self.read_map(map_to_localize_on(p.world, p.map))
         if shares_map_frame(p.world, p.map):
-            world = load_any_world(p.world, self.robot, p.start)
+            world = load_any_world(p.world, self.robot, p.start, p.unknown)
             self.named = with_drawn_places(world, self.robot, p.seed).places
 
 
@@ -52,6 +54,7 @@ class StartPoseParams(InitialPoseParams, frozen=True, kw_only=True, forbid_unkno
     map: Annotated[str, Meta(description="the map that localization uses; empty: the world's own")] = ""
     world: WorldName
     start: StartPose = ""
+    unknown: UnknownParam = "auto"
 
 
 class StartPoseDevice(InitialPoseDevice):
@@ -68,4 +71,4 @@ class StartPoseDevice(InitialPoseDevice):
         given = super().pose()
         if given != IDENTITY or not shares_map_frame(p.world, p.map):
             return given
-        return load_any_world(p.world, self.robot, p.start).start
+        return load_any_world(p.world, self.robot, p.start, p.unknown).start

@@ -150,5 +150,11 @@ def clearance(shapes: Sequence[SimulatedShape], x: float, y: float, low: float, 
     It is inf if there is no such shape.
     """
     px, py = np.array(x), np.array(y)
-    near = [float(distance(s, px, py)) for s in shapes if s.bottom < high and s.top > low]
-    return min(near, default=math.inf)
+    smallest = math.inf
+    for shape in shapes:
+        # The circumscribed circle is quickly computed and rules out most of the many solids of a map.
+        if math.hypot(x - shape.x, y - shape.y) - shape.reach > smallest:
+            continue
+        if shape.bottom < high and shape.top > low:
+            smallest = min(smallest, float(distance(shape, px, py)))
+    return smallest

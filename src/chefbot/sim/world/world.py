@@ -12,9 +12,9 @@ from pathlib import Path
 from chefbot.buildings.world_file import Carpet, Door, FloorHole, Opening, Route, Wall, WorldSpec
 from chefbot.config import find_file, parse_config, read_bytes
 from chefbot.errors import UserError, name_hint
-from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.floor import over_holes
+from chefbot.sim.world.free_floor import FreeFloor
 from chefbot.sim.world.furniture import (
     box_shape,
     ceiling_shape,
@@ -29,6 +29,7 @@ from chefbot.sim.world.shapes import SimulatedShape, clearance
 
 WORLD_FOLDER = Path(__file__).parents[1] / "worlds"
 MAX_SHAPES = 20_000
+"""Maximum number of solids of a world file; a map may have any number."""
 ROBOT_SPACE = (0.02, 0.6)
 """Range of heights in metres in which a place must be free."""
 
@@ -53,8 +54,8 @@ class World:
     people: int
     places: dict[str, SE2]
     bounds: Bounds
-    map: Grid | None = None
-    """Map that the world was made from, in the world's frame."""
+    floor: FreeFloor | None = None
+    """Free floor of the map that the world was made from, in the world's frame."""
     start_note: str = ""
     """Reason for the start pose, if it is not the file's `home`."""
     holes: tuple[FloorHole, ...] = ()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.buildings.people_spec import NOBODY
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -47,7 +48,7 @@ def world_from_map(
     _check_start(floor, walls, home, name)
     bounds = _bounds(grid)
     solids = (*walls, *_border(bounds), ceiling_shape(bounds, CEILING_HEIGHT))
-    return World(name, solids, (), (), 0, {**places, "home": home}, bounds, grid, note)
+    return World(name, solids, (), (), NOBODY, {**places, "home": home}, bounds, grid, note)
 
 
 def _solid_unknown_cells(grid: Grid) -> NDArray[np.bool_]:

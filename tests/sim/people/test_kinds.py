@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -17,6 +18,7 @@ from chefbot.sim.device import SimulatorParams
 from chefbot.sim.people.casting import leaders_of
 from chefbot.sim.people.chairs import TRAVEL
 from chefbot.sim.people.walkers import STAND
+from chefbot.sim.world.world import parse_world
 
 TWO_ROOMS = (-0.1, -0.1, 8.1, 4.1)
 
@@ -150,3 +152,19 @@ def test_people_are_given_as_a_number_or_as_a_section() -> None:
     params = build({"people": {"count": 3, "fastest": 1.5}}, SimulatorParams, "params")
     assert params.people == PeopleSpec(count=3, fastest=1.5)
     assert build({"people": 12}, SimulatorParams, "params").people == 12
+
+
+def test_a_world_file_names_people_by_number_or_section() -> None:
+    text = "name: hut\nplaces: {home: {x: 0 m, y: 0 m}}\npeople: "
+    assert parse_world((text + "3").encode(), "hut").people == PeopleSpec(count=3)
+    section = parse_world((text + "{count: 4, follow: 0.5}").encode(), "hut").people
+    assert section == PeopleSpec(count=4, follow=0.5)
+    with pytest.raises(ConfigError, match=r"unknown key 'people.folow'.*did you mean 'follow'"):
+        parse_world((text + "{count: 4, folow: 0.5}").encode(), "hut")
+    with pytest.raises(ConfigError, match="people: 51 must be at most 50"):
+        parse_world((text + "51").encode(), "hut")
+
+
+def test_parameters_read_back_as_they_were_written() -> None:
+    params = SimulatorParams(people=PeopleSpec(count=4, follow=0.5))
+    assert build(msgspec.to_builtins(params), SimulatorParams, "params") == params

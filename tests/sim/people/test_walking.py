@@ -194,3 +194,14 @@ def test_quaternions_turn_bodies_to_the_headings(yaws: list[float]) -> None:
     w, z = quaternions[:, 0], quaternions[:, 3]
     assert np.column_stack([w * w - z * z, 2 * w * z]) == pytest.approx(heading, abs=1e-7)
     assert position[:, :2] == pytest.approx(heading)
+
+
+def test_who_is_shut_in_walks_about_in_the_room() -> None:
+    closed = Door(name="door", x=4.0, y=1.5, yaw=math.pi / 2, width=1.0, open=0.0)
+    route = Route(points=[[6.0, 1.0], [7.0, 3.0]])
+    scene = Scene(two_rooms(1.0), TWO_ROOMS, PeopleSpec(count=1), 1, doors=[closed], routes=[route])
+    scene.people.anywhere = scene.people.route_ends
+    scene.put(0, 2.0, 3.0)
+    positions = scene.run(30.0)[:, 0]
+    assert np.hypot(*np.diff(positions, axis=0).T).sum() > 2.0
+    assert positions[:, 0].max() < 4.0 - PERSON_RADIUS

@@ -19,7 +19,7 @@ from chefbot.sim.people.floor import DIGITS, Bounds, PeopleFloor, Point, solid_b
 from chefbot.sim.people.motion import step
 from chefbot.sim.people.placing import place_people
 from chefbot.sim.people.spots import DIRECTIONS, DoorwaySpot, HidingPlace, door_sides, doorways, hiding_places
-from chefbot.sim.people.walkers import Floats, Surroundings, walkers_at
+from chefbot.sim.people.walkers import WALK, Floats, Surroundings, walkers_at
 from chefbot.sim.world.doors import MovingDoor
 from chefbot.sim.world.furniture import PERSON_RADIUS
 from chefbot.sim.world.shapes import OccupiedCircle, SimulatedShape
@@ -217,7 +217,8 @@ class People:
         if state != self._settled and self._updates - self._state_since >= SETTLING_UPDATES:
             self._settled = state
             self.floor.obstruct(self._boxes_of_movers())
-            for number in np.unique(self.walkers.destination).tolist():
+            on_the_way = self.walkers.mode == WALK
+            for number in np.unique(self.walkers.destination[on_the_way]).tolist():
                 self.floor.way_to(number, 0.0, 0.0)
 
     def _look_around(self) -> Surroundings:

@@ -53,9 +53,11 @@ class Person:
             yield from self.walk_about()
 
     def walk_about(self) -> Doing:
-        """Walk to a destination and rest there."""
+        """Walk to a destination and rest there; take some steps where none can be reached, as in a closed room."""
         number, pace = self._draw_destination()
-        if number is not None:
+        if number is None:
+            yield from self.come_to(*self._roomiest_point(), 0.1, 3.0)
+        else:
             yield from self.travel(number, pace)
         self.stand()
         yield from self.pause(float(self.rng.uniform(*REST)))

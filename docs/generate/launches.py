@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import types
 import typing
 from collections.abc import Iterator
 from pathlib import Path
@@ -97,10 +98,13 @@ def parameters_of(struct: type[msgspec.Struct], prefix: str = "") -> Iterator[Pa
         if isinstance(base, type) and issubclass(base, msgspec.Struct):
             yield from parameters_of(base, f"{name}.")
             continue
+        structs = [one for one in _members(base) if isinstance(one, type) and issubclass(one, msgspec.Struct)]
         description = " ".join(m.description for m in metas if m.description) or texts.get(field.name, "")
         match = _UNIT.search(description)
         unit = match[1] if match else "1" if base is float else ""
         yield Parameter(name, _type_name(base), default, _bounds(metas), unit, description)
+        for struct in structs:  # a value or a section
+            yield from parameters_of(struct, f"{name}.")
 
 
 def _default(field: Any) -> Any:
@@ -118,7 +122,15 @@ def _unwrapped(kind: Any) -> tuple[Any, list[msgspec.Meta]]:
     return kind, metas
 
 
+def _members(kind: Any) -> list[Any]:
+    """Return the types of a union without their metadata, none for any other type."""
+    is_union = typing.get_origin(kind) in (typing.Union, types.UnionType)
+    return [_unwrapped(one)[0] for one in typing.get_args(kind)] if is_union else []
+
+
 def _type_name(kind: Any) -> str:
+    if any(isinstance(one, type) and issubclass(one, msgspec.Struct) for one in _members(kind)):
+        return " | ".join(_type_name(one) for one in _members(kind))
     if typing.get_origin(kind) is typing.Literal:
         return " | ".join(map(str, typing.get_args(kind)))
     return (

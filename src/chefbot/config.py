@@ -122,11 +122,13 @@ def build(value: Any, kind: type[T], where: str) -> T:
 
 def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
     """Return `value` with all quantities in SI units; check here what msgspec reports unclearly."""
+    if isinstance(kind, types.Metadata) and isinstance(kind.type, types.UnionType):
+        kind = kind.type
     if isinstance(kind, types.UnionType):
         if value is None and kind.includes_none:
             return None
-        members = [member for member in kind.types if not isinstance(member, types.NoneType)]
-        return _to_si(value, members[0], where, key) if len(members) == 1 else value
+        member = _member_for(value, kind)
+        return value if member is None else _to_si(value, member, where, key)
     if isinstance(kind, types.StructType):
         return _struct_to_si(value, kind, where, key)
     if isinstance(kind, (types.ListType, types.VarTupleType)) and isinstance(value, list):
@@ -142,6 +144,14 @@ def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
     _check_bounds(value, written, kind, unit or "", f"{where}: {key}")
     _check_form(value, kind, f"{where}: {key}")
     return value
+
+
+def _member_for(value: Any, kind: types.UnionType) -> types.Type | None:
+    """Return the type of a union that a value is meant to have: its struct for a section, else what is left alone."""
+    structs = [member for member in kind.types if isinstance(member, types.StructType)]
+    others = [member for member in kind.types if not isinstance(member, (types.NoneType, types.StructType))]
+    members = structs if structs and (isinstance(value, dict) or not others) else others
+    return members[0] if len(members) == 1 else None
 
 
 def _check_form(value: Any, kind: types.Type, where: str) -> None:

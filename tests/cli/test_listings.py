@@ -45,7 +45,7 @@ def test_each_world_is_listed_with_its_size(
         x0, y0, x1, y1 = world.bounds
         assert f"{x1 - x0:.1f} x {y1 - y0:.1f}" in table[name]
         assert all(place in table[name] for place in world.places)
-        assert int(table[name].split()[-1]) == world.people
+        assert int(table[name].split()[-1]) == world.people.count
 
 
 def room(path: Path, x: float = 0.0, y: float = 0.0) -> Path:

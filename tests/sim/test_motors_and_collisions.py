@@ -20,6 +20,7 @@ from chefbot.sim.world.shapes import BOX, CAPSULE, CYLINDER
 from chefbot.sim.world.world_mjcf import PREFIX
 
 ROBOT = load_robot("chefbot")
+STANDING, DRIVING = np.zeros(8), np.array([0.3, 0.0, 0.0, 0.0, 0.0, 0.1, 5.0, 5.0])
 
 
 @given(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
@@ -46,12 +47,12 @@ def test_drivers_switch_the_actuators() -> None:
 
 
 def monitor() -> CollisionMonitor:
-    """Return a monitor for the geoms 0 floor, 1 robot, 2 and 3 parts of a chair, 4 a wall."""
-    names = ["floor", "base", f"{PREFIX}chair/leg", f"{PREFIX}chair/seat", f"{PREFIX}wall"]
+    """Return a monitor for the geoms 0 floor, 1 robot, 2 and 3 parts of a chair, 4 a wall, 5 a person."""
+    names = ["floor", "base", *(PREFIX + n for n in ("chair/leg", "chair/seat", "wall", "person_0/trunk"))]
     model = SimpleNamespace(
-        ngeom=5,
+        ngeom=6,
         geom=lambda key: SimpleNamespace(id=0) if key == "floor" else SimpleNamespace(name=names[key]),
-        geom_group=np.array([0, HULL_GROUP, 0, 0, 0]),
+        geom_group=np.array([0, HULL_GROUP, 0, 0, 0, 0]),
     )
     collision_monitor = CollisionMonitor()
     collision_monitor.watch(model)
@@ -61,25 +62,35 @@ def monitor() -> CollisionMonitor:
 def test_contacts_of_one_object_are_one_episode() -> None:
     contacts = monitor()
     for ms in range(0, 1000, 100):
-        contacts.update(np.array([[1, 2], [3, 1], [0, 1]]), ms * 1_000_000)
+        contacts.update(np.array([[1, 2], [3, 1], [0, 1]]), DRIVING, ms * 1_000_000)
     assert contacts.collisions == (1, ("chair",)) and contacts.touching == ("chair",)
 
 
 def test_the_floor_and_contacts_between_objects_do_not_count() -> None:
     contacts = monitor()
-    contacts.update(np.array([[0, 1], [2, 4], [0, 2]]), 0)
+    contacts.update(np.array([[0, 1], [2, 4], [0, 2]]), DRIVING, 0)
     assert contacts.collisions.episodes == 0 and contacts.touching == ()
 
 
 @given(st.lists(st.integers(1, 2_000_000_000), min_size=1, max_size=20))
 def test_an_episode_begins_after_a_gap_without_contact(gaps: list[int]) -> None:
     contacts, now = monitor(), 0
-    contacts.update(np.array([[1, 4]]), 0)
+    contacts.update(np.array([[1, 4]]), STANDING, 0)
     for gap in gaps:
         now += gap
-        contacts.update(np.empty((0, 2), np.int32), now - 1)
-        contacts.update(np.array([[4, 1]]), now)
+        contacts.update(np.empty((0, 2), np.int32), STANDING, now - 1)
+        contacts.update(np.array([[4, 1]]), STANDING, now)
     assert contacts.collisions.episodes == 1 + sum(gap > EPISODE_GAP_NS for gap in gaps)
+
+
+def test_who_walks_into_a_standing_robot_is_left_out() -> None:
+    contacts = monitor()
+    for ms in range(0, 900, 100):
+        contacts.update(np.array([[1, 5]]), STANDING if ms < 200 else DRIVING, ms * 1_000_000)
+    assert contacts.collisions == (0, ()) and contacts.touching == ("person_0",)
+    contacts.update(np.array([[5, 1]]), DRIVING, 3_000_000_000)
+    contacts.update(np.array([[5, 1]]), STANDING, 3_100_000_000)
+    assert contacts.collisions == (1, ("person_0",))
 
 
 @given(st.integers(0, 2), st.booleans(), st.floats(-0.99, 0.99), st.floats(-0.99, 0.99))

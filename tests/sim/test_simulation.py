@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from chefbot.buildings.people_spec import PeopleSpec
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.robot.geometry import layout
@@ -13,8 +14,10 @@ from chefbot.robot.geometry.layout import CASTER_GAP
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import GRAVITY, Robot
 from chefbot.sim.battery import SimulatedBattery
+from chefbot.sim.people.chairs import TRAVEL
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
+from chefbot.sim.world.furniture import PERSON_RADIUS
 from chefbot.sim.world.world import load_world
 
 ROBOT = load_robot("chefbot_lidar")
@@ -266,8 +269,52 @@ def test_people_walk_and_keep_their_distance_to_the_robot() -> None:
 def test_more_people_than_space_are_rejected() -> None:
     with pytest.raises(UserError, match="no room for person"):
         Simulation(ROBOT, load_world("room"), people=40)
-    with pytest.raises(UserError, match="no routes"):
-        Simulation(ROBOT, load_world("empty"), people=1)
+    assert len(Simulation(ROBOT, load_world("empty"), people=1).people) == 1
+
+
+def test_people_who_do_not_avoid_the_robot_do_not_move_it() -> None:
+    spec = PeopleSpec(count=8, avoid_robot=False, block=0.5, follow=0.5)
+    sim = Simulation(ROBOT, load_world("room"), seed=3, people=spec)
+    start = sim.truth().pose
+    nearest = math.inf
+    for _ in range(6000):
+        sim.step()
+        nearest = min(nearest, *(person.distance(start) for person in sim.people))
+    assert nearest < ROBOT.footprint_radius + PERSON_RADIUS + 0.6
+    assert sim.truth().pose.distance(start) < 0.001
+    assert sim.collisions() == (0, ()) and sim.warnings == 0
+
+
+def test_driving_into_a_person_is_a_collision() -> None:
+    spec = PeopleSpec(count=1, avoid_robot=False, stand_and_talk=1.0)
+    sim = Simulation(ROBOT, load_world("empty"), seed=1, people=spec)
+    person = sim.people[0]
+    sim.kidnap(SE2(person.x - 0.8, person.y, 0.0))
+    for _ in range(1000):
+        sim.set_duty(0.5, 0.5)
+        sim.step()
+        if sim.collisions().episodes:
+            break
+    assert sim.collisions().names == ("person_0",) and sim.warnings == 0
+
+
+def test_sensors_see_chairs_where_people_pulled_them() -> None:
+    spec = PeopleSpec(count=2, pull_chairs=1.0)
+    sim = Simulation(load_robot("chefbot"), load_world("hotel"), seed=1, people=spec)
+    chairs = sim._movers._people.movable  # type: ignore[union-attr]
+    assert chairs and not {shape.name for chair in chairs for shape in chair.solids} & {
+        shape.name for shape in sim._movers.fixed
+    }
+    chair = chairs[0]
+    chair.target, home = TRAVEL, chair.pose
+    for _ in range(600):
+        sim.step()
+    assert chair.pose.distance(home) > 0.1
+    seat = next(shape for shape in chair.shapes if shape.name.endswith("/seat")).transformed(chair.pose)
+    centres = sim.capture().shapes.centre
+    assert np.hypot(*(centres[:, :2] - (seat.x, seat.y)).T).min() < 1e-6
+    body = sim._data.body(f"world/{chair.name}")
+    assert body.xpos[:2] == pytest.approx([chair.pose.x, chair.pose.y])
 
 
 def test_a_start_inside_furniture_is_rejected() -> None:

@@ -47,7 +47,7 @@ def test_every_robot_stands_still_in_every_world(world: World) -> None:
         assert sim.truth().pose.distance(world.start) < 0.001
 
 
-def test_pedestrians_do_not_cross_furniture(world: World) -> None:
+def test_routes_do_not_cross_furniture(world: World) -> None:
     solids = [s for s in world.shapes_at_rest() if s.bottom < 1.8]
     for route in world.routes:
         points, t = np.array(route.points), np.linspace(0.0, 1.0, 200)[:, None]

@@ -1,4 +1,4 @@
-"""World files: schema of rooms, furniture, doors, pedestrian routes and named places."""
+"""World files: schema of rooms, furniture, doors, people and named places."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from chefbot.buildings.people_spec import Count, PeopleSpec
 from chefbot.maths.se2 import SE2
 from chefbot.robot.quantities import Name
 
@@ -145,10 +146,11 @@ class Carpet(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Route(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A route that people walk back and forth."""
+    """A route whose points are where people like to go."""
 
     points: Annotated[list[Point], Meta(min_length=2, max_length=100)]
     speed: Speed = 0.8
+    """Highest speed on the way to its points."""
 
 
 class NamedPose(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -169,5 +171,6 @@ class WorldSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     holes: Annotated[list[FloorHole], Meta(max_length=100)] = []
     carpets: Annotated[list[Carpet], Meta(max_length=100)] = []
     routes: Annotated[list[Route], Meta(max_length=100)] = []
-    people: Annotated[int, Meta(ge=0, le=50)] = 0
+    people: Count | PeopleSpec = 0
+    """Number of people, or who they are."""
     places: dict[Name, NamedPose]

@@ -211,6 +211,19 @@ def localization() -> None:
         bench.run(0.5)
 
 
+def people() -> None:
+    """Let people of all kinds walk in the simulator."""
+    from chefbot.buildings.people_spec import PeopleSpec
+    from chefbot.sim.simulation import Simulation
+    from chefbot.sim.world.load import load_any_world
+
+    spec = PeopleSpec(count=4, stand_and_talk=0.25, step_out=0.25, follow=0.25)
+    robot = load_robot("chefbot_lidar")
+    simulation = Simulation(robot, load_any_world("hotel", robot), people=spec)
+    for _ in range(200):
+        simulation.step()
+
+
 GROUPS: Mapping[str, Callable[[], None]] = {
     "mapping": mapping,
     "camera": camera,
@@ -221,6 +234,7 @@ GROUPS: Mapping[str, Callable[[], None]] = {
     "planning": planning,
     "control": control,
     "exploration": exploration,
+    "people": people,
 }
 """Workloads in the order of need; of those needed together the longest first, so that the workers end
 together."""

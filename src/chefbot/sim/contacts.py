@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,11 @@ from chefbot.sim.world.world_mjcf import PREFIX
 
 EPISODE_GAP_NS = 500_000_000
 """A contact with the same object within half a second of the last one belongs to the same episode."""
+
+NEVER = -(10**18)
+PERSON_NAME = re.compile(r"person_\d+$")
+STANDSTILL, STANDSTILL_TURN = 0.02, 0.05
+"""Speeds in m/s and rad/s below which the robot stands."""
 
 
 class Collisions(NamedTuple):
@@ -27,10 +33,15 @@ class Collisions(NamedTuple):
 
 
 class CollisionMonitor:
-    """Counts contact episodes from MuJoCo's list of geom pairs in contact."""
+    """Counts contact episodes from MuJoCo's list of geom pairs in contact.
+
+    A contact with a person that begins while the robot stands is that person's fault and left out; `touching` names
+    it.
+    """
 
     def __init__(self) -> None:
         self._last: dict[str, int] = {}
+        self._walked_in: dict[str, int] = {}
         self._count = 0
         self.touching: tuple[str, ...] = ()
 
@@ -42,8 +53,11 @@ class CollisionMonitor:
         self._robot: list[bool] = (model.geom_group == HULL_GROUP).tolist()
         self._obstacle = [not (r or f) for r, f in zip(self._robot, floor, strict=True)]
 
-    def update(self, pairs: NDArray[np.int32], time_ns: int) -> None:
-        """Update the episodes with the geom pairs (n, 2) that are in contact at `time_ns`."""
+    def update(self, pairs: NDArray[np.int32], velocity: NDArray[np.float64], time_ns: int) -> None:
+        """Update the episodes with the geom pairs (n, 2) that are in contact at `time_ns`.
+
+        velocity: (6 or more,) of the robot's free joint, m/s and rad/s.
+        """
         robot, obstacle, touched = self._robot, self._obstacle, set()
         # Obstacle geoms whose partner in the pair belongs to the robot; plain loop, as pairs are few.
         for a, b in pairs.tolist():
@@ -52,9 +66,16 @@ class CollisionMonitor:
             elif obstacle[b] and robot[a]:
                 touched.add(self._names[b])
         self.touching = tuple(sorted(touched))
+        if not touched:
+            return
+        stands = abs(velocity[0]) + abs(velocity[1]) < STANDSTILL and abs(velocity[5]) < STANDSTILL_TURN
         for name in self.touching:
-            if time_ns - self._last.get(name, -(10**18)) > EPISODE_GAP_NS:
-                self._count += 1
+            goes_on = time_ns - self._last.get(name, NEVER) <= EPISODE_GAP_NS
+            walked_in = stands or time_ns - self._walked_in.get(name, NEVER) <= EPISODE_GAP_NS
+            if PERSON_NAME.match(name) and not goes_on and walked_in:
+                self._walked_in[name] = time_ns
+                continue
+            self._count += not goes_on
             self._last[name] = time_ns
 
     @property

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
+from chefbot.buildings.people_spec import MAX_PEOPLE, PeopleSpec
 from chefbot.devices.board_node import MotorBoardNode
 from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY
@@ -52,7 +53,7 @@ FAULTS = {
 
 
 class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the simulator: world, start pose, imperfection profile and pedestrians."""
+    """Parameters of the simulator: world, start pose, imperfection profile and people."""
 
     world: WorldName = "room"
     start: Annotated[
@@ -81,7 +82,8 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
         ),
     ] = "real"
     people: Annotated[
-        int, Meta(ge=-1, le=50, description="number of pedestrians; -1: as in the world file")
+        Annotated[int, Meta(ge=-1, le=MAX_PEOPLE)] | PeopleSpec,
+        Meta(description="number of people, or who they are; -1: as in the world file"),
     ] = -1
     picture_hz: Annotated[
         float, Meta(ge=0, le=10, description="rate of colour images for display, Hz; 0: none")
@@ -117,7 +119,7 @@ class SimulatorDevice(MotorBoardNode):
     def start(self) -> None:
         """Build the world and start the physics at the present time."""
         world = load_any_world(self.params.world, self.robot, self.params.start, self.params.unknown)
-        people = None if self.params.people < 0 else self.params.people
+        people = None if self.params.people == -1 else self.params.people
         seed = int(self.context.rng().integers(2**31))
         self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)
         self._board = SimulatedBoard(self.robot, self.simulation, self.now_ns)

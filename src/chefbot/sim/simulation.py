@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import mujoco
@@ -10,6 +12,7 @@ import numpy as np
 from numpy.random import Generator, SeedSequence, default_rng
 from numpy.typing import NDArray
 
+from chefbot.buildings.people_spec import PeopleSpec, people_spec
 from chefbot.design.export.mjcf import PHYSICS_STEP
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
@@ -20,7 +23,9 @@ from chefbot.sim.capture import OPTICAL, Capture
 from chefbot.sim.contacts import CollisionMonitor, Collisions
 from chefbot.sim.depth_holes import hole_array
 from chefbot.sim.motors import Motors, enable_drivers
+from chefbot.sim.movers import Movers
 from chefbot.sim.nearby_solids import NearbySolids
+from chefbot.sim.people.people import RobotCircle
 from chefbot.sim.rays import (
     ROBOT_ONLY,
     ULTRASONIC_NOISE,
@@ -33,12 +38,9 @@ from chefbot.sim.rays import (
     to_rep117,
 )
 from chefbot.sim.realism import ImuErrors, RealismProfile, draw_as_built, draw_floor_friction, draw_gyro_scale
-from chefbot.sim.world.doors import MovingDoor
 from chefbot.sim.world.floor import carpet_at, floor_slabs
-from chefbot.sim.world.furniture import PERSON_RADIUS, person_shapes
-from chefbot.sim.world.people import OccupiedCircle, disc, place_people
 from chefbot.sim.world.shapes import (
-    ShapeArrays,
+    OccupiedCircle,
     SimulatedShape,
     box,
     clearance,
@@ -46,7 +48,7 @@ from chefbot.sim.world.shapes import (
     shape_arrays,
 )
 from chefbot.sim.world.world import World, nearest_name
-from chefbot.sim.world.world_mjcf import MocapBody, world_mjcf
+from chefbot.sim.world.world_mjcf import world_mjcf
 
 STEP_NS = round(PHYSICS_STEP * 1e9)
 STEPS_PER_MOVER_UPDATE = 8
@@ -66,8 +68,8 @@ class Simulation:
     """A robot in a world, simulated with MuJoCo. Equal arguments and calls give bit-identical states.
 
     robot: the robot as drawn; with every profile but `perfect` the simulated one deviates, drawn by `seed`.
-    start: pose of base_link, `world.start` when None. people: number of pedestrians, `world.people` when
-    None.
+    start: pose of base_link, `world.start` when None. people: who walks about, or just how many; `world.people`
+    when None.
     Raises UserError when the robot would overlap an obstacle.
     """
 
@@ -78,7 +80,7 @@ class Simulation:
         profile: RealismProfile = "perfect",
         seed: int = 0,
         start: SE2 | None = None,
-        people: int | None = None,
+        people: int | PeopleSpec | None = None,
     ) -> None:
         self.robot, self.world, self.profile, self.seed = robot, world, profile, seed
         build_rng, grip_rng, imu_rng, lidar_rng, sonar_rng, people_rng = (
@@ -91,20 +93,15 @@ class Simulation:
         self._motors = Motors.of(robot)
         self._duty, self._drivers_enabled = (0.0, 0.0), True
         self._steps = 0
-        self._doors = {door.name: MovingDoor(door) for door in world.doors}
         self._dropped: list[SimulatedShape] = []
-        self._shapes: ShapeArrays | None = None
         self._holes = hole_array(world.holes)
         start_pose = world.start if start is None else start
-        self._check_free(start_pose, "the robot's start")
-        count = world.people if people is None else people
-        self._walkers = place_people(
-            world.routes, count, self._robot_disc(start_pose), people_rng.spawn(count)
-        )
-        self._person_shapes = [person_shapes(i) for i in range(count)]
+        self._check_free(start_pose, "the robot's start", world.shapes_at_rest())
+        spec = people_spec(world.people if people is None else people)
+        self._movers = Movers(world, spec, robot_circle(robot, start_pose), people_rng)
         self._contacts = CollisionMonitor()
         self._prepare_sensors(imu_rng)
-        self._nearby = NearbySolids(world, robot)
+        self._nearby = NearbySolids(dataclasses.replace(world, static=self._movers.fixed), robot)
         self._nearby.follow(start_pose.x, start_pose.y)
         self._compile(start_pose)
         self._previous_imu: NDArray[np.float64] = self._data.sensordata.copy()
@@ -133,7 +130,7 @@ class Simulation:
         """Advance the simulation by one physics step of 5 ms."""
         if self._steps % STEPS_PER_MOVER_UPDATE == 0:
             self._simulate_solids_around(*self._data.qpos[:2].tolist())
-            self._update_movers()
+            self.advance_movers(STEPS_PER_MOVER_UPDATE * PHYSICS_STEP)
             self._update_floor_friction()
         data, voltage_ratio = self._data, self.battery.voltage_ratio
         # Motor input: duty times the battery voltage as a share of the rated voltage.
@@ -144,7 +141,11 @@ class Simulation:
         left_torque, right_torque = data.actuator_force.tolist()
         # Motor currents follow from the torques; the battery voltage sags with them.
         self.battery.drain(self._duty, self._motors.currents((left_torque, right_torque)), PHYSICS_STEP)
-        self._contacts.update(data.contact.geom, self.time_ns)
+        self._contacts.update(data.contact.geom, data.qvel, self.time_ns)
+
+    def advance_movers(self, duration: float) -> None:
+        """Advance people and doors by `duration` s; `step` does so at its time."""
+        self._movers.advance(duration, self._robot_circle(), self._data)
 
     def wheel_ticks(self) -> tuple[int, int]:
         """Return the encoder counts (left, right) since the start: whole ticks, increasing forward."""
@@ -207,10 +208,9 @@ class Simulation:
         position, rotation = self._base_pose()
         mount = rotate_mount(camera.mount, self.as_built.camera_yaw)
         at = position + rotation @ np.array([mount.x, mount.y, mount.z])
-        if self._shapes is None:
-            self._shapes = concatenate(self._static, shape_arrays(self._moving_shapes()))
+        shapes = concatenate(self._static, self._movers.shapes())
         optical = rotation @ mount_rotation(mount) @ OPTICAL
-        return Capture(at, optical, self._shapes, self._holes)
+        return Capture(at, optical, shapes, self._holes)
 
     def truth(self) -> GroundTruth:
         """Return the robot's ground-truth pose and twist."""
@@ -243,8 +243,8 @@ class Simulation:
 
     @property
     def people(self) -> list[SE2]:
-        """Poses of the pedestrians, x forward."""
-        return [walker.pose for walker in self._walkers]
+        """Poses of the people, x forward."""
+        return self._movers.people_poses()
 
     def drop_box(self, x: float, y: float, size: tuple[float, float, float]) -> str:
         """Put a box (side lengths in metres) on the floor and return its name.
@@ -259,10 +259,11 @@ class Simulation:
         name = f"dropped_{len(self._dropped) + 1}"
         item = box(name, SE2(x, y, 0.0), 0.0, size, (196, 150, 90))
         pose = self.truth().pose
-        for px, py, radius in [self._robot_disc(pose), *(disc(w) for w in self._walkers)]:
+        for px, py, radius in [self._robot_disc(pose), *self._movers.people_circles()]:
             if clearance([item], px, py, 0.0, math.inf) < radius:
                 raise UserError(f"the box at ({x:.2f}, {y:.2f}) would fall on the robot or on a person")
         self._dropped.append(item)
+        self._movers.add_solid(item)
         self._recompile()
         return name
 
@@ -271,9 +272,10 @@ class Simulation:
 
         Raises UserError if the pose is not free.
         """
-        self._check_free(pose, "the place to set the robot down")
-        for i, walker in enumerate(self._walkers):
-            if pose.distance(walker.pose) < self.robot.footprint_radius + PERSON_RADIUS:
+        solids = [*self._movers.fixed, *self._dropped, *self._movers.doors_and_chairs()]
+        self._check_free(pose, "the place to set the robot down", solids)
+        for i, (x, y, radius) in enumerate(self._movers.people_circles()):
+            if math.dist(pose[:2], (x, y)) < self.robot.footprint_radius + radius:
                 raise UserError(
                     f"person_{i} stands where the robot is to be set down; wait or choose another place"
                 )
@@ -287,11 +289,11 @@ class Simulation:
         """Set a door's target, 0 (closed) .. 1 (open); it takes two seconds and stops for the robot."""
         if not 0.0 <= open_fraction <= 1.0:
             raise UserError(f"a door opens between 0 and 1, not {open_fraction}")
-        self._doors[self.world.door(name).name].target = open_fraction
+        self._movers.doors[self.world.door(name).name].target = open_fraction
 
     def doors(self) -> dict[str, float]:
         """Return the current opening of each door by name, 0..1."""
-        return {name: door.open for name, door in self._doors.items()}
+        return {name: door.open for name, door in self._movers.doors.items()}
 
     def _prepare_sensors(self, rng: Generator) -> None:
         sensors = self.robot.sensors
@@ -312,7 +314,7 @@ class Simulation:
         solids = (*self._nearby.touchable, *self._dropped)
         self._static = concatenate(self._nearby.visible, shape_arrays(self._dropped))
         slabs = floor_slabs(self.world.bounds, self.world.holes) if self.world.holes else ()
-        xml = world_mjcf(self.robot, solids, self._mocap_bodies(), self.as_built, start, slabs)
+        xml = world_mjcf(self.robot, solids, self._movers.mocap_bodies(), self.as_built, start, slabs)
         self._model: Any = mujoco.MjModel.from_xml_string(xml)
         # Static solids are not calculated in every step; the robot itself never sleeps.
         self._model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
@@ -323,7 +325,7 @@ class Simulation:
         enable_drivers(self._model, self._drivers_enabled)
         self._wheels = [self._model.geom(f"wheel_{side}").id for side in ("left", "right")]
         self._contacts.watch(self._model)
-        self._place_movers()
+        self._movers.write(self._data)
         mujoco.mj_forward(self._model, self._data)
         if self._lidar is not None:
             base = self._base_pose()
@@ -342,39 +344,6 @@ class Simulation:
         if self._nearby.follow(x, y):
             self._recompile()
 
-    def _mocap_bodies(self) -> list[MocapBody]:
-        doors = [MocapBody(name, (door.leaf,), door.pose) for name, door in self._doors.items()]
-        people = [
-            MocapBody(f"person_{i}", shapes, walker.pose)
-            for i, (shapes, walker) in enumerate(zip(self._person_shapes, self._walkers, strict=True))
-        ]
-        return doors + people
-
-    def _moving_shapes(self) -> list[SimulatedShape]:
-        return [shape.transformed(mover.pose) for mover in self._mocap_bodies() for shape in mover.shapes]
-
-    def _update_movers(self) -> None:
-        """Advance people and doors, each avoiding the current positions of the others."""
-        if not self._walkers and not any(door.moving for door in self._doors.values()):
-            return
-        duration = STEPS_PER_MOVER_UPDATE * PHYSICS_STEP
-        robot = self._robot_disc(self.truth().pose)
-        occupants = [robot, *(disc(walker) for walker in self._walkers)]
-        doors_moved = [door.advance(duration, occupants) for door in self._doors.values()]
-        obstacles = [*(door.shape for door in self._doors.values()), *self._dropped] if self._walkers else []
-        for walker in self._walkers:
-            others = [robot, *(disc(other) for other in self._walkers if other is not walker)]
-            walker.advance(duration, others, obstacles)
-        if self._walkers or any(doors_moved):
-            self._place_movers()
-
-    def _place_movers(self) -> None:
-        self._shapes = None
-        for i, mover in enumerate(self._mocap_bodies()):
-            x, y, yaw = mover.pose
-            self._data.mocap_pos[i] = (x, y, 0.0)
-            self._data.mocap_quat[i] = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2))
-
     def _update_floor_friction(self) -> None:
         if len(self._grip.waves) == 0 and not self.world.carpets:
             return
@@ -390,13 +359,19 @@ class Simulation:
         mujoco.mju_quat2Mat(rotation, self._data.qpos[3:7])
         return self._data.qpos[:3].copy(), rotation.reshape(3, 3)
 
+    def _robot_circle(self) -> RobotCircle:
+        """Return the robot as people see it; its front without trigonometric functions."""
+        x, y, _, qw, qx, qy, qz = self._data.qpos[:7].tolist()
+        ux, uy = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qw * qz + qx * qy)
+        length = math.sqrt(ux * ux + uy * uy)
+        return RobotCircle(x, y, ux / length, uy / length, self.robot.footprint_radius)
+
     def _robot_disc(self, pose: SE2) -> OccupiedCircle:
         return pose.x, pose.y, self.robot.footprint_radius
 
-    def _check_free(self, pose: SE2, what: str) -> None:
+    def _check_free(self, pose: SE2, what: str, solids: Sequence[SimulatedShape]) -> None:
         if not all(math.isfinite(value) for value in pose):
             raise UserError(f"{what} {tuple(pose)} is not made of finite numbers")
-        solids = [*self.world.static, *self._dropped, *(door.shape for door in self._doors.values())]
         height_range = (ground_clearance(self.robot), overall_height(self.robot))
         if clearance(solids, pose.x, pose.y, *height_range) < self.robot.footprint_radius:
             obstacle_name = nearest_name(solids, pose, height_range)
@@ -410,3 +385,8 @@ class Simulation:
         state = np.empty(size)
         mujoco.mj_getState(self._model, self._data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
         return state
+
+
+def robot_circle(robot: Robot, pose: SE2) -> RobotCircle:
+    """Return a robot at a pose as people see it."""
+    return RobotCircle(pose.x, pose.y, math.cos(pose.yaw), math.sin(pose.yaw), robot.footprint_radius)

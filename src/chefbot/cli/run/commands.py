@@ -19,7 +19,7 @@ def demo(
     speed: Annotated[str, typer.Option(help="real-time factor, or max")] = "max",
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/demo"),
     profile: Annotated[str, typer.Option(help="realism of the simulation: real or perfect")] = "real",
-    people: Annotated[int, typer.Option(min=0, max=50, help="number of simulated pedestrians")] = 0,
+    people: Annotated[int, typer.Option(min=0, max=50, help="number of simulated people")] = 0,
     port: Annotated[int, typer.Option(min=1, max=65535, help="port of the web UI")] = 8080,
     processes: Annotated[
         bool, typer.Option("--processes", help="as four processes, at a real-time factor of 4 at most")

@@ -18,6 +18,6 @@ def list_worlds() -> None:
         x0, y0, x1, y1 = world.bounds
         doors = ", ".join(door.name for door in world.doors)
         table.add_row(
-            name, f"{x1 - x0:.1f} x {y1 - y0:.1f}", ", ".join(world.places), doors, str(world.people)
+            name, f"{x1 - x0:.1f} x {y1 - y0:.1f}", ", ".join(world.places), doors, str(world.people.count)
         )
     console.print(table)

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from chefbot.buildings.world_file import Door
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.furniture import door_leaf, door_pose
-from chefbot.sim.world.people import OccupiedCircle
-from chefbot.sim.world.shapes import SimulatedShape, clearance
+from chefbot.sim.world.shapes import OccupiedCircle, SimulatedShape, clearance
 
 SPEED = 0.5  # share of the full travel per second
 GAP = 0.03  # m that a leaf keeps to a person or the robot

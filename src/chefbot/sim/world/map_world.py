@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.buildings.people_spec import NOBODY
 from chefbot.errors import UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
@@ -60,7 +61,7 @@ def world_from_map(
     _check_start(floor, solids, home, name)
     if len(places) > 1:
         _check_places(walls, radius, places, name)
-    return World(Path(name).stem, solids, (), (), 0, places, bounds, floor, note)
+    return World(Path(name).stem, solids, (), (), NOBODY, places, bounds, floor, note)
 
 
 class MapWalls:

@@ -16,6 +16,8 @@ SOLID, GLASS, MIRROR = 0, 1, 2
 MATERIALS = {"solid": SOLID, "glass": GLASS, "mirror": MIRROR}
 """Number of each material of a world file."""
 RgbColour = tuple[int, int, int]
+OccupiedCircle = tuple[float, float, float]
+"""x, y, radius of a person or the robot, to be avoided."""
 
 
 class SimulatedShape(NamedTuple):

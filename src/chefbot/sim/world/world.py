@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from chefbot.buildings.people_spec import PeopleSpec, people_spec
 from chefbot.buildings.world_file import Carpet, Door, FloorHole, Opening, Route, Wall, WorldSpec
 from chefbot.config import find_file, parse_config, read_bytes
 from chefbot.errors import UserError, name_hint
@@ -44,14 +45,14 @@ class World:
     """A building with its furniture. Metres and radians in the map frame; `home` is where the robot starts.
 
     static: solids that never move. bounds: (x0, y0, x1, y1) around all of them.
-    people: default number of pedestrians.
+    people: who walks about by default.
     """
 
     name: str
     static: tuple[SimulatedShape, ...]
     doors: tuple[Door, ...]
     routes: tuple[Route, ...]
-    people: int
+    people: PeopleSpec
     places: dict[str, SE2]
     bounds: Bounds
     floor: FreeFloor | None = None
@@ -117,7 +118,7 @@ def build_world(spec: WorldSpec, where: str) -> World:
         static,
         tuple(spec.doors),
         tuple(spec.routes),
-        spec.people,
+        people_spec(spec.people),
         places,
         bounds,
         holes=tuple(spec.holes),

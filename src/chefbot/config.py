@@ -6,7 +6,7 @@ import math
 import operator
 import re
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import msgspec
 import yaml
@@ -126,6 +126,8 @@ def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
         if value is None and kind.includes_none:
             return None
         members = [member for member in kind.types if not isinstance(member, types.NoneType)]
+        if len(members) > 1 and all(isinstance(member, types.StructType) for member in members):
+            return _tagged_to_si(value, cast(list[types.StructType], members), where, key)
         return _to_si(value, members[0], where, key) if len(members) == 1 else value
     if isinstance(kind, types.StructType):
         return _struct_to_si(value, kind, where, key)
@@ -141,6 +143,8 @@ def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
         raise ConfigError(f"{where}: {key}: {value} is not a finite number")
     _check_bounds(value, written, kind, unit or "", f"{where}: {key}")
     _check_form(value, kind, f"{where}: {key}")
+    if isinstance(kind, types.LiteralType) and isinstance(value, str) and value not in kind.values:
+        raise ConfigError(f"{where}: {key}: unknown value {value!r}{name_hint(value, map(str, kind.values))}")
     return value
 
 
@@ -182,6 +186,20 @@ def _struct_to_si(value: Any, kind: types.StructType, where: str, key: str) -> A
     if missing:
         raise ConfigError(f"{where}: {_join(key, missing[0])!r} is missing")
     return {name: _to_si(item, fields[name].type, where, _join(key, name)) for name, item in value.items()}
+
+
+def _tagged_to_si(value: Any, members: list[types.StructType], where: str, key: str) -> Any:
+    """Convert a section whose tag, such as `fault: freeze`, selects one of several structs."""
+    by_tag, tag_field = {str(member.tag): member for member in members}, str(members[0].tag_field)
+    if not isinstance(value, dict) or tag_field not in value:
+        raise ConfigError(f"{where}: {key or 'it'} must be a section with the key {tag_field!r}")
+    tag = str(value[tag_field])
+    if tag not in by_tag:
+        raise ConfigError(
+            f"{where}: {_join(key, tag_field)}: unknown {tag_field} {tag!r}{name_hint(tag, by_tag)}"
+        )
+    fields = {name: item for name, item in value.items() if name != tag_field}
+    return {tag_field: tag, **_struct_to_si(fields, by_tag[tag], where, key)}
 
 
 def _ros_hint(name: str, kind: types.StructType, key: str) -> str:

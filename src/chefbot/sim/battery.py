@@ -21,6 +21,8 @@ class SimulatedBattery:
         self._motor_voltage = robot.motor.voltage
         self._resistance = VOLTAGE_SAG_AT_1C * robot.battery.voltage / (robot.battery.capacity / 3600.0)
         self.charge = robot.battery.capacity
+        self.voltage_share = 1.0
+        """Share of the voltage that a weak battery has left."""
         self.current = 0.0
         self.voltage = 0.0
         self.drain((0.0, 0.0), (0.0, 0.0), 0.0)
@@ -51,6 +53,7 @@ class SimulatedBattery:
         self.charge -= self.current * duration
         voltage_range = self._spec.full_voltage - self._spec.empty_voltage
         # Terminal voltage: V = V_oc(level) - R I.
-        self.voltage = (
+        healthy = (
             self._spec.empty_voltage + voltage_range * self.state_of_charge - self._resistance * self.current
         )
+        self.voltage = self.voltage_share * healthy

@@ -143,8 +143,7 @@ def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
         raise ConfigError(f"{where}: {key}: {value} is not a finite number")
     _check_bounds(value, written, kind, unit or "", f"{where}: {key}")
     _check_form(value, kind, f"{where}: {key}")
-    if isinstance(kind, types.LiteralType) and isinstance(value, str) and value not in kind.values:
-        raise ConfigError(f"{where}: {key}: unknown value {value!r}{name_hint(value, map(str, kind.values))}")
+    _check_choice(value, kind, f"{where}: {key}")
     return value
 
 
@@ -154,6 +153,13 @@ def _check_form(value: Any, kind: types.Type, where: str) -> None:
         form, pattern = (kind.extra or {}).get("form"), kind.type.pattern
         if form and pattern and not re.search(pattern, value):
             raise ConfigError(f"{where}: {value[:40]!r} must be {form}")
+
+
+def _check_choice(value: Any, kind: types.Type, where: str) -> None:
+    """Check that a string is one of the given choices."""
+    inner = kind.type if isinstance(kind, types.Metadata) else kind
+    if isinstance(inner, types.LiteralType) and isinstance(value, str) and value not in inner.values:
+        raise ConfigError(f"{where}: unknown value {value!r:.60}{name_hint(value, map(str, inner.values))}")
 
 
 def _check_bounds(value: Any, written: Any, kind: types.Type, unit: str, where: str) -> None:

@@ -55,7 +55,7 @@ FAULTS = {
 
 
 class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the simulator: world, start pose, imperfection profile and pedestrians."""
+    """Parameters of the simulator: world, start pose, imperfections, pedestrians and faults."""
 
     world: WorldName = "room"
     start: Annotated[

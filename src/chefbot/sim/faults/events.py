@@ -13,9 +13,12 @@ from typing import Annotated, Literal, TypeAlias, get_args
 import msgspec
 from msgspec import Meta
 
-Sensor = Literal["lidar", "depth_camera", "ultrasonic", "imu", "wheel_encoders"]
-Wheel = Literal["left", "right", "both"]
-Clock = Literal["board", "lidar", "depth_camera"]
+OF_SENSOR = Meta(description="sensor that fails")
+Sensor = Annotated[Literal["lidar", "depth_camera", "ultrasonic", "imu", "wheel_encoders"], OF_SENSOR]
+Wheel = Annotated[Literal["left", "right", "both"], Meta(description="wheel that fails")]
+Clock = Annotated[
+    Literal["board", "lidar", "depth_camera"], Meta(description="device whose messages the clock stamps")
+]
 NodeName = Annotated[str, Meta(min_length=1, max_length=64, description="name of a node of the launch")]
 Second = Annotated[float, Meta(ge=0, le=1e6)]
 Delay = Annotated[float, Meta(gt=0, le=60)]
@@ -75,13 +78,13 @@ class SensorNoise(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields
 class SensorHalfBlind(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="half_blind"):
     """No measurement (NaN) in the front half of a scan, or in the left half of an image."""
 
-    sensor: Literal["lidar", "depth_camera"]
+    sensor: Annotated[Literal["lidar", "depth_camera"], OF_SENSOR]
 
 
 class SensorOffset(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="offset"):
     """A sensor whose mount has turned, or whose readings are off by a constant."""
 
-    sensor: Literal["lidar", "depth_camera", "ultrasonic", "imu"]
+    sensor: Annotated[Literal["lidar", "depth_camera", "ultrasonic", "imu"], OF_SENSOR]
     yaw: Annotated[
         float,
         Meta(ge=-math.pi, le=math.pi, description="turn of the mount to the left, rad: lidar, depth_camera"),
@@ -105,7 +108,7 @@ class SensorUpsideDown(
 ):
     """A sensor is mounted upside down: turned by 180 degrees about its forward axis."""
 
-    sensor: Literal["lidar", "depth_camera", "imu"]
+    sensor: Annotated[Literal["lidar", "depth_camera", "imu"], OF_SENSOR]
 
 
 class WheelSlip(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="slip"):
@@ -203,14 +206,14 @@ class Slow(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, 
 class LinkCut(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="cut"):
     """No message passes between a node and all others; then the last one of each latched topic follows."""
 
-    link: Annotated[NodeName, Meta(description="node at one end of the link")]
+    link: Annotated[str, Meta(min_length=1, max_length=64, description="node at one end of the link")]
     topics: Annotated[tuple[str, ...], Meta(description="topics of the link; none given: all")] = ()
 
 
 class LinkBlackHole(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="black_hole"):
     """Messages between a node and all others are lost; nothing follows, as no end notices it."""
 
-    link: Annotated[NodeName, Meta(description="node at one end of the link")]
+    link: Annotated[str, Meta(min_length=1, max_length=64, description="node at one end of the link")]
     topics: Annotated[tuple[str, ...], Meta(description="topics of the link; none given: all")] = ()
 
 

@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from tests.sim.faults.fault_runs import FaultRun
 
+from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import String
+from chefbot.robot.load import load_robot
 from chefbot.sim.faults import events as e
 from chefbot.sim.faults.board_sensors import FaultyReading
+from chefbot.sim.faults.simulated_robot import check_robot_has
 
 AT, UNTIL, END = 1.5, 3.5, 6.0
 """Begin and end of the fault and end of the run, s."""
@@ -319,9 +322,5 @@ def test_a_wrong_request_is_answered_in_one_sentence(text: str, expected: str) -
 
 
 def test_an_event_for_a_sensor_that_the_robot_lacks_is_refused() -> None:
-    from chefbot.errors import UserError
-    from chefbot.robot.load import load_robot
-    from chefbot.sim.faults.simulated_robot import check_robot_has
-
     with pytest.raises(UserError, match="robot chefbot has no lidar"):
         check_robot_has(load_robot("chefbot"), e.SensorStop(at=1.0, sensor="lidar"))

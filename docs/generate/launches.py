@@ -52,10 +52,11 @@ def launches() -> dict[str, Launch]:
 
 
 def node_kinds() -> dict[str, type[Node]]:
-    """Return the node classes of all launches by `module:Class`."""
+    """Return the node classes of all launches, and the one that injects faults, by `module:Class`."""
     kinds = {entry.kind for launch in launches().values() for entry in launch.nodes.values()}
     headful = {"chefbot.ui.web_ui:WebUiDevice"}
-    return {kind: node_class(kind, "docs") for kind in sorted(kinds | headful)}
+    injected = {"chefbot.sim.faults.node_faults:NodeFaultsNode"}
+    return {kind: node_class(kind, "docs") for kind in sorted(kinds | headful | injected)}
 
 
 def ports_of(kind: type[Node]) -> list[Port]:

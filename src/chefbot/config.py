@@ -6,7 +6,7 @@ import math
 import operator
 import re
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import msgspec
 import yaml
@@ -127,6 +127,9 @@ def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
     if isinstance(kind, types.UnionType):
         if value is None and kind.includes_none:
             return None
+        members = [member for member in kind.types if not isinstance(member, types.NoneType)]
+        if len(members) > 1 and all(isinstance(member, types.StructType) for member in members):
+            return _tagged_to_si(value, cast(list[types.StructType], members), where, key)
         member = _member_for(value, kind)
         return value if member is None else _to_si(value, member, where, key)
     if isinstance(kind, types.StructType):
@@ -143,6 +146,7 @@ def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
         raise ConfigError(f"{where}: {key}: {value} is not a finite number")
     _check_bounds(value, written, kind, unit or "", f"{where}: {key}")
     _check_form(value, kind, f"{where}: {key}")
+    _check_choice(value, kind, f"{where}: {key}")
     return value
 
 
@@ -160,6 +164,13 @@ def _check_form(value: Any, kind: types.Type, where: str) -> None:
         form, pattern = (kind.extra or {}).get("form"), kind.type.pattern
         if form and pattern and not re.search(pattern, value):
             raise ConfigError(f"{where}: {value[:40]!r} must be {form}")
+
+
+def _check_choice(value: Any, kind: types.Type, where: str) -> None:
+    """Check that a string is one of the given choices."""
+    inner = kind.type if isinstance(kind, types.Metadata) else kind
+    if isinstance(inner, types.LiteralType) and isinstance(value, str) and value not in inner.values:
+        raise ConfigError(f"{where}: unknown value {value!r:.60}{name_hint(value, map(str, inner.values))}")
 
 
 def _check_bounds(value: Any, written: Any, kind: types.Type, unit: str, where: str) -> None:
@@ -192,6 +203,20 @@ def _struct_to_si(value: Any, kind: types.StructType, where: str, key: str) -> A
     if missing:
         raise ConfigError(f"{where}: {_join(key, missing[0])!r} is missing")
     return {name: _to_si(item, fields[name].type, where, _join(key, name)) for name, item in value.items()}
+
+
+def _tagged_to_si(value: Any, members: list[types.StructType], where: str, key: str) -> Any:
+    """Convert a section whose tag, such as `fault: freeze`, selects one of several structs."""
+    by_tag, tag_field = {str(member.tag): member for member in members}, str(members[0].tag_field)
+    if not isinstance(value, dict) or tag_field not in value:
+        raise ConfigError(f"{where}: {key or 'it'} must be a section with the key {tag_field!r}")
+    tag = str(value[tag_field])
+    if tag not in by_tag:
+        raise ConfigError(
+            f"{where}: {_join(key, tag_field)}: unknown {tag_field} {tag!r}{name_hint(tag, by_tag)}"
+        )
+    fields = {name: item for name, item in value.items() if name != tag_field}
+    return {tag_field: tag, **_struct_to_si(fields, by_tag[tag], where, key)}
 
 
 def _ros_hint(name: str, kind: types.StructType, key: str) -> str:

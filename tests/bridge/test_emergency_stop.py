@@ -78,7 +78,7 @@ class Gate:
 
     def kill(self) -> None:
         """And wait for its next life."""
-        killed = self.one.kill("gate")
+        killed = self.one.inject("killed", "gate")
         wait_for(lambda: not self.people[0].has_subscribers)
         wait_for(lambda: self.one.child("gate") not in (None, killed))
         self.wait_until_there()

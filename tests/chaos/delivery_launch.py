@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -167,12 +166,12 @@ class DeliveryObserver:
 class ProcessFault:
     """Kills or suspends a process while the robot drives; measures how the robot stops and the process returns."""
 
-    def __init__(self, observer: DeliveryObserver, process: str, by: signal.Signals = signal.SIGKILL) -> None:
+    def __init__(self, observer: DeliveryObserver, process: str, fault: str = "killed") -> None:
         self._observer, self._process = observer, process
         wait_for(observer.drives)
         self._speed_count, self._up_count = len(observer.speeds), len(observer.up_history)
         self._last, self._wall = observer.speeds[-1][1], time.monotonic()
-        self.pid = observer.chefbot.kill(process, by)
+        self.pid = observer.chefbot.inject(fault, process)
         wait_for(lambda: self._first_stop() is not None)
         stop = self._first_stop()
         assert stop is not None

@@ -47,6 +47,10 @@ def free_port() -> int:
         return int(server.getsockname()[1])
 
 
+FAULT_SIGNALS = {"killed": signal.SIGKILL, "hung": signal.SIGSTOP}
+"""Signal for each fault of a process, in the words of the simulator's fault events."""
+
+
 class LaunchProcess:
     """A process of `chefbot` with the given arguments, such as `launch` and a file."""
 
@@ -65,11 +69,11 @@ class LaunchProcess:
         """Return the PID of its worker process of that name; None while there is none."""
         return next((pid for pid in children_of(self.process.pid) if name_of(pid) == name), None)
 
-    def kill(self, name: str, by: signal.Signals = signal.SIGKILL) -> int:
-        """Send a signal to one of its worker processes and return the PID of that process."""
+    def inject(self, fault: str, name: str) -> int:
+        """Let one of its worker processes fail, `killed` or `hung` (docs/faults.md), and return its PID."""
         pid = self.child(name)
         assert pid is not None, f"there is no process {name}"
-        os.kill(pid, by)
+        os.kill(pid, FAULT_SIGNALS[fault])
         return pid
 
     def stop(self) -> str:

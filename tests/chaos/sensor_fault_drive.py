@@ -147,7 +147,8 @@ class SensorFaultDrive:
 
     def inject(self, fault: str, sensor: str) -> None:
         """Let a sensor fail: fault "stop", "freeze", "late", "half_blind" or "none"; sensor "scan" or "depth"."""
-        self.loop.publish("simulation/sensor_fault", String(f"{fault} {sensor}"), "test", from_device=True)
+        request = String(f"{fault} {NAMES[sensor]}")
+        self.loop.publish("simulation/fault", request, "test", from_device=True)
         self.run(0.0)
 
     def drop_box(self, ahead: float = AHEAD, side: float = 0.0) -> None:
@@ -191,6 +192,7 @@ def drive_with_fault(robot: Robot, at: SE2, fault: str, sensor: str, side: float
     return outcome
 
 
+NAMES = {"scan": "lidar", "depth": "depth_camera"}
 TITLES = {"scan": "lidar", "depth": "depth camera"}
 CONTACT = 0.05
 """Lowest speed that counts as a collision, m/s."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import signal
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ from tests.chaos.launch_process import LaunchProcess, report, run_chefbot, wait_
 
 SEED = 8
 PERIOD_S = 60.0
-SIGNALS = [signal.SIGKILL, signal.SIGSTOP]
+FAULTS = ["killed", "hung"]
 PATIENCE = 1800.0
 """Wall time that the demo may take, seconds."""
 
@@ -52,13 +51,13 @@ class DemoObserver:
     def over(self) -> bool:
         return self._chefbot.process.poll() is not None
 
-    def send_signal(self, name: str, by: signal.Signals) -> None:
-        """Send a signal to a process, unless it is restarting at the moment."""
+    def inject(self, fault: str, name: str) -> None:
+        """Let a process fail, unless it is restarting at the moment."""
         if self._chefbot.child(name) is not None:
-            report(f"{self.now:.0f} s: {name} gets {by.name}")
-            self._chefbot.kill(name, by)
+            report(f"{self.now:.0f} s: {name} is {fault}")
+            self._chefbot.inject(fault, name)
 
-    def send_signals_during(self, phase: str) -> None:
+    def inject_faults_during(self, phase: str) -> None:
         """Kill or suspend a random process each minute as long as the attribute named `phase` is true."""
         due = self.now + PERIOD_S
         while getattr(self, phase) and not self.over:
@@ -66,7 +65,7 @@ class DemoObserver:
             if self.now > due:
                 due = self.now + PERIOD_S
                 name = list(PROCESSES)[self._rng.integers(len(PROCESSES))]
-                self.send_signal(name, SIGNALS[self._rng.integers(len(SIGNALS))])
+                self.inject(FAULTS[self._rng.integers(len(FAULTS))], name)
 
 
 def run_demo(out: Path, *phases: str) -> dict[str, Any]:
@@ -76,7 +75,7 @@ def run_demo(out: Path, *phases: str) -> dict[str, Any]:
         observer = DemoObserver(chefbot, node)
         for phase in phases:
             wait_for(lambda: getattr(observer, phase) or observer.over, PATIENCE)  # noqa: B023
-            observer.send_signals_during(phase)
+            observer.inject_faults_during(phase)
         report(chefbot.process.communicate(timeout=PATIENCE)[0])
     summary: dict[str, Any] = json.loads((out / "summary.json").read_text())
     assert chefbot.process.returncode == 0, summary

@@ -33,7 +33,7 @@ nodes:
 
 def check_hang(observer: DeliveryObserver, process: str) -> None:
     """Suspend a process and check that the robot stops, stands, and the process returns in time."""
-    fault = ProcessFault(observer, process, signal.SIGSTOP)
+    fault = ProcessFault(observer, process, "hung")
     took = fault.wait_until_back()
     report(f"{process}: stopped {fault.stopped_ms:.0f} ms after it hung, back after {took:.1f} s")
     assert in_time(fault.stopped_ms, STOP_MS) and in_time(took, BACK_S)
@@ -45,7 +45,7 @@ def test_deliveries_succeed_while_each_process_hangs(tmp_path: Path) -> None:
     with localized_robot(tmp_path) as observer:
         observer.order("table_1")
         wait_for(lambda: observer.delivery_is("driving", "table_1"))
-        fault = ProcessFault(observer, "navigation", signal.SIGSTOP)
+        fault = ProcessFault(observer, "navigation", "hung")
         os.kill(fault.pid, signal.SIGCONT)
         report(f"drives again {wait_for(observer.drives):.2f} s after the process continues")
         assert in_time(fault.stopped_ms, STOP_MS)

@@ -38,7 +38,7 @@ def test_robot_stops_when_the_controller_dies_and_resumes_later() -> None:
         spinning = spin.send_goal_async(Spin_Goal(30.0, Duration.of(60.0)))
         wait_for(drives)
         killed_ns, killed = speeds[-1].header.stamp.ns, time.monotonic()
-        chefbot.kill("control")
+        chefbot.inject("killed", "control")
         wait_for(lambda: speeds[-1].left == 0.0 and speeds[-1].right == 0.0)
         stamps = [(speed.header.stamp.ns, speed.left) for speed in speeds]
         stopped_ns = next(stamp for stamp, left in stamps if stamp > killed_ns and left == 0.0)
@@ -49,7 +49,7 @@ def test_robot_stops_when_the_controller_dies_and_resumes_later() -> None:
         wait_for(lambda: spin.served)
         report(f"the controller was up after {time.monotonic() - killed:.1f} s")
 
-        killed_pid = chefbot.kill("slam")
+        killed_pid = chefbot.inject("killed", "slam")
         wait_for(lambda: chefbot.child("slam") not in (None, killed_pid))
         children = children_of(chefbot.process.pid)
         wait_for(lambda: spin.served)

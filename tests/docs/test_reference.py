@@ -24,6 +24,7 @@ from chefbot.cli.app import app  # noqa: E402
 from chefbot.nodes.controller import ControllerNode  # noqa: E402
 from chefbot.runtime.launch import STANDARD_ARGS, built_in_launches, load_launch  # noqa: E402
 from chefbot.runtime.node import params_type  # noqa: E402
+from chefbot.sim.faults.events import KINDS as FAULT_KINDS  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +51,13 @@ def test_every_parameter_has_description_default_and_bounds(pages: Path) -> None
             assert f"``{parameter.name}``" in text
             assert parameter.description, (kind, parameter.name)
             assert parameter.bounds or parameter.type not in ("int", "float"), (kind, parameter.name)
+
+
+def test_every_fault_has_its_keys_with_descriptions(pages: Path) -> None:
+    text = (pages / "faults.rst").read_text()
+    for kind in FAULT_KINDS:
+        assert f"``{kind.__struct_config__.tag}``" in text
+        assert all(key.description and f"``{key.name}``" in text for key in parameters_of(kind)), kind
 
 
 def test_units_come_from_the_descriptions() -> None:

@@ -12,6 +12,7 @@ from tests.sim.board_drive import DeadReckoningDriver, drive, robot_in
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.std_msgs import Header
 from chefbot.sim.board import SimulatedBoard
+from chefbot.sim.faults.serial_link import flip_bits
 from chefbot.sim.motor_board import SimulatedMotorBoard
 
 
@@ -35,8 +36,7 @@ class NoisyMotorBoard:
 
     def _corrupt(self, lines: list[bytes]) -> bytes:
         kept = b"".join(line for line in lines if self._rng.random() >= self.lost)
-        bits = np.unpackbits(np.frombuffer(kept, np.uint8))
-        return np.packbits(bits ^ (self._rng.random(bits.size) < self.bit_errors)).tobytes()
+        return flip_bits(kept, self.bit_errors, self._rng)
 
 
 def drive_curves(bit_errors: float, lost: float) -> tuple[float, float, SimulatedBoard]:

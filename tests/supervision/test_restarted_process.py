@@ -79,7 +79,7 @@ def test_parameters_and_orders_survive_a_process_restart(tmp_path: Path) -> None
             wait_for(lambda number=number: str(number) in told[-1].accepted)
         wait_for(lambda: told[-1].state == "driving")
         for _ in range(2):  # another life does not forget what the first was told
-            count, killed = len(told), one.kill("service")
+            count, killed = len(told), one.inject("killed", "service")
             wait_for(lambda: one.child("service") not in (None, killed))  # noqa: B023
             wait_for(lambda: len(told) > count and told[-1].state == "driving")  # noqa: B023
             assert (told[-1].place, told[-1].queue) == ("kitchen", ("table_1",))

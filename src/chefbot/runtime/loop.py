@@ -63,6 +63,22 @@ class FaultHandler(Protocol):
         """Return whether the node fails so often that its motion commands are dropped."""
 
 
+class CallbackInterceptor(Protocol):
+    """Decides, for fault injection, whether and when callbacks run and messages arrive."""
+
+    def intercept(self, event: ScheduledEvent, rank: int) -> bool:
+        """Return whether the due event does not run now: it is dropped, or given to `Loop.reschedule` later."""
+
+    def delivery_ns(self, publication: Publication, subscriber: str) -> int | None:
+        """Return when a publication reaches the node `subscriber`; None if it is lost."""
+
+    def silences(self, publisher: str) -> bool:
+        """Return whether the node publishes nothing, because its process is dead."""
+
+    def restarted(self, node: str) -> None:
+        """Take note that the node has been created again."""
+
+
 @dataclass(slots=True)
 class LoopSubscription:
     """The subscription of one handler to one topic."""
@@ -99,6 +115,8 @@ class Loop:
         self.timings: dict[str, CallbackStatistics] = {}
         self.faults: FaultHandler | None = None
         """Handles exceptions of nodes' callbacks. None: the first exception ends the run, as in a test."""
+        self.interceptor: CallbackInterceptor | None = None
+        """Injects faults of nodes and links. None: every callback runs when it is due."""
         self.callback_start_ns = 0
         """Monotonic start time of the running callback, ns; 0 if none runs. Read by watchdog threads."""
         self._clock = clock
@@ -122,8 +140,7 @@ class Loop:
         subscription = LoopSubscription(topic, handler, timing)
         self._topics.setdefault(topic, []).append(subscription)
         if topic in self._latched:
-            message = self._latched[topic].message
-            self._schedule_delivery(subscription, message)
+            self._schedule_delivery(subscription, self._latched[topic])
         return subscription
 
     def unsubscribe(self, subscription: LoopSubscription) -> None:
@@ -141,13 +158,21 @@ class Loop:
         latched: bool = False,
     ) -> None:
         """Queue the message for all current subscribers, behind what is already queued at this instant."""
+        if self.interceptor is not None and self.interceptor.silences(publisher):
+            return
         publication = Publication(topic, message, publisher, from_device, self.now_ns, latched)
         if latched:
             self._latched[topic] = publication
         for observer in self._observers:
             observer(publication)
         for subscription in self._topics.get(topic, ()):
-            self._schedule_delivery(subscription, message)
+            self._schedule_delivery(subscription, publication)
+
+    def redeliver(self, publication: Publication, subscribers: Callable[[str], bool]) -> None:
+        """Deliver a latched publication again to all nodes for whose name `subscribers` is true."""
+        for subscription in self._topics.get(publication.topic, ()):
+            if subscribers(subscription.timing.owner):
+                self._schedule_delivery(subscription, publication)
 
     def clear_latched(self, publishers: Container[str]) -> None:
         """Drop all latched messages except those of `publishers`, as after a restart."""
@@ -174,6 +199,12 @@ class Loop:
         heapq.heappush(self._events, (due_ns, rank, self._sequence, event))
         return event
 
+    def reschedule(self, event: ScheduledEvent, rank: int, time_ns: int) -> None:
+        """Schedule an intercepted event again; it keeps its identity, so that it can still be cancelled."""
+        event.due_ns = max(time_ns, self.now_ns)
+        self._sequence += 1
+        heapq.heappush(self._events, (event.due_ns, rank, self._sequence, event))
+
     def timing(self, owner: str, name: str, *, from_device: bool = False) -> CallbackStatistics:
         """Return the statistics of the callback `name` of the node `owner`, created on first use."""
         return self.timings.setdefault(name, CallbackStatistics(owner, name, from_device))
@@ -181,7 +212,13 @@ class Loop:
     def isolated(self, action: Callable[[T], None]) -> Callable[[T], None]:
         """Wrap `action` so that its time and exceptions count as those of the callback that runs now."""
         timing = self._running
-        return lambda value: self._perform_for(timing, partial(action, value))
+
+        def run(value: T) -> None:
+            event = ScheduledEvent(partial(action, value), timing, self.now_ns)
+            if self.interceptor is None or not self.interceptor.intercept(event, MESSAGE):
+                self._perform_for(timing, partial(action, value))
+
+        return run
 
     def post(self, action: Callable[[], None], timing: CallbackStatistics | None = None) -> None:
         """Run `action` in the loop as a device event as soon as possible; safe from any thread."""
@@ -226,8 +263,10 @@ class Loop:
             self.schedule(self._clock.read(self.now_ns) + 1, DEVICE, action, timing)
 
     def _run_next_event(self) -> None:
-        self.now_ns, _, _, event = heapq.heappop(self._events)
+        self.now_ns, rank, _, event = heapq.heappop(self._events)
         if event.action is None:
+            return
+        if self.interceptor is not None and self.interceptor.intercept(event, rank):
             return
         self.callback_start_ns = start = wall_ns()
         timing = self._running = event.timing
@@ -265,9 +304,13 @@ class Loop:
                 raise
             self.faults.handle(timing, error)
 
-    def _schedule_delivery(self, subscription: LoopSubscription, message: Message) -> None:
+    def _schedule_delivery(self, subscription: LoopSubscription, publication: Publication) -> None:
         def deliver() -> None:
             if subscription.active:
-                subscription.handler(message)
+                subscription.handler(publication.message)
 
-        self.schedule(self.now_ns, MESSAGE, deliver, subscription.timing)
+        time_ns: int | None = self.now_ns
+        if self.interceptor is not None:
+            time_ns = self.interceptor.delivery_ns(publication, subscription.timing.owner)
+        if time_ns is not None:
+            self.schedule(time_ns, MESSAGE, deliver, subscription.timing)

@@ -258,7 +258,8 @@ class Node:
         first = -(-(self.now_ns + 1) // period_ns) * period_ns
 
         def fire() -> None:
-            self._timers[slot] = self._loop.schedule(self.now_ns + period_ns, rank, fire, timing)
+            following = (self.now_ns // period_ns + 1) * period_ns
+            self._timers[slot] = self._loop.schedule(following, rank, fire, timing)
             action()
 
         self._timers.append(self._loop.schedule(first, rank, fire, timing))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Mapping
 from functools import partial
 from typing import Any
 
@@ -27,6 +27,8 @@ LAUNCH_TOPIC = "chefbot/launch"
 """Topic on which every launch is published, so that a log holds all that a replay needs."""
 PARAMS_TOPIC = "chefbot/params"
 """Topic of parameter changes at run time: JSON `{"node": ..., "params": {...}}` with all parameters."""
+RESTART_TOPIC = "chefbot/restart"
+"""Topic of the names of nodes that are to be created again, as after the death of their process."""
 
 
 class _NodeParams(Struct, frozen=True):
@@ -52,6 +54,7 @@ class NodeContainer:
             self.loop.subscribe(topic, "transforms", partial(self._on_tf, static))
         for topic in (PARAMS_TOPIC, RESTORED_PREFIX + PARAMS_TOPIC):
             self.loop.subscribe(topic, "chefbot", self._on_params)
+        self.loop.subscribe(RESTART_TOPIC, "chefbot", self._on_restart)
 
     def launch(self, launch: Launch, *, leave_out: Container[str] = ()) -> None:
         """Replace all nodes by those of `launch`; devices of the same name keep running.
@@ -64,10 +67,25 @@ class NodeContainer:
         created = []
         for name, (kind, params, remap) in plan.items():
             if name not in self.nodes and name not in leave_out:
-                context = Context(name, self.loop, self.robot, self.transforms, self.seed, remap)
-                self.nodes[name] = kind(context, params)
-                created.append(self.nodes[name])
+                created.append(self._create(kind, name, params, remap))
         self._start(created)
+
+    def _create(self, kind: type[Node], name: str, params: Any, remap: Mapping[str, str]) -> Node:
+        context = Context(name, self.loop, self.robot, self.transforms, self.seed, remap)
+        self.nodes[name] = kind(context, params)
+        return self.nodes[name]
+
+    def _on_restart(self, message: Message) -> None:
+        """Create a node again; its latched messages are gone, as with its process."""
+        assert isinstance(message, String)
+        node = self.nodes.get(message.data)  # None in a replay, for a node whose messages come from the log
+        if node is not None:
+            node.stop()
+            self.loop.clear_latched({item.publisher for item in self.loop.latched()} - {node.name})
+        if self.loop.interceptor is not None:
+            self.loop.interceptor.restarted(message.data)
+        if node is not None:
+            self._create(type(node), node.name, node.params, node.context.remap).start()
 
     def isolate_faults(self, on_new: Callable[[Fault], None]) -> None:
         """From now on limit the effect of a node's exception to the failing callback.

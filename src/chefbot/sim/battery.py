@@ -23,6 +23,8 @@ class SimulatedBattery:
         self._motor_voltage = robot.motor.voltage
         self._resistance = VOLTAGE_SAG_AT_1C * robot.battery.voltage / (robot.battery.capacity / 3600.0)
         self.charge = robot.battery.capacity
+        self.voltage_share = 1.0
+        """Share of the voltage that a weak battery has left."""
         self.current = 0.0
         self.voltage = 0.0
         self.drain((0.0, 0.0), (0.0, 0.0), 0.0)
@@ -54,4 +56,5 @@ class SimulatedBattery:
         # Coulomb counting.
         self.charge -= self.current * duration
         # Terminal voltage: V = V_oc(level) - R I.
-        self.voltage = empty + self._voltage_range * self.state_of_charge - self._resistance * self.current
+        healthy = empty + self._voltage_range * self.state_of_charge - self._resistance * self.current
+        self.voltage = self.voltage_share * healthy

@@ -23,6 +23,8 @@ class SimulatedBoard:
         self.robot = robot
         self._simulation = simulation
         self._offset_ns = start_ns - simulation.time_ns
+        self.clock_jump_ns = 0
+        """Time by which the clock of the driver is ahead of the computer's."""
         self.link = BoardLink(robot)
         self.motors = SimulatedMotorBoard(robot, simulation)
         self._start_up()
@@ -32,20 +34,25 @@ class SimulatedBoard:
         """Time of the computer's clock, ns."""
         return self._simulation.time_ns + self._offset_ns
 
+    @property
+    def driver_ns(self) -> int:
+        """Time of the clock with which the driver stamps messages, ns."""
+        return self.now_ns + self.clock_jump_ns
+
     def command(self, left: float, right: float) -> None:
         """Send the wheels' angular velocities, rad/s; the board stops if no new command arrives within 150 ms.
 
         The board drives only after it has received a zero command.
         """
-        self.motors.write(self.link.command(left, right, self.now_ns))
+        self.motors.write(self.link.command(left, right, self.driver_ns))
 
     def stop(self) -> None:
         """Send an emergency stop; it stays active until `clear`."""
-        self.motors.write(self.link.stop(self.now_ns))
+        self.motors.write(self.link.stop(self.driver_ns))
 
     def clear(self) -> None:
         """Release the emergency stop of the board."""
-        self.link.clear(self.now_ns)
+        self.link.clear(self.driver_ns)
 
     def run_until(self, time_ns: int) -> list[Message]:
         """Run physics, firmware and serial link up to `time_ns` of the computer's clock; return the
@@ -53,9 +60,9 @@ class SimulatedBoard:
         messages: list[Message] = []
         # A remaining time shorter than a control step is left for the next call.
         while (now_ns := self.now_ns) + CONTROL_NS <= time_ns:
-            self.motors.write(self.link.data_to_send(now_ns))
+            self.motors.write(self.link.data_to_send(self.driver_ns))
             self.motors.run_until(min(now_ns + EXCHANGE_PERIOD_NS, time_ns) - self._offset_ns)
-            messages += self.link.receive_data(self.motors.read(), self.now_ns)
+            messages += self.link.receive_data(self.motors.read(), self.driver_ns)
         return messages
 
     def _start_up(self) -> None:

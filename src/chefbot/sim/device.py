@@ -29,7 +29,10 @@ from chefbot.robot.sensors import Lidar
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.sim.board import SimulatedBoard
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
-from chefbot.sim.faults import FaultySensor, faulty_camera, faulty_lidar, parse_fault
+from chefbot.sim.faults.events import SimulatorFault
+from chefbot.sim.faults.schedule import parse_request
+from chefbot.sim.faults.simulated_robot import SimulatedRobotFaults
+from chefbot.sim.faults.topic_sensors import faulty_camera, faulty_lidar
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.load import UnknownParam, WorldName, load_any_world, shares_map_frame
@@ -53,7 +56,7 @@ FAULTS = {
 
 
 class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the simulator: world, start pose, imperfection profile and people."""
+    """Parameters of the simulator: world, start pose, imperfections, people and faults."""
 
     world: WorldName = "room"
     start: Annotated[
@@ -85,6 +88,18 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
         Annotated[int, Meta(ge=-1, le=MAX_PEOPLE)] | PeopleSpec,
         Meta(description="number of people, or who they are; -1: as in the world file"),
     ] = -1
+    events: Annotated[
+        tuple[SimulatorFault, ...],
+        Meta(description="faults of sensors, wheels, battery, board and clocks, see docs/faults.md"),
+    ] = ()
+    odometry_error: Annotated[
+        float,
+        Meta(
+            ge=0,
+            le=10,
+            description="factor on the errors of wheels, floor and gyro that the profile draws; 0: none",
+        ),
+    ] = 1.0
     picture_hz: Annotated[
         float, Meta(ge=0, le=10, description="rate of colour images for display, Hz; 0: none")
     ] = 2.0
@@ -105,7 +120,7 @@ class SimulatorDevice(MotorBoardNode):
     drop_box: In[PoseStamped] = topic("simulation/drop_box")
     door: In[String] = topic("simulation/door")
     kidnap: In[PoseStamped] = topic("simulation/kidnap")
-    sensor_fault: In[String] = topic("simulation/sensor_fault")
+    fault: In[String] = topic("simulation/fault")
     scan: Out[LaserScan]
     depth: Out[Image] = topic("camera/depth/image_raw")
     camera_info: Out[CameraInfo] = topic("camera/depth/camera_info")
@@ -121,7 +136,14 @@ class SimulatorDevice(MotorBoardNode):
         world = load_any_world(self.params.world, self.robot, self.params.start, self.params.unknown)
         people = None if self.params.people == -1 else self.params.people
         seed = int(self.context.rng().integers(2**31))
-        self.simulation = Simulation(self.robot, world, self.params.profile, seed, people=people)
+        self.simulation = Simulation(
+            self.robot,
+            world,
+            self.params.profile,
+            seed,
+            people=people,
+            odometry_error=self.params.odometry_error,
+        )
         self._board = SimulatedBoard(self.robot, self.simulation, self.now_ns)
         self._origin = IDENTITY if self._map_frame_is_world() else self.simulation.truth().pose
         self._estop_pressed = False
@@ -133,6 +155,11 @@ class SimulatorDevice(MotorBoardNode):
         rng = self.context.rng().spawn(1)[0]
         self._lidar_output = faulty_lidar(self.scan.publish, rng)
         self._camera_output = faulty_camera(self.depth.publish, rng)
+        outputs = (self._lidar_output, self._camera_output)
+        self._faults = SimulatedRobotFaults(
+            self.params.events, self.simulation, self._board, *outputs, self._pending_remarks.append
+        )
+        self._faults.schedule.advance(self.now_ns)
         self._start_camera(seed)
         if self.robot.sensors.lidar is None:
             self.scan.unadvertise()
@@ -195,17 +222,16 @@ class SimulatorDevice(MotorBoardNode):
         verb, _, name = request.data.partition(" ")
         self._attempt(lambda: self.simulation.set_door(name, 1.0 if verb == "open" else 0.0))
 
-    def on_sensor_fault(self, request: String) -> None:
-        """Inject a fault of sim.faults: 'FAULT scan' or 'FAULT depth', e.g. 'freeze scan'; 'none' ends it."""
-        fault, _, sensor = request.data.partition(" ")
-        self._attempt(lambda: self._set_fault(fault, sensor))
+    def on_fault(self, request: String) -> None:
+        """Begin a fault of sim.faults now: 'FAULT TARGET KEY=VALUE', e.g. 'freeze lidar'; 'none lidar' ends it."""
+        self._attempt(lambda: self._request_fault(request.data))
 
-    def _set_fault(self, fault: str, sensor: str) -> None:
-        outputs: dict[str, FaultySensor[LaserScan] | FaultySensor[Image]]
-        outputs = {"scan": self._lidar_output, "depth": self._camera_output}
-        if sensor not in outputs:
-            raise UserError(f"There is no sensor {sensor!r} to break; it must be scan or depth")
-        outputs[sensor].fault = parse_fault(fault)
+    def _request_fault(self, text: str) -> None:
+        requested = parse_request(text, self.now_ns)
+        if isinstance(requested, str):
+            self._faults.schedule.end_all(requested)
+        elif isinstance(requested, SimulatorFault):
+            self._faults.schedule.begin(requested)
 
     def _attempt(self, action: Callable[[], object]) -> None:
         """Run an action and keep its error for the next tick: a device publishes only at its own times."""
@@ -221,6 +247,7 @@ class SimulatorDevice(MotorBoardNode):
         """Run physics and board up to the present time, then publish all other sensors that are due."""
         for message in self._board.run_until(self.now_ns):
             self.publish_sensor_message(message)
+        self._faults.schedule.advance(self.now_ns)
         self._tick += 1
         sensors = self.robot.sensors
         if sensors.lidar is not None and self._due(sensors.lidar.rate):
@@ -228,7 +255,7 @@ class SimulatorDevice(MotorBoardNode):
         if sensors.depth_camera is not None and self._due(sensors.depth_camera.rate):
             self._start_frame()
         if self._due(HEALTH_HZ):
-            status = self._board.link.report("simulated", self.now_ns)
+            status = self._board.link.report("simulated", self.now_ns + self._board.clock_jump_ns)
             self.diagnostics.publish(DiagnosticArray(self._header("base_link"), (status,)))
         if self._due(TRUTH_HZ):
             self._publish_truth()
@@ -238,8 +265,8 @@ class SimulatorDevice(MotorBoardNode):
     def _due(self, rate: float) -> bool:
         return self._tick % max(1, round(BOARD_HZ / rate)) == 0
 
-    def _header(self, frame: str) -> Header:
-        return Header.of(self.now_ns, frame)
+    def _header(self, frame: str, clock_jump_ns: int = 0) -> Header:
+        return Header.of(max(0, self.now_ns + clock_jump_ns), frame)
 
     def _laser_scan(self, lidar: Lidar) -> LaserScan:
         angles = lidar_angles(lidar)
@@ -248,7 +275,14 @@ class SimulatorDevice(MotorBoardNode):
         ranges = self.simulation.lidar()
         period = 1.0 / lidar.rate
         return LaserScan(
-            self._header("laser"), float(angles[0]), float(angles[-1]), step, 0.0, period, *limits, ranges
+            self._header("laser", self._lidar_output.clock_jump_ns),
+            float(angles[0]),
+            float(angles[-1]),
+            step,
+            0.0,
+            period,
+            *limits,
+            ranges,
         )
 
     def _publish_truth(self) -> None:
@@ -284,7 +318,7 @@ class SimulatorDevice(MotorBoardNode):
         with_colour = picture_rate > 0 and self._due(picture_rate)
         self._camera.start(self.simulation.capture(), self._frames, with_colour)
         self._frames += 1
-        header = self._header("camera_depth_optical_frame")
+        header = self._header("camera_depth_optical_frame", self._camera_output.clock_jump_ns)
         self.schedule_at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._publish_frame(header))
 
     def _camera_info(self, header: Header) -> CameraInfo:

@@ -22,7 +22,7 @@ BUILDER = Path(__file__).parents[3] / "firmware" / "ports" / "host" / "build.py"
 """Build script, present only in a checkout, where the firmware may be newer than the library."""
 CONTROL_NS = 1_000_000_000 // CONTROL_HZ
 DUTY_FULL = 1000
-NO_ECHO = 0
+NO_ECHO, NO_SENSOR = 0, -1
 LEFT, RIGHT = 0, 1
 _BUFFER_SIZE = 65536
 
@@ -78,8 +78,12 @@ class Firmware:
         lib.chefbot_board_advance(board, CONTROL_NS // 1000)
         lib.chefbot_board_get(board, self.state)
 
+    def set_imu_answers(self, answers: bool) -> None:
+        """Set whether the IMU answers on the bus."""
+        self._library.chefbot_board_imu_answers(self._board, int(answers))
+
     def set_echo(self, echo_us: int) -> None:
-        """Set the round-trip time of the following ultrasonic pings, us, or NO_ECHO."""
+        """Set the round-trip time of the following ultrasonic pings, us, or NO_ECHO or NO_SENSOR."""
         self._library.chefbot_board_echo(self._board, echo_us)
 
     def write(self, data: bytes) -> int:
@@ -135,7 +139,7 @@ def library() -> Any:
     lib.chefbot_board_get.argtypes = [c_void_p, POINTER(FirmwareState)]
     lib.chefbot_board_turn.argtypes = [c_void_p, c_int32, c_int32]
     lib.chefbot_board_advance.argtypes = [c_void_p, c_uint32]
-    for name in ("battery", "echo", "estop"):
+    for name in ("battery", "echo", "estop", "imu_answers"):
         getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p, c_int32]
     for name in ("destroy", "power_cycle"):
         getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p]

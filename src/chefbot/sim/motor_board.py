@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numpy.random import default_rng
 
 from chefbot.board.firmware_constants import firmware_constants
 from chefbot.robot.spec import Robot
-from chefbot.sim.firmware import CONTROL_NS, DUTY_FULL, NO_ECHO, Firmware, imu_scale
+from chefbot.sim.faults.motor_board import MotorBoardFaults
+from chefbot.sim.firmware import CONTROL_NS, DUTY_FULL, NO_ECHO, NO_SENSOR, Firmware, imu_scale
 from chefbot.sim.simulation import STEP_NS, Simulation
 
 SPEED_OF_SOUND = 343.2
@@ -30,8 +32,10 @@ class SimulatedMotorBoard:
     def __init__(self, robot: Robot, simulation: Simulation) -> None:
         self._simulation = simulation
         self.firmware = Firmware(robot)
-        # The serial link and the outputs are the firmware's.
-        self.write, self.read, self.state = self.firmware.write, self.firmware.read, self.firmware.state
+        self.faults = MotorBoardFaults(self.firmware, simulation.seed)
+        # The outputs are the firmware's, and so is the board's end of the serial link.
+        self.write, self.read = self.faults.serial_link.write, self.faults.serial_link.read
+        self.state = self.firmware.state
         constants = {constant.name: constant.value for constant in firmware_constants(robot)}
         self._ping_period_ns = constants["sonar_period"] * CONTROL_NS
         self._boot_ns = simulation.time_ns
@@ -57,10 +61,13 @@ class SimulatedMotorBoard:
         # Measurements: IMU registers, ultrasonic echo, encoder ticks and battery voltage.
         self._write_imu_registers()
         if self._ping_period_ns and (simulation.time_ns - self._boot_ns) % self._ping_period_ns == 0:
-            self.firmware.set_echo(_echo(simulation.echo()))
+            self.firmware.set_echo(self._echo())
         previous, self._ticks = self._ticks, simulation.wheel_ticks()
         moved_ticks = (self._ticks[0] - previous[0], self._ticks[1] - previous[1])
-        self.firmware.step(moved_ticks, round(1000.0 * simulation.battery.voltage))
+        moved_ticks = self.faults.encoders.apply(moved_ticks, simulation.time_ns)
+        self.firmware.step(
+            moved_ticks, round(1000.0 * self.faults.measured_voltage(simulation.battery.voltage))
+        )
         if state.restarts != self._restart_count:
             self._boot_ns, self._restart_count = start_ns, state.restarts
 
@@ -70,14 +77,22 @@ class SimulatedMotorBoard:
         temperature = TEMPERATURE_LSB + int(self._temperature.integers(TEMPERATURE_NOISE_LSB))
         accelerations = [_register(value * self._lsb_per_force) for value in force.tolist()]
         angular_rates = [_register(value * self._lsb_per_rate) for value in rates.tolist()]
-        self.firmware.imu[:] = [*accelerations, temperature, *angular_rates]
+        registers = [*accelerations, temperature, *angular_rates]
+        if self.faults.imu.faults:
+            faulty = self.faults.imu.apply(np.array(registers, dtype=np.float64), self._simulation.time_ns)
+            registers = [_register(value) for value in faulty.tolist()]
+        self.firmware.imu[:] = registers
+
+    def _echo(self) -> int:
+        """Return the round-trip time of an echo in microseconds; at least 1, since 0 means no echo."""
+        distance = self._simulation.echo()
+        if self.faults.ultrasonic.stopped:
+            return NO_SENSOR
+        if self.faults.ultrasonic.faults:
+            distance = float(self.faults.ultrasonic.apply(np.array([distance]), self._simulation.time_ns)[0])
+        return NO_ECHO if math.isinf(distance) else max(1, round(2e6 * distance / SPEED_OF_SOUND))
 
 
 def _register(value: float) -> int:
     """Return the content of a register that measures `value` LSB."""
     return round(max(-RAIL, min(RAIL, value)))
-
-
-def _echo(distance: float) -> int:
-    """Return the round-trip time of an echo in microseconds; at least 1, since 0 means no echo."""
-    return NO_ECHO if math.isinf(distance) else max(1, round(2e6 * distance / SPEED_OF_SOUND))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.design.export.mjcf import LOOKS_GROUP
+from chefbot.robot.as_built import AsBuilt
 from chefbot.robot.geometry.shapes import rotation
 from chefbot.robot.section import Mount
 from chefbot.robot.sensors import Lidar, Ultrasonic
@@ -50,9 +51,9 @@ def rotate_mount(mount: Mount, yaw: float) -> Mount:
     return msgspec.structs.replace(mount, yaw=mount.yaw + yaw)
 
 
-def lidar_rays(lidar: Lidar, mount: Mount | None = None) -> NDArray[np.float64]:
+def lidar_rays(lidar: Lidar, mount: Mount | None = None, *, upside_down: bool = False) -> NDArray[np.float64]:
     """Return (beams, 3) unit vectors in base_link; `mount` overrides the drawn one with the actual one."""
-    angles = lidar_angles(lidar)
+    angles = -lidar_angles(lidar) if upside_down else lidar_angles(lidar)
     flat = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
     return flat @ mount_rotation(mount or lidar.mount).T
 
@@ -66,6 +67,13 @@ def cone_rays(ultrasonic: Ultrasonic) -> NDArray[np.float64]:
             radius = math.sin(off_axis)
             rays.append((math.cos(off_axis), radius * math.cos(azimuth), radius * math.sin(azimuth)))
     return np.array(rays) @ mount_rotation(ultrasonic.mount).T
+
+
+def lidar_caster(lidar: Lidar, as_built: AsBuilt) -> RayCaster:
+    """Return the bundle of rays of a lidar as it is mounted."""
+    mount = rotate_mount(lidar.mount, as_built.lidar_yaw)
+    rays = lidar_rays(lidar, mount, upside_down=as_built.lidar_upside_down)
+    return RayCaster(mount, rays, lidar.range_max + 1.0)
 
 
 class RayCaster:

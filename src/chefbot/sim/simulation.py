@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,12 +16,15 @@ from chefbot.buildings.people_spec import PeopleSpec, people_spec
 from chefbot.design.export.mjcf import PHYSICS_STEP
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
+from chefbot.robot.as_built import AsBuilt
 from chefbot.robot.geometry.layout import ground_clearance, overall_height
 from chefbot.robot.spec import Robot
 from chefbot.sim.battery import SimulatedBattery
 from chefbot.sim.capture import OPTICAL, Capture
 from chefbot.sim.contacts import CollisionMonitor, Collisions
 from chefbot.sim.depth_holes import hole_array
+from chefbot.sim.faults.wheels import WheelFaults
+from chefbot.sim.ground_truth import GroundTruth, ground_truth
 from chefbot.sim.motors import Motors, enable_drivers
 from chefbot.sim.movers import Movers
 from chefbot.sim.nearby_solids import NearbySolids
@@ -32,7 +35,7 @@ from chefbot.sim.rays import (
     BasePose,
     RayCaster,
     cone_rays,
-    lidar_rays,
+    lidar_caster,
     mount_rotation,
     rotate_mount,
     to_rep117,
@@ -56,20 +59,12 @@ STEPS_PER_MOVER_UPDATE = 8
 MAX_DROPPED_BOXES = 1000
 
 
-class GroundTruth(NamedTuple):
-    """Ground truth: pose of base_link in the world and twist, m/s forward and rad/s to the left."""
-
-    pose: SE2
-    v: float
-    w: float
-
-
 class Simulation:
     """A robot in a world, simulated with MuJoCo. Equal arguments and calls give bit-identical states.
 
     robot: the robot as drawn; with every profile but `perfect` the simulated one deviates, drawn by `seed`.
     start: pose of base_link, `world.start` when None. people: who walks about, or just how many; `world.people`
-    when None.
+    when None. odometry_error: factor on the odometry's errors that the profile draws.
     Raises UserError when the robot would overlap an obstacle.
     """
 
@@ -81,13 +76,15 @@ class Simulation:
         seed: int = 0,
         start: SE2 | None = None,
         people: int | PeopleSpec | None = None,
+        odometry_error: float = 1.0,
     ) -> None:
         self.robot, self.world, self.profile, self.seed = robot, world, profile, seed
         build_rng, grip_rng, imu_rng, lidar_rng, sonar_rng, people_rng = (
             default_rng(s) for s in SeedSequence(seed).spawn(6)
         )
-        self.as_built = draw_as_built(profile, build_rng)
-        self._grip = draw_floor_friction(profile, grip_rng)
+        self.as_built = draw_as_built(profile, build_rng, odometry_error)
+        self._odometry_error = odometry_error
+        self._grip = draw_floor_friction(profile, grip_rng, odometry_error)
         self._noise = {"imu": imu_rng, "lidar": lidar_rng, "ultrasonic": sonar_rng}
         self.battery = SimulatedBattery(robot)
         self._motors = Motors.of(robot)
@@ -100,6 +97,8 @@ class Simulation:
         spec = people_spec(world.people if people is None else people)
         self._movers = Movers(world, spec, robot_circle(robot, start_pose), people_rng)
         self._contacts = CollisionMonitor()
+        self.wheel_faults = WheelFaults()
+        self._lidar: RayCaster | None
         self._prepare_sensors(imu_rng)
         self._nearby = NearbySolids(dataclasses.replace(world, static=self._movers.fixed), robot)
         self._nearby.follow(start_pose.x, start_pose.y)
@@ -136,6 +135,8 @@ class Simulation:
         # Motor input: duty times the battery voltage as a share of the rated voltage.
         data.ctrl[0], data.ctrl[1] = self._duty[0] * voltage_ratio, self._duty[1] * voltage_ratio
         self._previous_imu = data.sensordata.copy()
+        if self.wheel_faults.shoving:
+            self.wheel_faults.shove_once(data)
         mujoco.mj_step(self._model, data)
         self._steps += 1
         left_torque, right_torque = data.actuator_force.tolist()
@@ -210,15 +211,13 @@ class Simulation:
         at = position + rotation @ np.array([mount.x, mount.y, mount.z])
         shapes = concatenate(self._static, self._movers.shapes())
         optical = rotation @ mount_rotation(mount) @ OPTICAL
+        if self.as_built.camera_upside_down:
+            optical = optical * np.array([-1.0, -1.0, 1.0])
         return Capture(at, optical, shapes, self._holes)
 
     def truth(self) -> GroundTruth:
         """Return the robot's ground-truth pose and twist."""
-        x, y, _, qw, qx, qy, qz = self._data.qpos[:7].tolist()
-        # Yaw from the quaternion; forward speed from the world-frame velocity.
-        yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-        vx, vy = self._data.qvel[:2].tolist()
-        return GroundTruth(SE2(x, y, yaw), vx * math.cos(yaw) + vy * math.sin(yaw), float(self._data.qvel[5]))
+        return ground_truth(self._data.qpos, self._data.qvel)
 
     def collisions(self) -> Collisions:
         """Return the number of contact episodes since the start and the objects touched."""
@@ -295,18 +294,21 @@ class Simulation:
         """Return the current opening of each door by name, 0..1."""
         return {name: door.open for name, door in self._movers.doors.items()}
 
-    def _prepare_sensors(self, rng: Generator) -> None:
-        sensors = self.robot.sensors
-        self._lidar: RayCaster | None
-        self._ultrasonic: RayCaster | None
-        self.gyro_offset = sensors.imu.gyro_bias * rng.standard_normal(3)
-        self.gyro_scale = draw_gyro_scale(self.as_built, rng)
-        self._imu_errors = ImuErrors.of(sensors.imu, self.gyro_scale, self.gyro_offset)
-        lidar, ranger = sensors.lidar, sensors.ultrasonic
-        self._lidar = self._ultrasonic = None
+    def remount(self, as_built: AsBuilt) -> None:
+        """Turn the mounts of lidar and depth camera to those of `as_built`."""
+        self.as_built, lidar = as_built, self.robot.sensors.lidar
         if lidar is not None:
-            mount = rotate_mount(lidar.mount, self.as_built.lidar_yaw)
-            self._lidar = RayCaster(mount, lidar_rays(lidar, mount), lidar.range_max + 1.0)
+            self._lidar = lidar_caster(lidar, as_built)
+            self._find_own_body()
+
+    def _prepare_sensors(self, rng: Generator) -> None:
+        sensors, error = self.robot.sensors, self._odometry_error
+        self._ultrasonic: RayCaster | None = None
+        self.gyro_offset = error * sensors.imu.gyro_bias * rng.standard_normal(3)
+        self.gyro_scale = draw_gyro_scale(self.as_built, rng, error)
+        self._imu_errors = ImuErrors.of(sensors.imu, self.gyro_scale, self.gyro_offset, error)
+        lidar, ranger = sensors.lidar, sensors.ultrasonic
+        self._lidar = None if lidar is None else lidar_caster(lidar, self.as_built)
         if ranger is not None:
             self._ultrasonic = RayCaster(ranger.mount, cone_rays(ranger), ranger.range_max + 1.0)
 
@@ -326,7 +328,11 @@ class Simulation:
         self._wheels = [self._model.geom(f"wheel_{side}").id for side in ("left", "right")]
         self._contacts.watch(self._model)
         self._movers.write(self._data)
+        self.wheel_faults.install(self._model)
         mujoco.mj_forward(self._model, self._data)
+        self._find_own_body()
+
+    def _find_own_body(self) -> None:
         if self._lidar is not None:
             base = self._base_pose()
             self._lidar.own_body = self._lidar.cast(self._model, self._data, base, ROBOT_ONLY)
@@ -345,14 +351,14 @@ class Simulation:
             self._recompile()
 
     def _update_floor_friction(self) -> None:
-        if len(self._grip.waves) == 0 and not self.world.carpets:
+        if len(self._grip.waves) == 0 and not self.world.carpets and not self.wheel_faults.slipped:
             return
         x, y = self._data.qpos[:2].tolist()
         # Sliding friction of the wheel geoms follows the floor under the robot.
         carpet = carpet_at(self.world.carpets, x, y)
         tyre = self.robot.wheels.friction if carpet is None else carpet.friction
         friction = tyre * self.as_built.friction * self._grip.factor(x, y)
-        self._model.geom_friction[self._wheels, 0] = friction
+        self._model.geom_friction[self._wheels, 0] = friction * self.wheel_faults.friction
 
     def _base_pose(self) -> BasePose:
         rotation = np.empty(9)

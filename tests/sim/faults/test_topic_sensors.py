@@ -10,8 +10,13 @@ import pytest
 from chefbot.errors import UserError
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header
-from chefbot.sim.faults import FAULT_DELAY_NS, NOISE_FRACTION, faulty_camera, faulty_lidar, parse_fault
+from chefbot.sim.faults.events import SensorFault
+from chefbot.sim.faults.schedule import parse_request
+from chefbot.sim.faults.topic_sensors import faulty_camera, faulty_lidar
 
+FAULT_DELAY_NS = 1_000_000_000
+NOISE_FRACTION = 0.3
+"""Defaults of the faults `late` and `noise`."""
 BEAMS = 36
 STEP = 2 * np.pi / BEAMS
 
@@ -21,12 +26,18 @@ def scan(stamp_ns: int, distance: float) -> LaserScan:
     return LaserScan(Header.of(stamp_ns, "laser"), -np.pi, np.pi - STEP, STEP, ranges=ranges)
 
 
+def fault_of(word: str) -> SensorFault:
+    event = parse_request(f"{word} lidar", 0)
+    assert isinstance(event, SensorFault)
+    return event
+
+
 def published_with(fault: str, count: int = 30) -> list[LaserScan]:
     found: list[LaserScan] = []
     sensor = faulty_lidar(found.append, np.random.default_rng(1))
     sensor.send(scan(0, 1.0), 0)
     found.clear()
-    sensor.fault = parse_fault(fault)
+    sensor.faults = () if fault == "none" else (fault_of(fault),)
     for n in range(1, count + 1):
         sensor.send(scan(n * 100_000_000, 1.0 + n), n * 100_000_000)
     return found
@@ -65,12 +76,12 @@ def test_half_blind_removes_half_of_a_scan_and_an_image() -> None:
     assert np.array_equal(np.isnan(first.ranges), np.cos(first.angles) > 0.0)
     images: list[Image] = []
     camera = faulty_camera(images.append, np.random.default_rng(1))
-    camera.fault = "half_blind"
+    camera.faults = (fault_of("half_blind"),)
     camera.send(Image.of(Header(), "32FC1", np.ones((4, 6), np.float32)), 0)
     depth = images[0].data.view(np.float32).reshape(4, 6)
     assert np.isnan(depth[:, :3]).all() and (depth[:, 3:] == 1.0).all()
 
 
 def test_an_unknown_fault_is_rejected_with_the_choices() -> None:
-    with pytest.raises(UserError, match=r"'broken'.*half_blind"):
-        parse_fault("broken")
+    with pytest.raises(UserError, match=r"'half_blnd'.*half_blind"):
+        parse_request("half_blnd lidar", 0)

@@ -80,8 +80,8 @@ class SimulatedMotorBoard:
         registers = [*accelerations, temperature, *angular_rates]
         if self.faults.imu.faults:
             faulty = self.faults.imu.apply(np.array(registers, dtype=np.float64), self._simulation.time_ns)
-            registers = [_register(value) for value in faulty.tolist()]
-        self.firmware.imu[:] = registers
+            registers = list(map(_register, faulty.tolist()))
+        self.firmware.imu[:] = [*registers]
 
     def _echo(self) -> int:
         """Return the round-trip time of an echo in microseconds; at least 1, since 0 means no echo."""

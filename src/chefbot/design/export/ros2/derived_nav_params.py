@@ -78,7 +78,7 @@ class Figures:
         if lidar is not None:
             return ScanSensor(
                 "lidar", "/scan", "laser", lidar.rate, lidar.range_min, lidar.range_max, lidar.range_max,
-                lidar.noise, 2 * math.pi, lidar.mount.z,
+                lidar.noise, lidar.field_of_view, lidar.mount.z,
             )  # fmt: skip
         if camera is None:
             raise DesignError(

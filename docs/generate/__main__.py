@@ -9,14 +9,16 @@ from generate.api import write_api
 from generate.buildings import write_buildings
 from generate.commands import write_commands
 from generate.launches import write_launches, write_nodes, write_topics
+from generate.robots import write_robots
 
 
 def write_all(folder: Path) -> None:
-    """Write API, launches, nodes, topics, buildings and the command line below `folder`."""
+    """Write API, launches, nodes, topics, buildings, robots and the command line below `folder`."""
     write_api(folder / "api")
     write_launches(folder / "launches.rst")
     write_nodes(folder / "nodes.rst")
     write_buildings(folder / "buildings.rst")
+    write_robots(folder / "robots.rst")
     write_topics(folder / "topics.rst")
     write_commands(folder / "command_line.rst")
 

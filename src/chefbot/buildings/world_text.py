@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
-
-import msgspec
-import yaml
-
 from chefbot.buildings.world_file import WorldSpec
+from chefbot.config_text import plain_sections, yaml_text
 
 
 def world_text(spec: WorldSpec, remark: str) -> str:
@@ -15,48 +11,4 @@ def world_text(spec: WorldSpec, remark: str) -> str:
 
     remark: a comment for its first lines.
     """
-    comment = "".join(f"# {line}\n" for line in remark.splitlines())
-    return comment + "".join(_section(key, value) for key, value in _plain(spec, "").items())
-
-
-def _section(key: str, value: Any) -> str:
-    if isinstance(value, list):
-        return f"{key}:\n" + "".join(f"  - {_flow(one)}\n" for one in value)
-    if isinstance(value, dict):
-        return f"{key}:\n" + "".join(f"  {name}: {_flow(one)}\n" for name, one in value.items())
-    return f"{key}: {_flow(value)}\n"
-
-
-def _flow(value: Any) -> str:
-    """Return a value on one line."""
-    text: str = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=float("inf"))
-    return text.removesuffix("...\n").strip()
-
-
-def _plain(value: Any, unit: str) -> Any:
-    """Return a value for YAML: structs as dictionaries of what is not the default, numbers with their unit."""
-    if isinstance(value, msgspec.Struct):
-        hints = get_type_hints(type(value), include_extras=True)
-        fields = {
-            f.name: getattr(value, f.name) for f in msgspec.structs.fields(value) if not _is_default(value, f)
-        }
-        return {name: _plain(one, _unit(hints[name])) for name, one in fields.items()}
-    if isinstance(value, list):
-        return [_plain(one, unit) for one in value]
-    if isinstance(value, dict):
-        return {name: _plain(one, unit) for name, one in value.items()}
-    return f"{value!r} {unit}" if unit else value
-
-
-def _is_default(struct: msgspec.Struct, field: Any) -> bool:
-    default = field.default if field.default_factory is msgspec.NODEFAULT else field.default_factory()
-    return bool(getattr(struct, field.name) == default)
-
-
-def _unit(hint: Any) -> str:
-    """Return the unit of a number, or of the numbers of a list, by its type; empty if it has none."""
-    if get_origin(hint) is Annotated:
-        base, *metas = get_args(hint)
-        units = (meta.extra["unit"] for meta in metas if meta.extra and "unit" in meta.extra)
-        return next(units, "") or _unit(base)
-    return next((unit for argument in get_args(hint) if (unit := _unit(argument))), "")
+    return yaml_text(plain_sections(spec), remark)

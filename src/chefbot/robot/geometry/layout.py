@@ -84,6 +84,11 @@ def clamp_middle(robot: Robot) -> float:
     return clamp_front(robot) - robot.motor_clamp.length / 2
 
 
+def wheel_recess(robot: Robot) -> float:
+    """Return the distance of the wheels' inner faces from the plates' edge at the axle, m."""
+    return robot.body.radius - robot.wheels.inner_face
+
+
 def notch_floor(robot: Robot) -> float:
     """Return |y| of the notches' inner edge, m; the plate radius if there are no notches."""
     notch = robot.plates.notch

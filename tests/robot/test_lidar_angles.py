@@ -10,8 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chefbot.costmap.conversions import LASER
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
 from chefbot.design.checks.sensor_occlusion import hidden_sectors
 from chefbot.exploration.session import field_of_view
+from chefbot.maths.costs import LETHAL
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.msgs.std_msgs import Float64
+from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.robot.load import load_robot
 from chefbot.robot.sensors import Lidar
 from chefbot.sim.rays import lidar_angles
@@ -51,3 +58,31 @@ def test_the_explorer_is_told_the_field_of_view() -> None:
     sensors = msgspec.structs.replace(ROBOT.sensors, lidar=lidar(field_of_view=4.0))
     assert field_of_view(ROBOT) == 2.0 * math.pi
     assert field_of_view(msgspec.structs.replace(ROBOT, sensors=sensors)) == 4.0
+
+
+def test_only_a_full_turn_covers_the_rear() -> None:
+    for angle, rear, ahead_only in ((6.3, True, False), (4.7, False, False), (3.0, False, True)):
+        sensors = msgspec.structs.replace(ROBOT.sensors, lidar=lidar(field_of_view=min(angle, 2.0 * math.pi)))
+        assert (sensors.covers_rear, sensors.forward_sensing_only) == (rear, ahead_only)
+    assert not load_robot("chefbot").sensors.covers_rear
+
+
+@pytest.mark.parametrize(("name", "kept"), [("chefbot_lidar", False), ("jackal", True)])
+def test_marks_that_a_lidar_does_not_see_again_are_kept(name: str, kept: bool) -> None:
+    """The recovery behavior that clears marks is followed by one that backs up."""
+    node = NodeWithMark(name)
+    node.on_clear_costmaps(Float64(2.0))
+    assert (node.costs.update().at(-0.5, 0.0) == LETHAL) is kept
+
+
+class NodeWithMark(LocalCostmapNode):
+    """A local costmap with an obstacle behind the robot, without a loop."""
+
+    def __init__(self, name: str) -> None:
+        self.robot = load_robot(name)
+        params = CostmapParams(track_unknown=False)
+        self.costs = self._costs = LayeredCostmap(params, self.robot.footprint, rolling=True)
+        self.costs.mark_and_clear(LASER, IDENTITY, np.array([math.pi]), np.array([0.5]))
+
+    def _pose(self) -> SE2:
+        return IDENTITY

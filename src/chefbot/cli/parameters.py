@@ -6,7 +6,7 @@ import typer
 
 from chefbot.cli import completion
 
-ROBOTS = "chefbot, chefbot_lidar, desk, porter, or a robot file"
+ROBOTS = "chefbot, chefbot_lidar, desk, jackal, porter, or a robot file"
 WORLDS = "hotel, room, workshop, empty, a world file, or any ROS map.yaml"
 WEB_UI = "http://127.0.0.1:8080"
 ROBOT_ARGUMENT = typer.Argument(help=ROBOTS, autocompletion=completion.robots)

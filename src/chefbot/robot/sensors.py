@@ -127,4 +127,9 @@ class Sensors(RobotSection, frozen=True, kw_only=True):
     @property
     def forward_sensing_only(self) -> bool:
         """Whether no sensor covers the sides of the robot."""
-        return self.lidar is None
+        return self.lidar is None or self.lidar.field_of_view <= math.pi
+
+    @property
+    def covers_rear(self) -> bool:
+        """Whether a sensor covers what is behind the robot."""
+        return self.lidar is not None and self.lidar.full_turn

@@ -272,7 +272,7 @@ class Simulation:
         """
         self._check_free(pose, "the place to set the robot down")
         for i, walker in enumerate(self._walkers):
-            if pose.distance(walker.pose) < self.robot.footprint_radius + PERSON_RADIUS:
+            if pose.distance(walker.pose) < self.robot.circumscribed_radius + PERSON_RADIUS:
                 raise UserError(
                     f"person_{i} stands where the robot is to be set down; wait or choose another place"
                 )
@@ -371,14 +371,14 @@ class Simulation:
         return self._data.qpos[:3].copy(), rotation.reshape(3, 3)
 
     def _robot_disc(self, pose: SE2) -> OccupiedCircle:
-        return pose.x, pose.y, self.robot.footprint_radius
+        return pose.x, pose.y, self.robot.circumscribed_radius
 
     def _check_free(self, pose: SE2, what: str) -> None:
         if not all(math.isfinite(value) for value in pose):
             raise UserError(f"{what} {tuple(pose)} is not made of finite numbers")
         solids = [*self.world.static, *self._dropped, *(door.shape for door in self._doors.values())]
         height_range = (ground_clearance(self.robot), overall_height(self.robot))
-        if clearance(solids, pose.x, pose.y, *height_range) < self.robot.footprint_radius:
+        if clearance(solids, pose.x, pose.y, *height_range) < self.robot.circumscribed_radius:
             obstacle_name = nearest_name(solids, pose, height_range)
             raise UserError(
                 f"{what} ({pose.x:.2f}, {pose.y:.2f}) in world {self.world.name} overlaps {obstacle_name}; "

@@ -33,7 +33,7 @@ def generate_world(kind: str, seed: int, size: str, numbers: list[str], robot_na
         raise UserError(f"--out {out}: a world file is YAML; give a name that ends in .yaml")
     robot = load_robot(robot_name)
     given = {**_size(kind, size), **given_numbers(numbers, "clutter=0.05")}
-    spec = generate(kind, seed, given, robot.footprint_radius)
+    spec = generate(kind, seed, given, robot.circumscribed_radius)
     text = world_text(spec, _remark(kind, seed, size, numbers, robot_name))
     world = parse_world(text.encode(), str(out))
     check_places(world, robot)

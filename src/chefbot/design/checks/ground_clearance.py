@@ -69,7 +69,7 @@ def _notch(robot: Robot) -> Iterator[Finding]:
     if half <= 0.0:
         return
     notch, wheel = robot.plates.notch, robot.wheels.diameter
-    if notch is None and inner >= robot.body.radius + WHEEL_GAP:
+    if notch is None and inner >= robot.body.plate.half_width + WHEEL_GAP:
         return
     length = notch.length if notch else 0.0
     longest = max(wheel, 2.0 * (half + WHEEL_GAP))

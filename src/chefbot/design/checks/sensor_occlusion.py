@@ -92,7 +92,7 @@ def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hid
     sensor: DepthCamera | Ultrasonic = getattr(robot.sensors, field)
     window = _picture(sensor) if isinstance(sensor, DepthCamera) else _cone(sensor)
     turn, at = _frame(sensor.mount)
-    view = _pyramid(window, FAR_ROBOTS * (robot.footprint_radius + overall_height(robot)))
+    view = _pyramid(window, FAR_ROBOTS * (robot.circumscribed_radius + overall_height(robot)))
     view = view.transform(placement(turn, at))
     full_area, shadows, by_part = _polygon_area(window), [], {}
     for body in _others(robot, name):

@@ -102,7 +102,7 @@ def _replace(robot: Robot, section: str, **values: Any) -> Robot:
 
 def _separation(robot: Robot) -> float:
     """Return the wheel separation with which the outer corners of the wheels lie on the circle of the plates, m."""
-    reach = math.sqrt(robot.body.radius**2 - robot.wheel_radius**2)
+    reach = robot.body.plate.half_width_at(robot.wheel_radius)
     return math.floor(1000.0 * (2.0 * reach - robot.wheels.width)) / 1000.0
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import msgspec
 
 from chefbot.design.generation.parameters import BOTH, CAMERA, LIDAR
+from chefbot.design.sizing.dependent_dimensions import plate_radius
 from chefbot.robot.geometry import layout
 from chefbot.robot.section import Housing, Mount, Offset, Size
 from chefbot.robot.sensors import DepthCamera, ImuSpec, Lidar, Sensors, Ultrasonic
@@ -62,7 +63,7 @@ def _bay(robot: Robot, plate: int, taken: float) -> _Bay:
 
 def _front(robot: Robot, housing: Housing, y: float = 0.0) -> float:
     """Return x of a frame at `y` whose housing ends at the edge of the plates, m."""
-    front = math.sqrt((robot.body.radius - CLEAR) ** 2 - (y + housing.size.y / 2.0) ** 2)
+    front = math.sqrt((plate_radius(robot) - CLEAR) ** 2 - (y + housing.size.y / 2.0) ** 2)
     return round(front - housing.centre.x - housing.size.x / 2.0, 4)
 
 

@@ -44,7 +44,7 @@ def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float
     plan = _rasterize(
         world, world.obstacles_at_rest(), ground_clearance(robot), overall_height(robot), resolution
     )
-    radius = robot.footprint_radius + margin
+    radius = robot.circumscribed_radius + margin
     # Distance transform to the obstacles, thresholded at the circumscribed radius.
     clearance_m = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
     free_cells = (clearance_m - resolution / 2 >= radius) & _within_bounds(plan, world)

@@ -43,7 +43,7 @@ def load_any_world(name_or_path: str, robot: Robot, start: str = "") -> World:
         path = Path(name_or_path)
         places_file = places_path(path)
         places = load_places(places_file) if places_file.exists() else {}
-        return world_from_map(path.stem, load_map(path), robot.footprint_radius, pose, places=places)
+        return world_from_map(path.stem, load_map(path), robot.circumscribed_radius, pose, places=places)
     world = load_world(name_or_path)
     return world if pose is None else _with_start(world, pose, robot)
 
@@ -102,7 +102,7 @@ def with_drawn_places(world: World, robot: Robot, seed: int) -> World:
 def _floor(world: World, robot: Robot) -> FreeFloor:
     """Return the free floor: the known floor of a map, else the floor between the solids of a world file."""
     if world.map is not None:
-        return FreeFloor(world.map, robot.footprint_radius)
+        return FreeFloor(world.map, robot.circumscribed_radius)
     return FreeFloor(reachable(world, robot, MARGIN), 0.0)
 
 
@@ -115,6 +115,6 @@ def _with_start(world: World, start: SE2, robot: Robot) -> World:
     if not (x0 <= start.x <= x1 and y0 <= start.y <= y1):
         spans = f"x {x0:.2f} to {x1:.2f} and y {y0:.2f} to {y1:.2f} m"
         raise UserError(f"{at} lies outside, the world spans {spans}; {suggestion}")
-    if clearance(world.obstacles_at_rest(), start.x, start.y, *ROBOT_SPACE) < robot.footprint_radius:
+    if clearance(world.obstacles_at_rest(), start.x, start.y, *ROBOT_SPACE) < robot.circumscribed_radius:
         raise UserError(f"{at} overlaps an obstacle or is too near to one; {suggestion}")
     return dataclasses.replace(world, places={**world.places, "home": start}, start_note="as requested")

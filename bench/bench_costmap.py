@@ -13,6 +13,7 @@ from chefbot.costmap.inflation import cost_table, inflate
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.raytrace import mark_and_clear
+from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
@@ -63,7 +64,7 @@ def milliseconds(call: Callable[[], object], least: int = 9) -> tuple[float, flo
 def after_a_scan(n: int, rng: np.random.Generator) -> tuple[float, float]:
     """Return (median, minimum) CPU ms of the layered costmap's update after each of several scans."""
     walls = np.where(office(n, rng) == 254, 100, 0).astype(np.int8)
-    costs = LayeredCostmap(CostmapParams(), INSCRIBED_RADIUS)
+    costs = LayeredCostmap(CostmapParams(), disc(INSCRIBED_RADIUS))
     costs.set_static(Grid(walls, RESOLUTION, 0.0, 0.0))
     costs.update()
     angles, times = np.linspace(-np.pi, np.pi, 640, endpoint=False), []

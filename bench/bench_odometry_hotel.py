@@ -69,7 +69,7 @@ def way(rng: np.random.Generator, costmap: Costmap, start: SE2) -> Iterator[NDAr
 def drive(seed: int) -> tuple[Simulation, list[Sensed]]:
     """Record two seconds at rest, then METRES from table to table."""
     sim = Simulation(ROBOT, WORLD, "real", seed, people=0)
-    costs = LayeredCostmap(CostmapParams(), ROBOT.footprint_radius)
+    costs = LayeredCostmap(CostmapParams(), ROBOT.footprint)
     costs.set_static(ground_truth_map(WORLD, ROBOT))
     costmap, limits = costs.update(), Limits.of(ROBOT)
     board, dwa, limiter = SimulatedBoard(ROBOT, sim), DwaController(limits), VelocityLimiter(limits)

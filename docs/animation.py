@@ -50,7 +50,7 @@ def tracks(path: Path) -> tuple[dict[str, Track], float]:
         if message.topic in kinds:
             found[message.topic].times.append(message.time_ns / 1e9)
             found[message.topic].messages.append(kinds[message.topic].from_cdr(message.data))
-    return found, log.robot.footprint_radius
+    return found, log.robot.circumscribed_radius
 
 
 class Canvas:

@@ -50,7 +50,7 @@ def robot_from_its_file() -> None:
         plan.add_patch(Rectangle(corner, 2 * wheel, robot.wheels.width, color="black"))
     for x in (-robot.casters.offset, robot.casters.offset):
         plan.add_patch(Circle((x, 0), robot.casters.radius, facecolor="white", edgecolor="black"))
-    plan.add_patch(Circle((0, 0), robot.footprint_radius, fill=False, ls=":", edgecolor=RED))
+    plan.add_patch(Circle((0, 0), robot.circumscribed_radius, fill=False, ls=":", edgecolor=RED))
     for name, below in (("imu", -12), ("ultrasonic", -12), ("depth_camera", 8)):
         mount = getattr(robot.sensors, name).mount
         plan.plot(mount.x, mount.y, "s", color=BLUE, ms=4)
@@ -98,7 +98,7 @@ def generated_office() -> None:
     """A generated office building from above."""
     robot = load_robot("chefbot")
     PICTURES.mkdir(parents=True, exist_ok=True)
-    spec = generate("office", 7, {"width": 30.0, "depth": 20.0}, robot.footprint_radius)
+    spec = generate("office", 7, {"width": 30.0, "depth": 20.0}, robot.circumscribed_radius)
     (PICTURES / "office.png").write_bytes(picture(build_world(spec, spec.name), robot))
 
 

@@ -93,8 +93,8 @@ def exploration() -> None:
     for one, share in zip(axes, (0.05, 0.2, 0.5, 0.95), strict=True):
         time, message = maps[int(share * (len(maps) - 1))]
         grid, here = message.grid, SE2.of(poses[int(np.argmin(np.abs(times - time)))])
-        explorer = Explorer(robot.footprint_radius, camera.field_of_view)
-        costs = LayeredCostmap(CostmapParams(), robot.footprint_radius)
+        explorer = Explorer(robot.circumscribed_radius, camera.field_of_view)
+        costs = LayeredCostmap(CostmapParams(), robot.footprint)
         costs.set_static(grid)
         goal = explorer.decide(grid, GridPlanner().potential(costs.update(), here), here).goal
         draw_grid(one, grid, f"{time:.0f} s")
@@ -106,7 +106,7 @@ def exploration() -> None:
                 one.plot(x + grid.origin_x, y + grid.origin_y, ".", color=ORANGE, ms=1.5)
         if goal:
             one.plot(goal.pose.x, goal.pose.y, "*", color=RED, ms=9, zorder=7)
-        draw_robot(one, here, 2 * robot.footprint_radius)
+        draw_robot(one, here, 2 * robot.circumscribed_radius)
         window(one, plan)
     write(figure, "exploration")
 
@@ -135,7 +135,7 @@ def amcl() -> None:
 def planning() -> None:
     """The costs of the hotel, and a path through them."""
     robot, folder = load_robot("chefbot"), run("chefbot")
-    costs = LayeredCostmap(CostmapParams(), robot.footprint_radius)
+    costs = LayeredCostmap(CostmapParams(), robot.footprint)
     costs.set_static(load_map(folder / "map.yaml"))
     places = load_places(folder / "map.places.yaml")
     costmap, planner = costs.update(), GridPlanner()
@@ -144,7 +144,7 @@ def planning() -> None:
     for axes in (whole, part):
         draw_costs(axes, costmap)
         axes.plot(path[:, 0], path[:, 1], color=BLUE, lw=1.6)
-        draw_robot(axes, places["kitchen"], robot.footprint_radius)
+        draw_robot(axes, places["kitchen"], robot.circumscribed_radius)
         axes.plot(*places["table_8"][:2], "*", color=GREEN, ms=11)
     whole.set_title("costs of the map, and the way from the kitchen to table 8", fontsize=10)
     part.set(xlim=(3.0, 9.5), ylim=(0.5, 5.5))
@@ -157,7 +157,7 @@ def dwa() -> None:
     robot = load_robot("chefbot")
     limits, costs = (
         Limits.of(robot),
-        LayeredCostmap(CostmapParams(track_unknown=False), robot.footprint_radius, rolling=True),
+        LayeredCostmap(CostmapParams(track_unknown=False), robot.circumscribed_radius, rolling=True),
     )
     angles = np.linspace(-0.3, 0.3, 60)
     costs.mark_and_clear("laser", SE2(0.0, 0.12, 0.0), angles, np.full(60, 0.6))
@@ -181,7 +181,7 @@ def dwa() -> None:
                 trajectory(axes, costmap, now, (speed, float(turn)), limits)
     axes.plot(path[:, 0], path[:, 1], color=BLUE, lw=1.2, ls="--", label="path")
     trajectory(axes, costmap, now, (v, w), limits, chosen=True)
-    draw_robot(axes, here, robot.footprint_radius)
+    draw_robot(axes, here, robot.circumscribed_radius)
     axes.set(xlim=(-0.25, 1.25), ylim=(-0.6, 0.5))
     axes.set_title(f"chosen: {v:.2f} m/s, {w:.2f} rad/s", fontsize=10)
     write(figure, "dwa")
@@ -225,5 +225,5 @@ def hotel() -> None:
             )
     for axes in (left, right):
         window(axes, plan)
-        draw_robot(axes, SE2(0.0, 0.0, world.start.yaw), 2 * robot.footprint_radius)
+        draw_robot(axes, SE2(0.0, 0.0, world.start.yaw), 2 * robot.circumscribed_radius)
     write(figure, "hotel")

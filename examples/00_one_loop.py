@@ -36,8 +36,8 @@ board = SimulatedBoard(robot, sim)  # controls the wheel speeds; stops after a t
 odometry = Ekf(DriveModel.of(robot))
 gyro_variance, force_variance = [imu.gyro_noise**2] * 3, [imu.accelerometer_noise**2] * 3
 slam = Gmapping(GmappingParams(seed=1), sensor=mount)
-costs = LayeredCostmap(CostmapParams(), robot.footprint_radius)
-explorer, planner = Explorer(robot.footprint_radius), GridPlanner()
+costs = LayeredCostmap(CostmapParams(), robot.footprint)
+explorer, planner = Explorer(robot.circumscribed_radius), GridPlanner()
 controller, limiter = DwaController(limits), VelocityLimiter(limits)
 
 goal, status, twist, tick = None, ControllerStatus.NO_PATH, (0.0, 0.0), 0

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from chefbot.buildings.parameters import COMMON, KINDS, NumberRange
+from chefbot.buildings.parameters import COMMON, KINDS
+from chefbot.maths.number_range import NumberRange
 from generate.rst import anchor, code, escape, heading, table, write
 
 
@@ -16,8 +17,13 @@ def write_buildings(path: Path) -> None:
     )
     parts = [anchor("buildings"), heading("Numbers of buildings"), escape(intro) + "\n"]
     for title, ranges in (("Every kind", COMMON), *KINDS.items()):
-        parts += [heading(title, "-"), table(("number", "from", "to", "unit", "meaning"), _rows(ranges))]
+        parts += [heading(title, "-"), number_table(ranges)]
     write(path, parts)
+
+
+def number_table(ranges: Mapping[str, NumberRange]) -> str:
+    """Return the table of numbers with their ranges, units and meanings."""
+    return table(("number", "from", "to", "unit", "meaning"), _rows(ranges))
 
 
 def _rows(ranges: Mapping[str, NumberRange]) -> Iterator[tuple[str, ...]]:

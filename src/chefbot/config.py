@@ -6,7 +6,7 @@ import math
 import operator
 import re
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, cast
 
 import msgspec
 import yaml
@@ -249,34 +249,3 @@ def _join(key: str, name: Any) -> str:
 
 def _describe(value: Any) -> str:
     return "nothing" if value is None else f"{type(value).__name__} {str(value)[:40]!r}"
-
-
-def to_plain(value: Any, unit: str = "") -> Any:
-    """Return plain data that `build` reads back: structs without what is the default, numbers with their unit."""
-    if isinstance(value, msgspec.Struct):
-        hints = get_type_hints(type(value), include_extras=True)
-        fields = {
-            f.name: getattr(value, f.name) for f in msgspec.structs.fields(value) if not _is_default(value, f)
-        }
-        config = type(value).__struct_config__
-        tag = {config.tag_field: config.tag} if config.tag_field else {}
-        return {**tag, **{name: to_plain(one, _unit(hints[name])) for name, one in fields.items()}}
-    if isinstance(value, list):
-        return [to_plain(one, unit) for one in value]
-    if isinstance(value, dict):
-        return {name: to_plain(one, unit) for name, one in value.items()}
-    return f"{value!r} {unit}" if unit else value
-
-
-def _is_default(struct: msgspec.Struct, field: Any) -> bool:
-    default = field.default if field.default_factory is msgspec.NODEFAULT else field.default_factory()
-    return bool(getattr(struct, field.name) == default)
-
-
-def _unit(hint: Any) -> str:
-    """Return the unit of a number, or of the numbers of a list, by its type; empty if it has none."""
-    if get_origin(hint) is Annotated:
-        base, *metas = get_args(hint)
-        units = (meta.extra["unit"] for meta in metas if meta.extra and "unit" in meta.extra)
-        return next(units, "") or _unit(base)
-    return next((unit for argument in get_args(hint) if (unit := _unit(argument))), "")

@@ -21,7 +21,7 @@ SEEDS = (1, 3, 5)
 
 
 def building(kind: str, seed: int, **given_numbers: float) -> WorldSpec:
-    return generate(kind, seed, given_numbers, ROBOT.footprint_radius)
+    return generate(kind, seed, given_numbers, ROBOT.circumscribed_radius)
 
 
 def world_of(spec: WorldSpec) -> World:

@@ -30,7 +30,7 @@ def test_each_robot_is_listed_with_its_figures(capsys: pytest.CaptureFixture[str
     for name in built_in_robots():
         robot, figures = load_robot(name), [float(word) for word in table[name].split()[1:]]
         assert len(figures) == 5
-        assert figures[0] == pytest.approx(2.0 * robot.footprint_radius, abs=0.005)
+        assert figures[0] == pytest.approx(2.0 * robot.circumscribed_radius, abs=0.005)
         assert figures[3:] == pytest.approx([robot.drive.max_speed, robot.body.payload], abs=0.005)
 
 

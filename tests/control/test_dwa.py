@@ -32,7 +32,7 @@ def world(*walls):
 
 
 def costs_of(cells):
-    costs = LayeredCostmap(CostmapParams(), ROBOT.footprint_radius)
+    costs = LayeredCostmap(CostmapParams(), ROBOT.footprint)
     costs.set_static(Grid(cells, CELL, 0.0, 0.0))
     return costs.update()
 
@@ -41,7 +41,7 @@ def clearance(cells, pose):
     """Metres between the robot's rim and the nearest occupied square."""
     corners = np.argwhere(cells >= 65)[:, ::-1] * CELL
     gap = np.maximum(np.maximum(corners - pose[:2], pose[:2] - corners - CELL), 0.0)
-    return float(np.hypot(*gap.T).min()) - ROBOT.footprint_radius
+    return float(np.hypot(*gap.T).min()) - ROBOT.circumscribed_radius
 
 
 def drive(cells, start, goal, seconds=90.0):

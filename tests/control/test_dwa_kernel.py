@@ -26,6 +26,8 @@ WEIGHTS = np.array(
         PARAMS.change_weight,
     ]
 )
+NO_CORNERS = np.zeros((0, 2))
+"""The footprint of a disc."""
 SAMPLES = np.array([[v, w] for v in (0.0, 0.2, 0.4) for w in np.linspace(-1.0, 1.0, 9)])
 
 
@@ -33,7 +35,20 @@ def chosen(cells: np.ndarray, v: float = 0.4, y: float = 5.0) -> int:
     path = np.column_stack([np.arange(2.0, 8.0, 0.05), np.full(120, 5.0), np.zeros(120)])
     pose, twist, limits = np.array([3.0, y, 0.0]), np.array([v, 0.0]), np.array([0.5, 2.0])
     return best_twist(
-        cells, 0.05, pose, SAMPLES, twist, path, 10.0, 1.5, 0.1, limits, 0.4, PARAMS.slowing, WEIGHTS
+        cells,
+        0.05,
+        pose,
+        SAMPLES,
+        twist,
+        path,
+        10.0,
+        1.5,
+        0.1,
+        limits,
+        0.4,
+        PARAMS.slowing,
+        WEIGHTS,
+        NO_CORNERS,
     )
 
 
@@ -51,7 +66,7 @@ def test_cost_is_zero_outside_and_in_unknown_cells(column: float, row: float) ->
 def test_a_constant_twist_rolls_out_to_its_exact_arc(v: float, w: float, yaw: float) -> None:
     end = 1.5
     x, y, heading, distance, time, cost, max_cost, blocked = roll_out(
-        FREE, 100.0, 100.0, yaw, (v, w), (v, w), 0.0, end, 1e9, INSCRIBED
+        FREE, 100.0, 100.0, yaw, (v, w), (v, w), 0.0, end, 1e9, INSCRIBED, NO_CORNERS, 0
     )
     chord = v * end * np.sinc(w * end / 2 / math.pi)
     mean = yaw + w * end / 2
@@ -63,7 +78,9 @@ def test_a_constant_twist_rolls_out_to_its_exact_arc(v: float, w: float, yaw: fl
 @given(SPEEDS, SPEEDS, st.floats(0.01, 3.0))
 def test_a_ramp_covers_the_integral_of_its_speed(v0: float, v1: float, ramp: float) -> None:
     end, count = 1.5, 20
-    distance = roll_out(FREE, 50.0, 100.0, 0.0, (v0, 0.0), (v1, 0.0), ramp, end, 1e9, INSCRIBED)[3]
+    distance = roll_out(
+        FREE, 50.0, 100.0, 0.0, (v0, 0.0), (v1, 0.0), ramp, end, 1e9, INSCRIBED, NO_CORNERS, 0
+    )[3]
     middles = (np.arange(count) + 0.5) * end / count
     expected = np.sum(v0 + np.minimum(1.0, middles / ramp) * (v1 - v0)) * end / count
     assert distance == pytest.approx(expected, rel=1e-9, abs=1e-9)
@@ -73,7 +90,9 @@ def test_a_ramp_covers_the_integral_of_its_speed(v0: float, v1: float, ramp: flo
 def test_a_rollout_ends_before_a_wall(gap: int, speed: float) -> None:
     cells = FREE.copy()
     cells[:, 100 + gap] = LETHAL
-    x, *_, blocked = roll_out(cells, 100.5, 100.5, 0.0, (speed, 0), (speed, 0), 0.0, 8.0, 1e9, INSCRIBED)
+    x, *_, blocked = roll_out(
+        cells, 100.5, 100.5, 0.0, (speed, 0), (speed, 0), 0.0, 8.0, 1e9, INSCRIBED, NO_CORNERS, 0
+    )
     assert cost_at(cells, x, 100.5) == 0
     assert blocked == (speed * 8.0 >= gap - 0.5 + 1e-9) or abs(speed * 8.0 - gap + 0.5) < 1e-6
 
@@ -81,7 +100,7 @@ def test_a_rollout_ends_before_a_wall(gap: int, speed: float) -> None:
 @given(st.floats(1.0, 10.0), st.floats(0.1, 5.0))
 def test_a_rollout_ends_at_the_goal(speed: float, remaining: float) -> None:
     *_, distance, time, _, _, _ = roll_out(
-        FREE, 50.0, 50.0, 0.0, (speed, 0.0), (speed, 0.0), 0.0, 5.0, remaining, INSCRIBED
+        FREE, 50.0, 50.0, 0.0, (speed, 0.0), (speed, 0.0), 0.0, 5.0, remaining, INSCRIBED, NO_CORNERS, 0
     )
     assert remaining <= distance < remaining + speed * 0.0751
     assert time == pytest.approx(distance / speed)

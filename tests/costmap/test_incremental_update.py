@@ -13,6 +13,7 @@ from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
 from chefbot.maths.costs import Costmap
+from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
@@ -80,7 +81,9 @@ def full_update(costs: LayeredCostmap) -> Costmap:
 @given(st.integers(0, 2**20), st.booleans(), st.booleans(), st.booleans())
 def test_incremental_update_equals_a_full_update(seed: int, rolling: bool, avoid: bool, track: bool) -> None:
     params = msgspec.structs.replace(PARAMS, track_unknown=track)
-    costs, whole = (LayeredCostmap(params, RADIUS, rolling=rolling, avoid_unknown=avoid) for _ in range(2))
+    costs, whole = (
+        LayeredCostmap(params, disc(RADIUS), rolling=rolling, avoid_unknown=avoid) for _ in range(2)
+    )
     if not rolling:
         costs.set_static(static_of(seed))
         whole.set_static(static_of(seed))
@@ -92,7 +95,7 @@ def test_incremental_update_equals_a_full_update(seed: int, rolling: bool, avoid
 
 
 def test_an_earlier_result_is_not_modified() -> None:
-    costs = LayeredCostmap(PARAMS, RADIUS)
+    costs = LayeredCostmap(PARAMS, disc(RADIUS))
     costs.set_static(static_of(1))
     before = costs.update()
     kept = before.cells.copy()
@@ -108,7 +111,7 @@ def test_one_scan_inflates_only_its_surroundings(monkeypatch: pytest.MonkeyPatch
         sizes.append(cells.size)
         return inflate(cells, table)
 
-    costs = LayeredCostmap(PARAMS, RADIUS)
+    costs = LayeredCostmap(PARAMS, disc(RADIUS))
     costs.set_static(Grid(np.zeros((500, 500), np.int8), 0.1, 0.0, 0.0))
     costs.update()
     monkeypatch.setattr("chefbot.costmap.master_costmap.inflate", record_size)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN
+from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
@@ -17,7 +18,7 @@ AHEAD = np.array([0.0])
 
 
 def rolling_costmap(**changes):
-    return LayeredCostmap(CostmapParams(**changes), 0.16, rolling=True)
+    return LayeredCostmap(CostmapParams(**changes), disc(0.16), rolling=True)
 
 
 def ray(metres):
@@ -112,7 +113,7 @@ def grid(h, w, x=0.0, y=0.0):
 
 
 def test_obstacles_stay_in_place_when_the_map_grows():
-    costs = LayeredCostmap(CostmapParams(), 0.16)
+    costs = LayeredCostmap(CostmapParams(), disc(0.16))
     costs.set_static(grid(40, 40))
     costs.mark_and_clear("lidar", SE2(1.0, 1.0, 0.0), AHEAD, ray(0.5))
     costs.set_static(grid(80, 90, -1.0, -0.5))
@@ -123,7 +124,7 @@ def test_obstacles_stay_in_place_when_the_map_grows():
 
 
 def test_walls_of_the_static_map_are_not_cleared():
-    costs = LayeredCostmap(CostmapParams(), 0.16)
+    costs = LayeredCostmap(CostmapParams(), disc(0.16))
     costs.set_static(grid(40, 40))
     costs.mark_and_clear("lidar", SE2(1.0, 1.0, np.pi), AHEAD, ray(np.inf))
     assert costs.update().at(0.01, 1.0) == LETHAL
@@ -181,7 +182,7 @@ def half_known_map(openings: Sequence[tuple[int, int]]) -> Grid:
 
 
 def costs_of(grid: Grid, *, avoid_unknown: bool):
-    costs = LayeredCostmap(CostmapParams(), RADIUS, avoid_unknown=avoid_unknown)
+    costs = LayeredCostmap(CostmapParams(), disc(RADIUS), avoid_unknown=avoid_unknown)
     costs.set_static(grid)
     return costs.update()
 
@@ -204,7 +205,7 @@ def test_a_gap_between_beams_is_not_unknown_space():
 
 
 def test_unknown_cells_seen_later_may_be_crossed():
-    costs = LayeredCostmap(CostmapParams(), RADIUS, avoid_unknown=True)
+    costs = LayeredCostmap(CostmapParams(), disc(RADIUS), avoid_unknown=True)
     costs.set_static(half_known_map([]))
     for angle in np.linspace(-0.6, 0.6, 200):
         costs.mark_and_clear("camera", SE2(0.1, 1.0, angle), AHEAD, ray(np.inf))
@@ -215,7 +216,7 @@ def test_unknown_cells_seen_later_may_be_crossed():
 def test_non_finite_clear_intervals_are_not_obstacles(odd: float) -> None:
     """The message type has no bounds for these values."""
     for near, far in ((odd, 1.0), (0.5, odd), (odd, odd)):
-        costs = LayeredCostmap(CostmapParams(), 0.2, rolling=True)
+        costs = LayeredCostmap(CostmapParams(), disc(0.2), rolling=True)
         costs.move_to(0.0, 0.0)
         costs.update()
         angles, ranges = np.linspace(-0.5, 0.5, 8), np.full(8, np.inf)

@@ -109,7 +109,8 @@ def measurements(robot: Robot, sheet: str) -> list[float]:
 def plate_polyline(robot: Robot, sheet: str = "base_plate") -> list[tuple[float, float, float]]:
     lines = read_back(robot, sheet).modelspace().query('LWPOLYLINE[layer=="OUTLINE"]')
     curved = [line for line in lines if any(bulge for *_, bulge in line.get_points("xyb"))]
-    return max((line.get_points("xyb") for line in curved), key=len)
+    edges = curved if robot.body.radius is not None else list(lines)
+    return max((line.get_points("xyb") for line in edges), key=len)
 
 
 def screw_circles(robot: Robot, sheet: str) -> list[float]:
@@ -225,8 +226,9 @@ def test_plate_drawing_has_holes_and_notches(name: str) -> None:
     assert len(holes) == 13 + poles
     if robot.plates.notch:
         corners = plate_polyline(robot)
-        assert sum(bulge == 0.0 for *_, bulge in corners) == 2 * 3  # a notch has three sides
-        assert sum(bulge != 0.0 for *_, bulge in corners) == 2
+        straight = 0 if robot.body.radius is not None else 6  # beside the notches, of a rectangle
+        assert sum(bulge == 0.0 for *_, bulge in corners) == 2 * 3 + straight  # a notch has three sides
+        assert sum(bulge != 0.0 for *_, bulge in corners) == (0 if straight else 2)
     else:
         circles = read_back(robot, "base_plate").modelspace().query('CIRCLE[layer=="OUTLINE"]')
         assert robot.body.radius * 1000 in [circle.dxf.radius for circle in circles]

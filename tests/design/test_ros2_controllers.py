@@ -58,7 +58,7 @@ def test_mppi_shifts_by_exactly_one_period_over_the_horizon(name: str) -> None:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_only_a_robot_that_sees_behind_itself_reverses(name: str) -> None:
     lowest, highest = (values(mppi(figures(name)))[key] for key in ("vx_min", "vx_max"))
-    around = load_robot(name).sensors.lidar is not None
+    around = load_robot(name).sensors.covers_rear
     assert lowest == (pytest.approx(-highest / 2) if around else 0.0)
 
 
@@ -91,7 +91,7 @@ def test_the_costmap_contains_the_look_ahead(name: str) -> None:
     one, tree = figures(name), values(local_costmap(figures(name)))
     assert isinstance(tree["width"], int) and tree["width"] == tree["height"] < tree["width"] + 1
     assert tree["width"] >= 2 * (one.lookahead.number + one.inflation.number) > tree["width"] - 1
-    assert tree["robot_radius"] >= load_robot(name).footprint_radius
+    assert tree["robot_radius"] >= load_robot(name).circumscribed_radius
     assert tree["footprint_padding"] == pytest.approx(tree["resolution"] / 5)
     layer = tree["obstacle_layer"]
     for source in layer["observation_sources"].split():

@@ -99,11 +99,11 @@ def check_physics(robot: Robot) -> None:
     ):  # slower than it could: then because of what it sees, and not much
         told = (
             stopping_distance(mppi["vx_max"], mppi["ax_max"], 1.0 / scan_sensor.rate + 0.1)
-            + robot.footprint_radius
+            + robot.circumscribed_radius
         )
         assert 0.98 * scan_sensor.range_max <= told <= scan_sensor.range_max + 1e-3
     radius, inflation = costs["robot_radius"], costs["inflation_layer"]["inflation_radius"]
-    assert robot.footprint_radius <= radius <= robot.footprint_radius + 2e-4
+    assert robot.circumscribed_radius <= radius <= robot.circumscribed_radius + 2e-4
     needed = stopping_distance(mppi["vx_max"], mppi["ax_max"], reaction)
     assert inflation >= radius + needed - 1e-3
     edge = math.exp(-costs["inflation_layer"]["cost_scaling_factor"] * (inflation - radius))

@@ -8,6 +8,7 @@ from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.raytrace import mark_and_clear
 from chefbot.exploration.explorer import Explorer
 from chefbot.exploration.frontiers import find_frontiers, frontier_mask
+from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner, path_length
@@ -73,7 +74,7 @@ def explore(field, reach, start):
     for k in range(12):
         mapper.look(SE2(pose.x, pose.y, pose.yaw + k * math.pi / 6))
     for _ in range(150):
-        costs = LayeredCostmap(CostmapParams(), RADIUS)
+        costs = LayeredCostmap(CostmapParams(), disc(RADIUS))
         costs.set_static(mapper.grid())
         costmap = costs.update()
         decision = explorer.decide(mapper.grid(), planner.potential(costmap, pose), pose)
@@ -171,7 +172,7 @@ def two_rooms(blocked):
 
 def decide_at_the_door(explorer, blocked):
     grid, pose = two_rooms(blocked), SE2(2.5, 2.5, 0.0)
-    costs = LayeredCostmap(CostmapParams(), RADIUS)
+    costs = LayeredCostmap(CostmapParams(), disc(RADIUS))
     costs.set_static(grid)
     return explorer.decide(grid, GridPlanner().potential(costs.update(), pose), pose).goal
 

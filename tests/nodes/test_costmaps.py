@@ -15,6 +15,7 @@ from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstac
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
+from chefbot.maths.footprint import disc
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import LaserScan
@@ -53,7 +54,7 @@ def scan(metres: float) -> LaserScan:
 
 def cost_after(first: ObstacleScan, metres: float, plane: float = PLANE) -> int:
     """Return the cost at the obstacle of `first` after a laser beam of `metres` in its direction."""
-    costs = LayeredCostmap(CostmapParams(inflation_radius=0.0, track_unknown=False), 0.16, rolling=True)
+    costs = LayeredCostmap(CostmapParams(inflation_radius=0.0, track_unknown=False), disc(0.16), rolling=True)
     mark_obstacles(costs, ORIGIN, first, plane)
     assert costs.update().at(DISTANCE, 0.01) == LETHAL
     mark_laser(costs, ORIGIN, scan(metres))
@@ -105,7 +106,7 @@ def test_without_a_level_plane_nothing_is_cleared() -> None:
 
 
 def test_a_table_top_stays_when_the_laser_passes_between_legs() -> None:
-    costs = LayeredCostmap(CostmapParams(inflation_radius=0.0, track_unknown=False), 0.16, rolling=True)
+    costs = LayeredCostmap(CostmapParams(inflation_radius=0.0, track_unknown=False), disc(0.16), rolling=True)
     mark_obstacles(costs, ORIGIN, obstacle(0.41, 0.45), PLANE)
     mark_obstacles(costs, ORIGIN, obstacle(0.04, 0.45), PLANE)  # the leg, in the same cell
     mark_laser(costs, ORIGIN, scan(3.0))
@@ -149,7 +150,7 @@ def lethal_cells_left(groups: list[list[SimulatedShape]]) -> list[int]:
     empty_scan = LaserScan(angle_min=-math.pi, angle_increment=math.pi / 1800, range_max=8.0, ranges=beams)
     counts = []
     for shapes in groups:
-        costs = LayeredCostmap(CostmapParams(inflation_radius=0.0), 0.16, rolling=True)
+        costs = LayeredCostmap(CostmapParams(inflation_radius=0.0), disc(0.16), rolling=True)
         camera.mark(costs, shapes)
         mark_laser(costs, ORIGIN, empty_scan)
         counts.append(int((costs.update().cells == LETHAL).sum()))

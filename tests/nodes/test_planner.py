@@ -9,6 +9,7 @@ import pytest
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
+from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
@@ -78,7 +79,7 @@ def test_a_closed_door_out_of_sight_may_be_open_again() -> None:
     cells = np.zeros((60, 200), dtype=np.int8)
     cells[:, [0, -1, 60]] = cells[[0, -1], :] = 100
     cells[25:37, 60] = 0
-    costs = LayeredCostmap(CostmapParams(), 0.15)
+    costs = LayeredCostmap(CostmapParams(), disc(0.15))
     costs.set_static(Grid(cells, 0.05, 0.0, 0.0))
     costs.mark_and_clear("laser", SE2(4.0, 1.55, math.pi), np.linspace(-0.3, 0.3, 61), np.full(61, 1.0))
     planner, home = GridPlanner(), SE2(1.0, 1.5, 0.0)

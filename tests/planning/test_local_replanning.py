@@ -34,7 +34,7 @@ def costs_of(*walls: tuple[int, int, int, int]) -> Costmap:
     cells[[0, -1]] = cells[:, [0, -1]] = 100
     for top, bottom, left, right in walls:
         cells[top:bottom, left:right] = 100
-    layers = LayeredCostmap(CostmapParams(), ROBOT.footprint_radius)
+    layers = LayeredCostmap(CostmapParams(), ROBOT.footprint)
     layers.set_static(Grid(cells, CELL, 0.0, 0.0))
     return layers.update()
 

@@ -25,7 +25,7 @@ def test_the_braking_distance_ends_before_the_margin(distance: float, margin: fl
     sonar = ROBOT.sensors.ultrasonic
     assert sonar is not None
     speed = safe_forward_speed(ROBOT, echo(distance), margin, 0)
-    free = distance - (ROBOT.footprint_radius - sonar.mount.x) - margin
+    free = distance - (ROBOT.circumscribed_radius - sonar.mount.x) - margin
     assert speed >= 0.0 and speed**2 / (2.0 * max_acceleration(ROBOT)) <= max(free, 0.0)
 
 

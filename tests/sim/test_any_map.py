@@ -28,7 +28,7 @@ from chefbot.storage.map_files import load_map
 from chefbot.storage.places import places_path, save_places
 
 ROBOT = load_robot("chefbot_lidar")
-RADIUS = ROBOT.footprint_radius
+RADIUS = ROBOT.circumscribed_radius
 JUDGED_SEED = 101
 DRIVEN = ("room_p5", "turned_a_little", "far_and_turned", "thin_cells", "unknown_is_free", "alpha_scale")
 

@@ -33,7 +33,7 @@ from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 
 ROBOT = load_robot("chefbot_lidar")
-RADIUS = ROBOT.footprint_radius
+RADIUS = ROBOT.circumscribed_radius
 
 
 def halls(wall: int = 60) -> Grid:

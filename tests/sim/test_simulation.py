@@ -280,7 +280,7 @@ def test_people_who_do_not_avoid_the_robot_do_not_move_it() -> None:
     for _ in range(6000):
         sim.step()
         nearest = min(nearest, *(person.distance(start) for person in sim.people))
-    assert nearest < ROBOT.footprint_radius + PERSON_RADIUS + 0.6
+    assert nearest < ROBOT.circumscribed_radius + PERSON_RADIUS + 0.6
     assert sim.truth().pose.distance(start) < 0.001
     assert sim.collisions() == (0, ()) and sim.warnings == 0
 

@@ -217,7 +217,7 @@ def test_a_map_of_a_world_reproduces_the_world() -> None:
     room = load_world("room")
     plan = floor_plan(room, 0.0, 2.0)
     world = world_from_map(
-        "copy", plan, ROBOT.footprint_radius, SE2(0.0, 0.0, 0.0), places={"corner": SE2(1.0, 1.0, 0.0)}
+        "copy", plan, ROBOT.circumscribed_radius, SE2(0.0, 0.0, 0.0), places={"corner": SE2(1.0, 1.0, 0.0)}
     )
     again = floor_plan(world, 0.5)
     rows, columns = np.indices(plan.cells.shape)

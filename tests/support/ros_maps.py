@@ -33,7 +33,7 @@ def true_map(world: str) -> Cells:
 
 def building(kind: str, seed: int) -> Cells:
     """Return the true map of a generated building, 5 cm a cell."""
-    spec = generate(kind, seed, {}, ROBOT.footprint_radius)
+    spec = generate(kind, seed, {}, ROBOT.circumscribed_radius)
     return floor_plan(build_world(spec, kind), ROBOT.sensors.lidar.mount.z).cells
 
 

@@ -15,14 +15,14 @@ MIN_SPEED, MIN_TURN_RATE = 0.02, 0.1
 """Minimum speed and turn rate at the end of a motion, m/s and rad/s; below that static friction stops the wheels."""
 DISTANCE_TOLERANCE, ANGLE_TOLERANCE = 0.01, 0.03
 """Goal tolerances, m and rad."""
-MARGIN = 0.05
-"""Free distance required beyond the braking distance, m."""
+MARGIN, ANGLE_MARGIN = 0.05, 0.1
+"""Free distance (m) and angle (rad) required beyond the braking distance."""
 
 
 class Spin:
     """Rotates in place by `angle` radians (positive: left; more than one turn is possible).
 
-    A circular robot that rotates about its centre cannot collide, so the costmap is not checked.
+    A disc that rotates about its centre cannot collide; any other footprint must be free over the braking angle.
     """
 
     def __init__(self, angle: float, turn: float, turn_acceleration: float, timeout: float = 30.0) -> None:
@@ -31,8 +31,9 @@ class Spin:
         """Angle rotated so far, rad, positive: left."""
         self._last_yaw: float | None = None
 
-    def update(self, pose: SE2, costmap: Costmap, dt: float) -> BehaviorStep:  # noqa: ARG002
-        """Return the next turn rate; DONE within the angle tolerance, TIMED_OUT after the timeout."""
+    def update(self, pose: SE2, costmap: Costmap, dt: float) -> BehaviorStep:
+        """Return the next turn rate; DONE within the angle tolerance, BLOCKED by an obstacle, TIMED_OUT after the
+        timeout."""
         self.turned += wrap(pose.yaw - self._last_yaw) if self._last_yaw is not None else 0.0
         self._last_yaw = pose.yaw
         self._elapsed += dt
@@ -45,7 +46,12 @@ class Spin:
         rate = min(
             self.turn, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * self.turn_acceleration * abs(remaining))
         )
-        return BehaviorStep(0.0, math.copysign(max(rate, MIN_TURN_RATE), remaining), BehaviorProgress.RUNNING)
+        rate = max(rate, MIN_TURN_RATE)
+        braking = rate * rate / (2.0 * PLANNED_BRAKING_FRACTION * self.turn_acceleration) + rate * dt
+        check_angle = math.copysign(min(abs(remaining), braking + ANGLE_MARGIN), remaining)
+        if costmap.lethal_while_rotating(pose, check_angle) > costmap.lethal_on_footprint(pose):
+            return BehaviorStep(0.0, 0.0, BehaviorProgress.BLOCKED)
+        return BehaviorStep(0.0, math.copysign(rate, remaining), BehaviorProgress.RUNNING)
 
 
 class DriveStraight:

@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 from numpy.random import Generator
 
 from chefbot.errors import ChefbotError, name_hint
+from chefbot.maths.number_range import NumberRange, check_name
 
 
 class BuildingError(ChefbotError):
     """A building that cannot be generated as requested."""
-
-
-class NumberRange(NamedTuple):
-    """The range of a number, from which a seed draws it. whole: whether it is a count."""
-
-    low: float
-    high: float
-    unit: str
-    meaning: str
-    whole: bool = False
 
 
 COMMON: Mapping[str, NumberRange] = {
@@ -120,24 +110,7 @@ def draw_numbers(kind: str, given: Mapping[str, float], rng: Generator) -> dict[
     """
     ranges = ranges_of(kind)
     for name, value in given.items():
-        if name not in ranges:
-            raise BuildingError(f"a building of kind {kind} has no number {name!r}{name_hint(name, ranges)}")
-        _check(kind, name, value, ranges[name])
-    drawn = {name: _draw(one, rng) for name, one in ranges.items()}
+        check_name(f"a building of kind {kind}", name, ranges, BuildingError)
+        ranges[name].check(f"{name} of a building of kind {kind}", value, BuildingError)
+    drawn = {name: one.draw(rng) for name, one in ranges.items()}
     return {**drawn, **given}
-
-
-def _draw(one: NumberRange, rng: Generator) -> float:
-    if one.whole:
-        return int(rng.integers(int(one.low), int(one.high) + 1))
-    return round(float(rng.uniform(one.low, one.high)), 3)
-
-
-def _check(kind: str, name: str, value: float, one: NumberRange) -> None:
-    if not one.low <= value <= one.high or (one.whole and value != int(value)):
-        what = "a whole number" if one.whole else "a number"
-        unit = f" {one.unit}" if one.unit else ""
-        raise BuildingError(
-            f"{name} of a building of kind {kind} is {value:g}; it must be {what}"
-            f" from {one.low:g} to {one.high:g}{unit}"
-        )

@@ -44,7 +44,7 @@ class Choreography:
     def __init__(self, robot: Robot, params: CalibratorParams, reach: float) -> None:
         self._robot, self._params, self._reach = robot, params, reach
         self.motion = MotionRecorder()
-        self.room = StationRecorder(reach, robot.footprint_radius)
+        self.room = StationRecorder(reach, robot.circumscribed_radius)
         self._mount = IDENTITY
         self.legs: list[DriveSegment] = []
         self.squares: list[Square] = []
@@ -142,7 +142,7 @@ class Choreography:
     def _largest_side(self) -> float:
         """Return the largest side length with enough free space ahead and to the left; raise an error if none."""
         points = self._mount.apply(self.room.walls)
-        gap = self._robot.footprint_radius + MARGIN
+        gap = self._robot.circumscribed_radius + MARGIN
         sides = (self._params.side,) if self._params.side else SIDE_LENGTHS
         for side in sides:
             distance = np.hypot(*(np.maximum(np.abs(points - side / 2) - side / 2, 0.0)).T)

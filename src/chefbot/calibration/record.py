@@ -73,11 +73,11 @@ class MotionRecorder:
 class StationRecorder:
     """Collects the scans of stations and places every station in the room of all previous ones.
 
-    reach: maximum range used, m. footprint_radius: of the robot, m.
+    reach: maximum range used, m. circumscribed_radius: of the robot, m.
     """
 
-    def __init__(self, reach: float, footprint_radius: float) -> None:
-        self._reach, self._footprint_radius = reach, footprint_radius
+    def __init__(self, reach: float, circumscribed_radius: float) -> None:
+        self._reach, self._circumscribed_radius = reach, circumscribed_radius
         self.stations: list[Station] = []
         self.sensor_pose = IDENTITY
         """Pose of the sensor in the room, tracked between stations."""
@@ -138,7 +138,7 @@ class StationRecorder:
         mean, angles = np.nanmean(ranges[:, valid], axis=0), scans[0].angles[valid].astype(np.float64)
         steady = np.nanmax(np.abs(ranges[:, valid] - mean), axis=0) < MAX_RANGE_SPREAD * np.maximum(mean, 1.0)
         points = (mean * (np.cos(angles), np.sin(angles))).T[steady]
-        outside = np.hypot(*mount.apply(points).T) > self._footprint_radius + SELF_FILTER_MARGIN
+        outside = np.hypot(*mount.apply(points).T) > self._circumscribed_radius + SELF_FILTER_MARGIN
         self.hit_ratio = float(valid.mean())
         self.field_of_view = scans[-1].angle_max - scans[-1].angle_min
         return np.asarray(points[outside])

@@ -1,4 +1,4 @@
-"""The Dynamic Window Approach for a circular differential drive robot (Fox, Burgard & Thrun 1997).
+"""The Dynamic Window Approach for a differential drive robot (Fox, Burgard & Thrun 1997).
 
 Every twist within the velocity limits is sampled, and its trajectory begins with the acceleration ramp that leads
 to it. The paper's dynamic window (the velocities reachable within one period) thereby holds in each trajectory's
@@ -35,6 +35,7 @@ class DwaController:
     """Follows a path within the robot's limits and commands only velocities from which it can stop in time.
 
     With a large heading error it rotates in place; at the goal it rotates to the goal's heading and stays REACHED.
+    A robot that is no disc rotates in place only where its footprint is free on the way.
     """
 
     def __init__(
@@ -67,13 +68,13 @@ class DwaController:
         # within the goal tolerance: only the heading remains
         goal = SE2.of(self._path[-1])
         if self._goal_checker.position_reached(pose, goal):
-            return self._rotate_to_goal_heading(pose, twist, goal)
+            return self._rotate_to_goal_heading(pose, twist, goal, costmap)
         self._update_nearest_pose(pose)
         # large heading error: rotate in place, with hysteresis
         ahead = self._lookahead_point()
         heading_error = wrap(math.atan2(ahead[1] - pose.y, ahead[0] - pose.x) - pose.yaw)
         self._rotating = abs(heading_error) > (ALIGNED_ANGLE if self._rotating else self.params.rotate_from)
-        if self._rotating:
+        if self._rotating and _can_rotate(pose, heading_error, costmap):
             return self._rotate(heading_error)
         return self._drive(pose, twist, costmap)
 
@@ -90,10 +91,15 @@ class DwaController:
     def _lookahead_point(self) -> NDArray[np.float64]:
         return self._path[min(self._nearest + self._poses_in(LOOKAHEAD_DISTANCE) - 1, len(self._path) - 1)]
 
-    def _rotate_to_goal_heading(self, pose: SE2, twist: tuple[float, float], goal: SE2) -> ControllerCommand:
+    def _rotate_to_goal_heading(
+        self, pose: SE2, twist: tuple[float, float], goal: SE2, costmap: Costmap
+    ) -> ControllerCommand:
         if self._goal_checker.heading_reached(pose, goal):
             return ControllerCommand(*self._brake(twist), ControllerStatus.REACHED)
-        return self._rotate(wrap(goal.yaw - pose.yaw))
+        angle = wrap(goal.yaw - pose.yaw)
+        if not _can_rotate(pose, angle, costmap):
+            return ControllerCommand(*self._brake(twist), ControllerStatus.BLOCKED)
+        return self._rotate(angle)
 
     def _rotate(self, angle: float) -> ControllerCommand:
         """Rotate in place by `angle`, at a rate from which the base can stop in time.
@@ -156,6 +162,7 @@ class DwaController:
             self.limits.speed,
             p.slowing,
             self._weights,
+            costmap.footprint,
         )
         # no admissible twist: brake
         if best < 0:
@@ -163,3 +170,11 @@ class DwaController:
         v, w = (float(x) for x in twists[best])
         standing = v <= 1e-3 and abs(w) <= 0.02
         return ControllerCommand(v, w, ControllerStatus.BLOCKED if standing else ControllerStatus.RUNNING)
+
+
+def _can_rotate(pose: SE2, angle: float, costmap: Costmap) -> bool:
+    """Return whether the footprint is free while the robot rotates in place by `angle`, or as free as it is now.
+
+    The other way round is no alternative: in more than half a turn the four corners sweep the same ring.
+    """
+    return costmap.lethal_while_rotating(pose, angle) <= costmap.lethal_on_footprint(pose)

@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
+from chefbot.maths.footprint import lethal_on_edges
 
 MAX_COST = 252.0
 """Highest cost of a cell outside the inscribed radius of an obstacle."""
@@ -17,7 +18,7 @@ OVERSPEED_WEIGHT = 10.0
 TIME_STEP = 0.075
 """Time between two collision checks along a trajectory, s: less than a 5 cm cell at indoor speeds."""
 MIN_FORWARD_SPEED = 1e-3
-"""Forward speed below which a trajectory rotates in place, m/s; a circular robot cannot collide by that."""
+"""Forward speed below which a trajectory rotates in place, m/s; a disc cannot collide by that."""
 
 
 @njit(cache=True, nogil=True)
@@ -42,13 +43,20 @@ def roll_out(
     end: float,
     remaining: float,
     limit: int,
+    corners: NDArray[np.float64],
+    touched: int,
 ) -> tuple[float, float, float, float, float, float, int, bool]:
     """Simulate the base for `end` seconds while it ramps from `twist` to `target` in `ramp` seconds.
 
-    x, y, speeds and `remaining` are in cells. Ends early after a distance of `remaining` cells, or before a cell of
-    cost `limit` or more. Returns x, y, yaw, distance, time, mean cost, maximum cost, and whether it was blocked.
+    x, y, speeds, `remaining` and `corners` (n, 2; none for a disc) are in cells. Ends early after a distance of
+    `remaining` cells, before a cell of cost `limit` or more, or before more than `touched` points on the edges of the
+    footprint are in lethal cells. Returns x, y, yaw, distance, time, mean cost, maximum cost, and whether it was
+    blocked.
     """
     steps = math.ceil(end / TIME_STEP)
+    if corners.shape[0]:
+        # the edges of a polygon must not skip a cell
+        steps = max(steps, math.ceil(end * max(abs(twist[0]), abs(target[0]))))
     dt = end / steps
     distance, time, total, max_cost = 0.0, 0.0, 0.0, 0
     for i in range(steps):
@@ -62,6 +70,8 @@ def roll_out(
         cost = cost_at(cells, next_x, next_y)
         max_cost = max(max_cost, cost)
         if cost >= limit and ds > 0.0:
+            return x, y, yaw, distance, time, MAX_COST, max_cost, True
+        if corners.shape[0] and lethal_on_edges(cells, next_x, next_y, yaw + dyaw, corners) > touched:
             return x, y, yaw, distance, time, MAX_COST, max_cost, True
         x, y, yaw, distance, time, total = next_x, next_y, yaw + dyaw, distance + ds, time + dt, total + cost
         # the goal is reached before the simulated time is over
@@ -100,6 +110,14 @@ def _deviation(path: NDArray[np.float64], x: float, y: float, yaw: float) -> tup
 
 
 @njit(cache=True, nogil=True)
+def _braking_distance(v: float, present: float, ramp: float, period: float, acceleration: float) -> float:
+    """Return the distance to stop after one more period towards the speed `v`, m: v T + v^2 / (2 a)."""
+    next_v = present + (v - present) * min(1.0, period / max(ramp, 1e-9))
+    max_v = max(next_v, present, 0.0)
+    return max_v * period + max_v * max_v / (2.0 * acceleration)
+
+
+@njit(cache=True, nogil=True)
 def best_twist(
     cells: NDArray[np.uint8],
     resolution: float,
@@ -114,37 +132,37 @@ def best_twist(
     max_speed: float,
     slowing: float,
     weights: NDArray[np.float64],
+    footprint: NDArray[np.float64],
 ) -> int:
     """Return the index of the best admissible (v, w) of `twists` (n, 2), or -1 if none is admissible.
 
     pose, path, remaining: metres, relative to the origin of the costmap. twist: the present (v, w). accelerations:
-    linear and angular. weights: path, goal, heading, obstacle, change. A twist is admissible if the robot can stop,
-    after one more period, before a collision; if it stands within the inscribed radius of an obstacle, if the
-    trajectory leaves that zone without touching a lethal cell.
+    linear and angular. weights: path, goal, heading, obstacle, change. footprint: corners (n, 2), m. A twist is
+    admissible if the robot can stop, after one more period, before a collision; if it stands within the inscribed
+    radius of an obstacle, or an edge of it in one, if the trajectory leaves that zone without a lethal cell.
     """
     x, y = pose[0] / resolution, pose[1] / resolution
     in_inscribed = cost_at(cells, x, y) >= INSCRIBED
-    limit = LETHAL if in_inscribed else INSCRIBED
-    best, min_score = -1, math.inf
+    limit, corners = LETHAL if in_inscribed else INSCRIBED, footprint / resolution
+    touched, best, min_score = lethal_on_edges(cells, x, y, pose[2], corners), -1, math.inf
     for i in range(twists.shape[0]):
         v, w = twists[i]
         # duration of the ramp from the present twist to the sampled one
         ramp = max(abs(v - twist[0]) / accelerations[0], abs(w - twist[1]) / accelerations[1])
-        # braking distance after one more period: v T + v^2 / (2 a), plus one cell
-        next_v = twist[0] + (v - twist[0]) * min(1.0, period / max(ramp, 1e-9))
-        max_v = max(next_v, twist[0], 0.0)
-        braking_distance = (max_v * period + max_v * max_v / (2.0 * accelerations[0])) / resolution + 1.0
+        braking_distance = _braking_distance(v, twist[0], ramp, period, accelerations[0]) / resolution + 1.0
         # forward simulation up to the end of the window, the goal or a collision
         end_x, end_y, end_yaw, distance, time, mean_cost, max_cost, blocked = roll_out(
             cells, x, y, pose[2], (twist[0] / resolution, twist[1]), (v / resolution, w), ramp, sim_time,
-            remaining / resolution, limit,
+            remaining / resolution, limit, corners, touched,
         )  # fmt: skip
         # admissible velocities: those that stop before the obstacle
         if blocked and (distance < braking_distance or v < MIN_FORWARD_SPEED):
             continue
-        # from within the inscribed zone: those that leave it
+        # from within the inscribed zone, or with an edge of the footprint in an obstacle: those that leave it
         drives_on = v > MIN_FORWARD_SPEED and not blocked
-        if in_inscribed and drives_on and cost_at(cells, end_x, end_y) >= INSCRIBED:
+        if drives_on and in_inscribed and cost_at(cells, end_x, end_y) >= INSCRIBED:
+            continue
+        if drives_on and touched and lethal_on_edges(cells, end_x, end_y, end_yaw, corners) >= touched:
             continue
         # pose error at the end, with the progress of the time that remains after reaching the goal
         along_track, cross_track, heading_error = _deviation(

@@ -13,6 +13,7 @@ from chefbot.costmap.master_costmap import MasterCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.update_window import CellWindow
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
+from chefbot.maths.footprint import Footprint
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
@@ -38,7 +39,7 @@ class LayeredCostmap:
     def __init__(
         self,
         params: CostmapParams,
-        robot_radius: float,
+        robot: Footprint,
         *,
         rolling: bool = False,
         avoid_unknown: bool = False,
@@ -46,7 +47,7 @@ class LayeredCostmap:
         self.params = params
         self.rolling = rolling
         self.wary = avoid_unknown
-        self._robot_radius = robot_radius
+        self._robot = robot
         n = max(1, round(params.size / params.resolution)) if rolling else 1
         self._reset_layers(params.resolution, 0.0, 0.0, n, n)
         if rolling:
@@ -64,8 +65,11 @@ class LayeredCostmap:
     def reconfigure(self, params: CostmapParams) -> None:
         """Change the inflation and ranges and keep the obstacles; only parameters in `LIVE_PARAMS` may differ."""
         self.params = params
-        # an obstacle fills its cell and the robot may be anywhere in its own: two half cells more
-        self.inscribed_radius = self._robot_radius + params.padding + self.resolution
+        self._footprint = self._robot.polygon(params.padding)
+        # an obstacle fills its cell and a disc may be anywhere in its own: two half cells more; a polygon is checked
+        # where it is, and the inscribed circle only excludes what no heading avoids
+        cell = 0.0 if len(self._footprint) else self.resolution
+        self.inscribed_radius = self._robot.inscribed_radius + params.padding + cell
         reach = max(params.inflation_radius, self.inscribed_radius)
         self._table = cost_table(self.resolution, self.inscribed_radius, reach, params.cost_scaling_factor)
         self._combined: MasterCostmap | None = None  # recalculate everything
@@ -165,11 +169,14 @@ class LayeredCostmap:
         A false mark under the robot would stay otherwise, since no sensor looks there (compare
         `footprint_clearing_enabled` of nav2_costmap_2d). A cell that the robot covers in part keeps its mark.
         """
-        radius = max(self._robot_radius - self.resolution / math.sqrt(2.0), 0.0)
+        margin = self.resolution / math.sqrt(2.0)
+        radius = max(self._robot.circumscribed_radius - margin, 0.0)
         window = self._window_around(pose, radius).expanded(0, self._static.shape)
         if window.empty:
             return  # the robot is outside the costmap
         covered = self._disk_mask(pose, radius, window)
+        if len(self._footprint):
+            covered &= self._polygon_mask(pose, margin, window)
         for layer in self._sources.values():
             marked = covered & (layer[window.slices] == LETHAL)
             if marked.any():
@@ -187,7 +194,7 @@ class LayeredCostmap:
             self._combined = self._new_master()
         self._combined.update(self._static, self._sources.values(), self.params.track_unknown)
         costs = self._combined.costs.copy()
-        return Costmap(costs, self.resolution, self.origin_x, self.origin_y)
+        return Costmap(costs, self.resolution, self.origin_x, self.origin_y, self._footprint)
 
     def costs_without_far_marks(self, pose: SE2) -> Costmap:
         """Return the costs as `update` does, but without marks beyond the marking range of the pose."""
@@ -195,10 +202,10 @@ class LayeredCostmap:
         layers = [np.where(near | (layer != LETHAL), layer, UNKNOWN) for layer in self._sources.values()]
         combined = self._new_master()
         combined.update(self._static, layers, self.params.track_unknown)
-        return Costmap(combined.costs, self.resolution, self.origin_x, self.origin_y)
+        return Costmap(combined.costs, self.resolution, self.origin_x, self.origin_y, self._footprint)
 
     def _new_master(self) -> MasterCostmap:
-        radius = self._robot_radius / self.resolution if self.wary else 0.0
+        radius = self._robot.inscribed_radius / self.resolution if self.wary else 0.0
         return MasterCostmap(self._static.shape, self._table, radius)
 
     def _disk_mask(self, pose: SE2, radius: float, window: CellWindow | None = None) -> NDArray[np.bool_]:
@@ -208,6 +215,20 @@ class LayeredCostmap:
         x = self.origin_x + (np.arange(w)[columns] + 0.5) * self.resolution - pose.x
         y = self.origin_y + (np.arange(h)[rows] + 0.5) * self.resolution - pose.y
         return x[None, :] ** 2 + y[:, None] ** 2 <= radius * radius
+
+    def _polygon_mask(self, pose: SE2, margin: float, window: CellWindow) -> NDArray[np.bool_]:
+        """Return which cells of the window have their centre inside the footprint, `margin` metres from its edges."""
+        rows, columns = window.slices
+        h, w = self._static.shape
+        x = self.origin_x + (np.arange(w)[columns] + 0.5) * self.resolution - pose.x
+        y = self.origin_y + (np.arange(h)[rows] + 0.5) * self.resolution - pose.y
+        inside = np.ones((len(y), len(x)), np.bool_)
+        corners = SE2(0.0, 0.0, pose.yaw).apply(self._robot.polygon())
+        for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            # distance to the left of the edge, counter-clockwise
+            left = (bx - ax) * (y[:, None] - ay) - (by - ay) * (x[None, :] - ax)
+            inside &= left >= margin * math.hypot(bx - ax, by - ay)
+        return inside
 
 
 def _shifted(layer: NDArray[np.uint8], rows: int, columns: int, shape: tuple[int, ...]) -> NDArray[np.uint8]:

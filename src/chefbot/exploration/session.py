@@ -43,11 +43,9 @@ class ExplorationSession:
 
 
 def field_of_view(robot: Robot) -> float:
-    """Return the field of view of the robot's mapping sensor, rad; 2 pi with a lidar."""
-    sensors = robot.sensors
-    if sensors.lidar is not None or sensors.depth_camera is None:
-        return 2.0 * math.pi
-    return sensors.depth_camera.field_of_view
+    """Return the field of view of the robot's mapping sensor, rad."""
+    sensor = robot.sensors.lidar or robot.sensors.depth_camera
+    return 2.0 * math.pi if sensor is None else sensor.field_of_view
 
 
 def exploration_status(

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from chefbot.maths.costs import Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelTicks
@@ -172,6 +173,9 @@ def control() -> None:
         "planner", "controller", "navigator", robot="desk"
     )  # it has no depth camera to wait for
     _navigate(bench)
+    costmap = Costmap(np.zeros((9, 9), np.uint8), CELL, 0.0, 0.0)
+    costmap.lethal_on_footprint(SE2(0.2, 0.2, 0.0))
+    costmap.lethal_while_rotating(SE2(0.2, 0.2, 0.0), 1.0)
 
 
 def _navigate(bench: KernelWorkload) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.cell_grid import CellGrid
+from chefbot.maths.footprint import lethal_on_edges, lethal_while_rotating
+from chefbot.maths.se2 import SE2
 
 FREE = 0
 INSCRIBED = 253
@@ -24,6 +26,19 @@ class Costmap(CellGrid):
     """
 
     cells: NDArray[np.uint8]
+    footprint: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    """Corners (n, 2) of the robot in base_link, m; empty for a disc, for which the costs of the cells suffice."""
+
+    def lethal_on_footprint(self, pose: SE2) -> int:
+        """Return the number of points on the edges of the footprint at `pose` in lethal cells; 0 for a disc."""
+        x, y = (pose.x - self.origin_x) / self.resolution, (pose.y - self.origin_y) / self.resolution
+        return int(lethal_on_edges(self.cells, x, y, pose.yaw, self.footprint / self.resolution))
+
+    def lethal_while_rotating(self, pose: SE2, angle: float) -> int:
+        """Return the largest `lethal_on_footprint` while the robot rotates in place at `pose` by `angle`, rad."""
+        x, y = (pose.x - self.origin_x) / self.resolution, (pose.y - self.origin_y) / self.resolution
+        corners = self.footprint / self.resolution
+        return int(lethal_while_rotating(self.cells, x, y, pose.yaw, angle, corners))
 
     def at(self, x: float, y: float) -> int:
         """Return the cost at the point; UNKNOWN outside the costmap."""

@@ -31,7 +31,7 @@ class FrontierMapNode(Node):
     def start(self) -> None:
         """Create the explorer and the planner; the first map is still to come."""
         self._explorer = Explorer(
-            self.robot.footprint_radius, field_of_view(self.robot), self.params.explorer
+            self.robot.inscribed_radius, field_of_view(self.robot), self.params.explorer
         )
         self._planner = GridPlanner(self.params.planner)
         self._new_map: Future[None] = Future()
@@ -63,7 +63,7 @@ class FrontierMapNode(Node):
     def _cost_to_come(self, grid: Grid, robot: SE2) -> NDArray[np.float32]:
         costs = LayeredCostmap(
             self.params.costmap,
-            self.robot.footprint_radius,
+            self.robot.footprint,
             avoid_unknown=self.robot.sensors.forward_sensing_only,
         )
         costs.set_static(grid)

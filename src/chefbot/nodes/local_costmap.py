@@ -37,7 +37,7 @@ class LocalCostmapNode(Node):
 
     def start(self) -> None:
         """Create the empty costmap and the sensor monitors."""
-        self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint_radius, rolling=True)
+        self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint, rolling=True)
         self._sensors = ObstacleSensors(self.robot)
 
     def reconfigure(self, params: Any) -> None:
@@ -73,9 +73,12 @@ class LocalCostmapNode(Node):
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Clear the laser layer around the robot; the next scan marks again what is still there.
 
-        The camera layers stay until a beam clears them: the camera does not see what is near or beside it.
+        The camera layers stay until a beam clears them: the camera does not see what is near or beside it. So does
+        the layer of a lidar that scans a part of a turn: the robot would back up into what it no longer sees.
         """
-        pose = self._pose()
+        pose, lidar = self._pose(), self.robot.sensors.lidar
+        if lidar is not None and not lidar.full_turn:
+            return
         if pose is not None:  # before the first odometry nothing has been marked
             self._costs.clear_around(pose, radius.data, LASER)
 

@@ -41,7 +41,7 @@ class NavigatorNode(RecoveryBehaviorsNode):
     def start(self) -> None:
         """Start idle, without a goal."""
         super().start()
-        self._recovery = RecoverySequencer(forward_sensing_only=self.robot.sensors.forward_sensing_only)
+        self._recovery = RecoverySequencer(forward_sensing_only=not self.robot.sensors.covers_rear)
         self._progress = NavigationProgress()
         self._publish_feedback: Callable[[], None] = lambda: None
         self._state = NavigationState()

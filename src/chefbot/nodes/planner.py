@@ -56,7 +56,7 @@ class PlannerNode(Node):
         """Create the global costmap and the planner; planning fails before the first map."""
         self._costs = LayeredCostmap(
             self.params.costmap,
-            self.robot.footprint_radius,
+            self.robot.footprint,
             avoid_unknown=self.robot.sensors.forward_sensing_only,
         )
         self._pose_jump = PoseJumpDetector()

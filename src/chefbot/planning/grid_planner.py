@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +17,17 @@ from chefbot.planning.planner import PlanningError, PlanningFailure
 MAX_FREE_COST = INSCRIBED - 1
 """Highest cost of a cell in which the robot's centre may be."""
 SMOOTHING_ITERATIONS = 20
+MAX_SEARCHES = 12
+"""Searches for a path on which the footprint does not collide; each excludes the places where the last one did."""
 
 
 class GridPlanner:
-    """Plans minimum-cost paths for a circular robot, through unknown cells only if allowed.
+    """Plans minimum-cost paths, through unknown cells only if allowed.
 
-    No cell of the path has a cost of INSCRIBED or more. `remarks` are sentences about what the last `plan` had to
-    relax: a start inside the inflation, a moved goal. Reuses its working arrays between calls (13 bytes per cell).
+    No cell of the path has a cost of INSCRIBED or more. With the footprint of a robot that is no disc, no pose of the
+    path collides, save those at the start: where one does, the search is repeated without the cells around it.
+    `remarks` are sentences about what the last `plan` had to relax: a start inside the inflation, a moved goal.
+    Reuses its working arrays between calls (13 bytes per cell).
     """
 
     def __init__(self, params: PlannerParams | None = None) -> None:
@@ -40,6 +45,29 @@ class GridPlanner:
 
         Every pose heads along the path, the last one has the goal's heading. Raises PlanningError.
         """
+        path = self._plan(costmap, start, goal)
+        if not len(costmap.footprint):
+            return path
+        blocked = replace(costmap, cells=costmap.cells.copy())
+        for _ in range(MAX_SEARCHES):
+            collisions = self._collisions(costmap, path)
+            if not len(collisions):
+                return path
+            for pose in collisions:
+                _block(blocked, pose)
+            path = self._plan(blocked, start, goal)
+        raise PlanningError(PlanningFailure.NO_VALID_PATH, goal)
+
+    def _collisions(self, costmap: Costmap, path: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the poses of the path (n, 3) at which the footprint collides, without those in the escape radius."""
+        start = SE2.of(path[0])
+        poses = [SE2.of(pose) for pose in path]
+        far = [start.distance(pose) > self.params.escape for pose in poses]
+        hit = [out and costmap.lethal_on_footprint(pose) > 0 for out, pose in zip(far, poses, strict=True)]
+        return path[np.array(hit, np.bool_)]
+
+    def _plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
+        """Search once, for the centre of the robot."""
         self.remarks = ()
         self._require_inside(costmap, start, PlanningFailure.START_OUTSIDE_MAP)
         self._require_inside(costmap, goal, PlanningFailure.GOAL_OUTSIDE_MAP)
@@ -131,7 +159,18 @@ class GridPlanner:
         cells = np.concatenate(
             ([self._flat_index(costmap, goal)], self._cells_within(costmap, goal, self.params.tolerance))
         )
-        return cells[self._weight[self._padded.reshape(-1)[cells]] > 0]
+        free = cells[self._weight[self._padded.reshape(-1)[cells]] > 0]
+        if not len(costmap.footprint):
+            return free
+        poses = [self._goal_at(costmap, goal, int(cell), exact=i == 0) for i, cell in enumerate(free)]
+        return free[np.array([costmap.lethal_on_footprint(pose) == 0 for pose in poses], np.bool_)]
+
+    def _goal_at(self, costmap: Costmap, goal: SE2, cell: int, *, exact: bool) -> SE2:
+        """Return the goal, or its heading at the centre of another cell."""
+        if exact and cell == self._flat_index(costmap, goal):
+            return goal
+        stride = self._padded.shape[1]
+        return SE2(*costmap.centre(cell // stride - 1, cell % stride - 1), goal.yaw)
 
     def _search(self, source: int, goal: int) -> None:
         graph_search.traversal_weights(self._padded.reshape(-1), self._weight, self._weights)
@@ -173,6 +212,13 @@ class GridPlanner:
             if smoothing.line_cost(self._weights, stride, *points[-2], *end) < math.inf:
                 points = points[:-1]
         return np.concatenate([points, [end]])
+
+
+def _block(costmap: Costmap, pose: NDArray[np.float64]) -> None:
+    """Raise the cost of the cells at a pose at which the footprint collides to INSCRIBED."""
+    row, column = costmap.cell(float(pose[0]), float(pose[1]))
+    around = costmap.cells[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
+    around[around < INSCRIBED] = INSCRIBED
 
 
 def cost_to_weight(params: PlannerParams) -> NDArray[np.float32]:

@@ -88,6 +88,9 @@ def _collisions(
     hit_indices = np.searchsorted(length, samples[(cost >= INSCRIBED) & (cost != UNKNOWN)], side="right") - 1
     collides = np.zeros(len(path), np.bool_)
     collides[hit_indices] = True
+    if len(costmap.footprint):
+        near = np.flatnonzero(length <= CHECK_DISTANCE)
+        collides[near] |= [costmap.lethal_on_footprint(SE2.of(path[i])) > 0 for i in near]
     return collides
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import msgspec
-import yaml
 
-from chefbot.config import read_bytes, to_plain
+from chefbot.config import read_bytes
+from chefbot.config_text import plain_sections, yaml_text
 from chefbot.errors import UserError
 from chefbot.proving.record import RunRecord
 from chefbot.proving.run_order import with_absolute_paths
@@ -39,7 +39,7 @@ class ResultsFolder:
             make_folder(self.folder / name)
         write_atomic(self.folder / REQUEST, msgspec.json.format(msgspec.json.encode(request)))
         for scenario, base in zip(request.scenarios, request.folders, strict=True):
-            text = yaml.safe_dump(to_plain(with_absolute_paths(scenario, Path(base))), sort_keys=False)
+            text = yaml_text(plain_sections(with_absolute_paths(scenario, Path(base))), "")
             write_atomic(self.folder / SCENARIOS / f"{scenario.name}.yaml", text.encode())
 
     def request(self) -> Request:

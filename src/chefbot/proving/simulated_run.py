@@ -63,7 +63,7 @@ class SimulatedRun:
         self.scorer = Scorer(system, self.places)
         self.scorer.last_ground_truth = self.start
         heights = ground_clearance(system.robot), overall_height(system.robot)
-        self.safety = SafetyObserver(floor_plan(site.world, *heights), system.robot.footprint_radius)
+        self.safety = SafetyObserver(floor_plan(site.world, *heights), system.robot.circumscribed_radius)
         self.wrong_claims, self.drift = WrongClaims(self.scorer), OdometryDrift()
         self.messages = MessageHash()
         for observer in (

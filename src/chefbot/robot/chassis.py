@@ -6,7 +6,9 @@ from typing import Annotated
 
 from msgspec import Meta
 
+from chefbot.robot.plate_shape import RectangularPlate, RoundPlate
 from chefbot.robot.quantities import (
+    Coordinate,
     Length,
     Mass,
     Name,
@@ -32,7 +34,8 @@ class MountingPositions(RobotSection, frozen=True, kw_only=True):
 
 
 class Body(RobotSection, frozen=True, kw_only=True):
-    """Overall dimensions of a round robot made of stacked plates."""
+    """Overall dimensions of a robot made of stacked plates, which are round, or rectangular if they have a length and
+    a width instead of a radius."""
 
     payload: Mass
     payload_height: Length
@@ -40,10 +43,24 @@ class Body(RobotSection, frozen=True, kw_only=True):
     mass_budget: Mass
     """Mass without payload that sizing calculations assume before there is a drawing; the actual mass follows
     from the solids."""
-    radius: Length
-    """Radius of the plates."""
+    radius: Length | None = None
+    """Radius of round plates."""
+    length: Length | None = None
+    """Length of rectangular plates, along x."""
+    width: Length | None = None
+    """Width of rectangular plates, along y."""
+    axle_offset: Coordinate = 0.0
+    """Distance of the axle in front of the middle of rectangular plates."""
     clearance: Length
     """Required ground clearance of everything but wheels and casters."""
+
+    @property
+    def plate(self) -> RoundPlate | RectangularPlate:
+        """Shape of the plates, seen from above."""
+        if self.length is None or self.width is None:
+            return RoundPlate(self.radius or 0.0)
+        half = self.length / 2.0
+        return RectangularPlate(half - self.axle_offset, half + self.axle_offset, self.width / 2.0)
 
 
 class Notch(RobotSection, frozen=True, kw_only=True):

@@ -15,6 +15,9 @@ from chefbot.robot.quantities import (
 )
 from chefbot.robot.section import Housing, Mount, RobotSection
 
+FULL_TURN_TOLERANCE = 1e-6
+"""Difference from a full turn that is rounding, rad."""
+
 
 class ImuSpec(RobotSection, frozen=True, kw_only=True):
     """An inertial measurement unit with gyro and accelerometer."""
@@ -67,16 +70,39 @@ class DepthCamera(RobotSection, frozen=True, kw_only=True):
 
 
 class Lidar(RobotSection, frozen=True, kw_only=True):
-    """A 2D lidar that scans a full turn in its plane."""
+    """A 2D lidar that scans a full turn in its plane, or a part of it around its forward direction."""
 
     mount: Mount
     housing: Housing
     rate: Rate
-    beams: Count
+    beams: Annotated[int, Meta(ge=3, le=1_000_000)]
+    """Ranges of one scan."""
+    field_of_view: FieldOfView = 2.0 * math.pi
+    """Angle of one scan, by default a full turn; the forward direction of the mount is in its middle."""
     range_min: Length
     range_max: Annotated[float, Meta(gt=0, le=200, extra={"unit": "m"})]
     noise: Annotated[float, Meta(ge=0, le=1, extra={"unit": "m"})]
     """Standard deviation of a range."""
+
+    @property
+    def full_turn(self) -> bool:
+        """Whether the scan closes: its last beam is one step before its first."""
+        return self.field_of_view >= 2.0 * math.pi - FULL_TURN_TOLERANCE
+
+    @property
+    def angle_min(self) -> float:
+        """Bearing of the first beam in the lidar frame, rad."""
+        return -self.field_of_view / 2.0
+
+    @property
+    def angle_increment(self) -> float:
+        """Angle between two beams, rad."""
+        return self.field_of_view / (self.beams if self.full_turn else self.beams - 1)
+
+    @property
+    def angle_max(self) -> float:
+        """Bearing of the last beam in the lidar frame, rad."""
+        return self.field_of_view / 2.0 - (self.angle_increment if self.full_turn else 0.0)
 
 
 class Sensors(RobotSection, frozen=True, kw_only=True):
@@ -101,4 +127,9 @@ class Sensors(RobotSection, frozen=True, kw_only=True):
     @property
     def forward_sensing_only(self) -> bool:
         """Whether no sensor covers the sides of the robot."""
-        return self.lidar is None
+        return self.lidar is None or self.lidar.field_of_view <= math.pi
+
+    @property
+    def covers_rear(self) -> bool:
+        """Whether a sensor covers what is behind the robot."""
+        return self.lidar is not None and self.lidar.full_turn

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from chefbot.maths.footprint import Footprint, disc
 from chefbot.robot.chassis import (
     Body,
     Casters,
@@ -20,6 +21,7 @@ from chefbot.robot.chassis import (
     Wheels,
 )
 from chefbot.robot.drivetrain import Battery, Calibration, DriveLimits, Motor, MotorDriver, PowerRequirements
+from chefbot.robot.plate_shape import RoundPlate
 from chefbot.robot.quantities import Name
 from chefbot.robot.section import RobotSection
 from chefbot.robot.sensors import Sensors
@@ -95,6 +97,22 @@ class Robot(RobotSection, frozen=True, kw_only=True):
         return math.hypot(self.wheels.outer_face, self.wheel_radius)
 
     @property
-    def footprint_radius(self) -> float:
-        """Circumscribed radius of plates and wheels about the middle of the axle, metres."""
-        return max(self.body.radius, self.wheel_corner_radius)
+    def footprint(self) -> Footprint:
+        """Outline of plates and wheels on the floor: a disc, or a rectangle if the plates are rectangular."""
+        plate = self.body.plate
+        if isinstance(plate, RoundPlate):
+            return disc(max(plate.radius, self.wheel_corner_radius))
+        front, back = max(plate.front, self.wheel_radius), max(plate.back, self.wheel_radius)
+        side = max(plate.half_width, self.wheels.outer_face)
+        corners = ((front, side), (-back, side), (-back, -side), (front, -side))
+        return Footprint(min(front, back, side), math.hypot(max(front, back), side), corners)
+
+    @property
+    def inscribed_radius(self) -> float:
+        """Radius of the largest circle about the middle of the axle inside the footprint, metres."""
+        return self.footprint.inscribed_radius
+
+    @property
+    def circumscribed_radius(self) -> float:
+        """Radius of the smallest circle about the middle of the axle around the footprint, metres."""
+        return self.footprint.circumscribed_radius

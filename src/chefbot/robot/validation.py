@@ -14,7 +14,7 @@ from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.geometry.solids import payload, solids
 from chefbot.robot.materials import MATERIALS
 from chefbot.robot.motion_limits import max_wheel_speed
-from chefbot.robot.section import MountingPosition
+from chefbot.robot.section import Mount, MountingPosition
 from chefbot.robot.spec import Robot
 
 Contradiction = tuple[bool, str, str]
@@ -29,7 +29,7 @@ def check_buildable(robot: Robot, where: str) -> None:
 
 def check_geometry(robot: Robot, where: str) -> None:
     """Check everything that does not need the mass; a robot that passes has valid solids."""
-    for contradictions in (_materials, _wheels, _plates, _stack, _motors, _clamps, _sensors, _names):
+    for contradictions in (_body, _materials, _wheels, _plates, _stack, _motors, _clamps, _sensors, _names):
         _raise_first(contradictions(robot), where)
 
 
@@ -44,6 +44,26 @@ def mm(metres: float) -> str:
     return f"{1000 * metres:.4g} mm"
 
 
+def _body(robot: Robot) -> Iterator[Contradiction]:
+    body = robot.body
+    rectangular = body.length is not None or body.width is not None
+    yield (
+        body.radius is None and not rectangular,
+        "body",
+        "'body.radius' is missing, or body.length and body.width",
+    )
+    both = body.radius is not None and (rectangular or body.axle_offset != 0.0)
+    yield (
+        both,
+        "body.radius",
+        "is that of a round body; body.length, width and axle_offset are of a rectangular one",
+    )
+    half = rectangular and (body.length is None or body.width is None)
+    yield half, "body", "a rectangular body has both a length and a width"
+    outside = rectangular and abs(body.axle_offset) >= (body.length or 0.0) / 2
+    yield outside, "body.axle_offset", "the axle lies outside the body"
+
+
 def _materials(robot: Robot) -> Iterator[Contradiction]:
     for section in ("plates", "poles", "tubes", "motor_clamp", "casters"):
         name = getattr(robot, section).material
@@ -52,21 +72,21 @@ def _materials(robot: Robot) -> Iterator[Contradiction]:
 
 
 def _plates(robot: Robot) -> Iterator[Contradiction]:
-    plates, radius, notch = robot.plates, robot.body.radius, robot.plates.notch
+    plates, plate, notch = robot.plates, robot.body.plate, robot.plates.notch
     inner = layout.notch_floor(robot)
     if notch is not None:
-        too_deep = f"is deeper than the plate of {mm(radius)} radius; make it shallower"
-        yield notch.depth >= radius, "plates.notch.depth", too_deep
-        outside = math.hypot(notch.length / 2, inner) >= radius
-        reason = f"lies outside the plate of {mm(radius)} radius; make it deeper or shorter"
-        yield outside, "plates.notch", reason
+        too_deep = f"is deeper than the {plate}; make it shallower"
+        yield notch.depth >= plate.half_width, "plates.notch.depth", too_deep
+        outside = min(plate.room(notch.length / 2, inner), plate.room(-notch.length / 2, inner)) <= 0.0
+        yield outside, "plates.notch", f"lies outside the {plate}; make it deeper or shorter"
     nothing_left = plates.centre_hole / 2 >= inner
     yield nothing_left, "plates.centre_hole", f"{mm(plates.centre_hole)} leaves nothing of the plate"
-    poles_outside = math.hypot(robot.poles.reach, robot.poles.reach) + robot.poles.radius > radius
+    reach = robot.poles.reach
+    poles_outside = min(plate.room(reach, reach), plate.room(-reach, reach)) < robot.poles.radius
     yield poles_outside, "poles.reach", "the poles stand outside the plates"
     too_wide = plates.screw_hole >= 2 * robot.poles.radius
     yield too_wide, "plates.screw_hole", "is as wide as the poles that are screwed there"
-    casters_outside = robot.casters.offset + robot.casters.radius > radius
+    casters_outside = robot.casters.offset + robot.casters.radius > min(plate.front, plate.back)
     yield casters_outside, "casters.offset", "the casters stand outside the body"
     top = robot.plates.count
     for key, place in _places(robot):
@@ -90,7 +110,7 @@ def _stack(robot: Robot) -> Iterator[Contradiction]:
 
 
 def _motors(robot: Robot) -> Iterator[Contradiction]:
-    motor, plate, available = robot.motor, 2 * robot.body.radius, layout.motor_front(robot)
+    motor, plate, available = robot.motor, 2 * robot.body.plate.half_width, layout.motor_front(robot)
     reason = f"{mm(motor.diameter)} is wider than the plate of {mm(plate)}"
     yield motor.diameter >= plate, "motor.diameter", reason
     room = f"between the wheels there are {mm(max(available, 0.0))} for each motor"
@@ -131,12 +151,13 @@ def _names(robot: Robot) -> Iterator[Contradiction]:
 
 
 def _wheels(robot: Robot) -> Iterator[Contradiction]:
-    wheels, body = robot.wheels, robot.body
+    wheels, body, plate = robot.wheels, robot.body, robot.body.plate
     too_high = body.clearance >= wheels.diameter
     yield too_high, "body.clearance", f"{mm(body.clearance)} is above the wheels' top"
     yield wheels.separation <= wheels.width, "wheels.separation", "the wheels overlap each other"
-    reason = f"the wheels stand clear of the plate of {mm(body.radius)} radius; make it smaller or body.radius larger"
-    yield wheels.inner_face > body.radius + wheels.width, "wheels.separation", reason
+    larger = "body.radius" if body.radius is not None else "body.width"
+    reason = f"the wheels stand clear of the {plate}; make it smaller or {larger} larger"
+    yield wheels.inner_face > plate.half_width + wheels.width, "wheels.separation", reason
     too_tall = robot.wheel_radius > body_height(robot)
     yield too_tall, "wheels.diameter", "the wheels are taller than twice the body"
 
@@ -158,8 +179,8 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
         if sensor is None:
             continue
         yield sensor.range_min >= sensor.range_max, f"{key}.range_min", "is not below range_max"
-        distance = math.hypot(sensor.mount.x, sensor.mount.y)
-        yield distance > robot.footprint_radius, f"{key}.mount", "sits outside the body"
+        outside = _outside_footprint(robot, sensor.mount)
+        yield outside, f"{key}.mount", "sits outside the body"
         outside = not 0 < sensor.mount.z <= body_height(robot)
         yield outside, f"{key}.mount.z", "is not between floor and top"
     camera = sensors.depth_camera
@@ -169,3 +190,10 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
         yield camera.width * camera.height > 4_000_000, f"{key}.width", "above 4 megapixels"
     blind = camera is None and sensors.lidar is None
     yield blind, "sensors", "neither depth_camera nor lidar: the robot could not see"
+
+
+def _outside_footprint(robot: Robot, mount: Mount) -> bool:
+    if robot.footprint.corners:
+        xs, ys = zip(*robot.footprint.corners, strict=True)
+        return not (min(xs) <= mount.x <= max(xs) and min(ys) <= mount.y <= max(ys))
+    return math.hypot(mount.x, mount.y) > robot.circumscribed_radius

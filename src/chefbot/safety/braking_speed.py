@@ -22,5 +22,5 @@ def safe_forward_speed(robot: Robot, echo: Range | None, margin: float, now_ns: 
     sonar = robot.sensors.ultrasonic
     if sonar is None or echo is None or now_ns - echo.header.stamp.ns > ECHO_TIMEOUT_NS:
         return math.inf
-    free_distance = max(0.0, echo.range - (robot.footprint_radius - sonar.mount.x) - margin)
+    free_distance = max(0.0, echo.range - (robot.footprint.front - sonar.mount.x) - margin)
     return math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * max_acceleration(robot) * free_distance)

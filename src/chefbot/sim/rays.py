@@ -42,8 +42,8 @@ def mount_rotation(mount: Mount) -> NDArray[np.float64]:
 
 
 def lidar_angles(lidar: Lidar) -> NDArray[np.float64]:
-    """Return (beams,) bearings in the lidar frame, rad, in equal steps from -pi to one step before pi."""
-    return -math.pi + 2.0 * math.pi / lidar.beams * np.arange(lidar.beams, dtype=np.float64)
+    """Return (beams,) bearings in the lidar frame, rad, in equal steps; a full turn ends one step before pi."""
+    return lidar.angle_min + lidar.angle_increment * np.arange(lidar.beams, dtype=np.float64)
 
 
 def rotate_mount(mount: Mount, yaw: float) -> Mount:

@@ -274,7 +274,7 @@ class Simulation:
         solids = [*self._movers.fixed, *self._dropped, *self._movers.doors_and_chairs()]
         self._check_free(pose, "the place to set the robot down", solids)
         for i, (x, y, radius) in enumerate(self._movers.people_circles()):
-            if math.dist(pose[:2], (x, y)) < self.robot.footprint_radius + radius:
+            if math.dist(pose[:2], (x, y)) < self.robot.circumscribed_radius + radius:
                 raise UserError(
                     f"person_{i} stands where the robot is to be set down; wait or choose another place"
                 )
@@ -370,16 +370,16 @@ class Simulation:
         x, y, _, qw, qx, qy, qz = self._data.qpos[:7].tolist()
         ux, uy = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qw * qz + qx * qy)
         length = math.sqrt(ux * ux + uy * uy)
-        return RobotCircle(x, y, ux / length, uy / length, self.robot.footprint_radius)
+        return RobotCircle(x, y, ux / length, uy / length, self.robot.circumscribed_radius)
 
     def _robot_disc(self, pose: SE2) -> OccupiedCircle:
-        return pose.x, pose.y, self.robot.footprint_radius
+        return pose.x, pose.y, self.robot.circumscribed_radius
 
     def _check_free(self, pose: SE2, what: str, solids: Sequence[SimulatedShape]) -> None:
         if not all(math.isfinite(value) for value in pose):
             raise UserError(f"{what} {tuple(pose)} is not made of finite numbers")
         height_range = (ground_clearance(self.robot), overall_height(self.robot))
-        if clearance(solids, pose.x, pose.y, *height_range) < self.robot.footprint_radius:
+        if clearance(solids, pose.x, pose.y, *height_range) < self.robot.circumscribed_radius:
             obstacle_name = nearest_name(solids, pose, height_range)
             raise UserError(
                 f"{what} ({pose.x:.2f}, {pose.y:.2f}) in world {self.world.name} overlaps {obstacle_name}; "
@@ -395,4 +395,4 @@ class Simulation:
 
 def robot_circle(robot: Robot, pose: SE2) -> RobotCircle:
     """Return a robot at a pose as people see it."""
-    return RobotCircle(pose.x, pose.y, math.cos(pose.yaw), math.sin(pose.yaw), robot.footprint_radius)
+    return RobotCircle(pose.x, pose.y, math.cos(pose.yaw), math.sin(pose.yaw), robot.circumscribed_radius)

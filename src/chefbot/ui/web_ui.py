@@ -261,7 +261,7 @@ class WebUiDevice(Device):
         pose = self._lookup("map", "base_link") or self._lookup("odom", "base_link")
         if pose is not None:
             twist = self.odom.last.twist.twist if self.odom.last else Twist()
-            v, w, radius = twist.linear.x, twist.angular.z, self.robot.footprint_radius
+            v, w, radius = twist.linear.x, twist.angular.z, self.robot.circumscribed_radius
             view = RobotView(x=pose.x, y=pose.y, yaw=pose.yaw, radius=radius, v=v, w=w)
             self._server.set_layer("robot", view)
         self._last_status = self._status(pose)

@@ -20,7 +20,7 @@ def list_robots() -> None:
     for name in built_in_robots():
         robot = load_robot(name)
         figures = (
-            2.0 * robot.footprint_radius,
+            2.0 * robot.circumscribed_radius,
             body_height(robot),
             unloaded_mass(robot),
             robot.drive.max_speed,

@@ -76,5 +76,5 @@ def _label(axes: Any, body: PartBody) -> None:
 
 def _frame(axes: Any, robot: Robot) -> None:
     """Set equal axes in millimetres, x (forward) to the right."""
-    reach = 1.1 * robot.footprint_radius / MILLI
+    reach = 1.1 * robot.circumscribed_radius / MILLI
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="x, mm", ylabel="y, mm")

@@ -11,7 +11,7 @@ from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import AS_JSON, ROBOT_ARGUMENT, ROBOT_OPTION
 from chefbot.cli.robot.export_commands import export_app
 
-robot_app = new_group("Robot file: design, check, draw, export, calibrate.")
+robot_app = new_group("Robot file: design, generate, check, draw, export, calibrate.")
 
 
 @robot_app.command("list")
@@ -48,6 +48,20 @@ def design(
         "radius": radius,
     }
     run_design(robot, overrides, write, as_json)
+
+
+@robot_app.command("generate")
+def generate(
+    seed: Annotated[int, typer.Option(min=0, help="random seed; same seed, same robot")] = 1,
+    numbers: Annotated[
+        list[str] | None, typer.Option("--set", help="NAME=VALUE, a number that is not drawn; repeatable")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="robot file")] = Path("robot.yaml"),
+) -> None:
+    """Generate a robot by a seed: size, speed and sensors drawn, motors and battery sized, everything checked."""
+    from chefbot.cli.robot.generate import run_generate
+
+    run_generate(seed, numbers or [], out)
 
 
 @robot_app.command("check")

@@ -91,8 +91,8 @@ class _Draft(NamedTuple):
             return self
         texts = {change.path: change.text for change in changes}
         diameter = _metres(texts.get(("wheels", "diameter")), self.robot.wheels.diameter)
-        radius = _metres(texts.get(("body", "radius")), self.robot.body.radius)
-        more = dependent_changes(self.robot, diameter, radius)
+        radius = texts.get(("body", "radius"))
+        more = dependent_changes(self.robot, diameter, None if radius is None else to_si(radius, "m"))
         text = changed(self.text, [*changes, *more])
         follows = (*self.follows, *([] if requested else changes), *more)
         return _Draft(self.path, text, parse_robot(text.encode(), self.path), follows)

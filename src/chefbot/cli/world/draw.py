@@ -142,7 +142,7 @@ def _draw_places(axes: Any, world: World, robot: Robot) -> None:
     from matplotlib.patches import Circle
 
     for name, pose in world.places.items():
-        radius = robot.footprint_radius
+        radius = robot.circumscribed_radius
         axes.add_patch(Circle((pose.x, pose.y), radius, facecolor="none", edgecolor="#c02020", linewidth=1.2))
         ahead = pose.x + radius * math.cos(pose.yaw), pose.y + radius * math.sin(pose.yaw)
         axes.plot([pose.x, ahead[0]], [pose.y, ahead[1]], color="#c02020", linewidth=1.2)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from chefbot.buildings.generate import generate
 from chefbot.buildings.parameters import BuildingError, ranges_of
 from chefbot.buildings.world_file import WorldSpec
 from chefbot.buildings.world_text import world_text
+from chefbot.cli.given_numbers import given_numbers
 from chefbot.errors import UserError
 from chefbot.maths.grid import FREE
 from chefbot.robot.load import load_robot
@@ -32,8 +32,8 @@ def generate_world(kind: str, seed: int, size: str, numbers: list[str], robot_na
     if out.suffix not in (".yaml", ".yml"):
         raise UserError(f"--out {out}: a world file is YAML; give a name that ends in .yaml")
     robot = load_robot(robot_name)
-    given = {**_size(kind, size), **_given(numbers)}
-    spec = generate(kind, seed, given, robot.footprint_radius)
+    given = {**_size(kind, size), **given_numbers(numbers, "clutter=0.05")}
+    spec = generate(kind, seed, given, robot.circumscribed_radius)
     text = world_text(spec, _remark(kind, seed, size, numbers, robot_name))
     world = parse_world(text.encode(), str(out))
     check_places(world, robot)
@@ -71,19 +71,6 @@ def _size(kind: str, text: str) -> dict[str, float]:
     if match is None:
         raise UserError(f"--size {text:.40}: give metres along x and y, as 30x20")
     return {"width": float(match[1]), "depth": float(match[2])}
-
-
-def _given(numbers: list[str]) -> dict[str, float]:
-    given = {}
-    for text in numbers:
-        name, _, value = text.partition("=")
-        try:
-            given[name] = float(value)
-        except ValueError:
-            raise UserError(f"--set {text:.60}: give a name and a number, as --set clutter=0.05") from None
-        if not math.isfinite(given[name]):
-            raise UserError(f"--set {text:.60}: give a finite number")
-    return given
 
 
 def _remark(kind: str, seed: int, size: str, numbers: list[str], robot: str) -> str:

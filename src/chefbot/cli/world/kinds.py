@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.buildings.parameters import COMMON, KINDS, NumberRange, ranges_of
+from chefbot.buildings.parameters import COMMON, KINDS, ranges_of
+from chefbot.maths.number_range import NumberRange
 
 console = Console(highlight=False)
 

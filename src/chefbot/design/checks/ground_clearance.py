@@ -69,11 +69,11 @@ def _notch(robot: Robot) -> Iterator[Finding]:
     if half <= 0.0:
         return
     notch, wheel = robot.plates.notch, robot.wheels.diameter
-    if notch is None and inner >= robot.body.radius + WHEEL_GAP:
+    if notch is None and inner >= robot.body.plate.half_width + WHEEL_GAP:
         return
     length = notch.length if notch else 0.0
     longest = max(wheel, 2.0 * (half + WHEEL_GAP))
-    depth = math.ceil(1000.0 * (robot.body.radius - inner + WHEEL_GAP) - 1e-6) / 1000.0
+    depth = math.ceil(1000.0 * (layout.wheel_recess(robot) + WHEEL_GAP) - 1e-6) / 1000.0
     gaps = (
         ("base_plate", "the notch is shorter than the wheel", length, wheel, "plates.notch.length", longest),
         ("base_plate, wheel", "the wheel has too little clearance before and behind it",

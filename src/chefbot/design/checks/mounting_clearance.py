@@ -31,8 +31,9 @@ def driver_clearance(robot: Robot) -> float:
 def box_clearance(robot: Robot, box: ClearanceBox, others: list[ClearanceBox]) -> float:
     """Return the minimum distance to edge, poles, other boxes and ceiling, m; negative if they overlap."""
     place, size = box
-    corner = math.hypot(abs(place.x) + size.x / 2.0, abs(place.y) + size.y / 2.0)
-    distances = [robot.body.radius - corner]
+    far = abs(place.y) + size.y / 2.0
+    edges = ((abs(place.x) + size.x / 2.0, far), (place.x - size.x / 2.0, far))
+    distances = [min(robot.body.plate.room(*corner) for corner in edges)]
     if place.plate < robot.plates.count:
         distances.append(robot.tubes.length - size.z)
     if robot.plates.count > 1:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from functools import partial
 from itertools import combinations, islice
@@ -11,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chefbot.design.checks.finding import Finding, nearest_valid_length
-from chefbot.design.checks.part_bodies import PartBody, bodies, named
+from chefbot.design.checks.part_bodies import PartBody, bodies, named, room_of_box
 from chefbot.robot.geometry.solids import RobotPart
 from chefbot.robot.spec import Robot
 
@@ -96,10 +95,8 @@ def _remedy(robot: Robot, pair: Overlap, keys: list[str], before: int) -> tuple[
 
 
 def _inside(robot: Robot, box: PartBody) -> bool:
-    """Whether all corners are inside the round body; wheels and casters are exempt."""
-    x, y = np.maximum(np.abs(box.low), np.abs(box.high))[:2].tolist()
-    boxes = ("equipment", "sensor")
-    return box.part.material not in boxes or math.hypot(x, y) <= robot.body.radius
+    """Whether all corners are inside the body; wheels and casters are exempt."""
+    return box.part.material not in ("equipment", "sensor") or room_of_box(robot, box) >= 0.0
 
 
 def keys_of(robot: Robot, part: RobotPart) -> list[str]:

@@ -39,6 +39,12 @@ def bodies(robot: Robot) -> tuple[PartBody, ...]:
     return tuple(_placed(part, link_origin(robot, part.link)) for part in (*solids(robot), payload(robot)))
 
 
+def room_of_box(robot: Robot, box: PartBody) -> float:
+    """Return the distance of the outermost corner of the bounding box from the edge of the body, m."""
+    (x0, y0), (x1, y1) = box.low[:2].tolist(), box.high[:2].tolist()
+    return min(robot.body.plate.room(x, y) for x in (x0, x1) for y in (y0, y1))
+
+
 def named(robot: Robot, *names: str) -> list[PartBody]:
     """Return the parts with these names; unknown names are left out: a moved sensor may need no stand."""
     parts = [part for part in (*solids(robot), payload(robot)) if part.name in names]

@@ -48,7 +48,7 @@ class Hidden(NamedTuple):
 
 
 class Sectors(NamedTuple):
-    """Occluded angle of a scan by part, rad, and the distance of the farthest occluding point, m."""
+    """Occluded angle of a scan by part, rad, and the distance of the farthest point of what occludes, m."""
 
     angle: float
     by_part: dict[str, float]
@@ -92,7 +92,7 @@ def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hid
     sensor: DepthCamera | Ultrasonic = getattr(robot.sensors, field)
     window = _picture(sensor) if isinstance(sensor, DepthCamera) else _cone(sensor)
     turn, at = _frame(sensor.mount)
-    view = _pyramid(window, FAR_ROBOTS * (robot.footprint_radius + overall_height(robot)))
+    view = _pyramid(window, FAR_ROBOTS * (robot.circumscribed_radius + overall_height(robot)))
     view = view.transform(placement(turn, at))
     full_area, shadows, by_part = _polygon_area(window), [], {}
     for body in _others(robot, name):
@@ -203,8 +203,10 @@ def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
     farthest = 0.0
     for body in _others(robot, "laser"):
         for loop in _section(body, turn, at):
-            spans[body.name] = spans.get(body.name, []) + _interval(loop)
-            farthest = max(farthest, _farthest_met(loop))
+            covered = _in_view(_interval(loop), lidar.field_of_view / 2.0)
+            if covered:
+                spans[body.name] = spans.get(body.name, []) + covered
+                farthest = max(farthest, _farthest_met(loop))
     union: list[tuple[float, float]] = []
     by_part = {}
     for name in sorted(spans, key=lambda name: -_covered(spans[name])):
@@ -240,6 +242,12 @@ def _interval(loop: NDArray[np.float64]) -> list[tuple[float, float]]:
         spans += [(low, min(high, math.pi))] + ([(-math.pi, high - 2 * math.pi)] if high > math.pi else [])
         spans += [(low + 2 * math.pi, math.pi)] if low < -math.pi else []
     return [(max(low, -math.pi), high) for low, high in spans]
+
+
+def _in_view(spans: list[tuple[float, float]], half: float) -> list[tuple[float, float]]:
+    """Return the parts of the intervals within `half` rad of the forward direction."""
+    cut = [(max(low, -half), min(high, half)) for low, high in spans]
+    return [(low, high) for low, high in cut if low < high]
 
 
 def _covered(spans: list[tuple[float, float]]) -> float:

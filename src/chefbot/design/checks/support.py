@@ -10,8 +10,9 @@ import numpy as np
 
 from chefbot.design.checks.finding import Bound, Finding, below, mm_down, mm_up
 from chefbot.design.checks.overlaps import keys_of
-from chefbot.design.checks.part_bodies import PartBody, bodies
+from chefbot.design.checks.part_bodies import PartBody, bodies, room_of_box
 from chefbot.robot.geometry import layout
+from chefbot.robot.plate_shape import RectangularPlate
 from chefbot.robot.spec import Robot
 
 if TYPE_CHECKING:
@@ -56,14 +57,23 @@ def _bay(robot: Robot, body: PartBody) -> Iterator[Finding]:
 
 
 def _edge(robot: Robot, body: PartBody) -> Iterator[Finding]:
-    """The corners of a box must be inside the round body, which is the planner's footprint."""
+    """The corners of a box must be inside the body, which is the planner's footprint."""
+    if isinstance(robot.body.plate, RectangularPlate):
+        yield from _edge_of_rectangle(robot, body)
+        return
     x, y = (max(abs(float(body.low[i])), abs(float(body.high[i]))) for i in (0, 1))
     key = keys_of(robot, body.part)[0 if x >= y else 1]
-    corner, radius = math.hypot(x, y), robot.body.radius
+    corner, radius = math.hypot(x, y), robot.body.plate.front
     yield from below(
         "edge", body.name, f"a corner of {body.name} is {1000 * corner:.4g} mm from the middle: beyond the plate",
         Bound(radius, corner, "m"), key, _inwards(robot, body, 0 if x >= y else 1),
     )  # fmt: skip
+
+
+def _edge_of_rectangle(robot: Robot, body: PartBody) -> Iterator[Finding]:
+    room = room_of_box(robot, body)
+    sentence = f"a corner of {body.name} stands {-1000 * room:.4g} mm beyond the plate"
+    yield from below("edge", body.name, sentence, Bound(room, 0.0, "m"), keys_of(robot, body.part)[0], "")
 
 
 def _inwards(robot: Robot, body: PartBody, axis: int) -> str:
@@ -71,9 +81,10 @@ def _inwards(robot: Robot, body: PartBody, axis: int) -> str:
     half = (body.high - body.low) / 2.0
     other = 1 - axis
     across = max(abs(float(body.low[other])), abs(float(body.high[other])))
-    if across >= robot.body.radius:
+    radius = robot.body.plate.front
+    if across >= radius:
         return ""
-    reach = math.sqrt(robot.body.radius**2 - across**2) - float(half[axis])
+    reach = math.sqrt(radius**2 - across**2) - float(half[axis])
     if reach < 0.0:
         return ""
     middle = float(body.low[axis] + body.high[axis]) / 2.0

@@ -16,6 +16,7 @@ from chefbot.robot.geometry.mass import link_mass_properties
 from chefbot.robot.geometry.shapes import Ball, MassProperties, Prism, Solid, Vector, rotation
 from chefbot.robot.geometry.solids import RobotPart, link_origin, payload, solids
 from chefbot.robot.materials import RgbaColour
+from chefbot.robot.plate_shape import RectangularPlate, RoundPlate
 from chefbot.robot.spec import Robot
 
 Kind = Literal["cylinder", "sphere", "box", "wheel"]
@@ -87,14 +88,21 @@ def _box(name: str, prism: Prism, edge: np.ndarray, at: Vector, rpy: Vector) -> 
 
 
 def _base(robot: Robot) -> UrdfLink:
-    """Everything except wheels and payload; its collision shape is one cylinder and two balls."""
-    low, high = ground_clearance(robot), body_height(robot)
-    hull = Primitive("hull", "cylinder", (0.0, 0.0, (low + high) / 2), (robot.body.radius, high - low))
+    """Everything except wheels and payload; its collision shape is one cylinder or box, and two balls."""
+    hull = _hull(robot.body.plate, ground_clearance(robot), body_height(robot))
     casters = [
         Primitive(f"caster_{name}", "sphere", at, (robot.casters.radius,))
         for name, at in layout.caster_positions(robot).items()
     ]
     return _link(robot, "base_link", (hull, *casters))
+
+
+def _hull(plate: RoundPlate | RectangularPlate, low: float, high: float) -> Primitive:
+    middle, height = (low + high) / 2, high - low
+    if isinstance(plate, RoundPlate):
+        return Primitive("hull", "cylinder", (0.0, 0.0, middle), (plate.radius, height))
+    sides = (plate.front + plate.back, 2.0 * plate.half_width, height)
+    return Primitive("hull", "box", ((plate.front - plate.back) / 2.0, 0.0, middle), sides)
 
 
 def _wheel(robot: Robot, side: str) -> UrdfLink:

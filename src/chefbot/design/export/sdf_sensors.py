@@ -68,8 +68,8 @@ def _clip(parent: ET.Element, near: float, far: float) -> None:
 
 
 def _lidar(element: ET.Element, sensor: Lidar, _prefix: str) -> None:
-    """A full turn; the last beam is one step before the first."""
-    lidar = _rays(element, sensor, sensor.beams, ("horizontal",), -math.pi, math.pi - math.tau / sensor.beams)
+    """The last beam of a full turn is one step before the first."""
+    lidar = _rays(element, sensor, sensor.beams, ("horizontal",), sensor.angle_min, sensor.angle_max)
     if sensor.noise > 0.0:
         noise = ET.SubElement(lidar, "noise")
         add_values(noise, type="gaussian", mean=0.0, stddev=float(sensor.noise))

@@ -17,6 +17,7 @@ from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.layout import body_height, ground_clearance
 from chefbot.robot.geometry.shapes import Solid, Vector
 from chefbot.robot.geometry.solids import RobotPart
+from chefbot.robot.plate_shape import RectangularPlate, RoundPlate
 from chefbot.robot.spec import Robot
 
 XACRO = "http://www.ros.org/wiki/xacro"
@@ -115,7 +116,7 @@ def _robot(robot: Robot, package: str) -> ET.Element:
 def _properties(robot: Robot) -> dict[str, float]:
     """The numbers with names: metres, kilograms, N m, rad/s."""
     return {
-        "body_radius": robot.body.radius,
+        **_plate_sizes(robot.body.plate),
         "body_low": ground_clearance(robot),
         "body_high": body_height(robot),
         "wheel_radius": robot.wheel_radius,
@@ -127,6 +128,12 @@ def _properties(robot: Robot) -> dict[str, float]:
         "motor_torque": robot.motor.stall_torque,
         "motor_speed": robot.motor.no_load_speed,
     }
+
+
+def _plate_sizes(plate: RoundPlate | RectangularPlate) -> dict[str, float]:
+    if isinstance(plate, RoundPlate):
+        return {"body_radius": plate.radius}
+    return {"body_length": plate.front + plate.back, "body_width": 2.0 * plate.half_width}
 
 
 def _with_properties(model: UrdfModel, robot: Robot) -> UrdfModel:
@@ -145,10 +152,12 @@ def _with_properties(model: UrdfModel, robot: Robot) -> UrdfModel:
 
 def _base(link: UrdfLink) -> UrdfLink:
     body, *balls = link.hulls
-    middle, (radius, height) = body.at[2], body.size
+    (x, y, middle), (*sides, height) = body.at, body.size
+    names = ("body_radius",) if body.kind == "cylinder" else ("body_length", "body_width")
+    plate = [Property(side, name) for side, name in zip(sides, names, strict=True)]
     body = body._replace(
-        at=(0.0, 0.0, Property(middle, "(body_low + body_high) / 2")),
-        size=(Property(radius, "body_radius"), Property(height, "body_high - body_low")),
+        at=(x, y, Property(middle, "(body_low + body_high) / 2")),
+        size=(*plate, Property(height, "body_high - body_low")),
     )
     named = [ball._replace(size=(Property(ball.size[0], "caster_radius"),)) for ball in balls]
     return link._replace(hulls=(body, *named))

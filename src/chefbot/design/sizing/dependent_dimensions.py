@@ -6,6 +6,7 @@ import math
 
 import msgspec
 
+from chefbot.design.errors import DesignError
 from chefbot.design.sizing.robot_file_editor import Change
 from chefbot.robot.drivetrain import Motor
 from chefbot.robot.geometry import layout
@@ -19,9 +20,12 @@ Values = dict[tuple[str, str], float]
 """Section and field to a length in metres."""
 
 
-def dependent_changes(robot: Robot, diameter: float, radius: float) -> list[Change]:
-    """Return the changes that keep the proportions with wheels of `diameter` and plates of `radius`, metres."""
-    edge = _edge(robot, radius - robot.body.radius)
+def dependent_changes(robot: Robot, diameter: float, radius: float | None) -> list[Change]:
+    """Return the changes that keep the proportions with wheels of `diameter` and plates of `radius`, metres.
+
+    radius: None keeps the plates as they are.
+    """
+    edge = {} if radius is None else _edge(robot, radius - plate_radius(robot))
     moved = [Change(path, mm(value), "moves with body.radius") for path, value in edge.items()]
     higher = raised(robot, (diameter - robot.wheels.diameter) / 2.0)
     return [*_notch(robot, diameter), *moved, *moved_sensors(robot, higher)]
@@ -33,9 +37,18 @@ def with_motor(robot: Robot, motor: Motor) -> Robot:
     return raised(driven, layout.plate_undersides(driven)[0] - layout.plate_undersides(robot)[0])
 
 
+def plate_radius(robot: Robot) -> float:
+    """Return the radius of the plates, m. Raises DesignError for a rectangular body."""
+    if robot.body.radius is None:
+        raise DesignError(
+            f"robot {robot.name} has a rectangular body, which has no radius: change its length and width"
+        )
+    return robot.body.radius
+
+
 def with_radius(robot: Robot, radius: float) -> Robot:
     """Return the robot with another plate radius, and the parts at their edge moved with it."""
-    values = {("body", "radius"): radius, **_edge(robot, radius - robot.body.radius)}
+    values = {("body", "radius"): radius, **_edge(robot, radius - plate_radius(robot))}
     for (section, field), value in values.items():
         part = msgspec.structs.replace(getattr(robot, section), **{field: value})
         robot = msgspec.structs.replace(robot, **{section: part})

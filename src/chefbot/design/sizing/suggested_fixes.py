@@ -46,9 +46,14 @@ WAYS: dict[str, Callable[[Robot], Change | None]] = {TIPS_LESS: _radius, WHEEL: 
 
 
 def stable_radius(robot: Robot) -> float | None:
-    """Return the minimum plate radius, in steps of RADIUS_STEP, without tipping; None if it is unreasonable."""
-    radius = robot.body.radius
-    while radius < LARGEST_GROWTH * robot.body.radius:
+    """Return the minimum plate radius, in steps of RADIUS_STEP, without tipping.
+
+    None if it is unreasonable, or if the plates are rectangular.
+    """
+    radius = present = robot.body.radius
+    if radius is None or present is None:
+        return None
+    while radius < LARGEST_GROWTH * present:
         radius += RADIUS_STEP
         grown = with_radius(robot, radius)
         tips = [check for check in robot_checks(grown, loaded(grown)) if check.key == TIPS_LESS]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from chefbot.robot.geometry.shapes import Vector
 from chefbot.robot.spec import Robot
 
@@ -84,16 +82,21 @@ def clamp_middle(robot: Robot) -> float:
     return clamp_front(robot) - robot.motor_clamp.length / 2
 
 
+def wheel_recess(robot: Robot) -> float:
+    """Return the distance of the wheels' inner faces from the plates' edge at the axle, m."""
+    return robot.body.plate.half_width - robot.wheels.inner_face
+
+
 def notch_floor(robot: Robot) -> float:
-    """Return |y| of the notches' inner edge, m; the plate radius if there are no notches."""
-    notch = robot.plates.notch
-    return robot.body.radius - notch.depth if notch else robot.body.radius
+    """Return |y| of the notches' inner edge, m; that of the plate's edge at the axle if there are no notches."""
+    notch, edge = robot.plates.notch, robot.body.plate.half_width
+    return edge - notch.depth if notch else edge
 
 
 def notch_corner(robot: Robot) -> float:
-    """Return |y| where the ends of the notches meet the plate's circle, m."""
-    notch = robot.plates.notch
-    return math.sqrt(max(robot.body.radius**2 - (notch.length / 2) ** 2, 0.0)) if notch else robot.body.radius
+    """Return |y| where the ends of the notches meet the plate's edge, m."""
+    notch, plate = robot.plates.notch, robot.body.plate
+    return plate.half_width_at(notch.length / 2) if notch else plate.half_width
 
 
 def body_height(robot: Robot) -> float:

@@ -5,27 +5,29 @@ from __future__ import annotations
 import math
 
 from chefbot.maths.outline import Corner, Loop, Outline, arc_bulge, circle, rectangle
+from chefbot.robot.chassis import Notch
 from chefbot.robot.geometry import layout
+from chefbot.robot.plate_shape import RectangularPlate, RoundPlate
 from chefbot.robot.spec import Robot
 
 
 def middle_plate_outline(robot: Robot) -> Outline:
-    """Return the outline of a disc with a hole for the wiring and a screw hole per pole."""
-    disc, poles = top_plate_outline(robot)
-    return Outline(disc, (_centre_hole(robot), *poles))
+    """Return the outline of a plate with a hole for the wiring and a screw hole per pole."""
+    edge, poles = top_plate_outline(robot)
+    return Outline(edge, (_centre_hole(robot), *poles))
 
 
 def top_plate_outline(robot: Robot) -> Outline:
-    """Return the outline of a disc with a screw hole per pole; it is closed, so that nothing falls
+    """Return the outline of a plate with a screw hole per pole; it is closed, so that nothing falls
     through."""
-    return Outline(circle(robot.body.radius), tuple(_screw_holes(robot, pole_holes(robot))))
+    return Outline(robot.body.plate.loop(), tuple(_screw_holes(robot, pole_holes(robot))))
 
 
 def base_plate_outline(robot: Robot) -> Outline:
     """Return the outline of the lowest plate: wheel notches, screw holes of poles, casters and motor
     clamps."""
     positions = [*pole_holes(robot), *layout.caster_screws(robot), *clamp_holes(robot)]
-    return Outline(_notched_disc(robot), (_centre_hole(robot), *_screw_holes(robot, positions)))
+    return Outline(_notched_edge(robot), (_centre_hole(robot), *_screw_holes(robot, positions)))
 
 
 def pole_holes(robot: Robot) -> list[tuple[float, float]]:
@@ -66,11 +68,41 @@ def _screw_holes(robot: Robot, positions: list[tuple[float, float]]) -> list[Loo
     return [circle(robot.plates.screw_hole / 2, x, y) for x, y in positions]
 
 
-def _notched_disc(robot: Robot) -> Loop:
-    """Return two arcs, front and back, joined by the three straight sides of each notch."""
-    notch = robot.plates.notch
+def _notched_edge(robot: Robot) -> Loop:
+    """Return the edge of the base plate with its notches."""
+    notch, plate = robot.plates.notch, robot.body.plate
     if notch is None:
-        return circle(robot.body.radius)
+        return plate.loop()
+    return (
+        _notched_disc(robot, notch)
+        if isinstance(plate, RoundPlate)
+        else _notched_rectangle(robot, plate, notch)
+    )
+
+
+def _notched_rectangle(robot: Robot, plate: RectangularPlate, notch: Notch) -> Loop:
+    half, inner, side = notch.length / 2, layout.notch_floor(robot), plate.half_width
+    right = (
+        (-plate.back, -side),
+        (-half, -side),
+        (-half, -inner),
+        (half, -inner),
+        (half, -side),
+        (plate.front, -side),
+    )
+    left = (
+        (plate.front, side),
+        (half, side),
+        (half, inner),
+        (-half, inner),
+        (-half, side),
+        (-plate.back, side),
+    )
+    return tuple(Corner(x, y) for x, y in (*right, *left))
+
+
+def _notched_disc(robot: Robot, notch: Notch) -> Loop:
+    """Return two arcs, front and back, joined by the three straight sides of each notch."""
     half_length, corner, inner = notch.length / 2, layout.notch_corner(robot), layout.notch_floor(robot)
     # DXF bulge of the front arc, from notch corner to notch corner; the back is its point reflection.
     bulge = arc_bulge(2.0 * math.atan2(corner, half_length))

@@ -100,8 +100,9 @@ def link_origin(robot: Robot, link: str) -> Vector:
 
 def payload(robot: Robot) -> RobotPart:
     """Return the payload as a cylinder on the top plate."""
-    height = robot.body.payload_height
-    solid = _cylinder(PAYLOAD_RADIUS_RATIO * robot.body.radius, height, at=(0.0, 0.0, height / 2))
+    height, plate = robot.body.payload_height, robot.body.plate
+    radius = PAYLOAD_RADIUS_RATIO * min(plate.front, plate.back, plate.half_width)
+    solid = _cylinder(radius, height, at=(0.0, 0.0, height / 2))
     colour: RgbaColour = (0.85, 0.55, 0.25, 0.8)
     return RobotPart("payload", "payload", "payload_link", (solid,), robot.body.payload, colour, "payload")
 

@@ -53,7 +53,7 @@ def reachable(world: World, robot: Robot, margin: float = 0.0, resolution: float
 
     heights = ground_clearance(robot), overall_height(robot)
     plan = _rasterize(_Shapes(world.name, world.bounds, world.obstacles_at_rest()), *heights, resolution)
-    radius = robot.footprint_radius + margin
+    radius = robot.circumscribed_radius + margin
     # Distance transform to the obstacles, thresholded at the circumscribed radius.
     clearance_m = ndimage.distance_transform_edt(plan.cells != OCCUPIED) * resolution
     free_cells = (clearance_m - resolution / 2 >= radius) & _within_bounds(plan, world, IDENTITY)

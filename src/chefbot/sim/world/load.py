@@ -50,7 +50,7 @@ def load_any_world(name_or_path: str, robot: Robot, start: str = "", unknown: Un
         places_file = places_path(path)
         places = load_places(places_file) if places_file.exists() else {}
         files = read_map_files(path)
-        return _map_world(str(path), files, robot.footprint_radius, pose, tuple(places.items()), unknown)
+        return _map_world(str(path), files, robot.circumscribed_radius, pose, tuple(places.items()), unknown)
     if unknown != "auto":
         raise UserError(
             f"world {name_or_path} has no unknown cells, only a map has; leave out unknown:={unknown}"
@@ -146,6 +146,6 @@ def _with_start(world: World, start: SE2, robot: Robot) -> World:
     if not (x0 <= start.x <= x1 and y0 <= start.y <= y1):
         spans = f"x {x0:.2f} to {x1:.2f} and y {y0:.2f} to {y1:.2f} m"
         raise UserError(f"{at} lies outside, the world spans {spans}; {suggestion}")
-    if clearance(world.obstacles_at_rest(), start.x, start.y, *ROBOT_SPACE) < robot.footprint_radius:
+    if clearance(world.obstacles_at_rest(), start.x, start.y, *ROBOT_SPACE) < robot.circumscribed_radius:
         raise UserError(f"{at} overlaps an obstacle or is too near to one; {suggestion}")
     return dataclasses.replace(world, places={**world.places, "home": start}, start_note="as requested")

@@ -142,7 +142,7 @@ def _floor(box: BoundingBox, factor: float) -> Item:
 def _front_sizes(robot: Robot, box: BoundingBox, factor: float) -> list[Item]:
     """Heights of the plates, of all, track and width."""
     undersides = [z * MM for z in layout.plate_undersides(robot)]
-    thickness, edge = robot.plates.thickness * MM, robot.body.radius * MM
+    thickness, edge = robot.plates.thickness * MM, robot.body.plate.half_width * MM
     track, left = robot.wheels.separation * MM / 2, -edge
     steps = [0.0, *(z for low in undersides for z in (low, low + thickness))]
     chain = [(a, b) for a, b in itertools.pairwise(steps) if b - a > thickness + 1e-6]
@@ -169,7 +169,11 @@ def _chain(x: float, edge: float, steps: list[tuple[float, float]], factor: floa
 def _side_sizes(robot: Robot, box: BoundingBox, factor: float) -> list[Item]:
     """Wheel, casters, and clearance: actual and required."""
     wheel, offset = robot.wheel_radius * MM, robot.casters.offset * MM
-    clear, wanted, front = ground_clearance(robot) * MM, robot.body.clearance * MM, robot.body.radius * MM
+    clear, wanted, front = (
+        ground_clearance(robot) * MM,
+        robot.body.clearance * MM,
+        robot.body.plate.front * MM,
+    )
     motor = robot.motor.diameter * MM / 2
     return [
         _floor(box, factor),

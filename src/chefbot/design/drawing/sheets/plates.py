@@ -24,6 +24,7 @@ from chefbot.design.drawing.views import PLAN, View, ViewShape, part_seen, seen
 from chefbot.maths.outline import Loop
 from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.solids import link_origin, solids
+from chefbot.robot.plate_shape import RectangularPlate, RoundPlate
 
 if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
@@ -45,7 +46,7 @@ def base_plate(robot: Robot, factor: float) -> Plan:
 
 
 def upper_plate(robot: Robot, kind: str, factor: float) -> Plan:
-    """Return the sheet of the middle or top plate: a disc with holes."""
+    """Return the sheet of the middle or top plate: a plate with holes."""
     return Plan(_title(robot, kind), tuple(_plate(robot, kind, factor)))
 
 
@@ -56,9 +57,9 @@ def _title(robot: Robot, kind: str) -> Title:
 def _plate(robot: Robot, kind: str, factor: float) -> list[Item]:
     """Outline, holes, edge, and the dimensions that all plates have."""
     solid = pieces(robot, kind)[0].solids[0]
-    shape, radius = seen(solid, PLAN), robot.body.radius * MM
-    items = shape_items(shape) + cross(0.0, 0.0, radius, factor)
-    items.append(Radial("radius", 0.0, 0.0, radius, 105.0, 4.0))
+    shape, plate = seen(solid, PLAN), robot.body.plate
+    items = shape_items(shape) + cross(0.0, 0.0, max(plate.front, plate.back) * MM, factor)
+    items += _plate_size(plate, factor)
     for screw in _screws(shape):
         box = loop_box(screw)
         items += cross(*box.middle, box.width / 2, factor)
@@ -68,6 +69,17 @@ def _plate(robot: Robot, kind: str, factor: float) -> list[Item]:
         angle, reach = (60.0, -hole_radius / factor / 2) if roomy else (300.0, 8.0)
         items.append(Radial("diameter", 0.0, 0.0, hole_radius, angle, reach))
     return items + _edge(robot, shape, seen(solid, FROM_LEFT), factor) + _holes(robot, shape, factor)
+
+
+def _plate_size(plate: RoundPlate | RectangularPlate, factor: float) -> list[Item]:
+    """Radius of a round plate; length and width of a rectangular one."""
+    if isinstance(plate, RoundPlate):
+        return [Radial("radius", 0.0, 0.0, plate.radius * MM, 105.0, 4.0)]
+    front, back, side = plate.front * MM, plate.back * MM, plate.half_width * MM
+    return [
+        Linear((-side, front), (side, front), "x", front + row(3, factor)),
+        Linear((-side, -back), (-side, front), "y", -side - row(3, factor)),
+    ]
 
 
 def _edge(robot: Robot, plate: ViewShape, edge: ViewShape, factor: float) -> list[Item]:
@@ -100,9 +112,9 @@ def _holes(robot: Robot, shape: ViewShape, factor: float) -> list[Item]:
         Radial("diameter", x, y, robot.plates.screw_hole * MM / 2, 60.0, 24.0, f"{len(screws)}× <>")
     ]
     if robot.plates.count > 1:
-        reach, edge = robot.poles.reach * MM, robot.body.radius * MM
-        items.append(Linear((-reach, reach), (reach, reach), "x", edge + row(1, factor)))
-        items.append(Linear((-reach, -reach), (-reach, reach), "y", -edge - row(0, factor)))
+        reach, plate = robot.poles.reach * MM, robot.body.plate
+        items.append(Linear((-reach, reach), (reach, reach), "x", plate.front * MM + row(1, factor)))
+        items.append(Linear((-reach, -reach), (-reach, reach), "y", -plate.half_width * MM - row(0, factor)))
     return items
 
 
@@ -123,11 +135,11 @@ def _pole_radius(robot: Robot) -> list[Item]:
 
 def _notch_sizes(robot: Robot, factor: float) -> list[Item]:
     """Length, depth, and the distance of both floors."""
-    notch, edge = robot.plates.notch, robot.body.radius * MM
+    notch, edge = robot.plates.notch, robot.body.plate.half_width * MM
     if notch is None:
         return []
     floor, corner = layout.notch_floor(robot) * MM, layout.notch_corner(robot) * MM
-    half, low = notch.length * MM / 2, -edge - row(0, factor)
+    half, low = notch.length * MM / 2, -robot.body.plate.back * MM - row(0, factor)
     return [
         Linear((corner, -half), (corner, half), "y", edge + row(0, factor)),
         Linear((floor, -half), (edge, 0.0), "x", low),
@@ -137,7 +149,7 @@ def _notch_sizes(robot: Robot, factor: float) -> list[Item]:
 
 def _clamp_sizes(robot: Robot, factor: float) -> list[Item]:
     """The flange on the right; its screws on the left; the distance of both below the plate."""
-    clamp, edge = robot.motor_clamp, robot.body.radius * MM
+    clamp, back = robot.motor_clamp, robot.body.plate.back * MM
     middle, half, width = layout.clamp_middle(robot) * MM, clamp.length * MM / 2, clamp.width * MM / 2
     sx, sy = (MM * value for value in layout.clamp_screws(robot)[0])
     return [
@@ -145,25 +157,25 @@ def _clamp_sizes(robot: Robot, factor: float) -> list[Item]:
         Linear((middle - half, -width), (middle - half, width), "y", middle - half - 4.0 * factor, shift=5.0),
         Linear((-middle - sy, sx), (-middle + sy, sx), "x", width + 6.0 * factor),
         Linear((-middle + sy, -sx), (-middle + sy, sx), "y", -middle + half + 6.0 * factor, shift=4.0),
-        Linear((-middle, 0.0), (middle, 0.0), "x", -edge - row(1, factor)),
+        Linear((-middle, 0.0), (middle, 0.0), "x", -back - row(1, factor)),
     ]
 
 
 def _caster_sizes(robot: Robot, factor: float) -> list[Item]:
     """Radius, distance of both, and of their screws."""
-    offset, radius, edge = robot.casters.offset * MM, robot.casters.radius * MM, robot.body.radius * MM
+    offset, radius, plate = robot.casters.offset * MM, robot.casters.radius * MM, robot.body.plate
     _, screw = layout.caster_screws(robot)[0]
     return [
         Radial("radius", 0.0, -offset, radius, -35.0, 6.0),
-        Linear((-screw * MM, -offset), (-screw * MM, offset), "y", -edge - row(1, factor)),
-        Linear((-screw * MM, offset), (screw * MM, offset), "x", edge + row(0, factor)),
+        Linear((-screw * MM, -offset), (-screw * MM, offset), "y", -plate.half_width * MM - row(1, factor)),
+        Linear((-screw * MM, offset), (screw * MM, offset), "x", plate.front * MM + row(0, factor)),
     ]
 
 
 def _labels(robot: Robot, factor: float) -> list[Item]:
     """Labels as in the chapter's figure, away from dimensions."""
     middle, width = layout.clamp_middle(robot) * MM, robot.motor_clamp.width * MM / 2
-    offset, edge = robot.casters.offset * MM, robot.body.radius * MM
+    offset, front = robot.casters.offset * MM, robot.body.plate.front * MM
     beside = (robot.casters.radius + robot.casters.wall) * MM + 2.0 * factor
     below = -width - 4.0 * factor
     items: list[Item] = [
@@ -171,10 +183,12 @@ def _labels(robot: Robot, factor: float) -> list[Item]:
         Text("TITLE", middle - 2.0 * factor, below, "M2", 3.5, "right"),
         Text("TITLE", beside, offset + 3.0 * factor, "C1", 3.5),
         Text("TITLE", beside, 3.0 * factor - offset, "C2", 3.5),
-        Text("TITLE", 0.0, edge + row(2, factor) + TEXT * factor, "FRONT", 3.5, "middle"),
+        Text("TITLE", 0.0, front + row(2, factor) + TEXT * factor, "FRONT", 3.5, "middle"),
     ]
     poles = layout.pole_positions(robot) if robot.plates.count > 1 else []
     under = robot.poles.radius * MM + 3.5 * factor
+    if isinstance(robot.body.plate, RectangularPlate):
+        under = -under  # beyond the poles: between them are the sizes of the clamps
     for i, (x, y) in enumerate(poles, start=1):
-        items.append(Text("TITLE", -y * MM, x * MM - math.copysign(under, x), f"P1-{i}", 3.5, "middle"))
+        items.append(Text("TITLE", -y * MM, x * MM - math.copysign(1.0, x) * under, f"P1-{i}", 3.5, "middle"))
     return items

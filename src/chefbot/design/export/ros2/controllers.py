@@ -99,9 +99,10 @@ def mppi_critics(figures: Figures) -> Tree:
         )
 
     far, near = figures.lookahead.explained(), metres(0.5)
+    shape = "rectangular footprint" if figures.polygon else "circular footprint"
     return {
         "CostCritic": {
-            "consider_footprint": Explained(False, "circular footprint"),
+            "consider_footprint": Explained(bool(figures.polygon), shape),
             "near_goal_distance": metres(1.0),
         },
         "GoalCritic": {"threshold_to_consider": far},

@@ -36,6 +36,7 @@ def _common(figures: Figures) -> Tree:
     return {
         "resolution": figures.resolution.explained(),
         "robot_radius": figures.radius.explained(),
+        **_footprint(figures),
         "footprint_padding": Explained(rounded(cell / 5), "a fifth of a cell"),
         "obstacle_layer": _obstacles(figures),
         "inflation_layer": {
@@ -43,6 +44,12 @@ def _common(figures: Figures) -> Tree:
             "cost_scaling_factor": figures.cost_scaling.explained(),
         },
     }
+
+
+def _footprint(figures: Figures) -> Tree:
+    """Return the polygon of a robot that is no disc, which Nav2 then uses instead of the radius."""
+    points = figures.polygon
+    return {"footprint": Explained(points, "plates and wheels, in base_link")} if points else {}
 
 
 def _obstacles(figures: Figures) -> Tree:

@@ -19,6 +19,8 @@ from chefbot.robot.motion_limits import (
     max_wheel_speed,
     turn_rate_on_spot,
 )
+from chefbot.robot.plate_shape import RoundPlate
+from chefbot.robot.sensors import FULL_TURN_TOLERANCE
 from chefbot.robot.spec import Robot
 
 CELLS = (0.05, 0.025, 0.02, 0.01)
@@ -61,7 +63,7 @@ class ScanSensor(NamedTuple):
     @property
     def covers_rear(self) -> bool:
         """Whether the robot sees where it drives in reverse."""
-        return self.angle > math.pi
+        return self.angle >= 2.0 * math.pi - FULL_TURN_TOLERANCE
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ class Figures:
         if lidar is not None:
             return ScanSensor(
                 "lidar", "/scan", "laser", lidar.rate, lidar.range_min, lidar.range_max, lidar.range_max,
-                lidar.noise, 2 * math.pi, lidar.mount.z,
+                lidar.noise, lidar.field_of_view, lidar.mount.z,
             )  # fmt: skip
         if camera is None:
             raise DesignError(
@@ -107,18 +109,26 @@ class Figures:
 
     @cached_property
     def radius(self) -> Figure:
-        """Return the radius of the circular footprint, m."""
-        robot = self.robot
-        return Figure(
-            math.ceil(robot.footprint_radius * 1e4) / 1e4,
-            f"the larger of body.radius {short(robot.body.radius)} and the wheels' corners,"
-            f" {short(robot.wheel_corner_radius)}",
+        """Return the circumscribed radius of the footprint, m."""
+        robot, plate = self.robot, self.robot.body.plate
+        shape = (
+            f"the larger of body.radius {short(plate.radius)} and the wheels' corners,"
+            f" {short(robot.wheel_corner_radius)}"
+            if isinstance(plate, RoundPlate)
+            else "distance of the farthest corner of the footprint from the middle of the axle"
         )
+        return Figure(math.ceil(robot.circumscribed_radius * 1e4) / 1e4, shape)
+
+    @cached_property
+    def polygon(self) -> str:
+        """Return the corners of a polygonal footprint, m, in the notation of Nav2; empty for a disc."""
+        corners = ", ".join(f"[{x:.4f}, {y:.4f}]" for x, y in self.robot.footprint.corners)
+        return f"[{corners}]" if corners else ""
 
     @cached_property
     def resolution(self) -> Figure:
         """Return the side of a map cell, m."""
-        wanted = self.robot.footprint_radius / CELLS_PER_RADIUS
+        wanted = self.robot.circumscribed_radius / CELLS_PER_RADIUS
         cell = next((cell for cell in CELLS if cell <= wanted * (1 + 1e-9)), CELLS[-1])
         return Figure(
             cell, f"at least three cells in the footprint's radius: {short(wanted)}; 0.05 is enough"

@@ -149,7 +149,7 @@ def collision_monitor(figures: Figures) -> Tree:
             f"three scans of {short(scan_sensor.rate)} Hz missed: stop",
         ),
         "FootprintApproach": {
-            "type": Explained("circle", "circular footprint"),
+            **_shape(figures),
             "radius": figures.radius.explained(),
             "time_before_collision": Explained(
                 rounded(t + v / a), f"latency {short(t)} + stop v/a = {short(v)} / {short(a)}"
@@ -161,3 +161,10 @@ def collision_monitor(figures: Figures) -> Tree:
         "scan": {"topic": scan_sensor.topic},
         "enable_stamped_cmd_vel": TWIST,
     }
+
+
+def _shape(figures: Figures) -> Tree:
+    if not figures.polygon:
+        return {"type": Explained("circle", "circular footprint")}
+    points = Explained(figures.polygon, "plates and wheels, in base_link")
+    return {"type": Explained("polygon", "rectangular footprint"), "points": points}

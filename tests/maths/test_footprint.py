@@ -1,0 +1,97 @@
+"""The collision check of a polygonal footprint against shapely, and the footprints of robots."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely.geometry import LinearRing, box
+
+from chefbot.maths.costs import LETHAL, Costmap
+from chefbot.maths.footprint import Footprint, disc
+from chefbot.maths.se2 import SE2
+from chefbot.robot.load import built_in_robots, load_robot
+
+CELL, SIDE = 0.05, 40
+JACKAL = load_robot("jackal")
+CORNERS = JACKAL.footprint.polygon()
+POSES = st.builds(SE2, st.floats(0.5, 1.5), st.floats(0.5, 1.5), st.floats(-math.pi, math.pi))
+
+
+def costmap(cells: list[tuple[int, int]]) -> Costmap:
+    grid = np.zeros((SIDE, SIDE), np.uint8)
+    for cell in cells:
+        grid[cell] = LETHAL
+    return Costmap(grid, CELL, 0.0, 0.0, CORNERS)
+
+
+def overlap(pose: SE2, cell: tuple[int, int]) -> float:
+    """Return the length of the footprint's edges in a cell, m."""
+    row, column = cell
+    square = box(column * CELL, row * CELL, (column + 1) * CELL, (row + 1) * CELL)
+    return float(LinearRing(pose.apply(CORNERS)).intersection(square).length)
+
+
+@given(POSES, st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1)))
+def test_a_cell_on_an_edge_collides_and_no_other(pose: SE2, cell: tuple[int, int]) -> None:
+    found, length = costmap([cell]).lethal_on_footprint(pose), overlap(pose, cell)
+    if length > CELL:  # two edges of a corner may each have half of it
+        assert found > 0
+    if length == 0.0:
+        assert found == 0
+
+
+@given(POSES, st.integers(0, SIDE - 1))
+def test_an_edge_crosses_no_wall_unseen(pose: SE2, column: int) -> None:
+    wall = [(row, column) for row in range(SIDE)]
+    xs = pose.apply(CORNERS)[:, 0]
+    low, high = column * CELL, (column + 1) * CELL
+    if xs.min() < low - 1e-9 and xs.max() > high + 1e-9:
+        assert costmap(wall).lethal_on_footprint(pose) > 0
+    if xs.max() < low or xs.min() > high:
+        assert costmap(wall).lethal_on_footprint(pose) == 0
+
+
+@given(POSES, st.floats(-6.0, 6.0), st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1)))
+def test_a_rotation_collides_if_a_heading_of_it_does(pose: SE2, angle: float, cell: tuple[int, int]) -> None:
+    costs = costmap([cell])
+    headings = [SE2(pose.x, pose.y, pose.yaw + angle * k / 300) for k in range(1, 301)]
+    deepest = max(overlap(heading, cell) for heading in headings[::10])
+    if deepest > 2.0 * CELL:
+        assert costs.lethal_while_rotating(pose, angle) > 0
+    x, y = (cell[1] + 0.5) * CELL - pose.x, (cell[0] + 0.5) * CELL - pose.y
+    if math.hypot(x, y) > JACKAL.circumscribed_radius + CELL:
+        assert costs.lethal_while_rotating(pose, angle) == 0
+
+
+def test_a_disc_has_no_edges() -> None:
+    costs = Costmap(np.full((SIDE, SIDE), LETHAL, np.uint8), CELL, 0.0, 0.0, disc(0.2).polygon(0.02))
+    assert costs.lethal_on_footprint(SE2(1.0, 1.0, 0.3)) == 0
+    assert costs.lethal_while_rotating(SE2(1.0, 1.0, 0.3), 3.0) == 0
+
+
+def test_padding_moves_every_edge_outwards() -> None:
+    padded = JACKAL.footprint.polygon(0.02)
+    assert np.abs(padded) == pytest.approx(np.abs(CORNERS) + 0.02)
+
+
+@pytest.mark.parametrize("name", sorted(built_in_robots()))
+def test_the_radii_enclose_the_footprint(name: str) -> None:
+    footprint: Footprint = load_robot(name).footprint
+    if footprint.corners:
+        distances = np.hypot(*footprint.polygon().T)
+        assert distances.max() == pytest.approx(footprint.circumscribed_radius)
+        ring = LinearRing(footprint.polygon())
+        assert ring.is_ccw
+        assert ring.distance(box(0, 0, 0, 0).centroid) == pytest.approx(footprint.inscribed_radius)
+    else:
+        assert footprint.inscribed_radius == footprint.circumscribed_radius
+
+
+def test_the_jackal_has_the_size_of_its_data_sheet() -> None:
+    x, y = CORNERS[:, 0], CORNERS[:, 1]
+    assert (np.ptp(x), np.ptp(y)) == pytest.approx((0.508, 0.430))
+    assert JACKAL.inscribed_radius == pytest.approx(0.215)

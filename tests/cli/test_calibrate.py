@@ -63,8 +63,8 @@ def test_too_little_space_is_reported_with_the_space_needed(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_swapped_encoder_is_recognized(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, side: str) -> None:
-    def swapped(profile: Any, rng: np.random.Generator) -> AsBuilt:
-        return draw_as_built(profile, rng)._replace(**{f"{side}_encoder": -1})
+    def swapped(profile: Any, rng: np.random.Generator, error: float) -> AsBuilt:
+        return draw_as_built(profile, rng, error)._replace(**{f"{side}_encoder": -1})
 
     monkeypatch.setattr(simulation, "draw_as_built", swapped)
     with pytest.raises(

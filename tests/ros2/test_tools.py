@@ -252,10 +252,10 @@ def test_ctrl_c_cancels_a_goal(verb: Callable, wire: RmwContext, base: RmwNode, 
 
 def test_the_graph_is_drawn_and_exported_as_json(verb: Callable, base: RmwNode, tmp_path: Path) -> None:
     out = tmp_path / "graph.dot"
-    assert verb("graph", "--out", str(out), "--duration", "1")[0] == 0
+    assert verb("node", "graph", "--out", str(out), "--duration", "1")[0] == 0
     text = out.read_text()
     assert '"/r/base" -> "topic /r/scan"' in text and '"topic /r/scan" -> "/r/slam"' in text and " Hz" in text
-    found = json.loads(verb("graph", "--json", "--duration", "1")[1])
+    found = json.loads(verb("node", "graph", "--json", "--duration", "1")[1])
     (scan,) = [one for one in found["topics"] if one["name"] == "/r/scan"]
     assert scan["publishers"] == ["/r/base"] and scan["subscriptions"] == ["/r/slam"]
     assert 1 < scan["hz"] <= 51 and found["nodes"] == ["/r/base", "/r/slam"]

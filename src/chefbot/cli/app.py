@@ -18,7 +18,7 @@ from chefbot.cli.map.commands import map_app
 from chefbot.cli.robot.commands import robot_app
 from chefbot.cli.run.commands import demo, launch, replay, sim
 from chefbot.cli.run.prove import prove
-from chefbot.cli.tools.commands import TOOLS, graph
+from chefbot.cli.tools.commands import TOOLS
 from chefbot.cli.world.commands import world_app
 from chefbot.errors import UserError
 
@@ -89,7 +89,6 @@ app.add_typer(map_app, name="map", rich_help_panel=OPERATE)
 app.add_typer(fleet_app, name="fleet", rich_help_panel=OPERATE)
 for name, tool_app in TOOLS.items():
     app.add_typer(tool_app, name=name, rich_help_panel=GRAPH)
-app.command(rich_help_panel=GRAPH)(graph)
 
 
 def main() -> None:

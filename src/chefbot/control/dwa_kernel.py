@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
-from chefbot.maths.footprint import lethal_on_edges
+from chefbot.maths.footprint_collision import lethal_on_edges
 
 MAX_COST = 252.0
 """Highest cost of a cell outside the inscribed radius of an obstacle."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.cell_grid import CellGrid
-from chefbot.maths.footprint import lethal_on_edges, lethal_while_rotating
+from chefbot.maths.footprint_collision import lethal_on_edges, lethal_while_rotating
 from chefbot.maths.se2 import SE2
 
 FREE = 0

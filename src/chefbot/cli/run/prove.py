@@ -30,7 +30,10 @@ def prove(
         Path | None, typer.Option(help="folder with older results; exit code 1 if something got worse")
     ] = None,
 ) -> None:
-    """Run scenarios with many seeds and judge them; without a name, list the built-in ones."""
+    """Run scenarios with many seeds and judge them.
+
+    Without a name, list the built-in ones.
+    """
     from chefbot.proving.prove import ProveOptions, list_scenarios, run_prove
 
     if not names and not resume:

@@ -1,4 +1,4 @@
-"""The commands of the ROS graph tools: `topic`, `node`, `service`, `action`, `param`, `bag` and `graph`."""
+"""The commands of the ROS graph tools: `topic`, `node`, `service`, `action`, `param` and `bag`."""
 
 from __future__ import annotations
 
@@ -196,7 +196,8 @@ def param_describe(node: Annotated[str, _NODE], parameter: Annotated[str, _PARAM
     run_describe(node, parameter)
 
 
-def graph(
+@node_app.command("graph")
+def node_graph(
     out: Annotated[Path, typer.Option(help="picture: svg, png or pdf; dot: text")] = Path("runs/graph.svg"),
     as_json: Annotated[bool, typer.Option("--json", help="print it as JSON, without a picture")] = False,
     duration: Annotated[float, typer.Option(min=0, help="how long rates are measured, s")] = 3.0,

@@ -1,4 +1,4 @@
-"""The command `chefbot graph`: nodes, topics and measured data rates, drawn by Graphviz or as JSON."""
+"""The command `chefbot node graph`: nodes, topics and measured data rates, drawn by Graphviz or as JSON."""
 
 from __future__ import annotations
 

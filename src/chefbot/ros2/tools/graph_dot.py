@@ -14,7 +14,7 @@ ACTION = 'fillcolor="#efe6f8", color="#7d55a8", style=filled'
 
 
 def to_dot(graph: dict[str, Any]) -> str:
-    """Return the graph that `chefbot graph --json` prints as DOT text.
+    """Return the graph that `chefbot node graph --json` prints as DOT text.
 
     A topic or action with endpoints on one side only is listed in the box of its node.
     """

@@ -6,7 +6,9 @@ ARGS ?=
 # Processes that test at once. With three on two cores, robots that must keep pace with the clock fall behind.
 TESTERS ?= 2
 
-.PHONY: demo test test-fast test-long lint docs bench fuzz fuzz-firmware fuzz-host clean
+SMALL_SET := localize_home localize_hotel go_narrow go_hall drive_workshop deliver_hotel explore_home
+
+.PHONY: demo test test-fast test-long lint docs prove scoreboard bench fuzz fuzz-firmware fuzz-host clean
 
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
@@ -35,6 +37,13 @@ lint: $(VENV)/.dev
 docs: $(VENV)/.dev
 	PYTHONPATH=src $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
 	$(BIN)/python -m tests.support.links docs/_build
+
+# The small set of scenarios; `make scoreboard ARGS="--minutes 60"` goes on with the runs that are not done yet.
+prove: $(VENV)/.dev
+	$(BIN)/chefbot prove $(SMALL_SET) --seeds 1..3 --out runs/prove $(ARGS)
+
+scoreboard: $(VENV)/.dev
+	$(BIN)/chefbot prove --scoreboard docs/scoreboard.md --out runs/scoreboard $(ARGS)
 
 bench: $(VENV)/.dev
 	$(BIN)/python bench/run_all.py $(ARGS)

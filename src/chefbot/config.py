@@ -25,6 +25,9 @@ BOUNDS = (
 )
 """Bounds: attribute in msgspec, comparison that must hold, and text for error messages."""
 
+CONTAINERS = (types.UnionType, types.StructType, types.ListType, types.VarTupleType, types.DictType)
+"""Types with parts that are converted; a description of theirs changes nothing."""
+
 
 class ConfigError(ChefbotError):
     """A file that cannot be read, or content of it with an unknown key, a wrong type or a value out of bounds."""
@@ -123,6 +126,8 @@ def build(value: Any, kind: type[T], where: str) -> T:
 def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
     """Return `value` with all quantities in SI units; check here what msgspec reports unclearly."""
     if isinstance(kind, types.Metadata) and isinstance(kind.type, types.UnionType):
+        kind = kind.type
+    if isinstance(kind, types.Metadata) and isinstance(kind.type, CONTAINERS):
         kind = kind.type
     if isinstance(kind, types.UnionType):
         if value is None and kind.includes_none:

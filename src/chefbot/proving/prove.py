@@ -47,7 +47,7 @@ def list_scenarios() -> None:
     """Print the built-in scenarios."""
     for name in built_in_scenarios():
         scenario = load_scenario(name)
-        console.print(f"{name:22} {scenario.robot:14} {scenario.description}")
+        console.print(f"{name:22} {scenario.robot_name:18} {scenario.description}")
 
 
 def run_prove(options: ProveOptions) -> int:

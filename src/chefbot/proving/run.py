@@ -76,7 +76,8 @@ def make_run(order: RunOrder, folder: Path) -> RunRecord:
         outcome = Outcome("", figures, None, path)
     else:
         outcome = _simulate(order, folder)
-    failure = outcome.failure or broken_criteria(scenario, outcome.figures)
+    broken = broken_criteria(scenario, outcome.figures)
+    failure = "; ".join(sentence for sentence in (broken, outcome.failure) if sentence)
     run = outcome.run
     return RunRecord(
         key=order.key,

@@ -11,8 +11,10 @@ import msgspec
 
 import chefbot
 from chefbot.config import parse_yaml, read_bytes
-from chefbot.proving.scenario import Scenario
+from chefbot.design.generation.generate import generate_robot
+from chefbot.proving.scenario import DrawnRobot, Scenario
 from chefbot.proving.scenario_tasks import MapLogTask
+from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.spec import Robot
 from chefbot.sim.world.load import is_map, load_any_world
@@ -20,6 +22,8 @@ from chefbot.sim.world.world import built_in_worlds
 from chefbot.storage.places import places_path
 
 MAX_FILE_BYTES = 500_000_000
+TEMPLATE = "chefbot"
+"""Robot from which a drawn one has what no number describes, as of `chefbot robot generate`."""
 SOURCE_SUFFIXES = (".py", ".yaml")
 
 
@@ -55,25 +59,44 @@ def run_orders(scenario: Scenario, base: Path, seeds: list[int], record: bool = 
 
     Raises UserError for a file that is missing or invalid: it is found here and not on a worker.
     """
-    robot = load_robot(str(_resolved(scenario.robot, built_in_robots(), base)))
-    packed, files = _packed(scenario, robot, base)
-    digest = hashlib.sha256(code_hash().encode())
-    for part in (packed, robot):
+    orders: list[RunOrder] = []
+    for seed in seeds:
+        if orders and isinstance(scenario.robot, str):
+            first = orders[0]
+            robot, packed, files = first.robot, first.scenario, first.files
+        else:
+            robot = robot_of(scenario, base, seed)
+            packed, files = _packed(scenario, robot, base)
+        key = _key(packed, robot, files, seed)
+        orders.append(
+            RunOrder(
+                key=key,
+                scenario=packed,
+                robot=robot,
+                seed=seed,
+                files=files,
+                code=code_hash(),
+                record=record,
+            )
+        )
+    return orders
+
+
+def robot_of(scenario: Scenario, base: Path, seed: int) -> Robot:
+    """Load the robot of a scenario, or draw it. Raises UserError for an unknown or impossible one."""
+    if isinstance(scenario.robot, DrawnRobot):
+        template = load_robot(TEMPLATE)
+        return generate_robot(seed, scenario.robot.numbers, template, load_catalogue()).robot
+    return load_robot(str(_resolved(scenario.robot, built_in_robots(), base)))
+
+
+def _key(scenario: Scenario, robot: Robot, files: Mapping[str, bytes], seed: int) -> str:
+    digest = hashlib.sha256(f"{code_hash()} {seed}".encode())
+    for part in (scenario, robot):
         digest.update(msgspec.json.encode(part, order="deterministic"))
     for name in sorted(files):
         digest.update(name.encode() + b"\0" + hashlib.sha256(files[name]).digest())
-    return [
-        RunOrder(
-            key=hashlib.sha256(digest.digest() + str(seed).encode()).hexdigest()[:20],
-            scenario=packed,
-            robot=robot,
-            seed=seed,
-            files=files,
-            code=code_hash(),
-            record=record,
-        )
-        for seed in seeds
-    ]
+    return digest.hexdigest()[:20]
 
 
 def _packed(scenario: Scenario, robot: Robot, base: Path) -> tuple[Scenario, dict[str, bytes]]:
@@ -99,7 +122,9 @@ def with_absolute_paths(scenario: Scenario, base: Path) -> Scenario:
     if isinstance(task, MapLogTask):
         relations = str(base / task.relations) if task.relations else ""
         task = msgspec.structs.replace(task, log=str(base / task.log), relations=relations)
-    robot = str(_resolved(scenario.robot, built_in_robots(), base))
+    robot = scenario.robot
+    if isinstance(robot, str):
+        robot = str(_resolved(robot, built_in_robots(), base))
     return msgspec.structs.replace(scenario, world=world, task=task, robot=robot)
 
 

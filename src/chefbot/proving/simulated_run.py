@@ -24,6 +24,7 @@ from chefbot.runtime.callback_faults import first_fault_sentence
 from chefbot.runtime.launch import Launch, NodeEntry, load_launch
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node_container import NodeContainer
+from chefbot.sim.faults.node_faults import inject
 from chefbot.sim.world.floor_plan import floor_plan
 from chefbot.sim.world.world import World
 from chefbot.storage.map_files import save_map
@@ -93,7 +94,6 @@ class SimulatedRun:
             "world": self._site.name,
             "start": str(list(self._site.world.start)),
             "profile": scenario.profile,
-            "people": str(scenario.people),
             "headless": "true",
             "pictures": "0",
             "seed": str(self.seed),
@@ -102,8 +102,13 @@ class SimulatedRun:
         }
         accepted = load_launch(name).args
         launch = load_launch(name, {key: value for key, value in given.items() if key in accepted})
-        params = {"map_frame": "world"} if self._site.map_frame == IDENTITY else {}
-        start(self.system, with_simulator_params(launch, params))
+        params: dict[str, Any] = {
+            "people": msgspec.to_builtins(scenario.people),
+            "odometry_error": scenario.odometry_error,
+        }
+        if self._site.map_frame == IDENTITY:
+            params["map_frame"] = "world"
+        start(self.system, inject(with_simulator_params(launch, params), scenario.faults))
         simulator: Any = self.system.nodes["simulator"]
         self.safety.simulation = simulator.simulation
 

@@ -26,6 +26,14 @@ def prove(
     ),
     resume: Annotated[bool, typer.Option("--resume", help="go on with what --out began")] = False,
     record: Annotated[bool, typer.Option("--record", help="keep the log of each run, for `replay`")] = False,
+    shrink: Annotated[
+        str,
+        typer.Option(help="SCENARIO:SEED, a failing run to make small; --out: folder of the scenario file"),
+    ] = "",
+    scoreboard: Annotated[
+        Path | None, typer.Option(help="run the built-in scenarios on odd seeds and write this page")
+    ] = None,
+    minutes: Annotated[float, typer.Option(min=0, help="time for the scoreboard's runs")] = 30.0,
     against: Annotated[
         Path | None, typer.Option(help="folder with older results; exit code 1 if something got worse")
     ] = None,
@@ -35,7 +43,13 @@ def prove(
     Without a name, list the built-in ones.
     """
     from chefbot.proving.prove import ProveOptions, list_scenarios, run_prove
+    from chefbot.proving.scoreboard import run_scoreboard
+    from chefbot.proving.shrink import run_shrink
 
+    if shrink:
+        raise typer.Exit(run_shrink(shrink, out))
+    if scoreboard is not None:
+        raise typer.Exit(run_scoreboard(scoreboard, out, minutes, workers, scheduler))
     if not names and not resume:
         list_scenarios()
         return

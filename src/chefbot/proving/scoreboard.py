@@ -1,0 +1,141 @@
+"""Implementation of `chefbot prove --scoreboard`: all built-in scenarios on odd seeds, as a page in Markdown."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from rich.console import Console
+
+from chefbot import __version__
+from chefbot.kernels.precompile import compile_kernels
+from chefbot.proving.cluster import cluster
+from chefbot.proving.collect import collect
+from chefbot.proving.progress import run_progress
+from chefbot.proving.record import RunRecord
+from chefbot.proving.results_folder import Request, ResultsFolder, write_tables
+from chefbot.proving.run_order import RunOrder, code_hash, run_orders
+from chefbot.proving.scenario import Scenario, built_in_scenarios, load_scenario
+from chefbot.proving.statistics import wilson
+from chefbot.runtime.clock import wall_ns
+from chefbot.storage.atomic_files import write_into_folder
+
+SEEDS = list(range(1, 40, 2))
+"""Odd seeds: nothing was tuned on them."""
+BATCH = 4
+"""Runs per worker between two looks at the time."""
+console = Console(highlight=False, soft_wrap=True)
+
+
+def run_scoreboard(page: Path, out: Path, minutes: float, workers: int, scheduler: str) -> int:
+    """Make as many runs as the time allows, all scenarios with the first seed first; write the page, return 0."""
+    scenarios = [load_scenario(name) for name in built_in_scenarios()]
+    results = ResultsFolder(out)
+    results.create(
+        Request(scenarios=scenarios, folders=["."] * len(scenarios), seeds=[SEEDS] * len(scenarios))
+    )
+    by_scenario = [run_orders(scenario, Path(), SEEDS) for scenario in scenarios]
+    orders = [order for same_seed in zip(*by_scenario, strict=True) for order in same_seed]
+    done = {order.key: record for order in orders if (record := results.find(order.key)) is not None}
+    missing = [order for order in orders if order.key not in done]
+    if missing and minutes > 0:
+        _make(results, missing, done, minutes, workers or os.cpu_count() or 1, scheduler)
+    made = [done[order.key] for order in orders if order.key in done]
+    if made:
+        write_tables(out, made)
+    write_into_folder(page, scoreboard_text(scenarios, made).encode())
+    console.print(f"{len(made)} of {len(orders)} runs; scoreboard in {page}")
+    return 0
+
+
+def _make(
+    results: ResultsFolder,
+    missing: Sequence[RunOrder],
+    done: dict[str, RunRecord],
+    minutes: float,
+    workers: int,
+    scheduler: str,
+) -> None:
+    compile_kernels(console)
+    ends_ns = wall_ns() + round(minutes * 60e9)
+    with (
+        run_progress(console, len(done) + len(missing), len(done)) as progress,
+        cluster(scheduler, workers) as connected,
+    ):
+
+        def add(record: RunRecord, log: bytes) -> None:
+            results.add(record, log)
+            done[record.key] = record
+            progress.add(record)
+
+        size = BATCH * workers
+        for first in range(0, len(missing), size):
+            if wall_ns() > ends_ns:
+                break
+            collect(connected, missing[first : first + size], add)
+
+
+def scoreboard_text(scenarios: Sequence[Scenario], records: Sequence[RunRecord]) -> str:
+    """Return the page in Markdown: what fails most first."""
+    rows = sorted(
+        (_row_of(scenario, [r for r in records if r.scenario == scenario.name]) for scenario in scenarios),
+        key=lambda row: row[0],
+    )
+    made = datetime.now(UTC).strftime("%Y-%m-%d")
+    hosts = sorted({f"{r.machine.get('processor', '?')}" for r in records})
+    return (
+        "# Scoreboard\n\n"
+        "Every built-in scenario with odd seeds, on which nothing was tuned; what fails most stands first.\n"
+        f"Written by `make scoreboard` on {made}, chefbot {__version__}, commit {_commit()}, code {code_hash()}, processors"
+        f" {', '.join(hosts) or 'none'}. The interval\nof the share is Wilson's, 95 %.\n\n"
+        "| scenario | robot | runs | success | interval | median time, s | collisions a run |"
+        " most frequent failure |\n"
+        "|---|---|---|---|---|---|---|---|\n" + "".join(line for _, line in rows) + "\n"
+        "## What the scenarios show\n\n"
+        + "".join(f"- `{one.name}`: {one.description}{_peer(one)}\n" for one in scenarios)
+    )
+
+
+def _row_of(scenario: Scenario, records: Sequence[RunRecord]) -> tuple[float, str]:
+    """Return the share of successes, and the line of a scenario."""
+    if not records:
+        return 2.0, f"| `{scenario.name}` | {scenario.robot_name} | 0 | not run | | | | |\n"
+    share = wilson(sum(record.success for record in records), len(records))
+    times = sorted(record.sim_time for record in records)
+    collisions = sum(record.figures.get("collisions", 0.0) for record in records) / len(records)
+    return share.value, (
+        f"| `{scenario.name}` | {scenario.robot_name} | {share.total} | {share.value:.0%} |"
+        f" {share.low:.0%} to {share.high:.0%} | {times[len(times) // 2]:.0f} | {collisions:.2f} |"
+        f" {_most_frequent_failure(records)} |\n"
+    )
+
+
+def _most_frequent_failure(records: Sequence[RunRecord]) -> str:
+    failures = [record.failure.strip().splitlines()[-1] for record in records if not record.success]
+    if not failures:
+        return ""
+    kinds = [failure.partition(";")[0].partition(":")[0] for failure in failures]
+    most = max(sorted(set(kinds)), key=kinds.count)
+    example = failures[kinds.index(most)].replace("|", "/")
+    return f"{kinds.count(most)} x {example[:120]}"
+
+
+def _peer(scenario: Scenario) -> str:
+    return f" Published elsewhere: {scenario.peer}" if scenario.peer else ""
+
+
+def _commit() -> str:
+    """Return the commit of the checkout, or `unknown` outside of one."""
+    try:
+        run = subprocess.run(
+            ["git", "-C", str(Path(__file__).parent), "rev-parse", "--short", "HEAD"],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return run.stdout.strip()

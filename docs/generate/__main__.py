@@ -11,16 +11,18 @@ from generate.commands import write_commands
 from generate.faults import write_faults
 from generate.launches import write_launches, write_nodes, write_topics
 from generate.robots import write_robots
+from generate.scenarios import write_scenarios
 
 
 def write_all(folder: Path) -> None:
-    """Write API, launches, nodes, topics, buildings, faults, robots and the command line below `folder`."""
+    """Write the pages of the reference that are made from the code below `folder`."""
     write_api(folder / "api")
     write_launches(folder / "launches.rst")
     write_nodes(folder / "nodes.rst")
     write_buildings(folder / "buildings.rst")
     write_faults(folder / "faults.rst")
     write_robots(folder / "robots.rst")
+    write_scenarios(folder / "scenarios.rst")
     write_topics(folder / "topics.rst")
     write_commands(folder / "command_line.rst")
 

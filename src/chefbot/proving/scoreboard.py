@@ -89,8 +89,8 @@ def scoreboard_text(scenarios: Sequence[Scenario], records: Sequence[RunRecord])
     return (
         "# Scoreboard\n\n"
         "Every built-in scenario with odd seeds, on which nothing was tuned; what fails most stands first.\n"
-        f"Written by `make scoreboard` on {made}, chefbot {__version__}, commit {_commit()}, code {code_hash()}, processors"
-        f" {', '.join(hosts) or 'none'}. The interval\nof the share is Wilson's, 95 %.\n\n"
+        f"Written by `make scoreboard` on {made}, chefbot {__version__}, commit {_commit()}, code {code_hash()},\n"
+        f"processors {', '.join(hosts) or 'none'}. The interval of the share is Wilson's, 95 %.\n\n"
         "| scenario | robot | runs | success | interval | median time, s | collisions a run |"
         " most frequent failure |\n"
         "|---|---|---|---|---|---|---|---|\n" + "".join(line for _, line in rows) + "\n"

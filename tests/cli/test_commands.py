@@ -21,7 +21,8 @@ from chefbot.cli.map.commands import map_app
 from chefbot.cli.robot.commands import robot_app
 from chefbot.cli.robot.export_commands import export_app
 from chefbot.cli.run.commands import demo, launch, replay, sim
-from chefbot.cli.tools.commands import TOOLS, graph
+from chefbot.cli.run.prove import prove
+from chefbot.cli.tools.commands import TOOLS
 from chefbot.cli.world.commands import world_app
 from chefbot.errors import UserError
 
@@ -37,7 +38,7 @@ def commands() -> Iterator[tuple[str, Any]]:
         for command in typer.main.get_command(group).commands.values():  # type: ignore[attr-defined]
             yield f"{name} {command.name}", command
     single = typer.Typer()
-    for function in (demo, launch, replay, sim, graph):
+    for function in (demo, launch, replay, sim, prove):
         single.command()(function)
     yield from typer.main.get_command(single).commands.items()  # type: ignore[attr-defined]
 

@@ -90,6 +90,7 @@ def test_only_known_programs_are_used() -> None:
         "pip",
         "git",
         "cd",
+        "dask",
         "source",
         ".venv/bin/python",
     }

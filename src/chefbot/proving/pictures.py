@@ -39,7 +39,10 @@ def distributions(records: Sequence[RunRecord]) -> bytes | None:
     columns = min(3, len(names))
     rows = -(-len(names) // columns)
     figure = Figure(figsize=(3.2 * columns, 2.0 * rows), layout="constrained")
-    for axes, name in zip(figure.subplots(rows, columns, squeeze=False).flat, names, strict=False):
+    cells = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for axes in cells[len(names) :]:
+        axes.set_axis_off()
+    for axes, name in zip(cells, names, strict=False):
         groups = [
             [
                 record.figures[name]

@@ -35,20 +35,7 @@ class Reduction(NamedTuple):
     what: str
 
 
-def reductions(scenario: Scenario, record: RunRecord) -> Iterator[Reduction]:
-    """Yield smaller variants of a failing scenario, those that leave out most first.
-
-    record: the run of the scenario.
-    """
-    yield from _fewer_faults(scenario)
-    yield from _fewer_people(scenario)
-    yield from _smaller_task(scenario)
-    yield from _emptier_building(scenario)
-    yield from _simpler_robot(scenario)
-    yield from _shorter(scenario, record)
-
-
-def _fewer_faults(scenario: Scenario) -> Iterator[Reduction]:
+def fewer_faults(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
     """Yield no fault, then each alone, then all but one."""
     faults = scenario.faults
     if faults:
@@ -62,7 +49,8 @@ def _fewer_faults(scenario: Scenario) -> Iterator[Reduction]:
             yield _with(scenario, "with a fault less", faults=rest)
 
 
-def _fewer_people(scenario: Scenario) -> Iterator[Reduction]:
+def fewer_people(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
+    """Yield nobody, then ever more people."""
     people = scenario.people
     count = people.count if isinstance(people, PeopleSpec) else people
     for fewer in FEW_PEOPLE:
@@ -73,7 +61,8 @@ def _fewer_people(scenario: Scenario) -> Iterator[Reduction]:
             yield _with(scenario, f"{fewer} people", people=smaller)
 
 
-def _smaller_task(scenario: Scenario) -> Iterator[Reduction]:
+def smaller_task(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
+    """Yield a task with one goal, or with half the time."""
     task = scenario.task
     if isinstance(task, GoTask) and task.goals > 1:
         yield _with(scenario, "one goal", task=GoTask(goals=1))
@@ -84,7 +73,8 @@ def _smaller_task(scenario: Scenario) -> Iterator[Reduction]:
         yield _with(scenario, "half the time to drive", task=shorter)
 
 
-def _emptier_building(scenario: Scenario) -> Iterator[Reduction]:
+def emptier_building(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
+    """Yield a building without clutter and hazards, then without each of them."""
     world = scenario.world
     if not isinstance(world, Building):
         return
@@ -95,18 +85,23 @@ def _emptier_building(scenario: Scenario) -> Iterator[Reduction]:
             yield _with_numbers(scenario, world, f"without {name.replace('_', ' ')}", {name: number})
 
 
-def _simpler_robot(scenario: Scenario) -> Iterator[Reduction]:
+def perfect_robot(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
+    """Yield a robot without imperfections."""
     if scenario.profile != "perfect":
         yield _with(scenario, "a perfect robot", profile="perfect")
 
 
-def _shorter(scenario: Scenario, record: RunRecord) -> Iterator[Reduction]:
+def shorter(scenario: Scenario, record: RunRecord) -> Iterator[Reduction]:
     """Yield a run that ends soon after the last incident, or after the run's own end."""
     last = max((time for time, *_ in record.incidents), default=record.sim_time)
     ends = float(round(last + AFTER_FAILURE))
     if ends < scenario.limits.time:
         limits = msgspec.structs.replace(scenario.limits, time=ends)
         yield _with(scenario, f"{ends:.0f} s", limits=limits)
+
+
+REDUCERS = (fewer_faults, fewer_people, smaller_task, emptier_building, perfect_robot, shorter)
+"""Functions of a failing scenario and its record that yield smaller scenarios, those that leave out more first."""
 
 
 def _with(scenario: Scenario, what: str, **changes: object) -> Reduction:

@@ -79,7 +79,7 @@ def _make(
 
 
 def scoreboard_text(scenarios: Sequence[Scenario], records: Sequence[RunRecord]) -> str:
-    """Return the page in Markdown: what fails most first."""
+    """Return the page in Markdown: in order of success, the lowest first."""
     rows = sorted(
         (_row_of(scenario, [r for r in records if r.scenario == scenario.name]) for scenario in scenarios),
         key=lambda row: row[0],
@@ -88,11 +88,11 @@ def scoreboard_text(scenarios: Sequence[Scenario], records: Sequence[RunRecord])
     hosts = sorted({f"{r.machine.get('processor', '?')}" for r in records})
     return (
         "# Scoreboard\n\n"
-        "Every built-in scenario with odd seeds, on which nothing was tuned; what fails most stands first.\n"
+        "Every built-in scenario with odd seeds, on which nothing was tuned; in order of success, the lowest first.\n"
         f"Written by `make scoreboard` on {made}, chefbot {__version__}, commit {_commit()}, code {code_hash()},\n"
         f"processors {', '.join(hosts) or 'none'}. The interval of the share is Wilson's, 95 %.\n\n"
         "| scenario | robot | runs | success | interval | median time, s | collisions a run |"
-        " most frequent failure |\n"
+        " usual failure |\n"
         "|---|---|---|---|---|---|---|---|\n" + "".join(line for _, line in rows) + "\n"
         "## What the scenarios show\n\n"
         + "".join(f"- `{one.name}`: {one.description}{_peer(one)}\n" for one in scenarios)
@@ -109,18 +109,18 @@ def _row_of(scenario: Scenario, records: Sequence[RunRecord]) -> tuple[float, st
     return share.value, (
         f"| `{scenario.name}` | {scenario.robot_name} | {share.total} | {share.value:.0%} |"
         f" {share.low:.0%} to {share.high:.0%} | {times[len(times) // 2]:.0f} | {collisions:.2f} |"
-        f" {_most_frequent_failure(records)} |\n"
+        f" {_usual_failure(records)} |\n"
     )
 
 
-def _most_frequent_failure(records: Sequence[RunRecord]) -> str:
+def _usual_failure(records: Sequence[RunRecord]) -> str:
     failures = [record.failure.strip().splitlines()[-1] for record in records if not record.success]
     if not failures:
         return ""
     kinds = [failure.partition(";")[0].partition(":")[0] for failure in failures]
-    most = max(sorted(set(kinds)), key=kinds.count)
-    example = failures[kinds.index(most)].replace("|", "/")
-    return f"{kinds.count(most)} x {example[:120]}"
+    usual = max(sorted(set(kinds)), key=kinds.count)
+    example = failures[kinds.index(usual)].replace("|", "/")
+    return f"{kinds.count(usual)} x {example[:120]}"
 
 
 def _peer(scenario: Scenario) -> str:

@@ -13,7 +13,7 @@ from chefbot.config_text import plain_sections, yaml_text
 from chefbot.errors import UserError
 from chefbot.kernels.precompile import compile_kernels
 from chefbot.proving.record import RunRecord
-from chefbot.proving.reductions import Reduction, reductions
+from chefbot.proving.reductions import REDUCERS, Reduction
 from chefbot.proving.run_order import run_orders, with_absolute_paths
 from chefbot.proving.scenario import Scenario, load_scenario
 from chefbot.proving.worker import make_run_in_process
@@ -54,24 +54,19 @@ def shrink(
 ) -> tuple[Scenario, RunRecord, int]:
     """Return the smallest scenario found that fails like `record`, its record, and the number of runs with the first.
 
-    make: makes a run of a scenario. report: is called with each reduction and whether it still fails. Each reduction
-    that still fails is kept, and its own are tried next (greedy, as in Zeller & Hildebrandt 2002, "Simplifying and
+    make: makes a run of a scenario. report: is called with each reduction and whether it still fails. Of each
+    kind of reduction the first that still fails is kept (a greedy form of Zeller & Hildebrandt 2002, "Simplifying and
     isolating failure-inducing input").
     """
-    kind, runs, tried = failure_kind(record), 1, {_identity(scenario)}
-    found = True
-    while found and runs < MAX_RUNS:
-        found = False
-        for reduction in reductions(scenario, record):
-            if _identity(reduction.scenario) in tried:
-                continue
-            if runs >= MAX_RUNS:
-                break
-            tried.add(_identity(reduction.scenario))
+    kind, runs = failure_kind(record), 1
+    for reducer in REDUCERS:
+        for reduction in reducer(scenario, record):
+            if runs == MAX_RUNS:
+                return scenario, record, runs
             smaller, runs = make(reduction.scenario), runs + 1
-            found = not smaller.success and bool(failure_kind(smaller) & kind)
-            report(reduction, found)
-            if found:
+            still_fails = not smaller.success and bool(failure_kind(smaller) & kind)
+            report(reduction, still_fails)
+            if still_fails:
                 scenario, record = reduction.scenario, smaller
                 break
     return scenario, record, runs
@@ -100,10 +95,6 @@ def regression_text(scenario: Scenario, record: RunRecord, seed: int) -> str:
 def _made(scenario: Scenario, seed: int) -> RunRecord:
     order = run_orders(scenario, Path(), [seed])[0]
     return msgspec.json.decode(make_run_in_process(msgspec.msgpack.encode(order)).record, type=RunRecord)
-
-
-def _identity(scenario: Scenario) -> bytes:
-    return msgspec.json.encode(scenario, order="deterministic")
 
 
 def _report(reduction: Reduction, fails: bool) -> None:

@@ -26,7 +26,7 @@ TRACEBACK_LINES = 4
 
 
 def main() -> int:
-    """Make the run; a program error becomes the failure of its record, bad input ends with exit code 2."""
+    """Make the run; an error becomes the failure of its record, as other seeds may do without it."""
     folder = Path(sys.argv[1])
     stdin = sys.stdin.buffer
     order = msgspec.msgpack.decode(stdin.read(int.from_bytes(stdin.read(LENGTH_BYTES), "big")), type=RunOrder)
@@ -34,8 +34,7 @@ def main() -> int:
     try:
         record = make_run(order, folder)
     except ChefbotError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
+        record = crashed(order, f"it cannot run: {error}")
     except Exception:
         record = crashed(order, "".join(traceback.format_exc().splitlines(keepends=True)[-TRACEBACK_LINES:]))
     write_atomic(folder / RECORD_NAME, msgspec.json.encode(record))

@@ -26,7 +26,7 @@ def collect(cluster: DaskCluster, orders: Iterable[RunOrder], add: Collected) ->
     """Make all runs and call `add` once for each, as they end.
 
     A run whose worker dies is made again by the scheduler; when the connection to the scheduler is lost, runs without
-    a result are submitted again. Raises UserError for bad input that a run meets, and LostRunError.
+    a result are submitted again. Raises UserError for a worker with other code, and LostRunError.
     """
     remaining = {order.key: order for order in orders}
     attempts = 0

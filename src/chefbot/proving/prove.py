@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -96,6 +97,7 @@ def make_missing(
     compile_kernels(console)  # once for all workers of this machine
     total = len(done) + len(missing)
     console.print(f"{total} runs, {len(done)} of them done already")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # `kill` keeps what is done, as Ctrl-C does
     try:
         with (
             run_progress(console, total, len(done)) as progress,

@@ -58,7 +58,7 @@ def run_orders(scenario: Scenario, base: Path, seeds: list[int], record: bool = 
     robot = load_robot(str(_resolved(scenario.robot, built_in_robots(), base)))
     packed, files = _packed(scenario, robot, base)
     digest = hashlib.sha256(code_hash().encode())
-    for part in (packed, robot):
+    for part in (_what_counts(packed), robot):
         digest.update(msgspec.json.encode(part, order="deterministic"))
     for name in sorted(files):
         digest.update(name.encode() + b"\0" + hashlib.sha256(files[name]).digest())
@@ -74,6 +74,14 @@ def run_orders(scenario: Scenario, base: Path, seeds: list[int], record: bool = 
         )
         for seed in seeds
     ]
+
+
+def _what_counts(scenario: Scenario) -> Scenario:
+    """Return the scenario without what no result depends on, so that runs stay done when only that changes.
+
+    robot: the robot itself counts, wherever its file lies.
+    """
+    return msgspec.structs.replace(scenario, description="", robot="", claim=0.0, seeds="")
 
 
 def _packed(scenario: Scenario, robot: Robot, base: Path) -> tuple[Scenario, dict[str, bytes]]:
@@ -134,5 +142,7 @@ def _add_world(files: dict[str, bytes], path: Path) -> str:
 
 def _add_log(files: dict[str, bytes], task: MapLogTask, base: Path) -> MapLogTask:
     log = _add(files, base / task.log, Path(task.log).name)
-    relations = _add(files, base / task.relations, Path(task.relations).name) if task.relations else ""
+    relations = ""
+    if task.relations:  # the log may have the same name in another folder
+        relations = _add(files, base / task.relations, f"relations_{Path(task.relations).name}")
     return msgspec.structs.replace(task, log=log, relations=relations)

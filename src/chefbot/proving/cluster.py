@@ -57,6 +57,8 @@ def _local_cluster(workers: int) -> Any:
             processes=True,
             memory_limit=None,
             dashboard_address=None,
+            # Without a dashboard Dask still serves port 8787, of which another proof may have the only one
+            scheduler_kwargs={"dashboard": False, "dashboard_address": "localhost:0"},
             silence_logs=logging.CRITICAL,
         )
     except (OSError, RuntimeError) as error:
@@ -105,7 +107,7 @@ class DaskCluster:
         self.close()
         try:
             self.client = distributed.Client(self.address, timeout=CONNECT_TIMEOUT, set_as_default=False)
-        except (OSError, TimeoutError, ValueError) as error:
+        except (OSError, TimeoutError, ValueError, TypeError) as error:
             raise UserError(
                 f"the Dask scheduler at {self.address} does not answer: {str(error).splitlines()[0]}"
             ) from None

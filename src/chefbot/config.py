@@ -125,7 +125,7 @@ def build(value: Any, kind: type[T], where: str) -> T:
 
 def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
     """Return `value` with all quantities in SI units; check here what msgspec reports unclearly."""
-    if isinstance(kind, types.Metadata) and isinstance(kind.type, types.UnionType):
+    if isinstance(kind, types.Metadata) and isinstance(kind.type, types.UnionType | types.DictType):
         kind = kind.type
     if isinstance(kind, types.Metadata) and isinstance(kind.type, CONTAINERS):
         kind = kind.type

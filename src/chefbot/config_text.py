@@ -27,9 +27,9 @@ def plain_sections(struct: msgspec.Struct) -> dict[str, Any]:
 
 
 def _section(key: str, value: Any) -> str:
-    if isinstance(value, list):
+    if isinstance(value, list) and value:
         return f"{key}:\n" + "".join(f"  - {_flow(one)}\n" for one in value)
-    if isinstance(value, dict):
+    if isinstance(value, dict) and value:
         return f"{key}:\n" + "".join(f"  {name}: {_flow(one)}\n" for name, one in value.items())
     return f"{key}: {_flow(value)}\n"
 

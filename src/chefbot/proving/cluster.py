@@ -56,7 +56,9 @@ def _local_cluster(workers: int) -> Any:
             threads_per_worker=1,
             processes=True,
             memory_limit=None,
-            dashboard_address="127.0.0.1:0",
+            dashboard_address=None,
+            # Without a dashboard Dask still serves port 8787, of which there is one for all proofs of a machine
+            scheduler_kwargs={"dashboard": False, "dashboard_address": "localhost:0"},
             silence_logs=logging.CRITICAL,
         )
     except (OSError, RuntimeError) as error:
@@ -105,7 +107,7 @@ class DaskCluster:
         self.close()
         try:
             self.client = distributed.Client(self.address, timeout=CONNECT_TIMEOUT, set_as_default=False)
-        except (OSError, TimeoutError, ValueError) as error:
+        except (OSError, TimeoutError, ValueError, TypeError) as error:
             raise UserError(
                 f"the Dask scheduler at {self.address} does not answer: {str(error).splitlines()[0]}"
             ) from None

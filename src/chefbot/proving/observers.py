@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
+from typing import Any
+
+import numpy as np
 
 from chefbot.demo.score import Scorer
 from chefbot.maths.grid import OCCUPIED, Grid
@@ -59,11 +62,10 @@ class SafetyObserver:
         from scipy import ndimage  # takes half a second
 
         free = obstacles.cells != OCCUPIED
+        # The transform of a grid without any obstacle is the distance to its corner
+        distances: Any = np.full(free.shape, math.inf) if free.all() else ndimage.distance_transform_edt(free)
         self._distance = Grid(
-            ndimage.distance_transform_edt(free) * obstacles.resolution,
-            obstacles.resolution,
-            obstacles.origin_x,
-            obstacles.origin_y,
+            distances * obstacles.resolution, obstacles.resolution, obstacles.origin_x, obstacles.origin_y
         )
         self._radius = radius
         self.obstacles = obstacles

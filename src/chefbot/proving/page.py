@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import html
+import shlex
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
+from statistics import median
 
 from chefbot import __version__
 from chefbot.proving.comparison import FigureChange
@@ -111,10 +113,10 @@ def _figures(records: Sequence[RunRecord]) -> str:
     for name, figure in FIGURES.items():
         values = sorted(record.figures[name] for record in records if name in record.figures)
         if values:
-            median, low, high = values[len(values) // 2], values[0], values[-1]
+            middle, low, high = median(values), values[0], values[-1]
             rows.append(
                 f"<tr><td title='{html.escape(figure.meaning)}'>{name.replace('_', ' ')}</td>"
-                f"<td class='n'>{median:.4g}</td><td class='n'>{low:.4g} to {high:.4g}</td>"
+                f"<td class='n'>{middle:.4g}</td><td class='n'>{low:.4g} to {high:.4g}</td>"
                 f"<td>{figure.unit}</td></tr>"
             )
     return f"<table>{_head('figure', 'median', 'range', 'unit')}{''.join(rows)}</table>"
@@ -145,8 +147,8 @@ def _worst(scenario: Scenario, records: Sequence[RunRecord], out: Path) -> str:
 
 def again_command(scenario: Scenario, record: RunRecord, out: Path) -> str:
     """Return the command that makes a run again and records its log, from the scenario kept with the results."""
-    file = out / SCENARIOS / f"{scenario.name}.yaml"
-    return f"chefbot prove {file} --seeds {record.seed} --record --out {out}_{record.seed}"
+    file = shlex.quote(str(out / SCENARIOS / f"{scenario.name}.yaml"))
+    return f"chefbot prove {file} --seeds {record.seed} --record --out {shlex.quote(f'{out}_{record.seed}')}"
 
 
 def _head(*titles: str) -> str:

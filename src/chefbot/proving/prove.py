@@ -24,6 +24,7 @@ from chefbot.proving.results_folder import Request, ResultsFolder, write_tables
 from chefbot.proving.run_order import RunOrder, run_orders
 from chefbot.proving.scenario import Scenario, built_in_scenarios, is_judging, load_scenario, parse_seeds
 from chefbot.proving.statistics import wilson
+from chefbot.robot.load import built_in_robots, find_robot
 from chefbot.storage.atomic_files import write_atomic
 
 PAGE = "index.html"
@@ -83,7 +84,8 @@ def requested(options: ProveOptions) -> Request:
     for name in names:
         if names.count(name) > 1:
             raise UserError(f"two scenarios are called {name}; a name must be unique in the results")
-    folders = [str(Path(name).resolve().parent) if Path(name).suffix else "." for name in options.names]
+    built_in = built_in_scenarios()
+    folders = ["." if name in built_in else str(Path(name).resolve().parent) for name in options.names]
     seeds = [parse_seeds(options.seeds or scenario.seeds, "--seeds") for scenario in scenarios]
     return Request(scenarios=scenarios, folders=folders, seeds=seeds)
 
@@ -177,4 +179,8 @@ def _done(results: ResultsFolder, order: RunOrder, needs_log: bool) -> RunRecord
 
 
 def _with_robot(scenario: Scenario, robot: str) -> Scenario:
-    return msgspec.structs.replace(scenario, robot=robot) if robot else scenario
+    """Return the scenario with the robot of the command line, whose file is named from the current folder."""
+    if not robot:
+        return scenario
+    is_name = robot in built_in_robots()
+    return msgspec.structs.replace(scenario, robot=robot if is_name else str(find_robot(robot).resolve()))

@@ -92,6 +92,7 @@ def write_tables(folder: Path, records: list[RunRecord]) -> None:
     import pyarrow.parquet as pq
 
     figures = sorted({name for record in records for name in record.figures})
+    machines = sorted({name for record in records for name in record.machine})
     runs = [
         {
             "scenario": record.scenario,
@@ -105,7 +106,7 @@ def write_tables(folder: Path, records: list[RunRecord]) -> None:
             "cpu_time": record.cpu_time,
             "memory": record.memory,
             "key": record.key,
-            **{f"machine_{name}": value for name, value in record.machine.items()},
+            **{f"machine_{name}": record.machine.get(name) for name in machines},
         }
         for record in records
     ]

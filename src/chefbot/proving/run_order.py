@@ -92,11 +92,21 @@ def robot_of(scenario: Scenario, base: Path, seed: int) -> Robot:
 
 def _key(scenario: Scenario, robot: Robot, files: Mapping[str, bytes], seed: int) -> str:
     digest = hashlib.sha256(f"{code_hash()} {seed}".encode())
-    for part in (scenario, robot):
+    for part in (_what_counts(scenario), robot):
         digest.update(msgspec.json.encode(part, order="deterministic"))
     for name in sorted(files):
         digest.update(name.encode() + b"\0" + hashlib.sha256(files[name]).digest())
     return digest.hexdigest()[:20]
+
+
+def _what_counts(scenario: Scenario) -> Scenario:
+    """Return the scenario without what no result depends on, so that runs stay done when only that changes.
+
+    robot: the robot itself counts, wherever its file lies.
+    """
+    return msgspec.structs.replace(
+        scenario, description="", robot="", claim=0.0, seeds="", known_failure="", peer=""
+    )
 
 
 def _packed(scenario: Scenario, robot: Robot, base: Path) -> tuple[Scenario, dict[str, bytes]]:
@@ -159,5 +169,7 @@ def _add_world(files: dict[str, bytes], path: Path) -> str:
 
 def _add_log(files: dict[str, bytes], task: MapLogTask, base: Path) -> MapLogTask:
     log = _add(files, base / task.log, Path(task.log).name)
-    relations = _add(files, base / task.relations, Path(task.relations).name) if task.relations else ""
+    relations = ""
+    if task.relations:  # the log may have the same name in another folder
+        relations = _add(files, base / task.relations, f"relations_{Path(task.relations).name}")
     return msgspec.structs.replace(task, log=log, relations=relations)

@@ -7,19 +7,20 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import msgspec
+import numpy as np
 from msgspec import Meta
 
-from chefbot.buildings.parameters import KINDS
+from chefbot.buildings.parameters import KINDS, BuildingError, draw_numbers
 from chefbot.buildings.people_spec import MAX_PEOPLE, PeopleSpec
-from chefbot.config import find_file, parse_config, read_bytes
+from chefbot.config import build, find_file, parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
 from chefbot.proving.figures import FIGURES
-from chefbot.proving.scenario_tasks import Bounds, RunLimits, Task
+from chefbot.proving.scenario_tasks import Bounds, MapLogTask, RunLimits, Task
 from chefbot.sim.faults.events import FaultEvent
 
 SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
 MAX_SEEDS = 100_000
-_SEED_RANGE = re.compile(r"(\d+)(?:\.\.(\d+))?")
+_SEED_RANGE = re.compile(r"\s*([0-9]{1,10})\s*(?:\.\.\s*([0-9]{1,10})\s*)?")
 
 
 class Building(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -71,7 +72,7 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     limits: RunLimits = RunLimits()
     criteria: Annotated[
         dict[str, Bounds], Meta(description="figures with bounds that a successful run keeps")
-    ] = msgspec.field(default_factory=lambda: {"collisions": Bounds(max=0)})
+    ] = msgspec.field(default_factory=lambda: {"collisions": Bounds(max=0.0)})
     claim: Annotated[
         float, Meta(ge=0, le=1, description="smallest share of successful runs; below it the exit code is 1")
     ] = 0.0
@@ -100,33 +101,48 @@ def load_scenario(name_or_path: str) -> Scenario:
 
 def parse_scenario(data: bytes, where: str) -> Scenario:
     """Parse a scenario from YAML text; `where` begins every error message."""
-    scenario = parse_config(data, Scenario, where)
+    content = parse_yaml(data, where)
+    scenario = build(content, Scenario, where)
+    if isinstance(scenario.task, MapLogTask) and "criteria" not in content:
+        scenario = msgspec.structs.replace(scenario, criteria={})  # a log has no collisions
     _check(scenario, where)
     return scenario
 
 
 def _check(scenario: Scenario, where: str) -> None:
     parse_seeds(scenario.seeds, f"{where}: seeds")
-    for figure in scenario.criteria:
+    for figure, bounds in scenario.criteria.items():
         if figure not in FIGURES:
             raise UserError(f"{where}: criteria: there is no figure {figure!r}{name_hint(figure, FIGURES)}")
+        if not bounds.can_be_kept:
+            raise UserError(f"{where}: criteria: {figure} needs a min, or a max that is not below it")
     if isinstance(scenario.world, Building) and scenario.world.kind not in KINDS:
         kind = scenario.world.kind
         raise UserError(f"{where}: world: there is no kind of building {kind!r}{name_hint(kind, KINDS)}")
+    if isinstance(scenario.world, Building):
+        _check_numbers(scenario.world, where)
     if scenario.start is not None and len(scenario.start) != 3:
         raise UserError(f"{where}: start: must be three numbers [x, y, yaw], in metres and radians")
+
+
+def _check_numbers(building: Building, where: str) -> None:
+    """Find a wrong number of a building here, and not in the first run."""
+    try:
+        draw_numbers(building.kind, building.numbers, np.random.default_rng(0))
+    except BuildingError as error:
+        raise UserError(f"{where}: world: {error}") from None
 
 
 def parse_seeds(text: str, where: str) -> list[int]:
     """Return the seeds of '1..20', '3' or '1..5,9', each once, in order. Raises UserError for anything else."""
     seeds: list[int] = []
-    for part in text.replace(" ", "").split(","):
+    for part in text.split(","):
         match = _SEED_RANGE.fullmatch(part)
         if match is None:
             raise UserError(f"{where} {text[:60]!r}: give seeds as 1..20, 7 or 1..5,9")
         first, last = int(match[1]), int(match[2] or match[1])
         if last < first or last - first >= MAX_SEEDS or last >= 2**31:
-            raise UserError(f"{where} {text[:60]!r}: {part[:40]} is no range of at most {MAX_SEEDS} seeds")
+            raise UserError(f"{where} {text[:60]!r}: {part.strip()} is no range of at most {MAX_SEEDS} seeds")
         seeds += range(first, last + 1)
     return sorted(set(seeds))
 

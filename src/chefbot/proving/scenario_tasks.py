@@ -82,6 +82,12 @@ class Bounds(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     min: float | None = None
     max: float | None = None
 
+    @property
+    def can_be_kept(self) -> bool:
+        """Whether there is a bound, and a value that keeps all of them."""
+        given = [bound for bound in (self.min, self.max) if bound is not None]
+        return bool(given) and given[0] <= given[-1]
+
     def violated_by(self, value: float) -> bool:
         """Return whether a figure lies outside; NaN always does."""
         above = self.min is None or value >= self.min

@@ -38,7 +38,8 @@ def wilson(successes: int, total: int) -> Share:
     p, z2 = successes / total, Z * Z
     centre = (p + z2 / (2 * total)) / (1 + z2 / total)
     half = Z / (1 + z2 / total) * math.sqrt(p * (1 - p) / total + z2 / (4 * total * total))
-    return Share(successes, total, max(0.0, centre - half), min(1.0, centre + half))
+    low, high = max(0.0, centre - half), min(1.0, centre + half)
+    return Share(successes, total, min(low, p), max(high, p))  # of none or all, rounding leaves out the share
 
 
 class Difference(NamedTuple):

@@ -6,7 +6,7 @@ import math
 
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.proving.scenario_tasks import DriveRandomlyTask
-from chefbot.proving.simulated_run import SimulatedRun
+from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
 from chefbot.robot.motion_limits import Limits
 
 COMMAND_PERIOD = 0.1
@@ -27,8 +27,9 @@ def drive_randomly(run: SimulatedRun) -> None:
     assert isinstance(task, DriveRandomlyTask)
     run.launch("gmapping_demo", {})
     limits = Limits.of(run.system.robot)
-    ends = run.time + task.duration
-    while run.time < min(ends, run.scenario.limits.time):
+    wanted = run.time + task.duration
+    ends = min(wanted, run.scenario.limits.time)
+    while run.time < ends:
         v, w = run.rng.uniform(0.0, limits.speed), run.rng.uniform(-1.0, 1.0) * min(limits.angular_speed, 1.5)
         segment_ends = run.time + run.rng.uniform(*SEGMENT)
         while run.time < min(segment_ends, ends):
@@ -36,6 +37,8 @@ def drive_randomly(run: SimulatedRun) -> None:
             command = Twist.of(0.0, math.copysign(TURN, w)) if blocked else Twist.of(v, w)
             run.publish("cmd_vel_teleop", command)
             run.run_for(COMMAND_PERIOD)
+    if ends < wanted:
+        raise TaskFailedError(f"the drive was not over after {ends:.0f} s")
 
 
 def _is_blocked(run: SimulatedRun) -> bool:

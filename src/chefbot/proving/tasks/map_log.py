@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from chefbot.config import read_bytes
 from chefbot.errors import ChefbotError, UserError
 from chefbot.proving.scenario_tasks import MapLogTask
@@ -12,6 +15,8 @@ from chefbot.slam.offline import run_log
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.relations import parse_relations, relation_errors, track_of_log
 from chefbot.storage.carmen_log import read_text
+
+MAX_RELATIONS_BYTES = 100_000_000
 
 
 def map_log(
@@ -23,13 +28,20 @@ def map_log(
     try:
         result = run_log(records, params)
         track = track_of_log(records, result.stamps, result.poses)
-        figures = {"time": result.stamps[-1] - result.stamps[0]}
-        if task.relations:
-            relations = parse_relations(
-                read_bytes(folder / task.relations, "relations", 100_000_000).decode()
-            )
-            figures["relation_error"] = float(relation_errors(track, relations).mean())
     except ChefbotError as error:
         raise UserError(f"log {task.log}: {error}") from None
+    figures = {"time": result.stamps[-1] - result.stamps[0]}
+    if task.relations:
+        figures["relation_error"] = float(relation_errors(track, _relations(task, folder)).mean())
     path = [(t - result.stamps[0], p.x, p.y) for t, p in zip(result.stamps, result.poses, strict=True)]
     return figures, path
+
+
+def _relations(task: MapLogTask, folder: Path) -> NDArray[np.float64]:
+    """Return the true relations. Raises UserError that names their file."""
+    try:
+        return parse_relations(read_bytes(folder / task.relations, "relations", MAX_RELATIONS_BYTES).decode())
+    except UnicodeDecodeError:
+        raise UserError(f"relations {task.relations}: the file is not text") from None
+    except ChefbotError as error:
+        raise UserError(f"relations {task.relations}: {error}") from None

@@ -1,0 +1,160 @@
+"""The key of a run changes with all that its result depends on, and with nothing else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from tests.support.proving_runs import tiny, tiny_orders
+
+from chefbot.errors import UserError
+from chefbot.maths.grid import FREE, OCCUPIED, Grid
+from chefbot.maths.se2 import SE2
+from chefbot.proving import run_order
+from chefbot.proving.run_order import RunOrder, code_hash, run_orders
+from chefbot.proving.scenario import Building
+from chefbot.proving.scenario_tasks import Bounds, DriveRandomlyTask, MapLogTask, RunLimits
+from chefbot.proving.worker import check_code
+from chefbot.storage.map_files import save_map
+from chefbot.storage.places import places_path, save_places
+
+KEY = tiny_orders([1])[0].key
+
+
+def test_equal_runs_have_equal_keys_whoever_orders_them(tmp_path: Path) -> None:
+    assert run_orders(tiny(), tmp_path, [1], record=True)[0].key == KEY
+    assert [order.key for order in tiny_orders([3, 1])][1] == KEY
+
+
+@pytest.mark.parametrize("change", [{"description": "x."}, {"claim": 0.9}, {"seeds": "1..7"}])
+def test_what_no_result_depends_on_is_not_in_the_key(change: dict[str, object]) -> None:
+    assert tiny_orders([1], **change)[0].key == KEY
+
+
+def test_all_that_a_result_depends_on_is_in_the_key() -> None:
+    changes: list[dict[str, object]] = [
+        {"name": "other"},
+        {"world": "room"},
+        {"world": Building(kind="home")},
+        {"world": Building(kind="home", numbers={"glass": 0.0})},
+        {"robot": "chefbot"},
+        {"profile": "perfect"},
+        {"start": [0.0, 0.0, 1.0]},
+        {"people": 2},
+        {"task": DriveRandomlyTask(duration=2.0)},
+        {"limits": RunLimits(time=60.0)},
+        {"criteria": {"collisions": Bounds(max=1)}},
+    ]
+    keys = {tiny_orders([1], **change)[0].key for change in changes}
+    assert len(keys | {KEY}) == len(changes) + 1
+
+
+def test_every_field_of_a_scenario_was_thought_of() -> None:
+    fields = {field.name for field in msgspec.structs.fields(tiny())}
+    ignored = {"description", "claim", "seeds"}
+    counted = {"name", "world", "robot", "profile", "start", "people", "task", "limits", "criteria"}
+    assert counted | ignored <= fields
+
+
+def test_each_seed_has_its_own_key() -> None:
+    assert len({order.key for order in tiny_orders(list(range(200)))}) == 200
+
+
+def test_the_key_depends_on_the_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_order, "code_hash", lambda: "other")
+    order = tiny_orders([1])[0]
+    assert (order.key != KEY, order.code) == (True, "other")
+
+
+def test_the_code_is_all_source_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = tmp_path / "chefbot"
+    (package / "worlds").mkdir(parents=True)
+    (package / "__init__.py").write_text("")
+    hashes = set()
+    for name, text in (("a.py", "1"), ("a.py", "2"), ("worlds/a.yaml", "1"), ("worlds/b.yaml", "1")):
+        (package / name).write_text(text)
+        monkeypatch.setattr(run_order.chefbot, "__file__", str(package / "__init__.py"))
+        hashes.add(code_hash.__wrapped__())
+    (package / "a.pyc").write_text("compiled")
+    assert len(hashes) == 4
+    assert code_hash.__wrapped__() in hashes
+
+
+def test_other_code_is_refused_with_both_hashes() -> None:
+    check_code(code_hash())
+    with pytest.raises(UserError, match=rf"worker on .+ another version .*{code_hash()}, not 0123"):
+        check_code("0123")
+
+
+def own_map(folder: Path, cells: int = 40) -> Path:
+    grid = Grid(room_of(cells), 0.1, -2.0, -2.0)
+    save_map(folder / "plan", grid)
+    return folder / "plan.yaml"
+
+
+def room_of(size: int) -> NDArray[np.int8]:
+    cells = np.full((size, size), FREE, np.int8)
+    cells[0] = cells[-1] = cells[:, 0] = cells[:, -1] = OCCUPIED
+    return cells
+
+
+def order_of_map(folder: Path) -> RunOrder:
+    return run_orders(tiny(world="plan.yaml"), folder, [1])[0]
+
+
+def test_the_files_of_a_map_travel_with_the_run(tmp_path: Path) -> None:
+    own_map(tmp_path)
+    order = order_of_map(tmp_path)
+    assert set(order.files) == {"world.yaml", "plan.pgm"}
+    assert order.scenario.world == "world.yaml"
+    save_places(places_path(tmp_path / "plan.yaml"), {"home": SE2(0.5, 0.5, 0.0)})
+    placed = order_of_map(tmp_path)
+    assert set(placed.files) == {"world.yaml", "plan.pgm", "world.places.yaml"}
+    own_map(tmp_path, 41)
+    assert len({order.key, placed.key, order_of_map(tmp_path).key}) == 3
+
+
+def test_the_folder_of_the_files_is_not_in_the_key(tmp_path: Path) -> None:
+    keys = set()
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        own_map(tmp_path / name)
+        (tmp_path / name / "own.yaml").write_text("like: chefbot_lidar\nname: own\n")
+        keys.add(run_orders(tiny(world="plan.yaml", robot="own.yaml"), tmp_path / name, [1])[0].key)
+        keys.add(
+            run_orders(
+                tiny(world=str(tmp_path / name / "plan.yaml"), robot=str(tmp_path / name / "own.yaml")),
+                Path(),
+                [1],
+            )[0].key
+        )
+    assert len(keys) == 1
+
+
+def test_the_robot_is_in_the_key_and_not_its_file(tmp_path: Path) -> None:
+    keys = []
+    for speed in ("0.25 m/s", "0.25 m/s", "0.2 m/s"):
+        (tmp_path / "own.yaml").write_text(
+            f"like: chefbot_lidar\nname: own\ndrive:\n  max_speed: {speed}\n# {len(keys)}\n"
+        )
+        keys.append(run_orders(tiny(robot="own.yaml"), tmp_path, [1])[0].key)
+    assert keys[0] == keys[1] != keys[2]
+
+
+def test_a_log_and_its_relations_may_share_a_name(tmp_path: Path) -> None:
+    for folder in ("logs", "relations"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "intel.txt").write_text(folder)
+    task = MapLogTask(log="logs/intel.txt", relations="relations/intel.txt")
+    order = run_orders(tiny(task=task), tmp_path, [1])[0]
+    assert isinstance(order.scenario.task, MapLogTask)
+    assert order.files[order.scenario.task.log] == b"logs"
+    assert order.files[order.scenario.task.relations] == b"relations"
+
+
+def test_an_order_is_the_same_after_its_way_to_a_worker() -> None:
+    order = tiny_orders([1])[0]
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(order), type=RunOrder) == order

@@ -8,7 +8,9 @@ from chefbot.cli import completion
 
 ROBOTS = "chefbot, chefbot_lidar, desk, jackal, porter, or a robot file"
 WORLDS = "hotel, room, workshop, empty, a world file, or any ROS map.yaml"
-START = typer.Option(help="start pose '[x, y, yaw]', m and rad; default: the world's, on a map the roomiest")
+START = typer.Option(
+    help="start pose '\\[x, y, yaw]', m and rad; default: the world's, on a map the roomiest"
+)
 UNKNOWN = typer.Option(
     help="unknown cells of a map: wall, free, or auto, walls if large or at the map's edge",
     autocompletion=completion.unknown_cells,

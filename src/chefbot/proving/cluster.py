@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,7 @@ from typing import Any
 from chefbot.errors import UserError
 from chefbot.proving.run_order import code_hash
 
+ADDRESS = re.compile(r"(tcp|tls|ws|wss)://(\[[^\]]+\]|[^:/]+):\d{1,5}")
 CONNECT_TIMEOUT = "15s"
 REPLACE_PERIOD = 2.0
 """Period at which dead workers of this machine are looked for, s."""
@@ -26,6 +28,8 @@ def cluster(address: str, workers: int) -> Iterator[DaskCluster]:
 
     Raises UserError without Dask, if the scheduler does not answer, or if a worker has other code.
     """
+    if address and not ADDRESS.fullmatch(address):
+        raise UserError(f"--scheduler {address[:80]}: give an address as tcp://HOST:PORT")
     try:
         import dask
         import distributed  # noqa: F401 - so that the advice covers it

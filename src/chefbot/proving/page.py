@@ -20,12 +20,13 @@ from chefbot.proving.statistics import wilson
 
 WORST = 10
 """Number of runs that are shown in detail."""
-JUDGED = "judged: odd seeds, on which nothing was tuned"
-TUNING = "not judged: even seeds, which are for tuning"
+JUDGED = "odd: judged"
+TUNING = "even: for tuning, not judged"
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem;color:#222}"
     "table{border-collapse:collapse}th,td{text-align:left;padding:.15rem .8rem .15rem 0;vertical-align:top}"
-    "td.n{text-align:right;font-variant-numeric:tabular-nums}code{background:#f3f3f3;padding:.1rem .3rem}"
+    "td.n{text-align:right;font-variant-numeric:tabular-nums}"
+    "code{background:#f3f3f3;padding:.1rem .3rem;overflow-wrap:anywhere}"
     ".bad{color:#c8432b}.good{color:#1c7c3c}.faint{color:#777}"
     ".worst{display:grid;grid-template-columns:repeat(auto-fill,minmax(20rem,1fr));gap:1rem}"
     ".worst svg{max-width:100%;height:auto}h2{margin-top:2.5rem}"
@@ -142,7 +143,7 @@ def _worst(scenario: Scenario, records: Sequence[RunRecord], out: Path) -> str:
             f"<div><b>seed {record.seed}</b>: {verdict}<br>{len(record.incidents)} incidents, {record.sim_time:.0f} s"
             f"{picture.decode() if picture else ''}<code>{again}</code></div>"
         )
-    return f"<h3>The {min(WORST, len(records))} worst runs</h3><div class='worst'>{''.join(cards)}</div>"
+    return f"<h3>Runs, worst first</h3><div class='worst'>{''.join(cards)}</div>"
 
 
 def again_command(scenario: Scenario, record: RunRecord, out: Path) -> str:
@@ -158,4 +159,4 @@ def _head(*titles: str) -> str:
 def _machines(records: Sequence[RunRecord]) -> str:
     hosts = sorted({f"{r.machine.get('host', '?')} ({r.machine.get('processor', '?')})" for r in records})
     cpu, sim = sum(record.cpu_time for record in records), sum(record.sim_time for record in records)
-    return f"{', '.join(hosts)}; {sim / 3600:.1f} h simulated in {cpu / 3600:.2f} h of CPU time"
+    return f"{', '.join(hosts)}; {sim / 60:.0f} min simulated in {cpu / 60:.1f} min of CPU time"

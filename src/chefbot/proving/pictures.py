@@ -56,6 +56,8 @@ def distributions(records: Sequence[RunRecord]) -> bytes | None:
         unit = FIGURES[name].unit
         axes.set_xlabel(f"{name.replace('_', ' ')}{f', {unit}' if unit else ''}", fontsize=8)
         axes.tick_params(labelsize=7)
+        axes.locator_params(axis="x", nbins=5)
+        axes.locator_params(axis="y", integer=True)
     return svg(figure)
 
 

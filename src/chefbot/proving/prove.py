@@ -12,7 +12,7 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.kernels.precompile import compile_kernels
 from chefbot.proving.cluster import cluster
 from chefbot.proving.collect import collect
@@ -35,7 +35,7 @@ class ProveOptions(NamedTuple):
     """The options of `chefbot prove`."""
 
     names: Sequence[str]
-    seeds: str
+    seeds: str | None
     robot: str
     workers: int
     scheduler: str
@@ -57,11 +57,8 @@ def run_prove(options: ProveOptions) -> int:
     results = ResultsFolder(options.out)
     old = ResultsFolder(options.against).records() if options.against else []
     request = results.request() if options.resume and not options.names else requested(options)
-    orders = [
-        order
-        for scenario, folder, seeds in zip(request.scenarios, request.folders, request.seeds, strict=True)
-        for order in run_orders(scenario, Path(folder), seeds, options.record)
-    ]
+    orders = orders_of(request, options.record)
+    check_common_runs(options, old, orders)
     results.create(request)
     done = {order.key: record for order in orders if (record := _done(results, order, options.record))}
     missing = [order for order in orders if order.key not in done]
@@ -73,8 +70,31 @@ def run_prove(options: ProveOptions) -> int:
             differences = changes(old, made)
             write_results(options, request.scenarios, made, differences)
     print_summary(request.scenarios, made, differences)
+    if old and not any(change.is_better or change.is_worse for change in differences):
+        pairs = max(change.difference.pairs for change in differences)
+        console.print(f"{pairs} runs compared with {options.against}: nothing changed significantly")
     console.print(f"page in {options.out / PAGE}, tables beside it")
     return int(claims_missed(request.scenarios, made) or any(change.is_worse for change in differences))
+
+
+def orders_of(request: Request, record: bool) -> list[RunOrder]:
+    """Return the runs of all scenarios. Raises UserError that names the scenario with bad input."""
+    orders: list[RunOrder] = []
+    for scenario, folder, seeds in zip(request.scenarios, request.folders, request.seeds, strict=True):
+        try:
+            orders += run_orders(scenario, Path(folder), seeds, record)
+        except ChefbotError as error:
+            raise UserError(f"scenario {scenario.name}: {error}") from None
+    return orders
+
+
+def check_common_runs(options: ProveOptions, old: Sequence[RunRecord], orders: Sequence[RunOrder]) -> None:
+    """Raise UserError if the older results have no run to compare with."""
+    known = {(record.scenario, record.seed) for record in old}
+    if old and not any((order.scenario.name, order.seed) in known for order in orders):
+        raise UserError(
+            f"--against {options.against}: it has no run of these scenarios with one of these seeds"
+        )
 
 
 def requested(options: ProveOptions) -> Request:
@@ -86,7 +106,10 @@ def requested(options: ProveOptions) -> Request:
             raise UserError(f"two scenarios are called {name}; a name must be unique in the results")
     built_in = built_in_scenarios()
     folders = ["." if name in built_in else str(Path(name).resolve().parent) for name in options.names]
-    seeds = [parse_seeds(options.seeds or scenario.seeds, "--seeds") for scenario in scenarios]
+    seeds = [
+        parse_seeds(scenario.seeds if options.seeds is None else options.seeds, "--seeds")
+        for scenario in scenarios
+    ]
     return Request(scenarios=scenarios, folders=folders, seeds=seeds)
 
 
@@ -103,7 +126,9 @@ def make_missing(
     try:
         with (
             run_progress(console, total, len(done)) as progress,
-            cluster(options.scheduler, options.workers or os.cpu_count() or 1) as connected,
+            cluster(
+                options.scheduler, min(options.workers or os.cpu_count() or 1, len(missing))
+            ) as connected,
         ):
 
             def add(record: RunRecord, log: bytes) -> None:
@@ -114,7 +139,7 @@ def make_missing(
             collect(connected, missing, add)
     except KeyboardInterrupt:
         console.print(
-            f"{len(done)} of {total} runs are done and kept; `chefbot prove --resume --out {options.out}` goes on"
+            f"{len(done)} of {total} runs are done and kept; `chefbot prove --resume --out {options.out}` resumes"
         )
         raise
 

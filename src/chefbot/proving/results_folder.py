@@ -43,10 +43,10 @@ class ResultsFolder:
             write_atomic(self.folder / SCENARIOS / f"{scenario.name}.yaml", text.encode())
 
     def request(self) -> Request:
-        """Return what was asked for. Raises UserError if the folder has no proof in it."""
+        """Return what was asked for. Raises UserError if the folder has no results in it."""
         path = self.folder / REQUEST
         if not path.exists():
-            raise UserError(f"{self.folder} holds no proof to go on with: {REQUEST} is missing in it")
+            raise UserError(f"{self.folder} holds no results to resume: {REQUEST} is missing in it")
         try:
             return msgspec.json.decode(read_bytes(path, "request", MAX_REQUEST_BYTES), type=Request)
         except msgspec.DecodeError as error:

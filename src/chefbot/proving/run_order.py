@@ -12,13 +12,14 @@ import msgspec
 import chefbot
 from chefbot.config import parse_yaml, read_bytes
 from chefbot.design.generation.generate import generate_robot
+from chefbot.errors import UserError
 from chefbot.proving.scenario import DrawnRobot, Scenario
-from chefbot.proving.scenario_tasks import MapLogTask
+from chefbot.proving.scenario_tasks import DeliverTask, MapLogTask
 from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.spec import Robot
-from chefbot.sim.world.load import is_map, load_any_world
-from chefbot.sim.world.world import built_in_worlds
+from chefbot.sim.world.load import is_map, load_any_world, with_drawn_places
+from chefbot.sim.world.world import World, built_in_worlds
 from chefbot.storage.places import places_path
 
 MAX_FILE_BYTES = 500_000_000
@@ -115,7 +116,7 @@ def _packed(scenario: Scenario, robot: Robot, base: Path) -> tuple[Scenario, dic
     world, task = scenario.world, scenario.task
     if isinstance(world, str):
         path = _resolved(world, built_in_worlds(), base)
-        load_any_world(str(path), robot, start_text(scenario))
+        _check_places(scenario, load_any_world(str(path), robot, start_text(scenario)), robot)
         if world not in built_in_worlds():
             world = _add_world(files, path)
     if isinstance(task, MapLogTask):
@@ -141,6 +142,14 @@ def with_absolute_paths(scenario: Scenario, base: Path) -> Scenario:
 def start_text(scenario: Scenario) -> str:
     """Return the start pose as launch argument, empty for that of the world."""
     return "" if scenario.start is None else str(scenario.start)
+
+
+def _check_places(scenario: Scenario, world: World, robot: Robot) -> None:
+    """Raise UserError if the world has no table to deliver to, and no room to draw one."""
+    if isinstance(scenario.task, DeliverTask):
+        places = with_drawn_places(world, robot, 1).places
+        if "kitchen" not in places or not any(name.startswith("table_") for name in places):
+            raise UserError(f"world {world.name} has no room for a kitchen and a table to deliver to")
 
 
 def _resolved(name: str, built_in: Mapping[str, Path], base: Path) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 import subprocess
 import sys
@@ -21,6 +22,8 @@ from chefbot.proving.run_order import RunOrder, code_hash
 POLL_PERIOD = 0.05
 """Period at which a run's memory and time are checked, s."""
 MEGABYTE = 1024 * 1024
+MAX_KILLS = 3
+"""Times that a run's process is killed from outside before the run counts as failed."""
 LAST_LINES = 5
 """Lines of a process's error output that its record keeps."""
 
@@ -42,6 +45,11 @@ def make_run_in_process(packed: bytes) -> RunResult:
     with tempfile.TemporaryDirectory(prefix="chefbot_run_") as name:
         folder = Path(name)
         record = _supervised(order, packed, folder)
+        for _ in range(MAX_KILLS - 1):
+            if record is not None:
+                break
+            record = _supervised(order, packed, folder)
+        record = record or crashed(order, f"killed {MAX_KILLS} times from outside; perhaps memory is short")
         log = folder / LOG_NAME
         return RunResult(msgspec.json.encode(record), log.read_bytes() if log.exists() else b"")
 
@@ -55,8 +63,10 @@ def check_code(expected: str) -> None:
         )
 
 
-def _supervised(order: RunOrder, packed: bytes, folder: Path) -> RunRecord:
-    """Run the child process and end it at its limits."""
+def _supervised(order: RunOrder, packed: bytes, folder: Path) -> RunRecord | None:
+    """Run the child process and end it at its limits; return None if somebody else killed it, as Linux does without
+    memory: that is no result of the run.
+    """
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
             [sys.executable, "-m", "chefbot.proving.child", name_of(folder)],
@@ -75,6 +85,8 @@ def _supervised(order: RunOrder, packed: bytes, folder: Path) -> RunRecord:
                 process.stdin.close()
         if broken_limit:
             return crashed(order, broken_limit)
+        if process.returncode == -signal.SIGKILL:
+            return None
         path = folder / RECORD_NAME
         if process.returncode or not path.exists():
             return crashed(order, f"the process ended with {process.returncode}: {_tail(errors)}")

@@ -17,14 +17,16 @@ def prove(
         list[str] | None,
         typer.Argument(help="scenarios by name, or scenario files", autocompletion=completion.scenarios),
     ] = None,
-    seeds: Annotated[str, typer.Option(help="as 1..100, 7 or 1..9,15; default: the scenario's")] = "",
+    seeds: Annotated[
+        str | None, typer.Option(help="as 1..100, 7 or 1..9,15; odd ones judge, even ones are for tuning")
+    ] = None,
     robot: Annotated[str, ROBOT_OPTION] = "",
     workers: Annotated[int, typer.Option(min=0, help="processes of this machine; 0: one a core")] = 0,
     scheduler: Annotated[str, typer.Option(help="tcp://HOST:PORT of a Dask scheduler to run on")] = "",
     out: Annotated[Path, typer.Option(help="folder for the results; runs done there are kept")] = Path(
         "runs/prove"
     ),
-    resume: Annotated[bool, typer.Option("--resume", help="go on with what --out began")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="make the runs that --out lacks")] = False,
     record: Annotated[bool, typer.Option("--record", help="keep the log of each run, for `replay`")] = False,
     shrink: Annotated[
         str,
@@ -53,7 +55,7 @@ def prove(
     if not names and not resume:
         list_scenarios()
         return
-    if names and resume:
-        raise UserError("--resume goes on with the scenarios that --out began; leave out their names")
+    if resume and (names or seeds is not None or robot):
+        raise UserError("--resume takes the scenarios, seeds and robot from --out; leave these out")
     options = ProveOptions(names or [], seeds, robot, workers, scheduler, out, resume, record, against)
     raise typer.Exit(run_prove(options))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from chefbot.demo.score import ARRIVAL_TOLERANCE
+from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
@@ -16,7 +17,12 @@ def go(run: SimulatedRun) -> None:
     """LocalizeTask, then drive to the drawn places."""
     assert isinstance(run.scenario.task, GoTask)
     start_localized(run, unknown=False)
-    names = sorted(run.places)
+    # A goal at the start would be reached without driving.
+    names = sorted(
+        name for name, pose in run.places.items() if pose.distance(run.start) > 2 * ARRIVAL_TOLERANCE
+    )
+    if not names:
+        raise UserError(f"world {run.world.name} has no place to drive to besides the start")
     rounds = -(-run.scenario.task.goals // len(names))
     drawn = [names[i] for _ in range(rounds) for i in run.rng.permutation(len(names))]
     missed = [name for name in drawn[: run.scenario.task.goals] if not _drive_to(run, name)]

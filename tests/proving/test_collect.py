@@ -192,8 +192,14 @@ def test_runs_that_are_lost_again_and_again_are_given_up(monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize(
-    "address", ["tcp://127.0.0.1:1", "127.0.0.1:1", "nonsense", "foo://x:1", "tls://127.0.0.1:1", "tcp://x"]
+    "address", ["127.0.0.1:1", "nonsense", "foo://x:1", "tcp://x", "tcp://x:y", "x" * 500]
 )
+def test_an_address_of_another_form_is_refused(address: str) -> None:
+    with pytest.raises(UserError, match="give an address as tcp://HOST:PORT"), cluster(address, 1):
+        pass
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tls://127.0.0.1:1"])
 def test_a_scheduler_that_does_not_answer_is_one_sentence(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

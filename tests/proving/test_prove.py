@@ -99,7 +99,7 @@ def test_a_proof_leaves_records_tables_and_a_page(tmp_path: Path, scenario: str,
 
 
 def test_seeds_are_the_scenarios_own_unless_given(tmp_path: Path, scenario: str, runs: Runs) -> None:
-    run_prove(options(tmp_path / "a", scenario, seeds=""))
+    run_prove(options(tmp_path / "a", scenario, seeds=None))
     run_prove(options(tmp_path / "b", scenario, seeds="7"))
     assert runs.made == [1, 2, 3, 4, 7]
 
@@ -273,7 +273,7 @@ def test_two_scenarios_of_one_name_are_refused(tmp_path: Path, scenario: str, ru
 
 
 def test_resume_needs_a_proof(tmp_path: Path, runs: Runs) -> None:
-    with pytest.raises(UserError, match="holds no proof to go on with"):
+    with pytest.raises(UserError, match="holds no results to resume"):
         run_prove(options(tmp_path, resume=True))
 
 
@@ -313,7 +313,7 @@ def test_without_a_name_the_scenarios_are_listed(capsys: pytest.CaptureFixture[s
 
 
 def test_names_and_resume_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="--resume goes on with the scenarios that --out began"):
+    with pytest.raises(UserError, match="--resume takes the scenarios, seeds and robot from --out"):
         prove_command(names=["crowd"], resume=True, out=tmp_path)
 
 

@@ -94,7 +94,7 @@ def test_a_damaged_request_is_one_sentence(tmp_path: Path, content: bytes) -> No
 
 
 def test_a_folder_without_a_proof_is_one_sentence(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match=r"holds no proof to go on with: request.json is missing"):
+    with pytest.raises(UserError, match=r"holds no results to resume: request.json is missing"):
         ResultsFolder(tmp_path).request()
     with pytest.raises(UserError, match=r"holds no results of runs"):
         ResultsFolder(tmp_path).records()

@@ -114,12 +114,23 @@ def test_a_process_that_dies_becomes_a_record(
     assert (record.success, record.failure) == (False, failure)
 
 
-def test_bad_input_of_a_run_is_an_error_with_its_seed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    starting_with("import os\nos.write(2, b'no such table')\nos._exit(2)\n", tmp_path, monkeypatch)
-    with pytest.raises(UserError, match=r"^scenario tiny, seed 4: no such table$"):
-        make_run_in_process(packed(tiny_orders([4])[0]))
+@pytest.mark.slow
+def test_a_run_that_cannot_begin_is_a_failed_run() -> None:
+    order = tiny_orders([4])[0]
+    scenario = msgspec.structs.replace(order.scenario, world="nosuch")
+    record = made(msgspec.structs.replace(order, scenario=scenario))
+    assert not record.success
+    assert record.failure.startswith("it cannot run: no world is called 'nosuch'")
+
+
+@pytest.mark.slow
+def test_a_run_killed_from_outside_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Linux kills a process for want of memory: that is no result of the run."""
+    kill = "import os, pathlib, signal, time\nmark = pathlib.Path('killed')\n"
+    kill += "if not mark.exists():\n    mark.touch()\n    os.kill(os.getpid(), signal.SIGKILL)\n"
+    starting_with(kill, tmp_path, monkeypatch)
+    record = made(tiny_orders([1])[0])
+    assert "killed" not in record.failure and record.figures
 
 
 def test_a_worker_with_other_code_makes_no_run() -> None:

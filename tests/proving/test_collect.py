@@ -59,6 +59,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     folder = tmp_path_factory.mktemp("runs")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(FOLDER, str(folder))
+        # The workers are processes of their own, which import `counted_run`; they get the paths of this one.
+        patch.syspath_prepend(Path(__file__).parents[2])
         yield folder
 
 

@@ -92,12 +92,12 @@ def perfect_robot(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
 
 
 def shorter(scenario: Scenario, record: RunRecord) -> Iterator[Reduction]:
-    """Yield a run that ends soon after the last incident, or after the run's own end."""
+    """Yield a drive that ends soon after the last incident; a time limit would be a failure of its own."""
+    task = scenario.task
     last = max((time for time, *_ in record.incidents), default=record.sim_time)
     ends = float(round(last + AFTER_FAILURE))
-    if ends < scenario.limits.time:
-        limits = msgspec.structs.replace(scenario.limits, time=ends)
-        yield _with(scenario, f"{ends:.0f} s", limits=limits)
+    if isinstance(task, DriveRandomlyTask) and ends < task.duration:
+        yield _with(scenario, f"{ends:.0f} s", task=msgspec.structs.replace(task, duration=ends))
 
 
 REDUCERS = (fewer_faults, fewer_people, smaller_task, emptier_building, perfect_robot, shorter)

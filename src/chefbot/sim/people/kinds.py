@@ -44,7 +44,7 @@ class Talker(Person):
     partner: Talker | None = None
     meeting: DoorwaySpot | None = None
 
-    def live(self) -> Doing:
+    def steps(self) -> Doing:
         """Walk about, then talk, for ever."""
         leads = self.partner is None or self.number < self.partner.number
         while True:
@@ -85,7 +85,7 @@ class Companion(Person):
         super().__init__(scene, number, rng, pace)
         self.leader = leader
 
-    def live(self) -> Doing:
+    def steps(self) -> Doing:
         """Go where the leader goes, and stay when it stays."""
         w, i = self.walkers, self.number
         while True:
@@ -103,7 +103,7 @@ class Companion(Person):
 class StepsOut(Person):
     """Waits behind a corner and steps out when the robot comes by."""
 
-    def live(self) -> Doing:
+    def steps(self) -> Doing:
         """Hide and step out, for ever; walk about where there is no corner."""
         while True:
             spots = self.scene.hiding_places
@@ -133,7 +133,7 @@ class StepsOut(Person):
 class PullsChairs(Person):
     """Pulls chairs out and pushes them in."""
 
-    def live(self) -> Doing:
+    def steps(self) -> Doing:
         """Move a chair, then walk about, for ever."""
         while True:
             free = [chair for chair in self.scene.chairs if chair.user is None]
@@ -163,7 +163,7 @@ class PullsChairs(Person):
 class UsesDoors(Person):
     """Opens and closes doors."""
 
-    def live(self) -> Doing:
+    def steps(self) -> Doing:
         """Use a door, then walk about, for ever."""
         while True:
             if self.scene.door_sides:
@@ -184,7 +184,7 @@ class UsesDoors(Person):
 class Follower(Person):
     """Follows the robot as long as it sees it, and walks about otherwise."""
 
-    def live(self) -> Doing:
+    def steps(self) -> Doing:
         """Follow, or look for the robot, for ever."""
         while True:
             yield from self.walk_until_seen()
@@ -212,7 +212,7 @@ class Follower(Person):
 class Blocker(Person):
     """Stands in the robot's way for fun."""
 
-    def live(self) -> Doing:
+    def steps(self) -> Doing:
         """Block the robot when it comes in sight, leave it alone for a while, for ever."""
         while True:
             yield from self.walk_until_seen()

@@ -41,13 +41,13 @@ class Person:
         self.scene, self.number, self.rng, self.pace = scene, number, rng, pace
         self.walkers = scene.walkers
         self._patience = float(rng.uniform(*PATIENCE))
-        self._script = self.live()
+        self._script = self.steps()
 
     def decide(self) -> None:
         """Go on in the script."""
         next(self._script)
 
-    def live(self) -> Doing:
+    def steps(self) -> Doing:
         """Walk between destinations for ever."""
         while True:
             yield from self.walk_about()
@@ -125,7 +125,7 @@ class Person:
         return False
 
     def step_aside(self) -> Doing:
-        """Leave the way to whoever comes: go to the roomiest of some points around, and wait there."""
+        """Make way for others: go to the roomiest of some points around, and wait there."""
         self._patience = float(self.rng.uniform(*PATIENCE))
         x, y = self._roomiest_point()
         yield from self.come_to(x, y, 0.1, 1.5)

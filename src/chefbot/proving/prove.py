@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 from collections.abc import Sequence
@@ -25,9 +26,12 @@ from chefbot.proving.run_order import RunOrder, run_orders
 from chefbot.proving.scenario import Scenario, built_in_scenarios, is_judging, load_scenario, parse_seeds
 from chefbot.proving.statistics import wilson
 from chefbot.robot.load import built_in_robots, find_robot
+from chefbot.runtime.clock import wall_ns
 from chefbot.storage.atomic_files import write_atomic
 
 PAGE = "index.html"
+BATCH = 4
+"""Runs per worker between two looks at the time."""
 console = Console(highlight=False, soft_wrap=True)
 
 
@@ -63,7 +67,7 @@ def run_prove(options: ProveOptions) -> int:
     done = {order.key: record for order in orders if (record := _done(results, order, options.record))}
     missing = [order for order in orders if order.key not in done]
     try:
-        make_missing(results, missing, done, options)
+        make_missing(results, missing, done, options.workers, options.scheduler)
     finally:
         made = [done[order.key] for order in orders if order.key in done]
         if made:
@@ -114,21 +118,30 @@ def requested(options: ProveOptions) -> Request:
 
 
 def make_missing(
-    results: ResultsFolder, missing: list[RunOrder], done: dict[str, RunRecord], options: ProveOptions
+    results: ResultsFolder,
+    missing: list[RunOrder],
+    done: dict[str, RunRecord],
+    workers: int,
+    scheduler: str,
+    minutes: float = math.inf,
 ) -> None:
-    """Make the runs that have no record, and add theirs to `done`."""
-    if not missing:
+    """Make the runs that have no record, and add theirs to `done`; begin no more after `minutes`.
+
+    workers: processes of this machine, 0 for one a core.
+    """
+    if not missing or minutes <= 0.0:
         return
     compile_kernels(console)  # once for all workers of this machine
     total = len(done) + len(missing)
     console.print(f"{total} runs, {len(done)} of them done already")
+    workers = min(workers or os.cpu_count() or 1, len(missing))
+    batch = len(missing) if math.isinf(minutes) else BATCH * workers
+    began_ns = wall_ns()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # `kill` keeps what is done, as Ctrl-C does
     try:
         with (
             run_progress(console, total, len(done)) as progress,
-            cluster(
-                options.scheduler, min(options.workers or os.cpu_count() or 1, len(missing))
-            ) as connected,
+            cluster(scheduler, workers) as connected,
         ):
 
             def add(record: RunRecord, log: bytes) -> None:
@@ -136,10 +149,13 @@ def make_missing(
                 done[record.key] = record
                 progress.add(record)
 
-            collect(connected, missing, add)
+            for first in range(0, len(missing), batch):
+                if wall_ns() - began_ns > minutes * 60e9:
+                    break
+                collect(connected, missing[first : first + batch], add)
     except KeyboardInterrupt:
         console.print(
-            f"{len(done)} of {total} runs are done and kept; `chefbot prove --resume --out {options.out}` resumes"
+            f"{len(done)} of {total} runs are done and kept; `chefbot prove --resume --out {results.folder}` resumes"
         )
         raise
 

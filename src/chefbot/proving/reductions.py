@@ -25,7 +25,7 @@ EMPTY_NUMBERS = {
 """Numbers of a building without what stands, hangs or lies about."""
 FEW_PEOPLE = (0, 1, 2, 4, 6)
 AFTER_FAILURE = 5.0
-"""Time that a run goes on after its last incident, s."""
+"""Time that a run continues after its last incident, s."""
 
 
 class Reduction(NamedTuple):

@@ -1,4 +1,4 @@
-"""The folder of a proof: what was asked for, a record a run, and the tables made of them."""
+"""The folder of results: the request, a record a run, and the tables made of them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAX_REQUEST_BYTES = 100_000_000
 
 
 class Request(msgspec.Struct, frozen=True, kw_only=True):
-    """What was asked for: scenarios with the folders of their files, and seeds for each."""
+    """The scenarios of a command with the folders of their files, and seeds for each."""
 
     scenarios: list[Scenario]
     folders: list[str]
@@ -34,7 +34,7 @@ class ResultsFolder:
         self.folder = folder
 
     def create(self, request: Request) -> None:
-        """Create the folder, with what was asked for, which `--resume` reads."""
+        """Create the folder with the request, which `--resume` reads."""
         for name in (RECORDS, SCENARIOS):
             make_folder(self.folder / name)
         write_atomic(self.folder / REQUEST, msgspec.json.format(msgspec.json.encode(request)))
@@ -43,7 +43,7 @@ class ResultsFolder:
             write_atomic(self.folder / SCENARIOS / f"{scenario.name}.yaml", text.encode())
 
     def request(self) -> Request:
-        """Return what was asked for. Raises UserError if the folder has no results in it."""
+        """Return the request. Raises UserError if the folder has no results in it."""
         path = self.folder / REQUEST
         if not path.exists():
             raise UserError(f"{self.folder} holds no results to resume: {REQUEST} is missing in it")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -11,22 +10,16 @@ from pathlib import Path
 from rich.console import Console
 
 from chefbot import __version__
-from chefbot.kernels.precompile import compile_kernels
-from chefbot.proving.cluster import cluster
-from chefbot.proving.collect import collect
-from chefbot.proving.progress import run_progress
+from chefbot.proving.prove import make_missing
 from chefbot.proving.record import RunRecord
 from chefbot.proving.results_folder import Request, ResultsFolder, write_tables
-from chefbot.proving.run_order import RunOrder, code_hash, run_orders
+from chefbot.proving.run_order import code_hash, run_orders
 from chefbot.proving.scenario import Scenario, built_in_scenarios, load_scenario
 from chefbot.proving.statistics import wilson
-from chefbot.runtime.clock import wall_ns
 from chefbot.storage.atomic_files import write_into_folder
 
 SEEDS = list(range(1, 40, 2))
 """Odd seeds: nothing was tuned on them."""
-BATCH = 4
-"""Runs per worker between two looks at the time."""
 console = Console(highlight=False, soft_wrap=True)
 
 
@@ -41,41 +34,13 @@ def run_scoreboard(page: Path, out: Path, minutes: float, workers: int, schedule
     orders = [order for same_seed in zip(*by_scenario, strict=True) for order in same_seed]
     done = {order.key: record for order in orders if (record := results.find(order.key)) is not None}
     missing = [order for order in orders if order.key not in done]
-    if missing and minutes > 0:
-        _make(results, missing, done, minutes, workers or os.cpu_count() or 1, scheduler)
+    make_missing(results, missing, done, workers, scheduler, minutes)
     made = [done[order.key] for order in orders if order.key in done]
     if made:
         write_tables(out, made)
     write_into_folder(page, scoreboard_text(scenarios, made).encode())
     console.print(f"{len(made)} of {len(orders)} runs; scoreboard in {page}")
     return 0
-
-
-def _make(
-    results: ResultsFolder,
-    missing: Sequence[RunOrder],
-    done: dict[str, RunRecord],
-    minutes: float,
-    workers: int,
-    scheduler: str,
-) -> None:
-    compile_kernels(console)
-    ends_ns = wall_ns() + round(minutes * 60e9)
-    with (
-        run_progress(console, len(done) + len(missing), len(done)) as progress,
-        cluster(scheduler, workers) as connected,
-    ):
-
-        def add(record: RunRecord, log: bytes) -> None:
-            results.add(record, log)
-            done[record.key] = record
-            progress.add(record)
-
-        size = BATCH * workers
-        for first in range(0, len(missing), size):
-            if wall_ns() > ends_ns:
-                break
-            collect(connected, missing[first : first + size], add)
 
 
 def scoreboard_text(scenarios: Sequence[Scenario], records: Sequence[RunRecord]) -> str:

@@ -106,7 +106,7 @@ def _send(process: subprocess.Popen[bytes], packed: bytes) -> None:
         process.stdin.write(len(packed).to_bytes(LENGTH_BYTES, "big") + packed)
         process.stdin.flush()
     except BrokenPipeError:
-        return  # it has ended already, which its exit code tells
+        return  # it has ended already, which its exit code shows
 
 
 def _wait(process: subprocess.Popen[bytes], order: RunOrder) -> tuple[str, float]:

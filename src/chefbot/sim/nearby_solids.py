@@ -38,7 +38,9 @@ class NearbySolids:
         self._boxes = _bounding_boxes(self._all) if self._follows else np.zeros((0, 4))
         self._centre = math.inf, math.inf
         self.touchable = self._all
-        """Solids within reach of the robot's body, laser and sound."""
+        """Solids within reach of the robot's body."""
+        self.reflecting = shape_arrays(self._all)
+        """Solids within reach of laser and sound."""
         self.visible: ShapeArrays
         """Solids in the camera's view, without glass."""
         self._set_visible(self._all)
@@ -49,7 +51,8 @@ class NearbySolids:
             return False
         self._centre = x, y
         gaps = self._gaps(x, y)
-        self.touchable = tuple(self._all[i] for i in np.flatnonzero(gaps <= self._reach).tolist())
+        self.touchable = tuple(self._all[i] for i in np.flatnonzero(gaps <= BODY_REACH + SLACK).tolist())
+        self.reflecting = shape_arrays([self._all[i] for i in np.flatnonzero(gaps <= self._reach).tolist()])
         view = max(VIEW, self._reach)
         self._set_visible([self._all[i] for i in np.flatnonzero(gaps <= view).tolist()])
         return True
@@ -71,10 +74,10 @@ def _grown(shape: SimulatedShape) -> SimulatedShape:
 
 
 def _longest_range(robot: Robot) -> float:
-    """Return the longest range of the sensors that MuJoCo simulates, with a metre for their place on the robot."""
+    """Return the longest range of laser and sound, with a metre for their place on the robot."""
     sensors = robot.sensors
     ranges = [sensor.range_max for sensor in (sensors.lidar, sensors.ultrasonic) if sensor is not None]
-    return max([BODY_REACH, *ranges]) + 1.0
+    return max(ranges, default=0.0) + 1.0
 
 
 def _bounding_boxes(solids: Sequence[SimulatedShape]) -> NDArray[np.float64]:

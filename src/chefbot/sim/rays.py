@@ -1,9 +1,9 @@
-"""Ray casting through MuJoCo's world for lidar and ultrasonic ranger."""
+"""Ray casting through the world for lidar and ultrasonic ranger."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import mujoco
@@ -15,12 +15,9 @@ from chefbot.robot.as_built import AsBuilt
 from chefbot.robot.geometry.shapes import rotation
 from chefbot.robot.section import Mount
 from chefbot.robot.sensors import Lidar, Ultrasonic
-from chefbot.sim.world.world_mjcf import GLASS_GROUP, MIRROR_GROUP
+from chefbot.sim.ray_kernels import cast_rays
+from chefbot.sim.world.shapes import ShapeArrays
 
-WORLD_ONLY = np.array([1, 0, 0, 0, 1, 1], dtype=np.uint8)
-"""Geom groups that reflect sound, without the robot's own."""
-OPAQUE_ONLY = np.array([group in (0, MIRROR_GROUP) for group in range(6)], dtype=np.uint8)
-"""Geom groups that light does not pass."""
 MAX_GLASS_ANGLE = math.radians(5.0)
 """Incidence angle, from the surface normal, up to which glass reflects a laser beam back to the sensor. An
 assumption: scanners see glass within a few degrees of a right angle."""
@@ -32,7 +29,8 @@ CONE_RINGS = 4
 MAX_ECHO_ANGLE = math.radians(60.0)
 """Maximum incidence angle, from the surface normal, of a reflection back to the sensor; beyond it sound is
 mirrored away, so that the ranger does not detect the floor."""
-MIRROR_OFFSET = 1e-4  # m
+SOUND = -1.0
+"""Cosine of the angle of incidence on glass for sound, which does not pass glass at any angle."""
 ULTRASONIC_NOISE = 0.003  # m, standard deviation of an HC-SR04's reading
 
 
@@ -76,6 +74,13 @@ def lidar_caster(lidar: Lidar, as_built: AsBuilt) -> RayCaster:
     return RayCaster(mount, rays, lidar.range_max + 1.0)
 
 
+class Surroundings(NamedTuple):
+    """The solids of a world at one instant; the floor is the plane z = 0 or, if not flat, slabs among them."""
+
+    shapes: ShapeArrays
+    flat_floor: bool
+
+
 class RayCaster:
     """A bundle of rays from one sensor on the robot."""
 
@@ -83,71 +88,58 @@ class RayCaster:
         self._mount_position = np.array([mount.x, mount.y, mount.z])
         self._rays = rays
         self._max_range = max_range
-        self._geom_ids = np.zeros(len(rays), dtype=np.int32)
-        self._distances = np.zeros(len(rays))
-        self._normals = np.zeros(3 * len(rays))
         self.own_body: NDArray[np.float64] = np.full(len(rays), np.inf)
         """Distance at which the robot's own body blocks each ray, m."""
 
-    def cast(
-        self, model: Any, data: Any, base: BasePose, groups: NDArray[np.uint8] = WORLD_ONLY
-    ) -> NDArray[np.float64]:
-        """Return (n,) distances to the first hit, m, inf for none, with base_link at `base`."""
-        position, rotation = base
-        origin = position + rotation @ self._mount_position
-        vectors = np.ascontiguousarray(self._rays @ rotation.T).ravel()
-        count = len(self._rays)
-        mujoco.mj_multiRay(
-            model, data, origin, vectors, groups, True, -1,
-            self._geom_ids, self._distances, self._normals, count, self._max_range,
-        )  # fmt: skip
-        return np.where(self._geom_ids >= 0, self._distances, np.inf)
+    def light(self, surroundings: Surroundings, base: BasePose) -> NDArray[np.float64]:
+        """Return (n,) distances that laser light measures, m, inf for none, with base_link at `base`.
 
-    def cast_light(self, model: Any, data: Any, base: BasePose) -> NDArray[np.float64]:
-        """Return the distances as `cast` does, for laser light, which passes glass and is reflected by mirrors.
-
-        Glass returns a beam that hits it at a right angle. A beam that a mirror reflects measures the length of the
-        way to what it meets then.
+        Light passes glass and is reflected by mirrors. Glass returns a beam that hits it at a right angle. A beam
+        that a mirror reflects measures the length of the way to what it meets then.
         """
-        groups, (position, rotation) = model.geom_group, base
-        ranges = self.cast(model, data, base, OPAQUE_ONLY)
-        hits, normals = self._geom_ids.copy(), self._normals.reshape(-1, 3).copy()
-        beams = self._rays @ rotation.T
-        if (groups == MIRROR_GROUP).any():
-            origin = position + rotation @ self._mount_position
-            for i in np.flatnonzero((hits >= 0) & (groups[hits] == MIRROR_GROUP)):
-                point = origin + ranges[i] * beams[i]
-                ranges[i] += _reflected_range(model, data, point, beams[i], normals[i])
-        if (groups == GLASS_GROUP).any():
-            to_glass = self.cast(model, data, base)
-            cos_incidence = np.abs(np.sum(self._normals.reshape(-1, 3) * beams, axis=1))
-            is_glass = (self._geom_ids >= 0) & (groups[self._geom_ids] == GLASS_GROUP)
-            returned = is_glass & (cos_incidence > math.cos(MAX_GLASS_ANGLE))
-            ranges = np.where(returned, to_glass, ranges)
-        return ranges
+        return self._cast(surroundings, base, math.cos(MAX_GLASS_ANGLE))[0]
 
-    def echoes(self, model: Any, data: Any, base: BasePose) -> NDArray[np.float64]:
-        """Return the distances as `cast` does, for ultrasound: surfaces hit at too flat an angle give inf."""
-        ranges, rotation = self.cast(model, data, base), base[1]
+    def echoes(self, surroundings: Surroundings, base: BasePose) -> NDArray[np.float64]:
+        """Return (n,) distances to the first hit, m, for ultrasound: surfaces hit at too flat an angle give inf."""
+        ranges, normals, beams = self._cast(surroundings, base, SOUND)
         # Cosine of the incidence angle: |n . d|.
-        cos_incidence = np.abs(np.sum(self._normals.reshape(-1, 3) * (self._rays @ rotation.T), axis=1))
+        cos_incidence = np.abs(np.sum(normals * beams, axis=1))
         return np.where(cos_incidence > math.cos(MAX_ECHO_ANGLE), ranges, np.inf)
 
+    def find_own_body(self, model: Any, data: Any, base: BasePose) -> None:
+        """Find out where parts of the robot, in MuJoCo's model with base_link at `base`, block the rays."""
+        origin, beams = self._in_world(base)
+        count = len(beams)
+        geom_ids, distances = np.zeros(count, dtype=np.int32), np.zeros(count)
+        mujoco.mj_multiRay(
+            model,
+            data,
+            origin,
+            beams.ravel(),
+            ROBOT_ONLY,
+            True,
+            -1,
+            geom_ids,
+            distances,
+            None,
+            count,
+            self._max_range,
+        )
+        self.own_body = np.where(geom_ids >= 0, distances, np.inf)
 
-def _reflected_range(
-    model: Any,
-    data: Any,
-    point: NDArray[np.float64],
-    beam: NDArray[np.float64],
-    normal: NDArray[np.float64],
-) -> float:
-    """Return the distance (m) from a mirror at `point` to what a reflected beam (3,) meets, inf for nothing."""
-    # Reflection: d' = d - 2 (d . n) n; the ray begins a little before the mirror.
-    reflected = beam - 2.0 * float(beam @ normal) * normal
-    geom_id = np.zeros(1, dtype=np.int32)
-    start = point + MIRROR_OFFSET * reflected
-    distance = mujoco.mj_ray(model, data, start, reflected, OPAQUE_ONLY, True, -1, geom_id, np.zeros(3))
-    return distance + MIRROR_OFFSET if distance >= 0.0 else math.inf
+    def _cast(
+        self, surroundings: Surroundings, base: BasePose, min_glass_cosine: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return distances (n,), surface normals (n, 3) and the rays in the world (n, 3)."""
+        origin, beams = self._in_world(base)
+        kind, centre, half, yaw, _, material = surroundings.shapes
+        solids = kind, centre, half, yaw, material
+        hits = cast_rays(solids, surroundings.flat_floor, origin, beams, self._max_range, min_glass_cosine)
+        return *hits, beams
+
+    def _in_world(self, base: BasePose) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        position, rotation = base
+        return position + rotation @ self._mount_position, np.ascontiguousarray(self._rays @ rotation.T)
 
 
 def to_rep117(ranges: NDArray[np.float64], range_min: float, range_max: float) -> NDArray[np.float32]:

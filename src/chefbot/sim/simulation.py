@@ -30,10 +30,10 @@ from chefbot.sim.movers import Movers
 from chefbot.sim.nearby_solids import NearbySolids
 from chefbot.sim.people.people import RobotCircle
 from chefbot.sim.rays import (
-    ROBOT_ONLY,
     ULTRASONIC_NOISE,
     BasePose,
     RayCaster,
+    Surroundings,
     cone_rays,
     lidar_caster,
     mount_rotation,
@@ -178,7 +178,7 @@ class Simulation:
         lidar = self.robot.sensors.lidar
         if lidar is None or self._lidar is None:
             raise UserError(f"robot {self.robot.name} has no lidar")
-        ranges = self._lidar.cast_light(self._model, self._data, self._base_pose())
+        ranges = self._lidar.light(self._surroundings(), self._base_pose())
         # Beams that the robot's own body blocks end there.
         ranges = np.minimum(ranges, self._lidar.own_body)
         if self.profile != "perfect":
@@ -189,7 +189,7 @@ class Simulation:
         """Return the distance to the nearest surface that reflects ultrasound, m; inf if there is none."""
         if self._ultrasonic is None:
             raise UserError(f"robot {self.robot.name} has no ultrasonic ranger")
-        nearest = float(self._ultrasonic.echoes(self._model, self._data, self._base_pose()).min())
+        nearest = float(self._ultrasonic.echoes(self._surroundings(), self._base_pose()).min())
         if self.profile != "perfect":
             nearest += ULTRASONIC_NOISE * float(self._noise["ultrasonic"].standard_normal())
         return nearest
@@ -314,8 +314,10 @@ class Simulation:
 
     def _compile(self, start: SE2) -> None:
         solids = (*self._nearby.touchable, *self._dropped)
-        self._static = concatenate(self._nearby.visible, shape_arrays(self._dropped))
-        slabs = floor_slabs(self.world.bounds, self.world.holes) if self.world.holes else ()
+        dropped = shape_arrays(self._dropped)
+        self._static = concatenate(self._nearby.visible, dropped)
+        slabs = floor_slabs(self.world.bounds, self.world.holes) if self.world.holes else []
+        self._reflecting = concatenate(concatenate(self._nearby.reflecting, dropped), shape_arrays(slabs))
         xml = world_mjcf(self.robot, solids, self._movers.mocap_bodies(), self.as_built, start, slabs)
         self._model: Any = mujoco.MjModel.from_xml_string(xml)
         # Static solids are not calculated in every step; the robot itself never sleeps.
@@ -334,8 +336,7 @@ class Simulation:
 
     def _find_own_body(self) -> None:
         if self._lidar is not None:
-            base = self._base_pose()
-            self._lidar.own_body = self._lidar.cast(self._model, self._data, base, ROBOT_ONLY)
+            self._lidar.find_own_body(self._model, self._data, self._base_pose())
 
     def _recompile(self) -> None:
         """Compile the model with the solids of now, and restore the dynamic state."""
@@ -359,6 +360,9 @@ class Simulation:
         tyre = self.robot.wheels.friction if carpet is None else carpet.friction
         friction = tyre * self.as_built.friction * self._grip.factor(x, y)
         self._model.geom_friction[self._wheels, 0] = friction * self.wheel_faults.friction
+
+    def _surroundings(self) -> Surroundings:
+        return Surroundings(concatenate(self._reflecting, self._movers.shapes()), not self.world.holes)
 
     def _base_pose(self) -> BasePose:
         rotation = np.empty(9)

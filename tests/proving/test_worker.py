@@ -15,8 +15,7 @@ from tests.support.proving_runs import tiny_orders
 from tests.support.waiting import wait_for
 
 from chefbot.errors import UserError
-from chefbot.proving.child import LENGTH_BYTES
-from chefbot.proving.record import RunRecord
+from chefbot.proving.record import LENGTH_BYTES, RunRecord
 from chefbot.proving.run_order import RunOrder
 from chefbot.proving.scenario_tasks import DriveRandomlyTask, RunLimits
 from chefbot.proving.worker import make_run_in_process

@@ -14,14 +14,11 @@ from pathlib import Path
 import msgspec
 
 from chefbot.errors import ChefbotError
-from chefbot.proving.record import RunRecord, machine
+from chefbot.proving.record import LENGTH_BYTES, RECORD_NAME
 from chefbot.proving.run import make_run
-from chefbot.proving.run_order import RunOrder
+from chefbot.proving.run_order import RunOrder, crashed
 from chefbot.storage.atomic_files import write_atomic
 
-RECORD_NAME = "record.json"
-LENGTH_BYTES = 8
-"""Bytes of the order's length, big-endian, before the order itself in MessagePack."""
 TRACEBACK_LINES = 4
 
 
@@ -39,18 +36,6 @@ def main() -> int:
         record = crashed(order, "".join(traceback.format_exc().splitlines(keepends=True)[-TRACEBACK_LINES:]))
     write_atomic(folder / RECORD_NAME, msgspec.json.encode(record))
     return 0
-
-
-def crashed(order: RunOrder, reason: str) -> RunRecord:
-    """Return the record of a run that ended without a result."""
-    return RunRecord(
-        key=order.key,
-        scenario=order.scenario.name,
-        seed=order.seed,
-        success=False,
-        failure=reason,
-        machine=machine(),
-    )
 
 
 def _exit_at_end_of_input() -> None:

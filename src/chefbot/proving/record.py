@@ -12,6 +12,10 @@ from chefbot import __version__
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "mujoco-core", "scipy")
 """Libraries that the results of a run can depend on."""
+RECORD_NAME, LOG_NAME = "record.json", "run.mcap"
+"""Files in the folder of a run."""
+LENGTH_BYTES = 8
+"""Bytes of an order's length, big-endian, before the order itself in MessagePack, as a run's process reads it."""
 
 
 class GoalRecord(msgspec.Struct, frozen=True, kw_only=True):

@@ -15,7 +15,7 @@ from chefbot.buildings.world_text import world_text
 from chefbot.launcher.session import session
 from chefbot.maths.grid import FREE, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.proving.record import RunRecord, machine
+from chefbot.proving.record import LOG_NAME, RunRecord, machine
 from chefbot.proving.run_order import RunOrder, start_text
 from chefbot.proving.scenario import Building, Scenario
 from chefbot.proving.scenario_tasks import (
@@ -48,7 +48,6 @@ TASK_FUNCTIONS = {
     DeliverTask: deliver,
     DriveRandomlyTask: drive_randomly,
 }
-LOG_NAME = "run.mcap"
 PLAN_CELLS = 400
 """Cells of a side from which a plan is coarser than the world's map."""
 

@@ -13,6 +13,7 @@ import chefbot
 from chefbot.config import parse_yaml, read_bytes
 from chefbot.design.generation.generate import generate_robot
 from chefbot.errors import UserError
+from chefbot.proving.record import RunRecord, machine
 from chefbot.proving.scenario import DrawnRobot, Scenario
 from chefbot.proving.scenario_tasks import DeliverTask, MapLogTask
 from chefbot.robot.catalogue import load_catalogue
@@ -182,3 +183,15 @@ def _add_log(files: dict[str, bytes], task: MapLogTask, base: Path) -> MapLogTas
     if task.relations:  # the log may have the same name in another folder
         relations = _add(files, base / task.relations, f"relations_{Path(task.relations).name}")
     return msgspec.structs.replace(task, log=log, relations=relations)
+
+
+def crashed(order: RunOrder, reason: str) -> RunRecord:
+    """Return the record of a run that ended without a result."""
+    return RunRecord(
+        key=order.key,
+        scenario=order.scenario.name,
+        seed=order.seed,
+        success=False,
+        failure=reason,
+        machine=machine(),
+    )

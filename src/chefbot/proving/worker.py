@@ -14,10 +14,8 @@ from typing import IO, NamedTuple
 import msgspec
 
 from chefbot.errors import UserError
-from chefbot.proving.child import LENGTH_BYTES, RECORD_NAME, crashed
-from chefbot.proving.record import RunRecord
-from chefbot.proving.run import LOG_NAME
-from chefbot.proving.run_order import RunOrder, code_hash
+from chefbot.proving.record import LENGTH_BYTES, LOG_NAME, RECORD_NAME, RunRecord
+from chefbot.proving.run_order import RunOrder, code_hash, crashed
 
 POLL_PERIOD = 0.05
 """Period at which a run's memory and time are checked, s."""

@@ -74,7 +74,7 @@ def lidar_caster(lidar: Lidar, as_built: AsBuilt) -> RayCaster:
     return RayCaster(mount, rays, lidar.range_max + 1.0)
 
 
-class Surroundings(NamedTuple):
+class RayScene(NamedTuple):
     """The solids of a world at one instant; the floor is the plane z = 0 or, if not flat, slabs among them."""
 
     shapes: ShapeArrays
@@ -91,17 +91,17 @@ class RayCaster:
         self.own_body: NDArray[np.float64] = np.full(len(rays), np.inf)
         """Distance at which the robot's own body blocks each ray, m."""
 
-    def light(self, surroundings: Surroundings, base: BasePose) -> NDArray[np.float64]:
+    def light(self, scene: RayScene, base: BasePose) -> NDArray[np.float64]:
         """Return (n,) distances that laser light measures, m, inf for none, with base_link at `base`.
 
         Light passes glass and is reflected by mirrors. Glass returns a beam that hits it at a right angle. A beam
         that a mirror reflects measures the length of the way to what it meets then.
         """
-        return self._cast(surroundings, base, math.cos(MAX_GLASS_ANGLE))[0]
+        return self._cast(scene, base, math.cos(MAX_GLASS_ANGLE))[0]
 
-    def echoes(self, surroundings: Surroundings, base: BasePose) -> NDArray[np.float64]:
+    def echoes(self, scene: RayScene, base: BasePose) -> NDArray[np.float64]:
         """Return (n,) distances to the first hit, m, for ultrasound: surfaces hit at too flat an angle give inf."""
-        ranges, normals, beams = self._cast(surroundings, base, SOUND)
+        ranges, normals, beams = self._cast(scene, base, SOUND)
         # Cosine of the incidence angle: |n . d|.
         cos_incidence = np.abs(np.sum(normals * beams, axis=1))
         return np.where(cos_incidence > math.cos(MAX_ECHO_ANGLE), ranges, np.inf)
@@ -128,13 +128,13 @@ class RayCaster:
         self.own_body = np.where(geom_ids >= 0, distances, np.inf)
 
     def _cast(
-        self, surroundings: Surroundings, base: BasePose, min_glass_cosine: float
+        self, scene: RayScene, base: BasePose, min_glass_cosine: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Return distances (n,), surface normals (n, 3) and the rays in the world (n, 3)."""
         origin, beams = self._in_world(base)
-        kind, centre, half, yaw, _, material = surroundings.shapes
+        kind, centre, half, yaw, _, material = scene.shapes
         solids = kind, centre, half, yaw, material
-        hits = cast_rays(solids, surroundings.flat_floor, origin, beams, self._max_range, min_glass_cosine)
+        hits = cast_rays(solids, scene.flat_floor, origin, beams, self._max_range, min_glass_cosine)
         return *hits, beams
 
     def _in_world(self, base: BasePose) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -33,7 +33,7 @@ from chefbot.sim.rays import (
     ULTRASONIC_NOISE,
     BasePose,
     RayCaster,
-    Surroundings,
+    RayScene,
     cone_rays,
     lidar_caster,
     mount_rotation,
@@ -95,7 +95,7 @@ class Simulation:
         start_pose = world.start if start is None else start
         self._check_free(start_pose, "the robot's start", world.shapes_at_rest())
         spec = people_spec(world.people if people is None else people)
-        self._movers = Movers(world, spec, robot_circle(robot, start_pose), people_rng)
+        self._movers = Movers(world, spec, RobotCircle.of(start_pose, robot.circumscribed_radius), people_rng)
         self._contacts = CollisionMonitor()
         self.wheel_faults = WheelFaults()
         self._lidar: RayCaster | None
@@ -178,7 +178,7 @@ class Simulation:
         lidar = self.robot.sensors.lidar
         if lidar is None or self._lidar is None:
             raise UserError(f"robot {self.robot.name} has no lidar")
-        ranges = self._lidar.light(self._surroundings(), self._base_pose())
+        ranges = self._lidar.light(self._ray_scene(), self._base_pose())
         # Beams that the robot's own body blocks end there.
         ranges = np.minimum(ranges, self._lidar.own_body)
         if self.profile != "perfect":
@@ -189,7 +189,7 @@ class Simulation:
         """Return the distance to the nearest surface that reflects ultrasound, m; inf if there is none."""
         if self._ultrasonic is None:
             raise UserError(f"robot {self.robot.name} has no ultrasonic ranger")
-        nearest = float(self._ultrasonic.echoes(self._surroundings(), self._base_pose()).min())
+        nearest = float(self._ultrasonic.echoes(self._ray_scene(), self._base_pose()).min())
         if self.profile != "perfect":
             nearest += ULTRASONIC_NOISE * float(self._noise["ultrasonic"].standard_normal())
         return nearest
@@ -361,8 +361,8 @@ class Simulation:
         friction = tyre * self.as_built.friction * self._grip.factor(x, y)
         self._model.geom_friction[self._wheels, 0] = friction * self.wheel_faults.friction
 
-    def _surroundings(self) -> Surroundings:
-        return Surroundings(concatenate(self._reflecting, self._movers.shapes()), not self.world.holes)
+    def _ray_scene(self) -> RayScene:
+        return RayScene(concatenate(self._reflecting, self._movers.shapes()), not self.world.holes)
 
     def _base_pose(self) -> BasePose:
         rotation = np.empty(9)
@@ -395,8 +395,3 @@ class Simulation:
         state = np.empty(size)
         mujoco.mj_getState(self._model, self._data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
         return state
-
-
-def robot_circle(robot: Robot, pose: SE2) -> RobotCircle:
-    """Return a robot at a pose as people see it."""
-    return RobotCircle(pose.x, pose.y, math.cos(pose.yaw), math.sin(pose.yaw), robot.circumscribed_radius)

@@ -44,6 +44,11 @@ class RobotCircle(NamedTuple):
     uy: float
     radius: float
 
+    @staticmethod
+    def of(pose: SE2, radius: float) -> RobotCircle:
+        """Return a robot of this radius (m) at a pose."""
+        return RobotCircle(pose.x, pose.y, math.cos(pose.yaw), math.sin(pose.yaw), radius)
+
 
 class Habitat(NamedTuple):
     """A world as people see it.

@@ -8,7 +8,7 @@ TESTERS ?= 2
 
 SMALL_SET := localize_home localize_hotel go_narrow go_hall drive_workshop deliver_hotel explore_home
 
-.PHONY: demo test test-fast test-long lint docs prove scoreboard bench fuzz fuzz-firmware fuzz-host clean
+.PHONY: demo test test-fast test-long lint docs prove scoreboard chaos bench fuzz fuzz-firmware fuzz-host clean
 
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
@@ -44,6 +44,10 @@ prove: $(VENV)/.dev
 
 scoreboard: $(VENV)/.dev
 	$(BIN)/chefbot prove --scoreboard docs/scoreboard.md --out runs/scoreboard $(ARGS)
+
+# The reliability matrix R1 to R38; writes docs/reliability.md. `make chaos ARGS="--minutes 20 --rows R10 R21"`
+chaos: $(VENV)/.dev
+	$(BIN)/python -m tests.chaos.matrix $(ARGS)
 
 bench: $(VENV)/.dev
 	$(BIN)/python bench/run_all.py $(ARGS)

@@ -18,6 +18,7 @@ FIGURES: Mapping[str, RunFigure] = {
     "time": RunFigure("s", "simulated time until the task was done or had failed"),
     "path_length": RunFigure("m", "distance that the robot drove", 0),
     "collisions": RunFigure("", "contacts of the robot with anything but the floor"),
+    "contact_speed": RunFigure("m/s", "speed of the fastest of these contacts, 0 without any"),
     "near_misses": RunFigure("", "times that the moving robot came nearer than 5 cm to an obstacle"),
     "min_clearance": RunFigure("m", "smallest distance of the moving robot to an obstacle", 1),
     "goals_reached": RunFigure("", "share of the goals that the robot truly reached, 0 to 1", 1),

@@ -75,6 +75,9 @@ class SafetyObserver:
         self.incidents: list[tuple[float, float, float, str]] = []
         self.near_misses = 0
         self.min_clearance = math.inf
+        self.contact_speed = 0.0
+        """Speed of the fastest contact, m/s."""
+        self._speed = 0.0
 
     def __call__(self, publication: Publication) -> None:
         """Measure with each ground truth; note each collision."""
@@ -84,13 +87,16 @@ class SafetyObserver:
             self._measure(publication.time_ns)
         elif isinstance(publication.message, Collision):
             self._note(publication.time_ns, f"collision with {publication.message.object_name}")
+            # the contact itself has slowed the robot down
+            speed = max(self._speed, abs(self.simulation.truth().v))
+            self.contact_speed = max(self.contact_speed, speed)
 
     def _measure(self, time_ns: int) -> None:
         assert self.simulation is not None
         truth = self.simulation.truth()
         if time_ns % PATH_PERIOD_NS == 0:
             self.path.append((round(time_ns / 1e9, 2), round(truth.pose.x, 3), round(truth.pose.y, 3)))
-        clearance = self.clearance(truth.pose)
+        self._speed, clearance = abs(truth.v), self.clearance(truth.pose)
         if abs(truth.v) > MOVING:
             self.min_clearance = min(self.min_clearance, clearance)
         if clearance < NEAR_MISS and abs(truth.v) > MOVING and not self._in_near_miss:

@@ -179,6 +179,7 @@ def figures_of(run: SimulatedRun) -> dict[str, float]:
         "time": run.time,
         "path_length": run.scorer.path_length,
         "collisions": float(len(run.scorer.collisions)),
+        "contact_speed": run.safety.contact_speed,
         "near_misses": float(run.safety.near_misses),
         "min_clearance": run.safety.min_clearance,
         "recoveries": float(run.scorer.recoveries),

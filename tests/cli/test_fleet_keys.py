@@ -45,7 +45,7 @@ def join(name: str, office: Path, role: str = "robot") -> Path:
 def test_each_step_names_the_next_one(office: Path, capsys: pytest.CaptureFixture[str]) -> None:
     join("robot1", office)
     out = capsys.readouterr().out
-    for command in ("fleet sign robot1.request --role robot (or operator)", "fleet accept robot1.card"):
+    for command in ("fleet sign robot1.request --role robot", "fleet accept robot1.card"):
         assert f"chefbot {command}\n" in out, command
     assert "This machine is robot1 of fleet hotel: robot1 (robot), site (site).\n" in out
 

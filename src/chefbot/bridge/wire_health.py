@@ -40,7 +40,7 @@ class WireHealth:
     ) -> None:
         self._tally, self._graph, self._there, self._inbox = tally, graph, proxies, inbox
         self._membership = membership
-        self._reported_membership: DiagnosticStatus | None = None
+        self._reported_membership: tuple[int, str] = (OK, "")
         self._rosout = proxies.own_rosout
         self._publisher = proxies.own.publisher("diagnostics", DiagnosticArray)
         self._reported: tuple[dict[str, int], list[str]] = ({}, [])
@@ -72,21 +72,23 @@ class WireHealth:
         message = DiagnosticArray(Header.of(now_ns, ""), statuses)
         if self._publisher.has_subscribers:
             self._publisher.publish(message)
-        self._log_membership(fleet, now_ns)
-        same = (counts, mismatches) == self._reported and fleet == self._reported_membership
+        membership = (OK, "") if fleet is None else (fleet.level, fleet.message)
+        same = (counts, mismatches) == self._reported and membership == self._reported_membership
         if same and warning == self._was_warning:
             return
-        self._was_warning, self._reported_membership = warning, fleet
+        self._log_membership(membership, now_ns)
+        self._was_warning = warning
         for reason in [*(reason for reason in counts if reason not in self._reported[0]), *mismatches]:
             if reason not in self._reported[1]:
                 self._rosout.log(LOG_WARN, reason, now_ns)
         self._reported = (counts, mismatches)
         self._inbox.publish("diagnostics", message)
 
-    def _log_membership(self, fleet: DiagnosticStatus | None, now_ns: int) -> None:
-        """Log a problem of this machine's membership when it appears."""
-        if fleet is not None and fleet.level != OK and fleet != self._reported_membership:
-            self._rosout.log(LOG_WARN, fleet.message, now_ns)
+    def _log_membership(self, membership: tuple[int, str], now_ns: int) -> None:
+        """Log a problem of this machine's membership, a level and a sentence, when it appears."""
+        if membership[0] != OK and membership != self._reported_membership:
+            self._rosout.log(LOG_WARN, membership[1], now_ns)
+        self._reported_membership = membership
 
 
 def _status(level: int, counts: dict[str, int], mismatches: list[str]) -> DiagnosticStatus:

@@ -28,7 +28,8 @@ def create_fleet(name: str, folder: Path | None) -> None:
 
 def request_membership(name: str, folder: Path | None) -> None:
     """Create this machine's key and a request for its certificate. Raises UserError for an invalid name."""
-    _print_request(_keyring(folder).request_membership(name), "--role robot (or operator)")
+    _print_request(_keyring(folder).request_membership(name), "--role robot")
+    console.print("For the computer of a person who commands all robots: --role operator.")
 
 
 def renew_membership(folder: Path | None) -> None:

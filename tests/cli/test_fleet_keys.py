@@ -58,7 +58,9 @@ def test_the_identity_shows_members_and_expiry(office: Path, capsys: pytest.Capt
     assert first.startswith("ann, operator of fleet hotel, list ") and first.endswith(
         "ann (operator), site (site)"
     )
-    assert second.startswith("certificate valid until 20") and second.endswith(f", in {folder}")
+    key = Keyring(office).authority_fingerprint()
+    assert second.startswith("certificate valid until 20")
+    assert second.endswith(f", in {folder}; the authority's key is {key}")
 
 
 def test_a_removed_member_is_told_so(office: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -91,6 +93,8 @@ def test_requests_and_signatures_show_the_same_key(office: Path, capsys: pytest.
     out = capsys.readouterr().out
     (requested,) = re.findall(r"Its key is (\w{32});", out)
     assert f"with key {requested}." in out
+    signed, accepted = re.findall(r"The authority's key is (\w{32})", out)
+    assert signed == accepted == Keyring(office).authority_fingerprint() != requested
 
 
 def test_a_renewal_names_each_step(office: Path, capsys: pytest.CaptureFixture[str]) -> None:

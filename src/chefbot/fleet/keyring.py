@@ -100,6 +100,10 @@ class Keyring:
         except ChefbotError as error:
             return str(error)
 
+    def authority_fingerprint(self) -> str:
+        """Return the fingerprint of the key of this machine's authority."""
+        return fingerprint(self._load_certificate(self._authority_path))
+
     def file_versions(self) -> tuple[tuple[int, int, int], ...]:
         """Return values that change whenever key, certificate or list are written."""
         paths = (self._key_path, self._certificate_path, self._card_path)

@@ -63,7 +63,8 @@ def sign_request(request: Path, role: str, replace: bool, out: Path | None, fold
     without the authority.
     """
     chosen = check_role(role) if role else None
-    card, name = _keyring(folder).admit(request, datetime.now(UTC), chosen, replace)
+    ring = _keyring(folder)
+    card, name = ring.admit(request, datetime.now(UTC), chosen, replace)
     member = card.members("the card").members[name]
     path = _write(card, out or Path(f"{name}.card"))
     console.print(
@@ -71,6 +72,9 @@ def sign_request(request: Path, role: str, replace: bool, out: Path | None, fold
         f"Copy {path} to its machine, and run there: chefbot fleet accept {path.name}"
     )
     console.print("The other members accept the same file, which contains the list of members.")
+    console.print(
+        f"The authority's key is {ring.authority_fingerprint()}; each machine shows it when it accepts."
+    )
     if replace:
         console.print(f"Machines that have accepted it refuse the former certificate of {name}.")
 
@@ -81,6 +85,7 @@ def accept_card(card: Path, folder: Path | None) -> None:
     fleet = ring.accept(read_card(card)[0])
     me = ring.identity()
     console.print(f"This machine is {me.name} of fleet {fleet.name}: {_members(fleet)}.")
+    console.print(f"The authority's key is {ring.authority_fingerprint()}.")
     _print_warning(ring)
 
 
@@ -100,7 +105,10 @@ def show_identity(folder: Path | None) -> None:
         f"{me.name}, {me.role or 'no longer a member'} of fleet {me.fleet.name}, list {me.fleet.number}: "
         f"{_members(me.fleet)}"
     )
-    console.print(f"certificate valid until {me.expires:%Y-%m-%d}, in {me.certificate.parent}")
+    console.print(
+        f"certificate valid until {me.expires:%Y-%m-%d}, in {me.certificate.parent}; the authority's key is "
+        f"{ring.authority_fingerprint()}"
+    )
     for name, member in sorted(me.fleet.members.items()):
         if member.expires - datetime.now(UTC) <= RENEWAL_NOTICE:
             console.print(f"! {name}'s certificate is valid until {member.expires:%Y-%m-%d} only")

@@ -121,22 +121,28 @@ def test_an_expired_certificate_is_refused_at_both_ends(network: Network, tmp_pa
 
 
 def test_a_connection_ends_when_its_certificate_expires(network: Network, tmp_path: Path) -> None:
+    """The second member is for a machine with so much other load that the first is not connected in time."""
     now, year = datetime.now(UTC), timedelta(days=365)
     office = Keyring(tmp_path / "site")
     office.create_fleet("hotel", now - 2 * year)
     office.renew(now)
     site = network.start("site")
     there = f"tls/{network.address('site')}:7447"
-    seconds = timedelta(seconds=60)
-    admit(tmp_path, office, "robot2", "robot", datetime.now(UTC) - year + seconds)
-    ends = datetime.now(UTC) + seconds
-    site.request(f"accept {card_file(tmp_path, office.card())}")
-    robot = network.start("robot2", there)
-    site.send(f"subscribe {TOPIC}")
-    robot.until("nodes", lambda found: "/site/tester" in str(found))
-    assert datetime.now(UTC) < ends, "connected before the expiry"
-    robot.until("nodes", lambda found: "/site/tester" not in str(found))
-    assert datetime.now(UTC) >= ends - timedelta(seconds=1)
+    for name, validity in (("robot2", timedelta(seconds=60)), ("robot3", timedelta(seconds=250))):
+        ends = datetime.now(UTC) + validity
+        admit(tmp_path, office, name, "robot", ends - year)
+        site.request(f"accept {card_file(tmp_path, office.card())}")
+        robot = network.start(name, there)
+        if robot.state == "ready" and is_connected_before(robot, ends):
+            robot.until("nodes", lambda found: "/site/tester" not in str(found))
+            assert datetime.now(UTC) >= ends - timedelta(seconds=1)
+            return
+    pytest.fail("no member was connected before its certificate expired")
+
+
+def is_connected_before(robot: Machine, ends: datetime) -> bool:
+    robot.until("nodes", lambda found: "/site/tester" in str(found) or datetime.now(UTC) >= ends)
+    return datetime.now(UTC) < ends
 
 
 @pytest.mark.parametrize("role", ["robot", "operator"])

@@ -150,5 +150,34 @@ def test_a_list_of_another_version_is_one_sentence() -> None:
         card.members("the card")
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"number": -1},
+        {"name": "Hotel"},
+        {"members": {"r" * 48: "same"}},
+        {"members": {"robot1\n": "same"}},
+        {"members": {"a.b": "same"}},
+        {"members": {"robot1": {"serial": "*"}}},
+        {"members": {"robot1": {"serial": "1"}}},
+        {"members": {"robot1": {"key": ""}}},
+        {"members": {"robot1": {"role": "chef"}}},
+        {"members": {"robot1": {"expires": "2027-01-01T00:00:00"}}},
+        {"retired_keys": ["x"]},
+        {"retired_keys": "x"},
+    ],
+)
+def test_a_signed_list_with_impossible_values_is_refused(change: dict[str, object]) -> None:
+    tree = msgspec.json.decode(msgspec.json.encode(LISTED))
+    member = tree["members"]["robot1"]
+    members = change.get("members")
+    if isinstance(members, dict):
+        changed = {name: member if new == "same" else {**member, **new} for name, new in members.items()}
+        change = {"members": changed}
+    data = msgspec.json.encode({**tree, **change})
+    with pytest.raises(UserError, match="the list in the card is of another version of chefbot"):
+        Card(certificate_pem(AUTHORITY), data, ecdsa_sign(data, KEY)).members("the card")
+
+
 def test_expiry_is_in_the_list() -> None:
     assert LISTED.members["robot1"].expires == NOW + timedelta(days=365)

@@ -36,6 +36,12 @@ A computer without a battery for its clock, such as a Raspberry Pi, starts with 
 """
 SERIAL_BITS = 64
 
+_UNREADABLE = (
+    ValueError, TypeError, InvalidSignature, UnsupportedAlgorithm, x509.InvalidVersion, x509.DuplicateExtension,
+    x509.UnsupportedGeneralNameType,
+)  # fmt: skip
+"""Exceptions of the library for damaged keys and certificates; parts of them are read only when asked for."""
+
 PrivateKey = ec.EllipticCurvePrivateKey
 
 
@@ -72,7 +78,7 @@ def read_key(pem: bytes, where: str) -> PrivateKey:
     """Load a private key from PEM. Raises UserError if it is no key on the curve P-256."""
     try:
         key = load_pem_private_key(pem, None)
-    except (ValueError, TypeError, UnsupportedAlgorithm):
+    except _UNREADABLE:
         key = None
     if not (isinstance(key, ec.EllipticCurvePrivateKey) and isinstance(key.curve, ec.SECP256R1)):
         raise UserError(
@@ -85,8 +91,10 @@ def read_certificate(pem: bytes, where: str) -> x509.Certificate:
     """Load a certificate from PEM. Raises UserError if it is none, or its key is not on the curve P-256."""
     try:
         certificate = x509.load_pem_x509_certificate(pem)
+        certificate.subject, certificate.issuer, certificate.extensions  # noqa: B018
         valid = _is_p256(certificate.public_key())
-    except (ValueError, TypeError, UnsupportedAlgorithm):
+        valid = valid and certificate.not_valid_before_utc < certificate.not_valid_after_utc
+    except _UNREADABLE:
         valid = False
     if not valid:
         raise UserError(f"{where} holds no certificate of a fleet; get it again with `chefbot fleet request`")
@@ -123,7 +131,8 @@ def read_request(pem: bytes, where: str) -> x509.CertificateSigningRequest:
     try:
         request = x509.load_pem_x509_csr(pem)
         valid, public = request.is_signature_valid, request.public_key()
-    except (ValueError, TypeError, InvalidSignature, UnsupportedAlgorithm):
+        request.subject, request.extensions  # noqa: B018
+    except _UNREADABLE:
         valid = False
     if not valid:
         raise UserError(f"{where} is no whole request of `chefbot fleet request`; make it again")
@@ -180,7 +189,7 @@ def is_signed_by(certificate: x509.Certificate, authority: x509.Certificate) -> 
     """Return whether the authority issued the certificate."""
     try:
         certificate.verify_directly_issued_by(authority)
-    except (ValueError, TypeError, InvalidSignature):
+    except _UNREADABLE:
         return False
     return True
 

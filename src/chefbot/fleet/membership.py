@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from datetime import datetime
 from pathlib import Path
-from typing import Literal, TypeGuard, get_args
+from typing import Annotated, Literal, TypeGuard, get_args
 
 import msgspec
 from cryptography import x509
+from msgspec import Meta
 
 from chefbot.config import read_bytes
 from chefbot.errors import UserError, name_hint
@@ -30,6 +31,8 @@ Role = Literal["robot", "operator", "site"]
 MAX_NAME = 47
 """Maximum length of a member's name: with the serial number it is a common name of at most 64 characters."""
 NAME = re.compile(rf"[a-z][a-z0-9_]{{0,{MAX_NAME - 1}}}")
+MemberName = Annotated[str, Meta(pattern=rf"^{NAME.pattern}\Z")]
+Fingerprint = Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
 MAX_CARD_BYTES = 1_000_000
 
 
@@ -37,20 +40,20 @@ class Member(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A member's role and its only valid certificate."""
 
     role: Role
-    serial: str
-    """The certificate's serial number, in hex."""
-    key: str
+    serial: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
+    """The certificate's serial number."""
+    key: Fingerprint
     """Fingerprint of the certificate's key."""
-    expires: datetime
+    expires: Annotated[datetime, Meta(tz=True)]
 
 
 class Fleet(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The members of a fleet by name; of two lists the one with the higher number is valid."""
 
-    name: str
-    number: int
-    members: dict[str, Member]
-    retired_keys: tuple[str, ...] = ()
+    name: MemberName
+    number: Annotated[int, Meta(ge=0)]
+    members: dict[MemberName, Member]
+    retired_keys: tuple[Fingerprint, ...] = ()
     """Fingerprints of the keys of former certificates, which are not signed again."""
 
     def with_member(
@@ -139,7 +142,7 @@ class Card(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             )
         try:
             return msgspec.json.decode(self.fleet, type=Fleet)
-        except msgspec.DecodeError:
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
             raise UserError(
                 f"the list in {where} is of another version of chefbot; create the fleet again with "
                 "`chefbot fleet init` in a new folder"

@@ -2,13 +2,14 @@
 VENV := .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
+TOOLS := $(VENV)/tools
 ARGS ?=
 # Processes that test at once. With three on two cores, robots that must keep pace with the clock fall behind.
 TESTERS ?= 2
 
 SMALL_SET := localize_home localize_hotel go_narrow go_hall drive_workshop deliver_hotel explore_home
 
-.PHONY: demo test test-fast test-long lint docs prove scoreboard chaos bench fuzz fuzz-firmware fuzz-host clean
+.PHONY: demo test test-fast test-long lint docs prove scoreboard chaos bench fuzz fuzz-firmware fuzz-host lock check-lock audit sbom clean
 
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
@@ -64,16 +65,56 @@ fuzz-firmware:
 fuzz-host:
 	@$(BIN)/python -m tests.devices.host_fuzz $(SECONDS) $(SEED)
 
-$(VENV)/.demo: pyproject.toml requirements.lock
+# The locks pin versions and the hashes of all files of the index: a file that was exchanged there is refused.
+INSTALL := pip install --quiet --disable-pip-version-check --require-hashes
+HAS_COMPILER := import runpy, sys; sys.exit(runpy.run_path("firmware/ports/host/build.py")["compiler"]() is None)
+
+$(VENV)/.demo: pyproject.toml requirements.lock requirements-build.lock requirements-compiler.lock
 	@echo "Setting up $(VENV): a minute or two, once."
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.lock
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -e .
+	$(BIN)/$(INSTALL) -r requirements.lock
+	$(BIN)/$(INSTALL) -r requirements-build.lock
+	$(BIN)/python -c '$(HAS_COMPILER)' || $(BIN)/$(INSTALL) -r requirements-compiler.lock
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.demo requirements-dev.lock
-	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements-dev.lock
+	$(BIN)/$(INSTALL) -r requirements-dev.lock
 	touch $@
+
+$(VENV)/.tools: requirements-tools.lock
+	$(PYTHON) -m venv $(TOOLS)
+	$(TOOLS)/bin/$(INSTALL) -r requirements-tools.lock
+	touch $@
+
+# Writes the locks from pyproject.toml, for Python 3.11 and newer on all platforms. Pins stay as they are, as far as
+# pyproject.toml permits; `make lock ARGS="--upgrade"`, or ARGS="--upgrade-package numpy", takes newer versions.
+COMPILE = $(TOOLS)/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header \
+    --no-annotate --no-sources $(ARGS)
+lock: $(VENV)/.tools
+	$(COMPILE) pyproject.toml -o requirements.lock
+	$(COMPILE) pyproject.toml --constraints requirements.lock --extra docs --group dev -o requirements-dev.lock
+	$(COMPILE) --constraints requirements-dev.lock --group build -o requirements-build.lock
+	$(COMPILE) --group compiler -o requirements-compiler.lock
+	$(COMPILE) --group tools -o requirements-tools.lock
+
+# Whether each platform has a wheel of every package whose hash is pinned; resolves, but downloads nothing.
+PLATFORMS := x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu aarch64-apple-darwin x86_64-pc-windows-msvc
+check-lock: $(VENV)/.tools
+	for lock in requirements.lock requirements-build.lock; do for platform in $(PLATFORMS); do \
+	    $(TOOLS)/bin/uv pip install --quiet --dry-run --target $(VENV)/none --require-hashes --only-binary :all: \
+	    --python $(TOOLS)/bin/python --python-platform $$platform -r $$lock || exit 1; done; done
+
+# Known vulnerabilities of what is installed; needs the network.
+audit: $(VENV)/.tools
+	for lock in requirements.lock requirements-build.lock requirements-dev.lock requirements-tools.lock; do \
+	    $(TOOLS)/bin/pip-audit --disable-pip --strict --require-hashes --progress-spinner off -r $$lock $(ARGS) || exit 1; done
+
+# The software bill of materials of an installation, CycloneDX: every package of requirements.lock with its hashes.
+sbom: $(VENV)/.tools
+	mkdir -p dist
+	$(TOOLS)/bin/cyclonedx-py requirements --pyproject pyproject.toml --mc-type application --output-reproducible \
+	    --spec-version 1.6 -o dist/sbom.cdx.json requirements.lock
 
 clean:
 	rm -rf $(VENV) runs build dist docs/_build docs/reference/generated .mypy_cache .ruff_cache .pytest_cache

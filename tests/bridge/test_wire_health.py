@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from tests.support.network import admit
 
+from chefbot.bridge.membership_health import MembershipHealth
 from chefbot.bridge.wire_health import RECENT_NS, WireHealth
-from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticStatus
+from chefbot.fleet.keyring import Keyring
+from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticStatus
 from chefbot.ros2.rmw.errors import ErrorCounter
 
 SECOND = 1_000_000_000
@@ -48,3 +53,30 @@ def test_a_qos_mismatch_is_a_warning_as_long_as_it_lasts(parts: SimpleNamespace)
     parts.health.check_graph()
     parts.health.publish(4 * RECENT_NS)
     assert parts.told[-1].level == OK
+
+
+def test_a_member_of_a_fleet_reports_its_certificate(tmp_path: Path) -> None:
+    """Status `fleet` beside status `wire`, in the loop and in the log when it becomes a problem."""
+    told: list[tuple[DiagnosticStatus, ...]] = []
+    logged: list[str] = []
+    own = SimpleNamespace(publisher=lambda *_: SimpleNamespace(has_subscribers=False))
+    there: Any = SimpleNamespace(
+        own_rosout=SimpleNamespace(log=lambda _, text, __: logged.append(text)),
+        own=own,
+        foreign_publishers=lambda _: [],
+    )
+    inbox: Any = SimpleNamespace(publish=lambda _, message: told.append(message.status))
+    office = Keyring(tmp_path / "office")
+    office.create_fleet("hotel", datetime.now(UTC))
+    robot = admit(tmp_path, office, "robot1", "robot")
+    graph: Any = SimpleNamespace(mismatches=list)
+    health = WireHealth(ErrorCounter(), graph, there, inbox, MembershipHealth(robot))
+    for second in range(20, 23):
+        health.publish(second * SECOND)
+    (statuses,) = told
+    assert [(one.name, one.level) for one in statuses] == [("wire", OK), ("fleet", OK)] and logged == []
+    robot.accept(office.remove("robot1"))
+    for second in range(23, 26):
+        health.publish(second * SECOND)
+    assert [(one.name, one.level) for one in told[-1]] == [("wire", OK), ("fleet", ERROR)] and len(told) == 2
+    assert ["removed or replaced" in text for text in logged] == [True]

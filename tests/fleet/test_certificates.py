@@ -15,10 +15,13 @@ from chefbot.fleet import addresses
 from chefbot.fleet.certificates import (
     CLOCK_TOLERANCE,
     MEMBER_VALIDITY,
+    CertificateId,
     authority_certificate,
+    certificate_id,
     certificate_pem,
     common_name,
     ecdsa_sign,
+    fingerprint,
     is_signature_valid,
     is_signed_by,
     key_pem,
@@ -28,7 +31,7 @@ from chefbot.fleet.certificates import (
     read_key,
     read_request,
     request_pem,
-    requested_role,
+    split_common_name,
 )
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
@@ -36,19 +39,39 @@ KEY, OTHER = new_key(), new_key()
 AUTHORITY, STRANGER = (authority_certificate(key, "hotel", NOW) for key in (KEY, OTHER))
 
 
-def member(name: str = "robot_1", role: str = "robot") -> x509.Certificate:
-    return member_certificate(read_request(request_pem(new_key(), name, role), "r"), KEY, AUTHORITY, NOW)
+def member(name: str = "robot_1", now: datetime = NOW) -> x509.Certificate:
+    return member_certificate(read_request(request_pem(new_key(), name), "r"), name, KEY, AUTHORITY, now)
 
 
-@pytest.mark.parametrize("name", ["robot_1", "alice"])
-def test_a_member_certificate_has_its_name_role_and_validity(name: str) -> None:
+@pytest.mark.parametrize("name", ["robot_1", "alice", "x" * 47])
+def test_a_member_certificate_has_its_name_serial_and_validity(name: str) -> None:
     certificate = member(name)
-    assert (common_name(certificate.subject), requested_role(certificate.subject)) == (name, "robot")
+    assert certificate_id(certificate) == split_common_name(common_name(certificate.subject))
+    assert certificate_id(certificate).name == name
+    assert int(certificate_id(certificate).serial, 16) == certificate.serial_number
     assert common_name(certificate.issuer) == "hotel"
     assert certificate.not_valid_before_utc == NOW - CLOCK_TOLERANCE
-    assert certificate.not_valid_after_utc - NOW == MEMBER_VALIDITY > timedelta(days=365)
+    assert certificate.not_valid_after_utc - NOW == MEMBER_VALIDITY == timedelta(days=365)
     names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     assert names.get_values_for_type(x509.DNSName)[0] == name.replace("_", "-")
+
+
+def test_two_certificates_of_a_name_have_different_common_names() -> None:
+    request = read_request(request_pem(new_key(), "robot1"), "r")
+    first, second = (member_certificate(request, "robot1", KEY, AUTHORITY, NOW) for _ in range(2))
+    assert common_name(first.subject) != common_name(second.subject)
+    assert fingerprint(first) == fingerprint(second) == fingerprint(request) != fingerprint(member())
+
+
+def test_a_slow_clock_since_the_fleet_began_accepts_members() -> None:
+    later = member(now=NOW + timedelta(days=300))
+    assert later.not_valid_before_utc == AUTHORITY.not_valid_before_utc
+
+
+@given(st.text(max_size=80))
+def test_any_common_name_can_be_split(text: str) -> None:
+    parts = split_common_name(text)
+    assert CertificateId(*parts).common_name == (text if "." in text else f"{text}.")
 
 
 def test_only_the_own_authority_has_issued_a_member() -> None:
@@ -60,7 +83,7 @@ def test_only_the_own_authority_has_issued_a_member() -> None:
 def test_keys_and_certificates_round_trip_as_pem() -> None:
     assert key_pem(read_key(key_pem(KEY), "k")) == key_pem(KEY)
     assert read_certificate(certificate_pem(AUTHORITY), "c") == AUTHORITY
-    assert b"PRIVATE" not in request_pem(KEY, "robot", "robot") + certificate_pem(AUTHORITY)
+    assert b"PRIVATE" not in request_pem(KEY, "robot") + certificate_pem(AUTHORITY)
 
 
 @given(st.binary(max_size=60), st.integers(0, 59), st.integers(1, 255))

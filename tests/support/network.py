@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from chefbot.fleet.keyring import Keyring
+from chefbot.fleet.membership import Role
 from tests.support.waiting import PATIENCE
 
 MACHINE, REPOSITORY = Path(__file__).parent / "fleet_machine.py", Path(__file__).parents[2]
@@ -162,6 +163,8 @@ class Network:
         return namespace
 
 
-def admit(folder: Path, office: Keyring, name: str, role: str) -> None:
-    ring, now = Keyring(folder / name), datetime.now(UTC)
-    ring.accept(office.admit(ring.request_membership(name, role), now)[0])  # type: ignore[arg-type]
+def admit(folder: Path, office: Keyring, name: str, role: Role, now: datetime | None = None) -> Keyring:
+    """Make a member with keys in the folder of its name, signed at the time `now`."""
+    ring = Keyring(folder / name)
+    ring.accept(office.admit(ring.request_membership(name), now or datetime.now(UTC), role)[0])
+    return ring

@@ -13,6 +13,7 @@ import pytest
 import zenoh
 
 from chefbot.fleet.keyring import Keyring
+from chefbot.fleet.membership import Role
 from chefbot.ros2.rmw.session import RmwContext
 from tests.support.network import Network, admit
 from tests.support.waiting import PATIENCE
@@ -67,7 +68,7 @@ def fleet(tmp_path: Path) -> Keyring:
     """The keys of a fleet of two robots and an operator."""
     office = Keyring(tmp_path / "site")
     office.create_fleet("hotel", datetime.now(UTC))
-    members = {"robot1": "robot", "robot2": "robot", "alice": "operator"}
+    members: dict[str, Role] = {"robot1": "robot", "robot2": "robot", "alice": "operator"}
     for name, role in members.items():
         admit(tmp_path, office, name, role)
     for name in members:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
@@ -11,9 +12,11 @@ import msgspec
 
 from chefbot.bridge.bridge import Bridge
 from chefbot.bridge.local_only import MAIN_NODE_NAME
+from chefbot.bridge.membership_health import MembershipHealth
 from chefbot.bridge.ports import latched_topics
 from chefbot.errors import UserError
-from chefbot.fleet.keyring import Identity, Keyring, keys_folder
+from chefbot.fleet.identity import Identity
+from chefbot.fleet.keyring import Keyring, keys_folder
 from chefbot.fleet.secure_router import ExternalEndpoints, SecureRouter
 from chefbot.ros2.rmw.environment import domain_from_environment, port_from_environment
 from chefbot.ros2.rmw.errors import RmwError
@@ -92,6 +95,7 @@ def open_bridge(
         simulated=simulated,
         publishes_clock=not joined_name,
         node_name=joined_name or MAIN_NODE_NAME,
+        membership=_membership(),
     )
     try:
         yield bridge
@@ -117,8 +121,19 @@ def with_namespace(launch: Launch) -> Launch:
 
 def identity() -> Identity | None:
     """Return this machine's identity in its fleet, if it belongs to one."""
+    ring = _own_ring()
+    return None if ring is None else ring.identity()
+
+
+def _own_ring() -> Keyring | None:
+    """Return this machine's key folder if it belongs to a fleet."""
     ring = Keyring(keys_folder())
-    return ring.identity() if ring.is_member else None
+    return ring if ring.is_member else None
+
+
+def _membership() -> MembershipHealth | None:
+    ring = _own_ring()
+    return None if ring is None else MembershipHealth(ring)
 
 
 @contextmanager
@@ -129,11 +144,13 @@ def _secure_router(
 
     Rejected messages are counted with those of the wire.
     """
-    own_identity = identity()
-    if own_identity is None and endpoints == ExternalEndpoints():
+    ring = _own_ring()
+    if ring is None and endpoints == ExternalEndpoints():
         yield
         return
-    with SecureRouter(own_identity, endpoints, port_from_environment(), wire.rejected) as gate:
+    with SecureRouter(ring, endpoints, port_from_environment(), wire.rejected) as gate:
+        if ring is not None and (warning := ring.warning(datetime.now(UTC))):
+            log(f"Warning: {warning}.")
         if gate.listen_endpoints:
             log(f"Other machines may join: {', '.join(gate.listen_endpoints)}")
         if endpoints.join:

@@ -14,6 +14,7 @@ from functools import partial
 
 from chefbot.bridge.inbox import WIRE_PUBLISHER, Inbox
 from chefbot.bridge.local_only import MAIN_NODE_NAME, process_node
+from chefbot.bridge.membership_health import MembershipHealth
 from chefbot.bridge.node_proxies import NodeProxies, NodeWithPorts, tf_listener_name
 from chefbot.bridge.ports import ports_of
 from chefbot.bridge.rosout import is_for_operator
@@ -57,6 +58,7 @@ class Bridge:
         simulated: bool = False,
         publishes_clock: bool = True,
         node_name: str = MAIN_NODE_NAME,
+        membership: MembershipHealth | None = None,
     ) -> None:
         self.node_name = node_name
         self.errors: ErrorCounter = wire.rejected
@@ -70,7 +72,7 @@ class Bridge:
         self._proxies = NodeProxies(wire, (namespace, node_name), self._inbox, system, simulated)
         if self._publishes_clock:
             self._proxies.advertise_clock()
-        self._health = WireHealth(self.errors, wire.graph, self._proxies, self._inbox)
+        self._health = WireHealth(self.errors, wire.graph, self._proxies, self._inbox, membership)
         self._pending_nodes: tuple[list[NodeWithPorts], frozenset[str]] | None = None
         self._republish: list[Publication] = []
         self._graph_changed = threading.Event()

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
+
 from chefbot.bridge.inbox import Inbox
+from chefbot.bridge.membership_health import MembershipHealth
 from chefbot.bridge.node_proxies import NodeProxies
 from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus, KeyValue
 from chefbot.msgs.rcl_interfaces import WARN as LOG_WARN
@@ -27,8 +30,17 @@ class WireHealth:
 
     PERIOD = 1.0
 
-    def __init__(self, tally: ErrorCounter, graph: Graph, proxies: NodeProxies, inbox: Inbox) -> None:
+    def __init__(
+        self,
+        tally: ErrorCounter,
+        graph: Graph,
+        proxies: NodeProxies,
+        inbox: Inbox,
+        membership: MembershipHealth | None = None,
+    ) -> None:
         self._tally, self._graph, self._there, self._inbox = tally, graph, proxies, inbox
+        self._membership = membership
+        self._reported_membership: tuple[int, str] = (OK, "")
         self._rosout = proxies.own_rosout
         self._publisher = proxies.own.publisher("diagnostics", DiagnosticArray)
         self._reported: tuple[dict[str, int], list[str]] = ({}, [])
@@ -55,19 +67,28 @@ class WireHealth:
         if counts != self._reported[0]:
             self._last_loss_ns = now_ns
         warning = bool(mismatches) or now_ns - self._last_loss_ns < RECENT_NS
-        message = DiagnosticArray(
-            Header.of(now_ns, ""), (_status(WARN if warning else OK, counts, mismatches),)
-        )
+        fleet = None if self._membership is None else self._membership.status(datetime.now(UTC))
+        statuses = (_status(WARN if warning else OK, counts, mismatches), *([] if fleet is None else [fleet]))
+        message = DiagnosticArray(Header.of(now_ns, ""), statuses)
         if self._publisher.has_subscribers:
             self._publisher.publish(message)
-        if (counts, mismatches) == self._reported and warning == self._was_warning:
+        membership = (OK, "") if fleet is None else (fleet.level, fleet.message)
+        same = (counts, mismatches) == self._reported and membership == self._reported_membership
+        if same and warning == self._was_warning:
             return
+        self._log_membership(membership, now_ns)
         self._was_warning = warning
         for reason in [*(reason for reason in counts if reason not in self._reported[0]), *mismatches]:
             if reason not in self._reported[1]:
                 self._rosout.log(LOG_WARN, reason, now_ns)
         self._reported = (counts, mismatches)
         self._inbox.publish("diagnostics", message)
+
+    def _log_membership(self, membership: tuple[int, str], now_ns: int) -> None:
+        """Log a problem of this machine's membership, a level and a sentence, when it appears."""
+        if membership[0] != OK and membership != self._reported_membership:
+            self._rosout.log(LOG_WARN, membership[1], now_ns)
+        self._reported_membership = membership
 
 
 def _status(level: int, counts: dict[str, int], mismatches: list[str]) -> DiagnosticStatus:

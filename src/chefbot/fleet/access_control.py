@@ -1,17 +1,19 @@
 """Access control between machines: the rules for one machine's secure router (Zenoh ACL). Default: deny.
 
-For each message that comes in or goes out Zenoh matches the certificate of the other end
-(https://zenoh.io/docs/manual/access-control). A robot may only use keys below its own name: /robot1/scan,
-/robot1/cmd_vel, and the liveliness tokens of nodes in /robot1. Besides it may publish, but not receive, on
-the two topics that ROS 2 has for all nodes together, /rosout and /parameter_events. Operators and the site's
-router may do everything.
+For each message that comes in or goes out Zenoh matches the common name of the other end's certificate
+(https://zenoh.io/docs/manual/access-control). It contains the serial number, so only the one valid
+certificate of each member has rights; those that were removed or replaced have none. A robot may only use
+keys below its own name: /robot1/scan, /robot1/cmd_vel, and the liveliness tokens of nodes in /robot1. Besides
+it may publish, but not receive, on the two topics that ROS 2 has for all nodes together, /rosout and
+/parameter_events. Operators and the site's router may do everything.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from chefbot.fleet.membership import Fleet
+from chefbot.fleet.certificates import CertificateId
+from chefbot.fleet.membership import Fleet, Role
 
 MESSAGES = [
     "put",
@@ -60,10 +62,11 @@ def access_control(fleet: Fleet, me: str) -> dict[str, Any]:
         {"id": LOCALHOST_SUBJECT, "link_protocols": ["tcp"], "interfaces": ["lo"]}
     ]
     policies = [{"rules": ["all"], "subjects": [LOCALHOST_SUBJECT]}]
-    for member, role in sorted(fleet.members.items()):
-        if member != me:
-            subjects.append({"id": member, "cert_common_names": [member]})
-            policies.append({"rules": _rules_for(member, role, rules), "subjects": [member]})
+    for name, member in sorted(fleet.members.items()):
+        if name != me:
+            certificate = CertificateId(name, member.serial)
+            subjects.append({"id": name, "cert_common_names": [certificate.common_name]})
+            policies.append({"rules": _rules_for(name, member.role, rules), "subjects": [name]})
     return {
         "enabled": True,
         "default_permission": "deny",
@@ -73,7 +76,7 @@ def access_control(fleet: Fleet, me: str) -> dict[str, Any]:
     }
 
 
-def _rules_for(member: str, role: str, rules: list[dict[str, Any]]) -> list[str]:
+def _rules_for(member: str, role: Role, rules: list[dict[str, Any]]) -> list[str]:
     if role != "robot":
         return ["all"]
     rules.append(_rule(f"below {member}", MESSAGES, ["ingress", "egress"], own_keys(member)))

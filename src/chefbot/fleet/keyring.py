@@ -1,7 +1,8 @@
 """The key folder of this machine; its private keys are readable by their owner only and never leave it.
 
 authority.key  authority.pem   the fleet's certificate authority; the key is on one machine only
-me.key  NAME.request  me.pem   this machine's key, certificate signing request and certificate
+me.key  me.pem                 this machine's key and certificate
+new.key  NAME.request          a new key and its certificate signing request, until a card has its certificate
 card.json                      the list of members, signed by the authority
 """
 
@@ -10,18 +11,19 @@ from __future__ import annotations
 import os
 from datetime import datetime
 from pathlib import Path
-from typing import NamedTuple, get_args
 
 import msgspec
 from cryptography import x509
 
 from chefbot.config import read_bytes
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.fleet.certificates import (
     PrivateKey,
     authority_certificate,
+    certificate_id,
     certificate_pem,
     common_name,
+    fingerprint,
     key_pem,
     member_certificate,
     new_key,
@@ -29,10 +31,10 @@ from chefbot.fleet.certificates import (
     read_key,
     read_request,
     request_pem,
-    requested_role,
 )
-from chefbot.fleet.membership import Card, Fleet, Role, check_name, is_role, issue, read_card
-from chefbot.storage.atomic_files import write_atomic
+from chefbot.fleet.identity import Identity, advice, check_clock, check_secret, check_validity
+from chefbot.fleet.membership import Card, Fleet, Role, check_name, issue, read_card
+from chefbot.storage.atomic_files import os_errors_as_storage_errors, write_atomic
 
 MAX_PEM_BYTES = 100_000
 
@@ -44,22 +46,6 @@ def keys_folder() -> Path:
     return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "chefbot" / "keys"
 
 
-class Identity(NamedTuple):
-    """This machine's identity in its fleet, and the fleet's members."""
-
-    name: str
-    fleet: Fleet
-    authority: Path
-    key: Path
-    certificate: Path
-    expires: datetime
-
-    @property
-    def role(self) -> Role | None:
-        """This machine's role; None after it was removed from the fleet."""
-        return self.fleet.members.get(self.name)
-
-
 class Keyring:
     """The key folder; every method raises UserError if a file that it needs is missing or invalid."""
 
@@ -67,7 +53,7 @@ class Keyring:
         self.folder = folder
         self._authority_key_path, self._authority_path = folder / "authority.key", folder / "authority.pem"
         self._key_path, self._certificate_path = folder / "me.key", folder / "me.pem"
-        self._card_path = folder / "card.json"
+        self._new_key_path, self._card_path = folder / "new.key", folder / "card.json"
 
     @property
     def is_member(self) -> bool:
@@ -86,13 +72,42 @@ class Keyring:
         _, fleet = read_card(self._card_path)
         certificate = self._load_certificate(self._certificate_path)
         return Identity(
-            common_name(certificate.subject),
+            certificate_id(certificate),
             fleet,
             self._authority_path,
             self._key_path,
             self._certificate_path,
+            certificate.not_valid_before_utc,
             certificate.not_valid_after_utc,
         )
+
+    def credentials(self, now: datetime) -> Identity:
+        """Return this machine's identity if other machines can accept its certificate now."""
+        me = self.identity()
+        key, certificate = self._load_key(self._key_path), self._load_certificate(self._certificate_path)
+        if key.public_key() != certificate.public_key():
+            raise UserError(
+                f"{self._key_path} and {self._certificate_path} do not belong together: accept this machine's "
+                "last card again with `chefbot fleet accept`"
+            )
+        check_validity(me, now)
+        return me
+
+    def warning(self, now: datetime) -> str:
+        """Return what prevents the use of this machine's certificate or will soon, or an empty string."""
+        try:
+            return advice(self.credentials(now), now)
+        except ChefbotError as error:
+            return str(error)
+
+    def authority_fingerprint(self) -> str:
+        """Return the fingerprint of the key of this machine's authority."""
+        return fingerprint(self._load_certificate(self._authority_path))
+
+    def file_versions(self) -> tuple[tuple[int, int, int], ...]:
+        """Return values that change whenever key, certificate or list are written."""
+        paths = (self._key_path, self._certificate_path, self._card_path)
+        return tuple(_file_version(path) for path in paths)
 
     def create_fleet(self, fleet: str, now: datetime) -> Fleet:
         """Create a fleet with this machine as its authority and site router."""
@@ -103,31 +118,45 @@ class Keyring:
         self._write_secret(self._authority_key_path, key_pem(key))
         write_atomic(self._authority_path, certificate_pem(authority))
         write_atomic(self._card_path, msgspec.json.encode(issue(Fleet(fleet, 0, {}), authority, key)))
-        self.accept(self.admit(self.request_membership("site", "site"), now)[0])
+        self.accept(self.admit(self.request_membership("site"), now, "site")[0])
         return self.identity().fleet
 
-    def request_membership(self, name: str, role: Role) -> Path:
-        """Make this machine's key and certificate signing request; return the path of the request."""
+    def request_membership(self, name: str) -> Path:
+        """Make a new key and its certificate signing request; return the path of the request."""
         if self.is_member:
             raise UserError(
-                f"this machine is {self.identity().name} already ({self.folder}); choose another folder"
+                f"this machine is {self.identity().name} already ({self.folder}); `chefbot fleet renew` renews "
+                "its certificate, and another folder makes it another member"
             )
-        if not self._key_path.exists():
-            self._write_secret(self._key_path, key_pem(new_key()))
-        key = self._load_key(self._key_path)
-        request = self.folder / f"{check_name(name)}.request"
-        write_atomic(request, request_pem(key, name, role))
-        return request
+        return self._new_request(check_name(name))
 
-    def admit(self, request: Path, now: datetime) -> tuple[Card, str]:
-        """Admit the member that a request names; return its card and its name."""
-        csr = read_request(read_bytes(request, "request", MAX_PEM_BYTES), str(request))
-        name, role = check_name(common_name(csr.subject)), requested_role(csr.subject)
-        if not is_role(role):
-            raise UserError(f"{request} asks for the role {role!r}; there are {', '.join(get_args(Role))}")
+    def renew(self, now: datetime) -> Path | None:
+        """Make a new key and request for this member; return the path of the request.
+
+        The old key stays in use until the new certificate is accepted. The authority signs and accepts its own
+        request at once; None then.
+        """
+        request = self._new_request(check_name(self.identity().name))
+        if not self.is_authority:
+            return request
+        self.accept(self.admit(request, now, replace=True)[0])
+        return None
+
+    def admit(
+        self, request: Path, now: datetime, role: Role | None = None, replace: bool = False
+    ) -> tuple[Card, str]:
+        """Sign a request; return the member's card and its name.
+
+        `role`: of a new member; None for a member whose certificate is replaced.
+        """
+        csr = _load_request(request)
+        name = check_name(common_name(csr.subject))
         key, authority, fleet = self._as_authority()
-        certificate = member_certificate(csr, key, authority, now)
-        card = issue(fleet.with_member(name, role), authority, key, certificate_pem(certificate))
+        check_clock(now, authority.not_valid_before_utc, fleet.name)
+        certificate = member_certificate(csr, name, key, authority, now)
+        card = issue(
+            fleet.with_member(certificate, role, replace), authority, key, certificate_pem(certificate)
+        )
         self._store_card(card)
         return card, name
 
@@ -144,39 +173,67 @@ class Keyring:
         return msgspec.structs.replace(card, certificate=b"")
 
     def accept(self, card: Card) -> Fleet:
-        """Store the list, and this machine's certificate if the card contains it."""
+        """Store the list, and this machine's certificate if the card contains it; return the newest list.
+
+        A list that is older than this machine's is refused. The certificate beside it is stored if the newer
+        list has it, so that cards may come in any order.
+        """
         fleet = card.members("the card")
-        if self._card_path.exists():
-            self._check_update(card, fleet)
-        is_own = bool(card.certificate) and self._is_own(card.certificate)
-        if not is_own and not self.is_member:
+        newest = self._newest(card, fleet)
+        certificate = read_certificate(card.certificate, "the card") if card.certificate else None
+        key = None if certificate is None else self._matching_key(certificate)
+        if key is None and not self.is_member:
             raise UserError(
                 "the card is not for this machine's key; accept this machine's own card first, which "
                 "`chefbot fleet sign` makes of its request"
             )
-        write_atomic(self._authority_path, card.authority)
-        self._store_card(card)
-        if is_own:
-            write_atomic(self._certificate_path, card.certificate)
-        return fleet
+        is_in_newest = (
+            certificate is not None and key is not None and newest.is_valid(certificate_id(certificate))
+        )
+        if newest is not fleet and not is_in_newest:
+            raise UserError(
+                f"the card's list is older ({fleet.number}) than this machine's ({newest.number}), which is kept"
+            )
+        if newest is fleet:
+            write_atomic(self._authority_path, card.authority)
+            self._store_card(card)
+        if key is not None:
+            self._store_certificate(card.certificate, key)
+        return newest
 
-    def _check_update(self, card: Card, fleet: Fleet) -> None:
-        old_card, old_fleet = read_card(self._card_path)
-        if old_card.authority != card.authority:
+    def _newest(self, card: Card, fleet: Fleet) -> Fleet:
+        """Return the card's list, or this machine's if that is newer."""
+        if not self._card_path.exists():
+            return fleet
+        own_card, own_fleet = read_card(self._card_path)
+        if own_card.authority != card.authority:
             raise UserError(
-                f"the card was issued by another authority than the one of fleet {old_fleet.name} in {self.folder}"
+                f"the card was issued by another authority than the one of fleet {own_fleet.name} in {self.folder}"
             )
-        if fleet.serial < old_fleet.serial:
-            raise UserError(
-                f"the card's list is older ({fleet.serial}) than this machine's ({old_fleet.serial}), which is kept"
-            )
+        return own_fleet if fleet.number < own_fleet.number else fleet
 
-    def _is_own(self, pem: bytes) -> bool:
-        if not self._key_path.exists():
-            raise UserError(
-                f"{self.folder} has no key; `chefbot fleet robot NAME` or `operator NAME` comes first"
-            )
-        return read_certificate(pem, "the card").public_key() == self._load_key(self._key_path).public_key()
+    def _matching_key(self, certificate: x509.Certificate) -> PrivateKey | None:
+        """Return the key of this machine that the certificate is for."""
+        paths = [path for path in (self._new_key_path, self._key_path) if path.exists()]
+        if not paths:
+            raise UserError(f"{self.folder} has no key; `chefbot fleet request NAME` comes first")
+        keys = map(self._load_key, paths)
+        return next((key for key in keys if key.public_key() == certificate.public_key()), None)
+
+    def _store_certificate(self, pem: bytes, key: PrivateKey) -> None:
+        """Put a key and its certificate into use; after an interruption the card can be accepted again."""
+        self._write_secret(self._key_path, key_pem(key))
+        write_atomic(self._certificate_path, pem)
+        new_key_path = self._new_key_path
+        if new_key_path.exists() and key_pem(self._load_key(new_key_path)) == key_pem(key):
+            new_key_path.unlink()
+
+    def _new_request(self, name: str) -> Path:
+        key = new_key()
+        self._write_secret(self._new_key_path, key_pem(key))
+        request = self.folder / f"{name}.request"
+        write_atomic(request, request_pem(key, name))
+        return request
 
     def _store_card(self, card: Card) -> None:
         write_atomic(self._card_path, msgspec.json.encode(msgspec.structs.replace(card, certificate=b"")))
@@ -188,6 +245,7 @@ class Keyring:
         return key, self._load_certificate(self._authority_path), read_card(self._card_path)[1]
 
     def _load_key(self, path: Path) -> PrivateKey:
+        check_secret(path)
         return read_key(read_bytes(path, "key", MAX_PEM_BYTES), str(path))
 
     def _load_certificate(self, path: Path) -> x509.Certificate:
@@ -195,9 +253,27 @@ class Keyring:
 
     def _write_secret(self, path: Path, data: bytes) -> None:
         """Write a file that only its owner can read from the first byte on."""
-        self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with os_errors_as_storage_errors(path):
+            self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         old_umask = os.umask(0o077)
         try:
             write_atomic(path, data)
         finally:
             os.umask(old_umask)
+
+
+def request_fingerprint(request: Path) -> str:
+    """Return the fingerprint of a request's key. Raises UserError if it is no request."""
+    return fingerprint(_load_request(request))
+
+
+def _load_request(path: Path) -> x509.CertificateSigningRequest:
+    return read_request(read_bytes(path, "request", MAX_PEM_BYTES), str(path))
+
+
+def _file_version(path: Path) -> tuple[int, int, int]:
+    try:
+        status = path.stat()
+    except OSError:
+        return (0, 0, 0)
+    return (status.st_ino, status.st_mtime_ns, status.st_size)

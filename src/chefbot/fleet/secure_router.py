@@ -13,8 +13,9 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from contextlib import suppress
+from datetime import UTC, datetime
 from typing import IO, Any, NamedTuple
 
 import msgspec
@@ -22,7 +23,11 @@ import msgspec
 from chefbot.errors import UserError
 from chefbot.fleet.access_control import access_control
 from chefbot.fleet.addresses import addresses
-from chefbot.fleet.keyring import Identity
+from chefbot.fleet.certificates import split_common_name
+from chefbot.fleet.identity import Identity
+from chefbot.fleet.keyring import Keyring
+from chefbot.fleet.membership import Fleet
+from chefbot.fleet.membership_watch import MembershipWatch
 from chefbot.fleet.router_process import FAILED, OPEN
 from chefbot.ros2.rmw.errors import ErrorCounter
 from chefbot.ros2.rmw.session import LOOPBACK, PORT
@@ -110,6 +115,7 @@ def _tls_config(me: Identity) -> dict[str, Any]:
         "connect_certificate": str(me.certificate),
         "enable_mtls": True,
         "verify_name_on_connect": False,  # access control matches the certificate's name; addresses change
+        "close_link_on_expiration": True,  # else a connection outlives the certificate of its other end
     }
     return {
         "transport": {"link": {"tls": tls}},
@@ -118,24 +124,27 @@ def _tls_config(me: Identity) -> dict[str, Any]:
 
 
 class SecureRouter:
-    """The process of the secure router, restarted when it dies or when the machine's addresses change.
+    """The process of the secure router, restarted when it dies, and when addresses, keys or the list change.
 
-    `refused` counts rejected peers and messages, by sentence. The process exits with this one, however that
-    exits.
+    `ring`: of a member of a fleet; None for a machine without keys. `refused` counts rejected peers and
+    messages, by sentence. The process exits with this one, however that exits.
     """
 
     def __init__(
         self,
-        me: Identity | None,
+        ring: Keyring | None,
         endpoints: ExternalEndpoints,
         port: int = PORT,
         refused: ErrorCounter | None = None,
     ) -> None:
-        """Start the router. Raises UserError if it cannot be opened."""
+        """Start the router. Raises UserError if it cannot be opened, or others would refuse its certificate."""
         self.errors = ErrorCounter() if refused is None else refused
-        self._me, self._endpoints, self._port = me, endpoints, port
+        if ring is not None:
+            ring.credentials(datetime.now(UTC))
+        self._membership = None if ring is None else MembershipWatch(ring)
+        self._endpoints, self._port = endpoints, port
         self._closing = threading.Event()
-        self._config = router_config(me, endpoints, port)
+        self._config = router_config(self._me, endpoints, port)
         self._process = self._start()
         self._watcher = threading.Thread(target=self._watch, name="gate watcher", daemon=True)
         self._watcher.start()
@@ -144,6 +153,10 @@ class SecureRouter:
     def listen_endpoints(self) -> list[str]:
         """The endpoints that other machines may join."""
         return list(self._config["listen"]["endpoints"])
+
+    @property
+    def _me(self) -> Identity | None:
+        return None if self._membership is None else self._membership.identity
 
     def close(self) -> None:
         """Stop the router and its process."""
@@ -182,8 +195,9 @@ class SecureRouter:
 
     def _watch(self) -> None:
         while not self._closing.wait(POLL_PERIOD):
+            has_new_keys = self._membership is not None and self._membership.refresh(self.errors)
             config = router_config(self._me, self._endpoints, self._port, self.listen_endpoints)
-            if self._process.poll() is not None or config != self._config:
+            if self._process.poll() is not None or has_new_keys or config != self._config:
                 self._config = config
                 _end(self._process)
                 self._restart()
@@ -197,34 +211,45 @@ class SecureRouter:
     def _read_log(self, lines: IO[str]) -> None:
         """Count the rejections in Zenoh's log: one for each key that a member has no right to."""
         for line in lines:
-            if sentence := rejection_sentence(line, self._me.fleet.members if self._me else {}):
+            if sentence := rejection_sentence(line, self._me.fleet if self._me else Fleet("", 0, {})):
                 self.errors.add(sentence)
 
 
-def rejection_sentence(line: str, members: Mapping[str, str]) -> str | None:
+def rejection_sentence(line: str, fleet: Fleet) -> str | None:
     """Return a sentence for a line of Zenoh's log that reports a rejection, else None."""
     plain = _COLOURS.sub("", line.rstrip())
     if match := _REJECTED.search(plain):
-        return _rejected_write(match[1], match[2], members)
+        return _rejected_write(match[1], match[2], fleet)
     if match := _UNKNOWN_PEER.search(plain):
         return f"an unknown peer was rejected: {match[1]}"
-    if (match := _ACCEPTED.search(plain)) and match[1] not in members:
-        return f"{match[1]} is not on the fleet's list"
+    if match := _ACCEPTED.search(plain):
+        return _rejected_certificate(match[1], fleet)
     return None
 
 
-def _rejected_write(member: str, key: str, members: Mapping[str, str]) -> str | None:
+def _rejected_certificate(common_name: str, fleet: Fleet) -> str | None:
+    """Return why a member of the authority's has no rights, or None if it has some."""
+    certificate = split_common_name(common_name)
+    if fleet.is_valid(certificate):
+        return None
+    if certificate.name in fleet.members:
+        return f"a removed or replaced certificate of {certificate.name} was rejected ({certificate.serial})"
+    return f"{certificate.name} is not on the fleet's list"
+
+
+def _rejected_write(common_name: str, key: str, fleet: Fleet) -> str | None:
     """Return a sentence by topic or node instead of by key: one topic has many keys.
 
     Nodes are not reported where a robot's router only forwards what it knows of operators, or where they are
     tools.
     """
+    member = split_common_name(common_name).name
     if match := _DATA.fullmatch(key):
         return f"{member} may not write {match[1]}"
     if match := _NODE.fullmatch(key):
         namespace, name = match[1].replace("%", "/").rstrip("/"), match[2]
-        not_a_robot = members.get(namespace.partition("/")[2].partition("/")[0], "robot") != "robot"
-        if not_a_robot or name.startswith("_"):
+        other = fleet.members.get(namespace.partition("/")[2].partition("/")[0])
+        if (other is not None and other.role != "robot") or name.startswith("_"):
             return None
         return f"{member} may not announce node {namespace}/{name}"
     return f"{member} may not write {key}"

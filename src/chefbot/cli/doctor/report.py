@@ -5,12 +5,16 @@ from __future__ import annotations
 import os
 import platform
 import shutil
+from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 
 from rich.console import Console
 
 from chefbot import __version__
 from chefbot.cli.board.ports import serial_port_lines
+from chefbot.errors import ChefbotError
+from chefbot.fleet.keyring import Keyring, keys_folder
+from chefbot.fleet.membership_watch import MembershipWatch
 from chefbot.kernels.cache_stamp import is_complete, stamp_path
 from chefbot.ros2.tools.health import graph_lines
 
@@ -29,8 +33,21 @@ console = Console(highlight=False, soft_wrap=True)
 
 def print_report() -> None:
     """Print libraries, tools, serial ports and the ROS graph in a few lines; nothing is changed."""
-    for sentence in (*_programs(), "", *serial_port_lines(), "", *graph_lines()):
+    for sentence in (*_programs(), "", *serial_port_lines(), "", *fleet_lines(), *graph_lines()):
         console.print(sentence, markup=False)
+
+
+def fleet_lines() -> list[str]:
+    """Return this machine's membership in a fleet in a line, and another one if its certificate has a problem."""
+    ring = Keyring(keys_folder())
+    if not ring.is_member:
+        return []
+    try:
+        summary = MembershipWatch(ring).summary()
+    except ChefbotError as error:
+        return [f"! {error}"]
+    warning = ring.warning(datetime.now(UTC))
+    return [summary, *([f"! {warning}"] if warning else [])]
 
 
 def _programs() -> list[str]:

@@ -11,11 +11,17 @@ from chefbot.cli.command_group import new_group
 
 fleet_app = new_group(
     "Fleet: keys and certificates of robots and operators. On the machine that signs: init, sign, remove. On each "
-    "robot: robot NAME, then accept; on each operator's computer: operator NAME, then accept. Private keys never "
-    "leave their machine.",
+    "robot and each operator's computer: request NAME, then accept; once a year: renew, then accept. Private keys "
+    "never leave their machine.",
     short_help="Fleet: keys and certificates of its robots and operators.",
 )
 _FOLDER = typer.Option(help="folder of this machine's keys; default: CHEFBOT_KEYS, or ~/.config/chefbot/keys")
+_ROLE = typer.Option(
+    help="of a new member: `robot` may use names in its namespace only, `operator` and `site` may command all"
+)
+_REPLACE = typer.Option(
+    "--replace", help="sign for a name that has a certificate, which is refused from then on"
+)
 _OUT = typer.Option(help="output file; default: NAME.card in the current folder")
 
 
@@ -30,38 +36,31 @@ def init(
     create_fleet(fleet, folder)
 
 
-@fleet_app.command("robot")
-def robot(
-    name: Annotated[str, typer.Argument(help="name of the robot, also its ROS namespace")],
+@fleet_app.command("request")
+def request(
+    name: Annotated[
+        str, typer.Argument(help="name of the robot, also its ROS namespace, or of the operator")
+    ],
     folder: Annotated[Path | None, _FOLDER] = None,
 ) -> None:
-    """Create a robot's key and certificate request on this machine; it may use names in its namespace only."""
+    """Create this machine's key and a request for its certificate; who signs it chooses its role."""
     from chefbot.cli.fleet.keys import request_membership
 
-    request_membership(name, "robot", folder)
-
-
-@fleet_app.command("operator")
-def operator(
-    name: Annotated[str, typer.Argument(help="name of the person")],
-    folder: Annotated[Path | None, _FOLDER] = None,
-) -> None:
-    """Create the key and certificate request of an operator, who may command all robots, on this machine."""
-    from chefbot.cli.fleet.keys import request_membership
-
-    request_membership(name, "operator", folder)
+    request_membership(name, folder)
 
 
 @fleet_app.command("sign")
 def sign(
     request: Annotated[Path, typer.Argument(help="the request of a robot or an operator")],
+    role: Annotated[str, _ROLE] = "",
+    replace: Annotated[bool, _REPLACE] = False,
     out: Annotated[Path | None, _OUT] = None,
     folder: Annotated[Path | None, _FOLDER] = None,
 ) -> None:
-    """Sign a request; writes a card with the certificate, to be accepted on the machine of the request."""
+    """Sign a request for a year; writes a card with the certificate, to be accepted on its machine."""
     from chefbot.cli.fleet.keys import sign_request
 
-    sign_request(request, out, folder)
+    sign_request(request, role, replace, out, folder)
 
 
 @fleet_app.command("accept")
@@ -73,6 +72,14 @@ def accept(
     from chefbot.cli.fleet.keys import accept_card
 
     accept_card(card, folder)
+
+
+@fleet_app.command("renew")
+def renew(folder: Annotated[Path | None, _FOLDER] = None) -> None:
+    """Create a new key for this member and a request for its certificate; the old one stays in use meanwhile."""
+    from chefbot.cli.fleet.keys import renew_membership
+
+    renew_membership(folder)
 
 
 @fleet_app.command("remove")

@@ -8,8 +8,9 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from chefbot.fleet.keyring import Keyring, keys_folder
-from chefbot.fleet.membership import Card, Role, read_card
+from chefbot.fleet.identity import RENEWAL_NOTICE
+from chefbot.fleet.keyring import Keyring, keys_folder, request_fingerprint
+from chefbot.fleet.membership import Card, Fleet, check_role, read_card
 from chefbot.storage.atomic_files import write_atomic
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -22,34 +23,70 @@ def create_fleet(name: str, folder: Path | None) -> None:
     console.print(
         f"Fleet {fleet.name} created. Keep a copy of {ring.folder} in a place where nobody else can read it."
     )
-    console.print("Next, on a robot: chefbot fleet robot robot1")
+    console.print("Next, on a robot: chefbot fleet request robot1")
 
 
-def request_membership(name: str, role: Role, folder: Path | None) -> None:
+def request_membership(name: str, folder: Path | None) -> None:
     """Create this machine's key and a request for its certificate. Raises UserError for an invalid name."""
-    request = _keyring(folder).request_membership(name, role)
+    _print_request(_keyring(folder).request_membership(name), "--role robot")
+    console.print("For the computer of a person who commands all robots: --role operator.")
+
+
+def renew_membership(folder: Path | None) -> None:
+    """Create a new key and request for this member. Raises UserError if it is none.
+
+    On the authority's machine the new certificate is signed and put into use at once.
+    """
+    ring = _keyring(folder)
+    request = ring.renew(datetime.now(UTC))
+    if request is not None:
+        _print_request(request, "--replace")
+        return
+    path = _write(ring.card(), Path("fleet.card"))
     console.print(
-        f"Copy {request} to the machine that signs, and run there: chefbot fleet sign {request.name}"
+        f"The certificate of {ring.identity().name} is valid until {ring.identity().expires:%Y-%m-%d}."
     )
+    console.print(f"All other machines accept the new list in {path}: chefbot fleet accept {path.name}")
 
 
-def sign_request(request: Path, out: Path | None, folder: Path | None) -> None:
-    """Sign a request and write the card. Raises UserError for an invalid request, or without the authority."""
-    card, name = _keyring(folder).admit(request, datetime.now(UTC))
-    role = card.members("the card").members[name]
+def _print_request(request: Path, options: str) -> None:
+    console.print(
+        f"Copy {request} to the machine that signs, and run there: chefbot fleet sign {request.name} {options}"
+    )
+    console.print(f"Its key is {request_fingerprint(request)}; the same number appears there.")
+
+
+def sign_request(request: Path, role: str, replace: bool, out: Path | None, folder: Path | None) -> None:
+    """Sign a request and write the card.
+
+    Raises UserError for an invalid request or role, for a name that has a certificate unless `replace`, and
+    without the authority.
+    """
+    chosen = check_role(role) if role else None
+    ring = _keyring(folder)
+    card, name = ring.admit(request, datetime.now(UTC), chosen, replace)
+    member = card.members("the card").members[name]
     path = _write(card, out or Path(f"{name}.card"))
     console.print(
-        f"{name} ({role}) is a member of the fleet now. Copy {path} to its machine, and run there: "
-        f"chefbot fleet accept {path.name}"
+        f"{name} ({member.role}) is a member of the fleet until {member.expires:%Y-%m-%d}, with key {member.key}. "
+        f"Copy {path} to its machine, and run there: chefbot fleet accept {path.name}"
     )
     console.print("The other members accept the same file, which contains the list of members.")
+    console.print(
+        f"The authority's key is {ring.authority_fingerprint()}; each machine shows it when it accepts."
+    )
+    if replace:
+        console.print(f"Machines that have accepted it refuse the former certificate of {name}.")
 
 
 def accept_card(card: Path, folder: Path | None) -> None:
     """Accept a card from the authority. Raises UserError for an invalid or outdated one."""
     ring = _keyring(folder)
     fleet = ring.accept(read_card(card)[0])
-    console.print(f"This machine is {ring.identity().name} of fleet {fleet.name}: {_members(fleet.members)}.")
+    me = ring.identity()
+    console.print(f"This machine is {me.name} of fleet {fleet.name}: {_members(fleet)}.")
+    console.print(f"The authority's key is {ring.authority_fingerprint()}.")
+    _print_warning(ring)
 
 
 def remove_member(name: str, out: Path | None, folder: Path | None) -> None:
@@ -62,13 +99,26 @@ def remove_member(name: str, out: Path | None, folder: Path | None) -> None:
 
 def show_identity(folder: Path | None) -> None:
     """Print identity, members and expiry of the certificate. Raises UserError if there is no certificate."""
-    identity = _keyring(folder).identity()
-    role = identity.role or "no longer a member"
-    fleet = identity.fleet
+    ring = _keyring(folder)
+    me = ring.identity()
     console.print(
-        f"{identity.name}, {role} of fleet {fleet.name}, list {fleet.serial}: {_members(fleet.members)}"
+        f"{me.name}, {me.role or 'no longer a member'} of fleet {me.fleet.name}, list {me.fleet.number}: "
+        f"{_members(me.fleet)}"
     )
-    console.print(f"certificate valid until {identity.expires:%Y-%m-%d}, in {identity.certificate.parent}")
+    console.print(
+        f"certificate valid until {me.expires:%Y-%m-%d}, in {me.certificate.parent}; the authority's key is "
+        f"{ring.authority_fingerprint()}"
+    )
+    for name, member in sorted(me.fleet.members.items()):
+        if member.expires - datetime.now(UTC) <= RENEWAL_NOTICE:
+            console.print(f"! {name}'s certificate is valid until {member.expires:%Y-%m-%d} only")
+    _print_warning(ring)
+
+
+def _print_warning(ring: Keyring) -> None:
+    """Print what prevents the use of this machine's certificate, or will soon."""
+    if warning := ring.warning(datetime.now(UTC)):
+        console.print(f"! {warning}")
 
 
 def _keyring(folder: Path | None) -> Keyring:
@@ -80,5 +130,5 @@ def _write(card: Card, path: Path) -> Path:
     return path
 
 
-def _members(members: dict[str, Role]) -> str:
-    return ", ".join(f"{name} ({role})" for name, role in sorted(members.items()))
+def _members(fleet: Fleet) -> str:
+    return ", ".join(f"{name} ({member.role})" for name, member in sorted(fleet.members.items()))

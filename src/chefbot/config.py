@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import operator
+import os
 import re
+import stat
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -14,9 +17,12 @@ from msgspec import inspect as types
 
 from chefbot.errors import ChefbotError, name_hint
 from chefbot.maths.units import UnitError, to_si
+from chefbot.strict_yaml import load_strict
 
 T = TypeVar("T")
 MAX_BYTES = 1_000_000
+BLOCK_BYTES = 1_000_000
+"""Bytes that are read at once: memory is needed for what a file has, not for what it may have."""
 BOUNDS = (
     ("gt", operator.gt, "above"),
     ("ge", operator.ge, "at least"),
@@ -33,31 +39,6 @@ class ConfigError(ChefbotError):
     """A file that cannot be read, or content of it with an unknown key, a wrong type or a value out of bounds."""
 
 
-class _StrictLoader(yaml.SafeLoader):
-    """A YAML loader without anchors, which can expand exponentially, and without duplicate keys."""
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            event = self.peek_event()  # type: ignore[no-untyped-call]
-            raise yaml.composer.ComposerError(None, None, "anchors are not allowed", event.start_mark)
-        return super().compose_node(parent, index)
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-        keys: set[Any] = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, (str, int, bool, float)):
-                raise yaml.constructor.ConstructorError(
-                    None, None, "a key is not a name", key_node.start_mark
-                )
-            if key in keys:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"{key!r} is given twice", key_node.start_mark
-                )
-            keys.add(key)
-        return super().construct_mapping(node, deep)
-
-
 def find_file(kind: str, name_or_path: str, built_in: dict[str, Path], error: type[ChefbotError]) -> Path:
     """Return the path of a built-in file by its name, or of another file. Raises `error` for an unknown name."""
     if name_or_path in built_in:
@@ -69,10 +50,12 @@ def find_file(kind: str, name_or_path: str, built_in: dict[str, Path], error: ty
 
 
 def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
-    """Read a file; ConfigError if it is missing, unreadable or longer than `limit` bytes."""
+    """Read a file; ConfigError if it is missing, unreadable, no file, or longer than `limit` bytes.
+
+    A named pipe or a device is refused: reading it could wait for ever, or never end.
+    """
     try:
-        with path.open("rb") as file:
-            data = file.read(limit + 1)
+        data = _read_file(path, limit)
     except FileNotFoundError:
         raise ConfigError(f"{kind} {path} does not exist; check the name") from None
     except (OSError, ValueError) as error:
@@ -81,6 +64,22 @@ def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
     if len(data) > limit:
         raise ConfigError(f"{kind} {path} is longer than {limit} bytes; that is not a {kind}")
     return data
+
+
+def _read_file(path: Path, limit: int) -> bytes:
+    """Return the content of a file, but of more than `limit` bytes only the first, and one too many."""
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
+    with open(handle, "rb", buffering=0) as file:  # noqa: PTH123 - a pipe is opened without waiting
+        mode = os.fstat(handle).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        if not stat.S_ISREG(mode):
+            raise ValueError("it is a pipe or a device; write its content into a file")
+        blocks, missing = [], limit + 1
+        while missing > 0 and (block := file.read(min(missing, BLOCK_BYTES))):
+            blocks.append(block)
+            missing -= len(block)
+    return b"".join(blocks)
 
 
 def read_config(path: Path, kind: type[T], what: str) -> T:
@@ -96,7 +95,7 @@ def parse_config(data: bytes, kind: type[T], where: str) -> T:
 def parse_yaml(data: bytes, where: str) -> Any:
     """Parse YAML text into dicts, lists, numbers and strings."""
     try:
-        return yaml.load(data.decode(), Loader=_StrictLoader)
+        return load_strict(data.decode())
     except UnicodeDecodeError:
         raise ConfigError(
             f"{where} is not text in UTF-8; it may be damaged or another kind of file"

@@ -24,7 +24,9 @@ from tests.support.mutants.trial import again, run, table  # noqa: E402
 
 def main() -> None:
     """Run the mutants that the command line asks for."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("kinds", nargs="*", help=f"of {', '.join(samples())}")
     parser.add_argument("--number", type=int, default=500, help="mutants of each kind")
     parser.add_argument("--seed", type=int, default=1)

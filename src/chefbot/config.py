@@ -9,7 +9,7 @@ import os
 import re
 import stat
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, BinaryIO, TypeVar, cast
 
 import msgspec
 import yaml
@@ -68,18 +68,26 @@ def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
 
 def _read_file(path: Path, limit: int) -> bytes:
     """Return the content of a file, but of more than `limit` bytes only the first, and one too many."""
-    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
-    with open(handle, "rb", buffering=0) as file:  # noqa: PTH123 - a pipe is opened without waiting
-        mode = os.fstat(handle).st_mode
-        if stat.S_ISDIR(mode):
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        if not stat.S_ISREG(mode):
-            raise ValueError("it is a pipe or a device; write its content into a file")
+    with open_file(path) as file:
         blocks, missing = [], limit + 1
         while missing > 0 and (block := file.read(min(missing, BLOCK_BYTES))):
             blocks.append(block)
             missing -= len(block)
     return b"".join(blocks)
+
+
+def open_file(path: Path) -> BinaryIO:
+    """Open a file for reading. Raises OSError, also for a folder, a named pipe or a device.
+
+    A pipe without a writer would be waited for, and a device may never end.
+    """
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
+    mode = os.fstat(handle).st_mode
+    if not stat.S_ISREG(mode):
+        os.close(handle)
+        reason = os.strerror(errno.EISDIR) if stat.S_ISDIR(mode) else "it is a pipe or a device, not a file"
+        raise OSError(errno.EISDIR if stat.S_ISDIR(mode) else errno.EINVAL, reason)
+    return os.fdopen(handle, "rb")
 
 
 def read_config(path: Path, kind: type[T], what: str) -> T:

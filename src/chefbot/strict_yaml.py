@@ -1,4 +1,4 @@
-"""A YAML loader for files of strangers: no anchors, no duplicate keys, no types of Python, and not too many values."""
+"""A YAML loader for files of strangers: no anchors, no duplicate keys, no types of Python, not too many values."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class _PythonLoader(_Strict, yaml.SafeLoader):
 
 
 if yaml.__with_libyaml__:
-    from yaml.cyaml import CParser
+    from yaml.cyaml import CParser  # type: ignore[attr-defined]
 
     class _Loader(_Strict, Composer, CParser, SafeConstructor, Resolver):
         """The parser of libyaml under PyYAML's own composer, which can be checked."""

@@ -25,6 +25,12 @@ MEMBER_VALIDITY = timedelta(days=5 * 365)
 CLOCK_TOLERANCE = timedelta(days=1)
 """Certificates are valid from this long before their issue, as a robot's clock may be slow."""
 
+_UNREADABLE = (
+    ValueError, TypeError, InvalidSignature, UnsupportedAlgorithm, x509.InvalidVersion, x509.DuplicateExtension,
+    x509.UnsupportedGeneralNameType,
+)  # fmt: skip
+"""Exceptions of the library for damaged keys and certificates; parts of them are read only when asked for."""
+
 PrivateKey = ec.EllipticCurvePrivateKey
 
 
@@ -42,7 +48,7 @@ def read_key(pem: bytes, where: str) -> PrivateKey:
     """Load a private key from PEM. Raises UserError if it is no key on the curve P-256."""
     try:
         key = load_pem_private_key(pem, None)
-    except (ValueError, TypeError, UnsupportedAlgorithm):
+    except _UNREADABLE:
         key = None
     if not (isinstance(key, ec.EllipticCurvePrivateKey) and isinstance(key.curve, ec.SECP256R1)):
         raise UserError(f"{where} holds no private key of a fleet; make it again with `chefbot fleet`")
@@ -50,10 +56,12 @@ def read_key(pem: bytes, where: str) -> PrivateKey:
 
 
 def read_certificate(pem: bytes, where: str) -> x509.Certificate:
-    """Load a certificate from PEM. Raises UserError if it is none."""
+    """Load a certificate from PEM. Raises UserError if it is none, or its key or names cannot be read."""
     try:
-        return x509.load_pem_x509_certificate(pem)
-    except ValueError:
+        certificate = x509.load_pem_x509_certificate(pem)
+        certificate.public_key(), certificate.subject, certificate.issuer, certificate.extensions
+        return certificate
+    except _UNREADABLE:
         raise UserError(f"{where} holds no certificate; ask for it again with `chefbot fleet`") from None
 
 
@@ -86,7 +94,8 @@ def read_request(pem: bytes, where: str) -> x509.CertificateSigningRequest:
     try:
         request = x509.load_pem_x509_csr(pem)
         valid, public = request.is_signature_valid, request.public_key()
-    except (ValueError, InvalidSignature, UnsupportedAlgorithm):
+        request.subject, request.extensions  # noqa: B018
+    except _UNREADABLE:
         valid = False
     if not valid:
         raise UserError(
@@ -125,7 +134,7 @@ def is_signed_by(certificate: x509.Certificate, authority: x509.Certificate) -> 
     """Return whether the authority issued the certificate."""
     try:
         certificate.verify_directly_issued_by(authority)
-    except (ValueError, TypeError, InvalidSignature):
+    except _UNREADABLE:
         return False
     return True
 

@@ -86,7 +86,7 @@ def read_card(path: Path) -> tuple[Card, Fleet]:
     try:
         card = msgspec.json.decode(read_bytes(path, "card", MAX_CARD_BYTES), type=Card)
         return card, card.members(str(path))
-    except msgspec.DecodeError:
+    except (msgspec.DecodeError, UnicodeDecodeError):
         raise UserError(
             f"{path} is no card of a fleet; `chefbot fleet sign` on the authority's machine writes one"
         ) from None

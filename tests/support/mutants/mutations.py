@@ -18,16 +18,23 @@ import zstandard
 Mutation = Callable[[bytes, Random], bytes]
 
 NASTY_WORDS = [
-    "", "~", "null", "nan", ".nan", ".inf", "-.inf", "-0", "0", "-1", "1e309", "1e-320", "9" * 400, "0x7fffffff", "2**31",
-    "4294967296", "18446744073709551616", "true", "[]", "{}", "[[[[]]]]", "&a [*a]", "*a", "<<: {a: 1}", "!!binary eA==",
-    "!!python/object:os.system x", "!!set {a}", "!!timestamp 2020-13-45", "2020-13-45", "1:99:99", "? [a]", "'", '"', "#",
-    "a" * 300, "../../etc/passwd", "/dev/zero", "/dev/stdin", "/etc/shadow", ".", "..", "/", "~", "~nobody/x", "\0", "\x1b[2J",
-    "\u202e", "\ufeff", "\udcff", "%s%n", "{0.__class__}", "${x}", "${9**9**9}", "$(find x)", "-5 m", "1e400 m", "1 parsec",
+    "", "~", "null", "nan", ".nan", ".inf", "-.inf", "-0", "0", "-1", "1e309", "1e-320", "9" * 400,
+    "0x7fffffff", "2**31",
+    "4294967296", "18446744073709551616", "true", "[]", "{}", "[[[[]]]]", "&a [*a]", "*a", "<<: {a: 1}",
+    "!!binary eA==",
+    "!!python/object:os.system x", "!!set {a}", "!!timestamp 2020-13-45", "2020-13-45", "1:99:99", "? [a]",
+    "'", '"', "#",
+    "a" * 300, "../../etc/passwd", "/dev/zero", "/dev/stdin", "/etc/shadow", ".", "..", "/", "~",
+    "~nobody/x", "\0", "\x1b[2J",
+    "\u202e", "\ufeff", "\udcff", "%s%n", "{0.__class__}", "${x}", "${9**9**9}", "$(find x)", "-5 m",
+    "1e400 m", "1 parsec",
     "5 kg", "1 m m", "1/0 m", "NaN deg", "\r", "\t", "<a>", "]]>", "&amp;", "&x;", "<!DOCTYPE a [<!ENTITY b 'c'>]>",
 ]  # fmt: skip
 NASTY_VALUES: list[Any] = [
-    None, True, False, 0, -1, 1, 10**40, -(10**400), 1e308, -1e-320, float("nan"), float("inf"), "", "a" * 300, "\0", "\x1b[1m",
-    "../x", "/dev/zero", "1 m", "-3 deg", "nan m", "1e400 s", [], {}, [[]], [None], {"a": None}, {"": ""}, {"x": {"x": {"x": 1}}},
+    None, True, False, 0, -1, 1, 10**40, -(10**400), 1e308, -1e-320, float("nan"), float("inf"), "",
+    "a" * 300, "\0", "\x1b[1m",
+    "../x", "/dev/zero", "1 m", "-3 deg", "nan m", "1e400 s", [], {}, [[]], [None], {"a": None}, {"": ""},
+    {"x": {"x": {"x": 1}}},
     [0] * 1000, "\u202e", "0.5", "home", "~/x",
 ]  # fmt: skip
 
@@ -72,7 +79,9 @@ def words(data: bytes, rng: Random) -> bytes:
         elif kind == 4:
             lines.insert(at, lines[other])
         else:
-            lines[at] = rng.choice((" " + lines[at], lines[at].lstrip(), "", "- " + lines[at], lines[at] + ":"))
+            lines[at] = rng.choice(
+                (" " + lines[at], lines[at].lstrip(), "", "- " + lines[at], lines[at] + ":")
+            )
     return "\n".join(lines).encode(errors="surrogateescape")
 
 
@@ -108,7 +117,9 @@ def yaml_tree(data: bytes, rng: Random) -> bytes:
     tree = yaml.load(data, Loader=_AnyTag)
     for _ in range(rng.choice((1, 1, 2))):
         tree = changed_tree(tree, rng)
-    return yaml.safe_dump(tree, sort_keys=False, allow_unicode=True, width=500).encode(errors="surrogateescape")
+    return yaml.safe_dump(tree, sort_keys=False, allow_unicode=True, width=500).encode(
+        errors="surrogateescape"
+    )
 
 
 def json_tree(data: bytes, rng: Random) -> bytes:
@@ -186,8 +197,25 @@ def png_chunks(data: bytes, rng: Random) -> bytes:
     elif kind == 2 and name == b"IDAT":
         chunks[at] = (name, zlib.compress(bytes(rng.choice((0, 10, 10_000_000)))))
     elif kind == 3:
-        known = (b"iCCP", b"zTXt", b"iTXt", b"tEXt", b"tRNS", b"PLTE", b"acTL", b"fdAT", b"eXIf", b"gAMA", b"pHYs", b"IDAT")
-        noise = b"a\0\0" + zlib.compress(bytes(rng.choice((10, 50_000_000)))) if rng.random() < 0.3 else rng.randbytes(20)
+        known = (
+            b"iCCP",
+            b"zTXt",
+            b"iTXt",
+            b"tEXt",
+            b"tRNS",
+            b"PLTE",
+            b"acTL",
+            b"fdAT",
+            b"eXIf",
+            b"gAMA",
+            b"pHYs",
+            b"IDAT",
+        )
+        noise = (
+            b"a\0\0" + zlib.compress(bytes(rng.choice((10, 50_000_000))))
+            if rng.random() < 0.3
+            else rng.randbytes(20)
+        )
         chunks.insert(at, (rng.choice(known), noise))
     else:
         chunks.pop(at)
@@ -211,7 +239,9 @@ def pgm_header(data: bytes, rng: Random) -> bytes:
     """The magic, a size or the white of a PGM is another."""
     magic, width, height, white_and_pixels = data.split(None, 3)
     parts = [magic, width, height]
-    parts[rng.randrange(3)] = rng.choice((b"P2", b"P5", b"P6", b"0", b"-1", b"1", b"99999", b"4294967296", b"x", b"#", b"1" * 30))
+    parts[rng.randrange(3)] = rng.choice(
+        (b"P2", b"P5", b"P6", b"0", b"-1", b"1", b"99999", b"4294967296", b"x", b"#", b"1" * 30)
+    )
     return b"\n".join([*parts, white_and_pixels])
 
 

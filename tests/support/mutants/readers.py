@@ -6,9 +6,9 @@ import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
 
-import numpy as np
-
 from chefbot.cli.robot.urdf_given import check_given
+from chefbot.cli.robot.xacro_child import expand
+from chefbot.cli.robot.xacro_files import PackageFiles
 from chefbot.design.export.urdf import urdf as urdf_of
 from chefbot.design.sizing.robot_file_editor import Change, changed
 from chefbot.fleet.keyring import Keyring
@@ -31,7 +31,6 @@ from chefbot.runtime.recorder import Recorder
 from chefbot.runtime.replay import read_log
 from chefbot.sim.world.load import load_any_world
 from chefbot.slam.carmen import parse
-from chefbot.slam.relations import parse_relations
 from chefbot.storage.carmen_log import read_text
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places, save_places
@@ -62,7 +61,9 @@ def robot(path: Path) -> object:
 def calibrated(path: Path) -> object:
     """As `chefbot robot design --write` reads and rewrites a robot file."""
     load_robot(str(path))
-    return changed(path.read_bytes().decode(), [Change(("calibration", "left_wheel"), "1.01"), Change(("name",), "x")])
+    return changed(
+        path.read_bytes().decode(), [Change(("calibration", "left_wheel"), "1.01"), Change(("name",), "x")]
+    )
 
 
 def launch(path: Path) -> object:
@@ -100,7 +101,8 @@ def urdf(path: Path) -> object:
 
 def xacro_file(folder: Path) -> object:
     """As `chefbot robot check-urdf` reads a xacro file, but in this process."""
-    return None
+    path = folder / "r.urdf.xacro"
+    return expand(path, PackageFiles(path))
 
 
 def carmen(folder: Path) -> object:

@@ -90,7 +90,11 @@ def _keys() -> tuple[dict[str, bytes], bytes]:
         card, _ = office.admit(robot.request_membership("robot1", "robot"), NOW)
         ring = {f"keys/{path.name}": path.read_bytes() for path in sorted(office.folder.iterdir())}
         (request,) = robot.folder.glob("*.request")
-        files = {**ring, "robot/me.key": (robot.folder / "me.key").read_bytes(), "robot1.request": request.read_bytes()}
+        files = {
+            **ring,
+            "robot/me.key": (robot.folder / "me.key").read_bytes(),
+            "robot1.request": request.read_bytes(),
+        }
         return files, msgspec.json.encode(card)
 
 
@@ -103,7 +107,9 @@ def _signed_again(key: bytes) -> Mutation:
         if kind == 0:
             members = json.dumps(changed_tree(json.loads(card.fleet), rng)).encode()
             members = any_bytes(members, rng) if rng.random() < 0.3 else members
-            card = msgspec.structs.replace(card, fleet=members, signature=ecdsa_sign(members, read_key(key, "key")))
+            card = msgspec.structs.replace(
+                card, fleet=members, signature=ecdsa_sign(members, read_key(key, "key"))
+            )
         elif kind == 1:
             field = rng.choice(("authority", "certificate"))
             card = msgspec.structs.replace(card, **{field: pem(getattr(card, field), rng)})
@@ -173,7 +179,9 @@ def samples() -> dict[str, Sample]:
     }
 
 
-def _one(name: str, text: str | bytes, mutations: Sequence[Mutation], read: Callable[[Path], object]) -> Sample:
+def _one(
+    name: str, text: str | bytes, mutations: Sequence[Mutation], read: Callable[[Path], object]
+) -> Sample:
     data = text.encode() if isinstance(text, str) else text
     return Sample({name: data}, {name: mutations}, lambda folder: read(folder / name))
 

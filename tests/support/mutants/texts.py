@@ -77,7 +77,7 @@ CARMEN, PARAMETERS = _carmen(), _parameters()
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 XACRO = {
     "package.xml": "<package><name>cart_description</name></package>",
-    "config/wheels.yaml": "wheel: {radius: 0.098, width: 0.04, mass: !degrees 30}\nnames: [front, rear]\nlimits: {a: 1}\n",
+    "config/wheels.yaml": "wheel: {radius: 0.098, width: 0.04, mass: !degrees 30}\nnames: [front, rear]\n",
     "urdf/common.xacro": f"""<?xml version="1.0"?>
 {HEAD}
   <xacro:macro name="box_inertia" params="m x y z">
@@ -96,11 +96,13 @@ XACRO = {
   <xacro:macro name="wheel" params="side x:=^|0 y *origin">
     <link name="${{p}}${{side}}_wheel"><visual><geometry>
       <cylinder radius="${{data['wheel']['radius']}}" length="${{data.wheel.width}}"/></geometry></visual></link>
-    <joint name="${{p}}${{side}}_joint" type="continuous"><parent link="${{p}}base"/><child link="${{p}}${{side}}_wheel"/>
+    <joint name="${{p}}${{side}}_joint" type="continuous"><parent link="${{p}}base"/>
+      <child link="${{p}}${{side}}_wheel"/>
       <xacro:insert_block name="origin"/><axis xyz="0 1 0"/></joint></xacro:macro>
   <xacro:wheel side="left" y="1"><origin xyz="${{'%.3f' % track}} 0 0" rpy="${{-pi/2}} 0 0"/></xacro:wheel>
   <xacro:if value="${{'left' in data.names or len(data.names) == 2}}">
-    <xacro:wheel side="right" y="-1"><origin xyz="0 ${{-track/2}} 0" rpy="0 0 ${{radians(90)}}"/></xacro:wheel></xacro:if>
+    <xacro:wheel side="right" y="-1"><origin xyz="0 ${{-track/2}} 0" rpy="0 0 ${{radians(90)}}"/></xacro:wheel>
+  </xacro:if>
   <xacro:unless value="${{p == ''}}"><link name="unused"/><joint name="u" type="fixed"><parent link="${{p}}base"/>
     <child link="unused"/></joint></xacro:unless>
 </robot>""",

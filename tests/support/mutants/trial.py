@@ -196,7 +196,9 @@ def table(reports: dict[str, Report]) -> str:
             if not seen[fault.kind, where]:
                 rows.append(f"\n{fault.kind}: {fault.seed}: {fault.detail.strip()[-900:]}")
             seen[fault.kind, where] += 1
-    return "\n".join([*rows, "", *(f"{count:6} {kind}: {where}" for (kind, where), count in seen.most_common())])
+    return "\n".join(
+        [*rows, "", *(f"{count:6} {kind}: {where}" for (kind, where), count in seen.most_common())]
+    )
 
 
 def _place(fault: Outcome) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 
 from chefbot.cli.robot.urdf_given import check_given
@@ -20,6 +21,7 @@ from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.std_msgs import String
 from chefbot.proving.scenario import load_scenario
 from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
 from chefbot.ros2.bag.reader import read_bag
 from chefbot.ros2.bag.writer import BagWriter
 from chefbot.ros2.rmw.names import InterfaceType
@@ -50,7 +52,12 @@ def map_of(folder: Path) -> object:
 
 def world(path: Path) -> object:
     """As `chefbot sim` reads a world."""
-    return load_any_world(str(path), load_robot("chefbot"))
+    return load_any_world(str(path), _robot())
+
+
+@cache
+def _robot() -> Robot:
+    return load_robot("chefbot")
 
 
 def robot(path: Path) -> object:

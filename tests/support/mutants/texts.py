@@ -66,7 +66,7 @@ def _carmen() -> str:
 def _parameters() -> str:
     """A launch whose nodes have all their parameters written, with the values that they have anyway."""
     nodes: dict[str, object] = {}
-    for name in ("waiter", "explore", "gmapping_demo", "amcl_demo"):
+    for name in ("waiter", "explore"):
         for node, entry in load_launch(str(built_in_launches()[name])).nodes.items():
             params = node_params(node_class(entry.kind, name), entry.params, name)
             nodes[node] = {"kind": entry.kind, "params": msgspec.to_builtins(params)}

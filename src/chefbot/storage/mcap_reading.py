@@ -82,6 +82,13 @@ class _BoundedFile:
         """Return another method of the file, such as `seek`."""
         return getattr(self._file, name)
 
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """Go to a position. Raises EndOfFile for one outside the file, which a damaged index may name."""
+        position = offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._file.tell(), io.SEEK_END: self._size}[whence]
+        if not 0 <= position <= self._size:
+            raise EndOfFile
+        return self._file.seek(position)
+
     def read(self, size: int = -1) -> bytes:
         """Read at most `size` bytes."""
         remaining = max(0, self._size - self._file.tell())

@@ -1,7 +1,7 @@
 """Expansion of an untrusted xacro file by a confined process, which gets its files from this one.
 
-Each message is a line of JSON; some are followed by bytes, whose number it has. The process requests `read`, `find` or
-`match`, and ends with `urdf` or `fail`.
+Each message is a line of JSON; some are followed by bytes, whose number it has. The process requests `read`, `find`
+or `match`, and ends with `urdf` or `fail`.
 """
 
 from __future__ import annotations

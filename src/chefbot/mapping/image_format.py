@@ -96,8 +96,9 @@ def _decode_pgm(data: bytes, where: str) -> MapImage:
         raise MapFormatError(
             f"{where} has a pixel of {levels.max():.0f} above its white of {white}; it is damaged"
         )
-    kind = np.uint8 if white < 256 else np.uint16
-    return MapImage(levels.astype(kind, copy=False).reshape(height, width), white)
+    if white < 256:
+        return MapImage(levels.astype(np.uint8, copy=False).reshape(height, width), white)
+    return MapImage(levels.astype(np.uint16).reshape(height, width), white)
 
 
 def _levels(data: bytes, begin: int, count: int, white: int) -> NDArray[np.generic]:

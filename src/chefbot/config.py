@@ -31,6 +31,8 @@ BOUNDS = (
 )
 """Bounds: attribute in msgspec, comparison that must hold, and text for error messages."""
 
+_IMPOSSIBLE = (RecursionError, ValueError, OverflowError, AttributeError, KeyError, IndexError, TypeError)
+"""Exceptions of PyYAML for deep nesting, impossible numbers, and values that do not fit their tag: `!!bool x`."""
 CONTAINERS = (types.UnionType, types.StructType, types.ListType, types.VarTupleType, types.DictType)
 """Types with parts that are converted; a description of theirs changes nothing."""
 
@@ -113,7 +115,7 @@ def parse_yaml(data: bytes, where: str) -> Any:
         line = f", line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "it cannot be parsed"
         raise ConfigError(f"{where}{line}: not valid YAML: {problem}") from None
-    except (RecursionError, ValueError, OverflowError):
+    except _IMPOSSIBLE:
         raise ConfigError(
             f"{where}: not valid YAML: nested too deeply or with an impossible number"
         ) from None

@@ -37,6 +37,8 @@ _DAMAGED = (
     KeyError,
     TypeError,
     AttributeError,
+    AssertionError,
+    MemoryError,
     OverflowError,
     struct.error,
     zlib.error,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import itertools
+import os
 import re
 from pathlib import Path
 from typing import Literal, NamedTuple, Protocol
@@ -52,7 +53,7 @@ class PackageFiles:
         file = self._in_packages(name)
         if kind == "YAML file" and file.suffix not in YAML_SUFFIXES:
             raise UserError(f"load_yaml of {name}: only .yaml and .yml files are read")
-        if not file.exists():
+        if not os.path.exists(file):  # noqa: PTH110 - Path's method raises for names that no file can have
             raise FileNotFoundError(f"No such file or directory: {name}")
         data = read_bytes(file, kind, MAX_BYTES)
         self._number, self._bytes = self._number + 1, self._bytes + len(data)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
@@ -79,7 +80,7 @@ def read_bag(path: Path) -> Bag:
 
     Raises BagError when it is neither, or nothing in it can be read.
     """
-    folder = path.is_dir()
+    folder = os.path.isdir(path)  # noqa: PTH112 - Path's method raises for names that no file can have
     metadata = _read_metadata(path) if folder else {}
     files = _files_of(path, metadata) if folder else [path]
     contents = [_read_contents(file) for file in files]

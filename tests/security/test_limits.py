@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 import struct
 import time
 import tracemalloc
@@ -135,6 +136,26 @@ def test_mcap_bombs_are_refused_before_they_are_unpacked(bomb: str, tmp_path: Pa
     assert peak_mb(lambda: read_bag(path), BagError, "not an MCAP file, or cut off") < 60.0
     assert peak_mb(lambda: read_log(path), UserError, "cannot be replayed") < 60.0
     assert time.process_time() - begun < 8.0
+
+
+def test_a_log_cut_anywhere_is_described_in_words(tmp_path: Path) -> None:
+    from tests.support.mutants.readers import recorded
+
+    whole, path = recorded()[0], tmp_path / "run.mcap"
+    for at in sorted({*range(0, 60), *range(60, len(whole), 97)}):
+        path.write_bytes(whole[:at])
+        with pytest.raises(UserError, match="cannot be replayed: it ") as log:
+            read_log(path)
+        sentences = [str(log.value)]
+        try:
+            sentences += read_bag(path).truncated
+        except BagError as error:
+            sentences.append(str(error))
+        for sentence in sentences:
+            assert not re.search("unpack requires|Errno|decompress|Error|b'|magic|struct", sentence), (
+                at,
+                sentence,
+            )
 
 
 def test_all_messages_of_a_file_are_limited_by_its_size(

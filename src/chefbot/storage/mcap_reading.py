@@ -16,9 +16,17 @@ import lz4.frame
 import zstandard
 from mcap import stream_reader
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import EndOfFile, McapError, UnsupportedCompressionError
+from mcap.exceptions import (
+    EndOfFile,
+    InvalidMagic,
+    McapError,
+    RecordLengthLimitExceeded,
+    UnsupportedCompressionError,
+)
 from mcap.reader import McapReader, make_reader
 from mcap.records import Chunk, McapRecord
+
+from chefbot.errors import ChefbotError
 
 T = TypeVar("T")
 MAX_CHUNK_BYTES = 100_000_000
@@ -33,20 +41,26 @@ READ_ERRORS = (
 )  # fmt: skip
 """Exceptions that the mcap library and its decompressors raise for a file that is truncated or corrupt."""
 _SENTENCES: tuple[tuple[type[Exception] | tuple[type[Exception], ...], str], ...] = (
-    ((EndOfFile, EOFError, struct.error), "it ends in the middle of a record"),
-    ((zstandard.ZstdError, RuntimeError), "a chunk cannot be unpacked"),
-    (MemoryError, "a record claims to be larger than the memory"),
-    (UnicodeDecodeError, "a name in it is not text"),
-    ((KeyError, IndexError), "its index names what is not there"),
+    (InvalidMagic, "it does not begin or end as an MCAP file does"),
+    ((EndOfFile, EOFError, struct.error, RecordLengthLimitExceeded), "it ends in the middle of a record"),
+    ((zstandard.ZstdError, RuntimeError), "it has a chunk that cannot be unpacked"),
+    (UnsupportedCompressionError, "it has a chunk with an unknown compression"),
+    (stream_reader.CRCValidationError, "it has a wrong checksum"),
+    (MemoryError, "it has a record that claims to be larger than the memory"),
+    (UnicodeDecodeError, "it has a name that is not text"),
+    ((KeyError, IndexError), "it names something that it does not contain"),
 )
+
+
+class McapLimitError(McapError, ChefbotError):
+    """A file that would take too much memory; the message begins with 'it'."""
 
 
 def reason(error: Exception) -> str:
     """Return in words why an MCAP file cannot be read, for one of READ_ERRORS."""
-    for kinds, text in _SENTENCES:
-        if isinstance(error, kinds):
-            return text
-    return str(error) or type(error).__name__
+    if isinstance(error, McapLimitError):
+        return str(error)
+    return next((text for kinds, text in _SENTENCES if isinstance(error, kinds)), "it has a damaged record")
 
 
 def mcap_reader(file: BinaryIO, *, validate_crcs: bool = False) -> McapReader:
@@ -67,7 +81,7 @@ def limited(messages: Iterator[T], file: BinaryIO) -> Iterator[T]:
         message: Any = item[-1] if isinstance(item, tuple) else item
         size += len(message.data) + _HEAD.size
         if size > limit:
-            raise McapError(f"it unpacks to more than {limit} bytes, {MAX_RATIO} times its size")
+            raise McapLimitError(f"it unpacks to more than {limit} bytes, {MAX_RATIO} times its size")
         yield item
 
 
@@ -120,14 +134,16 @@ def _unpacked(chunk: Chunk) -> bytes:
     if chunk.compression == "zstd":
         size = max(size, zstandard.frame_content_size(chunk.data))
     if size > MAX_CHUNK_BYTES:
-        raise McapError(f"a chunk claims to unpack to {size} bytes; {MAX_CHUNK_BYTES} is the maximum")
+        raise McapLimitError(
+            f"it has a chunk that claims to unpack to {size} bytes; {MAX_CHUNK_BYTES} is the maximum"
+        )
     if chunk.compression == "zstd":
         return zstandard.decompress(chunk.data, size)
     if chunk.compression == "lz4":
         unpacker = lz4.frame.LZ4FrameDecompressor()
         data: bytes = unpacker.decompress(chunk.data, max_length=size)
         if not unpacker.eof and unpacker.decompress(b"", max_length=1):
-            raise McapError(f"a chunk unpacks to more than the {size} bytes that it claims")
+            raise McapLimitError(f"it has a chunk that unpacks to more than the {size} bytes that it claims")
         return data
     if chunk.compression:
         raise UnsupportedCompressionError(chunk.compression[:20])
@@ -142,7 +158,7 @@ def _check_number(data: bytes) -> None:
         at += _HEAD.size + length
         number += 1
         if number > MAX_CHUNK_RECORDS or kind == 0:
-            raise McapError(f"a chunk holds more than {MAX_CHUNK_RECORDS} records, or one of kind 0")
+            raise McapLimitError(f"it has a chunk of more than {MAX_CHUNK_RECORDS} records, or one of kind 0")
 
 
 # The library has no limit for a chunk, neither as argument nor in a method; its readers look this function up here.

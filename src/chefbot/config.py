@@ -198,7 +198,7 @@ def _check_bounds(value: Any, written: Any, kind: types.Type, unit: str, where: 
     for name, holds, description in BOUNDS:
         bound = getattr(inner, name)
         if bound is not None and not holds(value, bound):
-            raise ConfigError(f"{where}: {written} must be {description} {bound:g} {unit}".rstrip())
+            raise ConfigError(f"{where}: {written!s:.60} must be {description} {bound:g} {unit}".rstrip())
 
 
 def _is_number(value: Any) -> bool:
@@ -212,7 +212,7 @@ def _struct_to_si(value: Any, kind: types.StructType, where: str, key: str) -> A
     for name in value:
         if name not in fields:
             hint = _ros_hint(str(name), kind, key) or name_hint(str(name), fields)
-            raise ConfigError(f"{where}: unknown key {_join(key, name)!r}{hint}")
+            raise ConfigError(f"{where}: unknown key {_join(key, name)!r:.100}{hint}")
     missing = [f.encode_name for f in kind.fields if f.required and f.encode_name not in value]
     if missing:
         raise ConfigError(f"{where}: {_join(key, missing[0])!r} is missing")
@@ -227,7 +227,7 @@ def _tagged_to_si(value: Any, members: list[types.StructType], where: str, key: 
     tag = str(value[tag_field])
     if tag not in by_tag:
         raise ConfigError(
-            f"{where}: {_join(key, tag_field)}: unknown {tag_field} {tag!r}{name_hint(tag, by_tag)}"
+            f"{where}: {_join(key, tag_field)}: unknown {tag_field} {tag!r:.60}{name_hint(tag, by_tag)}"
         )
     fields = {name: item for name, item in value.items() if name != tag_field}
     return {tag_field: tag, **_struct_to_si(fields, by_tag[tag], where, key)}

@@ -19,7 +19,9 @@ from PIL import Image
 from tests.support.mutants.mutations import _png_chunk
 
 from chefbot.config import ConfigError, parse_yaml
+from chefbot.design.errors import DesignError
 from chefbot.design.export.xml_text import UrdfError, parse_xml
+from chefbot.design.sizing.robot_file_editor import Change, changed
 from chefbot.errors import ChefbotError, UserError
 from chefbot.mapping.image_format import MapFormatError, decode_image
 from chefbot.mapping.map_format import decode_map_yaml
@@ -29,6 +31,7 @@ from chefbot.runtime.replay import read_log
 from chefbot.slam.carmen import parse
 from chefbot.storage import mcap_reading
 from chefbot.storage.carmen_log import read_text
+from chefbot.storage.places import save_places
 
 MEGABYTE = 1_000_000
 
@@ -216,3 +219,15 @@ def test_xml_has_a_limited_number_of_parts(kind: str) -> None:
     text = "<r>" + "<a/>" * 300_000 + "</r>" if kind == "elements" else f"<r {many}/>"
     with pytest.raises(UrdfError, match="elements and attributes"):
         parse_xml(text.encode(), "it")
+
+
+def test_what_only_one_parser_accepts_is_a_sentence(tmp_path: Path) -> None:
+    """A tab within braces: the loader accepts it, the editor, which keeps comments, does not."""
+    path = tmp_path / "m.places.yaml"
+    path.write_text("places:\n  kitchen: {x: 1.0\tm, y: 0.5 m}\n")
+    before = path.read_bytes()
+    with pytest.raises(ConfigError, match=r"places file .* cannot be changed: .* in line 2"):
+        save_places(path, {})
+    assert path.read_bytes() == before
+    with pytest.raises(DesignError, match=r"the robot file cannot be changed: .* in line 2"):
+        changed("name: r\ndrive: {max_speed: 1.0\tm/s}\n", [Change(("name",), "x")])

@@ -81,7 +81,7 @@ def _scan(fields: list[str]) -> CarmenScan:
     n = int(fields[1]) if len(fields) > 1 and fields[1].isdecimal() and len(fields[1]) < 10 else 0
     if not 1 < n <= _MAX_BEAMS:
         raise CarmenLogError(
-            f"FLASER is followed by {' '.join(fields[1:2]) or 'nothing'} instead of the number of beams"
+            f"FLASER is followed by {' '.join(fields[1:2])[:40] or 'nothing'} instead of the number of beams"
         )
     # FLASER n r_1 .. r_n  laser x y yaw  robot x y yaw  stamp host stamp
     if len(fields) != n + 8 + _TRAILING_FIELDS:
@@ -111,7 +111,10 @@ def _pose(fields: list[str]) -> SE2:
 
 
 def _number(field: str) -> float:
-    value = float(field)
+    try:
+        value = float(field)
+    except ValueError:
+        raise CarmenLogError(f"{field[:40]!r} is not a number") from None
     if not math.isfinite(value):
-        raise CarmenLogError(f"{field} is not a finite number")
+        raise CarmenLogError(f"{field[:40]} is not a finite number")
     return value

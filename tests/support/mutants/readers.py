@@ -10,6 +10,7 @@ from pathlib import Path
 from chefbot.cli.robot.urdf_given import check_given
 from chefbot.cli.robot.xacro_child import expand
 from chefbot.cli.robot.xacro_files import PackageFiles
+from chefbot.config import read_bytes
 from chefbot.design.export.urdf import urdf as urdf_of
 from chefbot.design.sizing.robot_file_editor import Change, changed
 from chefbot.fleet.keyring import Keyring
@@ -109,6 +110,7 @@ def urdf(path: Path) -> object:
 def xacro_file(folder: Path) -> object:
     """As `chefbot robot check-urdf` reads a xacro file, but in this process."""
     path = folder / "r.urdf.xacro"
+    read_bytes(path, "robot description")
     return expand(path, PackageFiles(path))
 
 

@@ -109,6 +109,7 @@ def prepare(folder: Path) -> None:
     (folder / "entities.xacro").write_text('<!DOCTYPE r [<!ENTITY a "aa">]><robot/>')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_an_attack_by_xacro_ends_in_a_sentence(
     attack: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -22,7 +22,7 @@ like: chefbot_lidar
 name: calibrated
 calibration:
   left_wheel: 1.002          # of the nominal diameter
-  left_wheel_deviation: 0.0005
+  wheel_deviation: 0.0005
   right_wheel: 0.998
   separation: 1.01
   gyro_scale: 1.003

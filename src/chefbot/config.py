@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import operator
+import os
 import re
+import stat
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, BinaryIO, TypeVar, cast
 
 import msgspec
 import yaml
@@ -14,9 +17,12 @@ from msgspec import inspect as types
 
 from chefbot.errors import ChefbotError, name_hint
 from chefbot.maths.units import UnitError, to_si
+from chefbot.strict_yaml import load_strict
 
 T = TypeVar("T")
 MAX_BYTES = 1_000_000
+BLOCK_BYTES = 1_000_000
+"""Bytes that are read at once: memory is needed for what a file has, not for what it may have."""
 BOUNDS = (
     ("gt", operator.gt, "above"),
     ("ge", operator.ge, "at least"),
@@ -25,37 +31,14 @@ BOUNDS = (
 )
 """Bounds: attribute in msgspec, comparison that must hold, and text for error messages."""
 
+_IMPOSSIBLE = (RecursionError, ValueError, OverflowError, AttributeError, KeyError, IndexError, TypeError)
+"""Exceptions of PyYAML for deep nesting, impossible numbers, and values that do not fit their tag: `!!bool x`."""
 CONTAINERS = (types.UnionType, types.StructType, types.ListType, types.VarTupleType, types.DictType)
 """Types with parts that are converted; a description of theirs changes nothing."""
 
 
 class ConfigError(ChefbotError):
     """A file that cannot be read, or content of it with an unknown key, a wrong type or a value out of bounds."""
-
-
-class _StrictLoader(yaml.SafeLoader):
-    """A YAML loader without anchors, which can expand exponentially, and without duplicate keys."""
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            event = self.peek_event()  # type: ignore[no-untyped-call]
-            raise yaml.composer.ComposerError(None, None, "anchors are not allowed", event.start_mark)
-        return super().compose_node(parent, index)
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-        keys: set[Any] = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, (str, int, bool, float)):
-                raise yaml.constructor.ConstructorError(
-                    None, None, "a key is not a name", key_node.start_mark
-                )
-            if key in keys:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"{key!r} is given twice", key_node.start_mark
-                )
-            keys.add(key)
-        return super().construct_mapping(node, deep)
 
 
 def find_file(kind: str, name_or_path: str, built_in: dict[str, Path], error: type[ChefbotError]) -> Path:
@@ -69,10 +52,12 @@ def find_file(kind: str, name_or_path: str, built_in: dict[str, Path], error: ty
 
 
 def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
-    """Read a file; ConfigError if it is missing, unreadable or longer than `limit` bytes."""
+    """Read a file; ConfigError if it is missing, unreadable, no file, or longer than `limit` bytes.
+
+    A named pipe or a device is refused: reading it could wait for ever, or never end.
+    """
     try:
-        with path.open("rb") as file:
-            data = file.read(limit + 1)
+        data = _read_file(path, limit)
     except FileNotFoundError:
         raise ConfigError(f"{kind} {path} does not exist; check the name") from None
     except (OSError, ValueError) as error:
@@ -81,6 +66,30 @@ def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
     if len(data) > limit:
         raise ConfigError(f"{kind} {path} is longer than {limit} bytes; that is not a {kind}")
     return data
+
+
+def _read_file(path: Path, limit: int) -> bytes:
+    """Return the content of a file, but of more than `limit` bytes only the first, and one too many."""
+    with open_file(path) as file:
+        blocks, missing = [], limit + 1
+        while missing > 0 and (block := file.read(min(missing, BLOCK_BYTES))):
+            blocks.append(block)
+            missing -= len(block)
+    return b"".join(blocks)
+
+
+def open_file(path: Path) -> BinaryIO:
+    """Open a file for reading. Raises OSError, also for a folder, a named pipe or a device.
+
+    A pipe without a writer would be waited for, and a device may never end.
+    """
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
+    mode = os.fstat(handle).st_mode
+    if not stat.S_ISREG(mode):
+        os.close(handle)
+        reason = os.strerror(errno.EISDIR) if stat.S_ISDIR(mode) else "it is a pipe or a device, not a file"
+        raise OSError(errno.EISDIR if stat.S_ISDIR(mode) else errno.EINVAL, reason)
+    return os.fdopen(handle, "rb")
 
 
 def read_config(path: Path, kind: type[T], what: str) -> T:
@@ -96,7 +105,7 @@ def parse_config(data: bytes, kind: type[T], where: str) -> T:
 def parse_yaml(data: bytes, where: str) -> Any:
     """Parse YAML text into dicts, lists, numbers and strings."""
     try:
-        return yaml.load(data.decode(), Loader=_StrictLoader)
+        return load_strict(data.decode())
     except UnicodeDecodeError:
         raise ConfigError(
             f"{where} is not text in UTF-8; it may be damaged or another kind of file"
@@ -106,7 +115,7 @@ def parse_yaml(data: bytes, where: str) -> Any:
         line = f", line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "it cannot be parsed"
         raise ConfigError(f"{where}{line}: not valid YAML: {problem}") from None
-    except (RecursionError, ValueError, OverflowError):
+    except _IMPOSSIBLE:
         raise ConfigError(
             f"{where}: not valid YAML: nested too deeply or with an impossible number"
         ) from None
@@ -189,7 +198,7 @@ def _check_bounds(value: Any, written: Any, kind: types.Type, unit: str, where: 
     for name, holds, description in BOUNDS:
         bound = getattr(inner, name)
         if bound is not None and not holds(value, bound):
-            raise ConfigError(f"{where}: {written} must be {description} {bound:g} {unit}".rstrip())
+            raise ConfigError(f"{where}: {written!s:.60} must be {description} {bound:g} {unit}".rstrip())
 
 
 def _is_number(value: Any) -> bool:
@@ -203,7 +212,7 @@ def _struct_to_si(value: Any, kind: types.StructType, where: str, key: str) -> A
     for name in value:
         if name not in fields:
             hint = _ros_hint(str(name), kind, key) or name_hint(str(name), fields)
-            raise ConfigError(f"{where}: unknown key {_join(key, name)!r}{hint}")
+            raise ConfigError(f"{where}: unknown key {_join(key, name)!r:.100}{hint}")
     missing = [f.encode_name for f in kind.fields if f.required and f.encode_name not in value]
     if missing:
         raise ConfigError(f"{where}: {_join(key, missing[0])!r} is missing")
@@ -218,7 +227,7 @@ def _tagged_to_si(value: Any, members: list[types.StructType], where: str, key: 
     tag = str(value[tag_field])
     if tag not in by_tag:
         raise ConfigError(
-            f"{where}: {_join(key, tag_field)}: unknown {tag_field} {tag!r}{name_hint(tag, by_tag)}"
+            f"{where}: {_join(key, tag_field)}: unknown {tag_field} {tag!r:.60}{name_hint(tag, by_tag)}"
         )
     fields = {name: item for name, item in value.items() if name != tag_field}
     return {tag_field: tag, **_struct_to_si(fields, by_tag[tag], where, key)}

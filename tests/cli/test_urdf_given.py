@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from chefbot.cli.robot.urdf_given import check_given
 from chefbot.design.export.urdf import urdf
-from chefbot.design.export.urdf_check import check_urdf, parse_xml
+from chefbot.design.export.urdf_check import check_urdf
+from chefbot.design.export.xml_text import parse_xml
 from chefbot.errors import ChefbotError
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.load import load_robot

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from PIL import Image
 from tests.support.ros_maps import MAPS
+from typer.testing import CliRunner
 
 from chefbot.buildings.parameters import COMMON, KINDS
-from chefbot.cli.app import main
+from chefbot.cli.app import app, main
+from chefbot.cli.plural import number_of
 from chefbot.cli.world.draw import picture
 from chefbot.cli.world.kinds import list_kinds
 from chefbot.maths.grid import FREE, OCCUPIED
@@ -145,3 +147,18 @@ def test_every_command_with_a_world_checks_its_start(
         assert run(monkeypatch, *command, *world, *option) == 2
         said = " ".join(capsys.readouterr().err.split())
         assert sentence in said and said.count("chefbot: ") == 1
+
+
+def test_hints_of_draw_name_its_own_options(tmp_path: Path) -> None:
+    arguments = ["world", "draw", "room", "--out", str(tmp_path / "w.png")]
+    for start in ("[1, 2]", "[90, 90, 0]"):
+        error = CliRunner().invoke(app, [*arguments, "--start", start]).exception
+        assert "--start '" in str(error) and ":=" not in str(error)
+
+
+def test_one_thing_is_not_in_the_plural() -> None:
+    assert (number_of(1, "place"), number_of(2, "place"), number_of(0, "solid")) == (
+        "1 place",
+        "2 places",
+        "0 solids",
+    )

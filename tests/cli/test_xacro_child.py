@@ -2,52 +2,46 @@
 
 from __future__ import annotations
 
-import io
-import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 xacro = pytest.importorskip("xacro", reason="needs xacro from PyPI")
 
 from chefbot.cli.robot import xacro_child  # noqa: E402
+from chefbot.cli.robot.xacro_files import PackageFiles  # noqa: E402
+from chefbot.errors import UserError  # noqa: E402
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
-REPLACED = ("safe_eval", "eval_extension", "parse", "warning", "error", "print_location")
+REPLACED = ("safe_eval", "eval_extension", "parse", "glob", "warning", "error", "print_location")
 
 
 @pytest.fixture(autouse=True)
 def own_xacro(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """No limit of memory, which would hold for all later tests too."""
+    """xacro as it was, for the next test."""
     symbols = dict(xacro._global_symbols)
     for name in REPLACED:
         monkeypatch.setattr(xacro, name, getattr(xacro, name))
-    monkeypatch.setattr(xacro_child, "find_spec", lambda _: None)
     yield
     xacro._global_symbols.clear()
     xacro._global_symbols.update(symbols)
     xacro.filestack = None
 
 
-def expand(body: str, folder: Path, monkeypatch: pytest.MonkeyPatch, **files: str) -> str:
-    """The URDF, or SystemExit with the sentence."""
+def expand(body: str, folder: Path, **files: str) -> str:
+    """The URDF; or UserError with the sentence."""
     (folder / "package.xml").write_text("<package><name>desk</name></package>")
     for name, text in files.items():
         (folder / name.replace("_", ".")).write_text(text)
-    (folder / "r.xacro").write_text(f"{HEAD}{body}</robot>")
-    out = SimpleNamespace(buffer=io.BytesIO())
-    with monkeypatch.context() as context:
-        context.setattr(sys, "argv", ["xacro_child", str(folder / "r.xacro"), "0"])
-        context.setattr(sys, "stdout", out)
-        xacro_child.main()
-    return out.buffer.getvalue().decode()
+    path = folder / "r.xacro"
+    path.write_text(f"{HEAD}{body}</robot>")
+    return xacro_child.expand(path, PackageFiles(path))
 
 
 def test_properties_arguments_and_functions_are_evaluated(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
 ) -> None:
     text = expand(
         '<xacro:arg name="side" default="left"/><xacro:property name="r" value="${2 * pi}"/>'
@@ -55,14 +49,13 @@ def test_properties_arguments_and_functions_are_evaluated(
         '<link name="$(arg side)_${round(degrees(r))}_${data.wheel.radius}"/>'
         "<link name=\"${len(xacro.tokenize('a, b;c'))}\"/>",
         tmp_path,
-        monkeypatch,
         a_yaml="wheel: {radius: 0.1}\n",
     )
     assert [link.attrib["name"] for link in ET.fromstring(text)] == ["left_360_0.1", "3"]
 
 
-def test_packages_and_folders_are_substituted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = expand('<link name="$(find desk)|$(dirname)|$(optenv HOME a b)"/>', tmp_path, monkeypatch)
+def test_packages_and_folders_are_substituted(tmp_path: Path) -> None:
+    text = expand('<link name="$(find desk)|$(dirname)|$(optenv HOME a b)"/>', tmp_path)
     (link,) = ET.fromstring(text)
     assert link.attrib["name"] == f"{tmp_path}|{tmp_path}|a b", "the environment is not read"
 
@@ -87,17 +80,15 @@ def test_packages_and_folders_are_substituted(tmp_path: Path, monkeypatch: pytes
         ('<link name="${nothing}"/>', "nothing"),
     ],
 )
-def test_what_is_not_evaluated_is_one_sentence(
-    body: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with pytest.raises(SystemExit, match=sentence) as end:
-        expand(body, tmp_path, monkeypatch)
-    assert isinstance(end.value.code, str) and "Traceback" not in end.value.code
+def test_what_is_not_evaluated_is_one_sentence(body: str, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=sentence) as end:
+        expand(body, tmp_path)
+    assert "Traceback" not in str(end.value)
 
 
-def test_a_fault_in_an_included_file_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(SystemExit, match=r"nothing.*\(in .*part\.xml\)"):
+def test_a_fault_in_an_included_file_names_the_file(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"nothing.*\(in .*part\.xml\)"):
         expand(
-            '<xacro:include filename="part.xml"/>', tmp_path, monkeypatch,
+            '<xacro:include filename="part.xml"/>', tmp_path,
             part_xml=f'{HEAD}<link name="${{nothing}}"/></robot>',
         )  # fmt: skip

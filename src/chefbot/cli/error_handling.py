@@ -27,7 +27,16 @@ def choose_kernel_folder() -> None:
 
 
 def _report(sentence: str) -> None:
-    sys.stderr.write(f"chefbot: {sentence}\n")
+    sys.stderr.write(f"chefbot: {printable(sentence)}\n")
+
+
+def printable(text: str) -> str:
+    """Return the text with escapes for what would control the terminal: names of files may contain anything."""
+    return "".join(letter if letter.isprintable() or letter == "\n" else _escape(letter) for letter in text)
+
+
+def _escape(letter: str) -> str:
+    return letter.encode("unicode_escape", "backslashreplace").decode("ascii")
 
 
 @contextmanager
@@ -43,6 +52,9 @@ def user_errors_reported() -> Iterator[None]:
         ended = error.__context__  # the command's own end, if only the flush after it has failed
         raise SystemExit(ended.code if isinstance(ended, SystemExit) else 0) from None
     except OSError as error:
+        if error.errno in (errno.ENAMETOOLONG, errno.ELOOP):
+            _report(f"{str(error.filename)[:200]} cannot be read or written: {error.strerror}")
+            raise SystemExit(2) from None
         if error.errno not in DISK_ERRORS or error.filename is not None:
             raise
         _redirect_stdout_to_null()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import struct
+import warnings
 import zlib
 from dataclasses import dataclass
 
@@ -16,6 +17,15 @@ from chefbot.config import ConfigError
 
 MAX_CELLS = 100_000_000
 """Maximum number of cells: 500 m by 500 m at 5 cm; larger is no map of a building."""
+MAX_COLOUR_CELLS = 25_000_000
+"""Maximum number of pixels with colours or transparency, which need several times the memory of grey ones."""
+SMALL_CELLS, MAX_CELLS_PER_BYTE = 20_000_000, 500
+"""A PNG of more than the first number of pixels must have a byte of data for as many pixels as the second.
+
+Nothing but a picture of a single colour has less, at most 1032 a byte (DEFLATE, RFC 1951).
+"""
+GREY_TYPE = 0
+"""Type of a PNG without colours and transparency."""
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _HEADER = re.compile(rb"P[25]" + 3 * rb"(?:\s|#[^\n\r]*[\n\r])+(\d{1,10})(?!\d)")
 _DAMAGED = (
@@ -27,6 +37,8 @@ _DAMAGED = (
     KeyError,
     TypeError,
     AttributeError,
+    AssertionError,
+    MemoryError,
     OverflowError,
     struct.error,
     zlib.error,
@@ -38,11 +50,11 @@ _DAMAGED = (
 class MapImage:
     """An image as brightness levels, top row first.
 
-    levels: (height, width) uint16; 0 is black, `white` is white.
+    levels: (height, width) uint8 or uint16; 0 is black, `white` is white.
     opacity: (height, width) uint8, 0 transparent to 255 opaque; None where the format has none.
     """
 
-    levels: NDArray[np.uint16]
+    levels: NDArray[np.uint8] | NDArray[np.uint16]
     white: int
     opacity: NDArray[np.uint8] | None = None
 
@@ -86,6 +98,8 @@ def _decode_pgm(data: bytes, where: str) -> MapImage:
         raise MapFormatError(
             f"{where} has a pixel of {levels.max():.0f} above its white of {white}; it is damaged"
         )
+    if white < 256:
+        return MapImage(levels.astype(np.uint8, copy=False).reshape(height, width), white)
     return MapImage(levels.astype(np.uint16).reshape(height, width), white)
 
 
@@ -109,9 +123,14 @@ def _decode_png(data: bytes, where: str) -> MapImage:
     if len(data) < 24 or data[12:16] != b"IHDR":
         raise MapFormatError(f"{where} has no complete PNG header; the file is damaged")
     width, height = struct.unpack(">II", data[16:24])
-    check_size(width, height, where, min(MAX_CELLS, Image.MAX_IMAGE_PIXELS or MAX_CELLS))
+    limit = MAX_CELLS if data[25:26] == bytes([GREY_TYPE]) else MAX_COLOUR_CELLS
+    check_size(width, height, where, min(limit, Image.MAX_IMAGE_PIXELS or limit))
+    if width * height > max(SMALL_CELLS, MAX_CELLS_PER_BYTE * len(data)):
+        raise MapFormatError(
+            f"{where} declares {width} x {height} pixels in {len(data)} bytes; so few hold no map of that size"
+        )
     try:
-        with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
+        with warnings.catch_warnings(action="ignore"), Image.open(io.BytesIO(data), formats=["PNG"]) as image:
             if image.size != (width, height):
                 raise MapFormatError(f"{where} contradicts itself about its size; it is damaged")
             image.load()
@@ -124,7 +143,7 @@ def _to_picture(image: Image.Image) -> MapImage:
     if image.mode.startswith("I"):
         return _to_picture_of_16_bits(np.asarray(image).astype(np.uint16), image.info.get("transparency"))
     if image.mode in ("1", "L") and "transparency" not in image.info:
-        return MapImage(np.asarray(image.convert("L")).astype(np.uint16), 255)
+        return MapImage(np.asarray(image.convert("L")), 255)
     pixels = np.asarray(image.convert("RGBA" if image.has_transparency_data else "RGB"))
     opacity = pixels[..., 3].copy() if pixels.shape[2] == 4 else None
     return MapImage(pixels[..., :3].sum(axis=2, dtype=np.uint16), 3 * 255, opacity)

@@ -27,6 +27,7 @@ BLACK, GREY, WHITE = 0, 205, 254
 """Pixel values of map_saver for occupied, unknown and free."""
 _REQUIRED_KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 _CHECKSUM = re.compile(rb"^# image sha256: ([0-9a-f]{64})\s*$", re.MULTILINE)
+_MAX_KEYS, _SAME_WORD = 100, 0.87
 _MAX_COORDINATE = 1e7  # m, limit of plausible origins
 _BLOCK = 1_000_000  # cells rotated at once
 
@@ -99,6 +100,8 @@ def decode_map_yaml(data: bytes, where: str) -> MapDescription:
         raise MapFormatError(str(error)) from None
     if not isinstance(keys, dict):
         raise MapFormatError(f"{where} is not a list of keys and values as a map's YAML file is")
+    if len(keys) > _MAX_KEYS:
+        raise MapFormatError(f"{where} has {len(keys)} keys; a map's YAML file has about ten")
     _check_spelling(keys, where)
     missing = [key for key in _REQUIRED_KEYS if key not in keys]
     if missing:
@@ -107,11 +110,22 @@ def decode_map_yaml(data: bytes, where: str) -> MapDescription:
 
 
 def _check_spelling(keys: dict[str, Any], where: str) -> None:
-    """Raise MapFormatError for a misspelt key. Nav2 ignores keys that it does not know, and many tools add some."""
-    absent = [key for key in (*_REQUIRED_KEYS, "mode") if key not in keys]
+    """Raise MapFormatError for a misspelt key, also beside the right one.
+
+    Nav2 ignores keys that it does not know, and many tools add some: only those that are nearly right are refused.
+    """
+    known = (*_REQUIRED_KEYS, "mode")
     for key in map(str, keys):
-        if key not in (*_REQUIRED_KEYS, "mode") and difflib.get_close_matches(key, absent):
-            raise MapFormatError(f"{where}: unknown key {key!r}{name_hint(key, absent)}")
+        if key in known:
+            continue
+        close = difflib.get_close_matches(key[:_MAX_KEYS], known, n=1)
+        if close and (close[0] not in keys or _is_misspelling(key, close[0])):
+            raise MapFormatError(f"{where}: unknown key {key!r:.60}{name_hint(key, close)}")
+
+
+def _is_misspelling(key: str, known: str) -> bool:
+    """Return whether a key beside the right one is hardly meant to be another: a letter or two differ."""
+    return difflib.SequenceMatcher(None, key.lower(), known).ratio() > _SAME_WORD
 
 
 def _to_description(keys: dict[str, Any], checksum: re.Match[bytes] | None, where: str) -> MapDescription:

@@ -59,9 +59,10 @@ def _resolve_like(text: bytes, path: Path, seen: tuple[Path, ...]) -> Any:
         raise RobotFileError(f"{where}: {LIKE} must be the name of a robot or of a file")
     base_path = find_robot(base_name)
     base_path = base_path if base_path.is_absolute() else path.parent / base_path
+    base = read_bytes(base_path, "robot file")
     if base_path.resolve() in seen:
         raise RobotFileError(f"{where}: {LIKE}: {base_name} refers back to itself: circular 'like'")
-    return _merge(_resolve_like(read_bytes(base_path, "robot file"), base_path, seen), data)
+    return _merge(_resolve_like(base, base_path, seen), data)
 
 
 def _merge(base: Any, override: Any) -> Any:

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import msgspec
-from mcap.reader import make_reader
 
+from chefbot.config import open_file
 from chefbot.errors import UserError
 from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.std_msgs import String
@@ -23,7 +23,7 @@ from chefbot.runtime.loop import DEVICE, Loop, Publication
 from chefbot.runtime.node import Device, Node, subscribes_to
 from chefbot.runtime.node_container import LAUNCH_TOPIC, NodeContainer
 from chefbot.runtime.recorder import IMAGES, METADATA
-from chefbot.storage.mcap_errors import READ_ERRORS
+from chefbot.storage.mcap_reading import READ_ERRORS, limited, mcap_reader, reason
 
 
 class LoggedMessage(NamedTuple):
@@ -59,17 +59,16 @@ class ReplayMismatch(NamedTuple):
 def read_log(path: Path) -> RecordedLog:
     """Read a log that `Recorder` wrote; UserError if it is missing, damaged or from another program."""
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             return _read(path, file)
     except OSError as error:
         raise UserError(f"log {path} cannot be read: {error.strerror}") from None
     except READ_ERRORS as error:
-        reason = str(error) or type(error).__name__
-        raise UserError(f"log {path} is damaged or cut off, it cannot be replayed: {reason}") from None
+        raise UserError(f"log {path} is damaged or cut off, it cannot be replayed: {reason(error)}") from None
 
 
-def _read(path: Path, file: Any) -> RecordedLog:
-    reader = make_reader(file, validate_crcs=True)
+def _read(path: Path, file: BinaryIO) -> RecordedLog:
+    reader = mcap_reader(file, validate_crcs=True)
     about = {record.name: record.metadata for record in reader.iter_metadata()}.get(METADATA)
     if about is None:
         raise UserError(
@@ -85,7 +84,7 @@ def _read(path: Path, file: Any) -> RecordedLog:
             channel.metadata.get("from_device") == "True",
             channel.metadata.get("latched") == "True",
         )
-        for schema, channel, message in reader.iter_messages(log_time_order=False)
+        for schema, channel, message in limited(reader.iter_messages(log_time_order=False), file)
     ]
     robot = msgspec.json.decode(about["robot"], type=Robot)
     return RecordedLog(robot, int(about["seed"]), messages)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -14,7 +15,10 @@ from chefbot.maths.se2 import SE2
 
 _MAX_COORDINATE = 1e6
 """Limit of plausible coordinates in a log, m."""
+_MAX_RANGE = 1e30
+"""Limit of ranges in a log, m: far beyond every mark for `no echo`, and a float32."""
 _MAX_BEAMS = 100_000
+_LINE = re.compile(r"[^\r\n]+(?:\r\n|\r|\n|\Z)|\r\n|\r|\n")
 _TRAILING_FIELDS = 3
 """Number of fields at the end of a line: ipc_timestamp, host, logger_timestamp."""
 
@@ -51,7 +55,7 @@ def parse(log: str | Iterable[str]) -> Iterator[CarmenOdom | CarmenScan]:
     Stamps may step back; the order of the lines is the true one. Other lines are skipped. Raise CarmenLogError
     with the number of the first line that cannot be parsed.
     """
-    lines = log.splitlines() if isinstance(log, str) else log
+    lines = _lines(log) if isinstance(log, str) else log
     for number, line in enumerate(lines, 1):
         fields = line.split()
         if not fields or fields[0] not in ("FLASER", "ODOM"):
@@ -60,6 +64,11 @@ def parse(log: str | Iterable[str]) -> Iterator[CarmenOdom | CarmenScan]:
             yield _scan(fields) if fields[0] == "FLASER" else _odom(fields)
         except (ValueError, CarmenLogError) as e:
             raise CarmenLogError(f"line {number} of the CARMEN log: {e}; cut or repair the line") from e
+
+
+def _lines(text: str) -> Iterator[str]:
+    """Yield the lines one after the other: a list of them would need many times the memory of the text."""
+    return (line[0] for line in _LINE.finditer(text))
 
 
 def _odom(fields: list[str]) -> CarmenOdom:
@@ -72,16 +81,18 @@ def _scan(fields: list[str]) -> CarmenScan:
     n = int(fields[1]) if len(fields) > 1 and fields[1].isdecimal() and len(fields[1]) < 10 else 0
     if not 1 < n <= _MAX_BEAMS:
         raise CarmenLogError(
-            f"FLASER is followed by {' '.join(fields[1:2]) or 'nothing'} instead of the number of beams"
+            f"FLASER is followed by {' '.join(fields[1:2])[:40] or 'nothing'} instead of the number of beams"
         )
     # FLASER n r_1 .. r_n  laser x y yaw  robot x y yaw  stamp host stamp
     if len(fields) != n + 8 + _TRAILING_FIELDS:
         raise CarmenLogError(
             f"FLASER of {n} beams has {len(fields)} words instead of {n + 8 + _TRAILING_FIELDS}"
         )
-    ranges = np.array([_number(w) for w in fields[2 : n + 2]], np.float32)
+    ranges = np.array([_number(w) for w in fields[2 : n + 2]])
+    if np.abs(ranges).max() > _MAX_RANGE:
+        raise CarmenLogError(f"a range of {np.abs(ranges).max():g} m is implausibly long")
     laser, odom = _pose(fields[n + 2 : n + 5]), _pose(fields[n + 5 : n + 8])
-    return CarmenScan(_number(fields[-3]), beam_angles(n), ranges, laser, odom)
+    return CarmenScan(_number(fields[-3]), beam_angles(n), ranges.astype(np.float32), laser, odom)
 
 
 def beam_angles(n: int) -> NDArray[np.float32]:
@@ -100,7 +111,10 @@ def _pose(fields: list[str]) -> SE2:
 
 
 def _number(field: str) -> float:
-    value = float(field)
+    try:
+        value = float(field)
+    except ValueError:
+        raise CarmenLogError(f"{field[:40]!r} is not a number") from None
     if not math.isfinite(value):
-        raise CarmenLogError(f"{field} is not a finite number")
+        raise CarmenLogError(f"{field[:40]} is not a finite number")
     return value

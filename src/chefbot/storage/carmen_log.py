@@ -11,6 +11,9 @@ from chefbot.config import read_bytes
 from chefbot.errors import UserError
 
 MAX_LOG_BYTES = 2_000_000_000
+MAX_RATIO, FREE_BYTES = 20, 4_000_000
+"""A compressed log may unpack to this many times its size, and some bytes more; gzip packs such text 3 to 8 times."""
+_BLOCK = 1_000_000
 
 
 def read_text(path: Path) -> str:
@@ -27,11 +30,15 @@ def read_text(path: Path) -> str:
 
 
 def _bounded_gunzip(data: bytes, path: Path) -> bytes:
-    """Decompress at most MAX_LOG_BYTES: a small file can contain an enormous one."""
+    """Decompress block by block up to a limit: a small file can contain an enormous one."""
+    limit = min(MAX_LOG_BYTES, MAX_RATIO * len(data) + FREE_BYTES)
+    blocks, size = [], 0
     with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-        text = file.read(MAX_LOG_BYTES + 1)
-    if len(text) > MAX_LOG_BYTES:
-        raise UserError(
-            f"log {path} unpacks to more than {MAX_LOG_BYTES} bytes; that is not a log of laser scans"
-        )
-    return text
+        while block := file.read(_BLOCK):
+            blocks.append(block)
+            size += len(block)
+            if size > limit:
+                raise UserError(
+                    f"log {path} unpacks to more than {limit} bytes; that is not a log of laser scans"
+                )
+    return b"".join(blocks)

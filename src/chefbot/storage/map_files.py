@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -93,10 +94,12 @@ def read_map_files(path: Path) -> MapFiles:
     """Read a map's YAML file and image without decoding the image, for `decode_map`."""
     about = decode_map_yaml(read_bytes(path, "map file", MAX_YAML_BYTES), f"map file {path}")
     image = path.parent / about.image
-    if image.exists() and not image.is_file():  # reading a pipe would block
+    exists = os.path.exists(image)  # noqa: PTH110 - Path's method raises for names that no file can have
+    if exists and not image.is_file():
         raise MapFormatError(f"map picture {image} is not a file")
     beside = path.parent / image.name
-    if not image.exists() and beside.is_file():  # an absolute path of the machine that the map was made on
+    if not exists and os.path.isfile(beside):  # noqa: PTH113
+        # an absolute path of the machine that the map was made on
         raise MapFormatError(
             f"map picture {image} does not exist; to use the one beside the YAML file, write image: {image.name}"
             f" in {path}"

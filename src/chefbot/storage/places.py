@@ -16,8 +16,9 @@ import msgspec
 from msgspec import Meta
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
+from ruamel.yaml.error import YAMLError
 
-from chefbot.config import read_config
+from chefbot.config import ConfigError, read_config
 from chefbot.errors import UserError, name_hint
 from chefbot.maths.se2 import SE2
 from chefbot.robot.quantities import Name
@@ -71,10 +72,19 @@ def _loaded(path: Path, yaml: YAML) -> tuple[CommentedMap, dict[str, SE2]]:
     """Return the content of a places file with its comments, and its poses; empty if there is no file."""
     if path.is_file():
         known = load_places(path)
-        return yaml.load(path.read_bytes()), known
+        try:
+            return yaml.load(path.read_bytes()), known
+        except YAMLError as error:  # it keeps comments, and reads a little less than the loader
+            raise ConfigError(f"places file {path} cannot be changed: {_problem(error)}") from None
     file = CommentedMap({"places": CommentedMap()})
     file.yaml_set_start_comment("Named places on the map beside this file; edit freely.")
     return file, {}
+
+
+def _problem(error: YAMLError) -> str:
+    """Return in one line what the parser does not accept, as a tab between two words."""
+    problem, mark = getattr(error, "problem", None), getattr(error, "problem_mark", None)
+    return f"{problem or 'it is no plain YAML'}{f' in line {mark.line + 1}' if mark else ''}"
 
 
 def _entry(pose: SE2) -> CommentedMap:

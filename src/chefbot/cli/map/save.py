@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from chefbot.cli import running_robot
+from chefbot.cli.plural import number_of
 from chefbot.cli.running_robot import known_places
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
@@ -42,4 +43,4 @@ def _save_places(path: Path, places: Mapping[str, SE2]) -> None:
         console.print(f"kept {path}, which exists already; delete it to save the robot's places")
         return
     save_places(path, places)
-    console.print(f"saved {path}: {len(places)} places")
+    console.print(f"saved {path}: {number_of(len(places), 'place')}")

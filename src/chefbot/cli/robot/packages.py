@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from chefbot.config import read_bytes
-from chefbot.design.export.urdf_check import parse_xml
+from chefbot.design.export.xml_text import parse_xml
 from chefbot.errors import UserError
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")

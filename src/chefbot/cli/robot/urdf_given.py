@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
-from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from chefbot.cli.robot.packages import package_folder
+from chefbot.cli.robot.xacro_files import MAX_BYTES
+from chefbot.cli.robot.xacro_process import expand
 from chefbot.config import read_bytes
-from chefbot.design.export.urdf_check import Branch, check_urdf, mesh_names, parse_xml
+from chefbot.design.export.urdf_check import Branch, check_urdf, mesh_names
 from chefbot.design.export.urdf_xacro import XACRO
+from chefbot.design.export.xml_text import parse_xml
 from chefbot.errors import UserError
-
-MAX_BYTES = 10_000_000
-EXPANSION_SECONDS = 20.0
-EXPANSION_BYTES = 1_000_000_000
-"""Memory limit: a recursive macro would otherwise exhaust it."""
-CHILD = "chefbot.cli.robot.xacro_child"
-"""Module of the separate process, since an expansion may not terminate. It is run with -P, so that a file
-xacro.py in the current folder is not imported."""
 
 
 def check_given(path: Path) -> list[Branch]:
@@ -39,7 +31,7 @@ def expanded(path: Path) -> ET.Element:
     root = _read(path)
     if path.suffix != ".xacro" and not any(_in_xacro(element) for element in root.iter()):
         return root
-    return parse_xml(_expand(path), f"robot description {path}, expanded by xacro")
+    return parse_xml(expand(path), f"robot description {path}, expanded by xacro")
 
 
 def _read(path: Path) -> ET.Element:
@@ -48,24 +40,6 @@ def _read(path: Path) -> ET.Element:
 
 def _in_xacro(element: ET.Element) -> bool:
     return isinstance(element.tag, str) and element.tag.startswith(f"{{{XACRO}}}")
-
-
-def _expand(path: Path) -> bytes:
-    if find_spec("xacro") is None:
-        raise UserError(f"robot description {path} is xacro, which is not installed; `pip install xacro`")
-    try:
-        result = subprocess.run(
-            [sys.executable, "-P", "-m", CHILD, str(path), str(EXPANSION_BYTES)],
-            capture_output=True, timeout=EXPANSION_SECONDS, check=False,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        raise UserError(
-            f"robot description {path}: xacro had not finished after {EXPANSION_SECONDS:g} s"
-        ) from None
-    if result.returncode != 0:
-        reason = " ".join(result.stderr.decode(errors="replace").split())[-300:] or "it crashed"
-        raise UserError(f"robot description {path}: xacro cannot expand it: {reason}")
-    return result.stdout
 
 
 def _check_mesh(name: str, path: Path, where: str) -> None:

@@ -1,47 +1,81 @@
-"""Expansion of an untrusted xacro file in a separate process. All functions of xacro that evaluate Python, read
-the environment, or read files outside the description's package are replaced.
+"""Expansion of an untrusted xacro file in a confined process of its own. All functions of xacro that evaluate Python,
+read the environment or open files are replaced; files come from the parent, see `xacro_process`.
 
-Usage: python -P -m chefbot.cli.robot.xacro_child FILE BYTES_OF_MEMORY; the URDF goes to standard output.
+Usage: python -P -m chefbot.cli.robot.xacro_child, with the protocol at standard input and output.
 """
 
 from __future__ import annotations
 
+import json
 import re
 import sys
+import unicodedata  # noqa: F401 - Python imports it for the first name that is not ASCII
+import warnings
+import xml.dom.expatbuilder  # minidom imports it with the first file
+import xml.dom.minidom
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import IO, Any
 
 import xacro
+import yaml
 
-from chefbot.cli.robot.packages import home_package, package_folder
-from chefbot.config import read_bytes
-from chefbot.design.export.urdf_check import parse_xml
+from chefbot.cli.robot.confinement import confine
+from chefbot.cli.robot.xacro_files import FileKind, Files, GivenFile
 from chefbot.design.export.xacro_expression import Function, builtin_functions, evaluate, math_names
+from chefbot.design.export.xml_text import parse_xml
 from chefbot.errors import UserError
 
-MAX_BYTES = 10_000_000
 MAX_INCLUDES = 30
-_YAML = (".yaml", ".yml")
+ENCODINGS = (
+    "ascii",
+    "latin-1",
+    "utf-8-sig",
+    "utf-16",
+    "utf-16-le",
+    "utf-16-be",
+    "utf-32",
+    "cp1252",
+    "iso8859-15",
+)
+"""Encodings of XML files, whose tables Python imports with their first use."""
 _WITHOUT_SPACE = ("load_yaml", "abs_filename", "dotify")
 """Functions of xacro's namespace that older files call without the prefix."""
+_UNITS = {unit.value.tag: unit.value.conversion_constant for unit in xacro.ConstructUnits}
 
 
-class Sandbox:
-    """Permissions of a description at `path` during its expansion by xacro."""
+def expand(path: Path, files: Files) -> str:
+    """Return the URDF of a xacro file, whose text and includes are read from `files`.
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._roots = {home_package(path)}
-        """Folders whose files may be read: the description's package and those that it finds by name."""
-        self._parse, self._load_yaml = xacro.parse, xacro.load_yaml
+    Raises UserError with the innermost reason.
+    """
+    sandbox = _Sandbox(files)
+    sandbox.install()
+    try:
+        return str(xacro.process_file(str(path)).toxml())
+    except RecursionError:
+        raise UserError("a macro or an include calls itself without end") from None
+    except MemoryError:
+        raise UserError("it needs too much memory") from None
+    except Exception as error:
+        raise UserError(_sentence(error)) from None
+
+
+class _Sandbox:
+    """What a description may do while xacro expands it."""
+
+    def __init__(self, files: Files) -> None:
+        self._files = files
+        self._real: dict[str, str] = {}
+        """Path without symbolic links of each file that was read, by the name that xacro has for it."""
 
     def install(self) -> None:
         """Replace xacro's access to Python, the environment and files."""
         xacro.safe_eval = self._evaluate
         xacro.eval_extension = self._substitute
-        xacro.parse = self._parse_checked
+        xacro.parse = self._parse
+        xacro.glob = SimpleNamespace(glob=self._files.match)
         xacro.warning = xacro.error = xacro.print_location = _ignore_message
         xacro._global_symbols.clear()
         xacro._global_symbols.update(self._symbols())
@@ -54,7 +88,7 @@ class Sandbox:
 
     def _own_functions(self) -> dict[str, Function]:
         functions = {
-            "load_yaml": self._load_yaml_checked,
+            "load_yaml": self._load_yaml,
             "abs_filename": xacro.abs_filename_spec,
             "dotify": xacro.YamlDictWrapper,
             "arg": lambda name: xacro.substitution_args_context["arg"][name],
@@ -74,9 +108,9 @@ class Sandbox:
         if command == "arg" and len(arguments) == 1:
             return self._argument(arguments[0])
         if command == "find" and len(arguments) == 1:
-            return str(self._find(arguments[0]))
+            return self._files.find(arguments[0])
         if command == "dirname" and not arguments:
-            return str(Path(xacro.filestack[-1]).resolve().parent)
+            return str(Path(self._real[xacro.filestack[-1]]).parent)
         if command == "cwd" and not arguments:
             return str(Path.cwd())
         if command == "optenv" and arguments:
@@ -97,40 +131,49 @@ class Sandbox:
             raise UserError(f"$(arg {name}) has no value; give <xacro:arg name={name!r}> a default")
         return str(values[name])
 
-    def _find(self, name: str) -> Path:
-        folder = package_folder(name, self._path, f"$(find {name})")
-        if folder.joinpath("package.xml").is_file():
-            self._roots.add(folder.resolve())
-        return folder
+    def _load_yaml(self, name: str) -> Any:
+        """Load a YAML file, with xacro's units: `!degrees 90`."""
+        name = xacro.abs_filename_spec(name)
+        try:
+            file = self._files.read(name, "YAML file")
+        except FileNotFoundError as error:
+            raise UserError(str(error)) from None
+        xacro.filestack.append(name)
+        value = yaml.load(file.data.decode(), Loader=_UnitLoader)
+        xacro.filestack.pop()
+        return xacro.YamlListWrapper.wrap(value)
 
-    def _check_place(self, name: str) -> Path:
-        file = Path(name).resolve()
-        if not any(file.is_relative_to(root) for root in self._roots):
-            places = ", ".join(sorted(map(str, self._roots)))
-            raise UserError(
-                f"{name} lies outside {places}; a check reads only the description's own package:"
-                " put the file there, or a package.xml above both"
-            )
-        return file
-
-    def _load_yaml_checked(self, name: str) -> Any:
-        file = self._check_place(xacro.abs_filename_spec(name))
-        if file.suffix not in _YAML:
-            raise UserError(f"load_yaml of {name}: only .yaml and .yml files are read")
-        read_bytes(file, "YAML file", MAX_BYTES)
-        return self._load_yaml(str(file))
-
-    def _parse_checked(self, given: object, name: str) -> Any:
-        """Parse an included file, or the first one, after checking its place."""
-        file = self._check_place(name)
-        above = [Path(each).resolve() for each in xacro.filestack[:-1]]
-        if file in above:
+    def _parse(self, given: object, name: str) -> Any:
+        """Parse an included file, or the first one."""
+        if given is not None:
+            return given
+        try:
+            file = self._files.read(name, "robot description")
+        except FileNotFoundError as error:  # xacro itself goes on if the include is optional
+            xacro.filestack.pop()
+            raise xacro.XacroException(str(error), exc=error) from None
+        above = [self._real.get(each) for each in xacro.filestack[:-1]]
+        self._real[name] = file.path
+        if file.path in above:
             raise UserError(f"{name} includes itself, possibly by other files; remove the circular include")
         if len(above) > MAX_INCLUDES:
             raise UserError(f"{name}: includes are nested more than {MAX_INCLUDES} deep")
-        if file.is_file():  # xacro reports a missing one: the include may be optional
-            parse_xml(read_bytes(file, "robot description", MAX_BYTES), f"robot description {name}")
-        return self._parse(given, name)
+        parse_xml(file.data, f"robot description {name}")
+        return xml.dom.minidom.parseString(file.data)
+
+
+class _UnitLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """A loader of plain values and of xacro's units."""
+
+
+def _with_unit(loader: Any, tag: str, node: Any) -> float:
+    """Construct a value with a unit; its number may be an expression of xacro."""
+    value = loader.construct_scalar(node)
+    return float(evaluate(value, xacro._global_symbols)) * float(_UNITS[f"!{tag}"])
+
+
+for _tag in _UNITS:
+    _UnitLoader.add_constructor(_tag, lambda loader, node: _with_unit(loader, node.tag[1:], node))
 
 
 def _space(names: Mapping[str, Any]) -> Any:
@@ -153,39 +196,67 @@ def _ignore_message(*_: object, **__: object) -> str:
     return ""
 
 
-def _limit_memory(size: int) -> None:
-    """Limit the memory against recursive macros; on systems without such a limit the timeout ends them."""
-    if find_spec("resource") is not None:
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (size, size))
-
-
 def _sentence(error: Exception) -> str:
     """Return the innermost error, with its type if its message is empty, and the included file."""
     while isinstance(getattr(error, "exc", None), xacro.XacroException):
         error = error.exc  # type: ignore[attr-defined]
     cause = getattr(error, "exc", None)
+    if isinstance(cause, RecursionError):
+        return "a macro or an include calls itself without end"
     unnamed = type(cause).__name__ if cause is not None and not str(cause) else ""
     files = xacro.filestack or []
     place = f" (in {files[-1]})" if len(files) > 1 else ""
-    return (f"{unnamed} {error}".strip() or type(error).__name__) + place
+    return " ".join((f"{unnamed} {error}".strip() or type(error).__name__).split()) + place
+
+
+class FilesOfParent:
+    """The files, as the parent process gives them."""
+
+    def __init__(self, to: IO[bytes], source: IO[bytes]) -> None:
+        self._to, self._from = to, source
+
+    def read(self, name: str, kind: FileKind) -> GivenFile:
+        """Read a file. Raises UserError with the parent's reason, FileNotFoundError for none."""
+        answer = self._request({"read": name, "kind": kind})
+        return GivenFile(answer["value"], self._from.read(answer["bytes"]))
+
+    def find(self, package: str) -> str:
+        """Return a package's folder. Raises UserError with the parent's reason."""
+        return str(self._request({"find": package})["value"])
+
+    def match(self, pattern: str) -> list[str]:
+        """Return the files of a pattern. Raises UserError with the parent's reason."""
+        return list(self._request({"match": pattern})["value"])
+
+    def send(self, message: Mapping[str, object], data: bytes = b"") -> None:
+        """Send a message, and bytes behind it."""
+        self._to.write(json.dumps(message).encode() + b"\n" + data)
+        self._to.flush()
+
+    def _request(self, question: Mapping[str, object]) -> dict[str, Any]:
+        self.send(question)
+        answer: dict[str, Any] = json.loads(self._from.readline())
+        if "missing" in answer:
+            raise FileNotFoundError(answer["missing"])
+        if "error" in answer:
+            raise UserError(answer["error"])
+        return answer
 
 
 def main() -> None:
-    """Expand the file of the first argument; exit with a sentence if that fails."""
-    path = Path(sys.argv[1])
-    _limit_memory(int(sys.argv[2]))
-    Sandbox(path).install()
+    """Expand the file that the parent names; send the URDF, or a sentence if that fails."""
+    files = FilesOfParent(sys.stdout.buffer, sys.stdin.buffer)
+    order = json.loads(sys.stdin.buffer.readline())
+    for name in ENCODINGS:
+        "".encode(name)
+    warnings.simplefilter("ignore")
+    confine(order["memory"], order["cpu"])
     try:
-        text = xacro.process_file(str(path)).toxml()
-    except RecursionError:
-        sys.exit("a macro or an include calls itself without end")
-    except MemoryError:
-        sys.exit("it needs too much memory")
-    except Exception as error:
-        sys.exit(_sentence(error))
-    sys.stdout.buffer.write(text.encode())
+        data = expand(Path(order["path"]), files).encode()
+    except UserError as error:
+        files.send({"fail": str(error)[:1000]})
+        return
+    files.send({"urdf": len(data)}, data)
 
 
 if __name__ == "__main__":

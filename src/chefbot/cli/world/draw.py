@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from chefbot.errors import UserError
+from chefbot.cli.plural import number_of
+from chefbot.errors import ChefbotError, UserError
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
@@ -31,6 +33,7 @@ LOOKS: Mapping[int, dict[str, Any]] = {
 """Colours of what is not solid."""
 WALL_SHADE = 0.6
 """Darkening of a map's walls, which have no outline."""
+_ARGUMENT = re.compile(r"\b(start|unknown):=")
 console = Console(highlight=False)
 
 
@@ -44,17 +47,24 @@ def draw_world(
     if out.suffix != ".png":
         raise UserError(f"--out {out}: the picture is a PNG; give a name that ends in .png")
     robot = load_robot(robot_name)
-    world = load_any_world(name, robot, start, unknown_cells(unknown))
+    try:
+        world = load_any_world(name, robot, start, unknown_cells(unknown))
+    except ChefbotError as error:
+        raise UserError(_with_options(str(error))) from None
     if seed is not None:
         world = with_drawn_places(world, robot, seed)
     make_folder(out.parent)
     write_atomic(out, picture(world, robot))
-    console.print(f"{world.name}: {len(world.static)} solids, {len(world.places)} places; picture in {out}")
+    solids, places = number_of(len(world.static), "solid"), number_of(len(world.places), "place")
+    console.print(f"{world.name}: {solids}, {places}; picture in {out}")
     if world.start_note:
-        console.print(
-            f"start [{world.start.x:.2f}, {world.start.y:.2f}, {world.start.yaw:.2f}], {world.start_note}",
-            markup=False,
-        )
+        x, y, yaw = world.start
+        console.print(f"start [{x:.2f}, {y:.2f}, {yaw:.2f}], {_with_options(world.start_note)}", markup=False)
+
+
+def _with_options(text: str) -> str:
+    """Return a hint with this command's options in place of the arguments of a launch: --start for start:=."""
+    return _ARGUMENT.sub(r"--\1 ", text)
 
 
 def picture(world: World, robot: Robot) -> bytes:

@@ -6,16 +6,13 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from typing import NamedTuple
-from xml.parsers import expat
 
 import numpy as np
 
-from chefbot.design.errors import DesignError
+from chefbot.design.export.xml_text import UrdfError
 from chefbot.errors import name_hint
 from chefbot.robot.geometry.shapes import TENSOR
 
-MAX_DEPTH = 100
-"""Maximum nesting of elements; a URDF needs ten."""
 JOINTS = ("fixed", "continuous", "revolute", "prismatic", "floating", "planar")
 SIZES = {
     "box": ("size",),
@@ -27,10 +24,6 @@ SLACK = 1e-6
 """Tolerance of the triangle inequality over the largest moment, for rounded numbers."""
 
 
-class UrdfError(DesignError):
-    """A URDF that is no valid description of one robot; the message names file and element."""
-
-
 class Branch(NamedTuple):
     """A link in the tree: its depth, its mass in kg (0 for a frame) and the type of its joint."""
 
@@ -38,37 +31,6 @@ class Branch(NamedTuple):
     link: str
     mass: float
     joint: str
-
-
-def parse_xml(data: bytes, where: str) -> ET.Element:
-    """Return the root element of an XML document; `where` names it in errors.
-
-    UrdfError for broken XML, for a DOCTYPE (entities can grow without bound) and for elements nested too
-    deeply.
-    """
-    scout, depth = expat.ParserCreate(), 0
-
-    def start(_tag: str, _attributes: dict[str, str]) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > MAX_DEPTH:
-            raise UrdfError(f"{where}: elements are nested more than {MAX_DEPTH} deep; that is no robot")
-
-    def end(_tag: str) -> None:
-        nonlocal depth
-        depth -= 1
-
-    def doctype(*_: object) -> None:
-        raise UrdfError(
-            f"{where}: has a DOCTYPE, which can define entities that grow without bound; remove it"
-        )
-
-    scout.StartElementHandler, scout.EndElementHandler, scout.StartDoctypeDeclHandler = start, end, doctype
-    try:
-        scout.Parse(data, True)
-        return ET.fromstring(data)
-    except (expat.ExpatError, ET.ParseError, ValueError, LookupError) as error:
-        raise UrdfError(f"{where}: is not valid XML: {error}") from None
 
 
 def check_urdf(root: ET.Element, where: str) -> list[Branch]:

@@ -11,17 +11,27 @@ import builtins
 import math
 import operator
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
-from chefbot.design.errors import DesignError
+from chefbot.design.export.xacro_text import (
+    DICT_METHODS,
+    MAX_STRING,
+    TEXT_METHODS,
+    RefusedError,
+    filled,
+    formatted,
+)
 
 MAX_TEXT = 10_000
 """Characters of an expression."""
-MAX_STRING, MAX_ITEMS = 100_000, 10_000
-"""Characters of a text and items of a list that an expression may make."""
+MAX_ITEMS = 10_000
+"""Items of a list that an expression may make."""
 MAX_BITS = 1024
 """Maximum bits of an integer, about those of the largest float."""
-_UNBOUNDED = ("factorial", "comb", "perm")
+MAX_DIGITS = 300
+"""Digits to which a number may be rounded, before or behind the point."""
+_UNBOUNDED = ("factorial", "comb", "perm", "prod", "lcm")
 _BUILTINS = (
     "list", "dict", "len", "str", "float", "int", "bool", "min", "max", "round", "sorted", "range",
     "abs", "all", "any", "divmod", "sum", "tuple", "ord",
@@ -42,10 +52,6 @@ _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
 _VALUES = (bool, int, float, str, list, tuple, dict, range, type(None))
 
 
-class RefusedError(DesignError):
-    """An expression that is more than arithmetic; the text is a sentence."""
-
-
 class Function(NamedTuple):
     """A function that an expression may call; it is never a value."""
 
@@ -56,7 +62,14 @@ class Function(NamedTuple):
 def builtin_functions() -> dict[str, Function]:
     """Return Python's functions without side effects; those with iterators return lists."""
     found = {name: Function(name, getattr(builtins, name)) for name in _BUILTINS}
-    return found | {name: Function(name, _listed(getattr(builtins, name))) for name in _ITERATORS}
+    found |= {name: Function(name, _listed(getattr(builtins, name))) for name in _ITERATORS}
+    return found | {"round": Function("round", _round)}
+
+
+def _round(number: Any, ndigits: int | None = None) -> Any:
+    if ndigits is not None and abs(ndigits) > MAX_DIGITS:
+        raise RefusedError(f"round to {ndigits} digits: {MAX_DIGITS} is the maximum")
+    return round(number, ndigits)
 
 
 def _listed(iterator: Callable[..., Any]) -> Callable[..., list[Any]]:
@@ -110,8 +123,11 @@ class _Evaluation:
         return self._look_up(self._names, node.id)
 
     def _attribute(self, node: ast.Attribute) -> Any:
-        """`a.b` is the key b of a namespace or of a dictionary read from YAML; objects have no attributes here."""
+        """`a.b` is the key b of a namespace or of a dictionary from YAML, or a method of a text or dictionary."""
         owner = self._any(node.value)
+        methods = TEXT_METHODS if isinstance(owner, str) else DICT_METHODS if _is_plain(owner) else {}
+        if node.attr in methods:
+            return Function(node.attr, partial(methods[node.attr], owner))
         if not isinstance(owner, dict) or type(owner) is dict:
             raise RefusedError(
                 f"'{ast.unparse(node):.80}' asks for an attribute; only keys of YAML files have dots"
@@ -130,6 +146,8 @@ class _Evaluation:
         if apply is None:
             raise RefusedError(f"'{ast.unparse(node):.80}' has an operator that is not arithmetic")
         _check_growth(node.op, left, right)
+        if isinstance(node.op, ast.Mod) and isinstance(left, str):
+            return filled(left, right)
         return apply(left, right)
 
     def _unaryop(self, node: ast.UnaryOp) -> Any:
@@ -157,6 +175,20 @@ class _Evaluation:
 
     def _ifexp(self, node: ast.IfExp) -> Any:
         return self.value(node.body if self.value(node.test) else node.orelse)
+
+    def _joinedstr(self, node: ast.JoinedStr) -> str:
+        return "".join(str(self.value(part)) for part in node.values)
+
+    def _formattedvalue(self, node: ast.FormattedValue) -> str:
+        value = self.value(node.value)
+        value = (
+            repr(value)
+            if node.conversion == ord("r")
+            else str(value)
+            if node.conversion == ord("s")
+            else value
+        )
+        return formatted(value, "" if node.format_spec is None else str(self.value(node.format_spec)))
 
     def _list(self, node: ast.List) -> list[Any]:
         return [self.value(item) for item in node.elts]
@@ -193,6 +225,11 @@ class _Evaluation:
         return function.call(*given, **named)
 
 
+def _is_plain(value: Any) -> bool:
+    """Return whether a value is a dictionary without functions, thus none of the namespaces."""
+    return isinstance(value, dict) and not any(isinstance(item, Function) for item in value.values())
+
+
 def _bounded(value: Any) -> Any:
     """`value` itself; RefusedError for a type that no expression needs, and for what has grown too large."""
     if not isinstance(value, _VALUES) or isinstance(value, Function):
@@ -203,17 +240,19 @@ def _bounded(value: Any) -> Any:
         raise RefusedError(f"an integer has more than {MAX_BITS} bits")
     if isinstance(value, str) and len(value) > MAX_STRING:
         raise RefusedError(f"a text is longer than {MAX_STRING} characters")
-    if isinstance(value, (list, tuple, dict, range)) and len(value) > MAX_ITEMS:
+    if isinstance(value, range) and abs(value.stop - value.start) > MAX_ITEMS * abs(value.step):
+        raise RefusedError(f"a range is longer than {MAX_ITEMS} items")
+    if isinstance(value, (list, tuple, dict)) and len(value) > MAX_ITEMS:
         raise RefusedError(f"a list is longer than {MAX_ITEMS} items")
+    if isinstance(value, dict) and not _is_plain(value):
+        raise RefusedError("a namespace of functions is no value")
     return value
 
 
 def _check_growth(op: ast.operator, left: Any, right: Any) -> None:
-    """RefusedError, before it is computed, for a power or a repetition that would not end, and for `%` on a text."""
+    """RefusedError, before it is computed, for a power or a repetition that would not end."""
     if isinstance(op, ast.Pow) and isinstance(left, int) and isinstance(right, int):
         _check_power(left, right)
-    if isinstance(op, ast.Mod) and isinstance(left, str):
-        raise RefusedError("'%' on a text fills in a format, which is not evaluated")
     if isinstance(op, ast.Mult):
         for sequence, times in ((left, right), (right, left)):
             if isinstance(sequence, (str, list, tuple)) and isinstance(times, int):

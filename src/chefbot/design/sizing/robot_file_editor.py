@@ -7,8 +7,10 @@ from typing import Any, NamedTuple
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.error import CommentMark
+from ruamel.yaml.error import CommentMark, YAMLError
 from ruamel.yaml.tokens import CommentToken
+
+from chefbot.design.errors import DesignError
 
 COMMENT_COLUMN = 30
 
@@ -28,7 +30,7 @@ def changed(text: str, changes: list[Change]) -> str:
     value is removed, because it belongs to the old one.
     """
     yaml = _round_trip()
-    root = yaml.load(text)
+    root = _loaded(yaml, text)
     for change in changes:
         _change(root, change)
     stream = io.StringIO()
@@ -46,10 +48,20 @@ def headed(text: str, lines: list[str]) -> str:
 
 def value_of(text: str, path: tuple[str, ...]) -> str | None:
     """Return the key's value as text; None if the file does not have the key, or it is a section."""
-    value = _round_trip().load(text)
+    value = _loaded(_round_trip(), text)
     for key in path:
         value = value.get(key) if isinstance(value, CommentedMap) else None
     return None if value is None or isinstance(value, CommentedMap | CommentedSeq) else str(value)
+
+
+def _loaded(yaml: YAML, text: str) -> Any:
+    """Return the content of a file with its comments. Raises DesignError for what only other parsers accept."""
+    try:
+        return yaml.load(text)
+    except YAMLError as error:
+        line = f" in line {mark.line + 1}" if (mark := getattr(error, "problem_mark", None)) else ""
+        problem = getattr(error, "problem", None) or "it is no plain YAML"
+        raise DesignError(f"the robot file cannot be changed: {problem}{line}") from None
 
 
 def _round_trip() -> YAML:

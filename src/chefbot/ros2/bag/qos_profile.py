@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from chefbot.config import ConfigError, parse_yaml
 from chefbot.ros2.rmw.qos import INFINITE, QoS, QosDuration
 
 HISTORY = ("system_default", "keep_last", "keep_all", "unknown")
@@ -45,8 +46,8 @@ def parse_qos_profiles(text: str) -> list[QoS]:
     Missing or unknown policies and system defaults become ROS's defaults.
     """
     try:
-        profiles = yaml.safe_load(text)
-    except yaml.YAMLError:
+        profiles = parse_yaml(text.encode(), "QoS profiles")
+    except ConfigError:
         return []
     if not isinstance(profiles, list):
         return []

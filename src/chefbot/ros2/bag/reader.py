@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
-import yaml
-from mcap.reader import make_reader
 from mcap.records import Channel, Message, Schema
-from mcap.stream_reader import StreamReader
 
+from chefbot.config import ConfigError, open_file, parse_yaml, read_bytes
 from chefbot.msgs.idl.registry import message_type
 from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.qos_profile import parse_qos_profiles
 from chefbot.ros2.bag.writer import METADATA_FILE, METADATA_RECORD
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.qos import QoS
-from chefbot.storage.mcap_errors import READ_ERRORS
+from chefbot.storage.mcap_reading import READ_ERRORS, limited, mcap_reader, mcap_records, reason
 
 MAX_METADATA = 50_000_000
 
@@ -81,7 +80,7 @@ def read_bag(path: Path) -> Bag:
 
     Raises BagError when it is neither, or nothing in it can be read.
     """
-    folder = path.is_dir()
+    folder = os.path.isdir(path)  # noqa: PTH112 - Path's method raises for names that no file can have
     metadata = _read_metadata(path) if folder else {}
     files = _files_of(path, metadata) if folder else [path]
     contents = [_read_contents(file) for file in files]
@@ -114,13 +113,11 @@ def _read_metadata(folder: Path) -> dict[str, Any]:
     file = folder / METADATA_FILE
     if not file.is_file():
         return {}
+    data = read_bytes(file, "bag metadata", MAX_METADATA)
     try:
-        with file.open(encoding="utf-8") as stream:
-            metadata = yaml.safe_load(stream.read(MAX_METADATA))["rosbag2_bagfile_information"]
-            storage = metadata["storage_identifier"]
-    except OSError as error:
-        raise BagError(f"{file} cannot be read: {error.strerror}") from None
-    except (yaml.YAMLError, KeyError, TypeError, ValueError):
+        metadata = parse_yaml(data, str(file))["rosbag2_bagfile_information"]
+        storage = metadata["storage_identifier"]
+    except (ConfigError, KeyError, TypeError):
         raise BagError(
             f"{file} is not bag metadata; remove it, and the MCAP files beside it are read"
         ) from None
@@ -134,7 +131,10 @@ def _read_metadata(folder: Path) -> dict[str, Any]:
 
 
 def _files_of(folder: Path, metadata: dict[str, Any]) -> list[Path]:
-    listed = [folder / str(name) for name in metadata.get("relative_file_paths") or []]
+    names = metadata.get("relative_file_paths") or []
+    if not isinstance(names, list):
+        raise BagError(f"{folder / METADATA_FILE}: relative_file_paths must be a list of names")
+    listed = [folder / str(name) for name in names]
     files = listed or sorted(folder.glob("*.mcap"))
     if not files:
         raise BagError(f"{folder} contains no bag: no {METADATA_FILE} and no MCAP file")
@@ -144,18 +144,19 @@ def _files_of(folder: Path, metadata: dict[str, Any]) -> list[Path]:
 def _read_contents(file: Path) -> _Contents:
     try:
         # Without a summary index the file is scanned record by record
-        with file.open("rb") as stream:
+        with open_file(file) as stream:
             return _summary(stream) or _scan(file, stream)
     except FileNotFoundError:
         raise BagError(f"bag {file} does not exist; check the name") from None
-    except OSError as error:
-        raise BagError(f"bag {file} cannot be read: {error.strerror}") from None
+    except (OSError, ValueError) as error:
+        cause = getattr(error, "strerror", None) or error
+        raise BagError(f"bag {file} cannot be read: {cause}") from None
 
 
-def _summary(stream: IO[bytes]) -> _Contents | None:
+def _summary(stream: BinaryIO) -> _Contents | None:
     """Read the summary index at the end of a file; None if there is none."""
     try:
-        reader = make_reader(stream)
+        reader = mcap_reader(stream)
         summary = reader.get_summary()
         if summary is None or summary.statistics is None:
             return None
@@ -168,7 +169,11 @@ def _summary(stream: IO[bytes]) -> _Contents | None:
             (_distro(record.metadata) for record in reader.iter_metadata() if record.name == METADATA_RECORD),
             "",
         )
-    except (*READ_ERRORS, OSError):  # seeks before the start of a short file; _scan reports the error
+    except (
+        *READ_ERRORS,
+        OSError,
+        TypeError,
+    ):  # seeks before the start of a short file; _scan reports the error
         return None
     statistics = summary.statistics
     return _Contents(topics, statistics.message_start_time, statistics.message_end_time, distro=distro)
@@ -176,30 +181,32 @@ def _summary(stream: IO[bytes]) -> _Contents | None:
 
 def _distro(metadata: dict[str, str]) -> str:
     try:
-        return str(yaml.safe_load(metadata.get("serialized_metadata", "")).get("ros_distro", ""))
-    except (yaml.YAMLError, AttributeError):
+        return str(
+            parse_yaml(metadata.get("serialized_metadata", "").encode(), "metadata").get("ros_distro", "")
+        )
+    except (ConfigError, AttributeError):
         return ""
 
 
-def _scan(file: Path, stream: IO[bytes]) -> _Contents:
+def _scan(file: Path, stream: BinaryIO) -> _Contents:
     """Read a file record by record up to its end or truncation."""
     stream.seek(0)
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     counts: dict[int, int] = {}
     times: list[int] = []
-    reason = ""
+    cause = ""
     try:
-        for message in _scanned_messages(stream, schemas, channels):
+        for message in limited(_scanned_messages(stream, schemas, channels), stream):
             counts[message.channel_id] = counts.get(message.channel_id, 0) + 1
             times = [min([message.log_time, *times[:1]]), max([message.log_time, *times[1:]])]
     except READ_ERRORS as error:
-        reason = str(error) or type(error).__name__
-    if reason and not channels:
-        raise BagError(f"{file} is not an MCAP file, or cut off before its first message: {reason}")
+        cause = reason(error)
+    if cause and not channels:
+        raise BagError(f"{file} is not an MCAP file, or cut off before its first message: {cause}")
     topics = [_topic(schemas, channel, counts.get(channel.id, 0)) for channel in channels.values()]
     total = sum(counts.values())
-    cut = f"{file} was cut off or is damaged; the {total} messages before are intact" if reason else ""
+    cut = f"{file} was cut off or is damaged; the {total} messages before are intact" if cause else ""
     first, last = times or [0, 0]
     return _Contents(topics, first, last, cut)
 
@@ -246,7 +253,7 @@ def _merge(contents: list[_Contents]) -> tuple[BagTopic, ...]:
 def _messages(file: Path, topics: Collection[str] | None, *, cut: bool) -> Iterator[BagMessage]:
     count = 0
     try:
-        with file.open("rb") as stream:
+        with open_file(file) as stream:
             for schema, channel, message in _records(stream, cut):
                 if topics is None or channel.topic in topics:
                     kind = _type_of(schema, channel)
@@ -256,26 +263,25 @@ def _messages(file: Path, topics: Collection[str] | None, *, cut: bool) -> Itera
                     count += 1
     except READ_ERRORS as error:
         if not cut:
-            reason = str(error) or type(error).__name__
-            raise BagError(f"{file} is damaged after {count} messages: {reason}") from None
+            raise BagError(f"{file} is damaged after {count} messages: {reason(error)}") from None
 
 
-def _records(stream: IO[bytes], cut: bool) -> Iterator[tuple[Schema | None, Channel, Message]]:
+def _records(stream: BinaryIO, cut: bool) -> Iterator[tuple[Schema | None, Channel, Message]]:
     if not cut:
-        yield from make_reader(stream).iter_messages()
+        yield from limited(mcap_reader(stream).iter_messages(), stream)
         return
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
-    for message in _scanned_messages(stream, schemas, channels):
+    for message in limited(_scanned_messages(stream, schemas, channels), stream):
         channel = channels[message.channel_id]
         yield schemas.get(channel.schema_id), channel, message
 
 
 def _scanned_messages(
-    stream: IO[bytes], schemas: dict[int, Schema], channels: dict[int, Channel]
+    stream: BinaryIO, schemas: dict[int, Schema], channels: dict[int, Channel]
 ) -> Iterator[Message]:
     """Iterate over the messages in file order, adding the schemas and channels on the way."""
-    for record in StreamReader(stream, record_size_limit=None).records:
+    for record in mcap_records(stream):
         if isinstance(record, Schema):
             schemas[record.id] = record
         elif isinstance(record, Channel):

@@ -76,8 +76,12 @@ class BrowserConnection:
             while self._pong or self._pending_answers or self._dirty:
                 frame = self._next(frames)
                 try:
-                    await asyncio.wait_for(self._send(frame), SEND_TIMEOUT)
+                    # wait_for of Python 3.11 loses a cancellation at the moment when the frame is sent
+                    async with asyncio.timeout(SEND_TIMEOUT):
+                        await self._send(frame)
                 except (TimeoutError, WebSocketDisconnect):
+                    return
+                except RuntimeError:  # of uvicorn, when the closing handshake has begun meanwhile
                     return
 
     def _next(self, frames: Mapping[str, protocol.Frame]) -> protocol.Frame:

@@ -1,9 +1,10 @@
 """Floods of the web UI from other processes: the base's command rate, STOP's way, and a new operator's way in.
 
-A launch of a simulated robot with its web UI at the network is attacked by processes of their own, without a token
-and with one. For each attack: the rate of wheel commands, the time from STOP in a browser that is connected to the
-base's confirmation, whether a new operator with a token gets in and after how long, and the CPU time of the launch's
-processes (page: cores). Rates are in the robot's time, the rest is wall time, which other load prolongs.
+A launch with a drive base in wall time and its web UI at the network is attacked by processes of their own, without
+a token and with one. For each attack: the rate of wheel commands at a subscriber and the gaps between them, the time
+from STOP in a browser that is connected to the base's confirmation, the time until a new operator with a token gets
+in (at another address than the attacker, and at the same), and the CPU time of the page's and the base's process.
+All but the last are wall times, which other load prolongs.
 
 Run: python bench/bench_page_flood.py [SECONDS] [in_base]
 
@@ -23,13 +24,14 @@ import tempfile
 import threading
 import time
 import urllib.request
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 import numpy as np
+from numpy.typing import NDArray
 from websockets.asyncio.client import connect as connect_async
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
@@ -37,7 +39,7 @@ from websockets.sync.client import ClientConnection, connect
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.chaos.launch_process import LaunchProcess, name_of, run_chefbot, wait_for  # noqa: E402
+from tests.chaos.launch_process import LaunchProcess, run_chefbot, wait_for  # noqa: E402
 from tests.support.processes import children_of  # noqa: E402
 
 from chefbot.demo.processes import cpu_seconds  # noqa: E402
@@ -49,6 +51,13 @@ from chefbot.ui.access.visitors import OPERATOR, TokenKey  # noqa: E402
 SECRET = "a secret for this measurement only"
 COOKIE = f"chefbot={TokenKey(SECRET).token(OPERATOR)}"
 PATIENCE = 180.0
+LAUNCH = """
+clock: wall
+include: [base]
+nodes:
+  no_map: {kind: "chefbot.nodes.static_transform:StaticTransformNode", params: {frame: map, child: odom}}
+  page: {kind: "chefbot.ui.web_ui:WebUiDevice", %s params: {port: %d}}
+"""
 
 
 # -- attacks: each runs in a process of its own until it is ended
@@ -250,9 +259,9 @@ def new_operator(host: str, port: int) -> float | None:
     return None
 
 
-def percentile(values: list[float], share: float) -> float:
+def percentile(values: Sequence[float] | NDArray[np.float64], share: float) -> float:
     """Return a percentile in ms."""
-    return float(1e3 * np.percentile(values, share)) if values else float("nan")
+    return float(1e3 * np.percentile(values, share)) if len(values) else float("nan")
 
 
 def own_address() -> str:
@@ -268,9 +277,7 @@ def measure(name: str, launch: LaunchProcess, node: RmwNode, address: tuple[str,
     operator = Operator(*elsewhere)
     time.sleep(ESTABLISHED_TIME)
     stamps: list[float] = []
-    subscription = node.subscription(
-        "/wheel_speeds", WheelSpeeds, lambda message: stamps.append(message.header.stamp.ns / 1e9)
-    )
+    subscription = node.subscription("/wheel_speeds", WheelSpeeds, lambda _: stamps.append(time.monotonic()))
     pids = [launch.process.pid, *children_of(launch.process.pid)]
     with attack(name, *address):
         time.sleep(1.0)
@@ -283,18 +290,16 @@ def measure(name: str, launch: LaunchProcess, node: RmwNode, address: tuple[str,
             time.sleep(0.2)
         wall = time.monotonic() - began
         gaps = np.diff(stamps)
-        used = {name_of(pid): (cpu_seconds(pid) or 0.0) - before[pid] for pid in pids if cpu_seconds(pid)}
+        used = {pid: ((cpu_seconds(pid) or 0.0) - before[pid]) / wall for pid in pids}
     node.destroy(subscription)
     operator.close()
     # STOP publishes commands at once, between those of the period: the longest gap is what counts
     rate = len(gaps) / (stamps[-1] - stamps[0]) if len(gaps) else 0.0
-    page = used.get("page", float("nan")) / wall
-    longest = gaps.max() if len(gaps) else float("nan")
+    page, base = used.get(launch.child("page") or 0, float("nan")), used[launch.process.pid]
     entries = " ".join("   no" if took is None else f"{took:5.2f}" for took in entered)
-    return (
-        f"{name:23} {rate:5.1f} {1e3 * longest:6.0f}   {percentile(stops, 50):6.0f} {percentile(stops, 100):6.0f}"
-        f"   {entries}   {page:5.2f}"
-    )
+    of_gaps = f"{percentile(gaps, 99):6.0f} {percentile(gaps, 100):6.0f}"
+    of_stops = f"{percentile(stops, 50):6.0f} {percentile(stops, 100):6.0f}"
+    return f"{name:23} {rate:5.1f} {of_gaps}   {of_stops}   {entries}   {page:5.2f} {base:5.2f}"
 
 
 def main() -> None:
@@ -306,30 +311,18 @@ def main() -> None:
         os.environ["CHEFBOT_STATE"] = folder
         with socket.create_server((host, 0)) as probe:
             port = probe.getsockname()[1]
-        arguments = ["chefbot_empty_world", f"port:={port}", "page.host:=0.0.0.0"]
-        if "in_base" in sys.argv:
-            file = Path(folder, "in_base.yaml")
-            file.write_text(_in_base(port))
-            arguments[0] = str(file)
-        with run_chefbot("launch", *arguments) as (launch, node):
+        file = Path(folder, "flooded.yaml")
+        file.write_text(LAUNCH % ("" if "in_base" in sys.argv else "process: page,", port))
+        with run_chefbot("launch", str(file), "page.host:=0.0.0.0") as (launch, node):
             wait_for(lambda: _serves(host, port), PATIENCE)
             time.sleep(5.0)
             print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-            print("                        base Hz  gap ms   STOP ms  worst   operator s    page")
-            print("                                                           other  same")
+            print("                       base Hz  gap p99 worst  STOP ms  worst   operator s   page  base")
+            print("                                      ms    ms                 other  same       cores")
             for name in ATTACKS:
                 print(measure(name, launch, node, (host, port), seconds), flush=True)
             lost = re.findall(r"process page .*", launch.stop())
             print(f"remarks about the page's process: {lost or 'none'}")
-
-
-def _in_base(port: int) -> str:
-    """Return a launch file with the page in the process of the base."""
-    text = (ROOT / "src/chefbot/launch/simulator.yaml").read_text().replace("    process: page\n", "")
-    Path(os.environ["CHEFBOT_STATE"], "simulator_in_base.yaml").write_text(text)
-    base = (ROOT / "src/chefbot/launch/chefbot_empty_world.yaml").read_text()
-    own = f"{os.environ['CHEFBOT_STATE']}/simulator_in_base.yaml"
-    return base.replace("[simulator, base]", f"[{own}, base]").replace("${port}", str(port))
 
 
 def _serves(host: str, port: int) -> bool:

@@ -13,6 +13,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from tests.chaos.launch_process import LaunchProcess, report, run_chefbot, wait_for
 from tests.support.waiting import PATIENCE, in_time
@@ -20,8 +21,12 @@ from websockets.sync.client import ClientConnection, connect
 
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.runtime.launch import built_in_launches, load_launch
+from chefbot.safety.velocity_limiter import VelocityLimiterParams
+from chefbot.supervision.heartbeat import MAX_SILENCE, PROGRESSING, HeartbeatMonitor
+from chefbot.supervision.worker_process import WorkerSpec
 from chefbot.ui.access.audit_log import audit_path, read_entries
 from chefbot.ui.access.visitors import OPERATOR, SECRET_VARIABLE, TokenKey
+from chefbot.ui.web_ui import WebUiDevice
 
 SECRET = "the secret of these tests"
 COOKIE = {"Cookie": f"chefbot={TokenKey(SECRET).token(OPERATOR)}"}
@@ -133,6 +138,27 @@ def test_launches_that_drive_serve_the_page_in_its_own_process() -> None:
         pages = [entry for entry in launch.nodes.values() if entry.kind.endswith(":WebUiDevice")]
         assert all((entry.process == "page") == (name not in alone) for entry in pages), name
         assert not (name in alone and "base" in launch.nodes)
+
+
+def test_only_a_process_of_the_page_alone_may_be_late() -> None:
+    """Remote driving ends by the base's command timeout before; what navigates stops the robot as soon as ever."""
+    launch = load_launch("gmapping_demo")
+    with_page = {**launch.nodes, "page": msgspec.structs.replace(launch.nodes["page"], process="slam")}
+    for nodes, process, expected in (
+        (launch.nodes, "page", WebUiDevice.max_silence),
+        (launch.nodes, "slam", MAX_SILENCE),
+        (with_page, "slam", MAX_SILENCE),
+    ):
+        spec = WorkerSpec(msgspec.structs.replace(launch, nodes=nodes), process, ".", 0, 7447)
+        assert spec.max_silence == expected
+        monitor = HeartbeatMonitor(spec.max_silence)
+        monitor.update(PROGRESSING, 0.02)
+        late = 0.0
+        while not monitor.is_unresponsive:
+            late += 0.02
+            monitor.update(b"", 0.02)
+        assert expected < late < expected + 0.04
+    assert VelocityLimiterParams().timeout < WebUiDevice.max_silence
 
 
 def test_an_invalid_secret_is_one_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

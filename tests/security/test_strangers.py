@@ -258,6 +258,19 @@ def test_connections_above_the_rate_are_reset(site: Site, monkeypatch: pytest.Mo
     reset.close()
 
 
+def test_limits_forget_every_connection_that_ended(site: Site) -> None:
+    for data in (SLOW, b"nonsense\r\n\r\n", b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b""):
+        site.raw(data).close()
+    with httpx.Client(base_url=f"http://127.0.0.1:{site.port}", headers=site.cookie()) as phone:
+        assert [phone.get(path).status_code for path in ("/", "/app.js", "/none")] == [200, 200, 404]
+    with site.browser() as browser:
+        browser.send('{"do":"stop"}')
+        wait_for(lambda: site.commands == [Stop()])
+    limits, places = site.server._uvicorn.limits, site.server._places
+    wait_for(lambda: not limits._strangers and not limits._visitors and not places._holders)
+    assert site.open_connections == 0
+
+
 def test_invalid_requests_do_not_fill_the_log(site: Site, caplog: pytest.LogCaptureFixture) -> None:
     for _ in range(50):
         assert ended(site.raw(b"\x16\x03\x01\x00\xff nonsense\r\n\r\n"))

@@ -32,6 +32,7 @@ def test_every_command_round_trips_through_json() -> None:
         "v": 0.5,
         "w": -1.0,
         "name": "kitchen",
+        "file": "kitchen",
         "tables": ["table_1"],
         "when": "now",
         "place": "table_1",

@@ -18,7 +18,7 @@ from tests.support.waiting import PATIENCE
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from chefbot.ui import http_limits
+from chefbot.ui.access import address_limits, listener
 from chefbot.ui.files import static_files
 from chefbot.ui.server import WebUiServer
 
@@ -116,7 +116,7 @@ def test_no_name_can_inject_markup() -> None:
 
 
 def test_an_idle_connection_is_closed(page: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(http_limits, "HEADER_TIMEOUT", 0.2)
+    monkeypatch.setattr(listener, "STRANGER_TIMEOUT", 0.2)
     url = urlsplit(page.url)
     with socket.create_connection((url.hostname, url.port), timeout=PATIENCE) as slow:
         slow.sendall(b"GET / HTTP/1.1\r\nX-Slow: ")
@@ -126,8 +126,8 @@ def test_an_idle_connection_is_closed(page: Any, monkeypatch: pytest.MonkeyPatch
 def test_a_flood_of_connections_is_limited_for_others_only(
     page: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(http_limits, "MAX_CONNECTIONS", 4)
-    monkeypatch.setattr(http_limits, "HEADER_TIMEOUT", 0.5)
+    monkeypatch.setattr(address_limits, "MAX_STRANGERS_PER_KNOWN_ADDRESS", 4)
+    monkeypatch.setattr(listener, "STRANGER_TIMEOUT", 0.5)
     url = urlsplit(page.url)
     with page.browser() as operator:
         flood = [socket.create_connection((url.hostname, url.port), timeout=PATIENCE) for _ in range(40)]

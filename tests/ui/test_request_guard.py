@@ -22,6 +22,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.ui import real_time_factor
+from chefbot.ui.access.visitors import OPERATOR, TokenKey
 from chefbot.ui.browser import url_for_view
 from chefbot.ui.message_conversion import cost_image, path_points
 from chefbot.ui.request_guard import COOKIE, RequestGuard
@@ -29,10 +30,13 @@ from chefbot.ui.solids import GLB, SolidsEndpoint
 from chefbot.ui.viewer import ViewerDevice, ViewerParams
 from chefbot.ui.web_ui_params import WebUiParams
 
+KEY = TokenKey("a secret of this test")
+TOKEN = KEY.token(OPERATOR)
 
-def get(path: str, host: str, token: str | None = None, cookie: str = "") -> httpx.Response:
+
+def get(path: str, host: str, key: TokenKey | None = None, cookie: str = "") -> httpx.Response:
     app = Starlette(routes=[Route("/", lambda _: PlainTextResponse("page"))])
-    guard = RequestGuard(app, "robot.local", token)
+    guard = RequestGuard(app, ["robot.local"], key)
 
     async def send() -> httpx.Response:
         transport = httpx.ASGITransport(app=guard)  # type: ignore[arg-type]
@@ -54,13 +58,13 @@ def test_other_host_names_are_rejected(host: str) -> None:
 
 
 def test_the_token_of_the_address_becomes_a_cookie() -> None:
-    first = get("/?token=secret", "localhost", "secret")
+    first = get(f"/?token={TOKEN}", "localhost", KEY)
     assert first.status_code == 303 and first.headers["location"] == "/"
     assert "httponly" in first.headers["set-cookie"].lower()
     assert "samesite=strict" in first.headers["set-cookie"].lower()
-    assert get("/", "localhost", "secret", cookie="secret").text == "page"
+    assert get("/", "localhost", KEY, cookie=TOKEN).text == "page"
     for path, cookie in (("/", ""), ("/?token=wrong", ""), ("/", "wrong")):
-        assert get(path, "localhost", "secret", cookie).status_code == 403
+        assert get(path, "localhost", KEY, cookie).status_code == 403
 
 
 @pytest.mark.parametrize(
@@ -79,7 +83,7 @@ def test_a_websocket_of_another_origin_is_closed(origin: bytes | None, passes: b
         raise AssertionError("nothing is read")
 
     headers = [(b"host", b"localhost")] + ([(b"origin", origin)] if origin else [])
-    asyncio.run(RequestGuard(app, "", None)({"type": "websocket", "headers": headers}, receive, send))
+    asyncio.run(RequestGuard(app, [], None)({"type": "websocket", "headers": headers}, receive, send))
     assert events == (["app"] if passes else [{"type": "websocket.close", "code": 1008}])
 
 

@@ -18,9 +18,10 @@ from websockets.exceptions import ConnectionClosed
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui import client, dead_man
+from chefbot.ui.access.places import MAX_FULL, MAX_RESERVED
 from chefbot.ui.commands import Drive, GoPlace, OperatorCommand, Stop
 from chefbot.ui.layers import RobotView, StatusView, StopView
-from chefbot.ui.server import MAX_CLIENTS, ONLY_STOP, WebUiServer
+from chefbot.ui.server import ONLY_STOP, WebUiServer
 
 LOOPBACK = "127.0.0.1"
 PATIENCE = 20.0
@@ -162,9 +163,10 @@ def test_stop_works_with_any_number_of_open_screens(page: Any, receive: Any) -> 
     page.server.set_layer("stop", StopView())
     page.server.set_layer("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
     with ExitStack() as screens:
-        for _ in range(MAX_CLIENTS):
-            screens.enter_context(page.browser())
-        late = [screens.enter_context(page.browser()) for _ in range(MAX_CLIENTS)]
+        for _ in range(MAX_FULL):
+            screens.enter_context(page.browser()).send('{"do":"cancel"}')  # somebody works here
+            page.next_command()
+        late = [screens.enter_context(page.browser()) for _ in range(MAX_RESERVED)]
         assert receive(late[0]) == ("refused", ONLY_STOP)
         assert receive(late[0])[0] == "stop"
         late[0].send(GO_TO_KITCHEN)
@@ -173,7 +175,7 @@ def test_stop_works_with_any_number_of_open_screens(page: Any, receive: Any) -> 
         for number, screen in enumerate([*late[3:], *later]):
             screen.send(f'{{"do":"stop","id":"{number}"}}')
             assert page.next_command() == Stop(str(number))
-        wait_for(lambda: page.server.clients == 2 * MAX_CLIENTS)
+        wait_for(lambda: page.server.clients == MAX_FULL + MAX_RESERVED)
         with pytest.raises(ConnectionClosed):
             while True:
                 late[0].recv(timeout=PATIENCE)

@@ -22,6 +22,7 @@ from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split_by_proc
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.supervision.supervisor import Supervisor
+from chefbot.ui.access.visitors import share_secret
 
 MAX_REAL_TIME_FACTOR = 4.0
 """Maximum real-time factor, so that the latency of the wire stays small beside the control period."""
@@ -75,6 +76,7 @@ class DemoProcesses:
         self._stack = ExitStack()
         self._running = ExitStack()
         self._supervisor: Supervisor | None = None
+        share_secret()
         plan = split_into_processes(load_launch("explore"))
         wire = self._stack.enter_context(open_wire(plan, ExternalEndpoints(), console.print))
         assert wire is not None, "wire:=on"

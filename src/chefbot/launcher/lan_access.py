@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+
 import msgspec
 
 from chefbot.errors import UserError
@@ -24,7 +26,18 @@ def with_ui_address(launch: Launch, address: str) -> Launch:
             else "there is nothing to show to a phone"
         )
         raise UserError(f"launch {launch.name} has no web UI: {why}; leave out --lan and {HOST_ARGUMENT}:=")
+    if not any(entry.host for entry in pages.values()):  # it may be an address of another machine
+        _check_address(address)
     return msgspec.structs.replace(launch, nodes={**launch.nodes, **pages})
+
+
+def _check_address(address: str) -> None:
+    """Raise UserError unless this machine has the address: the page's own process would fail again and again."""
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    try:
+        socket.create_server((address, 0), family=family).close()
+    except OSError as error:
+        raise UserError(f"The web UI cannot be served at {address}: {error.strerror or error}") from None
 
 
 def _at(address: str, page: NodeEntry) -> NodeEntry:

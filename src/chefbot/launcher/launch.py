@@ -43,6 +43,7 @@ from chefbot.runtime.launch import (
 )
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
+from chefbot.ui.access.visitors import share_secret
 
 MAX_SPEED = 1000.0
 console = Console(highlight=False)
@@ -187,6 +188,7 @@ def _run_nodes(
         if wire is None:
             start(system, launch)
         else:
+            share_secret()
             bridge = stack.enter_context(open_bridge(system, launch, wire, joined_name))
             start(system, split_by_process(launch)[0])
             stack.enter_context(run_workers(bridge, system, launch, folder))

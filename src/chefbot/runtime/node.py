@@ -167,6 +167,9 @@ class Node:
     is_device: ClassVar[bool] = False
     live_params: ClassVar[tuple[str, ...]] = ()
     """Parameters that can change at run time: dotted names, `*` for any part; others need a restart."""
+    max_silence: ClassVar[float] = 0.0
+    """Time without a sign of life of its process for which the robot may move on, s, if the supervisor's own limit
+    is shorter; of the nodes of a process, the shortest counts."""
     params: Any
 
     def __init__(self, context: Context, params: Any) -> None:

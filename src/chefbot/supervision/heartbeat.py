@@ -21,7 +21,7 @@ PROGRESSING, BUSY = b".", b"-"
 same step."""
 MAX_SILENCE = 0.12
 """Maximum time without a heartbeat before a process counts as unresponsive, s: four heartbeats are
-missing."""
+missing. Nodes may allow their process more (`Node.max_silence`)."""
 MAX_STEP_TIME = 2.0
 """Maximum time at one step before a process counts as unresponsive, s: its pose or plan is as old."""
 HEARTBEAT_TIMEOUT = 2.0
@@ -60,9 +60,13 @@ class HeartbeatSender:
 
 
 class HeartbeatMonitor:
-    """Monitors the heartbeats of one process."""
+    """Monitors the heartbeats of one process.
 
-    def __init__(self) -> None:
+    max_silence: time without a heartbeat, s, before the process counts as unresponsive.
+    """
+
+    def __init__(self, max_silence: float = MAX_SILENCE) -> None:
+        self._max_silence = max_silence
         self._silence = self._busy_time = 0.0
         self._started = False
 
@@ -79,7 +83,7 @@ class HeartbeatMonitor:
     @property
     def is_unresponsive(self) -> bool:
         """Whether nothing that moves should rely on this process now."""
-        return self._started and (self._silence > MAX_SILENCE or self._busy_time > MAX_STEP_TIME)
+        return self._started and (self._silence > self._max_silence or self._busy_time > MAX_STEP_TIME)
 
     @property
     def kill_reason(self) -> str:

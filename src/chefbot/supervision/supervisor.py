@@ -51,7 +51,7 @@ class _Child:
         """Monotonic time of its last death, s; None if it has not died yet."""
         self.ready = False
         self.running: WorkerProcess | None = None
-        self.monitor = HeartbeatMonitor()
+        self.monitor = HeartbeatMonitor(order.max_silence)
         self.unresponsive_since: float | None = None
         """Monotonic time since which it has not responded, s; None if it responds."""
 
@@ -186,7 +186,7 @@ class Supervisor:
             self._log(f"process {child.name} cannot be started: {error}")
             return
         child.started_at, child.ready = time.monotonic(), False
-        child.monitor, child.unresponsive_since = HeartbeatMonitor(), None
+        child.monitor, child.unresponsive_since = HeartbeatMonitor(order.max_silence), None
         child.running.assign(order, self._wake.set)
         if restarted:
             self._log(f"process {child.name} restarted")

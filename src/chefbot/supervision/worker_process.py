@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 
-from chefbot.runtime.launch import Launch
+from chefbot.runtime.launch import Launch, node_class
+from chefbot.supervision.heartbeat import MAX_SILENCE
 from chefbot.supervision.state_handover import StoredMessage
 
 EXIT_TIMEOUT = 1.5
@@ -47,6 +48,13 @@ class WorkerSpec(msgspec.Struct, frozen=True):
     port: int
     restored_messages: tuple[StoredMessage, ...] = ()
     """Messages that restore its state after a restart."""
+
+    @property
+    def max_silence(self) -> float:
+        """Time without a heartbeat before the process counts as unresponsive, s."""
+        entries = [entry for entry in self.launch.nodes.values() if entry.process == self.process]
+        allowed = [node_class(entry.kind, "supervisor").max_silence for entry in entries]
+        return max(MAX_SILENCE, min(allowed, default=0.0))
 
     @property
     def preload_spec(self) -> PreloadSpec:

@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Mapping
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from chefbot.ui import protocol
+from chefbot.ui.access.visitors import Visitor
 
 SEND_TIMEOUT = 3.0
 """Timeout of sending one frame, s; a slower browser is disconnected."""
@@ -22,10 +23,13 @@ class BrowserConnection:
     """A browser's connection. It holds only the names of layers that changed since they were sent, so its
     memory is bounded."""
 
-    def __init__(self, socket: WebSocket, *, only_stop: bool = False) -> None:
+    def __init__(self, socket: WebSocket, visitor: Visitor, address: str) -> None:
         self.socket = socket
-        self.only_stop = only_stop
-        """Whether it connected above the maximum number of clients."""
+        self.visitor = visitor
+        self.address = address
+        """IP address of the browser."""
+        self.only_stop = False
+        """Whether it has no full place (see `places`) and gets few layers."""
         self.disconnected = asyncio.Event()
         self._dirty: dict[str, None] = {}
         self._pending_answers: deque[str] = deque(maxlen=8)
@@ -39,6 +43,12 @@ class BrowserConnection:
         """Mark layers as changed; a client that may only stop the robot gets those in `stop_layers`."""
         self._dirty.update((layer, None) for layer in layers if not self.only_stop or layer in stop_layers)
         self._wake.set()
+
+    def demote(self, stop_layers: Collection[str], sentence: str) -> None:
+        """Take the full place away and say why; the emergency stop remains."""
+        self.only_stop = True
+        self._dirty = {layer: None for layer in self._dirty if layer in stop_layers}
+        self.send_refusal(sentence)
 
     def send_refusal(self, sentence: str) -> None:
         """Send why a command was refused; the oldest of many unsent sentences are dropped."""
@@ -66,8 +76,12 @@ class BrowserConnection:
             while self._pong or self._pending_answers or self._dirty:
                 frame = self._next(frames)
                 try:
-                    await asyncio.wait_for(self._send(frame), SEND_TIMEOUT)
+                    # wait_for of Python 3.11 loses a cancellation at the moment when the frame is sent
+                    async with asyncio.timeout(SEND_TIMEOUT):
+                        await self._send(frame)
                 except (TimeoutError, WebSocketDisconnect):
+                    return
+                except RuntimeError:  # of uvicorn, when the closing handshake has begun meanwhile
                     return
 
     def _next(self, frames: Mapping[str, protocol.Frame]) -> protocol.Frame:

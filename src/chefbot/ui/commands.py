@@ -108,6 +108,12 @@ class Resume(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="resu
     pressed: Id = ""
 
 
+class MapSaved(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="map_saved"):
+    """Record in the audit log that the map was saved to a file of this name."""
+
+    file: Name
+
+
 class Ping(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="ping"):
     """Check the connection; it is answered at once with the same number."""
 
@@ -155,14 +161,14 @@ class Kidnap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="kidn
 
 KINDS = (
     *(Goal, InitialPose, Deliver, Loaded, Taken, NotTaken, Choose, GoPlace, Cancel),
-    *(Stop, Withdraw, Resume, Ping, Drive),
+    *(Stop, Withdraw, Resume, MapSaved, Ping, Drive),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 
 AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | GoPlace | Cancel
-    | Stop | Withdraw | Resume | Ping | Drive
+    | Stop | Withdraw | Resume | MapSaved | Ping | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip
 _DECODER = msgspec.json.Decoder(AnyCommand)

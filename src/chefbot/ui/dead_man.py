@@ -22,6 +22,11 @@ class DeadManSwitch:
         self._driver: Any = None
         self._timer: asyncio.TimerHandle | None = None
 
+    @property
+    def driver(self) -> Any:
+        """The client that drives; None if nobody does."""
+        return self._driver
+
     def drive(self, client: Any, command: Drive) -> None:
         """Process a client's drive command in the server's event loop; UserError while another client drives."""
         # Only the current driver may command motion; a stop of another client is ignored.

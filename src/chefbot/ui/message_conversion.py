@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     PoseStamped,
     PoseWithCovariance,
@@ -18,6 +19,8 @@ from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.sensor_msgs import JointState
 from chefbot.ui.layers import DoorView
 
+DIAGNOSTICS_AGE_NS = 5_000_000_000
+"""Time after which a diagnostic that was not repeated is no longer displayed, ns."""
 CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
 """Standard deviations of a clicked pose, m and rad."""
 
@@ -47,3 +50,24 @@ def door_views(doors: JointState | None) -> tuple[DoorView, ...]:
         return ()
     openings = zip(doors.name, doors.position.tolist(), strict=True)
     return tuple(DoorView(name, opening > 0.0) for name, opening in openings)
+
+
+class RecentDiagnostics:
+    """Diagnostics that are not OK, by name, with the time at which each was received."""
+
+    def __init__(self) -> None:
+        self._received: dict[str, tuple[int, str]] = {}
+
+    def update(self, message: DiagnosticArray, now_ns: int) -> None:
+        """Store a message's diagnostics; those that are OK again are removed."""
+        for entry in message.status:
+            self._received.pop(entry.name, None)
+            if entry.level != OK:
+                text = f"{entry.name[:1].upper()}{entry.name[1:]}: {entry.message}"
+                self._received[entry.name] = (now_ns, text)
+
+    def warnings(self, now_ns: int) -> tuple[str, ...]:
+        """Return the diagnostics that were received recently, as sentences for the operator."""
+        return tuple(
+            text for received_ns, text in self._received.values() if now_ns - received_ns < DIAGNOSTICS_AGE_NS
+        )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import errno
 import ipaddress
-import secrets
 import socket
 import threading
 from collections.abc import AsyncIterator, Callable
@@ -19,6 +18,13 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from chefbot.errors import ChefbotError, UserError
+from chefbot.ui.access.address_limits import address_group
+from chefbot.ui.access.audit_log import AuditLog
+from chefbot.ui.access.command_audit import CommandAudit
+from chefbot.ui.access.listener import GuardedServer
+from chefbot.ui.access.places import MAX_FULL, ClientPlaces
+from chefbot.ui.access.tls import Tls
+from chefbot.ui.access.visitors import OPERATOR, TokenKey, Visitor
 from chefbot.ui.client import BrowserConnection
 from chefbot.ui.commands import MAX_TEXT, Drive, OperatorCommand, Ping, Stop, Withdraw, parse_command
 from chefbot.ui.dead_man import DeadManSwitch
@@ -32,17 +38,18 @@ TICK = 0.05
 """Period at which changed layers are encoded, s."""
 PORTS_TO_TRY = 20
 """Number of consecutive ports that are tried."""
-MAX_CLIENTS = 16
-"""Maximum number of full clients; as many more receive few layers and may only stop the robot, the oldest of
-which is replaced."""
 ONLY_STOP = (
-    f"{MAX_CLIENTS} other screens are open, so here only STOP works; close one of them and reload this page"
+    f"{MAX_FULL} other screens are open, so here only STOP works; close one of them and reload this page"
 )
+ONLY_VIEW = "This link is for viewers: it shows the robot and can press STOP; ask for the operators' link"
 STOP_LAYERS = ("stop", "status")
 """Layers for clients that may only stop the robot."""
 PENALTY = 1.0
 """Time for which a client above the rate limit is ignored before it is disconnected, s, so that it does not
 reconnect at once."""
+PING_INTERVAL, PING_TIMEOUT = 2.0, 3.0
+"""Interval of the pings of web sockets and timeout of their answers, s: a browser that is silent for 5 s is
+disconnected."""
 STOP_TIMEOUT = 10.0
 """Timeout of `stop`, s; it takes a fraction of a second, but on a loaded machine threads are delayed."""
 
@@ -52,7 +59,7 @@ class WebUiServer:
 
     `on_command` runs in the server's thread and must return at once (put the command into a queue); a
     ChefbotError that it raises is sent as a sentence to the browser that sent the command. Bound to a network
-    address instead of loopback, the server requires a token that only the URL returned by `start` contains.
+    address instead of loopback, the server requires a token that only the URLs of `start` and `url_for` contain.
     `model` generates the robot's solids (GLB); it is called in a thread on the first request.
     """
 
@@ -62,30 +69,37 @@ class WebUiServer:
         host: str,
         on_command: Callable[[OperatorCommand], None],
         model: Callable[[], bytes] | None = None,
+        audit: AuditLog | None = None,
+        tls: Tls | None = None,
     ) -> None:
         self._address = (host, port)
         self._on_command = on_command
         self._hub = LayerStore()
-        self._deadman = DeadManSwitch(on_command)
+        self._deadman = DeadManSwitch(self._on_drive)
         self._clients: dict[BrowserConnection, None] = {}
-        self._token = None if _is_loopback(host) else secrets.token_urlsafe(16)
+        self._places: ClientPlaces[BrowserConnection] = ClientPlaces()
+        self._audit = CommandAudit(audit)
+        self._tls = tls
+        self._key = None if _is_loopback(host) else TokenKey.from_environment()
         self._solids = SolidsEndpoint(model)
         self._uvicorn: Any = None
         self._thread: threading.Thread | None = None
-        self.app = RequestGuard(self._build_app(), host, self._token)
+        self._listener: socket.socket | None = None
+        names = {host, *(tls.names if tls else ())}
+        self.app = RequestGuard(self._build_app(), names, self._key)
 
     def start(self) -> str:
         """Start the server and return the URL to open. If the port is in use, the next free one of twenty is
         used (0: any)."""
         if self._thread is not None:
             raise UserError("The web UI is already being served; stop it first")
-        listener = _listen(*self._address)
-        self._uvicorn = _uvicorn(self.app)
+        self._listener = listener = _listen(*self._address)
+        self._uvicorn = _uvicorn(self.app, self._tls)
         self._thread = threading.Thread(
             target=self._serve, args=(listener,), name="operator page", daemon=True
         )
         self._thread.start()
-        return self._url(listener)
+        return self.url_for(OPERATOR)
 
     def stop(self) -> None:
         """Close all connections and free the port; RuntimeError if that takes longer than STOP_TIMEOUT."""
@@ -128,12 +142,15 @@ class WebUiServer:
         ]
         return Starlette(routes=routes)
 
-    def _url(self, listener: socket.socket) -> str:
-        host, port = listener.getsockname()[:2]
+    def url_for(self, visitor: Visitor) -> str:
+        """Return the address to open for a visitor, once the server is started."""
+        assert self._listener is not None, "it is started"
+        host, port = self._listener.getsockname()[:2]
         if ipaddress.ip_address(host).is_unspecified:
             host = _own_address()
         url_host = f"[{host}]" if ":" in host else host
-        return f"http://{url_host}:{port}/" + (f"?token={self._token}" if self._token else "")
+        scheme = "https" if self._tls else "http"
+        return f"{scheme}://{url_host}:{port}/" + (f"?token={self._key.token(visitor)}" if self._key else "")
 
     def _serve(self, listener: socket.socket) -> None:
         asyncio.run(self._serve_and_publish(listener))
@@ -159,40 +176,46 @@ class WebUiServer:
     async def _live(self, web: WebSocket) -> None:
         """Serve one browser's connection until either side closes it."""
         await web.accept()
-        client = BrowserConnection(
-            web, only_stop=sum(not other.only_stop for other in self._clients) >= MAX_CLIENTS
-        )
-        # Above the limit a browser may still stop the robot.
-        if client.only_stop:
-            self._drop_oldest_reserved()
-            client.send_refusal(ONLY_STOP)
-        self._clients[client] = None
+        visitor, peer = web.state.visitor, web.state.peer
+        peer.leave()  # it has a place of its own from now on
+        client = BrowserConnection(web, visitor, peer.host)
+        self._seat(client)
+        self._audit.connected(client)
         try:
             await _run_until_first_ends(
                 self._receive_loop(client), client.send_forever(self._hub.frames), client.disconnected.wait()
             )
         finally:
             self._clients.pop(client, None)
+            self._places.remove(client)
             self._deadman.disconnect(client)
+            self._audit.disconnected(client)
 
-    def _drop_oldest_reserved(self) -> None:
-        """Disconnect the oldest reserved client, so that many connections of one host cannot block the
-        emergency stop."""
-        reserved = [client for client in self._clients if client.only_stop]
-        if len(reserved) >= MAX_CLIENTS:
-            reserved[0].disconnected.set()
-            self._clients.pop(reserved[0])
+    def _seat(self, client: BrowserConnection) -> None:
+        """Give a client its place; whoever has no full place may still stop the robot."""
+        now = asyncio.get_running_loop().time()
+        name, role = client.visitor
+        seating = self._places.add(client, role, f"{address_group(client.address)} {name}", now)
+        for other in (*seating.demoted, *(() if seating.full else (client,))):
+            other.demote(STOP_LAYERS, ONLY_STOP)
+        for other in seating.dropped:
+            other.disconnected.set()
+            self._clients.pop(other)
+        self._clients[client] = None
 
     @property
     def requires_token(self) -> bool:
         """Whether clients need the token, as the server is bound to a network address."""
-        return self._token is not None
+        return self._key is not None
 
     async def _receive_loop(self, client: BrowserConnection) -> None:
         async for text in _receive_texts(client.socket):
+            self._places.note_message(client, asyncio.get_running_loop().time())
             if not client.within_rate_limit():
                 client.send_refusal("This browser sent too many commands and is ignored for a moment")
-                # Rate limit exceeded: ignore the client for a moment, then disconnect it.
+                # Rate limit exceeded: ignore the client for a moment, then disconnect it. Its place is free at
+                # once, else a few programs that reconnect would hold all places.
+                self._places.remove(client)
                 await asyncio.sleep(PENALTY)
                 return  # without a closing handshake, for which the rest of the flood would have to be read
             self._execute(client, text)
@@ -200,16 +223,36 @@ class WebUiServer:
     def _execute(self, client: BrowserConnection, text: str) -> None:
         try:
             command = parse_command(text)
-            if isinstance(command, Ping):
-                client.pong(command.n)
-            elif client.only_stop and not isinstance(command, Stop | Withdraw):
-                raise UserError(ONLY_STOP)
-            elif isinstance(command, Drive):
-                self._deadman.drive(client, command)
-            else:
-                self._on_command(command)
         except ChefbotError as error:
             client.send_refusal(str(error))
+            return
+        if isinstance(command, Ping):
+            client.pong(command.n)
+            return
+        refusal = ""
+        try:
+            self._pass_on(client, command)
+        except ChefbotError as error:
+            refusal = str(error)
+            client.send_refusal(refusal)
+        self._audit.command(client, command, refusal)
+
+    def _pass_on(self, client: BrowserConnection, command: OperatorCommand) -> None:
+        """Pass a command on to the robot. Raises UserError if this client may not give it."""
+        if not isinstance(command, Stop | Withdraw):
+            if client.visitor.role == "viewer":
+                raise UserError(ONLY_VIEW)
+            if client.only_stop:
+                raise UserError(ONLY_STOP)
+        self._places.note_command(client, asyncio.get_running_loop().time())
+        if isinstance(command, Drive):
+            self._deadman.drive(client, command)
+        else:
+            self._on_command(command)
+
+    def _on_drive(self, command: Drive) -> None:
+        self._audit.driver(self._deadman.driver)
+        self._on_command(command)
 
 
 async def _receive_texts(web: WebSocket) -> AsyncIterator[str]:
@@ -232,7 +275,7 @@ async def _run_until_first_ends(*jobs: Any) -> None:
         task.result()
 
 
-def _uvicorn(app: Any) -> Any:
+def _uvicorn(app: Any, tls: Tls | None) -> GuardedServer:
     config = uvicorn.Config(
         app,
         http=GuardedHttp,
@@ -240,16 +283,20 @@ def _uvicorn(app: Any) -> Any:
         loop="asyncio",
         lifespan="off",
         log_config=None,
+        log_level="error",  # an invalid request is no fault of this program
         access_log=False,
         proxy_headers=False,
         server_header=False,
         ws_max_size=MAX_TEXT,
-        ws_ping_interval=5.0,
-        ws_ping_timeout=5.0,
+        ws_ping_interval=PING_INTERVAL,
+        ws_ping_timeout=PING_TIMEOUT,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=0.5,
+        ssl_certfile=tls.certificate if tls else None,
+        ssl_keyfile=tls.key if tls else None,
     )
-    return uvicorn.Server(config)
+    config.load()  # here, so that an error is raised to the caller
+    return GuardedServer(config)
 
 
 def _listen(host: str, port: int) -> socket.socket:

@@ -18,7 +18,7 @@ from chefbot.msgs.chefbot_msgs import (
     Places,
     WheelTicks,
 )
-from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
+from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from chefbot.msgs.nav2_msgs import ParticleCloud
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry, Path
@@ -26,10 +26,12 @@ from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, JointState
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.motion_limits import max_speed, max_turn
-from chefbot.runtime.node import Device, In, Out, every, topic
+from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.ui import commands as do
-from chefbot.ui.browser import url_for_view
+from chefbot.ui.access.audited_device import AuditedDevice
+from chefbot.ui.access.page_access import announcement
+from chefbot.ui.access.tls import load_tls
 from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
 from chefbot.ui.layers import (
     DepthView,
@@ -40,7 +42,13 @@ from chefbot.ui.layers import (
     StatusView,
     StopView,
 )
-from chefbot.ui.message_conversion import clicked_pose, cost_image, door_views, path_points
+from chefbot.ui.message_conversion import (
+    RecentDiagnostics,
+    clicked_pose,
+    cost_image,
+    door_views,
+    path_points,
+)
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
@@ -50,14 +58,14 @@ from chefbot.ui.web_ui_params import WebUiParams
 
 REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
-DIAGNOSTICS_AGE_NS = 5_000_000_000
-"""Time after which a diagnostic that was not repeated is no longer displayed, ns."""
 
 
-class WebUiDevice(Device):
+class WebUiDevice(AuditedDevice):
     """One web UI for everything. Its publications are recorded like a sensor's, so a replay executes the same
     clicks."""
 
+    # A flood may delay the page; remote driving ends by the base's own command timeout, which is shorter.
+    max_silence = 0.5
     params: WebUiParams
     map: In[OccupancyGrid]
     costmap: In[OccupancyGrid] = topic("global_costmap/costmap")
@@ -104,6 +112,7 @@ class WebUiDevice(Device):
 
     def start(self) -> None:
         """Start the server of the web UI."""
+        super().start()
         self._places: dict[str, SE2] = {}
         self._stopped = False
         self._last_status = StatusView()
@@ -111,21 +120,22 @@ class WebUiDevice(Device):
         self._failures = 0
         self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
         self._real_time_factor = RealTimeFactor(self.now_ns)
-        self._diagnostics: dict[str, tuple[int, str]] = {}
+        self._diagnostics = RecentDiagnostics()
         self._moving_frames: dict[str, FrameView] = {}
         self._fixed_frames: dict[str, FrameView] = {}
+        tls = load_tls(self.params.certificate)
         self._server = WebUiServer(
-            self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot)
+            self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot), self.audit, tls
         )
         self.url = self._server.start()
-        self.announcement = f"Web UI: {url_for_view(self.url, self.params.view)}"
+        self.announcement = announcement(self._server, self.params, self.url)
         self.qr_code = qr_code(self.url) if self._server.requires_token else ""
         self._show_stop()
 
     def stop(self) -> None:
         """Stop the server and free its port."""
-        super().stop()
         self._server.stop()
+        super().stop()
 
     def on_emergency_stop(self, stopped: Bool) -> None:
         """Update the state of the emergency stop as the drive base reports it, whoever requested it."""
@@ -237,11 +247,7 @@ class WebUiDevice(Device):
 
     def on_diagnostics(self, message: DiagnosticArray) -> None:
         """Store diagnostics that are not OK, with the time of reception."""
-        for entry in message.status:
-            self._diagnostics.pop(entry.name, None)
-            if entry.level != OK:
-                text = f"{entry.name[:1].upper()}{entry.name[1:]}: {entry.message}"
-                self._diagnostics[entry.name] = (self.now_ns, text)
+        self._diagnostics.update(message, self.now_ns)
 
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """Update the state of the deliveries and confirm accepted orders."""
@@ -299,15 +305,8 @@ class WebUiDevice(Device):
             stop_pending=self._pending.stop,
             failures=self._failures,
             simulation=self.params.simulation,
-            warnings=self._warnings(),
+            warnings=self._diagnostics.warnings(self.now_ns),
             doors=door_views(self.doors.last),
-        )
-
-    def _warnings(self) -> tuple[str, ...]:
-        return tuple(
-            text
-            for received_ns, text in self._diagnostics.values()
-            if self.now_ns - received_ns < DIAGNOSTICS_AGE_NS
         )
 
     def _why_stopped(self) -> str:
@@ -367,11 +366,6 @@ class WebUiDevice(Device):
                 self._show_stop()
             case do.Drive(v, w):
                 self.cmd_vel_teleop.publish(Twist.of(v * max_speed(self.robot), w * max_turn(self.robot)))
-            case _:
-                self._simulate(command)
-
-    def _simulate(self, command: do.OperatorCommand) -> None:
-        match command:
             case do.DropBox(x, y):
                 self.drop_box.publish(self._stamped(SE2(x, y, 0.0)))
             case do.Kidnap(x, y, yaw):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import ssl
 import time
 import zlib
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
+from chefbot.ui.access.tls import client_context
 from chefbot.ui.commands import OperatorCommand
 from chefbot.ui.request_guard import COOKIE
 
@@ -132,7 +134,7 @@ def _grid(header: dict[str, Any], body: bytes) -> Grid:
 
 
 def _connect(url: str) -> ClientConnection:
-    host, port, token = _address(url)
+    host, port, token, secure = _address(url)
     try:
         tcp = socket.create_connection((host, port), CONNECT_TIMEOUT)
     except OSError as error:
@@ -143,8 +145,9 @@ def _connect(url: str) -> ClientConnection:
     url_host = f"[{host}]" if ":" in host else host
     try:
         return connect(
-            f"ws://{url_host}:{port}/live",
+            f"{'wss' if secure else 'ws'}://{url_host}:{port}/live",
             sock=tcp,
+            ssl=client_context() if secure else None,
             additional_headers={"Cookie": f"{COOKIE}={token}"} if token else None,
             open_timeout=CONNECT_TIMEOUT,
             close_timeout=1.0,
@@ -157,20 +160,22 @@ def _connect(url: str) -> ClientConnection:
                 "at its start, or close another browser"
             ) from None
         raise _not_a_robot(url) from None
+    except ssl.SSLError as error:
+        raise UserError(f"the certificate of {url} is not trusted: {error.reason or error}") from None
     except (OSError, WebSocketException):
         raise _not_a_robot(url) from None
 
 
-def _address(url: str) -> tuple[str, int, str]:
-    """Return host, port and token of the web UI's address."""
+def _address(url: str) -> tuple[str, int, str, bool]:
+    """Return host, port and token of the web UI's address, and whether it is served by TLS."""
     try:
         parts = urlsplit(url if "://" in url else f"http://{url}")
-        host, port = parts.hostname, parts.port or 80
+        host, port = parts.hostname, parts.port or (443 if parts.scheme == "https" else 80)
     except ValueError:
         host, port = None, 0
-    if not host or parts.scheme != "http":
+    if not host or parts.scheme not in ("http", "https"):
         raise UserError(f"{url!r} is not the address of a page; write it like http://127.0.0.1:8080")
-    return host, port, parse_qs(parts.query).get("token", [""])[0]
+    return host, port, parse_qs(parts.query).get("token", [""])[0], parts.scheme == "https"
 
 
 def _not_a_robot(url: str) -> UserError:

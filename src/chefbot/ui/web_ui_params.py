@@ -7,6 +7,10 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from chefbot.ui.access.visitors import Role
+
+VisitorName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
+
 
 class WebUiParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the web UI's server."""
@@ -18,4 +22,14 @@ class WebUiParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         "127.0.0.1"
     )
     simulation: Annotated[bool, Meta(description="whether to offer boxes, doors and kidnapping")] = False
+    visitors: Annotated[
+        dict[VisitorName, Role],
+        Meta(description="names that get a link of their own on a network, each an operator or a viewer"),
+    ] = {}
+    certificate: Annotated[
+        str,
+        Meta(
+            description="for https: `fleet` for this machine's certificate, or a PEM file with its .key beside it"
+        ),
+    ] = ""
     view: Annotated[Literal["2d", "3d"], Meta(description="what the printed address opens first")] = "2d"

@@ -111,3 +111,14 @@ def confirm(
     from chefbot.cli.drive.orders import confirm_step
 
     raise typer.Exit(confirm_step(answer, page))
+
+
+@drive_app.command("history")
+def history(
+    robot: Annotated[str, typer.Argument(help="name of the robot; not needed if it is the only one")] = "",
+    last: Annotated[int, typer.Option(min=1, help="number of entries")] = 50,
+) -> None:
+    """Print who gave which command in the web UI and when; on the robot's own computer."""
+    from chefbot.cli.drive.history import print_history
+
+    print_history(robot, last)

@@ -14,6 +14,7 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
+from chefbot.ui.commands import MapSaved
 from chefbot.ui.web_ui_client import WebUiClient
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -31,7 +32,8 @@ def save_running_map(file: Path, page: str) -> None:
                 f"the robot at {page} has no map yet; start `chefbot launch gmapping_demo` and drive it around"
             )
         places = known_places(robot)
-    path = save_map(file, grid)
+        path = save_map(file, grid)
+        robot.send(MapSaved(path.name[-64:]))
     height, width = (cells * grid.resolution for cells in grid.cells.shape)
     console.print(f"saved {path}: {width:.1f} by {height:.1f} m, {grid.resolution:.3g} m per cell")
     if places:

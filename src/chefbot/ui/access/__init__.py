@@ -1,0 +1,1 @@
+"""Who may use the web UI, how many at once, and the log of what they did."""

@@ -1,0 +1,44 @@
+"""Base of a device that keeps the audit log: it records parameters that are changed from elsewhere, too."""
+
+from __future__ import annotations
+
+import msgspec
+
+from chefbot.msgs.rcl_interfaces import ParameterEvent
+from chefbot.msgs.std_msgs import String
+from chefbot.runtime.node import Device, In, Out, topic
+from chefbot.runtime.node_container import PARAMS_TOPIC
+from chefbot.ui.access.audit_log import AuditLog, Kind, audit_path
+
+NETWORK = ("", "network", "")
+"""Name, role and address in the audit log of nodes on the ROS network."""
+
+
+class AuditedDevice(Device):
+    """Keeps `audit`, the log of the robot's operators, from `start` to `stop`."""
+
+    parameter_events: In[ParameterEvent] = topic("/parameter_events")
+    changed_params: In[String] = topic(PARAMS_TOPIC)
+    remark: Out[String] = topic("page/remark")
+
+    def start(self) -> None:
+        """Open the log."""
+        super().start()
+        self.audit = AuditLog(audit_path(self.robot.name), self._warn)
+
+    def stop(self) -> None:
+        """Write what waits, and close the log."""
+        super().stop()
+        self.audit.close()
+
+    def on_parameter_events(self, event: ParameterEvent) -> None:
+        """Record parameters that a node of another process accepted."""
+        params = {parameter.name: parameter.value.plain for parameter in event.changed_parameters}
+        self.audit.record(Kind.COMMAND, NETWORK, "parameter", {"node": event.node, "params": params})
+
+    def on_changed_params(self, message: String) -> None:
+        """Record all parameters of a node of this process after a change."""
+        self.audit.record(Kind.COMMAND, NETWORK, "parameter", msgspec.json.decode(message.data))
+
+    def _warn(self, sentence: str) -> None:
+        self.post(lambda: self.remark.publish(String(f"Warning: {sentence}.")))

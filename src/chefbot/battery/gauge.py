@@ -1,0 +1,239 @@
+"""State of charge from voltage and use, with doubt where the two contradict each other.
+
+Two estimates run side by side: `measured`, from the voltage under load, and `counted`, the charge at the last
+anchor less what was used since. The charge is the smaller one, so a reading that lies high cannot lengthen a drive,
+and a weak pack is believed at once. A reading that rises is believed only of a robot that stands, and only as a
+charger or a new pack raises it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+from chefbot.battery.consumption import Consumption
+from chefbot.battery.pack import BatteryPack
+
+SMOOTHING_TIME = 20.0
+"""Time constant of the measured charge, s: people at a table, not thresholds of a ramp."""
+CONTRADICTION = 0.1
+"""Difference between measured and counted charge that is named."""
+MAX_STEP = 0.04
+"""Largest rise in a minute, as a share, of a pack that is being charged (2.4 C)."""
+MIN_STEP = 0.002
+"""Smallest rise in a minute of a pack that is being charged (0.12 C)."""
+NEW_PACK = 0.85
+"""Charge from which a sudden rise is a new pack."""
+STANDING_TIME = 60.0
+"""Time that a robot has to stand before a rise is believed, s."""
+STANDING_DISTANCE = 0.02
+"""Way in STANDING_TIME up to which a robot stands, m: noise of the odometry."""
+FROZEN_USE = 0.015
+"""Share of the charge that is used while the voltage shows the same number, from which it is frozen."""
+VERIFIED_USE = 0.03
+"""Fall of the measured charge from which a new anchor is confirmed."""
+UNKNOWN_CHARGE = 0.5
+"""Charge that a robot assumes whose very first reading is frozen."""
+
+NO_READING = "The battery's voltage is not measured; its charge is counted."
+FROZEN = "The battery's voltage does not change although energy is used; the reading is not believed."
+TOO_HIGH = "The battery's reading rose to {:.0f} % without being charged; {:.0f} % is assumed."
+TOO_LOW = "The battery's voltage is lower than its use explains ({:.0f} %, not {:.0f} %): it is weak or cold."
+
+
+class Reading(NamedTuple):
+    """A measurement: time (s), voltage (V), current drawn (A, NaN where not measured).
+
+    distance: way since the last reading, m. moving: time in motion since then, s. charging: as the board reports it.
+    """
+
+    time: float
+    voltage: float
+    current: float
+    distance: float
+    moving: float
+    charging: bool = False
+
+
+class Anchor(NamedTuple):
+    """Charge from which the use is counted, and the charge that was assumed before it; None if none was."""
+
+    charge: float
+    before: float | None
+
+
+class ChargeGauge:
+    """Estimates the charge, 0..1, of a pack.
+
+    stored: charge of an earlier run. continued: whether the robot was switched on all the time since then, so that
+    its pack cannot have been changed.
+    """
+
+    def __init__(self, pack: BatteryPack, stored: float | None = None, *, continued: bool = False) -> None:
+        self._pack, self._stored, self._continued = pack, stored, continued
+        self._anchor: Anchor | None = None
+        self._used = _Use()
+        self.measured = math.nan
+        """Charge by the voltage, smoothed; NaN before the first reading."""
+        self._last: Reading | None = None
+        self._minute = _LastMinute()
+        self._has_risen = False
+        self._frozen = _Use()
+        self.is_frozen = False
+        self._consumption = Consumption(0.0, 0.0, 1.0)
+        self.anchors = 0
+        """Number of anchors so far."""
+
+    @property
+    def charge(self) -> float:
+        """Charge above the firmware's stop, 0..1; 0 before the first reading."""
+        if self._anchor is None:
+            return 0.0
+        counted = self.counted
+        if self.is_frozen:
+            before = self._anchor.before
+            return max(0.0, min(counted, (UNKNOWN_CHARGE if before is None else before) - self._share()))
+        return max(0.0, min(counted, self.measured) if math.isfinite(self.measured) else counted)
+
+    @property
+    def counted(self) -> float:
+        """Charge at the anchor less the use since, with the consumption as it is known now."""
+        return (self._anchor.charge if self._anchor else 0.0) - self._share()
+
+    @property
+    def doubt(self) -> str:
+        """Why the reading is not believed, or an empty string."""
+        if self._anchor is None or self._last is None or not _is_valid(self._last):
+            return NO_READING
+        if self.is_frozen:
+            return FROZEN
+        excess = self.measured - self.counted
+        if excess > CONTRADICTION and self._has_risen:
+            return TOO_HIGH.format(100 * self.measured, 100 * self.charge)
+        return TOO_LOW.format(100 * self.measured, 100 * self.counted) if -excess > CONTRADICTION else ""
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the robot has stood for a minute."""
+        return self._minute.is_full and self._minute.distance <= STANDING_DISTANCE
+
+    def update(self, reading: Reading, consumption: Consumption) -> None:
+        """Process a reading with the consumption as it is known now."""
+        self._consumption = consumption
+        previous, self._last = self._last, reading
+        duration = max(0.0, reading.time - previous.time) if previous is not None else 0.0
+        use = _Use(duration, reading.distance, _energy(reading, duration))
+        self._used = self._used + use
+        if not _is_valid(reading):
+            return
+        share = self._measured_share(reading, duration)
+        first = math.isnan(self.measured)
+        self.measured = (
+            share if first else self.measured + (share - self.measured) * min(1.0, duration / SMOOTHING_TIME)
+        )
+        if self._anchor is None:
+            known = self._stored if self._continued else None
+            self._set_anchor(self.measured if known is None else known, self._stored)
+        self._check_frozen(reading, previous, use)
+        self._minute.add(reading.time, self._used.distance, self.measured)
+        self._check_charging(reading)
+        self._confirm()
+
+    def _measured_share(self, reading: Reading, duration: float) -> float:
+        known = self._consumption
+        power = known.standing + (known.per_metre * reading.distance / duration if duration > 0.0 else 0.0)
+        if math.isfinite(reading.current):
+            power = reading.current * reading.voltage
+        return self._pack.charge_share(reading.voltage, power, known.driving_power)
+
+    def _share(self) -> float:
+        """Share of the charge that was used since the anchor."""
+        return self._used.energy(self._consumption) / self._pack.energy
+
+    def _set_anchor(self, charge: float, before: float | None) -> None:
+        self._anchor, self._used = Anchor(charge, before), _Use()
+        self.anchors += 1
+
+    def _check_frozen(self, reading: Reading, previous: Reading | None, use: _Use) -> None:
+        """Note whether the very same voltage lasts while charge is used."""
+        same = previous is not None and reading.voltage == previous.voltage
+        self._frozen = self._frozen + use if same else _Use()
+        used = self._frozen.energy(self._consumption) / self._pack.energy
+        self.is_frozen = used > FROZEN_USE or (self.is_frozen and same)
+
+    def _check_charging(self, reading: Reading) -> None:
+        """Believe a rise of a robot that stands if it is as a charger or a new pack makes it."""
+        rise, excess = self._minute.rise, self.measured - self.counted
+        self._has_risen = rise > MAX_STEP or (self._has_risen and excess > 0.5 * CONTRADICTION)
+        if self.is_frozen or excess <= 0.0 or not self.is_standing:
+            return
+        gradual = MIN_STEP <= rise <= MAX_STEP
+        new_pack = self.measured >= NEW_PACK and excess > CONTRADICTION and rise <= MAX_STEP
+        if gradual or new_pack or reading.charging:
+            self._set_anchor(self.measured, self.counted)
+            self._minute.restart()
+
+    def _confirm(self) -> None:
+        """Forget what was assumed before the anchor once the reading has fallen as the use explains."""
+        anchor = self._anchor
+        if anchor is not None and not self.is_frozen and anchor.charge - self.measured > VERIFIED_USE:
+            self._anchor = Anchor(anchor.charge, anchor.charge)
+
+
+class _Use(NamedTuple):
+    """Time (s), way (m) and measured energy (J, NaN where the current is not measured) since something."""
+
+    duration: float = 0.0
+    distance: float = 0.0
+    measured: float = 0.0
+
+    def __add__(self, other: _Use) -> _Use:  # type: ignore[override]
+        return _Use(*(a + b for a, b in zip(self[:], other[:], strict=True)))
+
+    def energy(self, consumption: Consumption) -> float:
+        """Return the energy, J: measured where it is, else as the consumption has it."""
+        if math.isfinite(self.measured):
+            return self.measured
+        return consumption.standing * self.duration + consumption.per_metre * self.distance
+
+
+class _LastMinute:
+    """Way and measured charge of the last STANDING_TIME seconds."""
+
+    def __init__(self) -> None:
+        self._samples: deque[tuple[float, float, float]] = deque()
+
+    def add(self, time: float, way: float, charge: float) -> None:
+        """Add a sample and drop those that are too old."""
+        self._samples.append((time, way, charge))
+        while len(self._samples) > 2 and time - self._samples[1][0] >= STANDING_TIME:
+            self._samples.popleft()
+
+    def restart(self) -> None:
+        """Begin again: the way is counted from a new anchor."""
+        self._samples.clear()
+
+    @property
+    def is_full(self) -> bool:
+        """Whether the samples span the whole time."""
+        return len(self._samples) > 1 and self._samples[-1][0] - self._samples[0][0] >= STANDING_TIME
+
+    @property
+    def distance(self) -> float:
+        """Way between the first and the last sample, m."""
+        return self._samples[-1][1] - self._samples[0][1]
+
+    @property
+    def rise(self) -> float:
+        """Rise of the measured charge between the first and the last sample."""
+        return self._samples[-1][2] - self._samples[0][2] if self._samples else 0.0
+
+
+def _is_valid(reading: Reading) -> bool:
+    return math.isfinite(reading.voltage) and reading.voltage > 0.0
+
+
+def _energy(reading: Reading, duration: float) -> float:
+    """Return the measured energy since the last reading, J; NaN where the current is not measured."""
+    return reading.voltage * reading.current * duration

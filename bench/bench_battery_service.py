@@ -1,7 +1,7 @@
 """Orders that the battery strands in days of service: the real battery monitor and round on a modelled, ageing pack.
 
-Robots, houses, packs, mornings and lies of the gauge are drawn by the seed, see tests/support/battery_service.py. Even
-seeds were used for choosing parameters, odd ones are for judging.
+Robots, houses, packs, mornings and lies of the gauge are drawn by the seed, see tests/support/battery_service.py.
+Even seeds were used for choosing parameters, odd ones are for judging.
 
 Run: python bench/bench_battery_service.py [--days 100] [--seeds 1,3,5] [--robot chefbot] [--unwatched]
 """

@@ -1,13 +1,14 @@
 """Days of service of a delivering robot, without physics: the real battery monitor and round on a modelled pack.
 
-The pack ages, is cold on some mornings, and its voltage is linear or flat with a knee (LiFePO4). Its gauge lies on some
-days. Staff charge the robot at night, mostly, and when it stands at home with a low battery.
+The pack ages, is cold on some mornings, and its voltage is linear or flat with a knee (LiFePO4). Its gauge lies on
+some days. Staff charge the robot at night, mostly, and when it stands at home with a low battery.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -68,10 +69,7 @@ class ModelledPack:
         share = float(np.interp(self.charge, *zip(*FLAT, strict=True))) if self._is_flat else self.charge
         pack = self._pack
         open_circuit = pack.empty_voltage + share * (pack.full_voltage - pack.empty_voltage)
-        return (
-            open_circuit
-            - pack.resistance * self.conditions.resistance * power / pack.nominal_voltage
-        )
+        return open_circuit - pack.resistance * self.conditions.resistance * power / pack.nominal_voltage
 
 
 class Service:
@@ -262,9 +260,7 @@ class Service:
         if self._leg_number < 0:
             return self._between(self._at, place)
         left = max(0.0, self._leg_length - self._driven)
-        return min(
-            left + self._between(self._target, place), self._driven + self._between(self._at, place)
-        )
+        return min(left + self._between(self._target, place), self._driven + self._between(self._at, place))
 
     def _between(self, a: str, b: str) -> float:
         if PARKING_PLACE in (a, b):
@@ -273,7 +269,7 @@ class Service:
 
     def _length(self, stops: tuple[Stop, ...]) -> float:
         names = [stop if isinstance(stop, str) else PARKING_PLACE for stop in stops]
-        rest = zip(names, names[1:], strict=False)
+        rest = pairwise(names)
         return self._distance_to(names[0]) + sum(self._between(a, b) for a, b in rest)
 
     def _park(self) -> tuple[PoseStamped, float]:

@@ -14,6 +14,9 @@ STANDING_STD, DRIVING_STD = 0.3, 0.5
 """Standard deviations of the prior as shares of it: the electronics are known better than the floor."""
 STANDING_BOUNDS, DRIVING_BOUNDS = (0.5, 3.0), (0.2, 5.0)
 """Smallest and largest learnt values as multiples of the prior."""
+LEAST_BY_VOLTAGE = 0.9
+"""Smallest learnt value as a multiple of the prior without a measured current: the voltage of most chemistries is
+flat over most of the charge, and that must not look like a robot that needs little."""
 DRIFT = 0.01
 """Standard deviation of the change from one window to the next, as a share: floor, age and temperature change."""
 TIME_MEMORY = 50.0
@@ -47,16 +50,22 @@ class Consumption(NamedTuple):
 
 
 class Window(NamedTuple):
-    """A part of the log: its duration and the time in motion (s), the way driven (m), and the energy used (J)."""
+    """A part of the log: its duration and the time in motion (s), the way driven (m), and the energy used (J).
+
+    by_current: whether the energy was measured by the current, not by the fall of the voltage.
+    """
 
     duration: float
     moving: float
     distance: float
     energy: float
+    by_current: bool
 
 
 class ConsumptionEstimator:
     """Recursive least squares on windows of the log: energy = standing * duration + per_metre * distance.
+
+    A window by voltage has to be nearly a whole discharge, because the voltage does not fall evenly.
 
     prior: from the robot's sizing. learnt: values of an earlier run.
     """
@@ -77,7 +86,7 @@ class ConsumptionEstimator:
         standing, per_metre = (estimate + gain * (window.energy - h @ estimate)).tolist()
         self._covariance = covariance - np.outer(gain, h @ covariance)
         learnt = Consumption(standing, per_metre, self._time_per_metre(window))
-        self.value = bounded(learnt, self._prior)
+        self.value = bounded(learnt, self._prior, 0.0 if window.by_current else LEAST_BY_VOLTAGE)
 
     def _time_per_metre(self, window: Window) -> float:
         if window.distance <= 0.0:
@@ -86,11 +95,16 @@ class ConsumptionEstimator:
         return self.value.seconds_per_metre * (1.0 - share) + share * window.moving / window.distance
 
 
-def bounded(value: Consumption, prior: Consumption) -> Consumption:
-    """Return the consumption within plausible multiples of the prior."""
+def bounded(value: Consumption, prior: Consumption, least: float = 0.0) -> Consumption:
+    """Return the consumption within plausible multiples of the prior; powers at least `least` times the prior."""
 
     def within(number: float, base: float, bounds: tuple[float, float]) -> float:
         return min(bounds[1] * base, max(bounds[0] * base, number))
+
+    value = value._replace(
+        standing=max(value.standing, least * prior.standing),
+        per_metre=max(value.per_metre, least * prior.per_metre),
+    )
 
     return Consumption(
         within(value.standing, prior.standing, STANDING_BOUNDS),

@@ -23,6 +23,8 @@ MAX_STEP = 0.04
 """Largest rise in a minute, as a share, of a pack that is being charged (2.4 C)."""
 MIN_STEP = 0.002
 """Smallest rise in a minute of a pack that is being charged (0.12 C)."""
+STEADY = 0.02
+"""Largest change in a minute, as a share, by use alone."""
 NEW_PACK = 0.85
 """Charge from which a sudden rise is a new pack."""
 STANDING_TIME = 60.0
@@ -73,13 +75,13 @@ class ChargeGauge:
     def __init__(self, pack: BatteryPack, stored: float | None = None, *, continued: bool = False) -> None:
         self._pack, self._stored, self._continued = pack, stored, continued
         self._anchor: Anchor | None = None
-        self._used = _Use()
+        self._used = Use()
         self.measured = math.nan
         """Charge by the voltage, smoothed; NaN before the first reading."""
         self._last: Reading | None = None
         self._minute = _LastMinute()
         self._has_risen = False
-        self._frozen = _Use()
+        self._frozen = Use()
         self.is_frozen = False
         self._consumption = Consumption(0.0, 0.0, 1.0)
         self.anchors = 0
@@ -90,11 +92,11 @@ class ChargeGauge:
         """Charge above the firmware's stop, 0..1; 0 before the first reading."""
         if self._anchor is None:
             return 0.0
-        counted = self.counted
+        estimates = [self.counted, self.measured]
         if self.is_frozen:
             before = self._anchor.before
-            return max(0.0, min(counted, (UNKNOWN_CHARGE if before is None else before) - self._share()))
-        return max(0.0, min(counted, self.measured) if math.isfinite(self.measured) else counted)
+            estimates.append((UNKNOWN_CHARGE if before is None else before) - self._share())
+        return max(0.0, min(estimate for estimate in estimates if math.isfinite(estimate)))
 
     @property
     def counted(self) -> float:
@@ -114,6 +116,21 @@ class ChargeGauge:
         return TOO_LOW.format(100 * self.measured, 100 * self.counted) if -excess > CONTRADICTION else ""
 
     @property
+    def use(self) -> Use:
+        """What was used since the last anchor."""
+        return self._used
+
+    @property
+    def anchor(self) -> float:
+        """Charge from which the use is counted."""
+        return self._anchor.charge if self._anchor is not None else math.nan
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether the measured charge has not jumped in the last minute."""
+        return abs(self._minute.rise) <= STEADY
+
+    @property
     def is_standing(self) -> bool:
         """Whether the robot has stood for a minute."""
         return self._minute.is_full and self._minute.distance <= STANDING_DISTANCE
@@ -123,7 +140,7 @@ class ChargeGauge:
         self._consumption = consumption
         previous, self._last = self._last, reading
         duration = max(0.0, reading.time - previous.time) if previous is not None else 0.0
-        use = _Use(duration, reading.distance, _energy(reading, duration))
+        use = Use(duration, reading.moving, reading.distance, _energy(reading, duration))
         self._used = self._used + use
         if not _is_valid(reading):
             return
@@ -152,13 +169,13 @@ class ChargeGauge:
         return self._used.energy(self._consumption) / self._pack.energy
 
     def _set_anchor(self, charge: float, before: float | None) -> None:
-        self._anchor, self._used = Anchor(charge, before), _Use()
+        self._anchor, self._used = Anchor(charge, before), Use()
         self.anchors += 1
 
-    def _check_frozen(self, reading: Reading, previous: Reading | None, use: _Use) -> None:
+    def _check_frozen(self, reading: Reading, previous: Reading | None, use: Use) -> None:
         """Note whether the very same voltage lasts while charge is used."""
         same = previous is not None and reading.voltage == previous.voltage
-        self._frozen = self._frozen + use if same else _Use()
+        self._frozen = self._frozen + use if same else Use()
         used = self._frozen.energy(self._consumption) / self._pack.energy
         self.is_frozen = used > FROZEN_USE or (self.is_frozen and same)
 
@@ -181,15 +198,16 @@ class ChargeGauge:
             self._anchor = Anchor(anchor.charge, anchor.charge)
 
 
-class _Use(NamedTuple):
-    """Time (s), way (m) and measured energy (J, NaN where the current is not measured) since something."""
+class Use(NamedTuple):
+    """Time, time in motion (s), way (m) and measured energy (J, NaN where the current is not measured)."""
 
     duration: float = 0.0
+    moving: float = 0.0
     distance: float = 0.0
     measured: float = 0.0
 
-    def __add__(self, other: _Use) -> _Use:  # type: ignore[override]
-        return _Use(*(a + b for a, b in zip(self[:], other[:], strict=True)))
+    def __add__(self, other: Use) -> Use:  # type: ignore[override]
+        return Use(*(a + b for a, b in zip(self[:], other[:], strict=True)))
 
     def energy(self, consumption: Consumption) -> float:
         """Return the energy, J: measured where it is, else as the consumption has it."""

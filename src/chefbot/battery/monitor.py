@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 from typing import NamedTuple
 
 from chefbot.battery.consumption import Consumption, ConsumptionEstimator, Window
-from chefbot.battery.gauge import ChargeGauge, Reading
+from chefbot.battery.gauge import ChargeGauge, Reading, Use
 from chefbot.battery.pack import BatteryPack
 from chefbot.battery.params import BatteryParams
 
-WINDOW_TIME, LONGEST_WINDOW = 300.0, 1800.0
-"""Time of a window of the log, s: it ends while the robot stands, or after the longest time."""
-WINDOW_DEVIATION = 0.004
-"""Standard deviation of the charge used in a window, as a share: the voltage under another load at its ends."""
+WINDOW_TIME = 300.0
+"""Time of a window of the log with a measured current, s."""
+CURRENT_DEVIATION = 0.02
+"""Standard deviation of the energy by a measured current, as a share of it."""
+DEEP_CHARGE, DEEP_SPAN = 0.3, 0.5
+"""Measured charge at which a discharge ends as a window of the log, and its smallest span."""
+DISCHARGE_DEVIATION = 0.15
+"""Standard deviation of the energy by a discharge, as a share of it: age and temperature of the day."""
 DOUBT_MARGIN = 0.8
 """Share of the energy that is planned with while the reading is doubted."""
 
@@ -81,7 +86,7 @@ class BatteryMonitor:
         self._estimator = ConsumptionEstimator(prior, log.consumption if log is not None else None)
         self._gauge = ChargeGauge(pack, log.charge if log is not None else None, continued=continued)
         self._windows = log.windows if log is not None else 0
-        self._window = _OpenWindow()
+        self._learnt_at = _LearntAt()
         self._level = BatteryLevel.OK
 
     @property
@@ -100,7 +105,7 @@ class BatteryMonitor:
     def update(self, reading: Reading) -> None:
         """Process a reading; the times of the readings must not decrease."""
         self._gauge.update(reading, self._estimator.value)
-        self._learn(reading)
+        self._learn()
         self._level = self._next_level(self._gauge.charge)
 
     def _next_level(self, charge: float) -> BatteryLevel:
@@ -111,33 +116,31 @@ class BatteryMonitor:
         kept = sum(charge < share + p.hysteresis for share in shares)
         return ORDER[max(reached, min(kept, ORDER.index(self._level)))]
 
-    def _learn(self, reading: Reading) -> None:
-        """Add the reading to the window of the log, and learn from the window once it ends."""
-        window, gauge = self._window, self._gauge
-        if gauge.doubt or gauge.anchors != window.anchors:
-            self._window = _OpenWindow(gauge.measured, reading.time, 0.0, 0.0, gauge.anchors)
-            return
-        window = self._window = window.after(reading)
-        duration = reading.time - window.start
-        if duration < WINDOW_TIME or not (gauge.is_standing or duration >= LONGEST_WINDOW):
-            return
-        used = window.charge - gauge.measured
-        if used > 0.0:
-            learnt = Window(duration, window.moving, window.distance, used * self._pack.energy)
-            self._estimator.add(learnt, WINDOW_DEVIATION * self._pack.energy)
-            self._windows += 1
-        self._window = _OpenWindow(gauge.measured, reading.time, 0.0, 0.0, gauge.anchors)
+    def _learn(self) -> None:
+        """Learn from the log: every few minutes with a measured current, else once in a deep discharge."""
+        gauge = self._gauge
+        if gauge.anchors != self._learnt_at.anchors or gauge.is_frozen:
+            self._learnt_at = _LearntAt(gauge.anchors, gauge.use, gauge.is_frozen)
+        use = Use(*(now - then for now, then in zip(gauge.use[:], self._learnt_at.use[:], strict=True)))
+        if math.isfinite(use.measured):
+            if use.duration >= WINDOW_TIME:
+                self._add(Window(*use, by_current=True), CURRENT_DEVIATION)
+        elif not self._learnt_at.is_done and gauge.measured < DEEP_CHARGE and gauge.is_steady:
+            span = gauge.anchor - gauge.measured
+            if span >= DEEP_SPAN:
+                learnt = Window(*use[:3], energy=span * self._pack.energy, by_current=False)
+                self._add(learnt, DISCHARGE_DEVIATION)
+            self._learnt_at = self._learnt_at._replace(is_done=True)
+
+    def _add(self, window: Window, deviation: float) -> None:
+        self._estimator.add(window, deviation * abs(window.energy))
+        self._windows += 1
+        self._learnt_at = _LearntAt(self._gauge.anchors, self._gauge.use, is_done=True)
 
 
-class _OpenWindow(NamedTuple):
-    """A window of the log that has not ended: measured charge and time of its start, way, time in motion."""
+class _LearntAt(NamedTuple):
+    """Anchor and use at the end of the last window; `is_done`: the present discharge is not a window any more."""
 
-    charge: float = 0.0
-    start: float = 0.0
-    distance: float = 0.0
-    moving: float = 0.0
     anchors: int = 0
-
-    def after(self, reading: Reading) -> _OpenWindow:
-        """Return the window with another reading."""
-        return self._replace(distance=self.distance + reading.distance, moving=self.moving + reading.moving)
+    use: Use = Use()
+    is_done: bool = False

@@ -8,13 +8,13 @@ from chefbot.delivery.battery_round import BatteryRound
 from chefbot.delivery.button_timer import ButtonPress, ButtonTimer
 from chefbot.delivery.drive_retry import NO_NAVIGATOR, DriveRetry
 from chefbot.delivery.mission import DriveRequest, OrderOutcome
-from chefbot.msgs.chefbot_msgs import BatteryStatus, DeliveryStatus
+from chefbot.msgs.chefbot_msgs import BatteryStatus, DeliveryStatus, LocalizationStatus
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.delivery_energy import DeliveryEnergyNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Task
-from chefbot.runtime.node import Out, topic
+from chefbot.runtime.node import In, Out, topic
 from chefbot.safety.emergency_stop import REFUSED
 from chefbot.storage.places import find_place
 
@@ -22,6 +22,7 @@ from chefbot.storage.places import find_place
 class DeliveryRoundNode(DeliveryEnergyNode):
     """Base class of the delivery node: the round and its drives, without the events that move it on."""
 
+    localization_status: In[LocalizationStatus]
     navigate_to_pose = action_client(NavigateToPose)
     delivery_status: Out[DeliveryStatus] = topic(latched=True)
 
@@ -79,7 +80,7 @@ class DeliveryRoundNode(DeliveryEnergyNode):
         self._update_drive()
 
     async def _navigate(self, leg: DriveRequest) -> NavigateToPose_Result:
-        """Navigate, and retry if the navigator died or the path to the kitchen or home is blocked."""
+        """Navigate; retry without a navigator, on a blocked path to the kitchen or home, and of a lost robot."""
         pose = leg.pose or self._poses().get(leg.place)
         if pose is None:
             await self.sleep(0.0)
@@ -88,10 +89,17 @@ class DeliveryRoundNode(DeliveryEnergyNode):
         while True:
             start_ns, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
             required = leg.place in (self.params.kitchen, self.params.home)
-            pause = retry.pause(result.error_code, start_ns, self.now_ns, required=required)
+            pause = retry.pause(
+                result.error_code, start_ns, self.now_ns, required=required, lost=self._is_lost
+            )
             if pause is None:
                 return result
             await self.sleep(pause)
+
+    @property
+    def _is_lost(self) -> bool:
+        status = self.localization_status.last
+        return status is not None and not status.localized
 
     def _resolve(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return the names of places as on the map; UserError if one of them, kitchen or home is missing."""

@@ -3,7 +3,7 @@
 Two estimates run side by side: `measured`, from the voltage under load, and `counted`, the charge at the last
 anchor less what was used since. The charge is the smaller one, so a reading that lies high cannot lengthen a drive,
 and a weak pack is believed at once. A reading that rises is believed only of a robot that stands, and only as a
-charger or a new pack raises it.
+charger raises it. A pack is changed while the board is off: after a pause of the readings they count anew.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from typing import NamedTuple
 from chefbot.battery.consumption import Consumption
 from chefbot.battery.pack import BatteryPack
 
-SMOOTHING_TIME = 20.0
-"""Time constant of the measured charge, s: people at a table, not thresholds of a ramp."""
+SMOOTHING_TIME, QUICK_TIME = 20.0, 5.0
+"""Time constants of the measured charge and of its rises, s. The second is much shorter than STANDING_TIME, so that
+the tail of a jump does not look like charging."""
 CONTRADICTION = 0.1
 """Difference between measured and counted charge that is named."""
 MAX_STEP = 0.04
@@ -25,8 +26,8 @@ MIN_STEP = 0.002
 """Smallest rise in a minute of a pack that is being charged (0.12 C)."""
 STEADY = 0.02
 """Largest change in a minute, as a share, by use alone."""
-NEW_PACK = 0.85
-"""Charge from which a sudden rise is a new pack."""
+POWER_OFF_TIME = 10.0
+"""Time without a reading from which the board may have been without power, and its pack changed, s."""
 STANDING_TIME = 60.0
 """Time that a robot has to stand before a rise is believed, s."""
 STANDING_DISTANCE = 0.02
@@ -78,6 +79,7 @@ class ChargeGauge:
         self._used = Use()
         self.measured = math.nan
         """Charge by the voltage, smoothed; NaN before the first reading."""
+        self._quick = math.nan
         self._last: Reading | None = None
         self._minute = _LastMinute()
         self._has_risen = False
@@ -145,15 +147,17 @@ class ChargeGauge:
         if not _is_valid(reading):
             return
         share = self._measured_share(reading, duration)
-        first = math.isnan(self.measured)
-        self.measured = (
-            share if first else self.measured + (share - self.measured) * min(1.0, duration / SMOOTHING_TIME)
-        )
+        if duration > POWER_OFF_TIME and reading.distance <= STANDING_DISTANCE and self._anchor is not None:
+            self.measured = self._quick = share
+            self._set_anchor(share, self.counted)
+            self._minute.restart()
+        self.measured = _smoothed(self.measured, share, duration / SMOOTHING_TIME)
+        self._quick = _smoothed(self._quick, share, duration / QUICK_TIME)
         if self._anchor is None:
             known = self._stored if self._continued else None
             self._set_anchor(self.measured if known is None else known, self._stored)
         self._check_frozen(reading, previous, use)
-        self._minute.add(reading.time, self._used.distance, self.measured)
+        self._minute.add(reading.time, self._used.distance, self._quick)
         self._check_charging(reading)
         self._confirm()
 
@@ -185,9 +189,7 @@ class ChargeGauge:
         self._has_risen = rise > MAX_STEP or (self._has_risen and excess > 0.5 * CONTRADICTION)
         if self.is_frozen or excess <= 0.0 or not self.is_standing:
             return
-        gradual = MIN_STEP <= rise <= MAX_STEP
-        new_pack = self.measured >= NEW_PACK and excess > CONTRADICTION and rise <= MAX_STEP
-        if gradual or new_pack or reading.charging:
+        if MIN_STEP <= rise <= MAX_STEP or reading.charging:
             self._set_anchor(self.measured, self.counted)
             self._minute.restart()
 
@@ -246,6 +248,11 @@ class _LastMinute:
     def rise(self) -> float:
         """Rise of the measured charge between the first and the last sample."""
         return self._samples[-1][2] - self._samples[0][2] if self._samples else 0.0
+
+
+def _smoothed(value: float, new: float, share: float) -> float:
+    """Return an exponentially smoothed value; the first one is taken as it is."""
+    return new if math.isnan(value) else value + (new - value) * min(1.0, share)
 
 
 def _is_valid(reading: Reading) -> bool:

@@ -51,8 +51,7 @@ class ParkingSearch:
         wall = _distance(_large(~free, WALL_SIZE / grid.resolution)) * grid.resolution
         nearest = radius + WALL_GAP
         self._allowed = (self._clearance >= nearest) & (wall <= nearest + WALL_SLACK)
-        served = _distance(_cells_of(kept_free, grid)) * grid.resolution
-        self._allowed &= served >= radius + PLACE_DISTANCE
+        self._allowed &= ~_near(kept_free, radius + PLACE_DISTANCE, grid)
 
     def nearest(self, lengths: NDArray[np.float32]) -> ParkingPlace | None:
         """Return the nearest place by the lengths (h, w) of the ways, inf where there is none; None without one.
@@ -119,10 +118,11 @@ def _large(cells: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
     return large
 
 
-def _cells_of(poses: tuple[SE2, ...], grid: Grid) -> NDArray[np.bool_]:
-    """Return the cells in which the poses lie."""
-    cells = np.zeros(grid.cells.shape, np.bool_)
+def _near(poses: tuple[SE2, ...], distance: float, grid: Grid) -> NDArray[np.bool_]:
+    """Return the cells that lie within `distance` (m) of one of the poses."""
+    rows, columns = np.indices(grid.cells.shape)
+    near = np.zeros(grid.cells.shape, np.bool_)
     for pose in poses:
-        if grid.contains(pose.x, pose.y):
-            cells[grid.cell(pose.x, pose.y)] = True
-    return cells
+        row, column = grid.cell(pose.x, pose.y)
+        near |= np.hypot(rows - row, columns - column) * grid.resolution < distance
+    return near

@@ -42,7 +42,7 @@ def show(monitor: BatteryMonitor, charge: float, time: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("charge", "level"), [(0.9, "ok"), (0.3, "warn"), (0.15, "return"), (0.04, "park"), (0.0, "park")]
+    ("charge", "level"), [(0.9, "ok"), (0.35, "warn"), (0.2, "return"), (0.1, "park"), (0.0, "park")]
 )
 def test_the_level_follows_the_charge(charge: float, level: str) -> None:
     assert monitor_at(charge).assessment.level.value == level
@@ -50,7 +50,7 @@ def test_the_level_follows_the_charge(charge: float, level: str) -> None:
 
 def test_a_level_ends_only_well_above_its_share() -> None:
     monitor = monitor_at(0.9)
-    for time, charge, level in ((200.0, 0.19, "return"), (400.0, 0.24, "return"), (5000.0, 0.95, "ok")):
+    for time, charge, level in ((200.0, 0.2, "return"), (400.0, 0.3, "return"), (5000.0, 0.95, "ok")):
         show(monitor, charge, time)
         assert monitor.assessment.level is BatteryLevel(level), charge
 

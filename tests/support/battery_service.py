@@ -31,7 +31,7 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.battery_monitor import prior_consumption
 from chefbot.robot.load import load_robot
 
-STEP = 5.0
+STEP = 10.0
 """Time between two readings, s."""
 OPEN, CLOSED = 8.0 * 3600.0, 22.0 * 3600.0
 """Hours of service, s after midnight."""

@@ -15,10 +15,11 @@ WINDOW_TIME = 300.0
 """Time of a window of the log with a measured current, s."""
 CURRENT_DEVIATION = 0.02
 """Standard deviation of the energy by a measured current, as a share of it."""
-DEEP_CHARGE, DEEP_SPAN = 0.3, 0.5
+DEEP_CHARGE, DEEP_SPAN = 0.35, 0.5
 """Measured charge at which a discharge ends as a window of the log, and its smallest span."""
-DISCHARGE_DEVIATION = 0.15
-"""Standard deviation of the energy by a discharge, as a share of it: age and temperature of the day."""
+DISCHARGE_DEVIATION, DOWNWARD_FACTOR = 0.15, 3.0
+"""Standard deviation of the energy by a discharge, as a share of it: age and temperature of the day. It is larger for
+one that seems to need less than is known: that may as well be a reading that lies high."""
 DOUBT_MARGIN = 0.8
 """Share of the energy that is planned with while the reading is doubted."""
 
@@ -129,7 +130,8 @@ class BatteryMonitor:
             span = gauge.anchor - gauge.measured
             if span >= DEEP_SPAN:
                 learnt = Window(*use[:3], energy=span * self._pack.energy, by_current=False)
-                self._add(learnt, DISCHARGE_DEVIATION)
+                is_less = learnt.energy < use.energy(self._estimator.value)
+                self._add(learnt, DISCHARGE_DEVIATION * (DOWNWARD_FACTOR if is_less else 1.0))
             self._learnt_at = self._learnt_at._replace(is_done=True)
 
     def _add(self, window: Window, deviation: float) -> None:

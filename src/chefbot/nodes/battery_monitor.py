@@ -53,8 +53,8 @@ class BatteryMonitorNode(Node):
         self.params = self._monitor.params = params
 
     def on_stored_log(self, log: BatteryLog) -> None:
-        """Start with what an earlier run has learnt, as long as nothing was measured."""
-        if self.battery_state.last is None and self.restored_log.last is None:
+        """Start with what an earlier run has learnt, unless this process has learnt more since its restart."""
+        if self.restored_log.last is None and not self._monitor.log.windows:
             self._monitor = self._make_monitor(log, continued=False)
 
     def on_restored_log(self, log: BatteryLog) -> None:

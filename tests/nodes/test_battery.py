@@ -89,7 +89,9 @@ def test_the_way_of_the_odometry_is_counted() -> None:
 
 
 def test_a_restarted_process_goes_on_with_its_count() -> None:
-    log = BatteryLog(standing_power=30.0, energy_per_metre=25.0, seconds_per_metre=5.0, charge=0.5, windows=3)
+    log = BatteryLog(
+        standing_power=30.0, energy_per_metre=25.0, seconds_per_metre=5.0, charge=0.5, measured=0.5, windows=3
+    )
     status = Monitored(restored={"battery/log": log}).show(0.9)
     assert status.charge < 0.5 and status.standing_power == pytest.approx(30.0)
 

@@ -14,7 +14,7 @@ STANDING_STD, DRIVING_STD = 0.3, 0.5
 """Standard deviations of the prior as shares of it: the electronics are known better than the floor."""
 STANDING_BOUNDS, DRIVING_BOUNDS = (0.5, 3.0), (0.2, 5.0)
 """Smallest and largest learnt values as multiples of the prior."""
-LEAST_BY_VOLTAGE = 0.9
+LEAST_BY_VOLTAGE = 1.0
 """Smallest learnt value as a multiple of the prior without a measured current: the voltage of most chemistries is
 flat over most of the charge, and that must not look like a robot that needs little."""
 DRIFT = 0.01

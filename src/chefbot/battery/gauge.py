@@ -36,6 +36,8 @@ FROZEN_USE = 0.015
 """Share of the charge that is used while the voltage shows the same number, from which it is frozen."""
 VERIFIED_USE = 0.03
 """Fall of the measured charge from which a new anchor is confirmed."""
+COUNT_MARGIN = 1.1
+"""Factor on the counted use: a count drifts, and a flat voltage cannot correct it."""
 UNKNOWN_CHARGE = 0.5
 """Charge that a robot assumes whose very first reading is frozen."""
 
@@ -59,6 +61,13 @@ class Reading(NamedTuple):
     charging: bool = False
 
 
+class Stored(NamedTuple):
+    """What is known of an earlier run: the charge, and that by the voltage alone."""
+
+    charge: float
+    measured: float
+
+
 class Anchor(NamedTuple):
     """Charge from which the use is counted, and the charge that was assumed before it; None if none was."""
 
@@ -69,11 +78,11 @@ class Anchor(NamedTuple):
 class ChargeGauge:
     """Estimates the charge, 0..1, of a pack.
 
-    stored: charge of an earlier run. continued: whether the robot was switched on all the time since then, so that
+    stored: of an earlier run. continued: whether the robot was switched on all the time since then, so that
     its pack cannot have been changed.
     """
 
-    def __init__(self, pack: BatteryPack, stored: float | None = None, *, continued: bool = False) -> None:
+    def __init__(self, pack: BatteryPack, stored: Stored | None = None, *, continued: bool = False) -> None:
         self._pack, self._stored, self._continued = pack, stored, continued
         self._anchor: Anchor | None = None
         self._used = Use()
@@ -97,13 +106,13 @@ class ChargeGauge:
         estimates = [self.counted, self.measured]
         if self.is_frozen:
             before = self._anchor.before
-            estimates.append((UNKNOWN_CHARGE if before is None else before) - self._share())
+            estimates.append((UNKNOWN_CHARGE if before is None else before) - COUNT_MARGIN * self._share())
         return max(0.0, min(estimate for estimate in estimates if math.isfinite(estimate)))
 
     @property
     def counted(self) -> float:
-        """Charge at the anchor less the use since, with the consumption as it is known now."""
-        return (self._anchor.charge if self._anchor else 0.0) - self._share()
+        """Charge at the anchor less the use since, with a margin, by the consumption as it is known now."""
+        return (self._anchor.charge if self._anchor else 0.0) - COUNT_MARGIN * self._share()
 
     @property
     def doubt(self) -> str:
@@ -147,15 +156,15 @@ class ChargeGauge:
         if not _is_valid(reading):
             return
         share = self._measured_share(reading, duration)
-        if duration > POWER_OFF_TIME and reading.distance <= STANDING_DISTANCE and self._anchor is not None:
+        paused = duration > POWER_OFF_TIME and reading.distance <= STANDING_DISTANCE
+        if paused and abs(share - self.measured) > CONTRADICTION and self._anchor is not None:
             self.measured = self._quick = share
             self._set_anchor(share, self.counted)
             self._minute.restart()
         self.measured = _smoothed(self.measured, share, duration / SMOOTHING_TIME)
         self._quick = _smoothed(self._quick, share, duration / QUICK_TIME)
         if self._anchor is None:
-            known = self._stored if self._continued else None
-            self._set_anchor(self.measured if known is None else known, self._stored)
+            self._set_first_anchor()
         self._check_frozen(reading, previous, use)
         self._minute.add(reading.time, self._used.distance, self._quick)
         self._check_charging(reading)
@@ -175,6 +184,17 @@ class ChargeGauge:
     def _set_anchor(self, charge: float, before: float | None) -> None:
         self._anchor, self._used = Anchor(charge, before), Use()
         self.anchors += 1
+
+    def _set_first_anchor(self) -> None:
+        """Begin with the reading, or with the stored charge if the reading has not risen since: a flat voltage shows
+        the same for many charges."""
+        stored = self._stored
+        if stored is None:
+            self._set_anchor(self.measured, None)
+        elif self._continued or not self.measured > stored.measured + CONTRADICTION:
+            self._set_anchor(min(stored.charge, self.measured), stored.charge)
+        else:
+            self._set_anchor(self.measured, stored.charge)
 
     def _check_frozen(self, reading: Reading, previous: Reading | None, use: Use) -> None:
         """Note whether the very same voltage lasts while charge is used."""

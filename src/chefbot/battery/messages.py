@@ -37,10 +37,10 @@ def status_message(assessment: BatteryAssessment, now_ns: int) -> msgs.BatterySt
 
 def log_message(log: BatteryMemory, now_ns: int) -> msgs.BatteryLog:
     """Return what is kept over a restart as a message."""
-    return msgs.BatteryLog(Header.of(now_ns, ""), *log.consumption, log.charge, log.windows)
+    return msgs.BatteryLog(Header.of(now_ns, ""), *log.consumption, log.charge, log.measured, log.windows)
 
 
 def log_of(message: msgs.BatteryLog) -> BatteryMemory:
     """Return what a message keeps."""
     learnt = Consumption(message.standing_power, message.energy_per_metre, message.seconds_per_metre)
-    return BatteryMemory(learnt, message.charge, message.windows)
+    return BatteryMemory(learnt, message.charge, message.measured, message.windows)

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from chefbot.battery.consumption import Consumption, ConsumptionEstimator, Window
-from chefbot.battery.gauge import ChargeGauge, Reading, Use
+from chefbot.battery.gauge import ChargeGauge, Reading, Stored, Use
 from chefbot.battery.pack import BatteryPack
 from chefbot.battery.params import BatteryParams
 
@@ -59,10 +59,11 @@ class BatteryAssessment(NamedTuple):
 
 
 class BatteryMemory(NamedTuple):
-    """What is kept on the disk: the learnt consumption, the charge, and the number of windows learnt from."""
+    """What is kept on the disk: learnt consumption, charge, charge by voltage alone, and number of windows."""
 
     consumption: Consumption
     charge: float
+    measured: float
     windows: int
 
 
@@ -85,7 +86,9 @@ class BatteryMonitor:
         self.params = params
         self._pack = pack
         self._estimator = ConsumptionEstimator(prior, log.consumption if log is not None else None)
-        self._gauge = ChargeGauge(pack, log.charge if log is not None else None, continued=continued)
+        self._gauge = ChargeGauge(
+            pack, Stored(log.charge, log.measured) if log is not None else None, continued=continued
+        )
         self._windows = log.windows if log is not None else 0
         self._learnt_at = _LearntAt()
         self._level = BatteryLevel.OK
@@ -93,7 +96,8 @@ class BatteryMonitor:
     @property
     def log(self) -> BatteryMemory:
         """What to keep on the disk."""
-        return BatteryMemory(self._estimator.value, self._gauge.charge, self._windows)
+        measured = self._gauge.measured if math.isfinite(self._gauge.measured) else 1.0
+        return BatteryMemory(self._estimator.value, self._gauge.charge, measured, self._windows)
 
     @property
     def assessment(self) -> BatteryAssessment:

@@ -21,12 +21,13 @@ BROKEN = "{}: {}; the battery's consumption is that of the robot's sizing until 
 
 
 class LogFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Content of the file: W, J per metre, s per metre, charge 0..1, and how often was learnt."""
+    """Content of the file: W, J per metre, s per metre, charge 0..1 (also by voltage alone), times learnt."""
 
     standing_power: Annotated[float, Meta(gt=0, le=10_000)]
     energy_per_metre: Annotated[float, Meta(gt=0, le=100_000)]
     seconds_per_metre: Annotated[float, Meta(gt=0, le=10_000)]
     charge: Annotated[float, Meta(ge=0, le=1)]
+    measured: Annotated[float, Meta(ge=0, le=1)]
     windows: Annotated[int, Meta(ge=0, lt=2**32)]
 
 

@@ -180,6 +180,8 @@ class BatteryLog(Message, frozen=True, eq=False):
     energy_per_metre: Float64 = 0.0
     seconds_per_metre: Float64 = 0.0
     charge: Float64 = 0.0
+    measured: Float64 = 0.0
+    """Charge by the voltage alone."""
     windows: Uint32 = 0
     """Number of parts of the log that were learnt from."""
 

@@ -111,7 +111,7 @@ def test_a_sudden_rise_without_a_pause_is_not_charging(charge: float) -> None:
     assert one.gauge.charge < 0.3 and "without being charged" in one.gauge.doubt
 
 
-def test_a_restarted_process_counts_on_a_restarted_robot_measures() -> None:
+def test_a_restarted_process_counts_on() -> None:
     assert Discharge(0.8, stored=Stored(0.4, 0.4), continued=True).run(60.0).gauge.charge < 0.4
     assert Discharge(0.8, stored=Stored(0.4, 0.4)).run(60.0).gauge.charge > 0.7
     flat = Discharge(0.6, stored=Stored(0.2, 0.6)).run(60.0)
@@ -123,6 +123,14 @@ def test_without_a_reading_the_use_is_counted() -> None:
     assert gauge.charge == 0.0 and gauge.doubt == NO_READING
     one = Discharge(0.9).run(600.0).run(HOUR, lambda _: math.nan)
     assert one.gauge.doubt == NO_READING and one.charge - 0.08 < one.gauge.charge < one.charge
+
+
+@pytest.mark.parametrize("current", [1e30, -1e30, math.inf, math.nan])
+def test_an_absurd_current_is_not_counted(current: float) -> None:
+    one = Discharge(0.9).run(600.0)
+    one.gauge.update(Reading(one.time + 5.0, 14.0, current, 0.0, 0.0), USE)
+    one.run(600.0)
+    assert one.gauge.charge == pytest.approx(one.charge, abs=0.05)
 
 
 def test_a_measured_current_is_counted() -> None:

@@ -81,11 +81,16 @@ def test_odd_voltages_end_in_no_exception(voltage: float) -> None:
 
 def test_the_way_of_the_odometry_is_counted() -> None:
     robot = Monitored()
-    robot.show(0.9, 300.0, speed=0.0)
-    standing = robot.messages("battery/log")[-1].charge
-    driving = Monitored()
-    driving.show(0.9, 300.0, speed=0.3)
-    assert driving.messages("battery/log")[-1].charge <= standing
+    robot.show(0.9, 60.0, speed=0.3)
+    use = robot.system.nodes["battery"]._monitor._gauge.use
+    assert use.distance == pytest.approx(18.0, abs=0.5) and use.moving == pytest.approx(60.0, abs=2.0)
+
+
+def test_an_absurd_speed_does_not_empty_the_battery() -> None:
+    robot = Monitored()
+    robot.show(0.9)
+    robot.show(0.9, 1.0, speed=1e6)
+    assert robot.show(0.9, 2.0).charge > 0.8
 
 
 def test_a_restarted_process_goes_on_with_its_count() -> None:

@@ -36,6 +36,8 @@ FROZEN_USE = 0.015
 """Share of the charge that is used while the voltage shows the same number, from which it is frozen."""
 VERIFIED_USE = 0.03
 """Fall of the measured charge from which a new anchor is confirmed."""
+MAX_RATE = 20.0
+"""Largest power that is believed, as a multiple of what empties the pack in an hour."""
 COUNT_MARGIN = 1.1
 """Factor on the counted use: a count drifts, and a flat voltage cannot correct it."""
 UNKNOWN_CHARGE = 0.5
@@ -151,7 +153,7 @@ class ChargeGauge:
         self._consumption = consumption
         previous, self._last = self._last, reading
         duration = max(0.0, reading.time - previous.time) if previous is not None else 0.0
-        use = Use(duration, reading.moving, reading.distance, _energy(reading, duration))
+        use = Use(duration, reading.moving, reading.distance, self._energy(reading, duration))
         self._used = self._used + use
         if not _is_valid(reading):
             return
@@ -176,6 +178,11 @@ class ChargeGauge:
         if math.isfinite(reading.current):
             power = reading.current * reading.voltage
         return self._pack.charge_share(reading.voltage, power, known.driving_power)
+
+    def _energy(self, reading: Reading, duration: float) -> float:
+        """Return the measured energy since the last reading, J; NaN where the current is not measured or absurd."""
+        power = reading.voltage * reading.current
+        return power * duration if abs(power) <= MAX_RATE * self._pack.energy / 3600.0 else math.nan
 
     def _share(self) -> float:
         """Share of the charge that was used since the anchor."""
@@ -277,8 +284,3 @@ def _smoothed(value: float, new: float, share: float) -> float:
 
 def _is_valid(reading: Reading) -> bool:
     return math.isfinite(reading.voltage) and reading.voltage > 0.0
-
-
-def _energy(reading: Reading, duration: float) -> float:
-    """Return the measured energy since the last reading, J; NaN where the current is not measured."""
-    return reading.voltage * reading.current * duration

@@ -19,16 +19,17 @@ class LocalizationWatch:
         self._pose: SE2 | None = None
         self._way = 0.0
 
-    def process(self, status: LocalizationStatus) -> None:
-        """Process a status: the way is counted from here."""
-        self._status, self._pose, self._way = status, None, 0.0
+    def reason(self, status: LocalizationStatus | None, odom: SE2) -> str:
+        """Return why the robot must not follow a path, or an empty string.
 
-    def reason(self, odom: SE2) -> str:
-        """Return why the robot must not follow a path at its pose in the odom frame, or an empty string."""
-        if self._status is None:
+        status: the latest one; the way is counted from where it was new. odom: the robot's pose in the odom frame.
+        """
+        if status is None:
             return ""
+        if status is not self._status:
+            self._status, self._pose, self._way = status, None, 0.0
         if self._pose is not None:
             self._way += self._pose.distance(odom)
         self._pose = odom
         silent = SILENT.format(MAX_UNCONFIRMED_WAY) if self._way > MAX_UNCONFIRMED_WAY else ""
-        return lost_reason(self._status) or silent
+        return lost_reason(status) or silent

@@ -71,7 +71,7 @@ class BatteryMonitorNode(Node):
         stamp, twist = odom.header.stamp.ns, odom.twist.twist
         previous, self._odom_ns = self._odom_ns, stamp
         duration = min(1.0, max(0.0, (stamp - previous) / 1e9)) if previous is not None else 0.0
-        speed = abs(twist.linear.x)
+        speed = min(abs(twist.linear.x), max_speed(self.robot))
         if speed > MOVING_SPEED:
             self._distance += speed * duration
         if speed > MOVING_SPEED or abs(twist.angular.z) > MOVING_TURN:

@@ -101,10 +101,6 @@ class ControllerNode(BehaviorServerNode):
                 self._stop()
             raise
 
-    def on_localization_status(self, status: LocalizationStatus) -> None:
-        """Follow paths as long as localization confirms the pose."""
-        self._localization.process(status)
-
     @every(hz=CONTROL_RATE)
     def control(self) -> None:
         """Publish one command while a path or a motion is active."""
@@ -112,7 +108,7 @@ class ControllerNode(BehaviorServerNode):
         if not self.is_active or pose is None:
             return  # no goal, or no odometry yet: the base stands still
         costs = self._costs_around(pose)
-        lost = self._localization.reason(pose) if self._motion is None else ""
+        lost = self._localization.reason(self.localization_status.last, pose) if self._motion is None else ""
         reason = self._sensors.fault(self.now_ns, pose) or lost
         if reason:
             self._follower.pause()

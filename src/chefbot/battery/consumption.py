@@ -14,7 +14,7 @@ STANDING_STD, DRIVING_STD = 0.3, 0.5
 """Standard deviations of the prior as shares of it: the electronics are known better than the floor."""
 STANDING_BOUNDS, DRIVING_BOUNDS = (0.5, 3.0), (0.2, 5.0)
 """Smallest and largest learnt values as multiples of the prior."""
-LEAST_BY_VOLTAGE = 1.0
+LOWEST_BY_VOLTAGE = 1.0
 """Smallest learnt value as a multiple of the prior without a measured current: the voltage of most chemistries is
 flat over most of the charge, and that must not look like a robot that needs little."""
 DRIFT = 0.01
@@ -63,7 +63,7 @@ class Window(NamedTuple):
 
 
 class ConsumptionEstimator:
-    """Recursive least squares on windows of the log: energy = standing * duration + per_metre * distance.
+    """Recursive lowest squares on windows of the log: energy = standing * duration + per_metre * distance.
 
     A window by voltage has to be nearly a whole discharge, because the voltage does not fall evenly.
 
@@ -86,7 +86,7 @@ class ConsumptionEstimator:
         standing, per_metre = (estimate + gain * (window.energy - h @ estimate)).tolist()
         self._covariance = covariance - np.outer(gain, h @ covariance)
         learnt = Consumption(standing, per_metre, self._time_per_metre(window))
-        self.value = bounded(learnt, self._prior, 0.0 if window.by_current else LEAST_BY_VOLTAGE)
+        self.value = bounded(learnt, self._prior, 0.0 if window.by_current else LOWEST_BY_VOLTAGE)
 
     def _time_per_metre(self, window: Window) -> float:
         if window.distance <= 0.0:
@@ -95,15 +95,15 @@ class ConsumptionEstimator:
         return self.value.seconds_per_metre * (1.0 - share) + share * window.moving / window.distance
 
 
-def bounded(value: Consumption, prior: Consumption, least: float = 0.0) -> Consumption:
-    """Return the consumption within plausible multiples of the prior; powers at least `least` times the prior."""
+def bounded(value: Consumption, prior: Consumption, lowest: float = 0.0) -> Consumption:
+    """Return the consumption within plausible multiples of the prior; powers at least `lowest` times the prior."""
 
     def within(number: float, base: float, bounds: tuple[float, float]) -> float:
         return min(bounds[1] * base, max(bounds[0] * base, number))
 
     value = value._replace(
-        standing=max(value.standing, least * prior.standing),
-        per_metre=max(value.per_metre, least * prior.per_metre),
+        standing=max(value.standing, lowest * prior.standing),
+        per_metre=max(value.per_metre, lowest * prior.per_metre),
     )
 
     return Consumption(

@@ -3,7 +3,7 @@
 Two estimates run side by side: `measured`, from the voltage under load, and `counted`, the charge at the last
 anchor less what was used since. The charge is the smaller one, so a reading that lies high cannot lengthen a drive,
 and a weak pack is believed at once. A reading that rises is believed only of a robot that stands, and only as a
-charger raises it. A pack is changed while the board is off: after a pause of the readings they count anew.
+charger raises it. A pack is changed while the board is off: after a pause of the readings they count again.
 """
 
 from __future__ import annotations
@@ -24,14 +24,15 @@ MAX_STEP = 0.04
 """Largest rise in a minute, as a share, of a pack that is being charged (2.4 C)."""
 MIN_STEP = 0.002
 """Smallest rise in a minute of a pack that is being charged (0.12 C)."""
-STEADY = 0.02
-"""Largest change in a minute, as a share, by use alone."""
+STEADY = 0.04
+"""Largest change in STANDING_TIME, as a share, by use alone."""
 POWER_OFF_TIME = 10.0
 """Time without a reading from which the board may have been without power, and its pack changed, s."""
-STANDING_TIME = 60.0
-"""Time that a robot has to stand before a rise is believed, s."""
+STANDING_TIME, RELAXATION_TIME = 180.0, 60.0
+"""Time that a robot has to stand before a rise is believed, s, and its first part, in which the voltage recovers from
+the load of the drive and nothing is concluded from it."""
 STANDING_DISTANCE = 0.02
-"""Way in STANDING_TIME up to which a robot stands, m: noise of the odometry."""
+"""Way in that time up to which a robot stands, m: noise of the odometry."""
 FROZEN_USE = 0.015
 """Share of the charge that is used while the voltage shows the same number, from which it is frozen."""
 VERIFIED_USE = 0.03
@@ -87,14 +88,15 @@ class ChargeGauge:
     def __init__(self, pack: BatteryPack, stored: Stored | None = None, *, continued: bool = False) -> None:
         self._pack, self._stored, self._continued = pack, stored, continued
         self._anchor: Anchor | None = None
-        self._used = Use()
+        self._used = EnergyUse()
         self.measured = math.nan
         """Charge by the voltage, smoothed; NaN before the first reading."""
         self._quick = math.nan
         self._last: Reading | None = None
-        self._minute = _LastMinute()
+        self._recent = _RecentCharge()
         self._has_risen = False
-        self._frozen = Use()
+        self._way = 0.0
+        self._frozen = EnergyUse()
         self.is_frozen = False
         self._consumption = Consumption(0.0, 0.0, 1.0)
         self.anchors = 0
@@ -129,7 +131,7 @@ class ChargeGauge:
         return TOO_LOW.format(100 * self.measured, 100 * self.counted) if -excess > CONTRADICTION else ""
 
     @property
-    def use(self) -> Use:
+    def use(self) -> EnergyUse:
         """What was used since the last anchor."""
         return self._used
 
@@ -140,20 +142,20 @@ class ChargeGauge:
 
     @property
     def is_steady(self) -> bool:
-        """Whether the measured charge has not jumped in the last minute."""
-        return abs(self._minute.rise) <= STEADY
+        """Whether the measured charge has not jumped lately."""
+        return abs(self._recent.rise) <= STEADY
 
     @property
     def is_standing(self) -> bool:
-        """Whether the robot has stood for a minute."""
-        return self._minute.is_full and self._minute.distance <= STANDING_DISTANCE
+        """Whether the robot has stood for STANDING_TIME."""
+        return self._recent.is_full and self._recent.distance <= STANDING_DISTANCE
 
     def update(self, reading: Reading, consumption: Consumption) -> None:
         """Process a reading with the consumption as it is known now."""
         self._consumption = consumption
         previous, self._last = self._last, reading
         duration = max(0.0, reading.time - previous.time) if previous is not None else 0.0
-        use = Use(duration, reading.moving, reading.distance, self._energy(reading, duration))
+        use = EnergyUse(duration, reading.moving, reading.distance, self._energy(reading, duration))
         self._used = self._used + use
         if not _is_valid(reading):
             return
@@ -162,13 +164,14 @@ class ChargeGauge:
         if paused and abs(share - self.measured) > CONTRADICTION and self._anchor is not None:
             self.measured = self._quick = share
             self._set_anchor(share, self.counted)
-            self._minute.restart()
+            self._recent.restart()
         self.measured = _smoothed(self.measured, share, duration / SMOOTHING_TIME)
         self._quick = _smoothed(self._quick, share, duration / QUICK_TIME)
         if self._anchor is None:
             self._set_first_anchor()
         self._check_frozen(reading, previous, use)
-        self._minute.add(reading.time, self._used.distance, self._quick)
+        self._way += reading.distance
+        self._recent.add(reading.time, self._way, self._quick)
         self._check_charging(reading)
         self._confirm()
 
@@ -189,7 +192,7 @@ class ChargeGauge:
         return self._used.energy(self._consumption) / self._pack.energy
 
     def _set_anchor(self, charge: float, before: float | None) -> None:
-        self._anchor, self._used = Anchor(charge, before), Use()
+        self._anchor, self._used = Anchor(charge, before), EnergyUse()
         self.anchors += 1
 
     def _set_first_anchor(self) -> None:
@@ -203,22 +206,23 @@ class ChargeGauge:
         else:
             self._set_anchor(self.measured, stored.charge)
 
-    def _check_frozen(self, reading: Reading, previous: Reading | None, use: Use) -> None:
+    def _check_frozen(self, reading: Reading, previous: Reading | None, use: EnergyUse) -> None:
         """Note whether the very same voltage lasts while charge is used."""
         same = previous is not None and reading.voltage == previous.voltage
-        self._frozen = self._frozen + use if same else Use()
+        self._frozen = self._frozen + use if same else EnergyUse()
         used = self._frozen.energy(self._consumption) / self._pack.energy
         self.is_frozen = used > FROZEN_USE or (self.is_frozen and same)
 
     def _check_charging(self, reading: Reading) -> None:
         """Believe a rise of a robot that stands if it is as a charger or a new pack makes it."""
-        rise, excess = self._minute.rise, self.measured - self.counted
-        self._has_risen = rise > MAX_STEP or (self._has_risen and excess > 0.5 * CONTRADICTION)
+        rise, excess = self._recent.rise_per_minute, self.measured - self.counted
+        self._has_risen = self._recent.rise > 3.0 * MAX_STEP or (
+            self._has_risen and excess > 0.5 * CONTRADICTION
+        )
         if self.is_frozen or excess <= 0.0 or not self.is_standing:
             return
         if MIN_STEP <= rise <= MAX_STEP or reading.charging:
             self._set_anchor(self.measured, self.counted)
-            self._minute.restart()
 
     def _confirm(self) -> None:
         """Forget what was assumed before the anchor once the reading has fallen as the use explains."""
@@ -227,7 +231,7 @@ class ChargeGauge:
             self._anchor = Anchor(anchor.charge, anchor.charge)
 
 
-class Use(NamedTuple):
+class EnergyUse(NamedTuple):
     """Time, time in motion (s), way (m) and measured energy (J, NaN where the current is not measured)."""
 
     duration: float = 0.0
@@ -235,8 +239,8 @@ class Use(NamedTuple):
     distance: float = 0.0
     measured: float = 0.0
 
-    def __add__(self, other: Use) -> Use:  # type: ignore[override]
-        return Use(*(a + b for a, b in zip(self[:], other[:], strict=True)))
+    def __add__(self, other: EnergyUse) -> EnergyUse:  # type: ignore[override]
+        return EnergyUse(*(a + b for a, b in zip(self[:], other[:], strict=True)))
 
     def energy(self, consumption: Consumption) -> float:
         """Return the energy, J: measured where it is, else as the consumption has it."""
@@ -245,11 +249,20 @@ class Use(NamedTuple):
         return consumption.standing * self.duration + consumption.per_metre * self.distance
 
 
-class _LastMinute:
+class _RecentCharge:
     """Way and measured charge of the last STANDING_TIME seconds."""
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, float, float]] = deque()
+
+    @property
+    def rise_per_minute(self) -> float:
+        """Mean rise since the voltage has recovered from the drive, per minute."""
+        begin = self._samples[0][0] + RELAXATION_TIME
+        settled = [sample for sample in self._samples if sample[0] >= begin]
+        if len(settled) < 2 or not self.is_full:
+            return 0.0
+        return 60.0 * (settled[-1][2] - settled[0][2]) / (settled[-1][0] - settled[0][0])
 
     def add(self, time: float, way: float, charge: float) -> None:
         """Add a sample and drop those that are too old."""
@@ -258,7 +271,7 @@ class _LastMinute:
             self._samples.popleft()
 
     def restart(self) -> None:
-        """Begin again: the way is counted from a new anchor."""
+        """Begin again after a pause."""
         self._samples.clear()
 
     @property

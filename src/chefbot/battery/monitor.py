@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from chefbot.battery.consumption import Consumption, ConsumptionEstimator, Window
-from chefbot.battery.gauge import ChargeGauge, Reading, Stored, Use
+from chefbot.battery.gauge import ChargeGauge, EnergyUse, Reading, Stored
 from chefbot.battery.pack import BatteryPack
 from chefbot.battery.params import BatteryParams
 
@@ -126,7 +126,7 @@ class BatteryMonitor:
         gauge = self._gauge
         if gauge.anchors != self._learnt_at.anchors or gauge.is_frozen:
             self._learnt_at = _LearntAt(gauge.anchors, gauge.use, gauge.is_frozen)
-        use = Use(*(now - then for now, then in zip(gauge.use[:], self._learnt_at.use[:], strict=True)))
+        use = EnergyUse(*(now - then for now, then in zip(gauge.use[:], self._learnt_at.use[:], strict=True)))
         if math.isfinite(use.measured):
             if use.duration >= WINDOW_TIME:
                 self._add(Window(*use, by_current=True), CURRENT_DEVIATION)
@@ -148,5 +148,5 @@ class _LearntAt(NamedTuple):
     """Anchor and use at the end of the last window; `is_done`: the present discharge is not a window any more."""
 
     anchors: int = 0
-    use: Use = Use()
+    use: EnergyUse = EnergyUse()
     is_done: bool = False

@@ -186,7 +186,7 @@ def table() -> list[tuple[str, str]]:
         "control",
         "behavior",
     )
-    thought += ("exploration", "calibration", "safety", "delivery", "board", "maths")
+    thought += ("exploration", "calibration", "safety", "battery", "delivery", "board", "maths")
     pure = sum(len(p.read_text().splitlines()) for p in FILES if p.relative_to(SOURCE).parts[0] in thought)
     median, p95 = statistics.median(lengths), lengths[int(0.95 * len(lengths))]
     return [

@@ -83,6 +83,18 @@ def test_a_failed_rotation_fails_unless_the_robot_is_localized() -> None:
         assert relocalization.after_spin(result) is RelocalizationStep.LOCALIZED and not relocalization.fault
 
 
+def test_a_blocked_rotation_goes_the_other_way_then_waits() -> None:
+    blocked, relocalization = (
+        Spin_Result(Duration(), 703, "Something is in the way."),
+        Relocalization(LocalizationMonitor()),
+    )
+    assert relocalization.goal.target_yaw > 0.0
+    assert relocalization.after_spin(blocked) is SPIN and relocalization.goal.target_yaw < 0.0
+    assert relocalization.after_spin(blocked) is YIELD and not relocalization.fault
+    assert relocalization.after_yield() is SPIN
+    assert relocalization.after_spin(Spin_Result()) is SPIN and relocalization.goal.target_yaw > 0.0
+
+
 @given(st.lists(st.integers(1, FEEDBACK_PERIOD_NS), min_size=1, max_size=30))
 def test_feedback_is_never_closer_than_its_period(pauses: list[int]) -> None:
     progress, now_ns, published = NavigationProgress(), 10 * FEEDBACK_PERIOD_NS, []

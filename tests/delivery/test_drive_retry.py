@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from chefbot.delivery.drive_retry import (
     BLOCKED_PATH_TIMEOUT,
     BLOCKED_RETRY_PERIOD,
+    LOST_RETRY_PERIOD,
+    LOST_TIMEOUT,
     NAVIGATOR_TIMEOUT,
     NO_NAVIGATOR,
     NO_VALID_PATH,
@@ -47,6 +49,14 @@ def test_a_blocked_table_is_skipped_a_blocked_kitchen_retried() -> None:
 def test_a_missing_navigator_is_awaited_for_its_timeout(required: bool, duration: float) -> None:
     _, seconds = attempts(NO_NAVIGATOR, duration, required=required)
     assert NAVIGATOR_TIMEOUT <= seconds <= NAVIGATOR_TIMEOUT + RETRY_PERIOD + 2.0 * duration + 1e-6
+
+
+def test_a_lost_robot_keeps_its_place_until_it_is_localized() -> None:
+    retry = DriveRetry()
+    assert retry.pause(104, 0, SECOND, required=False, lost=True) == LOST_RETRY_PERIOD
+    assert retry.pause(0, SECOND, 9 * SECOND, required=False, lost=True) is None, "the place was reached"
+    assert retry.pause(104, 0, round((LOST_TIMEOUT + 2.0) * SECOND), required=False, lost=True) is None
+    assert DriveRetry().pause(104, 0, SECOND, required=False) is None
 
 
 def test_a_navigator_failure_after_a_long_drive_restarts_timeout() -> None:

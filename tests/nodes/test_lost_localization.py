@@ -7,12 +7,16 @@ from typing import Any
 import pytest
 from tests.support.nodes import NodeRunner, StationaryRobot
 
+from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams
 from chefbot.behavior.relocalization import LOCALIZED_UPDATES_REQUIRED, MAX_SPIN_STEPS
 from chefbot.control.waiting_state import LOST
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
 from chefbot.msgs.nav2_msgs import (
+    BackUp,
+    BackUp_Goal,
+    BackUp_Result,
     ComputePathToPose,
     ComputePathToPose_Goal,
     ComputePathToPose_Result,
@@ -42,6 +46,10 @@ class FakeController(Node):
     compute_path_to_pose = action_server(ComputePathToPose)
     follow_path = action_server(FollowPath)
     spin = action_server(Spin)
+    backup = action_server(BackUp)
+
+    async def on_backup(self, _: BackUp_Goal, __: Any) -> BackUp_Result:
+        return await Future[BackUp_Result]()
 
     def start(self) -> None:
         self.spins = 0
@@ -169,3 +177,18 @@ def test_a_lost_robot_follows_no_path_but_spins(name: str) -> None:
     assert [reason.data for reason in robot.messages("controller/standing")] == (
         [LOST] if name == "follow_path" else []
     )
+
+
+def test_a_lost_robot_does_not_back_up() -> None:
+    """The recovery that backs up ends with the loss of localization, and does not begin during one."""
+    navigation = NavigationWithGoal()
+    node: Any = navigation.runner.system.nodes["navigator"]
+    navigation.publish_status(True)
+    backing = node.spawn(node._recover(RecoveryBehavior.BACK_UP, RecoveryParams()))
+    navigation.runner.run(0.2)
+    assert navigation.controller.backup.busy and not backing.done
+    navigation.publish_status(False)
+    assert backing.done and not navigation.controller.backup.busy
+    backing = node.spawn(node._recover(RecoveryBehavior.BACK_UP, RecoveryParams()))
+    navigation.runner.run(0.1)
+    assert backing.done and not navigation.controller.backup.busy

@@ -1,10 +1,11 @@
-"""Relocalization of a lost robot: it rotates in place, which cannot collide, until localization has converged."""
+"""Relocalization of a lost robot: it rotates in place, where that is free, until localization has converged."""
 
 from __future__ import annotations
 
 import math
 from enum import Enum
 
+from chefbot.behavior.motion_errors import SPIN
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
 from chefbot.msgs.nav2_msgs import Spin_Goal, Spin_Result
@@ -59,8 +60,14 @@ class Relocalization:
 
     def __init__(self, localization: LocalizationMonitor) -> None:
         self._localization = localization
-        self._steps = 0
+        self._steps = self._blocked = 0
+        self._direction = 1.0
         self.fault = ""
+
+    @property
+    def goal(self) -> Spin_Goal:
+        """Goal of the next rotation step; the other way round after a step that something blocked."""
+        return Spin_Goal(self._direction * SPIN_STEP, SPIN_STEP_GOAL.time_allowance)
 
     def after_spin(self, result: Spin_Result | None) -> RelocalizationStep:
         """Return the next step after a rotation; `result` is None if another motion preempted it."""
@@ -69,7 +76,15 @@ class Relocalization:
             return RelocalizationStep.LOCALIZED
         if result is None:
             return RelocalizationStep.YIELD
+        if result.error_code == SPIN.collision:
+            return self._turn_back()
+        self._blocked = 0
         return self._fail(result.error_msg) if result.error_code else self.after_yield()
+
+    def _turn_back(self) -> RelocalizationStep:
+        """Turn the other way round; stand for a while if that was blocked as well."""
+        self._direction, self._blocked = -self._direction, self._blocked + 1
+        return RelocalizationStep.YIELD if self._blocked % 2 == 0 else self.after_yield()
 
     def after_yield(self) -> RelocalizationStep:
         """Return the next step after another motion has had its time."""

@@ -18,7 +18,7 @@ from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import PoseStamped
 
-UNKNOWN_PLACE, NOT_REACHED, ENDED_BY_PERSON = 1, 2, 3
+UNKNOWN_PLACE, NOT_REACHED, ENDED_BY_PERSON, BATTERY_TOO_LOW = 1, 2, 3, 4
 """Error codes of an outcome."""
 MAX_ACCEPTED_IDS = 16
 """Number of accepted order ids kept, so that a repeated request is not served again."""
@@ -44,6 +44,8 @@ class OrderOutcome(NamedTuple):
 
 class OrderError(ChefbotError):
     """An order or request that the round cannot accept in its present state; a sentence for the operator."""
+
+    code = UNKNOWN_PLACE
 
 
 class DeliveryRound:
@@ -374,7 +376,7 @@ class DeliveryRound:
                 tables = self._tables(first)
             except OrderError as error:
                 self._set_standing("failed", str(error))
-                self._on_end(OrderOutcome(first.id, (), UNKNOWN_PLACE, str(error)))
+                self._on_end(OrderOutcome(first.id, (), error.code, str(error)))
             else:
                 self._update_status(queue=tables)
                 self._drive("driving", self.kitchen)

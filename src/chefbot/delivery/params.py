@@ -23,3 +23,7 @@ class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         float,
         Meta(ge=0, le=3600, description="pickup timeout, s; 0: wait for 'Taken'"),
     ] = 0.0
+    stop_time: Annotated[
+        float,
+        Meta(ge=0, le=3600, description="time that a stop takes on average, s; for the energy of an order"),
+    ] = 60.0

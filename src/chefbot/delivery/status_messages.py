@@ -15,6 +15,10 @@ NOT_WHILE_STOPPED = "STOP is pressed. Press Resume first."
 CANCELLED_TOO = "The delivery was cancelled, and {} more that waited."
 ERRAND_ENDED = "The drive was ended."
 NO_PLACE = "The order names no place."
+LOW_BATTERY = "The battery is low."
+PARKING = "The battery is not enough for the way home; the robot parks."
+PARKED = "Parked with a low battery. Charge it, then send the robot home."
+PARKING_PLACE = "a parking place"
 MEANWHILE = " The round waits."
 ERRAND_NEEDS_WHEN = "a round is under way; say when to drive there: now, after it, or instead of it"
 IN_ROUND = ("loading", "driving", "waiting", "returning")
@@ -41,6 +45,7 @@ on_the_way = _about("On the way to {}.")
 at = _about("At {}.")
 take = _about("Your food is here, {}. Please take it and press 'Taken'.")
 not_taken = _about("{}: nobody took the food")
+battery_skipped = _about("{}: the battery was not enough for it")
 not_served = _about("{}: the round was ended before it was served")
 """Sentences by the name of a place: while driving, after an errand, at a table; and why a table was not served."""
 
@@ -74,3 +79,21 @@ def choose(status: DeliveryStatus, reason: str) -> str:
 def ended(left: Sequence[str]) -> str:
     """Return the message after a round was ended on request, with the unserved tables."""
     return f"The round was ended; not served: {join_names(left)}." if left else "The round was ended."
+
+
+def refused(tables: Sequence[str], reach: float, length: float) -> str:
+    """Return the refusal of an order whose way (m) is longer than the battery reaches (m)."""
+    return (
+        f"{_sentence_start(tables)} refused: the battery has energy for about {reach:.0f} m, "
+        f"the round needs {length:.0f} m."
+    )
+
+
+def refused_below(tables: Sequence[str], charge: float) -> str:
+    """Return the refusal of an order by a robot that goes home to be charged; charge 0..1."""
+    return f"{_sentence_start(tables)} refused: the battery is at {100 * charge:.0f} % and has to be charged."
+
+
+def _sentence_start(tables: Sequence[str]) -> str:
+    text = join_names(tables) or "the place on the map"
+    return text[:1].upper() + text[1:]

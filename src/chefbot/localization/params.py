@@ -49,7 +49,12 @@ class AmclParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         ),
     ] = 0.1
     update_min_d: Annotated[
-        float, Meta(ge=0.0, le=5.0, description="the filter updates after this much travel, m")
+        float,
+        Meta(
+            ge=0.0,
+            le=0.4,
+            description="the filter updates after this much travel, m; without an update over 0.5 m the robot stands",
+        ),
     ] = 0.1
     update_min_a: Annotated[
         float, Meta(ge=0.0, le=3.2, description="the filter updates after this much rotation, rad")

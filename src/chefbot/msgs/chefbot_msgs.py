@@ -151,6 +151,41 @@ class EmergencyStopStatus(Message, frozen=True, eq=False):
     description: String = ""
 
 
+class BatteryStatus(Message, frozen=True, eq=False):
+    """What the battery allows, with a description for the operator."""
+
+    header: Header = Header()
+    level: String = ""
+    """ok, warn, return (the robot goes home), park (only enough to park)"""
+    charge: Float32 = 0.0
+    """Charge above the voltage at which the motor board stops, 0..1; the more careful of voltage and use."""
+    energy: Float32 = 0.0
+    """Energy to plan drives with, J, without what is kept for parking."""
+    standing_power: Float32 = 0.0
+    """Power of the robot while it stands, W."""
+    energy_per_metre: Float32 = 0.0
+    """Energy of a metre in addition to standing, J."""
+    seconds_per_metre: Float32 = 0.0
+    """Time that a metre takes on average, s."""
+    doubt: String = ""
+    """Why the reading of the voltage is not believed, or empty."""
+    description: String = ""
+
+
+class BatteryLog(Message, frozen=True, eq=False):
+    """What the battery monitor has learnt and keeps over a restart of the robot."""
+
+    header: Header = Header()
+    standing_power: Float64 = 0.0
+    energy_per_metre: Float64 = 0.0
+    seconds_per_metre: Float64 = 0.0
+    charge: Float64 = 0.0
+    measured: Float64 = 0.0
+    """Charge by the voltage alone."""
+    windows: Uint32 = 0
+    """Number of parts of the log that were learnt from."""
+
+
 class NavigationStatus(Message, frozen=True, eq=False):
     """The state of the navigator, and the reason why it last stopped."""
 

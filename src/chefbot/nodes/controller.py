@@ -7,8 +7,8 @@ from functools import partial
 
 from chefbot.control.controller import Controller
 from chefbot.control.controller_params import CONTROL_PERIOD, CONTROL_RATE, LIVE_PARAMS, ControllerParams
+from chefbot.control.localization_watch import LocalizationWatch
 from chefbot.control.path_follower import FollowPathError, PathFollower, failed_path
-from chefbot.control.waiting_state import lost_reason
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
@@ -58,6 +58,7 @@ class ControllerNode(BehaviorServerNode):
         super().start()
         replan = partial(replan_locally, planner=local_planner())
         self._follower = PathFollower(self._make_controller(), replan, CONTROL_PERIOD)
+        self._localization = LocalizationWatch()
         self._following: Future[FollowPath_Result] | None = None
         self._feedback: Callable[[FollowPath_Feedback], None] = lambda _: None
 
@@ -107,7 +108,7 @@ class ControllerNode(BehaviorServerNode):
         if not self.is_active or pose is None:
             return  # no goal, or no odometry yet: the base stands still
         costs = self._costs_around(pose)
-        lost = lost_reason(self.localization_status.last) if self._motion is None else ""
+        lost = self._localization.reason(self.localization_status.last, pose) if self._motion is None else ""
         reason = self._sensors.fault(self.now_ns, pose) or lost
         if reason:
             self._follower.pause()

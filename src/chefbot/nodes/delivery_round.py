@@ -4,39 +4,47 @@ from __future__ import annotations
 
 import msgspec
 
+from chefbot.delivery.battery_round import BatteryRound
 from chefbot.delivery.button_timer import ButtonPress, ButtonTimer
 from chefbot.delivery.drive_retry import NO_NAVIGATOR, DriveRetry
-from chefbot.delivery.mission import DeliveryRound, DriveRequest, OrderOutcome
-from chefbot.delivery.params import DeliveryParams
-from chefbot.msgs.chefbot_msgs import DeliveryStatus, Places
-from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.delivery.mission import DriveRequest, OrderOutcome
+from chefbot.msgs.chefbot_msgs import BatteryStatus, DeliveryStatus, LocalizationStatus
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.delivery_energy import DeliveryEnergyNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Task
-from chefbot.runtime.node import In, Node, Out, topic
+from chefbot.runtime.node import In, Out, topic
 from chefbot.safety.emergency_stop import REFUSED
 from chefbot.storage.places import find_place
 
 
-class DeliveryRoundNode(Node):
+class DeliveryRoundNode(DeliveryEnergyNode):
     """Base class of the delivery node: the round and its drives, without the events that move it on."""
 
-    params: DeliveryParams
-    places: In[Places]
+    localization_status: In[LocalizationStatus]
     navigate_to_pose = action_client(NavigateToPose)
     delivery_status: Out[DeliveryStatus] = topic(latched=True)
 
     def start(self) -> None:
         """Start idle; the drives begin once `_ready` is set."""
-        self._round = DeliveryRound(
-            self.params.kitchen, self.params.home, self._resolve, self._report_outcome
+        super().start()
+        names = self.params.kitchen, self.params.home
+        self._round = BatteryRound(
+            *names, self._resolve, self._report_outcome, self._forecast, self._parking_place
         )
         self._published_status: DeliveryStatus | None = None
         self._ready = False
         self._leg: DriveRequest | None = None
         self._drive: Task[None] | None = None
         self._timer = ButtonTimer()
+
+    def on_battery_status(self, battery: BatteryStatus) -> None:
+        """Shorten the round, go home or park, as the battery allows."""
+        self._forecast.stop_time = self.params.stop_time
+        if self._ready:
+            self._round.on_battery(battery, self.now_ns / 1e9)
+            self._update_drive()
 
     def stop(self) -> None:
         """Cancel the drive when the node stops; the round is kept in the status."""
@@ -72,7 +80,7 @@ class DeliveryRoundNode(Node):
         self._update_drive()
 
     async def _navigate(self, leg: DriveRequest) -> NavigateToPose_Result:
-        """Navigate, and retry if the navigator died or the path to the kitchen or home is blocked."""
+        """Navigate; retry without a navigator, on a blocked path to the kitchen or home, and of a lost robot."""
         pose = leg.pose or self._poses().get(leg.place)
         if pose is None:
             await self.sleep(0.0)
@@ -81,10 +89,17 @@ class DeliveryRoundNode(Node):
         while True:
             start_ns, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
             required = leg.place in (self.params.kitchen, self.params.home)
-            pause = retry.pause(result.error_code, start_ns, self.now_ns, required=required)
+            pause = retry.pause(
+                result.error_code, start_ns, self.now_ns, required=required, lost=self._is_lost
+            )
             if pause is None:
                 return result
             await self.sleep(pause)
+
+    @property
+    def _is_lost(self) -> bool:
+        status = self.localization_status.last
+        return status is not None and not status.localized
 
     def _resolve(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return the names of places as on the map; UserError if one of them, kitchen or home is missing."""
@@ -92,9 +107,6 @@ class DeliveryRoundNode(Node):
         for place in (self.params.kitchen, self.params.home):
             find_place(place, places)
         return tuple(find_place(name, places) for name in names)
-
-    def _poses(self) -> dict[str, PoseStamped]:
-        return {place.name: place.pose for place in self.places.last.places} if self.places.last else {}
 
     async def _press_after(self, press: ButtonPress) -> None:
         await self.sleep(press.seconds)

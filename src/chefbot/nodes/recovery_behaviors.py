@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams
 from chefbot.behavior.relocalization import (
-    SPIN_STEP_GOAL,
     YIELD_TIME,
     LocalizationMonitor,
     Relocalization,
     RelocalizationStep,
 )
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
-from chefbot.msgs.nav2_msgs import BackUp, Spin, Spin_Result
+from chefbot.msgs.nav2_msgs import BackUp, Spin, Spin_Goal, Spin_Result
 from chefbot.msgs.std_msgs import Float64
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Future, wait_any
@@ -44,20 +43,32 @@ class RecoveryBehaviorsNode(Node):
         """Rotate in place until localization has converged; return an error message, empty on success."""
         relocalization, step = Relocalization(self._localization), RelocalizationStep.SPIN
         while step is RelocalizationStep.SPIN:
-            step = relocalization.after_spin(await self._spin_one_step())
+            step = relocalization.after_spin(await self._spin(relocalization.goal))
             if step is RelocalizationStep.YIELD:
                 await self.sleep(YIELD_TIME)
                 step = relocalization.after_yield()
         return relocalization.fault
 
-    async def _spin_one_step(self) -> Spin_Result | None:
+    async def _spin(self, goal: Spin_Goal) -> Spin_Result | None:
         """Rotate by one step; return None if another motion preempted this one."""
-        spinning = self.spin.call(SPIN_STEP_GOAL)
+        spinning = self.spin.call(goal)
         await wait_any(spinning)
         try:
             return spinning.result()
         except Cancelled:
             return None
+
+    async def _back_up(self, params: RecoveryParams) -> None:
+        """Back up, but not while localization is lost: relocalization comes first."""
+        if self._localization.is_lost:
+            return
+        backing = self.backup.call(params.back_up_goal(self.robot))
+        self._localization_lost = Future()
+        await wait_any(backing, self._localization_lost)
+        if backing.done:
+            backing.result()
+        else:
+            backing.discard()
 
     async def _recover(self, behavior: RecoveryBehavior, params: RecoveryParams) -> None:
         if behavior is RecoveryBehavior.CLEAR:
@@ -66,6 +77,6 @@ class RecoveryBehaviorsNode(Node):
         elif behavior is RecoveryBehavior.SPIN:
             await self.spin.call(params.spin_goal)
         elif behavior is RecoveryBehavior.BACK_UP:
-            await self.backup.call(params.back_up_goal(self.robot))
+            await self._back_up(params)
         else:
             await self.sleep(params.wait)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
+from chefbot.battery.pack import resistance
 from chefbot.robot.spec import Robot
-
-VOLTAGE_SAG_AT_1C = 0.04
-"""Share of the voltage lost at the 1C current, which empties the pack in one hour (small lead or NiMH)."""
 
 
 class SimulatedBattery:
@@ -21,7 +19,7 @@ class SimulatedBattery:
         self._empty_voltage = robot.battery.empty_voltage
         self._voltage_range = robot.battery.full_voltage - robot.battery.empty_voltage
         self._motor_voltage = robot.motor.voltage
-        self._resistance = VOLTAGE_SAG_AT_1C * robot.battery.voltage / (robot.battery.capacity / 3600.0)
+        self._resistance = resistance(robot)
         self.charge = robot.battery.capacity
         self.voltage_share = 1.0
         """Share of the voltage that a weak battery has left."""

@@ -33,10 +33,15 @@ def driving_power(robot: Robot, mass: float) -> Result:
     )  # fmt: skip
 
 
+def standing_power(robot: Robot) -> float:
+    """Return the power that a standing robot draws from the battery, W."""
+    return robot.power.electronics / CONVERTER_EFFICIENCY
+
+
 def mean_power(robot: Robot, mass: float) -> Result:
     """Return the mean power of continuous driving with all electronics on, W."""
     motors, electronics = driving_power(robot, mass).value, robot.power.electronics
-    value = motors + electronics / CONVERTER_EFFICIENCY
+    value = motors + standing_power(robot)
     return calculated(
         "power from the battery", value, "W", "M + E / eta", SOURCE,
         M=motors, E=electronics, eta=CONVERTER_EFFICIENCY,

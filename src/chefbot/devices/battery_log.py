@@ -1,0 +1,88 @@
+"""Persistence of what the battery monitor has learnt about a built robot: consumption and charge."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.devices.stop_memory import state_folder
+from chefbot.msgs.chefbot_msgs import BatteryLog
+from chefbot.msgs.std_msgs import String
+from chefbot.runtime.node import Device, In, Out, topic
+from chefbot.storage.atomic_files import StorageError, make_folder, write_atomic
+
+MAX_SIZE = 10_000
+"""Size of a file above which it is no log, bytes."""
+BROKEN = "{}: {}; the battery's consumption is that of the robot's sizing until it is learnt again."
+
+
+class LogFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Content of the file: W, J per metre, s per metre, charge 0..1 (also by voltage alone), times learnt."""
+
+    standing_power: Annotated[float, Meta(gt=0, le=10_000)]
+    energy_per_metre: Annotated[float, Meta(gt=0, le=100_000)]
+    seconds_per_metre: Annotated[float, Meta(gt=0, le=10_000)]
+    charge: Annotated[float, Meta(ge=0, le=1)]
+    measured: Annotated[float, Meta(ge=0, le=1)]
+    windows: Annotated[int, Meta(ge=0, lt=2**32)]
+
+
+class BatteryLogParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Parameters of the battery log."""
+
+    robot: Annotated[str, Meta(description="its namespace; empty where there is none")] = ""
+
+
+class BatteryLogStore(Device):
+    """Publishes the stored log of the battery at the start, and stores each new one atomically."""
+
+    params: BatteryLogParams
+    log: In[BatteryLog] = topic("battery/log")
+    stored_log: Out[BatteryLog] = topic("battery/stored_log", latched=True)
+    remark: Out[String] = topic("battery_log/remark")
+
+    def start(self) -> None:
+        """Read the file; a damaged one is one sentence in the terminal, and the sizing is used."""
+        name = self.params.robot.strip("/").replace("/", "_") or "robot"
+        self._path = state_folder() / f"{name}.battery.json"
+        self._last_remark = ""
+        try:
+            stored = read_log(self._path)
+        except (OSError, msgspec.MsgspecError, ValueError) as error:
+            self._report(BROKEN.format(self._path, error))
+            return
+        if stored is not None:
+            message = BatteryLog(**msgspec.structs.asdict(stored))
+            self.post(partial(self.stored_log.publish, message))
+
+    def on_log(self, log: BatteryLog) -> None:
+        """Store a log; a full disk is reported once and costs only the log."""
+        try:
+            make_folder(self._path.parent)
+            write_atomic(self._path, log_text(log))
+        except StorageError as error:
+            self._report(f"Warning: what was learnt about the battery cannot be kept: {error}")
+
+    def _report(self, sentence: str) -> None:
+        if sentence != self._last_remark:
+            self._last_remark = sentence
+            self.post(partial(self.remark.publish, String(sentence)))
+
+
+def read_log(path: Path) -> LogFile | None:
+    """Read a log; None if there is none. Raises OSError, ValueError and MsgspecError if it cannot be read."""
+    if not path.exists():
+        return None
+    if path.stat().st_size > MAX_SIZE:
+        raise ValueError("the file is too large for a log")
+    return msgspec.json.decode(path.read_bytes(), type=LogFile)
+
+
+def log_text(log: BatteryLog) -> bytes:
+    """Return the content of the file for a log."""
+    values = {name: getattr(log, name) for name in LogFile.__struct_fields__}
+    return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"

@@ -1,0 +1,88 @@
+"""What a delivery round knows of its ways: their lengths on the map, and the nearest place to park."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.delivery.energy_forecast import EnergyForecast, Stop
+from chefbot.delivery.params import DeliveryParams
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import BatteryStatus, Places
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import Header
+from chefbot.planning.parking import ParkingSearch
+from chefbot.planning.route_lengths import RouteLengths
+from chefbot.runtime.node import In, Node
+from chefbot.runtime.transform_buffer import TransformError
+
+
+class DeliveryEnergyNode(Node):
+    """Base class of a node that compares ways with the energy of the battery."""
+
+    params: DeliveryParams
+    map: In[OccupancyGrid]
+    places: In[Places]
+    battery_status: In[BatteryStatus]
+
+    def start(self) -> None:
+        """Start without ways, until the first map."""
+        self._routes: RouteLengths | None = None
+        self._parking: ParkingSearch | None = None
+        self._forecast = EnergyForecast(self._length, self.params.stop_time)
+
+    def on_map(self, _: OccupancyGrid) -> None:
+        """Measure the ways again on the next request."""
+        self._routes = self._parking = None
+
+    def on_places(self, _: Places) -> None:
+        """Look for parking places away from the new places."""
+        self._parking = None
+
+    def _length(self, stops: tuple[Stop, ...]) -> float:
+        """Return the length of the way from the robot over the stops, m; NaN without a map or a pose."""
+        routes, robot = self._route_lengths(), self._robot_pose()
+        poses = self._poses()
+        known = [stop if isinstance(stop, PoseStamped) else poses.get(stop) for stop in stops]
+        if routes is None or robot is None or None in known:
+            return math.nan
+        way = [robot, *(pose.pose.se2 for pose in known if pose is not None)]
+        return sum(routes.between(a, b) for a, b in pairwise(way))
+
+    def _parking_place(self) -> tuple[PoseStamped, float] | None:
+        """Return the nearest place to park and the way to it, m."""
+        routes, robot = self._route_lengths(), self._robot_pose()
+        if routes is None or robot is None or self.map.last is None:
+            return None
+        if self._parking is None:
+            served = tuple(p.pose.se2 for name, p in self._poses().items() if name != self.params.home)
+            self._parking = ParkingSearch(self.map.last.grid, self.robot.circumscribed_radius, served)
+        lengths = routes.table(robot)
+        routes.forget(robot)
+        place = self._parking.nearest(lengths) if lengths is not None else None
+        if place is None:
+            return None
+        return PoseStamped(Header.of(self.now_ns, "map"), Pose.of(place.pose)), place.length
+
+    def _poses(self) -> dict[str, PoseStamped]:
+        return {place.name: place.pose for place in self.places.last.places} if self.places.last else {}
+
+    def _route_lengths(self) -> RouteLengths | None:
+        if self._routes is None and self.map.last is not None:
+            costs = LayeredCostmap(
+                CostmapParams(),
+                self.robot.footprint,
+                avoid_unknown=self.robot.sensors.forward_sensing_only,
+            )
+            costs.set_static(self.map.last.grid)
+            self._routes = RouteLengths(costs.update())
+        return self._routes
+
+    def _robot_pose(self) -> SE2 | None:
+        try:
+            return self.tf.lookup("map", "base_link")
+        except TransformError:
+            return None

@@ -1,0 +1,60 @@
+"""Lengths of ways on the map, from cost-to-come tables that are kept for each place."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.costs import Costmap
+from chefbot.maths.se2 import SE2
+from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.planner import PlanningError
+
+TOLERANCE = 0.6
+"""Distance from a pose within which the nearest reachable cell counts, m: tables are within the inflation."""
+DETOUR = 1.5
+"""Ratio of a way to the straight line where the map shows no way: a door that is closed on it, an unmapped room."""
+
+
+class RouteLengths:
+    """Lengths on a costmap of the map without obstacles that may leave.
+
+    A length is the cost-to-come of the planner in metres: near walls it is more than the way, never less.
+    """
+
+    def __init__(self, costmap: Costmap, planner: GridPlanner | None = None) -> None:
+        self._costmap, self._planner = costmap, planner or GridPlanner()
+        self._tables: dict[SE2, NDArray[np.float32] | None] = {}
+
+    def between(self, a: SE2, b: SE2) -> float:
+        """Return the length of the way between two poses, m; that of `b` is kept for the next request."""
+        table = self.table(b)
+        length = math.inf if table is None else self._lowest_near(table, a)
+        return length if math.isfinite(length) else DETOUR * a.distance(b)
+
+    def table(self, pose: SE2) -> NDArray[np.float32] | None:
+        """Return the lengths (h, w) from a pose to all cells, inf where there is no way; None outside the map."""
+        if pose not in self._tables:
+            try:
+                self._tables[pose] = self._planner.potential(self._costmap, pose).copy()
+            except PlanningError:
+                self._tables[pose] = None
+        return self._tables[pose]
+
+    def forget(self, pose: SE2) -> None:
+        """Drop the table of a pose that will not be asked for again."""
+        self._tables.pop(pose, None)
+
+    def _lowest_near(self, table: NDArray[np.float32], pose: SE2) -> float:
+        row, column = self._costmap.cell(pose.x, pose.y)
+        reach = math.ceil(TOLERANCE / self._costmap.resolution)
+        window = table[max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1]
+        rows, columns = np.indices(window.shape)
+        apart = np.hypot(rows - min(row, reach), columns - min(column, reach))
+        near = np.where(np.isfinite(window) & (apart <= reach), apart, math.inf)
+        if not near.size or not np.isfinite(near).any():
+            return math.inf
+        best = np.unravel_index(np.argmin(near), near.shape)
+        return float(window[best]) + float(near[best]) * self._costmap.resolution

@@ -1,0 +1,58 @@
+"""The watch over localization: no way of more than 0.5 m on a pose that nobody confirms."""
+
+from __future__ import annotations
+
+import pytest
+
+from chefbot.control.localization_watch import MAX_UNCONFIRMED_WAY, SILENT, LocalizationWatch
+from chefbot.control.waiting_state import LOST
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import LocalizationStatus
+from chefbot.msgs.std_msgs import Header
+
+
+def status(localized: bool) -> LocalizationStatus:
+    return LocalizationStatus(Header(), localized)
+
+
+def at(x: float) -> SE2:
+    return SE2(x, 0.0, 0.0)
+
+
+def test_without_localization_there_is_nothing_to_lose() -> None:
+    watch = LocalizationWatch()
+    assert not any(watch.reason(None, at(0.3 * i)) for i in range(10))
+
+
+def test_a_lost_robot_stands_at_once() -> None:
+    watch = LocalizationWatch()
+    assert watch.reason(status(False), at(0.0)) == LOST
+    assert not watch.reason(status(True), at(0.0))
+
+
+@pytest.mark.parametrize("step", [0.02, 0.1])
+def test_a_silent_localization_stops_the_robot(step: float) -> None:
+    watch, fine = LocalizationWatch(), status(True)
+    way = [i * step for i in range(100)]
+    stops = next(x for x in way if watch.reason(fine, at(x)))
+    assert MAX_UNCONFIRMED_WAY < stops <= MAX_UNCONFIRMED_WAY + 2.0 * step
+    assert watch.reason(fine, at(stops)) == SILENT.format(MAX_UNCONFIRMED_WAY)
+    assert not watch.reason(status(True), at(stops))
+
+
+def test_updates_along_the_way_keep_the_robot_driving() -> None:
+    watch, last = LocalizationWatch(), status(True)
+    for i in range(100):
+        last = status(True) if i % 5 == 0 else last
+        assert not watch.reason(last, at(0.05 * i))
+
+
+def test_standing_and_turning_need_no_updates() -> None:
+    watch, fine = LocalizationWatch(), status(True)
+    assert not any(watch.reason(fine, SE2(1.0, 2.0, 0.1 * i)) for i in range(1000))
+
+
+def test_a_way_by_teleoperation_does_not_count_afterwards() -> None:
+    watch = LocalizationWatch()
+    watch.reason(status(True), at(0.0))
+    assert not watch.reason(status(True), at(5.0))

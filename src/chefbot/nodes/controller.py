@@ -8,7 +8,7 @@ from functools import partial
 from chefbot.control.controller import Controller
 from chefbot.control.controller_params import CONTROL_PERIOD, CONTROL_RATE, LIVE_PARAMS, ControllerParams
 from chefbot.control.path_follower import FollowPathError, PathFollower, failed_path
-from chefbot.control.waiting_state import lost_reason
+from chefbot.control.waiting_state import lost_reason, silent_reason
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
@@ -42,8 +42,8 @@ class ControllerNode(BehaviorServerNode):
     """Serves follow_path and three motions in the frame `odom`.
 
     It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
-    while localization, if there is one, has converged. Otherwise it stands still, publishes the reason on `standing`
-    (empty while it does not wait), and resumes by itself.
+    while localization, if there is one, has converged and sends its pose. Otherwise it stands still, publishes the
+    reason on `standing` (empty while it does not wait), and resumes by itself.
     """
 
     live_params = (*LocalCostmapNode.live_params, *LIVE_PARAMS)
@@ -107,8 +107,7 @@ class ControllerNode(BehaviorServerNode):
         if not self.is_active or pose is None:
             return  # no goal, or no odometry yet: the base stands still
         costs = self._costs_around(pose)
-        lost = lost_reason(self.localization_status.last) if self._motion is None else ""
-        reason = self._sensors.fault(self.now_ns, pose) or lost
+        reason = self._sensors.fault(self.now_ns, pose) or ("" if self._motion else self._lost_reason())
         if reason:
             self._follower.pause()
             sentence = self._wait(reason, CONTROL_PERIOD)
@@ -118,6 +117,11 @@ class ControllerNode(BehaviorServerNode):
             self._step_motion(pose, costs, self._sensors.blind_ahead(pose, costs), CONTROL_PERIOD)
         elif self._following is not None:
             self._step_path(self._following, pose, costs)
+
+    def _lost_reason(self) -> str:
+        """Return why the pose on the map is not known, or an empty string."""
+        silent = silent_reason(self.tf.newest_ns("odom"), self.now_ns)
+        return lost_reason(self.localization_status.last) or silent
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
         present = self.cmd_vel.last or Twist()

@@ -18,6 +18,11 @@ from chefbot.runtime.node import In, Out, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
+PLANNER_TIMEOUT = 10.0
+"""Time in which the planner has to answer, s."""
+PLANNER_SILENT = f"The planner has not answered for {PLANNER_TIMEOUT:.0f} s."
+TIMEOUT = 207
+"""Error code of nav2_msgs/action/ComputePathToPose: the planner has exceeded its time."""
 PATIENCE_EXCEEDED, NO_VALID_CONTROL = 104, 106
 """Error codes of nav2_msgs/action/FollowPath: not localized in time; here also: the emergency stop is active."""
 
@@ -123,7 +128,7 @@ class NavigatorNode(RecoveryBehaviorsNode):
                     if fault:
                         return PATIENCE_EXCEEDED, fault
                 # plan
-                planned = await self.compute_path_to_pose.call(nav2.ComputePathToPose_Goal(goal))
+                planned = await self._plan(goal)
                 if planned.error_code != 0:
                     return planned.error_code, planned.error_msg
                 self._publish_status("driving", "")
@@ -136,6 +141,15 @@ class NavigatorNode(RecoveryBehaviorsNode):
         finally:
             if following is not None:
                 following.discard()
+
+    async def _plan(self, goal: PoseStamped) -> nav2.ComputePathToPose_Result:
+        """Return the planner's result, or an error if there is none in time."""
+        planning = self.compute_path_to_pose.call(nav2.ComputePathToPose_Goal(goal))
+        await wait_any(planning, self.sleep(PLANNER_TIMEOUT))
+        if planning.done:
+            return planning.result()
+        planning.discard()
+        return nav2.ComputePathToPose_Result(error_code=TIMEOUT, error_msg=PLANNER_SILENT)
 
     def _current_pose(self) -> PoseStamped:
         try:

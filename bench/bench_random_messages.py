@@ -1,8 +1,8 @@
 """Random legal messages on all inputs of all launches: exits, signals, and the CPU time of each callback.
 
-COUNT messages are divided among the built-in launches, two robots and processes of at most PER_RUN messages, each with
-a seed of its own. Results are appended to FILE, one line of JSON for each process, and what is in FILE already is not
-run again. So ten million messages, which take hours, can be published in parts and on several computers:
+COUNT messages are divided among the built-in launches, two robots and processes of at most PER_RUN messages, each
+with a seed of its own. Results are appended to FILE, one line of JSON for each process, and what is in FILE
+already is not run again. So ten million messages, which take hours, can be published in parts, on several computers:
 
     python bench/bench_random_messages.py --count 10000000 --minutes 60 --out runs/random_messages.jsonl
 

@@ -1,4 +1,4 @@
-"""Tests that no random message on an input of any launch ends or blocks it, and that the robot navigates afterwards."""
+"""Tests that no random message on an input of any launch ends or blocks it, and that the robot drives afterwards."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from chefbot.sim.world.load import load_any_world
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 from tests.chaos.launch_process import free_port
-from tests.chaos.random_messages import LIMIT_MS, MAIN_LAUNCHES
+from tests.chaos.random_messages import LIMIT_MS, LIMITS_MS, MAIN_LAUNCHES
 
 CPU_PER_MESSAGE, MIN_CPU = 1.0, 600.0
 """CPU time of a run in seconds: hundreds of times what it needs, but less than a loop over 1e10 cells takes."""
 TOLERANCE = 5.0
-"""Factor on LIMIT_MS, since CPU time depends on the processor and on what shares its caches."""
+"""Factor on the limits, since CPU time depends on the processor and on what shares its caches."""
 ARRIVED = 0.3
 TOTAL = 100_000
 """Number of messages of one run of the tests."""
@@ -61,7 +61,12 @@ def publish_random_messages(launch: str, robot: str, count: int, room: Path, *mo
     assert result["accepted"] > 0.4 * count  # most have to pass the bridge's checks, to test the nodes
     assert result["invalid_own"] == {}
     assert result["unexpected"] == 0, result["faults"]
-    assert max(result["worst_ms"].values()) < TOLERANCE * LIMIT_MS, result["slow"]
+    slow = {
+        name: worst
+        for name, worst in result["worst_ms"].items()
+        if worst > TOLERANCE * LIMITS_MS.get(name, LIMIT_MS)
+    }
+    assert not slow, result["slow"]
     return result
 
 

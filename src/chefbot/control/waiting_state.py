@@ -19,13 +19,13 @@ class WaitTimeoutError(ChefbotError):
     """Raised when the robot has waited for WAIT_TIMEOUT seconds."""
 
 
-def lost_reason(status: LocalizationStatus | None) -> str:
-    """Return LOST if localization, if there is one, has not converged, else an empty string."""
-    return LOST if status is not None and not status.localized else ""
+def lost_reason(status: LocalizationStatus | None, pose_ns: int | None, now_ns: int) -> str:
+    """Return why the pose on the map is not known, or an empty string.
 
-
-def silent_reason(pose_ns: int | None, now_ns: int) -> str:
-    """Return SILENT if the newest transform map -> odom, if there is one, is too old, else an empty string."""
+    pose_ns: stamp of the newest transform map -> odom, None if it is fixed or not published.
+    """
+    if status is not None and not status.localized:
+        return LOST
     return SILENT if pose_ns is not None and now_ns - pose_ns > MAX_POSE_AGE_NS else ""
 
 

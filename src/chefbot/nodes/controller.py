@@ -8,7 +8,7 @@ from functools import partial
 from chefbot.control.controller import Controller
 from chefbot.control.controller_params import CONTROL_PERIOD, CONTROL_RATE, LIVE_PARAMS, ControllerParams
 from chefbot.control.path_follower import FollowPathError, PathFollower, failed_path
-from chefbot.control.waiting_state import lost_reason, silent_reason
+from chefbot.control.waiting_state import lost_reason
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
@@ -107,7 +107,8 @@ class ControllerNode(BehaviorServerNode):
         if not self.is_active or pose is None:
             return  # no goal, or no odometry yet: the base stands still
         costs = self._costs_around(pose)
-        reason = self._sensors.fault(self.now_ns, pose) or ("" if self._motion else self._lost_reason())
+        lost = lost_reason(self.localization_status.last, self.tf.newest_ns("odom"), self.now_ns)
+        reason = self._sensors.fault(self.now_ns, pose) or (lost if self._motion is None else "")
         if reason:
             self._follower.pause()
             sentence = self._wait(reason, CONTROL_PERIOD)
@@ -117,11 +118,6 @@ class ControllerNode(BehaviorServerNode):
             self._step_motion(pose, costs, self._sensors.blind_ahead(pose, costs), CONTROL_PERIOD)
         elif self._following is not None:
             self._step_path(self._following, pose, costs)
-
-    def _lost_reason(self) -> str:
-        """Return why the pose on the map is not known, or an empty string."""
-        silent = silent_reason(self.tf.newest_ns("odom"), self.now_ns)
-        return lost_reason(self.localization_status.last) or silent
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
         present = self.cmd_vel.last or Twist()

@@ -11,23 +11,18 @@ from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
-from chefbot.nodes.recovery_behaviors import RecoveryBehaviorsNode
+from chefbot.nodes.path_request import PathRequestNode
 from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.coroutines import Cancelled, Future, wait_any
 from chefbot.runtime.node import In, Out, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
-PLANNER_TIMEOUT = 10.0
-"""Time in which the planner has to answer, s."""
-PLANNER_SILENT = f"The planner has not answered for {PLANNER_TIMEOUT:.0f} s."
-TIMEOUT = 207
-"""Error code of nav2_msgs/action/ComputePathToPose: the planner has exceeded its time."""
 PATIENCE_EXCEEDED, NO_VALID_CONTROL = 104, 106
 """Error codes of nav2_msgs/action/FollowPath: not localized in time; here also: the emergency stop is active."""
 
 
-class NavigatorNode(RecoveryBehaviorsNode):
+class NavigatorNode(PathRequestNode):
     """Serves navigate_to_pose; also accepts goals on the topic `goal_pose`, as RViz publishes them."""
 
     live_params = ("*",)  # from the next plan or recovery on
@@ -37,7 +32,6 @@ class NavigatorNode(RecoveryBehaviorsNode):
     emergency_stop: In[Bool]
     standing: In[String] = topic("controller/standing")
     navigate_to_pose = action_server(nav2.NavigateToPose)
-    compute_path_to_pose = action_client(nav2.ComputePathToPose)
     follow_path = action_client(nav2.FollowPath)
     navigate_to_pose_client = action_client(nav2.NavigateToPose, "navigate_to_pose")
     navigation_status: Out[NavigationStatus] = topic(latched=True)
@@ -141,15 +135,6 @@ class NavigatorNode(RecoveryBehaviorsNode):
         finally:
             if following is not None:
                 following.discard()
-
-    async def _plan(self, goal: PoseStamped) -> nav2.ComputePathToPose_Result:
-        """Return the planner's result, or an error if there is none in time."""
-        planning = self.compute_path_to_pose.call(nav2.ComputePathToPose_Goal(goal))
-        await wait_any(planning, self.sleep(PLANNER_TIMEOUT))
-        if planning.done:
-            return planning.result()
-        planning.discard()
-        return nav2.ComputePathToPose_Result(error_code=TIMEOUT, error_msg=PLANNER_SILENT)
 
     def _current_pose(self) -> PoseStamped:
         try:

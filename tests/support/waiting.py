@@ -20,7 +20,7 @@ def in_time(took: float, limit: float) -> bool:
     return took <= limit or not QUIET
 
 
-LOADED_FACTOR = 5.0
+LOADED_FACTOR = 10.0
 """Factor on limits of simulated time where other processes compete for the processors."""
 
 

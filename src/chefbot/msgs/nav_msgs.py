@@ -30,6 +30,9 @@ MIN_RESOLUTION, MAX_RESOLUTION = 1e-3, 100.0
 """Bounds of a map's resolution, m per cell; inflation of a finer map would take too long."""
 MAX_MAP_AREA = 500_000.0
 """Maximum area of a map, m^2: localization keeps a likelihood field of it."""
+MAX_CELLS_PER_RESOLUTION = 5e8
+"""Maximum number of cells divided by the resolution, 1/m: the work of inflation and of a likelihood field, which
+reach over metres, is proportional to it. At 5 cm it allows 250 m by 250 m, which takes about a second."""
 MAX_PATH_LENGTH = 10_000.0
 """Maximum length of a path, m; a controller samples it every centimetre."""
 MAX_POSES = 100_000
@@ -44,6 +47,8 @@ def map_cells(grid: Any) -> str:
     area = info.width * info.height * info.resolution**2
     if area > MAX_MAP_AREA:
         return f"info: the map covers {area:.6g} square metres, at most {MAX_MAP_AREA:g} can be used"
+    if info.width * info.height > MAX_CELLS_PER_RESOLUTION * info.resolution:
+        return f"info: {info.width} x {info.height} cells of {info.resolution:g} m take too long; use larger cells"
     if n != info.width * info.height:
         return f"data has {n} cells, but the map has {info.width} x {info.height}"
     if grid.data.min() < -1 or grid.data.max() > 100:

@@ -1,6 +1,6 @@
 """Random legal messages on all inputs of all launches: exits, signals, and the CPU time of each callback.
 
-COUNT messages are divided among the built-in launches, two robots and processes of at most PER_RUN messages, each
+COUNT messages are divided among the built-in launches, three robots and processes of at most PER_RUN messages, each
 with a seed of its own. Results are appended to FILE, one line of JSON for each process, and what is in FILE
 already is not run again. So ten million messages, which take hours, can be published in parts, on several computers:
 
@@ -36,7 +36,7 @@ from chefbot.storage.map_files import save_map  # noqa: E402
 from chefbot.storage.places import places_path, save_places  # noqa: E402
 
 PER_RUN = 20_000
-ROBOTS = ("chefbot_lidar", "chefbot")
+ROBOTS = ("chefbot_lidar", "chefbot", "jackal")
 MAIN_WEIGHT = 8
 """Weight of the launches that contain all nodes, against 1 of each other launch."""
 

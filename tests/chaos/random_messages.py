@@ -74,9 +74,10 @@ LIMITS_MS = {
     "amcl <- reinitialize_global_localization": 1000.0,
     "finder <- scan": 2000.0,
     "gmapping <- scan": 500.0,
+    "calibrator <- scan": 1000.0,
 }
-"""Limits of callbacks that compute longer by design: global localization weighs 400,000 particles once, and a scan
-that fits nowhere makes the mapper search all its particles. Launches of a robot give both a process of their own."""
+"""Limits of callbacks that compute longer by design: global localization weighs 400,000 particles once, a scan that
+fits nowhere makes the mapper search all its particles, and the calibrator matches scans while the robot stands."""
 HARDWARE = ("motor_board", "keyboard", "gamepad", "remote_drive", "viewer")
 """Modules of devices that are left out, because they need a board, a terminal, a gamepad or a running robot."""
 MUTATED_SHARE = 0.6

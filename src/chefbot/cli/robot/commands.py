@@ -12,9 +12,7 @@ from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import AS_JSON, KEY_VALUES, ROBOT_ARGUMENT, ROBOT_OPTION
 from chefbot.cli.robot.export_commands import export_app
 
-robot_app = new_group(
-    "Robot file: design, generate, check, draw, export, calibrate; start with the computer."
-)
+robot_app = new_group("Robot file: design, generate, check, draw, export, calibrate.")
 
 
 @robot_app.command("list")

@@ -27,7 +27,7 @@ PERIOD = WATCHDOG_TIMEOUT / 8.0
 
 
 class ServiceManager:
-    """Tells the service manager that the launch is ready, that its loop progresses, and that it ends."""
+    """Reports to the service manager that the launch is ready, that its loop progresses, and that it ends."""
 
     def __init__(self, address: str) -> None:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)

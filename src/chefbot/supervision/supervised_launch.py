@@ -1,6 +1,6 @@
 """A parent process for a launch: it starts it again when it has crashed or hangs.
 
-It speaks the protocol of systemd with the launch, for computers and containers without it.
+It uses the protocol of systemd, for computers and containers without it.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ START_TIMEOUT = 600.0
 PERIOD = 0.05
 """Period of the checks, s."""
 FORWARD_DELAY = 1.0
-"""Time in which the launch has to end after Ctrl-C before it is told to, s: a terminal tells all its processes."""
+"""Time in which the launch has to end after Ctrl-C before the signal is passed on, s: a terminal sends it to all."""
 END_TIMEOUT = 10.0
 """Time in which the launch has to end after a request, s."""
 Log = Callable[[str], None]
 
 
 class SupervisedLaunch:
-    """One process of a launch, and what it has told about itself."""
+    """One process of a launch, and what it has reported."""
 
     def __init__(self, command: Sequence[str], address: Path, receiver: socket.socket) -> None:
         self._receiver = receiver
         self._receive()  # messages of the process before
         self.process = subprocess.Popen(command, env={**os.environ, SOCKET_VARIABLE: str(address)})
-        self.started_at = self._heard_at = time.monotonic()
+        self.started_at = self._reported_at = time.monotonic()
         self.ready = self.stopping = False
 
     def poll(self) -> int | None:
         """Return its exit code if it has ended; kill it if it hangs."""
         for message in self._receive():
-            self._heard_at = time.monotonic()
+            self._reported_at = time.monotonic()
             self.ready |= message == READY
             self.stopping |= message == STOPPING
         if self.hangs:
@@ -62,9 +62,9 @@ class SupervisedLaunch:
 
     @property
     def hangs(self) -> bool:
-        """Whether it has told nothing for too long."""
+        """Whether it has reported nothing for too long."""
         limit = WATCHDOG_TIMEOUT if self.ready else START_TIMEOUT
-        return not self.stopping and time.monotonic() - self._heard_at > limit
+        return not self.stopping and time.monotonic() - self._reported_at > limit
 
     def has_crashed(self, code: int) -> bool:
         """Return whether an end with this exit code is no orderly one."""

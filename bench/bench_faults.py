@@ -87,8 +87,10 @@ class FaultRecord:
             for status in message.status:
                 if status.level and status.message:
                     self._add(status.message, time)
-        elif publication.topic == "simulation/remark":
+        elif publication.topic in ("simulation/remark", "base/remark"):
             self._add(message.data, time)
+        elif publication.topic == "navigation_status" and message.reason:
+            self._add(message.reason, time)
 
     def _add(self, text: str, time: float) -> None:
         if time >= AT:

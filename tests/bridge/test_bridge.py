@@ -44,6 +44,7 @@ from chefbot.ros2.rmw.names import InterfaceType, topic_key
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import CLOCK, ROSOUT, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
+from chefbot.runtime.node_restart import RECOVER_TOPIC
 from chefbot.runtime.replay import Replay, read_log
 
 
@@ -315,6 +316,23 @@ def test_parameters_are_set_where_the_node_allows_it(port: int, monkeypatch: pyt
         assert answer.results[0].successful
         assert one.system.nodes["counter"].params.step == 5.0
         assert events.get(timeout=PATIENCE).changed_parameters[0].name == "step"
+
+
+def test_parameters_are_those_of_a_node_created_again(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    from tests.runtime.toys import Counter
+
+    monkeypatch.setattr(Counter, "live_params", ("step",))
+    with running(port, "counter") as one:
+        setter = one.outsider.client("/counter/set_parameters", SetParameters)
+        getter = one.outsider.client("/counter/get_parameters", GetParameters)
+        wait_for(lambda: setter.server_is_ready and getter.server_is_ready)
+        first, loop = one.system.nodes["counter"], one.system.loop
+        loop.post(lambda: loop.publish(RECOVER_TOPIC, String("counter"), "test", from_device=True))
+        wait_for(lambda: one.system.nodes["counter"] is not first)
+        value = ParameterValue(DOUBLE, double_value=5.0)
+        answer = setter.call(SetParameters_Request((Parameter("step", value),)), PATIENCE)
+        assert answer.results[0].successful
+        assert getter.call(GetParameters_Request(("step",)), PATIENCE).values[0].double_value == 5.0
 
 
 def test_a_run_with_external_nodes_replays_bit_identically(port: int, tmp_path: Path) -> None:

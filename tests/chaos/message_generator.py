@@ -10,10 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.geometry_msgs import Quaternion
+from chefbot.msgs.geometry_msgs import (
+    Point,
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    Quaternion,
+    Twist,
+    TwistWithCovariance,
+)
 from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of
 from chefbot.msgs.idl.message import Message
-from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
+from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid, Path
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header
 
@@ -35,6 +43,8 @@ TEXTS = (
     ),
 )
 LENGTHS = (0, 1, 2, 3, 9, 36, 100, 360, 1000, 5000)
+AT_LIMIT = 0.3
+"""Share of the numbers with bounds that are at one of them."""
 PLAUSIBLE = 0.85
 """Share of the fields whose value is plausible."""
 
@@ -51,7 +61,14 @@ class MessageGenerator:
             message = self._consistent(kind)
             if message is not None:
                 return self.mutate(cast(M, message)) if self._rng.random() < 0.5 else cast(M, message)
-        return kind(*(self._value(field) for field in fields_of(kind)))
+        return kind(*(self._limit(kind, field) or self._value(field) for field in fields_of(kind)))
+
+    def _limit(self, kind: type[Message], field: MessageField) -> Any:
+        """Return, for some of the numbers with bounds, one of the bounds; else None."""
+        limits = kind.BOUNDS.get(field.name)
+        if limits is None or self._rng.random() > AT_LIMIT:
+            return None
+        return limits[self._rng.integers(2)]
 
     def mutate(self, message: M) -> M:
         """Return a copy in which one field, at any depth, has another value, mostly an absurd one."""
@@ -67,7 +84,7 @@ class MessageGenerator:
             new = old.copy()
             new[self._rng.integers(len(old))] = self._number(field.element, 0.1)
         else:
-            new = self._value(field, 0.2)
+            new = self._limit(type(message), field) or self._value(field, 0.2)
         return msgspec.structs.replace(message, **{field.name: new})
 
     def _value(self, field: MessageField, plausible: float = PLAUSIBLE) -> Any:
@@ -129,11 +146,33 @@ class MessageGenerator:
             ObstacleScan: self._obstacles,
             OccupancyGrid: self._grid,
             Image: self._image,
+            PoseWithCovariance: self._pose_with_covariance,
+            TwistWithCovariance: self._twist_with_covariance,
+            Path: self._path,
         }
         return generators[kind]() if kind in generators else None
 
     def _quaternion(self) -> Quaternion:
         return Quaternion.of_yaw(float(self._rng.uniform(-4.0, 4.0)))
+
+    def _covariance(self) -> NDArray[np.float64]:
+        """Return a covariance matrix (36,) with variances from 1e-12 to 1e12, some of them zero."""
+        root = np.tril(self._rng.normal(size=(6, 6)))
+        root *= 10.0 ** self._rng.uniform(-6.0, 5.5, (6, 1)) * (self._rng.random((6, 1)) < 0.9)
+        matrix: NDArray[np.float64] = root @ root.T
+        return (0.5 * (matrix + matrix.T)).reshape(36)
+
+    def _pose_with_covariance(self) -> PoseWithCovariance:
+        return PoseWithCovariance(self.generate(Pose), self._covariance())
+
+    def _twist_with_covariance(self) -> TwistWithCovariance:
+        return TwistWithCovariance(self.generate(Twist), self._covariance())
+
+    def _path(self) -> Path:
+        steps = self._rng.normal(0.0, float(self._pick((0.01, 0.1, 10.0))), (int(self._pick(LENGTHS[:7])), 2))
+        header = self.generate(Header)
+        poses = [Pose(Point(x, y), self._quaternion()) for x, y in steps.cumsum(axis=0).tolist()]
+        return Path(header, tuple(PoseStamped(header, pose) for pose in poses))
 
     def _ranges(self, n: int) -> NDArray[np.float32]:
         return self._numbers("float32", n, 0.5)

@@ -10,20 +10,26 @@ from __future__ import annotations
 import argparse
 import faulthandler
 import json
+import os
 import resource
 import signal
 import sys
+import tempfile
+import time
 from collections import Counter
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
 import numpy as np
 
 from chefbot.bridge.inbox import WIRE_PUBLISHER
 from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS
 from chefbot.bridge.ports import ports_of
+from chefbot.devices.stop_memory import VARIABLE
 from chefbot.launcher.session import session, start
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.action_msgs import CancelGoal_Request
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.errors import InvalidMessageError
@@ -42,9 +48,14 @@ from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.msgs.validity import check, check_stamp
 from chefbot.robot.load import load_robot
-from chefbot.runtime.launch import load_launch
+from chefbot.runtime.launch import Launch, load_launch
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node_container import NodeContainer
+from tests.chaos.callback_cpu_time import (
+    callbacks_measured_in_cpu_time,
+    is_of_the_robot,
+    worst_callbacks,
+)
 from tests.chaos.message_generator import MessageGenerator
 
 SECOND = 1_000_000_000
@@ -54,6 +65,21 @@ STEP_NS = 50_000_000
 WARM_UP = 3.0
 RECOVERY_TIME, GOAL_TIMEOUT = 10.0, 60.0
 """Seconds of simulated time after the random messages, for recovery and to reach a goal."""
+MAIN_LAUNCHES = ("waiter", "explore", "amcl_demo", "gmapping_demo", "calibrate_sim")
+"""Launches that together contain all nodes of the robot."""
+LIMIT_MS = 50.0
+"""CPU time of a callback above which it is reported with the messages that were published before, ms."""
+LIMITS_MS = {
+    "amcl <- scan": 2000.0,
+    "amcl <- reinitialize_global_localization": 1000.0,
+    "finder <- scan": 2000.0,
+    "gmapping <- scan": 500.0,
+    "calibrator <- scan": 1000.0,
+}
+"""Limits of callbacks that compute longer by design: global localization weighs 400,000 particles once, a scan that
+fits nowhere makes the mapper search all its particles, and the calibrator matches scans while the robot stands."""
+HARDWARE = ("motor_board", "keyboard", "gamepad", "remote_drive", "viewer")
+"""Modules of devices that are left out, because they need a board, a terminal, a gamepad or a running robot."""
 MUTATED_SHARE = 0.6
 """Share of the messages that are mutations of a message that the launch has published; the others are generated."""
 WORLD_CHANGES = ("simulation/drop_box", "simulation/kidnap", "simulation/door")
@@ -76,14 +102,18 @@ class RandomMessages:
         self._rng = np.random.default_rng([seed, 1])
         self._seen: dict[str, Message] = {}
         self.truth = SE2(0.0, 0.0, 0.0)
-        self.static: dict[str, Message] = {}
-        self.map: Message | None = None
+        self.save: Path | None = None
+        """Folder for the messages before each slow callback."""
         self.navigation = NavigationStatus()
         self.counts: Counter[str] = Counter()
         self.rejected: Counter[str] = Counter()
         self.remarks: dict[str, int] = {}
         """The time at which each remark, state of navigation and diagnostic that is not OK was last published."""
         self.invalid_own: Counter[str] = Counter()
+        self.slow: dict[str, tuple[float, list[str]]] = {}
+        """By callback, the longest CPU time above its limit, ms, and the topics of the messages of its step."""
+        self._step: list[tuple[str, Message]] = []
+        self._worst_ns: dict[str, int] = {}
         system.loop.add_observer(self._observe)
 
     def _observe(self, publication: Publication) -> None:
@@ -124,6 +154,7 @@ class RandomMessages:
             found.update({port.name: port.kind for port in ports.subscriptions})
             for name, action in (*ports.action_servers, *ports.action_clients):
                 found[f"{name}/_action/send_goal"] = action.send_goal
+                found[f"{name}/_action/cancel_goal"] = CancelGoal_Request
                 found[f"{name}/_action/feedback"] = action.feedback_message
                 found[f"{name}/_action/get_result"] = action.outcome
         local = {name for name, kind in found.items() if name in LOCAL_TOPICS or kind in LOCAL_ONLY_TYPES}
@@ -135,14 +166,35 @@ class RandomMessages:
         targets, loop = self.targets(), self._system.loop
         for number in range(count):
             self._publish_one(targets[self._rng.integers(len(targets))])
-            if number % MESSAGES_PER_STEP == 0:
+            if number % MESSAGES_PER_STEP == 0 or number == count - 1:
+                print(f"at {loop.now_ns}: {' '.join(topic for topic, _ in self._step)}", file=sys.stderr)
                 loop.run(until_ns=loop.now_ns + STEP_NS)
-                print(json.dumps({"sent": number, "at": loop.now_ns / SECOND}), flush=True)
+                self._find_slow_callbacks()
+
+    def _find_slow_callbacks(self) -> None:
+        """Note the callbacks that took longer than ever before and than their limit in the last step."""
+        for name, timing in self._system.loop.timings.items():
+            worst_ns = timing.worst_ns
+            limit_ns = 1e6 * LIMITS_MS.get(name, LIMIT_MS)
+            if is_of_the_robot(timing) and worst_ns > max(self._worst_ns.get(name, 0), limit_ns):
+                self._worst_ns[name] = worst_ns
+                self.slow[name] = (round(worst_ns / 1e6, 1), [topic for topic, _ in self._step])
+                if self.save is not None:
+                    self._save_step(self.save / name.replace("/", "_"))
+        self._step.clear()
+
+    def _save_step(self, folder: Path) -> None:
+        """Write the messages of the last step, so that a slow callback can be examined."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for old in folder.iterdir():
+            old.unlink()
+        for number, (topic, message) in enumerate(self._step):
+            kind = f"{type(message).__module__.rpartition('.')[2]}.{type(message).__name__}"
+            (folder / f"{number:02} {topic.replace('/', '_')} {kind}").write_bytes(message.to_cdr())
 
     def _publish_one(self, target: Target) -> None:
         self.counts["sent"] += 1
         message = self._generate(target)
-        print(f"{target.topic} {type(message).__name__}", file=sys.stderr)
         try:
             message = target.kind.from_cdr(message.to_cdr())
             check(message)
@@ -152,6 +204,7 @@ class RandomMessages:
             self.rejected[f"{target.topic}: {error}"[:120]] += 1
             return
         self.counts["accepted"] += 1
+        self._step.append((target.topic, message))
         self._system.loop.publish(target.topic, message, WIRE_PUBLISHER, from_device=True)
 
     def _generate(self, target: Target) -> Message:
@@ -201,20 +254,39 @@ def _values(message: Any) -> Any:
     return (getattr(message, name) for name in message.__struct_fields__)
 
 
+def without_hardware(launch: Launch) -> Launch:
+    """Return the launch without the devices that do not exist on a computer without a robot."""
+    nodes = {
+        name: entry
+        for name, entry in launch.nodes.items()
+        if entry.kind.partition(":")[0].rpartition(".")[2] not in HARDWARE
+    }
+    return msgspec.structs.replace(launch, nodes=nodes)
+
+
 def main() -> None:
     """Run the launch of the options under random messages and print the result."""
-    options = _options()
+    with callbacks_measured_in_cpu_time():
+        print(json.dumps(run(_options())))
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Run the launch under random messages and return the result."""
     faulthandler.enable()
     faulthandler.register(signal.SIGUSR1)
     resource.setrlimit(resource.RLIMIT_CPU, (options.cpu, options.cpu))
+    os.environ[VARIABLE] = tempfile.mkdtemp(prefix="random_messages_")  # not the user's emergency stop
     arguments = {"world": "room", "people": "0", "pictures": "1", "headless": str(not options.web_ui).lower()}
     arguments |= {"robot": options.robot, "port": str(options.port)} | (
         {"map_file": str(options.map)} if options.map else {}
     )
     accepted = load_launch(options.launch).args
-    launch = load_launch(options.launch, {k: v for k, v in arguments.items() if k in accepted})
+    launch = without_hardware(
+        load_launch(options.launch, {k: v for k, v in arguments.items() if k in accepted})
+    )
     with session(load_robot(options.robot), options.seed, "simulation", 0.0, None) as system:
         messages = RandomMessages(system, options.seed, WORLD_CHANGES if options.goal else ())
+        messages.save = options.save
         static_transforms: list[Message] = []
         system.loop.add_observer(
             lambda publication: (
@@ -242,12 +314,11 @@ def main() -> None:
         assert system.faults is not None
         result["faults"] = dict(system.faults.counts)
         result["unexpected"] = system.faults.bug_count
-        result["worst"] = {
-            k: v.worst_ns / 1e9
-            for k, v in sorted(system.loop.timings.items(), key=lambda x: -x[1].worst_ns)[:8]
-        }
+        result["worst_ms"] = worst_callbacks(system.loop, 12)
+        result["slow"] = messages.slow
+        result["cpu_s"] = round(time.process_time(), 1)
         result["rejected"] = dict(messages.rejected.most_common(options.shown))
-    print(json.dumps(result))
+    return result
 
 
 def _options() -> argparse.Namespace:
@@ -263,6 +334,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--web-ui", action="store_true", help="serve the web UI")
     parser.add_argument("--port", type=int, default=18790, help="port of the web UI")
     parser.add_argument("--goal", action="store_true", help="send the robot to a goal afterwards")
+    parser.add_argument("--save", type=Path, help="folder for the messages before each slow callback")
     parser.add_argument("--shown", type=int, default=0, help="how many reasons of rejections to print")
     return parser.parse_args()
 

@@ -18,7 +18,7 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Float64
 from tests.chaos.delivery_launch import ARRIVED_M, DeliveryObserver, ProcessFault, localized_robot
 from tests.chaos.launch_process import report, run_chefbot, wait_for
-from tests.support.waiting import in_time
+from tests.support.waiting import in_simulated_time, in_time
 
 STOP_MS, BACK_S = 200.0, 5.0
 LONG_CALLBACK = """
@@ -36,7 +36,7 @@ def check_hang(observer: DeliveryObserver, process: str) -> None:
     fault = ProcessFault(observer, process, "hung")
     took = fault.wait_until_back()
     report(f"{process}: stopped {fault.stopped_ms:.0f} ms after it hung, back after {took:.1f} s")
-    assert in_time(fault.stopped_ms, STOP_MS) and in_time(took, BACK_S)
+    assert in_simulated_time(fault.stopped_ms, STOP_MS) and in_time(took, BACK_S)
 
 
 @pytest.mark.slow
@@ -48,7 +48,7 @@ def test_deliveries_succeed_while_each_process_hangs(tmp_path: Path) -> None:
         fault = ProcessFault(observer, "navigation", "hung")
         os.kill(fault.pid, signal.SIGCONT)
         report(f"drives again {wait_for(observer.drives):.2f} s after the process continues")
-        assert in_time(fault.stopped_ms, STOP_MS)
+        assert in_simulated_time(fault.stopped_ms, STOP_MS)
         assert observer.chefbot.child("navigation") == fault.pid
         for process in PROCESSES:
             check_hang(observer, process)

@@ -15,7 +15,7 @@ from chefbot.ros2.rmw.action_client import ActionClient
 from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
 from tests.chaos.launch_process import report, run_launch_file, wait_for
 from tests.support.processes import children_of, is_alive
-from tests.support.waiting import PATIENCE, in_time
+from tests.support.waiting import PATIENCE, in_simulated_time
 
 STOP_NS = 200_000_000
 """Simulated time at a real-time factor of 1; supervisor and base both work with a period of 50 ms."""
@@ -43,7 +43,7 @@ def test_robot_stops_when_the_controller_dies_and_resumes_later() -> None:
         stamps = [(speed.header.stamp.ns, speed.left) for speed in speeds]
         stopped_ns = next(stamp for stamp, left in stamps if stamp > killed_ns and left == 0.0)
         report(f"stopped {(stopped_ns - killed_ns) / 1e6:.0f} ms of simulated time after the kill")
-        assert in_time(stopped_ns - killed_ns, STOP_NS)
+        assert in_simulated_time(stopped_ns - killed_ns, STOP_NS)
         assert spinning.result.exception(PATIENCE) or spinning.result.result()[0] == STATUS_ABORTED
         wait_for(lambda: not spin.served or time.monotonic() - killed > 1.0)
         wait_for(lambda: spin.served)

@@ -95,3 +95,10 @@ def test_the_jackal_has_the_size_of_its_data_sheet() -> None:
     x, y = CORNERS[:, 0], CORNERS[:, 1]
     assert (np.ptp(x), np.ptp(y)) == pytest.approx((0.508, 0.430))
     assert JACKAL.inscribed_radius == pytest.approx(0.215)
+
+
+def test_many_turns_are_checked_as_one() -> None:
+    pose, turn = SE2(1.0, 1.0, 0.3), 2.0 * math.pi
+    costs = costmap([(SIDE // 2, column) for column in range(SIDE)])
+    assert costs.lethal_while_rotating(pose, 1e12) == costs.lethal_while_rotating(pose, turn)
+    assert costs.lethal_while_rotating(pose, -1e12) == costs.lethal_while_rotating(pose, -turn)

@@ -83,6 +83,7 @@ REFUSED: list[tuple[Message, str]] = [
     (grid(resolution=3e38), "info.resolution is 3e\\+38"),
     (grid(resolution=99.0), "info: the map covers"),
     (grid(value=101), "data holds cells that are neither"),
+    (grid(10_000, 10_000, 0, 0.001), "info: 10000 x 10000 cells of 0.001 m take too long"),
     (scan(angle_increment=3e38), "ranges span more than a turn|no measure"),
     (scan(angle_increment=0.0), "angle_increment is 0"),
     (scan(angle_max=1.0), "ranges has 360 elements, its angles say"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,6 +12,8 @@ from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus
 from chefbot.msgs.std_msgs import Header
 from chefbot.safety.stop_latch import (
+    BOARD_BACK,
+    BOARD_LOST,
     ESTOP_RESTORED,
     ESTOP_STATE_UNKNOWN,
     PRESSED,
@@ -91,3 +95,32 @@ def test_an_unknown_state_after_a_restart_counts_as_pressed() -> None:
     decision = StopLatch().restore_unknown(4)
     assert decision.halt and decision.status.active and decision.status.pressed_at.ns == 4
     assert decision.remark == ESTOP_STATE_UNKNOWN
+
+
+def test_it_is_held_while_the_board_is_lost() -> None:
+    latch = StopLatch()
+    assert latch.regain_board(1) is None  # at the start
+    lost = latch.lose_board(2)
+    assert lost is not None and lost.halt and lost.remark == BOARD_LOST and latch.status.pressed_at.ns == 2
+    assert latch.lose_board(3) is None
+    refused = latch.request(False, 4)
+    assert refused is not None and refused.status.active and refused.remark == BOARD_LOST
+    back = latch.regain_board(5)
+    assert back is not None and not back.halt and not latch.active and back.remark == BOARD_BACK
+    assert latch.regain_board(6) is None
+
+
+@pytest.mark.parametrize("press", [StopLatch.request, StopLatch.confirm])
+def test_a_press_while_it_is_held_counts(press: Callable[[StopLatch, bool, int], object]) -> None:
+    latch = StopLatch()
+    latch.lose_board(1)
+    assert press(latch, True, 2) is not None
+    assert latch.regain_board(3) is None and latch.active
+    latch.request(False, 4)
+    assert not latch.active
+
+
+def test_a_lost_board_changes_nothing_for_a_pressed_stop() -> None:
+    latch = StopLatch()
+    latch.request(True, 1)
+    assert latch.lose_board(2) is None and latch.regain_board(3) is None and latch.active

@@ -20,6 +20,15 @@ def in_time(took: float, limit: float) -> bool:
     return took <= limit or not QUIET
 
 
+LOADED_FACTOR = 10.0
+"""Factor on limits of simulated time where other processes compete for the processors."""
+
+
+def in_simulated_time(took: float, limit: float) -> bool:
+    """Return whether `took`, robot's time, is at most `limit`, or LOADED_FACTOR times it on a loaded machine."""
+    return took <= limit * (1.0 if QUIET else LOADED_FACTOR)
+
+
 def wait_for(condition: Callable[[], T], what: str = "it", patience: float = PATIENCE) -> T:
     """Return the value of `condition` as soon as it is true; AssertionError after `patience` seconds."""
     limit = time.monotonic() + patience

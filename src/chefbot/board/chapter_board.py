@@ -88,6 +88,11 @@ class ChapterLink:
         for pid in self._pids:
             pid.reset()
 
+    @property
+    def is_open(self) -> bool:
+        """Whether encoder ticks have been received since the serial connection was opened."""
+        return self._ticks is not None
+
     # -- from the board
 
     def receive_data(self, data: bytes, now_ns: int) -> list[Message]:

@@ -25,6 +25,10 @@ class MotorBoardLink(Protocol):
     def notice(self) -> str | None:
         """A warning about the board for the operator, None if there is none."""
 
+    @property
+    def is_open(self) -> bool:
+        """Whether the board answers and accepts commands."""
+
     def receive_data(self, data: bytes, now_ns: int) -> list[Message]:
         """Process bytes from the board and return the sensor messages in them."""
 
@@ -68,6 +72,11 @@ class BoardLink:
     def notice(self) -> str | None:
         """A warning that the firmware was built from another robot file, None if it was not."""
         return self.session.warning
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the handshake is complete and the session has not ended since."""
+        return self.session.is_open
 
     def receive_data(self, data: bytes, now_ns: int) -> list[Message]:
         """Process bytes from the board and return the messages of the accepted lines."""

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 from chefbot.bridge.inbox import WIRE_PUBLISHER, Inbox
-from chefbot.bridge.local_only import MAIN_NODE_NAME, process_node
+from chefbot.bridge.local_only import LOCAL_TOPICS, MAIN_NODE_NAME, process_node
 from chefbot.bridge.membership_health import MembershipHealth
 from chefbot.bridge.node_proxies import NodeProxies, NodeWithPorts, tf_listener_name
 from chefbot.bridge.ports import ports_of
@@ -150,6 +150,8 @@ class Bridge:
         action, _, part = topic.partition("/_action/")
         if publication.publisher == WIRE_PUBLISHER and part != "send_goal":
             return  # received from the wire: do not send it back
+        if topic in LOCAL_TOPICS:
+            return
         if self._publishes_clock:
             self._publish_clock(publication.time_ns)
         if part:

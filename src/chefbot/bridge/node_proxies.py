@@ -191,7 +191,7 @@ class NodeProxies:
 
     def _add_proxy(self, node: Node, ports: Ports, served: set[str]) -> None:
         wire_node = self._add(node.name)
-        for topic in ports.publishers:
+        for topic in (port for port in ports.publishers if port.name not in LOCAL_TOPICS):
             qos = _publisher_qos(topic.kind, topic.latched)
             self.publishers[node.name, topic.name] = wire_node.publisher(topic.name, topic.kind, qos)
         for topic in ports.subscriptions:
@@ -204,9 +204,17 @@ class NodeProxies:
         events = wire_node.publisher("/parameter_events", ParameterEvent, PARAMETERS)
         setter = partial(self._set_params, node, events)
         ParameterServices(
-            wire_node, lambda: node.params, setter, live=node.live_params, simulated=self._simulated
+            wire_node,
+            lambda: self._running(node).params,
+            setter,
+            live=node.live_params,
+            simulated=self._simulated,
         )
         serve_type_descriptions(wire_node)
+
+    def _running(self, node: Node) -> Node:
+        """Return the node of that name that runs now: it may have been created again."""
+        return self._system.nodes.get(node.name, node)
 
     def subscribe_to_latched(self) -> None:
         """Subscribe transient local, and so receive stored messages, where others publish so.
@@ -278,7 +286,7 @@ class NodeProxies:
 
         def change() -> None:
             try:
-                plain = with_values(node.params, values)
+                plain = with_values(self._running(node).params, values)
                 self._system.set_params(node.name, plain, WIRE_PUBLISHER)
             except ChefbotError as error:
                 done(str(error))

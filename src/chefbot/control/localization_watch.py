@@ -19,17 +19,19 @@ class LocalizationWatch:
         self._pose: SE2 | None = None
         self._way = 0.0
 
-    def reason(self, status: LocalizationStatus | None, odom: SE2) -> str:
+    def reason(self, status: LocalizationStatus | None, odom: SE2, pose_ns: int | None, now_ns: int) -> str:
         """Return why the robot must not follow a path, or an empty string.
 
         status: the latest one; the way is counted from where it was new. odom: the robot's pose in the odom frame.
+        pose_ns: stamp of the newest transform map -> odom, None if it is fixed or not published.
         """
+        lost = lost_reason(status, pose_ns, now_ns)
         if status is None:
-            return ""
+            return lost
         if status is not self._status:
             self._status, self._pose, self._way = status, None, 0.0
         if self._pose is not None:
             self._way += self._pose.distance(odom)
         self._pose = odom
         silent = SILENT.format(MAX_UNCONFIRMED_WAY) if self._way > MAX_UNCONFIRMED_WAY else ""
-        return lost_reason(status) or silent
+        return lost or silent

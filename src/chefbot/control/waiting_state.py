@@ -9,15 +9,24 @@ WAIT_TIMEOUT = 60.0
 """Maximum time that the robot waits for a sensor or for localization before its goal fails, s."""
 
 LOST = "Localization lost."
+MAX_POSE_AGE_NS = 2_000_000_000
+"""Maximum age of the transform map -> odom while a path is followed, ns: the longest step of a process that does not
+count as a hang. Localization publishes it for each scan."""
+SILENT = f"Localization has sent nothing for {MAX_POSE_AGE_NS / 1e9:.0f} s."
 
 
 class WaitTimeoutError(ChefbotError):
     """Raised when the robot has waited for WAIT_TIMEOUT seconds."""
 
 
-def lost_reason(status: LocalizationStatus | None) -> str:
-    """Return LOST if localization, if there is one, has not converged, else an empty string."""
-    return LOST if status is not None and not status.localized else ""
+def lost_reason(status: LocalizationStatus | None, pose_ns: int | None, now_ns: int) -> str:
+    """Return why the pose on the map is not known, or an empty string.
+
+    pose_ns: stamp of the newest transform map -> odom, None if it is fixed or not published.
+    """
+    if status is not None and not status.localized:
+        return LOST
+    return SILENT if pose_ns is not None and now_ns - pose_ns > MAX_POSE_AGE_NS else ""
 
 
 class WaitingState:

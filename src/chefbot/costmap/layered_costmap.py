@@ -47,6 +47,8 @@ class LayeredCostmap:
         self.params = params
         self.rolling = rolling
         self.wary = avoid_unknown
+        if avoid_unknown:
+            import scipy.ndimage  # noqa: F401 (the import takes 0.1 s and more: now, not in the first update)
         self._robot = robot
         n = max(1, round(params.size / params.resolution)) if rolling else 1
         self._reset_layers(params.resolution, 0.0, 0.0, n, n)

@@ -16,7 +16,7 @@ def cells_near_unknown(cells: NDArray[np.uint8], radius: float) -> NDArray[np.bo
 
     A region smaller than the disk of that radius is ignored as a gap between beams: no furniture fits into it.
     """
-    from scipy import ndimage  # the import takes half a second and is not needed at startup
+    from scipy import ndimage  # imported late: most robots do not need it
 
     # connected components of unknown space that are larger than the disk
     regions, _ = ndimage.label(cells == UNKNOWN, structure=np.ones((3, 3)))

@@ -12,7 +12,7 @@ from chefbot.runtime.node import Device, In, Out, topic
 
 class MotorBoardNode(Device):
     """Base of motor board devices: subscribes wheel speeds and emergency stop; publishes ticks, IMU,
-    ultrasonic, battery and diagnostics."""
+    ultrasonic, battery, diagnostics and whether the board accepts commands."""
 
     wheel_speeds: In[WheelSpeeds]
     emergency_stop: In[Bool]
@@ -21,6 +21,15 @@ class MotorBoardNode(Device):
     ultrasonic: Out[Range]
     battery_state: Out[BatteryState]
     diagnostics: Out[DiagnosticArray]
+    board_connected: Out[Bool] = topic(latched=True)
+
+    _is_connected = False
+
+    def publish_connection(self, connected: bool) -> None:
+        """Publish whether the board accepts commands if that has changed; nothing before it first does."""
+        if connected != self._is_connected:
+            self._is_connected = connected
+            self.board_connected.publish(Bool(connected))
 
     def publish_sensor_message(self, message: Message) -> None:
         """Publish a sensor message on the topic of its type; TypeError for a type without one."""

@@ -105,6 +105,7 @@ class MotorBoardDevice(MotorBoardNode):
         """Send what is due on the serial link: repeats, heartbeat, handshake."""
         if self._link is not None and self._connected:
             self._send(self._link.data_to_send(self.now_ns))
+        self.publish_connection(self._connected and self._link is not None and self._link.is_open)
 
     def _send(self, data: bytes) -> None:
         self._failed_writes += not self._line.send(data)

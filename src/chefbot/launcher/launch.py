@@ -43,6 +43,7 @@ from chefbot.runtime.launch import (
 )
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
+from chefbot.supervision.service_manager import reports_to_service_manager
 from chefbot.ui.access.visitors import share_secret
 
 MAX_SPEED = 1000.0
@@ -218,5 +219,5 @@ def _announce(system: NodeContainer, launch: Launch) -> None:
 def _run(system: NodeContainer, duration: float) -> None:
     loop = system.loop
     until = loop.now_ns + round(duration * 1e9) if duration > 0 else None
-    with stop_on_signals(loop.stop, last=True):
+    with stop_on_signals(loop.stop, last=True), reports_to_service_manager(loop):
         loop.run(until_ns=until)

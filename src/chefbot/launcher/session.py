@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 import traceback
@@ -134,6 +135,16 @@ def start(system: NodeContainer, launch: Launch) -> None:
     system.loop.run(until=lambda: bool(outcome))  # no end time: a wall clock may have passed it already
     if outcome[0] is not None:
         raise outcome[0]
+    freeze_loaded_objects()
+
+
+def freeze_loaded_objects() -> None:
+    """Exclude everything that is loaded by now from garbage collection, as it stays until the end.
+
+    A full collection would otherwise go through all of it, and stop the loop for 0.1 s.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 def keep_loop_alive(loop: Loop) -> None:

@@ -27,7 +27,13 @@ from chefbot.bridge.robot_time import RobotTime
 from chefbot.bridge.sim_time_sync import ProgressPublisher
 from chefbot.errors import ChefbotError
 from chefbot.kernels.groups import GROUPS, groups_of
-from chefbot.launcher.session import announce, keep_loop_alive, print_fault, print_remarks
+from chefbot.launcher.session import (
+    announce,
+    freeze_loaded_objects,
+    keep_loop_alive,
+    print_fault,
+    print_remarks,
+)
 from chefbot.robot.load import load_robot
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
@@ -129,6 +135,7 @@ def _start_nodes(system: NodeContainer, bridge: Bridge, order: WorkerSpec, launc
             RESTORED_PREFIX + state.topic, state.deserialize(), WIRE_PUBLISHER, from_device=True
         )
     bridge.represent(system.nodes.values(), latched_topics(order.launch))
+    freeze_loaded_objects()
     announce(Console(highlight=False), system.nodes.values())
 
 

@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 LETHAL_COST = 254
+TURN = 2.0 * math.pi
 SAMPLES_PER_CELL = 2.0
 """Points per cell along an edge; a corner of a cell that is missed is less than a quarter of a cell deep."""
 
@@ -48,9 +49,10 @@ def lethal_while_rotating(
 ) -> int:
     """Return the largest number of `lethal_on_edges` while the robot rotates in place from `yaw` by `angle`, rad.
 
-    Its farthest corner moves by at most half a cell between two checks.
+    Its farthest corner moves by at most half a cell between two checks. More than a turn is checked as one turn.
     """
     radius, largest = 0.0, 0
+    angle = min(max(angle, -TURN), TURN)
     for i in range(corners.shape[0]):
         radius = max(radius, math.hypot(corners[i, 0], corners[i, 1]))
     steps = max(1, math.ceil(abs(angle) * radius * SAMPLES_PER_CELL))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from chefbot.msgs.idl.constraints import per_field
 from chefbot.msgs.idl.message import Int32, Message, Uint32
 
 SECOND = 1_000_000_000
@@ -9,6 +10,8 @@ SECOND = 1_000_000_000
 
 class Time(Message, frozen=True, eq=False):
     """A point in time, in seconds and nanoseconds."""
+
+    BOUNDS = per_field(sec=(0, 2**31 - 1), nanosec=(0, SECOND - 1))
 
     sec: Int32 = 0
     nanosec: Uint32 = 0
@@ -26,6 +29,8 @@ class Time(Message, frozen=True, eq=False):
 
 class Duration(Message, frozen=True, eq=False):
     """A time span, in seconds and nanoseconds."""
+
+    BOUNDS = per_field(nanosec=(0, SECOND - 1))
 
     sec: Int32 = 0
     nanosec: Uint32 = 0

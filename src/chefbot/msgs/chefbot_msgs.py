@@ -8,6 +8,7 @@ import numpy as np
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.idl.action import define_action
+from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, per_field, same_length
 from chefbot.msgs.idl.message import (
     Bool,
     Float32,
@@ -20,13 +21,20 @@ from chefbot.msgs.idl.message import (
     Uint16,
     Uint32,
 )
+from chefbot.msgs.sensor_msgs import BEAM_ANGLE, DISTANCE, MAX_BEAMS, at_most_one_turn
 from chefbot.msgs.std_msgs import Header
 
+MAX_TICKS = 2**53
+"""Maximum tick count: above it a double cannot represent every integer."""
+MAX_WHEEL_SPEED = 1e4
+"""Upper bound for the angular velocity of a wheel, rad/s."""
 _NO_FLOATS = np.empty(0, np.float32)
 
 
 class WheelTicks(Message, frozen=True, eq=False):
     """Tick counts of both wheel encoders, sampled together; they count from the start of the board."""
+
+    BOUNDS = dict.fromkeys(("left", "right"), (-MAX_TICKS, MAX_TICKS))
 
     header: Header = Header()
     left: Int64 = 0
@@ -38,6 +46,8 @@ class WheelSpeeds(Message, frozen=True, eq=False):
 
     The wheel radius enters before, where the twist is converted; the board only converts radians to ticks.
     """
+
+    BOUNDS = dict.fromkeys(("left", "right"), (-MAX_WHEEL_SPEED, MAX_WHEEL_SPEED))
 
     header: Header = Header()
     left: Float64 = 0.0
@@ -52,6 +62,14 @@ class ObstacleScan(Message, frozen=True, eq=False):
     above the floor, m; both empty if not measured.
     """
 
+    BOUNDS = per_field(angle_min=BEAM_ANGLE, range_max=DISTANCE)
+    MAX_LENGTHS = per_field(ranges=MAX_BEAMS)
+    RULES = (
+        at_most_one_turn,
+        same_length("ranges", "clear_from", "clear_to"),
+        same_length("ranges", "bottom", "top", may_be_empty=True),
+    )
+
     header: Header = Header()
     angle_min: Float32 = 0.0
     angle_increment: Float32 = 0.0
@@ -65,6 +83,11 @@ class ObstacleScan(Message, frozen=True, eq=False):
 
 class LocalizationStatus(Message, frozen=True, eq=False):
     """The quality of the pose estimate, with a description of the state."""
+
+    BOUNDS = per_field(
+        confidence=(0.0, 1.0),
+        **dict.fromkeys(("std_xy", "std_yaw"), (0.0, MAX_MAGNITUDE)),
+    )
 
     header: Header = Header()
     localized: Bool = False

@@ -3,24 +3,47 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, Bounds, covariance
 from chefbot.msgs.idl.message import Float32, Float64, Message, String
 from chefbot.msgs.std_msgs import Header
 
 Covariance = Annotated[NDArray[np.float64], "float64[36]"]
+POSITION: dict[str, Bounds] = dict.fromkeys(("x", "y", "z"), (-MAX_MAGNITUDE, MAX_MAGNITUDE))
+"""Bounds of a position, a speed or an acceleration, SI units."""
+QUATERNION_TOLERANCE = 1e-2
+"""Tolerance of the squared norm; as in tf2::BufferCore::setTransform and nav2_util::validateMsg."""
 _ZERO_36 = np.zeros(36)
 _ZERO_36.flags.writeable = False
 _PLANAR = np.array([0, 1, 5])  # x, y, yaw among x, y, z, roll, pitch, yaw
 _PLANAR_36 = (6 * _PLANAR[:, None] + _PLANAR).reshape(9)  # indices of their covariances among the 36
 
 
+def unit_quaternion(q: Any) -> str:
+    """Require that the quaternion has unit norm and thus is a rotation."""
+    if max(abs(q.x), abs(q.y), abs(q.z), abs(q.w)) > 2.0:
+        return f"x, y, z, w are {q.x:.3g}, {q.y:.3g}, {q.z:.3g}, {q.w:.3g}: no rotation"
+    squared_norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
+    if abs(squared_norm - 1.0) <= QUATERNION_TOLERANCE:
+        return ""
+    return f"its norm is {math.sqrt(squared_norm):.3g} and not 1"
+
+
+def distinct_frames(transform: Any) -> str:
+    """Require that the transform joins two different frames with names."""
+    parent, child = transform.header.frame_id, transform.child_frame_id
+    return "" if parent and child and parent != child else f"it joins the frames {parent!r} and {child!r}"
+
+
 class Vector3(Message, frozen=True, eq=False):
     """A vector in free space; not affected by translation."""
+
+    BOUNDS = POSITION
 
     x: Float64 = 0.0
     y: Float64 = 0.0
@@ -30,6 +53,8 @@ class Vector3(Message, frozen=True, eq=False):
 class Point(Message, frozen=True, eq=False):
     """A position in space, m."""
 
+    BOUNDS = POSITION
+
     x: Float64 = 0.0
     y: Float64 = 0.0
     z: Float64 = 0.0
@@ -37,6 +62,8 @@ class Point(Message, frozen=True, eq=False):
 
 class Quaternion(Message, frozen=True, eq=False):
     """An orientation as a unit quaternion."""
+
+    RULES = (unit_quaternion,)
 
     x: Float64 = 0.0
     y: Float64 = 0.0
@@ -90,6 +117,8 @@ class PoseArray(Message, frozen=True, eq=False):
 class PoseWithCovariance(Message, frozen=True, eq=False):
     """A pose with its covariance, row-major over x, y, z, roll, pitch, yaw."""
 
+    RULES = (covariance("covariance", 6),)
+
     pose: Pose = Pose()
     covariance: Covariance = _ZERO_36
 
@@ -128,6 +157,8 @@ class TwistStamped(Message, frozen=True, eq=False):
 class TwistWithCovariance(Message, frozen=True, eq=False):
     """A twist with its covariance, row-major over linear x, y, z and angular x, y, z."""
 
+    RULES = (covariance("covariance", 6),)
+
     twist: Twist = Twist()
     covariance: Covariance = _ZERO_36
 
@@ -146,6 +177,8 @@ class Transform(Message, frozen=True, eq=False):
 
 class TransformStamped(Message, frozen=True, eq=False):
     """A transform with its parent frame, child frame and time."""
+
+    RULES = (distinct_frames,)
 
     header: Header = Header()
     child_frame_id: String = ""
@@ -167,6 +200,8 @@ class PointStamped(Message, frozen=True, eq=False):
 
 class Point32(Message, frozen=True, eq=False):
     """A point in single precision, m."""
+
+    BOUNDS = POSITION
 
     x: Float32 = 0.0
     y: Float32 = 0.0

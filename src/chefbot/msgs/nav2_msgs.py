@@ -6,9 +6,15 @@ from __future__ import annotations
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.idl.action import define_action
+from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, per_field
 from chefbot.msgs.idl.message import Bool, Float32, Float64, Int16, Message, String, Uint8, Uint16
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Empty, Header
+
+MAX_SPIN = 1000.0
+"""Largest rotation in place, rad."""
+MAX_PARTICLES = 100_000
+_SPEED = {"speed": (-MAX_MAGNITUDE, MAX_MAGNITUDE)}
 
 
 class Particle(Message, frozen=True, eq=False):
@@ -20,6 +26,8 @@ class Particle(Message, frozen=True, eq=False):
 
 class ParticleCloud(Message, frozen=True, eq=False):
     """All particles of the particle filter."""
+
+    MAX_LENGTHS = per_field(particles=MAX_PARTICLES)
 
     header: Header = Header()
     particles: tuple[Particle, ...] = ()
@@ -93,12 +101,16 @@ class FollowPath_Result(Message, frozen=True, eq=False):
 class FollowPath_Feedback(Message, frozen=True, eq=False):
     """Remaining distance, m, and speed, m/s."""
 
+    BOUNDS = _SPEED
+
     distance_to_goal: Float32 = 0.0
     speed: Float32 = 0.0
 
 
 class Spin_Goal(Message, frozen=True, eq=False):
     """Rotate in place by `target_yaw`, rad."""
+
+    BOUNDS = per_field(target_yaw=(-MAX_SPIN, MAX_SPIN))
 
     target_yaw: Float32 = 0.0
     time_allowance: Duration = Duration()
@@ -122,6 +134,8 @@ class Spin_Feedback(Message, frozen=True, eq=False):
 class BackUp_Goal(Message, frozen=True, eq=False):
     """Drive backwards by `target.x` metres, whatever its sign."""
 
+    BOUNDS = _SPEED
+
     target: Point = Point()
     speed: Float32 = 0.0
     time_allowance: Duration = Duration()
@@ -144,6 +158,8 @@ class BackUp_Feedback(Message, frozen=True, eq=False):
 
 class DriveOnHeading_Goal(Message, frozen=True, eq=False):
     """Drive straight by `target.x` metres; `speed` has the same sign."""
+
+    BOUNDS = _SPEED
 
     target: Point = Point()
     speed: Float32 = 0.0

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,11 +19,50 @@ from chefbot.msgs.geometry_msgs import (
     PoseWithCovarianceStamped,
     TwistWithCovariance,
 )
+from chefbot.msgs.idl.constraints import per_field
 from chefbot.msgs.idl.message import Bool, Float32, Int8Array, Message, String, Uint8, Uint32
 from chefbot.msgs.idl.service import define_service
 from chefbot.msgs.std_msgs import Header
 
+MAX_CELLS = 100_000_000
+"""Maximum number of cells of a map, the same as for a map file."""
+MIN_RESOLUTION, MAX_RESOLUTION = 1e-3, 100.0
+"""Bounds of a map's resolution, m per cell; inflation of a finer map would take too long."""
+MAX_MAP_AREA = 500_000.0
+"""Maximum area of a map, m^2: localization keeps a likelihood field of it."""
+MAX_CELLS_PER_RESOLUTION = 5e8
+"""Maximum number of cells divided by the resolution, 1/m: the work of inflation and of a likelihood field, which
+reach over metres, is proportional to it. At 5 cm it allows 250 m by 250 m, which takes about a second."""
+MAX_PATH_LENGTH = 10_000.0
+"""Maximum length of a path, m; a controller samples it every centimetre."""
+MAX_POSES = 100_000
 _NO_CELLS = np.empty(0, np.int8)
+
+
+def map_cells(grid: Any) -> str:
+    """Require that the map's size fits its data and the limits, and that each cell is -1 or 0 to 100."""
+    info, n = grid.info, len(grid.data)
+    if not 0 < info.width * info.height <= MAX_CELLS:
+        return f"info: a map of {info.width} x {info.height} cells cannot be used"
+    area = info.width * info.height * info.resolution**2
+    if area > MAX_MAP_AREA:
+        return f"info: the map covers {area:.6g} square metres, at most {MAX_MAP_AREA:g} can be used"
+    if info.width * info.height > MAX_CELLS_PER_RESOLUTION * info.resolution:
+        return f"info: {info.width} x {info.height} cells of {info.resolution:g} m take too long; use larger cells"
+    if n != info.width * info.height:
+        return f"data has {n} cells, but the map has {info.width} x {info.height}"
+    if grid.data.min() < -1 or grid.data.max() > 100:
+        return "data holds cells that are neither -1 (unknown) nor 0 to 100 percent"
+    return ""
+
+
+def path_length(path: Any) -> str:
+    """Require that the path is not longer than MAX_PATH_LENGTH."""
+    points = np.array([(p.pose.position.x, p.pose.position.y) for p in path.poses]).reshape(-1, 2)
+    length = float(np.hypot(*np.diff(points, axis=0).T).sum())
+    if length > MAX_PATH_LENGTH:
+        return f"poses lead over {length:.6g} m, at most {MAX_PATH_LENGTH:g} can be driven"
+    return ""
 
 
 class Odometry(Message, frozen=True, eq=False):
@@ -36,6 +77,8 @@ class Odometry(Message, frozen=True, eq=False):
 class MapMetaData(Message, frozen=True, eq=False):
     """Size, resolution (m per cell) and origin of an occupancy grid."""
 
+    BOUNDS = per_field(resolution=(MIN_RESOLUTION, MAX_RESOLUTION))
+
     map_load_time: Time = Time()
     resolution: Float32 = 0.0
     width: Uint32 = 0
@@ -45,6 +88,9 @@ class MapMetaData(Message, frozen=True, eq=False):
 
 class OccupancyGrid(Message, frozen=True, eq=False):
     """An occupancy grid, row-major from the lowest y; -1 unknown, 0 to 100 percent occupied."""
+
+    MAX_LENGTHS = per_field(data=MAX_CELLS)
+    RULES = (map_cells,)
 
     header: Header = Header()
     info: MapMetaData = MapMetaData()
@@ -68,6 +114,9 @@ class OccupancyGrid(Message, frozen=True, eq=False):
 
 class Path(Message, frozen=True, eq=False):
     """A path as poses in order."""
+
+    MAX_LENGTHS = per_field(poses=MAX_POSES)
+    RULES = (path_length,)
 
     header: Header = Header()
     poses: tuple[PoseStamped, ...] = ()

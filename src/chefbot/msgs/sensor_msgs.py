@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import Quaternion, Vector3
+from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, Bounds, covariance, ordered, per_field, same_length
 from chefbot.msgs.idl.message import (
     Bool,
     Float32,
@@ -30,6 +31,23 @@ Matrix34 = Annotated[NDArray[np.float64], "float64[12]"]
 UNKNOWN_COVARIANCE = np.array([-1.0, 0, 0, 0, 0, 0, 0, 0, 0])
 """Covariance of a quantity that is not measured: its first element is -1 (sensor_msgs/Imu)."""
 UNKNOWN_COVARIANCE.flags.writeable = False
+MAX_BEAMS = 100_000
+MAX_PIXELS = 20_000_000
+MAX_BYTES = 100_000_000
+"""Maximum size of an image or a point cloud, bytes."""
+SPAN_TOLERANCE = 0.05
+"""Relative tolerance between a scan's angles and its number of beams; at least 3 beams."""
+BYTES_PER_PIXEL = {
+    **dict.fromkeys(("mono8", "8UC1"), 1),
+    **dict.fromkeys(("16UC1", "mono16"), 2),
+    **dict.fromkeys(("rgb8", "bgr8", "8UC3"), 3),
+    **dict.fromkeys(("rgba8", "bgra8", "8UC4", "32FC1"), 4),
+}
+"""Bytes per pixel of the supported encodings (sensor_msgs/image_encodings.hpp)."""
+BEAM_ANGLE: Bounds = (-4.0 * math.pi, 4.0 * math.pi)
+"""Bounds of the angle of a beam, rad."""
+DISTANCE: Bounds = (0.0, MAX_MAGNITUDE)
+"""Bounds of a distance, m."""
 _ZERO_9 = np.zeros(9)
 _NO_FLOATS = np.empty(0, np.float32)
 _NO_DOUBLES = np.empty(0, np.float64)
@@ -44,8 +62,58 @@ _NO_BUTTONS = np.empty(0, np.int32)
 Int32Array = Annotated[NDArray[np.int32], "int32[]"]
 
 
+def at_most_one_turn(scan: Any) -> str:
+    """Require that the beams span at most one turn, within a tolerance."""
+    steps = max(len(scan.ranges) - 1, 0)
+    span = abs(scan.angle_increment) * steps
+    tolerance = max(3.0, SPAN_TOLERANCE * steps) * abs(scan.angle_increment)
+    if steps and scan.angle_increment == 0.0:
+        return f"angle_increment is 0, but there are {steps + 1} ranges"
+    if span > 2.0 * math.pi + min(tolerance, math.pi):
+        return f"angle_increment is {scan.angle_increment:.6g} rad: {steps + 1} ranges span more than a turn"
+    return ""
+
+
+def scan_angles(scan: Any) -> str:
+    """Require that the number of ranges agrees with the angles."""
+    if not len(scan.ranges):
+        return ""
+    steps = len(scan.ranges) - 1
+    expected_steps = (scan.angle_max - scan.angle_min) / scan.angle_increment if scan.angle_increment else 0.0
+    if abs(expected_steps - steps) <= max(3.0, SPAN_TOLERANCE * steps):
+        return ""
+    return f"ranges has {steps + 1} elements, its angles say {expected_steps + 1.0:.6g}"
+
+
+def image_size(image: Any) -> str:
+    """Require that the data's size agrees with height and step, and that a row holds its pixels."""
+    if image.height * image.width > MAX_PIXELS:
+        return f"an image of {image.width} x {image.height} pixels is too large"
+    n = image.height * image.step
+    if len(image.data) != n:
+        return f"data has {len(image.data)} bytes, {image.height} rows of {image.step} have {n}"
+    min_step = image.width * BYTES_PER_PIXEL.get(image.encoding, 0)
+    if image.step >= min_step:
+        return ""
+    return f"step is {image.step}, {image.width} pixels of {image.encoding} need {min_step}"
+
+
+def cloud_size(cloud: Any) -> str:
+    """Require that the data's size agrees with height, width and steps."""
+    if cloud.row_step < cloud.width * cloud.point_step:
+        return f"row_step is {cloud.row_step}, {cloud.width} points of {cloud.point_step} bytes need more"
+    n = cloud.height * cloud.row_step
+    return "" if len(cloud.data) == n else f"data has {len(cloud.data)} bytes, its sizes say {n}"
+
+
 class Imu(Message, frozen=True, eq=False):
     """Orientation, angular velocity in rad/s and linear acceleration in m/s^2, with covariances."""
+
+    RULES = (
+        covariance("orientation_covariance", 3, may_be_unknown=True),
+        covariance("angular_velocity_covariance", 3, may_be_unknown=True),
+        covariance("linear_acceleration_covariance", 3, may_be_unknown=True),
+    )
 
     header: Header = Header()
     orientation: Quaternion = Quaternion()
@@ -58,6 +126,14 @@ class Imu(Message, frozen=True, eq=False):
 
 class LaserScan(Message, frozen=True, eq=False):
     """Ranges in m at equally spaced angles in rad; +inf: nothing in range, NaN: no measurement (REP-117)."""
+
+    BOUNDS = per_field(
+        **dict.fromkeys(("angle_min", "angle_max"), BEAM_ANGLE),
+        **dict.fromkeys(("range_min", "range_max"), DISTANCE),
+        **dict.fromkeys(("time_increment", "scan_time"), (-3600.0, 3600.0)),
+    )
+    MAX_LENGTHS = dict.fromkeys(("ranges", "intensities"), MAX_BEAMS)
+    RULES = (ordered("range_min", "range_max"), at_most_one_turn, scan_angles)
 
     header: Header = Header()
     angle_min: Float32 = 0.0
@@ -79,6 +155,9 @@ class LaserScan(Message, frozen=True, eq=False):
 
 class Image(Message, frozen=True, eq=False):
     """An uncompressed image, row-major from the top."""
+
+    MAX_LENGTHS = per_field(data=MAX_BYTES)
+    RULES = (image_size,)
 
     header: Header = Header()
     height: Uint32 = 0
@@ -115,6 +194,8 @@ class Image(Message, frozen=True, eq=False):
 class CompressedImage(Message, frozen=True, eq=False):
     """An image in JPEG or PNG format."""
 
+    MAX_LENGTHS = per_field(data=MAX_BYTES)
+
     header: Header = Header()
     format: String = ""
     data: Uint8Array = _NO_BYTES
@@ -149,6 +230,13 @@ class CameraInfo(Message, frozen=True, eq=False):
 class Range(Message, frozen=True, eq=False):
     """A single range reading of a sensor with a conical field of view, m."""
 
+    BOUNDS = per_field(
+        field_of_view=(0.0, 2.0 * math.pi),
+        **dict.fromkeys(("min_range", "max_range", "range"), (-MAX_MAGNITUDE, MAX_MAGNITUDE)),
+        variance=(0.0, MAX_MAGNITUDE),
+    )
+    RULES = (ordered("min_range", "max_range"),)
+
     ULTRASOUND = 0
 
     header: Header = Header()
@@ -162,6 +250,13 @@ class Range(Message, frozen=True, eq=False):
 
 class BatteryState(Message, frozen=True, eq=False):
     """The state of the battery in V, A, degC and Ah; NaN where not measured."""
+
+    BOUNDS = per_field(
+        **dict.fromkeys(("voltage", "current"), (-1000.0, 1000.0)),
+        temperature=(-273.15, 1000.0),
+        **dict.fromkeys(("charge", "capacity", "design_capacity"), (-1e6, 1e6)),
+        percentage=(-1.0, 100.0),
+    )
 
     header: Header = Header()
     voltage: Float32 = 0.0
@@ -184,6 +279,8 @@ class BatteryState(Message, frozen=True, eq=False):
 class JointState(Message, frozen=True, eq=False):
     """Positions, rad, velocities, rad/s, and efforts, N m, of joints."""
 
+    RULES = (same_length("name", "position", "velocity", "effort", may_be_empty=True),)
+
     header: Header = Header()
     name: StringArray = ()
     position: Float64Array = _NO_DOUBLES
@@ -202,6 +299,9 @@ class PointField(Message, frozen=True, eq=False):
 
 class PointCloud2(Message, frozen=True, eq=False):
     """A point cloud as binary data, whose layout `fields` describes."""
+
+    MAX_LENGTHS = per_field(data=MAX_BYTES)
+    RULES = (cloud_size,)
 
     header: Header = Header()
     height: Uint32 = 0

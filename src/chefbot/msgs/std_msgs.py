@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl import message
+from chefbot.msgs.idl.constraints import per_field
 from chefbot.msgs.idl.message import Message
 
 
@@ -33,6 +34,8 @@ class Bool(Message, frozen=True, eq=False):
 
 class String(Message, frozen=True, eq=False):
     """A message with one string."""
+
+    MAX_LENGTHS = per_field(data=10_000_000)
 
     data: message.String = ""
 

@@ -42,8 +42,8 @@ class ControllerNode(BehaviorServerNode):
     """Serves follow_path and three motions in the frame `odom`.
 
     It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
-    while localization, if there is one, has converged. Otherwise it stands still, publishes the reason on `standing`
-    (empty while it does not wait), and resumes by itself.
+    while localization, if there is one, has converged and sends its pose. Otherwise it stands still, publishes the
+    reason on `standing` (empty while it does not wait), and resumes by itself.
     """
 
     live_params = (*LocalCostmapNode.live_params, *LIVE_PARAMS)
@@ -108,8 +108,9 @@ class ControllerNode(BehaviorServerNode):
         if not self.is_active or pose is None:
             return  # no goal, or no odometry yet: the base stands still
         costs = self._costs_around(pose)
-        lost = self._localization.reason(self.localization_status.last, pose) if self._motion is None else ""
-        reason = self._sensors.fault(self.now_ns, pose) or lost
+        newest_ns = self.tf.newest_ns("odom")
+        lost = self._localization.reason(self.localization_status.last, pose, newest_ns, self.now_ns)
+        reason = self._sensors.fault(self.now_ns, pose) or (lost if self._motion is None else "")
         if reason:
             self._follower.pause()
             sentence = self._wait(reason, CONTROL_PERIOD)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.design.export.urdf_frames import DEPTH_FRAME
+from chefbot.errors import ScanError
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import Image, LaserScan
 from chefbot.msgs.std_msgs import Header
@@ -20,6 +21,7 @@ from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
 
 OVERHEAD = 0.05
 """Height above the robot's top that must be free as well, m."""
+NO_CAMERA = "the robot file has no depth camera, so its images cannot be placed; add it there"
 
 
 class DepthToScanNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -56,7 +58,9 @@ class DepthToScanNode(Node):
         self._obstacles = ObstacleScanner(self._model, camera.mount, max_height, self.params.obstacles)
 
     def on_depth(self, image: Image) -> None:
-        """Convert a depth image; the scans keep its stamp."""
+        """Convert a depth image; the scans keep its stamp. ScanError if the robot has no depth camera."""
+        if self.robot.sensors.depth_camera is None:
+            raise ScanError(NO_CAMERA)
         size = (image.height, image.width, image.step)
         depth = depth_image(image.data, image.encoding, *size, bool(image.is_bigendian))
         header = msgspec.structs.replace(image.header, frame_id=DEPTH_FRAME)

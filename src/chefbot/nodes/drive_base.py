@@ -35,6 +35,7 @@ class DriveBaseNode(Node):
     cmd_vel_nav: In[Twist]
     stop_request: In[Bool]
     external_stop: In[Bool] = topic("emergency_stop")
+    board_connected: In[Bool]
     restored_status: In[EmergencyStopStatus] = restored("stop_status")
     restarted: In[Empty] = restored(RESTARTED)
     process_lost: In[String]
@@ -52,6 +53,8 @@ class DriveBaseNode(Node):
         self._commands = CommandMultiplexer(self.params.teleop_hold)
         self._stop = StopLatch()
         self._stop_published = False
+        self._own_stops: list[bool] = []
+        """Messages on `emergency_stop` of this node that it has not received yet."""
         self.spawn(self._publish_initial_stop())
 
     async def _publish_initial_stop(self) -> None:
@@ -89,8 +92,16 @@ class DriveBaseNode(Node):
         self._apply(self._stop.request(request.data, self.now_ns))
 
     def on_external_stop(self, pressed: Bool) -> None:
-        """Process `emergency_stop`: this node's own message or that of another publisher."""
-        self._apply(self._stop.confirm(pressed.data, self.now_ns))
+        """Process `emergency_stop`: this node's own message, which changes nothing, or that of another publisher."""
+        if pressed.data in self._own_stops:
+            self._own_stops.remove(pressed.data)
+        else:
+            self._apply(self._stop.confirm(pressed.data, self.now_ns))
+
+    def on_board_connected(self, connected: Bool) -> None:
+        """Hold the robot while the motor board is lost; afterwards it drives on a new command."""
+        change = self._stop.regain_board if connected.data else self._stop.lose_board
+        self._apply(change(self.now_ns))
 
     def _apply(self, decision: StopDecision | None) -> None:
         """Publish a decision of the latch; earlier commands are discarded and do not resume after the release."""
@@ -106,12 +117,14 @@ class DriveBaseNode(Node):
     def _publish_stop(self, status: EmergencyStopStatus) -> None:
         self._stop_published = True
         self.stop_status.publish(status)
+        self._own_stops.append(status.active)
         self.emergency_stop.publish(Bool(status.active))
 
     def on_process_lost(self, process: String) -> None:
         """Stop at once, without a ramp; navigation counts again when the process is back, teleoperation before."""
         self._commands.lose_process(process.data)
         self._halt()
+        self.remark.publish(String(f"{process.data} does not respond; the robot stands until it is back."))
 
     def on_process_back(self, process: String) -> None:
         """Accept navigation again once no process is missing."""
@@ -121,6 +134,7 @@ class DriveBaseNode(Node):
     def command(self) -> None:
         """Publish the next step of the velocity ramp."""
         now_ns = self.now_ns
+        self._own_stops.clear()  # messages come before timers, so none of them is on its way
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
         max_v = safe_forward_speed(self.robot, self.ultrasonic.last, self.params.ultrasonic_margin, now_ns)
         v, w = self._limiter.step(min(command.v, max_v), command.w, command.age(now_ns), 1.0 / RATE)

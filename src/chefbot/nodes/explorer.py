@@ -51,6 +51,8 @@ class ExplorerNode(FrontierMapNode):
 
     def start(self) -> None:
         """Start exploring with a full turn, also after a restart, with the map as it is."""
+        import scipy.ndimage  # noqa: F401 (the import takes 0.1 s and more: now, not at the first decision)
+
         super().start()
         self._session = ExplorationSession()
         self._task: Task[None] = self.spawn(self._explore())

@@ -11,7 +11,7 @@ from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
-from chefbot.nodes.recovery_behaviors import RecoveryBehaviorsNode
+from chefbot.nodes.path_request import PathRequestNode
 from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.coroutines import Cancelled, Future, wait_any
 from chefbot.runtime.node import In, Out, topic
@@ -22,7 +22,7 @@ PATIENCE_EXCEEDED, NO_VALID_CONTROL = 104, 106
 """Error codes of nav2_msgs/action/FollowPath: not localized in time; here also: the emergency stop is active."""
 
 
-class NavigatorNode(RecoveryBehaviorsNode):
+class NavigatorNode(PathRequestNode):
     """Serves navigate_to_pose; also accepts goals on the topic `goal_pose`, as RViz publishes them."""
 
     live_params = ("*",)  # from the next plan or recovery on
@@ -32,7 +32,6 @@ class NavigatorNode(RecoveryBehaviorsNode):
     emergency_stop: In[Bool]
     standing: In[String] = topic("controller/standing")
     navigate_to_pose = action_server(nav2.NavigateToPose)
-    compute_path_to_pose = action_client(nav2.ComputePathToPose)
     follow_path = action_client(nav2.FollowPath)
     navigate_to_pose_client = action_client(nav2.NavigateToPose, "navigate_to_pose")
     navigation_status: Out[NavigationStatus] = topic(latched=True)
@@ -123,7 +122,7 @@ class NavigatorNode(RecoveryBehaviorsNode):
                     if fault:
                         return PATIENCE_EXCEEDED, fault
                 # plan
-                planned = await self.compute_path_to_pose.call(nav2.ComputePathToPose_Goal(goal))
+                planned = await self._plan(goal)
                 if planned.error_code != 0:
                     return planned.error_code, planned.error_msg
                 self._publish_status("driving", "")

@@ -58,6 +58,11 @@ class ActionServerPort(Generic[G, R, F]):
         """Whether a goal is being executed."""
         return self._current is not None
 
+    @property
+    def goal_keys(self) -> list[bytes]:
+        """Key of the id of the goal that is being executed, if there is one."""
+        return [self._current[0]] if self._current is not None else []
+
     def preempt(self) -> None:
         """Cancel the current goal, if there is one."""
         if self._current is not None:
@@ -116,6 +121,11 @@ class ActionClientPort(Generic[G, R, F]):
         node.subscribe(f"{name}/_action/get_result", self._receive_result)
         if on_feedback is not None:
             node.subscribe(f"{name}/_action/feedback", self._receive_feedback)
+
+    @property
+    def goal_keys(self) -> list[bytes]:
+        """Keys of the ids of the goals whose results are awaited."""
+        return list(self._waiting)
 
     def call(self, goal: G) -> Future[R]:
         """Send a goal and return a future of its result.

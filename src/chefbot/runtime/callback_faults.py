@@ -1,7 +1,8 @@
 """Isolation of exceptions in callbacks: each one aborts its callback only, is counted and reported.
 
 The motion commands of a node that fails repeatedly are dropped, so the limiter's timeout or the board's
-watchdog stops the robot. A UserError that a device raises in its own timer or posted action still ends the
+watchdog stops the robot. A node that fails repeatedly although no input explains it is restarted, see
+`node_restart`. A UserError that a device raises in its own timer or posted action still ends the
 run: so a device signals that it cannot continue.
 """
 
@@ -54,6 +55,9 @@ class Faults:
     published on /diagnostics as a device's message, so that a log holds them; a replay takes them from there.
     """
 
+    on_bug: Callable[[str], None] | None = None
+    """Called with the name of a node at each exception that no input explains, so that it can be restarted."""
+
     def __init__(self, loop: Loop, on_new: Callable[[Fault], None], *, publishes: bool = True) -> None:
         self._loop, self._on_new, self._publishes = loop, on_new, publishes
         self._counts: Counter[str] = Counter()
@@ -87,6 +91,8 @@ class Faults:
         self.bug_count += not isinstance(error, ChefbotError)
         self._recent_ns.setdefault(callback.owner, deque(maxlen=FAULT_LIMIT)).append(self._loop.now_ns)
         self._count(Fault(callback.name, error))
+        if self.on_bug is not None and not isinstance(error, ChefbotError):
+            self.on_bug(callback.owner)
         if self._publishes and not self._report_scheduled:
             self._report_scheduled = True
             self._loop.schedule(max(self._loop.now_ns + 1, self._next_report_ns), DEVICE, self._report)

@@ -21,6 +21,7 @@ from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
 from chefbot.runtime.live_params import check_live
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import RESTORED_PREFIX, Context, Device, Node, params_type
+from chefbot.runtime.node_restart import LOST_TOPIC, RECOVER_TOPIC, NodeRestarts, abort_goals, restored_state
 from chefbot.runtime.transform_buffer import TransformBuffer
 
 LAUNCH_TOPIC = "chefbot/launch"
@@ -55,6 +56,8 @@ class NodeContainer:
         for topic in (PARAMS_TOPIC, RESTORED_PREFIX + PARAMS_TOPIC):
             self.loop.subscribe(topic, "chefbot", self._on_params)
         self.loop.subscribe(RESTART_TOPIC, "chefbot", self._on_restart)
+        self.loop.subscribe(LOST_TOPIC, "chefbot", self._on_lost)
+        self.loop.subscribe(RECOVER_TOPIC, "chefbot", self._on_recover)
 
     def launch(self, launch: Launch, *, leave_out: Container[str] = ()) -> None:
         """Replace all nodes by those of `launch`; devices of the same name keep running.
@@ -80,6 +83,7 @@ class NodeContainer:
         assert isinstance(message, String)
         node = self.nodes.get(message.data)  # None in a replay, for a node whose messages come from the log
         if node is not None:
+            self._abort_goals(node)
             node.stop()
             self.loop.clear_latched({item.publisher for item in self.loop.latched()} - {node.name})
         if self.loop.interceptor is not None:
@@ -87,12 +91,39 @@ class NodeContainer:
         if node is not None:
             self._create(type(node), node.name, node.params, node.context.remap).start()
 
+    def _on_lost(self, message: Message) -> None:
+        """Abort the goals of a node that does not run any more, for whose results others would wait for ever."""
+        assert isinstance(message, String)
+        if message.data in self.nodes:
+            self._abort_goals(self.nodes[message.data])
+
+    def _abort_goals(self, lost: Node) -> None:
+        others = [node for node in self.nodes.values() if node is not lost]
+        abort_goals(self.loop, lost, others, f"Node {lost.name} does not run any more.")
+
+    def _on_recover(self, message: Message) -> None:
+        """Create a node again that keeps failing, with the state that it had published."""
+        assert isinstance(message, String)
+        node = self.nodes.get(message.data)
+        if node is None:
+            return  # a replay does not run the nodes whose messages come from the log
+        state = restored_state(node, self.loop, self.transforms)
+        self._on_restart(message)
+        for publication in state:
+            self.loop.redeliver(publication, lambda owner: owner == node.name)
+
+    def _restart_after_bugs(self, name: str) -> None:
+        if not isinstance(self.nodes.get(name), Device) and name in self.nodes:
+            self._restarts.count_exception(name)
+
     def isolate_faults(self, on_new: Callable[[Fault], None]) -> None:
         """From now on limit the effect of a node's exception to the failing callback.
 
-        See `callback_faults`.
+        A node that keeps failing is restarted. See `callback_faults`.
         """
         self.faults = Faults(self.loop, on_new)
+        self._restarts = NodeRestarts(self.loop)
+        self.faults.on_bug = self._restart_after_bugs
 
     def set_params(self, name: str, plain: dict[str, Any], publisher: str) -> None:
         """Change the parameters of a running node, and publish the change so that a replay repeats it.

@@ -166,6 +166,11 @@ class TransformBuffer:
                 return common_T_target.inverse() @ self._chain(source, frame, stamp_ns)
         raise TransformError(f"no chain of transforms joins {target} and {source}")
 
+    def newest_ns(self, child: str) -> int | None:
+        """Return the stamp of the newest transform of a moving frame, ns; None for a static or an unknown one."""
+        edge = self._edges.get(child)
+        return None if edge is None or edge.static else edge.stamps[-1]
+
     def clear(self) -> None:
         """Clear pending requests and dynamic transforms, as after a restart."""
         self._pending.clear()

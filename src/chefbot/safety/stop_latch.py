@@ -1,4 +1,8 @@
-"""The latch of the emergency stop: it changes on request only, and survives a restart of its process."""
+"""The latch of the emergency stop: it changes on request only, and survives a restart of its process.
+
+Besides, it is held while the motor board is lost, and released when the board is back. Like any release, this lets
+nothing resume: the robot drives on a new command only.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,9 @@ ESTOP_STATE_UNKNOWN = (
     "Drive base restarted with an unknown emergency stop state: emergency stop is active. "
     "Release it to drive."
 )
+
+BOARD_LOST = "The motor board does not answer; the robot stands."
+BOARD_BACK = "The motor board answers again; give the goal again to drive."
 
 
 class StopDecision(NamedTuple):
@@ -33,6 +40,8 @@ class StopLatch:
 
     def __init__(self) -> None:
         self.status = EmergencyStopStatus()
+        self._held = False
+        """Whether only the loss of the motor board keeps it active."""
 
     @property
     def active(self) -> bool:
@@ -40,8 +49,13 @@ class StopLatch:
         return self.status.active
 
     def request(self, pressed: bool, now_ns: int) -> StopDecision | None:
-        """Press or release the emergency stop; a repeated request has no effect."""
-        if pressed == self.active:
+        """Press or release the emergency stop; a repeated request has no effect.
+
+        A press while it is held counts; a release does not.
+        """
+        if self._held and not pressed:
+            return StopDecision(self.status, False, BOARD_LOST)
+        if pressed == self.active and not self._held:
             return None
         return self._set(pressed, PRESSED if pressed else RELEASED, now_ns)
 
@@ -50,9 +64,21 @@ class StopLatch:
 
         The latch's own messages agree with its state and have no effect.
         """
-        if pressed == self.active:
+        if pressed == self.active and not self._held:
             return None
         return self._set(True, PRESSED_BY_TOPIC, now_ns) if pressed else StopDecision(self.status, False)
+
+    def lose_board(self, now_ns: int) -> StopDecision | None:
+        """Hold the robot because the motor board is lost, unless it is stopped already."""
+        if self.active:
+            return None
+        decision = self._set(True, BOARD_LOST, now_ns)._replace(remark=BOARD_LOST)
+        self._held = True
+        return decision
+
+    def regain_board(self, now_ns: int) -> StopDecision | None:
+        """Accept commands again, unless the emergency stop was pressed."""
+        return self._set(False, BOARD_BACK, now_ns)._replace(remark=BOARD_BACK) if self._held else None
 
     def restore(self, status: EmergencyStopStatus, now_ns: int) -> StopDecision | None:
         """Restore the state from before a restart; a stop that was active stays active since its press."""
@@ -69,5 +95,5 @@ class StopLatch:
     def _set(self, active: bool, sentence: str, now_ns: int) -> StopDecision:
         header = Header.of(now_ns, "base_link")
         pressed_at = header.stamp if active and not self.active else self.status.pressed_at
-        self.status = EmergencyStopStatus(header, active, pressed_at, sentence)
+        self.status, self._held = EmergencyStopStatus(header, active, pressed_at, sentence), False
         return StopDecision(self.status, halt=active)

@@ -247,6 +247,7 @@ class SimulatorDevice(MotorBoardNode):
         """Run physics and board up to the present time, then publish all other sensors that are due."""
         for message in self._board.run_until(self.now_ns):
             self.publish_sensor_message(message)
+        self.publish_connection(self._board.link.is_open)
         self._faults.schedule.advance(self.now_ns)
         self._tick += 1
         sensors = self.robot.sensors

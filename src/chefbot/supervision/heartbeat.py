@@ -11,8 +11,10 @@ from __future__ import annotations
 import os
 import socket
 import threading
+from typing import TYPE_CHECKING
 
-from chefbot.runtime.loop import Loop
+if TYPE_CHECKING:
+    from chefbot.runtime.loop import Loop
 
 HEARTBEAT_PERIOD = 0.03
 """Heartbeat period, s."""

@@ -11,13 +11,10 @@ from typing import NamedTuple
 import msgspec
 
 from chefbot.supervision.heartbeat import HeartbeatMonitor
+from chefbot.supervision.restart_delay import MAX_RESTART_DELAY, MIN_RESTART_DELAY, STABLE_TIME
 from chefbot.supervision.state_handover import StoredMessage
 from chefbot.supervision.worker_process import KILL_TIMEOUT, WorkerProcess, WorkerSpec
 
-MIN_RESTART_DELAY, MAX_RESTART_DELAY = 0.5, 10.0
-"""Delay before a process that died is restarted, s; doubled at each restart up to the maximum."""
-STABLE_TIME = 10.0
-"""Uptime after which the restart delay is reset to its minimum, s."""
 PERIOD = 0.02
 """Period of the watch loop, s; the exit of a child wakes it at once."""
 SPARE_AFTER = 2.0

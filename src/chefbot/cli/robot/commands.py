@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
+from chefbot.cli import completion
 from chefbot.cli.command_group import new_group
-from chefbot.cli.parameters import AS_JSON, ROBOT_ARGUMENT, ROBOT_OPTION
+from chefbot.cli.parameters import AS_JSON, KEY_VALUES, ROBOT_ARGUMENT, ROBOT_OPTION
 from chefbot.cli.robot.export_commands import export_app
 
 robot_app = new_group("Robot file: design, generate, check, draw, export, calibrate.")
@@ -121,6 +122,22 @@ def calibrate(
     from chefbot.cli.robot.calibrate import CalibrateOptions, run_calibrate
 
     run_calibrate(CalibrateOptions(robot, arguments or [], sim, seed, out, launch))
+
+
+@robot_app.command("service")
+def service(
+    launch: Annotated[
+        str,
+        typer.Argument(help="launch of a built robot, or a launch file", autocompletion=completion.launches),
+    ] = "robot_standalone",
+    arguments: Annotated[list[str] | None, KEY_VALUES] = None,
+    user: Annotated[str, typer.Option(help="user that it runs as; default: this one")] = "",
+    out: Annotated[Path, typer.Option(help="unit file")] = Path("chefbot.service"),
+) -> None:
+    """Write a systemd unit that starts a built robot with its computer, and again when it crashes or hangs."""
+    from chefbot.cli.robot.service import run_service
+
+    run_service(launch, arguments or [], user, out)
 
 
 robot_app.add_typer(export_app, name="export")

@@ -72,6 +72,9 @@ def launch(
         str, typer.Option(help="run the nodes of this `host:`; default: this machine's name")
     ] = "",
     lan: Annotated[bool, LAN] = False,
+    supervised: Annotated[
+        bool, typer.Option("--supervised", help="start it again when it crashes or hangs; see robot service")
+    ] = False,
 ) -> None:
     """Run a launch file: NAME key:=value ...; without NAME, list all."""
     from chefbot.launcher.launch import list_launches, run_launch
@@ -79,6 +82,10 @@ def launch(
     if not name:
         list_launches()
         return
+    if supervised:
+        from chefbot.cli.run.supervised import run_again_after_crashes
+
+        raise typer.Exit(run_again_after_crashes())
     raise typer.Exit(run_launch(name, arguments or [], join or [], listen or [], host, lan))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self, cast
 
 import msgspec
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.idl.cdr import decode, encode
+from chefbot.msgs.idl.constraints import Bounds, Rule
 from chefbot.msgs.idl.precision import rounding
 
 Bool = Annotated[bool, "bool"]
@@ -45,6 +46,12 @@ class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
 
     ROS_PACKAGE: ClassVar[str] = ""
     """Package of the type, if it is not the module's name."""
+    BOUNDS: ClassVar[Mapping[str, Bounds]] = {}
+    """Bounds of numbers by field; those of others are `validity.MAX_ABS_VALUE`."""
+    MAX_LENGTHS: ClassVar[Mapping[str, int]] = {}
+    """Maximum lengths of strings and arrays by field; those of others are in `validity`."""
+    RULES: ClassVar[tuple[Rule, ...]] = ()
+    """Constraints between fields."""
 
     def __init_subclass__(cls) -> None:
         """Make a type with numbers of lower precision round them when a message is created."""

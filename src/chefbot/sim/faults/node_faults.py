@@ -16,12 +16,14 @@ from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import DEVICE, Loop, Publication, ScheduledEvent
 from chefbot.runtime.node import In, Node, Out, topic
 from chefbot.runtime.node_container import RESTART_TOPIC
+from chefbot.runtime.node_restart import LOST_TOPIC, PROCESS_BACK, PROCESS_LOST
 from chefbot.sim.faults.callback_queue import CallbackQueue
 from chefbot.sim.faults.events import (
     FaultEvent,
     LinkBlackHole,
     LinkCut,
     NodeFault,
+    NodeHung,
     NodeKilled,
     Slow,
 )
@@ -29,6 +31,8 @@ from chefbot.sim.faults.schedule import FaultSchedule, describe, parse_request, 
 
 NODE = "faults"
 """Name of the node that injects faults into a launch."""
+DETECTION_NS = 120_000_000
+"""Time after which the loss of a node is reported, ns: as the launch notices that a process sends no heartbeat."""
 KIND = "chefbot.sim.faults.node_faults:NodeFaultsNode"
 SIMULATOR_KIND = "chefbot.sim.device:SimulatorDevice"
 
@@ -128,9 +132,10 @@ class NodeFaultsNode(Node):
     def start(self) -> None:
         """Begin to intercept the loop's callbacks."""
         self._injector = self._loop.interceptor = NodeFaultInjector(self._loop)
+        self._lost: set[NodeFault] = set()
         self._schedule = FaultSchedule[NodeFault](
             self.params.events,
-            self._injector.begin,
+            self._begin,
             self._end,
             lambda text: self.remark.publish(String(text)),
         )
@@ -159,10 +164,29 @@ class NodeFaultsNode(Node):
     def _advance(self) -> None:
         self._schedule.advance(self.now_ns)
 
+    def _begin(self, event: NodeFault) -> None:
+        self._injector.begin(event)
+        if isinstance(event, (NodeKilled, NodeHung)):
+            timing = self._loop.timing(self.name, f"{self.name}.report_loss")
+            report = partial(self._report_loss, event)
+            self._timers.append(self._loop.schedule(self.now_ns + DETECTION_NS, DEVICE, report, timing))
+
+    def _report_loss(self, event: NodeKilled | NodeHung) -> None:
+        """Report the loss of a node as the launch reports that of a process, which stops the robot."""
+        if event not in self._schedule.active:
+            return
+        self._lost.add(event)
+        self.publish(PROCESS_LOST, String(event.node))
+        if isinstance(event, NodeKilled):
+            self.publish(LOST_TOPIC, String(event.node))
+
     def _end(self, event: NodeFault) -> None:
         self._injector.end(event)
         if isinstance(event, NodeKilled):
             self.publish(RESTART_TOPIC, String(event.node))
+        if event in self._lost:
+            self._lost.discard(event)
+            self.publish(PROCESS_BACK, String(target_of(event)))
 
 
 def inject(launch: Launch, events: Iterable[FaultEvent]) -> Launch:

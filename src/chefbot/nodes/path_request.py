@@ -1,0 +1,30 @@
+"""Requests of a path from the planner, which has to answer in time."""
+
+from __future__ import annotations
+
+from chefbot.msgs import nav2_msgs as nav2
+from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.nodes.recovery_behaviors import RecoveryBehaviorsNode
+from chefbot.runtime.actions import action_client
+from chefbot.runtime.coroutines import wait_any
+
+PLANNER_TIMEOUT = 10.0
+"""Time in which the planner has to answer, s."""
+PLANNER_SILENT = f"The planner has not answered for {PLANNER_TIMEOUT:.0f} s."
+TIMEOUT = 207
+"""Error code of nav2_msgs/action/ComputePathToPose: the planner has exceeded its time."""
+
+
+class PathRequestNode(RecoveryBehaviorsNode):
+    """Calls compute_path_to_pose."""
+
+    compute_path_to_pose = action_client(nav2.ComputePathToPose)
+
+    async def _plan(self, goal: PoseStamped) -> nav2.ComputePathToPose_Result:
+        """Return the planner's result, or an error if there is none in time."""
+        planning = self.compute_path_to_pose.call(nav2.ComputePathToPose_Goal(goal))
+        await wait_any(planning, self.sleep(PLANNER_TIMEOUT))
+        if planning.done:
+            return planning.result()
+        planning.discard()
+        return nav2.ComputePathToPose_Result(error_code=TIMEOUT, error_msg=PLANNER_SILENT)

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from chefbot.costmap.conversions import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.conversions import (
+    DROP_OFFS,
+    LASER,
+    ObstacleMarking,
+    costmap_message,
+    mark_laser,
+    mark_obstacles,
+)
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
 from chefbot.maths.costs import Costmap
@@ -17,6 +24,7 @@ from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors
+from chefbot.scan.drop_offs import drop_range
 
 LOCAL_COSTMAP = CostmapParams(track_unknown=False)
 """Unknown space is free here, because a camera sees little at once; the planner has the map."""
@@ -39,6 +47,7 @@ class LocalCostmapNode(Node):
         """Create the empty costmap and the sensor monitors."""
         self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint, rolling=True)
         self._sensors = ObstacleSensors(self.robot)
+        self._marking = ObstacleMarking.of(self.robot, drop_range(self.robot))
 
     def reconfigure(self, params: Any) -> None:
         """Apply new parameters to the costmap."""
@@ -67,7 +76,7 @@ class LocalCostmapNode(Node):
         self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, scan))
 
     def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
-        mark_obstacles(self._costs, pose, scan, plane_of(self.robot))
+        mark_obstacles(self._costs, pose, scan, self._marking)
         self._sensors.note_obstacles_marked(scan.header.stamp.ns)
 
     def on_clear_costmaps(self, radius: Float64) -> None:
@@ -92,7 +101,9 @@ class LocalCostmapNode(Node):
     def _costs_around(self, pose: SE2) -> Costmap:
         """Move the costmap to the robot and return its costs."""
         self._costs.move_to(pose.x, pose.y)
-        self._costs.clear_footprint(pose)
+        self._costs.clear_footprint(pose, keep=(DROP_OFFS,))  # its edge may be over one
+        if self._costs.has_layer(DROP_OFFS):
+            self._costs.clear_around(pose, self._costs.resolution, DROP_OFFS)
         return self._costs.update()
 
     @every(hz=1)

@@ -10,7 +10,13 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.conversions import (
+    DROP_OFFS,
+    ObstacleMarking,
+    costmap_message,
+    mark_laser,
+    mark_obstacles,
+)
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
 from chefbot.costmap.pose_jump import PoseJumpDetector
@@ -28,6 +34,7 @@ from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.plugins import load_plugin
 from chefbot.runtime.transform_buffer import TransformError
+from chefbot.scan.drop_offs import drop_range
 
 
 class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -59,6 +66,7 @@ class PlannerNode(Node):
             self.robot.footprint,
             avoid_unknown=self.robot.sensors.forward_sensing_only,
         )
+        self._marking = ObstacleMarking.of(self.robot, drop_range(self.robot))
         self._pose_jump = PoseJumpDetector()
         self._planner = self._make_planner()
 
@@ -85,7 +93,7 @@ class PlannerNode(Node):
     def on_obstacles(self, scan: ObstacleScan) -> None:
         """Update the camera's obstacle layers with an obstacle scan."""
         stamp = scan.header.stamp.ns
-        mark = partial(mark_obstacles, scan=scan, plane=plane_of(self.robot))
+        mark = partial(mark_obstacles, scan=scan, marking=self._marking)
         self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
 
     def _mark(self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2) -> None:
@@ -100,9 +108,9 @@ class PlannerNode(Node):
             mark(self._costs, map_T_odom @ odom_T_sensor)
 
     def on_clear_costmaps(self, radius: Float64) -> None:
-        """Clear the marks within a radius (m) of the robot."""
+        """Clear the marks within a radius (m) of the robot, but not those of drop-offs, which do not leave."""
         try:
-            self._costs.clear_around(self.tf.lookup("map", "base_link"), radius.data)
+            self._costs.clear_around(self.tf.lookup("map", "base_link"), radius.data, keep=(DROP_OFFS,))
         except TransformError:
             self._costs.clear()  # not localized: all marks are unreliable
 
@@ -113,7 +121,7 @@ class PlannerNode(Node):
         except TransformError as error:
             return ComputePathToPose_Result(error_code=NO_TRANSFORM, error_msg=f"Not localized yet: {error}")
         start = goal.start.pose.se2 if goal.use_start else robot
-        self._costs.clear_footprint(robot)
+        self._costs.clear_footprint(robot, keep=(DROP_OFFS,))
         try:
             poses = self._find_path(robot, start, goal.goal.pose.se2)
         except PlanningError as error:

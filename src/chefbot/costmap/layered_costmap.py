@@ -151,6 +151,20 @@ class LayeredCostmap:
         column, row = (pose.x - self.origin_x) / self.resolution, (pose.y - self.origin_y) / self.resolution
         return CellWindow.around(row, column, radius / self.resolution)
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the costmap."""
+        height, width = self._static.shape
+        return height, width
+
+    def obstacles(self, window: CellWindow, without: str) -> NDArray[np.bool_]:
+        """Return which cells of a window are lethal in the static map or in any layer but one."""
+        lethal: NDArray[np.bool_] = self._static[window.slices] == LETHAL
+        for name, layer in self._sources.items():
+            if name != without:
+                lethal = lethal | (layer[window.slices] == LETHAL)
+        return lethal
+
     def has_layer(self, source: str) -> bool:
         """Return whether the source has a layer."""
         return source in self._sources

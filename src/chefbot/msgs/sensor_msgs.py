@@ -150,6 +150,7 @@ class Range(Message, frozen=True, eq=False):
     """A single range reading of a sensor with a conical field of view, m."""
 
     ULTRASOUND = 0
+    INFRARED = 1
 
     header: Header = Header()
     radiation_type: Uint8 = 0

@@ -10,6 +10,7 @@ from chefbot.msgs.std_msgs import Bool, Empty, Header, String
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.node import RESTARTED, In, Node, Out, every, restored, topic
 from chefbot.safety.braking_speed import safe_forward_speed
+from chefbot.safety.cliff_stop import CliffStop
 from chefbot.safety.command_multiplexer import CommandMultiplexer, CommandSource, StampedCommand
 from chefbot.safety.params import DriveBaseParams
 from chefbot.safety.stop_latch import StopDecision, StopLatch
@@ -40,6 +41,7 @@ class DriveBaseNode(Node):
     process_lost: In[String]
     process_back: In[String]
     ultrasonic: In[Range]
+    cliff: In[Range]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
     emergency_stop: Out[Bool] = topic(latched=True)
@@ -51,6 +53,7 @@ class DriveBaseNode(Node):
         self._limiter = VelocityLimiter(Limits.of(self.robot), self.params.limiter)
         self._commands = CommandMultiplexer(self.params.teleop_hold)
         self._stop = StopLatch()
+        self._cliffs, self._v = CliffStop(self.robot), 0.0
         self._stop_published = False
         self.spawn(self._publish_initial_stop())
 
@@ -117,13 +120,24 @@ class DriveBaseNode(Node):
         """Accept navigation again once no process is missing."""
         self._commands.restore_process(process.data)
 
+    def on_cliff(self, reading: Range) -> None:
+        """Stop at once, without a ramp, if the present motion leads over a cliff."""
+        self._cliffs.process(reading)
+        if self._v and self._cliffs.reason(self._v, self.now_ns):
+            self._halt()
+
     @every(hz=RATE)
     def command(self) -> None:
         """Publish the next step of the velocity ramp."""
         now_ns = self.now_ns
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
         max_v = safe_forward_speed(self.robot, self.ultrasonic.last, self.params.ultrasonic_margin, now_ns)
-        v, w = self._limiter.step(min(command.v, max_v), command.w, command.age(now_ns), 1.0 / RATE)
+        wanted = min(command.v, max_v)
+        remark = self._cliffs.take_remark(wanted, now_ns)
+        if remark:
+            self.remark.publish(String(remark))
+        allowed = self._cliffs.limit(wanted, now_ns)
+        v, w = self._limiter.step(allowed, command.w, command.age(now_ns), 1.0 / RATE)
         self._publish_command(v, w)
 
     def _halt(self) -> None:
@@ -131,6 +145,7 @@ class DriveBaseNode(Node):
         self._publish_command(0.0, 0.0)
 
     def _publish_command(self, v: float, w: float) -> None:
+        self._v = v
         self.cmd_vel.publish(Twist.of(v, w))
         left, right = wheel_speeds(v, w, self.robot)
         self.wheel_speeds.publish(WheelSpeeds(Header.of(self.now_ns, "base_link"), left, right))

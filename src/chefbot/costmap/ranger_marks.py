@@ -35,6 +35,8 @@ CONTACT_BEARINGS = (-0.35, 0.0, 0.35)
 """Bearings of the marks of a contact about the direction of motion, rad: where it was touched is not known."""
 CONTACT_MARGIN = 0.03
 """Distance of the marks of a contact from the robot's outline, m."""
+MAX_PRIOR = 0.95
+"""Highest probability before an echo: certainty could not be cleared any more."""
 PRIOR = 127
 """Cost of a cell without any echo: a probability of one half."""
 
@@ -81,10 +83,8 @@ def mark_contact(costs: LayeredCostmap, contact: SE2, radius: float) -> None:
     for bearing in CONTACT_BEARINGS:
         x = contact.x + radius * math.cos(contact.yaw + bearing)
         y = contact.y + radius * math.sin(contact.yaw + bearing)
-        row, column = (
-            int((y - costs.origin_y) // costs.resolution),
-            int((x - costs.origin_x) // costs.resolution),
-        )
+        row = math.floor((y - costs.origin_y) / costs.resolution)
+        column = math.floor((x - costs.origin_x) / costs.resolution)
         if 0 <= row < layer.shape[0] and 0 <= column < layer.shape[1]:
             layer[row, column] = LETHAL
     costs.note_change(contact, radius)
@@ -122,7 +122,7 @@ def _updated(
     likelihood = np.where(offset < -2.0, (1.0 - weight) * 0.5, np.where(offset < -1.0, rising, at_echo))
     likelihood = np.where(offset >= 1.0, 0.5, likelihood)
     # Bayes' rule
-    prior = np.where(layer == UNKNOWN, PRIOR, layer) / LETHAL
+    prior = np.minimum(np.where(layer == UNKNOWN, PRIOR, layer) / LETHAL, MAX_PRIOR)
     occupied, empty = likelihood * prior, (1.0 - likelihood) * (1.0 - prior)
     posterior = occupied / np.maximum(occupied + empty, 1e-9)
     # LETHAL and FREE count in the costmap: a cell is either marked or not, and never free by the ranger alone

@@ -7,7 +7,7 @@ from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import Range
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
-from chefbot.robot.motion_limits import Limits
+from chefbot.robot.motion_limits import Limits, one_plane_warning
 from chefbot.runtime.node import RESTARTED, In, Node, Out, every, restored, topic
 from chefbot.safety.braking_speed import safe_forward_speed
 from chefbot.safety.cliff_stop import CliffStop
@@ -22,8 +22,7 @@ RATE = 20.0
 class DriveBaseNode(Node):
     """Converts twists to wheel speeds: teleop overrides navigation, the emergency stop overrides both.
 
-    Velocity limits and ramps apply to all. `cmd_vel` is the twist actually commanded. A command that is not repeated
-    is a stop.
+    Velocity limits and ramps apply to all. `cmd_vel` is the twist commanded. A command not repeated is a stop.
 
     This node alone owns the state of the emergency stop: others request a change on `stop_request`, and the node
     publishes the state on `emergency_stop` and the reason on `stop_status`, both transient local. A stop published
@@ -54,7 +53,7 @@ class DriveBaseNode(Node):
         self._commands = CommandMultiplexer(self.params.teleop_hold)
         self._stop = StopLatch()
         self._cliffs, self._v = CliffStop(self.robot), 0.0
-        self._stop_published = False
+        self._stop_published, self.announcement = False, one_plane_warning(self.robot)
         self.spawn(self._publish_initial_stop())
 
     async def _publish_initial_stop(self) -> None:
@@ -103,8 +102,11 @@ class DriveBaseNode(Node):
             self._commands.discard()
             self._halt()
         self._publish_stop(decision.status)
-        if decision.remark:
-            self.remark.publish(String(decision.remark))
+        self._say(decision.remark)
+
+    def _say(self, remark: str) -> None:
+        if remark:
+            self.remark.publish(String(remark))
 
     def _publish_stop(self, status: EmergencyStopStatus) -> None:
         self._stop_published = True
@@ -132,12 +134,9 @@ class DriveBaseNode(Node):
         now_ns = self.now_ns
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
         max_v = safe_forward_speed(self.robot, self.ultrasonic.last, self.params.ultrasonic_margin, now_ns)
-        wanted = min(command.v, max_v)
-        remark = self._cliffs.take_remark(wanted, now_ns)
-        if remark:
-            self.remark.publish(String(remark))
-        allowed = self._cliffs.limit(wanted, now_ns)
-        v, w = self._limiter.step(allowed, command.w, command.age(now_ns), 1.0 / RATE)
+        wanted = self._cliffs.limit(min(command.v, max_v), now_ns)
+        self._say(self._cliffs.take_remark(command.v, now_ns))
+        v, w = self._limiter.step(wanted, command.w, command.age(now_ns), 1.0 / RATE)
         self._publish_command(v, w)
 
     def _halt(self) -> None:

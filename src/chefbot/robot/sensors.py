@@ -186,6 +186,11 @@ class Sensors(RobotSection, frozen=True, kw_only=True):
         return self.lidar is None or self.lidar.field_of_view <= math.pi
 
     @property
+    def sees_one_plane(self) -> bool:
+        """Whether obstacles are seen at the height of the lidar only: no table top, hanging board or drop-off."""
+        return self.lidar is not None and self.depth_camera is None
+
+    @property
     def covers_rear(self) -> bool:
         """Whether a sensor covers what is behind the robot."""
         return self.lidar is not None and self.lidar.full_turn

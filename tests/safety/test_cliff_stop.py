@@ -11,7 +11,7 @@ from chefbot.msgs.sensor_msgs import Range
 from chefbot.robot.load import load_robot
 from chefbot.safety.cliff_stop import READING_TIMEOUT_NS, CliffStop
 
-ROBOT = load_robot("chefbot_cliffs")
+ROBOT = load_robot("chefbot_cliff")
 FRONT, LEFT, RIGHT, REAR = 1, 2, 4, 8
 
 

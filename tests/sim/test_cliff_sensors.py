@@ -18,7 +18,7 @@ from chefbot.runtime.node_container import NodeContainer
 from chefbot.sim.cliff_sensors import SimulatedCliffSensors
 from chefbot.sim.world.load import load_any_world
 
-ROBOT = load_robot("chefbot_cliffs")
+ROBOT = load_robot("chefbot_cliff")
 WORLD = """name: edge
 walls: [{start: [-4 m, -4 m], end: [-4 m, 4 m]}, {start: [5 m, -4 m], end: [5 m, 4 m]}]
 holes: [{name: step, x: 2 m, y: 0 m, size: [4 m, 8 m], depth: DEPTH}]

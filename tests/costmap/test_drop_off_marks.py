@@ -83,3 +83,9 @@ def test_it_stays_under_the_edge_of_the_robot() -> None:
 def test_without_drop_offs_there_is_no_layer() -> None:
     costs = costs_with(np.inf)
     assert not costs.has_layer(DROP_OFFS)
+
+
+def test_a_drop_off_at_a_huge_distance_takes_no_time() -> None:
+    costs = costs_with(np.inf)
+    mark_obstacles(costs, IDENTITY, scan(1e30, clear=(np.inf, 0.0)), MARKING)
+    assert at_edge(costs, 0.24) == LETHAL

@@ -50,7 +50,7 @@ def test_the_cone_clears_what_has_left() -> None:
     assert marked(costs, RANGER) and marked(costs, CONTACT)
     for _ in range(20):
         mark_range(costs, SENSOR, echo(1.5))
-    assert not marked(costs, RANGER) and costs.update().at(0.32, 0.01) == FREE
+    assert not marked(costs, RANGER) and costs.update().at(0.32, 0.01) != LETHAL
 
 
 def test_a_door_post_explains_an_echo() -> None:
@@ -108,3 +108,10 @@ def test_an_echo_from_outside_the_costmap_does_nothing() -> None:
     mark_range(costs, SE2(50.0, 0.0, 0.0), echo(0.5))
     mark_contact(costs, SE2(50.0, 0.0, 0.0), 0.2)
     assert not marked(costs, RANGER) and not marked(costs, CONTACT)
+
+
+@pytest.mark.parametrize("width", [0.0, -1.0, math.nan])
+def test_an_echo_without_a_cone_marks_nothing(width: float) -> None:
+    costs = costmap()
+    mark_range(costs, SENSOR, Range(field_of_view=width, min_range=0.02, max_range=4.0, range=0.5))
+    assert not costs.has_layer(RANGER)

@@ -77,10 +77,11 @@ def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, marki
         costs.mark_and_clear(layer, sensor, angles, np.where(selected, ranges, np.inf), floor)
     if drops.any() or costs.has_layer(DROP_OFFS):
         edges = np.where(drops, ranges, np.inf)
+        longest = costs.params.marking_range
         # an edge nearer than the image: marked already, or else unknown
         for i in np.flatnonzero(drops & ~(floor[1] > 0.0)).tolist():
             beam = SE2(sensor.x, sensor.y, sensor.yaw + float(angles[i]))
-            known = _is_marked_along(costs, beam, marking.unseen_from, ranges[i])
+            known = _is_marked_along(costs, beam, marking.unseen_from, min(ranges[i], longest))
             edges[i] = np.inf if known else marking.unseen_from
         limited = floor[0], np.minimum(floor[1], marking.drop_range)
         costs.mark_and_clear(DROP_OFFS, sensor, angles, edges, limited)

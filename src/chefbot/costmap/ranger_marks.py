@@ -35,8 +35,6 @@ CONTACT_BEARINGS = (-0.35, 0.0, 0.35)
 """Bearings of the marks of a contact about the direction of motion, rad: where it was touched is not known."""
 CONTACT_MARGIN = 0.03
 """Distance of the marks of a contact from the robot's outline, m."""
-MAX_PRIOR = 0.95
-"""Highest probability before an echo: certainty could not be cleared any more."""
 PRIOR = 127
 """Cost of a cell without any echo: a probability of one half."""
 
@@ -44,7 +42,8 @@ PRIOR = 127
 def mark_range(costs: LayeredCostmap, sensor: SE2, echo: Range) -> None:
     """Mark and clear with an echo from the pose `sensor`; no echo at all shows nothing, as sound is mirrored away."""
     distance = float(echo.range)
-    if not math.isfinite(distance) or not echo.min_range <= distance <= echo.max_range:
+    measured = math.isfinite(distance) and echo.min_range <= distance <= echo.max_range
+    if not (measured and echo.field_of_view > 0.0):
         return
     marks = distance <= MARKING_RANGE
     if not (marks or any(costs.has_layer(name) for name in LASTING)):
@@ -121,8 +120,8 @@ def _updated(
     at_echo = weight * ((1.0 - (0.5 * offset) ** 2) - 0.5) + 0.5
     likelihood = np.where(offset < -2.0, (1.0 - weight) * 0.5, np.where(offset < -1.0, rising, at_echo))
     likelihood = np.where(offset >= 1.0, 0.5, likelihood)
-    # Bayes' rule
-    prior = np.minimum(np.where(layer == UNKNOWN, PRIOR, layer) / LETHAL, MAX_PRIOR)
+    # Bayes' rule; a marked cell counts as MARKED and no more, so that evidence against it can clear it
+    prior = np.minimum(np.where(layer == UNKNOWN, PRIOR, layer) / LETHAL, MARKED)
     occupied, empty = likelihood * prior, (1.0 - likelihood) * (1.0 - prior)
     posterior = occupied / np.maximum(occupied + empty, 1e-9)
     # LETHAL and FREE count in the costmap: a cell is either marked or not, and never free by the ranger alone

@@ -24,7 +24,7 @@ RANGER, CONTACT = "ranger", "contact"
 LASTING = (RANGER, CONTACT)
 """Layers of obstacles that other sensors may not see: only the ranger clears them, and the robot where it stands."""
 MARKING_RANGE = 1.0
-"""Maximum distance of an echo that marks, m; farther away its arc is too wide to tell a doorway from a wall."""
+"""Maximum distance of an echo that marks, m; beyond, its arc is too wide to distinguish a doorway from a wall."""
 DECAY_RANGE = 1.2
 """Distance at which the ranger's weight has halved, m (phi_v of RangeSensorLayer)."""
 MARKED = 0.8

@@ -102,9 +102,9 @@ class DriveBaseNode(Node):
             self._commands.discard()
             self._halt()
         self._publish_stop(decision.status)
-        self._say(decision.remark)
+        self._publish_remark(decision.remark)
 
-    def _say(self, remark: str) -> None:
+    def _publish_remark(self, remark: str) -> None:
         if remark:
             self.remark.publish(String(remark))
 
@@ -135,7 +135,7 @@ class DriveBaseNode(Node):
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
         max_v = safe_forward_speed(self.robot, self.ultrasonic.last, self.params.ultrasonic_margin, now_ns)
         wanted = self._cliffs.limit(min(command.v, max_v), now_ns)
-        self._say(self._cliffs.take_remark(command.v, now_ns))
+        self._publish_remark(self._cliffs.take_remark(command.v, now_ns))
         v, w = self._limiter.step(wanted, command.w, command.age(now_ns), 1.0 / RATE)
         self._publish_command(v, w)
 

@@ -56,8 +56,8 @@ def max_speed(robot: Robot) -> float:
 
     A robot that sees one plane only may meet what it does not see, and drives no faster than its contact speed.
     """
-    unseen = contact_speed(robot) if robot.sensors.sees_one_plane else math.inf
-    return min(robot.drive.max_speed, max_wheel_speed(robot), unseen)
+    speed = min(robot.drive.max_speed, max_wheel_speed(robot))
+    return min(speed, contact_speed(robot)) if robot.sensors.sees_one_plane else speed
 
 
 def one_plane_warning(robot: Robot) -> str:

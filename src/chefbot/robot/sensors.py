@@ -60,7 +60,7 @@ class Ultrasonic(RobotSection, frozen=True, kw_only=True):
 
 
 class CliffSensor(NamedTuple):
-    """One downward rangefinder that tells whether there is floor within its range."""
+    """One downward rangefinder that reports whether there is floor within its range."""
 
     mount: Mount
     housing: Housing
@@ -71,7 +71,7 @@ class CliffSensor(NamedTuple):
 
 
 class CliffSensors(RobotSection, frozen=True, kw_only=True):
-    """Infrared rangefinders that look down and tell whether there is floor within their range.
+    """Infrared rangefinders that look down and report whether there is floor within their range.
 
     They are connected to the inputs of the motor board in this order.
     """

@@ -32,6 +32,7 @@ PITCH_TOLERANCE = 0.0175
 """Maximum pitch of the camera when braking, by default, rad."""
 STEP_FRACTION = 2.0 / 3.0
 """Fraction of that depth from which a step down counts, relative to the floor before it; the rest is for noise."""
+MIN_STEP = STEP_FRACTION * DROP_HEIGHT
 UNSEEN_FRACTION = 0.5
 """Fraction of that depth from which the nearest visible floor counts as lower than the robot's own floor."""
 MIN_ROWS = 2
@@ -162,6 +163,39 @@ def _lowest_ramp(mount_z: float, ray: float, steepest: float, floor_r: float, fl
 
 
 @njit(cache=True, nogil=True)
+def _is_ramp(
+    floor: tuple[float, float, float, float], first_r: float, first_h: float, r: float, h: float
+) -> bool:
+    """Return whether the floor from one point to another, (distance, height) in m, continues to the robot's front.
+
+    Then it is a ramp that begins in the blind zone, at the front or beyond.
+    """
+    tolerance, steepest, front, noise = floor
+    gradient = (h - first_h) / (r - first_r)
+    at_front = first_h - gradient * (first_r - front)
+    lowest = -UNSEEN_FRACTION * DROP_HEIGHT - (tolerance + noise) * first_r
+    return gradient >= -steepest - noise * r / GRADIENT_BASE and at_front >= lowest
+
+
+@njit(cache=True, nogil=True)
+def _complete(
+    found: NDArray[np.bool_],
+    seen: NDArray[np.bool_],
+    lower: NDArray[np.int32],
+    edges: Floats,
+    bottom: Floats,
+    blind: NDArray[np.bool_],
+) -> None:
+    """Fill blind (bins,), and remove edge and bottom of the bins where no drop-off was found."""
+    for k in range(len(edges)):
+        # A strip of lower floor too short for a gradient is a drop-off as well
+        found[k] = found[k] or (not seen[k] and lower[k] >= MIN_ROWS)
+        blind[k] = found[k] and not seen[k]
+        if not found[k]:
+            edges[k], bottom[k] = np.inf, np.inf
+
+
+@njit(cache=True, nogil=True)
 def find_drop_offs(
     depth: Depth,
     scale: float,
@@ -178,37 +212,22 @@ def find_drop_offs(
 ) -> None:
     """Find the nearest drop-off of each bin in an image (h, w), from the lowest row up.
 
-    scale: m per unit of depth. limits: valid depths, m. mount_z: height of the camera, m. floor: pitch tolerance
-    of the camera, rad, and the `FloorLimits`.
-    slope (h,), stretch (h, w): height, and distance along the floor, per depth. bins (h, w): bin of each pixel.
-    obstacles (bins,): distance of the nearest obstacle, m, behind which nothing is searched. edges, bottom, blind
-    (bins,): filled, see `DropOffs`.
+    scale: m per unit of depth. limits: valid depths, m. mount_z: height of the camera, m. floor: its pitch tolerance,
+    rad, and the `FloorLimits`. slope (h,), stretch (h, w): height, and distance along the floor, per depth. bins
+    (h, w): bin of each pixel. obstacles (bins,): distance of the nearest obstacle, m, behind which nothing is
+    searched. edges, bottom, blind (bins,): filled, see `DropOffs`.
     """
-    tolerance, steepest, front, noise = floor
-    count = len(edges)
+    (tolerance, steepest, front, noise), count = floor, len(edges)
     distance, height, pixels = np.zeros(count), np.zeros(count), np.zeros(count, np.int32)
-    # Last point of the floor in each bin; before the first one the floor under the robot's front
+    # Last point of the floor in each bin, at first under the robot's front; rows below it since then, and their first
     seen, floor_r, floor_h = np.zeros(count, np.bool_), np.full(count, front), np.zeros(count)
-    # Rows below the floor since then, and the first of them
     lower, first_r, first_h = np.zeros(count, np.int32), np.zeros(count), np.zeros(count)
     found = np.zeros(count, np.bool_)
-    for above_lowest in range(len(slope)):
-        row = len(slope) - 1 - above_lowest
+    for row in range(len(slope) - 1, -1, -1):
         if slope[row] >= 0.0:
             break
-        _row_means(
-            depth[row],
-            scale,
-            limits,
-            mount_z,
-            slope[row],
-            stretch[row],
-            bins[row],
-            obstacles,
-            distance,
-            height,
-            pixels,
-        )
+        image_row = depth[row], scale, limits, mount_z, slope[row], stretch[row], bins[row]
+        _row_means(*image_row, obstacles, distance, height, pixels)
         for k in range(count):
             if found[k] or pixels[k] == 0:
                 continue
@@ -218,9 +237,7 @@ def find_drop_offs(
                 continue
             lowest = -UNSEEN_FRACTION * DROP_HEIGHT - tolerance * r
             if seen[k]:
-                lowest = (
-                    _lowest_ramp(mount_z, ray, steepest, floor_r[k], floor_h[k]) - STEP_FRACTION * DROP_HEIGHT
-                )
+                lowest = _lowest_ramp(mount_z, ray, steepest, floor_r[k], floor_h[k]) - MIN_STEP
             is_floor = h >= lowest - noise * r
             if not is_floor:
                 if lower[k] == 0:
@@ -231,22 +248,10 @@ def find_drop_offs(
                 if seen[k]:
                     found[k] = lower[k] >= MIN_ROWS
                 elif r - first_r[k] >= GRADIENT_BASE:
-                    # A ramp that begins in the blind zone, at the robot's front or beyond, is floor
-                    gradient = (h - first_h[k]) / (r - first_r[k])
-                    at_front = first_h[k] - gradient * (first_r[k] - front)
-                    slack = (tolerance + noise) * first_r[k]
-                    is_floor = (
-                        gradient >= -steepest - noise * r / GRADIENT_BASE
-                        and at_front >= -UNSEEN_FRACTION * DROP_HEIGHT - slack
-                    )
+                    is_floor = _is_ramp(floor, first_r[k], first_h[k], r, h)
                     found[k] = not is_floor
             if is_floor:
                 # The floor rises by no more than the pitch of the camera: behind a doorstep it is not lower
                 floor_h[k] = min(h, floor_h[k] + tolerance * max(r - floor_r[k], 0.0)) if seen[k] else h
                 floor_r[k], seen[k], lower[k] = max(r, floor_r[k]), True, 0
-    for k in range(count):
-        # A strip of lower floor too short for a gradient is a drop-off as well
-        found[k] = found[k] or (not seen[k] and lower[k] >= MIN_ROWS)
-        blind[k] = found[k] and not seen[k]
-        if not found[k]:
-            edges[k], bottom[k] = np.inf, np.inf
+    _complete(found, seen, lower, edges, bottom, blind)

@@ -11,6 +11,7 @@ import numpy as np
 from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
+from chefbot.scan.drop_offs import FloorLimits
 from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
 
 CPP_US = {1: (13.7, 13.1), 10: (157.0, 153.0), 100: (1360.0, 1290.0), 478: (6300.0, 6000.0)}
@@ -45,7 +46,11 @@ def main() -> None:
             print(f"{ours} | {cpp:7.1f} | {cpp / median:5.1f}")
     for width, height in ((160, 120), (320, 240), (640, 480)):
         scanner = ObstacleScanner(
-            camera(width, height), Mount(x=0.09, z=0.3, pitch=0.0), 0.6, ObstacleScanParams()
+            camera(width, height),
+            Mount(x=0.09, z=0.3, pitch=0.0),
+            0.6,
+            FloorLimits(0.105, 0.06, 0.0018),
+            ObstacleScanParams(),
         )
         image = rng.integers(0, 9000, (height, width)).astype(np.uint16)
         median, least = microseconds(lambda s=scanner, i=image: s.scan(i))  # type: ignore[misc]

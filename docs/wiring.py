@@ -16,7 +16,7 @@ PICTURES = Path(__file__).parent / "pictures"
 MEGA_PINS = {
     "PE0": "0", "PE1": "1", "PE4": "2", "PE5": "3", "PD3": "18", "PD2": "19", "PD1": "20", "PD0": "21",
     "PA0": "22", "PA1": "23", "PA2": "24", "PA3": "25", "PA4": "26", "PA6": "28", "PC7": "30", "PL0": "49",
-    "PB5": "11", "PB6": "12", "PB7": "13", "PF0": "A0",
+    "PC0": "37", "PB5": "11", "PB6": "12", "PB7": "13", "PF0": "A0",
 }  # fmt: skip
 """What is printed on an Arduino Mega 2560 beside the chip's pins."""
 
@@ -65,6 +65,7 @@ def modules(kind: Kind) -> tuple[tuple[Module, ...], tuple[Module, ...]]:
     left += [
         Module("MPU-6050, address 0x68", f"{kind.logic}, GND, AD0 to GND", (("SDA", "SDA"), ("SCL", "SCL"))),
         Module("HC-SR04", "5 V, GND", (("TRIGGER", "Trig"), ("ECHO", "Echo"))),
+        Module("Cliff sensors, next pins: 1 to 3", f"{kind.logic}, GND", (("CLIFF_0", "0"),)),
     ]
     right = [
         Module(

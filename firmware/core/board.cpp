@@ -24,6 +24,7 @@ void Board::start(const RobotConstants &robot, void *port, const char *name, boo
     wheels_[RIGHT].start(robot);
     safety_.start(robot, hal_battery_mv(port));
     sonar_.start(robot.sonar_period);
+    cliff_inputs_ = static_cast<uint8_t>((1 << robot.cliff_sensors) - 1);
     apply(0, 0);
     hal_drivers(port, false);
 }
@@ -67,7 +68,10 @@ void Board::watch() {
                              {now_.duty[LEFT], now_.duty[RIGHT]},
                              {wheels_[LEFT].speed(), wheels_[RIGHT].speed()}};
     safety_.update(in);
-    if (safety_.at_once()) fresh_ = false;
+    const uint8_t cliffs = hal_cliffs(port_) & cliff_inputs_;
+    // Stops at once, without the ramp; the computer knows which direction is safe.
+    if (safety_.at_once() || (cliffs & ~now_.cliffs)) fresh_ = false;
+    now_.cliffs = cliffs;
     if (safety_.latched()) target_.left = target_.right = 0;
 }
 

@@ -52,6 +52,7 @@ struct Snapshot {
     uint16_t obeyed;  // sequence of the last accepted speed
     Flags flags;
     State state;
+    uint8_t cliffs;  // bit i: sensor i sees no floor
     bool resting;
 };
 
@@ -106,6 +107,7 @@ class Board {
     void tell_status(const Snapshot &at);
     void tell_inertia(const Snapshot &at);
     void tell_echo(const Snapshot &at);
+    void tell_cliffs(const Snapshot &at);
     void tell_battery(const Snapshot &at);
     void tell_time(const Snapshot &at);
     void tell_due(const Snapshot &at);
@@ -133,6 +135,7 @@ class Board {
     uint8_t command_age_ = 0;  // steps since the last received speed
     uint8_t rest_steps_ = 0;
     uint8_t brake_ = 0;     // steps until the drivers are switched off
+    uint8_t cliff_inputs_ = 0;  // bits of those connected
     uint8_t unpolled_ = 0;  // steps since the main loop ran
     bool fresh_ = false;
     bool neutral_first_ = false;

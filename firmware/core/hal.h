@@ -23,6 +23,8 @@ void hal_drivers(void *port, bool on);
 
 // True while the normally closed circuit is open.
 bool hal_estop(void *port);
+// Bit i: cliff sensor i sees no floor; an input that nothing is connected to does so, too.
+uint8_t hal_cliffs(void *port);
 // The newest finished conversion, at the battery's terminals.
 uint16_t hal_battery_mv(void *port);
 // Ten microseconds high on the HC-SR04's trigger. The port reports the echo's edges with Board::echo_edge.

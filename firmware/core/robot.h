@@ -21,6 +21,7 @@ struct RobotConstants {
     int32_t battery_low;           // mV
     int32_t imu_period;            // control steps between two `i` lines
     int32_t sonar_period;          // control steps between two pings; 0: no sensor
+    int32_t cliff_sensors;         // connected to the first inputs; 0: none
 };
 
 const uint8_t ROBOT_CONSTANTS = sizeof(RobotConstants) / sizeof(int32_t);
@@ -28,6 +29,7 @@ const uint8_t ROBOT_CONSTANTS = sizeof(RobotConstants) / sizeof(int32_t);
 const int32_t CONTROL_HZ = 100;
 const int32_t STEP_US = 1000000 / CONTROL_HZ;
 const int16_t DUTY_FULL = 1000;     // duty is per mille
+const int32_t CLIFF_INPUTS = 4;
 const int32_t SPEED_BOUND = 32767;  // ticks/s; speeds fit 16 bits, their products 32
 
 // False: a number is outside the range of the fixed-point arithmetic.
@@ -37,7 +39,7 @@ inline bool plausible(const RobotConstants &r) {
            r.acceleration <= 102000 && r.no_load >= 126 && r.no_load <= SPEED_BOUND && r.lag >= 0 && r.lag <= 2000 &&
            r.battery_stop >= 0 &&
            r.battery_low >= r.battery_stop && r.battery_low <= 40000 && r.imu_period >= 1 && r.imu_period <= 100 &&
-           r.sonar_period >= 0 && r.sonar_period <= 1000;
+           r.sonar_period >= 0 && r.sonar_period <= 1000 && r.cliff_sensors >= 0 && r.cliff_sensors <= CLIFF_INPUTS;
 }
 
 }  // namespace chefbot

@@ -6,12 +6,12 @@ namespace chefbot {
 namespace {
 
 // Steps between two lines, and the phase of each in its period, so that the lines are spread over time.
-const uint8_t MOTION_PERIOD = 2;
+const uint8_t MOTION_PERIOD = 2;  // of cliffs as well, in the steps between
 const uint8_t STATUS_PERIOD = 10, STATUS_PHASE = 3;
 const uint8_t BATTERY_PERIOD = 50, BATTERY_PHASE = 5;
 const uint8_t ROUND = 100, TIME_PHASE = 7;  // all of the above divide it
 
-const uint8_t HAS_IMU = 1, HAS_SONAR = 2;
+const uint8_t HAS_IMU = 1, HAS_SONAR = 2, HAS_CLIFFS = 4;
 
 }  // namespace
 
@@ -34,7 +34,11 @@ void Board::poll() {
 
 void Board::tell_due(const Snapshot &at) {
     const uint8_t beat = static_cast<uint8_t>(at.step % ROUND);
-    if (beat % MOTION_PERIOD == 0) tell_motion(at);
+    if (beat % MOTION_PERIOD == 0) {
+        tell_motion(at);
+    } else if (cliff_inputs_) {
+        tell_cliffs(at);
+    }
     if (++inertia_age_ >= robot_->imu_period) tell_inertia(at);
     if (beat % STATUS_PERIOD == STATUS_PHASE) tell_status(at);
     if (beat % BATTERY_PERIOD == BATTERY_PHASE) tell_battery(at);
@@ -88,6 +92,12 @@ void Board::tell_echo(const Snapshot &at) {
     send(&line);
 }
 
+void Board::tell_cliffs(const Snapshot &at) {
+    Line line = begin('d', at);
+    line.hex(at.cliffs, 2);
+    send(&line);
+}
+
 void Board::tell_battery(const Snapshot &at) {
     Line line = begin('b', at);
     line.count(at.battery_mv);
@@ -105,7 +115,8 @@ void Board::tell_version(int32_t token) {
     line.number(token).word("chefbot").number(PROTOCOL).word(name_).hex(static_cast<uint32_t>(robot_->hash), 8);
     line.number(robot_->ticks_per_turn_milli).number(CONTROL_HZ).number(DUTY_FULL);
     for (const int32_t *limit = &robot_->max_wheel; limit <= &robot_->acceleration; ++limit) line.number(*limit);
-    line.count(session_.last()).hex(robot_->sonar_period > 0 ? HAS_IMU | HAS_SONAR : HAS_IMU, 2);
+    const uint8_t sonar = robot_->sonar_period > 0 ? HAS_SONAR : 0, cliffs = cliff_inputs_ ? HAS_CLIFFS : 0;
+    line.count(session_.last()).hex(static_cast<uint8_t>(HAS_IMU | sonar | cliffs), 2);
     send(&line);
 }
 

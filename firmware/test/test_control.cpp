@@ -192,7 +192,9 @@ TEST(implausible_robots_are_refused) {
     bad[17].sonar_period = 1001;
     bad[18].lag = -1;
     bad[19].lag = 2001;
-    for (int i = 0; i < 20; ++i) CHECK(!plausible(bad[i]));
+    bad[20].cliff_sensors = -1;
+    bad[21].cliff_sensors = 5;
+    for (int i = 0; i < 22; ++i) CHECK(!plausible(bad[i]));
 }
 
 // ---- session

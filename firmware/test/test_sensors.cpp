@@ -187,6 +187,66 @@ TEST(no_echo_and_late_echo_are_nothing) {
     CHECK(!(desk.flags() & SONAR_BAD));
 }
 
+// ---- cliff sensors
+
+TEST(a_cliff_is_told_within_20_ms) {
+    RobotConstants robot = example_robot();
+    robot.cliff_sensors = 3;
+    Desk desk(robot);
+    desk.open();
+    CHECK(desk.last('v').at(15) == "07");
+    desk.run(990);
+    CHECK_EQ(desk.count('d'), 50);
+    CHECK(desk.last('d').at(3) == "00");
+    for (int bits : {1, 2, 4, 7}) {
+        chefbot_board_cliffs(desk.board, bits);
+        desk.run(20);
+        CHECK_EQ(field(desk, 'd', 3), bits);
+    }
+    chefbot_board_cliffs(desk.board, 0);
+    desk.run(20);
+}
+
+TEST(a_new_cliff_stops_at_once_and_commands_go_on) {
+    RobotConstants robot = example_robot();
+    robot.cliff_sensors = 3;
+    Desk desk(robot);
+    desk.open_and_neutral();
+    desk.drive(4000, 4000, 1000);
+    CHECK(desk.state().set[0] > 3900);
+    chefbot_board_cliffs(desk.board, 1);
+    desk.run(10);
+    CHECK_EQ(desk.state().set[0], 0);
+    CHECK_EQ(desk.state().duty[0], 0);
+    desk.drive(-2000, -2000, 1000);  // away from it, while it still sees no floor
+    CHECK(desk.state().set[0] < -1900);
+    chefbot_board_cliffs(desk.board, 3);
+    desk.run(10);
+    CHECK_EQ(desk.state().set[0], 0);
+    desk.drive(-2000, -2000, 500);
+    chefbot_board_cliffs(desk.board, 2);
+    desk.run(10);
+    CHECK(desk.state().set[0] < -1900);
+}
+
+TEST(inputs_without_a_sensor_are_no_cliffs) {
+    RobotConstants robot = example_robot();
+    robot.cliff_sensors = 3;
+    Desk desk(robot);
+    chefbot_board_cliffs(desk.board, 0xF8);
+    desk.run(100);
+    CHECK(desk.last('d').at(3) == "00");
+    robot.cliff_sensors = 4;
+    Desk four(robot);
+    chefbot_board_cliffs(four.board, 0x18);
+    four.run(100);
+    CHECK(four.last('d').at(3) == "08");
+    Desk none;
+    chefbot_board_cliffs(none.board, 0xF);
+    none.run(100);
+    CHECK_EQ(none.count('d'), 0);
+}
+
 TEST(an_absent_ultrasonic_is_named_and_delays_nothing) {
     Desk desk;
     chefbot_board_echo(desk.board, CHEFBOT_NO_SENSOR);

@@ -42,6 +42,7 @@ def expected_links(robot: Robot) -> set[str]:
         names
         | ({"laser"} if sensors.lidar else set())
         | ({"ultrasonic_link"} if sensors.ultrasonic else set())
+        | ({f"cliff_{i}_link" for i in range(len(sensors.cliffs.positions))} if sensors.cliffs else set())
     )
 
 

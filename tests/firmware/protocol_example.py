@@ -18,6 +18,7 @@ EXAMPLE = {
     "battery_low": 11_550,
     "imu_period": 2,
     "sonar_period": 10,
+    "cliff_sensors": 0,
 }
 """Constants of a robot similar to the Chefbot, which do not depend on the Chefbot's robot file."""
 

@@ -22,6 +22,7 @@ ROWS = {
     "drivers' enable": ("ENABLE",),
     "e-stop": ("ESTOP",),
     "ultrasonic trigger, echo": ("TRIGGER", "ECHO"),
+    "first cliff sensor": ("CLIFF_0",),
     "IMU SDA, SCL": ("SDA", "SCL"),
     "battery, divided": ("BATTERY",),
     "busy light": (),

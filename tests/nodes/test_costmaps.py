@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.buildings.world_file import Chair
-from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.conversions import ObstacleMarking, costmap_message, mark_laser, mark_obstacles, plane_of
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
@@ -23,6 +23,7 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.scan.camera import CameraModel
+from chefbot.scan.drop_offs import FloorLimits
 from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
 from chefbot.sim.capture import OPTICAL, Capture
 from chefbot.sim.depth_camera import DepthRenderer
@@ -55,7 +56,7 @@ def scan(metres: float) -> LaserScan:
 def cost_after(first: ObstacleScan, metres: float, plane: float = PLANE) -> int:
     """Return the cost at the obstacle of `first` after a laser beam of `metres` in its direction."""
     costs = LayeredCostmap(CostmapParams(inflation_radius=0.0, track_unknown=False), disc(0.16), rolling=True)
-    mark_obstacles(costs, ORIGIN, first, plane)
+    mark_obstacles(costs, ORIGIN, first, ObstacleMarking(plane, 1.4, 0.2))
     assert costs.update().at(DISTANCE, 0.01) == LETHAL
     mark_laser(costs, ORIGIN, scan(metres))
     return costs.update().at(DISTANCE, 0.01)
@@ -107,8 +108,10 @@ def test_without_a_level_plane_nothing_is_cleared() -> None:
 
 def test_a_table_top_stays_when_the_laser_passes_between_legs() -> None:
     costs = LayeredCostmap(CostmapParams(inflation_radius=0.0, track_unknown=False), disc(0.16), rolling=True)
-    mark_obstacles(costs, ORIGIN, obstacle(0.41, 0.45), PLANE)
-    mark_obstacles(costs, ORIGIN, obstacle(0.04, 0.45), PLANE)  # the leg, in the same cell
+    mark_obstacles(costs, ORIGIN, obstacle(0.41, 0.45), ObstacleMarking(PLANE, 1.4, 0.2))
+    mark_obstacles(
+        costs, ORIGIN, obstacle(0.04, 0.45), ObstacleMarking(PLANE, 1.4, 0.2)
+    )  # the leg, in the same cell
     mark_laser(costs, ORIGIN, scan(3.0))
     assert costs.update().at(DISTANCE, 0.01) == LETHAL
 
@@ -126,7 +129,10 @@ class SimulatedCamera:
         self._height = camera.mount.z
         self._renderer = DepthRenderer(camera, "real", 2)
         top = overall_height(ROBOT) + 0.05
-        self._scanner = ObstacleScanner(CameraModel.of(camera), camera.mount, top, ObstacleScanParams())
+        floor = FloorLimits.of(ROBOT, camera, ObstacleScanParams().pitch_tolerance)
+        self._scanner = ObstacleScanner(
+            CameraModel.of(camera), camera.mount, top, floor, ObstacleScanParams()
+        )
         self._frames = 0
 
     def mark(self, costs: LayeredCostmap, shapes: list[SimulatedShape]) -> None:
@@ -140,7 +146,9 @@ class SimulatedCamera:
         arrays = dict(
             zip(FIELDS, (now.obstacles, now.clear_from, now.clear_to, now.bottom, now.top), strict=True)
         )
-        mark_obstacles(costs, self.pose, msgspec.structs.replace(message, **arrays), plane_of(ROBOT))
+        mark_obstacles(
+            costs, self.pose, msgspec.structs.replace(message, **arrays), ObstacleMarking.of(ROBOT, 1.4)
+        )
 
 
 def lethal_cells_left(groups: list[list[SimulatedShape]]) -> list[int]:

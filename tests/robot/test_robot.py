@@ -9,17 +9,20 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from chefbot.config import ConfigError, build
+from chefbot.design.checks.geometry_checks import check
 from chefbot.robot.catalogue import KINDS, load_catalogue
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.layout import body_height, ground_clearance, overall_height
 from chefbot.robot.geometry.mass import robot_mass_properties, total_mass, unloaded_mass
 from chefbot.robot.load import build_robot, built_in_robots, load_robot
 from chefbot.robot.motion_limits import (
+    contact_speed,
     max_acceleration,
     max_speed,
     max_turn,
     max_turn_acceleration,
     max_wheel_speed,
+    one_plane_warning,
 )
 from chefbot.robot.spec import GRAVITY, Robot
 from chefbot.robot.validation import check_buildable
@@ -315,3 +318,13 @@ def test_a_robot_file_has_every_key_exactly_once():
                 continue
             with pytest.raises(ConfigError, match=f"{section}.{key}"):
                 load(changed(**{section: {key: None}}))
+
+
+def test_a_robot_that_sees_one_plane_is_slow() -> None:
+    jackal, desk, both = load_robot("jackal"), load_robot("desk"), load_robot("chefbot_lidar")
+    assert max_speed(jackal) == contact_speed(jackal) < 0.25 < jackal.drive.max_speed
+    assert max_speed(desk) == desk.drive.max_speed < contact_speed(desk)
+    assert not both.sensors.sees_one_plane and one_plane_warning(both) == ""
+    assert "at most 0.21 m/s" in one_plane_warning(jackal)
+    findings = [finding for finding in check(jackal, load_catalogue()) if finding.rule == "one plane"]
+    assert [finding.severity for finding in findings] == ["warning"]

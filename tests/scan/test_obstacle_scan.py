@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from chefbot.errors import ScanError
 from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel
+from chefbot.scan.drop_offs import FloorLimits
 from chefbot.scan.obstacle_scan import ObstaclePoints, ObstacleScanner, ObstacleScanParams
 
 HEIGHT = 0.3
 TOP = 0.63
+FLOOR = FloorLimits(steepest=0.105, front=0.08, noise=0.0018)
 CAMERA = CameraModel(320, 240, 288.6, 288.6, 159.5, 119.5, 0.45, 8.0)
 Box = tuple[float, float, float, float, float, float]
 """x1, x2, y1, y2, z1, z2 in the frame at the camera's foot."""
@@ -47,7 +49,7 @@ def render(boxes: list[Box], pitch: float = 0.0, camera: CameraModel = CAMERA) -
 
 
 def scanner(pitch: float = 0.0) -> ObstacleScanner:
-    return ObstacleScanner(CAMERA, Mount(x=0.0, z=HEIGHT, pitch=pitch), TOP, ObstacleScanParams())
+    return ObstacleScanner(CAMERA, Mount(x=0.0, z=HEIGHT, pitch=pitch), TOP, FLOOR, ObstacleScanParams())
 
 
 def look(boxes: list[Box], mounted: float = 0.0, nod: float = 0.0) -> tuple[ObstacleScanner, ObstaclePoints]:
@@ -229,8 +231,8 @@ def test_millimetres_and_metres_agree() -> None:
 
 def test_input_errors_name_the_fault() -> None:
     with pytest.raises(ScanError, match="max_height"):
-        ObstacleScanner(CAMERA, Mount(x=0.0, z=0.3), 0.02, ObstacleScanParams())
+        ObstacleScanner(CAMERA, Mount(x=0.0, z=0.3), 0.02, FLOOR, ObstacleScanParams())
     with pytest.raises(ScanError, match="looks back"):
-        ObstacleScanner(CAMERA, Mount(x=0.0, z=0.3, pitch=1.5), TOP, ObstacleScanParams())
+        ObstacleScanner(CAMERA, Mount(x=0.0, z=0.3, pitch=1.5), TOP, FLOOR, ObstacleScanParams())
     with pytest.raises(ScanError, match="shape"):
         scanner().scan(np.zeros((2, 2), np.uint16))

@@ -17,7 +17,7 @@ namespace {
 enum Pin : uint8_t {
     RX = PE0, TX = PE1, LEFT_A = PE4, LEFT_B = PE5, RIGHT_A = PD3, RIGHT_B = PD2, SDA = PD1, SCL = PD0,
     LEFT_IN_A = PA0, LEFT_IN_B = PA1, RIGHT_IN_A = PA2, RIGHT_IN_B = PA3, PWM_LEFT = PB5, PWM_RIGHT = PB6,
-    ENABLE = PA4, ESTOP = PA6, TRIGGER = PC7, ECHO = PL0, BATTERY = PF0, BUSY = PB7
+    ENABLE = PA4, ESTOP = PA6, TRIGGER = PC7, ECHO = PL0, BATTERY = PF0, BUSY = PB7, CLIFF_0 = PC0
 };
 const uint8_t IN_A[2] = {1 << LEFT_IN_A, 1 << RIGHT_IN_A}, IN_B[2] = {1 << LEFT_IN_B, 1 << RIGHT_IN_B};
 
@@ -120,6 +120,8 @@ void hal_drivers(void *, bool on) {
 
 bool hal_estop(void *) { return PINA & 1 << ESTOP; }
 
+uint8_t hal_cliffs(void *) { return static_cast<uint8_t>(PINC >> CLIFF_0 & 0xF); }
+
 uint16_t hal_battery_mv(void *) {
     if (!(ADCSRA & 1 << ADSC)) {
         battery_mv = static_cast<uint16_t>(ADC * 625UL / 32);  // 5000 mV / 1024, through 30k/10k
@@ -212,6 +214,7 @@ static void start_pins() {
     EICRA = 1 << ISC20 | 1 << ISC30;  // any edge; before the pins, for a low pin is an interrupt by default
     EICRB = 1 << ISC40 | 1 << ISC50;
     PORTA = 1 << ESTOP;  // pull-up: a broken wire is a pressed button
+    PORTC = 0xF << CLIFF_0;  // likewise: a broken wire is a cliff
     DDRA = IN_A[LEFT] | IN_B[LEFT] | IN_A[RIGHT] | IN_B[RIGHT] | 1 << ENABLE;
     DDRB = 1 << PWM_LEFT | 1 << PWM_RIGHT | 1 << BUSY;
     DDRC = 1 << TRIGGER;

@@ -11,6 +11,7 @@ void hal_unlock(void *, uint8_t before) { world = before; }
 void hal_motor(void *, uint8_t, int16_t) {}
 void hal_drivers(void *, bool) {}
 bool hal_estop(void *) { return world; }
+uint8_t hal_cliffs(void *) { return world; }
 uint16_t hal_battery_mv(void *) { return world; }
 void hal_ping(void *) {}
 bool hal_i2c_write(void *, uint8_t, uint8_t, uint8_t) { return world; }

@@ -56,6 +56,8 @@ void chefbot_board_imu_answers(chefbot_board *board, int32_t answers);
 void chefbot_board_battery(chefbot_board *board, int32_t millivolts);
 // What the next pings hear: round trip in us, CHEFBOT_NO_ECHO, or CHEFBOT_NO_SENSOR.
 void chefbot_board_echo(chefbot_board *board, int32_t us);
+// Bit i: cliff sensor i sees no floor.
+void chefbot_board_cliffs(chefbot_board *board, int32_t bits);
 void chefbot_board_estop(chefbot_board *board, int32_t pressed);
 // The main loop hangs from now on, as in an endless wait: the hardware watchdog will restart the board.
 void chefbot_board_hang(chefbot_board *board);

@@ -1,6 +1,6 @@
 // The board on a pty, in real time, with motors, battery, IMU and ultrasonic modelled.
 // Faults are read from stdin, one per line: `estop 0|1`, `block WHEEL 0|1`, `cable WHEEL 0|1`, `battery MV`,
-// `echo US`, `imu 0|1`, `hang`, `power`. It prints the path of its pty on stdout.
+// `echo US`, `cliffs BITS`, `imu 0|1`, `hang`, `power`. It prints the path of its pty on stdout.
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -122,6 +122,7 @@ void happen(chefbot_board *board, Plant *plant, const std::string &event) {
     else if (sscanf(event.c_str(), "cable %d %d", &a, &b) == 2) plant->cable_off[a & 1] = b == 0;
     else if (sscanf(event.c_str(), "battery %d", &a) == 1) plant->charge(a * 1e-3);
     else if (sscanf(event.c_str(), "echo %d", &a) == 1) chefbot_board_echo(board, a);
+    else if (sscanf(event.c_str(), "cliffs %d", &a) == 1) chefbot_board_cliffs(board, a);
     else if (sscanf(event.c_str(), "imu %d", &a) == 1) chefbot_board_imu_answers(board, a);
     else if (event == "hang") chefbot_board_hang(board);
     else if (event == "power") chefbot_board_power_cycle(board);

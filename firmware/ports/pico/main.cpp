@@ -28,7 +28,7 @@ const uint32_t UART0_BASE = 0x40034000, UART0_IRQ = 20, IO_IRQ = 13;
 // Pin assignment (GP numbers); docs/wiring.py draws this table.
 enum Pin : uint32_t {
     TX = 0, RX = 1, SDA = 4, SCL = 5, LEFT_A = 6, LEFT_B = 7, RIGHT_A = 8, RIGHT_B = 9, LEFT_IN_A = 10, LEFT_IN_B = 11,
-    RIGHT_IN_A = 12, RIGHT_IN_B = 13, ENABLE = 14, ESTOP = 15, PWM_LEFT = 16, PWM_RIGHT = 17, TRIGGER = 18, ECHO = 19, BATTERY = 26
+    RIGHT_IN_A = 12, RIGHT_IN_B = 13, ENABLE = 14, ESTOP = 15, PWM_LEFT = 16, PWM_RIGHT = 17, TRIGGER = 18, ECHO = 19, CLIFF_0 = 20, BATTERY = 26
 };
 const uint32_t IN_A[2] = {1u << LEFT_IN_A, 1u << RIGHT_IN_A}, IN_B[2] = {1u << LEFT_IN_B, 1u << RIGHT_IN_B};
 const uint32_t OUTPUTS = IN_A[0] | IN_B[0] | IN_A[1] | IN_B[1] | 1u << ENABLE | 1u << TRIGGER;
@@ -98,6 +98,8 @@ void hal_motor(void *, uint8_t wheel, int16_t duty) {
 void hal_drivers(void *, bool on) { reg(on ? SIO_SET : SIO_CLR) = 1u << ENABLE; }
 
 bool hal_estop(void *) { return reg(SIO_IN) >> ESTOP & 1; }
+
+uint8_t hal_cliffs(void *) { return static_cast<uint8_t>(reg(SIO_IN) >> CLIFF_0 & 0xF); }
 
 uint16_t hal_battery_mv(void *) {
     if (reg(ADC) & 1u << 8) {
@@ -193,6 +195,7 @@ static void start_pins() {
     connect(TRIGGER, FUNCTION_SIO, PLAIN);
     connect(ECHO, FUNCTION_SIO, PLAIN);
     connect(ESTOP, FUNCTION_SIO, PULLED_UP);  // a broken wire is a pressed button
+    for (uint32_t i = 0; i < CLIFF_INPUTS; ++i) connect(static_cast<Pin>(CLIFF_0 + i), FUNCTION_SIO, PULLED_UP);
     for (uint32_t pin = LEFT_A; pin <= RIGHT_B; ++pin) connect(pin, FUNCTION_SIO, PULLED_UP);
     connect(TX, FUNCTION_UART, PLAIN);
     connect(RX, FUNCTION_UART, PULLED_UP);

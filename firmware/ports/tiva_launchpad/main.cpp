@@ -25,9 +25,10 @@ const uint32_t A = 0, B = 8, C = 16, D = 24, E = 32;
 enum Pin : uint32_t {
     RX = A + 0, TX = A + 1, LEFT_A = D + 6, LEFT_B = D + 7, RIGHT_A = C + 5, RIGHT_B = C + 6, SDA = B + 3, SCL = B + 2,
     LEFT_IN_A = A + 3, LEFT_IN_B = A + 4, RIGHT_IN_A = E + 4, RIGHT_IN_B = E + 5, PWM_LEFT = B + 4, PWM_RIGHT = B + 5,
-    ENABLE = E + 1, ESTOP = A + 5, TRIGGER = A + 7, ECHO = A + 6, BATTERY = E + 3
+    ENABLE = E + 1, ESTOP = A + 5, TRIGGER = A + 7, ECHO = A + 6, BATTERY = E + 3, CLIFF_0 = D + 0
 };
 constexpr uint32_t bit(Pin pin) { return 1u << pin % 8; }  // within its port
+const uint32_t CLIFFS = 0xF << CLIFF_0 % 8;
 const uint32_t DIRECTION_PORT[2] = {PORT_A, PORT_E};
 const uint32_t IN_A[2] = {bit(LEFT_IN_A), bit(RIGHT_IN_A)}, IN_B[2] = {bit(LEFT_IN_B), bit(RIGHT_IN_B)};
 
@@ -100,6 +101,8 @@ void hal_motor(void *, uint8_t wheel, int16_t duty) {
 void hal_drivers(void *, bool on) { reg(PORT_E + (bit(ENABLE) << 2)) = on ? bit(ENABLE) : 0; }
 
 bool hal_estop(void *) { return reg(PORT_A + (bit(ESTOP) << 2)) != 0; }
+
+uint8_t hal_cliffs(void *) { return static_cast<uint8_t>(reg(PORT_D + (CLIFFS << 2))); }
 
 uint16_t hal_battery_mv(void *) {
     if (reg(ADC0 + ADC_RIS) & 8) {
@@ -207,6 +210,8 @@ static void start_pins() {
     set_bits(PORT_E + DIR, IN_A[RIGHT] | IN_B[RIGHT] | bit(ENABLE));
     set_bits(PORT_A + PUR, bit(ESTOP));  // a broken wire is a pressed button
     set_bits(PORT_A + DEN, IN_A[LEFT] | IN_B[LEFT] | bit(TRIGGER) | bit(ECHO) | bit(ESTOP));
+    set_bits(PORT_D + PUR, CLIFFS);      // likewise: a broken wire is a cliff
+    set_bits(PORT_D + DEN, CLIFFS);
     set_bits(PORT_E + DEN, IN_A[RIGHT] | IN_B[RIGHT] | bit(ENABLE));
     reg(PORT_D + LOCK) = 0x4C4F434B;  // PD7 is guarded as an NMI input
     set_bits(PORT_D + COMMIT, bit(LEFT_B));

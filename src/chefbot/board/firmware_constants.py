@@ -78,6 +78,7 @@ def _rows(robot: Robot) -> tuple[tuple[str, int, str, str], ...]:
         ("battery_low", low_millivolts, "mV", "battery.empty_voltage"),
         ("imu_period", imu_period, "control steps", "sensors.imu.rate"),
         ("sonar_period", ping_period, "control steps", "sensors.ultrasonic.rate"),
+        ("cliff_sensors", len(robot.sensors.cliff_sensors), "inputs", "sensors.cliffs.positions"),
     )
 
 

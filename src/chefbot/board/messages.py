@@ -105,6 +105,12 @@ class EchoLine(TimedLine, frozen=True):
     echo: int
 
 
+class CliffLine(TimedLine, frozen=True):
+    """Line `d`: bit i is set if cliff sensor i sees no floor."""
+
+    cliffs: int
+
+
 class BatteryLine(TimedLine, frozen=True):
     """Line `b`: voltage of the battery, mV."""
 
@@ -137,6 +143,7 @@ _LAYOUTS: dict[str, tuple[type[BoardLine], tuple[Field, ...]]] = {
     "i": (InertiaLine, (UNSIGNED, *(SIGNED,) * 8)),
     "s": (StatusLine, (UNSIGNED, UNSIGNED, HEX, UNSIGNED, *(SIGNED,) * 4, *(UNSIGNED,) * 4)),
     "u": (EchoLine, (UNSIGNED, SIGNED)),
+    "d": (CliffLine, (UNSIGNED, HEX)),
     "b": (BatteryLine, (UNSIGNED, UNSIGNED)),
     "t": (UptimeLine, (UNSIGNED,) * 4),
     "v": (VersionLine, (SIGNED, WORD, UNSIGNED, WORD, HEX, *(UNSIGNED,) * 8, HEX)),

@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.board.counter_unwrap import CounterUnwrapper, wrap_signed
-from chefbot.board.messages import NO_ECHO, NO_SENSOR, BatteryLine, EchoLine, InertiaLine, MotionLine
+from chefbot.board.messages import (
+    NO_ECHO,
+    NO_SENSOR,
+    BatteryLine,
+    CliffLine,
+    EchoLine,
+    InertiaLine,
+    MotionLine,
+)
 from chefbot.board.sequence_filter import ReceivedLine
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.geometry_msgs import Vector3
@@ -80,6 +88,8 @@ class SensorConverter:
             return [*self._imu(received, line), ticks]
         elif isinstance(line, EchoLine) and line.echo != NO_SENSOR:
             return self._range(received.stamp_ns, line.echo)
+        elif isinstance(line, CliffLine):
+            return cliff_messages(received.stamp_ns, line.cliffs, self._robot)
         elif isinstance(line, BatteryLine):
             return [battery_state(received.stamp_ns, line.millivolts / 1000.0, self._robot)]
         return []
@@ -138,6 +148,19 @@ def range_message(stamp_ns: int, distance: float, robot: Robot) -> Range:
     )
     header = Header.of(stamp_ns, "ultrasonic_link")
     return Range(header, Range.ULTRASOUND, sonar.field_of_view, *limits, measured, RANGE_STD**2)
+
+
+def cliff_messages(stamp_ns: int, cliffs: int, robot: Robot) -> list[Message]:
+    """Convert the bits of the cliff sensors to a Range message each.
+
+    As sensor_msgs/Range has it for a fixed distance: -inf is floor within the range, +inf is none.
+    """
+    messages: list[Message] = []
+    for i, (frame, sensor) in enumerate(robot.sensors.cliff_sensors.items()):
+        measured = math.inf if cliffs >> i & 1 else -math.inf
+        limits = (sensor.field_of_view, sensor.range_min, sensor.range_max)
+        messages.append(Range(Header.of(stamp_ns, frame), Range.INFRARED, *limits, measured))
+    return messages
 
 
 def battery_state(stamp_ns: int, voltage: float, robot: Robot) -> BatteryState:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,12 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.spec import Robot
 
-LASER, CAMERA, UPRIGHT = "laser", "camera", "upright"
+LASER, CAMERA, UPRIGHT, DROP_OFFS = "laser", "camera", "upright", "drop_offs"
 """Names of the obstacle layers: obstacles in the planar scan; obstacles in the depth camera that the planar scan may
-miss; obstacles in the camera that intersect the scan plane, so that the planar scan clears them once they left."""
+miss; obstacles in the camera that intersect the scan plane, so that the planar scan clears them once they left;
+drop-offs of the floor, which the camera alone clears."""
+UNSEEN_MARGIN = 0.15
+"""Distance before the robot's front at which a drop-off is marked whose edge the camera has not seen, m."""
 PLANE_MARGIN, PLANE_TILT = 0.03, 0.0175
 """Margins, m and rad of pitch, by which an obstacle must extend above and below the scan plane."""
 _COST_TO_OCCUPANCY = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)
@@ -35,6 +39,26 @@ def plane_of(robot: Robot) -> float:
     return sensor.mount.z if sensor is not None and abs(sensor.mount.pitch) <= PLANE_TILT else math.nan
 
 
+class ObstacleMarking(NamedTuple):
+    """How the obstacle scans of a robot's depth camera are marked.
+
+    plane: height of the robot's scan plane above the floor, m, from `plane_of`. drop_range: distance up to which the
+    camera shows every drop-off, and clears them, m. unseen_from: distance from the point below the camera, m, from
+    which on the floor before the image is not known to be there.
+    """
+
+    plane: float
+    drop_range: float
+    unseen_from: float
+
+    @staticmethod
+    def of(robot: Robot, drop_range: float) -> ObstacleMarking:
+        """Return how a robot's obstacle scans are marked."""
+        camera = robot.sensors.depth_camera
+        ahead = robot.footprint.front - camera.mount.x if camera is not None else 0.0
+        return ObstacleMarking(plane_of(robot), drop_range, max(ahead, 0.0) + UNSEEN_MARGIN)
+
+
 def mark_laser(costs: LayeredCostmap, sensor: SE2, scan: LaserScan) -> None:
     """Mark and clear with a planar scan from `sensor` in the costmap's frame; it clears the upright layer, too."""
     ranges = scan.ranges.astype(np.float64)
@@ -42,18 +66,47 @@ def mark_laser(costs: LayeredCostmap, sensor: SE2, scan: LaserScan) -> None:
     costs.mark_and_clear(LASER, sensor, scan.angles.astype(np.float64), ranges, also_clear=UPRIGHT)
 
 
-def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, plane: float) -> None:
-    """Mark and clear with an obstacle scan of a depth camera whose planar pose in the costmap's frame is `sensor`.
-
-    plane: height (m) of the robot's scan plane above the floor, from `plane_of`.
-    """
+def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, marking: ObstacleMarking) -> None:
+    """Mark and clear with an obstacle scan of a depth camera whose planar pose in the costmap's frame is `sensor`."""
     steps = np.arange(len(scan.ranges), dtype=np.float64)
     angles: NDArray[np.float64] = np.asarray(scan.angle_min + steps * scan.angle_increment, np.float64)
     floor = (scan.clear_from.astype(np.float64), scan.clear_to.astype(np.float64))
     ranges = scan.ranges.astype(np.float64)
-    upright = _in_plane(scan, ranges, plane)
-    for layer, selected in ((CAMERA, ~upright), (UPRIGHT, upright)):
+    upright, drops = _in_plane(scan, ranges, marking.plane), _drop_offs(scan)
+    for layer, selected in ((CAMERA, ~upright & ~drops), (UPRIGHT, upright)):
         costs.mark_and_clear(layer, sensor, angles, np.where(selected, ranges, np.inf), floor)
+    if drops.any() or costs.has_layer(DROP_OFFS):
+        edges = np.where(drops, ranges, np.inf)
+        longest = costs.params.marking_range
+        # an edge nearer than the image: marked already, or else unknown
+        for i in np.flatnonzero(drops & ~(floor[1] > 0.0)).tolist():
+            beam = SE2(sensor.x, sensor.y, sensor.yaw + float(angles[i]))
+            known = _is_marked_along(costs, beam, marking.unseen_from, min(ranges[i], longest))
+            edges[i] = np.inf if known else marking.unseen_from
+        limited = floor[0], np.minimum(floor[1], marking.drop_range)
+        costs.mark_and_clear(DROP_OFFS, sensor, angles, edges, limited)
+
+
+def _drop_offs(scan: ObstacleScan) -> NDArray[np.bool_]:
+    """Return which obstacles (n,) are drop-offs: they are below the floor."""
+    if len(scan.bottom) != len(scan.ranges):
+        return np.zeros(len(scan.ranges), np.bool_)
+    return np.asarray(np.isfinite(scan.ranges) & (scan.bottom < 0.0))
+
+
+def _is_marked_along(costs: LayeredCostmap, beam: SE2, start: float, end: float) -> bool:
+    """Return whether a drop-off is marked on a beam between two distances, m, or in a cell beside it.
+
+    A line of marked cells may be connected at its corners only.
+    """
+    distances = np.arange(start, end + costs.resolution, costs.resolution / 2.0)
+    columns = np.floor((beam.x + distances * math.cos(beam.yaw) - costs.origin_x) / costs.resolution)
+    rows = np.floor((beam.y + distances * math.sin(beam.yaw) - costs.origin_y) / costs.resolution)
+    layer = costs.layer(DROP_OFFS)
+    h, w = layer.shape
+    inside = (rows >= 1) & (rows < h - 1) & (columns >= 1) & (columns < w - 1)
+    r, c = rows[inside].astype(np.int64), columns[inside].astype(np.int64)
+    return any((layer[r + i, c + j] == LETHAL).any() for i in (-1, 0, 1) for j in (-1, 0, 1))
 
 
 def _in_plane(scan: ObstacleScan, ranges: NDArray[np.float64], plane: float) -> NDArray[np.bool_]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,13 +123,13 @@ class LayeredCostmap:
         (nothing if not finite or <= 0) and marks where the range is finite. `also`: another layer, if it exists,
         that the beams clear but do not mark.
         """
-        layer = self._layer(source)
+        layer = self.layer(source)
         p = self.params
         start, end = (_NO_FLOOR, _NO_FLOOR) if floor is None else floor
         mark, clear = np.empty(len(ranges)), np.empty(len(ranges))
         longest = raytrace.limit_beams(ranges, start, end, p.marking_range, p.clearing_range, mark, clear)
         # a sensor may report any range; no cell beyond the two maximum ranges changes
-        self._mark_changed(sensor, min(longest, max(p.marking_range, p.clearing_range)))
+        self.note_change(sensor, min(longest, max(p.marking_range, p.clearing_range)))
         raytrace.mark_and_clear(
             layer,
             self.resolution,
@@ -142,48 +143,69 @@ class LayeredCostmap:
             self._sources.get(also_clear or source, layer),
         )
 
-    def _mark_changed(self, pose: SE2, radius: float) -> None:
+    def note_change(self, pose: SE2, radius: float) -> None:
         """Note that layers may have changed within `radius` metres of the pose."""
         if self._combined is not None:
-            self._combined.touch(self._window_around(pose, radius))
+            self._combined.touch(self.window_around(pose, radius))
 
-    def _window_around(self, pose: SE2, radius: float) -> CellWindow:
+    def window_around(self, pose: SE2, radius: float) -> CellWindow:
+        """Return the window of all cells within `radius` metres of the pose, which may extend beyond the costmap."""
         column, row = (pose.x - self.origin_x) / self.resolution, (pose.y - self.origin_y) / self.resolution
         return CellWindow.around(row, column, radius / self.resolution)
 
-    def _layer(self, source: str) -> NDArray[np.uint8]:
-        """Return the layer of the source, created empty at its first scan."""
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the costmap."""
+        height, width = self._static.shape
+        return height, width
+
+    def obstacles(self, window: CellWindow, without: str) -> NDArray[np.bool_]:
+        """Return which cells of a window are lethal in the static map or in any layer but one."""
+        lethal: NDArray[np.bool_] = self._static[window.slices] == LETHAL
+        for name, layer in self._sources.items():
+            if name != without:
+                lethal = lethal | (layer[window.slices] == LETHAL)
+        return lethal
+
+    def has_layer(self, source: str) -> bool:
+        """Return whether the source has a layer."""
+        return source in self._sources
+
+    def layer(self, source: str) -> NDArray[np.uint8]:
+        """Return the layer of the source, created empty at its first scan; only LETHAL and FREE cells count."""
         if source not in self._sources:
             self._sources[source] = np.full(self._static.shape, UNKNOWN, np.uint8)
         return self._sources[source]
 
-    def clear_around(self, pose: SE2, radius: float, source: str | None = None) -> None:
-        """Clear the marks of all sensors, or only of `source`, within `radius` metres of the pose."""
+    def clear_around(
+        self, pose: SE2, radius: float, source: str | None = None, keep: Collection[str] = ()
+    ) -> None:
+        """Clear the marks of all sources but `keep`, or only of `source`, within `radius` metres of the pose."""
         mask = self._disk_mask(pose, radius)
-        self._mark_changed(pose, radius)
+        self.note_change(pose, radius)
         for name, layer in self._sources.items():
-            if source in (None, name):
+            if source in (None, name) and name not in keep:
                 layer[mask] = UNKNOWN
 
-    def clear_footprint(self, pose: SE2) -> None:
-        """Clear the marks of all sensors in the cells that the robot covers at `pose`: nothing else can be there.
+    def clear_footprint(self, pose: SE2, keep: Collection[str] = ()) -> None:
+        """Clear the marks of all sources but `keep` in the cells that the robot covers: nothing else can be there.
 
         A false mark under the robot would stay otherwise, since no sensor looks there (compare
         `footprint_clearing_enabled` of nav2_costmap_2d). A cell that the robot covers in part keeps its mark.
         """
         margin = self.resolution / math.sqrt(2.0)
         radius = max(self._robot.circumscribed_radius - margin, 0.0)
-        window = self._window_around(pose, radius).expanded(0, self._static.shape)
+        window = self.window_around(pose, radius).expanded(0, self._static.shape)
         if window.empty:
             return  # the robot is outside the costmap
         covered = self._disk_mask(pose, radius, window)
         if len(self._footprint):
             covered &= self._polygon_mask(pose, margin, window)
-        for layer in self._sources.values():
+        for layer in (layer for name, layer in self._sources.items() if name not in keep):
             marked = covered & (layer[window.slices] == LETHAL)
             if marked.any():
                 layer[window.slices][marked] = UNKNOWN
-                self._mark_changed(pose, radius)
+                self.note_change(pose, radius)
 
     def clear(self) -> None:
         """Clear all obstacle layers and keep the static map."""

@@ -12,13 +12,14 @@ from chefbot.runtime.node import Device, In, Out, topic
 
 class MotorBoardNode(Device):
     """Base of motor board devices: subscribes wheel speeds and emergency stop; publishes ticks, IMU,
-    ultrasonic, battery, diagnostics and whether the board accepts commands."""
+    ultrasonic, cliff sensors, battery, diagnostics and whether the board accepts commands."""
 
     wheel_speeds: In[WheelSpeeds]
     emergency_stop: In[Bool]
     wheel_ticks: Out[WheelTicks]
     imu: Out[Imu] = topic("imu/data")
     ultrasonic: Out[Range]
+    cliff: Out[Range]
     battery_state: Out[BatteryState]
     diagnostics: Out[DiagnosticArray]
     board_connected: Out[Bool] = topic(latched=True)
@@ -38,7 +39,7 @@ class MotorBoardNode(Device):
         elif isinstance(message, Imu):
             self.imu.publish(message)
         elif isinstance(message, Range):
-            self.ultrasonic.publish(message)
+            (self.cliff if message.radiation_type == Range.INFRARED else self.ultrasonic).publish(message)
         elif isinstance(message, BatteryState):
             self.battery_state.publish(message)
         else:

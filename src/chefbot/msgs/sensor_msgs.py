@@ -238,6 +238,7 @@ class Range(Message, frozen=True, eq=False):
     RULES = (ordered("min_range", "max_range"),)
 
     ULTRASOUND = 0
+    INFRARED = 1
 
     header: Header = Header()
     radiation_type: Uint8 = 0

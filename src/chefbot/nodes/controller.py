@@ -133,6 +133,8 @@ class ControllerNode(BehaviorServerNode):
 
     def _finish_path(self, following: Future[FollowPath_Result], result: FollowPath_Result) -> None:
         self._stop()
+        if result.error_code == FollowPathError.STUCK:
+            self._publish_contact()
         following.set_result(result)
 
     def _stop(self) -> None:

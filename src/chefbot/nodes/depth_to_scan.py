@@ -17,7 +17,8 @@ from chefbot.robot.geometry.layout import overall_height
 from chefbot.runtime.node import In, Node, Out, topic
 from chefbot.scan.camera import CameraModel, depth_image
 from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
-from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
+from chefbot.scan.drop_offs import FloorLimits
+from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams, without_floor_gaps
 
 OVERHEAD = 0.05
 """Height above the robot's top that must be free as well, m."""
@@ -55,7 +56,8 @@ class DepthToScanNode(Node):
         self._model = CameraModel.of(camera)
         self._converter = DepthToScan(self._model, self.params.scan)
         max_height = overall_height(self.robot) + OVERHEAD
-        self._obstacles = ObstacleScanner(self._model, camera.mount, max_height, self.params.obstacles)
+        floor = FloorLimits.of(self.robot, camera, self.params.obstacles.pitch_tolerance)
+        self._obstacles = ObstacleScanner(self._model, camera.mount, max_height, floor, self.params.obstacles)
 
     def on_depth(self, image: Image) -> None:
         """Convert a depth image; the scans keep its stamp. ScanError if the robot has no depth camera."""
@@ -65,8 +67,9 @@ class DepthToScanNode(Node):
         depth = depth_image(image.data, image.encoding, *size, bool(image.is_bigendian))
         header = msgspec.structs.replace(image.header, frame_id=DEPTH_FRAME)
         points = self._obstacles.scan(depth)
-        self._out.publish(self._laser_scan(header, self._converter.convert(depth)))
         angles = self._obstacles.angles
+        ranges = without_floor_gaps(self._converter.convert(depth), self._converter.angles, points, angles)
+        self._out.publish(self._laser_scan(header, ranges))
         first, step = float(angles[0]), float(angles[1] - angles[0])
         self.obstacles.publish(ObstacleScan(header, first, step, self._camera.range_max, *points))
 

@@ -7,9 +7,10 @@ from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import Range
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
-from chefbot.robot.motion_limits import Limits
+from chefbot.robot.motion_limits import Limits, one_plane_warning
 from chefbot.runtime.node import RESTARTED, In, Node, Out, every, restored, topic
 from chefbot.safety.braking_speed import safe_forward_speed
+from chefbot.safety.cliff_stop import CliffStop
 from chefbot.safety.command_multiplexer import CommandMultiplexer, CommandSource, StampedCommand
 from chefbot.safety.params import DriveBaseParams
 from chefbot.safety.stop_latch import StopDecision, StopLatch
@@ -21,8 +22,7 @@ RATE = 20.0
 class DriveBaseNode(Node):
     """Converts twists to wheel speeds: teleop overrides navigation, the emergency stop overrides both.
 
-    Velocity limits and ramps apply to all. `cmd_vel` is the twist actually commanded. A command that is not repeated
-    is a stop.
+    Velocity limits and ramps apply to all. `cmd_vel` is the twist commanded. A command not repeated is a stop.
 
     This node alone owns the state of the emergency stop: others request a change on `stop_request`, and the node
     publishes the state on `emergency_stop` and the reason on `stop_status`, both transient local. A stop published
@@ -41,6 +41,7 @@ class DriveBaseNode(Node):
     process_lost: In[String]
     process_back: In[String]
     ultrasonic: In[Range]
+    cliff: In[Range]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
     emergency_stop: Out[Bool] = topic(latched=True)
@@ -52,9 +53,10 @@ class DriveBaseNode(Node):
         self._limiter = VelocityLimiter(Limits.of(self.robot), self.params.limiter)
         self._commands = CommandMultiplexer(self.params.teleop_hold)
         self._stop = StopLatch()
-        self._stop_published = False
+        self._cliffs, self._v = CliffStop(self.robot), 0.0
         self._own_stops: list[bool] = []
         """Messages on `emergency_stop` of this node that it has not received yet."""
+        self._stop_published, self.announcement = False, one_plane_warning(self.robot)
         self.spawn(self._publish_initial_stop())
 
     async def _publish_initial_stop(self) -> None:
@@ -111,8 +113,11 @@ class DriveBaseNode(Node):
             self._commands.discard()
             self._halt()
         self._publish_stop(decision.status)
-        if decision.remark:
-            self.remark.publish(String(decision.remark))
+        self._publish_remark(decision.remark)
+
+    def _publish_remark(self, remark: str) -> None:
+        if remark:
+            self.remark.publish(String(remark))
 
     def _publish_stop(self, status: EmergencyStopStatus) -> None:
         self._stop_published = True
@@ -130,6 +135,12 @@ class DriveBaseNode(Node):
         """Accept navigation again once no process is missing."""
         self._commands.restore_process(process.data)
 
+    def on_cliff(self, reading: Range) -> None:
+        """Stop at once, without a ramp, if the present motion leads over a cliff."""
+        self._cliffs.process(reading)
+        if self._v and self._cliffs.reason(self._v, self.now_ns):
+            self._halt()
+
     @every(hz=RATE)
     def command(self) -> None:
         """Publish the next step of the velocity ramp."""
@@ -137,7 +148,9 @@ class DriveBaseNode(Node):
         self._own_stops.clear()  # messages come before timers, so none of them is on its way
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
         max_v = safe_forward_speed(self.robot, self.ultrasonic.last, self.params.ultrasonic_margin, now_ns)
-        v, w = self._limiter.step(min(command.v, max_v), command.w, command.age(now_ns), 1.0 / RATE)
+        wanted = self._cliffs.limit(min(command.v, max_v), now_ns)
+        self._publish_remark(self._cliffs.take_remark(command.v, now_ns))
+        v, w = self._limiter.step(wanted, command.w, command.age(now_ns), 1.0 / RATE)
         self._publish_command(v, w)
 
     def _halt(self) -> None:
@@ -145,6 +158,7 @@ class DriveBaseNode(Node):
         self._publish_command(0.0, 0.0)
 
     def _publish_command(self, v: float, w: float) -> None:
+        self._v = v
         self.cmd_vel.publish(Twist.of(v, w))
         left, right = wheel_speeds(v, w, self.robot)
         self.wheel_speeds.publish(WheelSpeeds(Header.of(self.now_ns, "base_link"), left, right))

@@ -4,19 +4,29 @@ from __future__ import annotations
 
 from typing import Any
 
-from chefbot.costmap.conversions import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.conversions import (
+    DROP_OFFS,
+    LASER,
+    ObstacleMarking,
+    costmap_message,
+    mark_laser,
+    mark_obstacles,
+)
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
+from chefbot.costmap.ranger_marks import contact_radius, mark_contact, mark_range
 from chefbot.maths.costs import Costmap
-from chefbot.maths.se2 import SE2
+from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors
+from chefbot.scan.drop_offs import drop_range
 
 LOCAL_COSTMAP = CostmapParams(track_unknown=False)
 """Unknown space is free here, because a camera sees little at once; the planner has the map."""
@@ -31,14 +41,18 @@ class LocalCostmapNode(Node):
     live_params = tuple(f"costmap.{name}" for name in LIVE_PARAMS)
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
+    ultrasonic: In[Range]
+    contact: In[PoseStamped]
     clear_costmaps: In[Float64]
     costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
+    contact_out: Out[PoseStamped] = topic("contact")
     diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
         """Create the empty costmap and the sensor monitors."""
         self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint, rolling=True)
         self._sensors = ObstacleSensors(self.robot)
+        self._marking = ObstacleMarking.of(self.robot, drop_range(self.robot))
 
     def reconfigure(self, params: Any) -> None:
         """Apply new parameters to the costmap."""
@@ -67,8 +81,23 @@ class LocalCostmapNode(Node):
         self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, scan))
 
     def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
-        mark_obstacles(self._costs, pose, scan, plane_of(self.robot))
+        mark_obstacles(self._costs, pose, scan, self._marking)
         self._sensors.note_obstacles_marked(scan.header.stamp.ns)
+
+    def on_ultrasonic(self, echo: Range) -> None:
+        """Update the ranger's layer with an echo."""
+        mark = lambda pose: mark_range(self._costs, pose, echo)  # noqa: E731
+        self.tf.on_available("odom", echo.header.frame_id, echo.header.stamp.ns, mark)
+
+    def on_contact(self, contact: PoseStamped) -> None:
+        """Mark what the robot has touched."""
+        radius, motion = contact_radius(self.robot), contact.pose.se2
+        mark = lambda pose: mark_contact(self._costs, pose @ motion, radius)  # noqa: E731
+        self.tf.on_available("odom", contact.header.frame_id, contact.header.stamp.ns, mark)
+
+    def _publish_contact(self) -> None:
+        """Publish that the robot did not move on a free path: something unseen is in its way."""
+        self.contact_out.publish(PoseStamped(Header.of(self.now_ns, "base_link"), Pose.of(IDENTITY)))
 
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Clear the laser layer around the robot; the next scan marks again what is still there.
@@ -92,7 +121,9 @@ class LocalCostmapNode(Node):
     def _costs_around(self, pose: SE2) -> Costmap:
         """Move the costmap to the robot and return its costs."""
         self._costs.move_to(pose.x, pose.y)
-        self._costs.clear_footprint(pose)
+        self._costs.clear_footprint(pose, keep=(DROP_OFFS,))  # its edge may be over one
+        if self._costs.has_layer(DROP_OFFS):
+            self._costs.clear_around(pose, self._costs.resolution, DROP_OFFS)
         return self._costs.update()
 
     @every(hz=1)

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.spec import GRAVITY, ROLLING_RESISTANCE, Robot
+
+CONTACT_FORCE = 260.0
+"""Maximum transient force on a person's lower leg, N: twice the quasi-static 130 N (ISO/TS 15066, table A.2)."""
+LEG_STIFFNESS, PERSON_MASS = 60_000.0, 75.0
+"""Effective spring constant of the lower leg, N/m, and mass of a person, kg (ISO/TS 15066, table A.3)."""
 
 
 def rolling_torque(robot: Robot) -> float:
@@ -36,9 +42,32 @@ def max_wheel_speed(robot: Robot) -> float:
     return no_load_wheel_speed(robot) * max(speed_fraction, 0.0)
 
 
+def contact_speed(robot: Robot) -> float:
+    """Return the speed, m/s, at which the loaded robot may touch a person's lower leg (ISO/TS 15066, annex A).
+
+    v = F / sqrt(mu k) with the reduced mass mu of robot and person.
+    """
+    reduced_mass = 1.0 / (1.0 / PERSON_MASS + 1.0 / total_mass(robot))
+    return CONTACT_FORCE / math.sqrt(reduced_mass * LEG_STIFFNESS)
+
+
 def max_speed(robot: Robot) -> float:
-    """Return the maximum forward speed, m/s."""
-    return min(robot.drive.max_speed, max_wheel_speed(robot))
+    """Return the maximum forward speed, m/s.
+
+    A robot that sees one plane only may meet what it does not see, and drives no faster than its contact speed.
+    """
+    speed = min(robot.drive.max_speed, max_wheel_speed(robot))
+    return min(speed, contact_speed(robot)) if robot.sensors.sees_one_plane else speed
+
+
+def one_plane_warning(robot: Robot) -> str:
+    """Return a warning for a robot that sees one plane only, else an empty string."""
+    if not robot.sensors.sees_one_plane:
+        return ""
+    return (
+        "The lidar sees one plane only: no table tops, hanging boards, low boxes or drop-offs; "
+        f"without a depth camera I drive at most {max_speed(robot):.2f} m/s."
+    )
 
 
 def max_turn(robot: Robot) -> float:

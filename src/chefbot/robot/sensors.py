@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from msgspec import Meta
 
 from chefbot.robot.quantities import (
+    Coordinate,
     Count,
     FieldOfView,
     Length,
@@ -17,6 +18,21 @@ from chefbot.robot.section import Housing, Mount, RobotSection
 
 FULL_TURN_TOLERANCE = 1e-6
 """Difference from a full turn that is rounding, rad."""
+
+
+MAX_CLIFF_SENSORS = 4
+"""Number of inputs for cliff sensors of the motor board (firmware/core/robot.h)."""
+CLIFF_RATE = 50.0
+"""Rate of the motor board's lines about cliffs, Hz."""
+CLIFF_FIELD_OF_VIEW = math.radians(2.0)
+"""Width of the sensors' beam, rad: a few millimetres of floor."""
+
+
+class CliffPosition(RobotSection, frozen=True, kw_only=True):
+    """Position of a cliff sensor in base_link."""
+
+    x: Coordinate
+    y: Coordinate = 0.0
 
 
 class ImuSpec(RobotSection, frozen=True, kw_only=True):
@@ -41,6 +57,38 @@ class Ultrasonic(RobotSection, frozen=True, kw_only=True):
     field_of_view: FieldOfView
     range_min: Length
     range_max: Length
+
+
+class CliffSensor(NamedTuple):
+    """One downward rangefinder that reports whether there is floor within its range."""
+
+    mount: Mount
+    housing: Housing
+    rate: float
+    field_of_view: float
+    range_min: float
+    range_max: float
+
+
+class CliffSensors(RobotSection, frozen=True, kw_only=True):
+    """Infrared rangefinders that look down and report whether there is floor within their range.
+
+    They are connected to the inputs of the motor board in this order.
+    """
+
+    positions: Annotated[tuple[CliffPosition, ...], Meta(min_length=1, max_length=MAX_CLIFF_SENSORS)]
+    height: Length
+    """Height of the sensors above the floor."""
+    housing: Housing
+    range: Length
+    """Distance within which a sensor sees the floor."""
+
+    @property
+    def sensors(self) -> tuple[CliffSensor, ...]:
+        """The sensors; the x axis of each frame points down."""
+        mounts = [Mount(x=at.x, y=at.y, z=self.height, pitch=math.pi / 2.0) for at in self.positions]
+        limits = CLIFF_RATE, CLIFF_FIELD_OF_VIEW, self.range, self.range
+        return tuple(CliffSensor(mount, self.housing, *limits) for mount in mounts)
 
 
 class DepthCamera(RobotSection, frozen=True, kw_only=True):
@@ -110,24 +158,37 @@ class Sensors(RobotSection, frozen=True, kw_only=True):
 
     imu: ImuSpec
     ultrasonic: Ultrasonic | None = None
+    cliffs: CliffSensors | None = None
     depth_camera: DepthCamera | None = None
     lidar: Lidar | None = None
 
     @property
-    def by_frame(self) -> dict[str, ImuSpec | Ultrasonic | DepthCamera | Lidar]:
+    def by_frame(self) -> dict[str, ImuSpec | Ultrasonic | CliffSensor | DepthCamera | Lidar]:
         """Mounted sensors by the name of their frame (REP-105 and driver conventions)."""
         sensors = {
             "imu_link": self.imu,
             "ultrasonic_link": self.ultrasonic,
+            **self.cliff_sensors,
             "camera_link": self.depth_camera,
             "laser": self.lidar,
         }
         return {frame: sensor for frame, sensor in sensors.items() if sensor is not None}
 
     @property
+    def cliff_sensors(self) -> dict[str, CliffSensor]:
+        """Cliff sensors by the name of their frame, in the order of the motor board's inputs."""
+        sensors = self.cliffs.sensors if self.cliffs is not None else ()
+        return {f"cliff_{i}_link": sensor for i, sensor in enumerate(sensors)}
+
+    @property
     def forward_sensing_only(self) -> bool:
         """Whether no sensor covers the sides of the robot."""
         return self.lidar is None or self.lidar.field_of_view <= math.pi
+
+    @property
+    def sees_one_plane(self) -> bool:
+        """Whether obstacles are seen at the height of the lidar only: no table top, hanging board or drop-off."""
+        return self.lidar is not None and self.depth_camera is None
 
     @property
     def covers_rear(self) -> bool:

@@ -183,6 +183,12 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
         yield outside, f"{key}.mount", "sits outside the body"
         outside = not 0 < sensor.mount.z <= body_height(robot)
         yield outside, f"{key}.mount.z", "is not between floor and top"
+    for i, cliff in enumerate(sensors.cliff_sensors.values()):
+        outside = _outside_footprint(robot, cliff.mount)
+        yield outside, f"sensors.cliffs.positions[{i}]", "sits outside the body"
+    if sensors.cliffs is not None:
+        too_short = sensors.cliffs.range <= sensors.cliffs.height
+        yield too_short, "sensors.cliffs.range", "does not reach the floor from sensors.cliffs.height"
     camera = sensors.depth_camera
     if camera is not None:
         key = "sensors.depth_camera"

@@ -2,7 +2,8 @@
 
 A scan of one row misses table tops, seats and low boxes. Here every pixel is projected by the camera's height
 and pitch and classified as floor, obstacle, or above the robot; each angular bin then gives its nearest
-obstacle, the height interval in which it was seen, and the interval of visible free floor.
+obstacle, the height interval in which it was seen, and the interval of visible free floor. A drop-off of the floor is
+an obstacle below the floor.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from chefbot.errors import ScanError
 from chefbot.robot.section import Mount
 from chefbot.scan.camera import CameraModel, Depth
+from chefbot.scan.drop_offs import PITCH_TOLERANCE, DropOffs, FloorLimits, find_drop_offs
 
 Floats = NDArray[np.float32]
 COLUMNS_PER_BIN = 2
@@ -54,7 +56,7 @@ class ObstacleScanParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
             le=0.2,
             description="maximum pitch of the camera when braking, rad; raises min_height with distance",
         ),
-    ] = 0.0175
+    ] = PITCH_TOLERANCE
 
 
 class ObstaclePoints(NamedTuple):
@@ -67,7 +69,8 @@ class ObstaclePoints(NamedTuple):
     clear_to 0.
     bottom, top: heights above the floor between which the nearest obstacle was seen, m; inf and -inf for
     none. They are close together for a table top, and as far apart as the image reaches for a leg. With too
-    few pixels they are 0 and the maximum height.
+    few pixels they are 0 and the maximum height. Of a drop-off, bottom is negative and top 0; without floor
+    before it, its edge is nearer than the image shows.
     """
 
     obstacles: Floats
@@ -209,17 +212,23 @@ class ObstacleScanner:
     """A detector of obstacles in the depth images of one camera.
 
     camera: its model. mount: its pose, of which z and pitch are used; positive pitch looks down. max_height:
-    height above which an obstacle does not matter, m. angles: (n,) float64 angles of the bins, rad, right to
-    left, about the point on the floor below the camera, x forward.
+    height above which an obstacle does not matter, m. floor: what still counts as floor. angles: (n,)
+    float64 angles of the bins, rad, right to left, about the point on the floor below the camera, x forward.
     """
 
     def __init__(
-        self, camera: CameraModel, mount: Mount, max_height: float, params: ObstacleScanParams
+        self,
+        camera: CameraModel,
+        mount: Mount,
+        max_height: float,
+        floor: FloorLimits,
+        params: ObstacleScanParams,
     ) -> None:
         if max_height <= params.min_height:
             raise ScanError(f"max_height {max_height:g} m must be above min_height {params.min_height:g} m")
         self.camera = camera
         self._heights = (mount.z, params.min_height, max_height, params.pitch_tolerance)
+        self._floor = tuple(np.float32(limit) for limit in (params.pitch_tolerance, *floor))
         self._row_gap = MAX_FLOOR_GAP_ROWS / (mount.z * camera.fy)
         across = (camera.cx - np.arange(camera.width)) / camera.fx
         down = (np.arange(camera.height) - camera.cy) / camera.fy
@@ -267,10 +276,21 @@ class ObstacleScanner:
             self._find_heights(image, second, bottom, top)
             bottom = _merge_neighbours(second, bottom, np.minimum)
             top = _merge_neighbours(second, top, np.maximum)
+        drops = self._find_drop_offs(image, second)
+        nearer = drops.edges < second
+        second[nearer], bottom[nearer], top[nearer] = drops.edges[nearer], drops.bottom[nearer], 0.0
+        clear_from[drops.blind] = np.inf
         # Floor behind an obstacle does not count
         hidden = clear_from >= second
         clear_from[hidden], clear_to[hidden] = np.inf, 0.0
         return ObstaclePoints(second, clear_from, np.minimum(clear_to, second), bottom, top)
+
+    def _find_drop_offs(self, image: tuple[Any, ...], obstacles: Floats) -> DropOffs:
+        """Return the drop-offs before the obstacles (bins,), m."""
+        depth, scale, limits, heights, slope, stretch, bins = image
+        drops = DropOffs.none(len(obstacles))
+        find_drop_offs(depth, scale, limits, heights[0], self._floor, slope, stretch, bins, obstacles, *drops)
+        return drops
 
     def _find_heights(self, image: tuple[Any, ...], ranges: Floats, bottom: Floats, top: Floats) -> None:
         """Fill bottom and top (bins,), m; 0 and the maximum height where the pixels are too few."""
@@ -284,3 +304,22 @@ class ObstacleScanner:
         rows = (top[found] - bottom[found]) * self.camera.fy / ranges[found] + 1.0
         sparse = np.flatnonzero(found)[pixel_count[found] < MIN_PIXEL_FRACTION * self._columns[found] * rows]
         bottom[sparse], top[sparse] = 0.0, self._heights[2]
+
+
+def without_floor_gaps(
+    ranges: Floats,
+    angles: NDArray[np.floating[Any]],
+    points: ObstaclePoints,
+    bins: NDArray[np.floating[Any]],
+) -> Floats:
+    """Return ranges (n,) of a flat scan at angles (n,), rad, without those that pass over a drop-off: NaN.
+
+    Such a beam measures a surface behind the drop-off, and would call the floor before it free. points: obstacle scan
+    of the same image at the angles `bins`, rad.
+    """
+    is_drop = points.bottom < 0.0
+    if not is_drop.any():
+        return ranges
+    nearest = np.rint((angles - bins[0]) / (bins[1] - bins[0])).astype(np.int64).clip(0, len(bins) - 1)
+    passes_over = is_drop[nearest] & ~(ranges < points.obstacles[nearest])
+    return np.where(passes_over, np.float32(np.nan), ranges)

@@ -86,6 +86,10 @@ class Firmware:
         """Set the round-trip time of the following ultrasonic pings, us, or NO_ECHO or NO_SENSOR."""
         self._library.chefbot_board_echo(self._board, echo_us)
 
+    def set_cliffs(self, bits: int) -> None:
+        """Set which cliff sensors see no floor, a bit each."""
+        self._library.chefbot_board_cliffs(self._board, bits)
+
     def write(self, data: bytes) -> int:
         """Write bytes from the computer, processed in the next step; return how many the buffer took."""
         return int(self._library.chefbot_board_write(self._board, data, len(data)))
@@ -139,7 +143,7 @@ def library() -> Any:
     lib.chefbot_board_get.argtypes = [c_void_p, POINTER(FirmwareState)]
     lib.chefbot_board_turn.argtypes = [c_void_p, c_int32, c_int32]
     lib.chefbot_board_advance.argtypes = [c_void_p, c_uint32]
-    for name in ("battery", "echo", "estop", "imu_answers"):
+    for name in ("battery", "cliffs", "echo", "estop", "imu_answers"):
         getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p, c_int32]
     for name in ("destroy", "power_cycle"):
         getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p]

@@ -9,6 +9,7 @@ from numpy.random import default_rng
 
 from chefbot.board.firmware_constants import firmware_constants
 from chefbot.robot.spec import Robot
+from chefbot.sim.cliff_sensors import SimulatedCliffSensors
 from chefbot.sim.faults.motor_board import MotorBoardFaults
 from chefbot.sim.firmware import CONTROL_NS, DUTY_FULL, NO_ECHO, NO_SENSOR, Firmware, imu_scale
 from chefbot.sim.simulation import STEP_NS, Simulation
@@ -25,8 +26,8 @@ noise from looking frozen."""
 class SimulatedMotorBoard:
     """The real firmware between the protocol bytes of docs/protocol.md and the simulated hardware.
 
-    Encoders, IMU, battery, ranger and motors are those of the simulation. The firmware is configured for the
-    robot as drawn, from which the simulated one deviates.
+    Encoders, IMU, battery, ranger, cliff sensors and motors are those of the simulation. The firmware is configured
+    for the robot as drawn, from which the simulated one deviates.
     """
 
     def __init__(self, robot: Robot, simulation: Simulation) -> None:
@@ -42,6 +43,7 @@ class SimulatedMotorBoard:
         self._restart_count = 0
         self._ticks = simulation.wheel_ticks()
         self._lsb_per_force, self._lsb_per_rate = imu_scale()
+        self._cliffs = SimulatedCliffSensors.of(robot, simulation.world)
         self._temperature = default_rng(simulation.seed)
 
     def run_until(self, time_ns: int) -> None:
@@ -58,10 +60,12 @@ class SimulatedMotorBoard:
         simulation.set_drivers(bool(state.drivers))
         for _ in range(CONTROL_NS // STEP_NS):
             simulation.step()
-        # Measurements: IMU registers, ultrasonic echo, encoder ticks and battery voltage.
+        # Measurements: IMU registers, ultrasonic echo, cliff sensors, encoder ticks and battery voltage.
         self._write_imu_registers()
         if self._ping_period_ns and (simulation.time_ns - self._boot_ns) % self._ping_period_ns == 0:
             self.firmware.set_echo(self._echo())
+        if self._cliffs is not None:
+            self.firmware.set_cliffs(self._cliffs.measure(simulation.truth().pose))
         previous, self._ticks = self._ticks, simulation.wheel_ticks()
         moved_ticks = (self._ticks[0] - previous[0], self._ticks[1] - previous[1])
         moved_ticks = self.faults.encoders.apply(moved_ticks, simulation.time_ns)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from chefbot.design.checks.drive_checks import check_drive
 from chefbot.design.checks.finding import Finding
 from chefbot.design.checks.ground_clearance import check_ground_clearance
+from chefbot.design.checks.one_plane import check_one_plane
 from chefbot.design.checks.overlaps import overlaps
 from chefbot.design.checks.screw_holes import holes
 from chefbot.design.checks.sensor_occlusion import check_sensor_views
@@ -24,6 +25,7 @@ def check(robot: Robot, catalogue: Catalogue) -> list[Finding]:
         *holes(robot),
         *check_support(robot),
         *check_sensor_views(robot),
+        *check_one_plane(robot),
         *check_drive(robot, catalogue),
     ]
     return sorted(found, key=lambda finding: finding.severity != "error")

@@ -18,6 +18,7 @@ TOLERANCE = 1e-9
 """Cubic metres (1 mm^3): contact is permitted, and polygons approximate arcs."""
 MAX_FIXES = 8
 """Maximum number of overlaps with a suggested value."""
+CLIFF = "cliff_"
 FRAMES = {"imu": "imu", "ultrasonic": "ultrasonic", "camera": "depth_camera", "laser": "lidar"}
 """Name of a sensor's part to its key."""
 WAYS = {
@@ -102,6 +103,9 @@ def _inside(robot: Robot, box: PartBody) -> bool:
 def keys_of(robot: Robot, part: RobotPart) -> list[str]:
     """Return the keys that move a part; boxes and sensors come before what carries them."""
     name = part.name.removesuffix("_stand")
+    if name.startswith(CLIFF):
+        position = f"sensors.cliffs.positions[{name.removeprefix(CLIFF)}]"
+        return [f"{position}.x", f"{position}.y", "sensors.cliffs.height"]
     if name in FRAMES:
         return [f"sensors.{FRAMES[name]}.mount.{axis}" for axis in "xyz"]
     if name in ("battery", "driver"):

@@ -14,14 +14,16 @@ from typing import Any
 from chefbot.design.export.sdf_elements import add_value, add_values
 from chefbot.design.export.urdf_frames import OPTICAL_FRAME, joint_name
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
-from chefbot.robot.sensors import DepthCamera, ImuSpec, Lidar, Ultrasonic
+from chefbot.robot.sensors import CliffSensor, DepthCamera, ImuSpec, Lidar, Ultrasonic
 from chefbot.robot.spec import Robot
 
 PICTURE_NEAR = 0.05
 """Near clip of the colour image, m, below the minimum depth."""
+CLIFF_MIN_RANGE = 0.002
+"""Minimum range of a simulated cliff sensor, m."""
 CONE_STEP = math.radians(2.0)
 """Angle between the rays of an ultrasonic cone: finer than a chair leg of 3.5 cm at one metre."""
-AnySensor = ImuSpec | Ultrasonic | DepthCamera | Lidar
+AnySensor = ImuSpec | Ultrasonic | CliffSensor | DepthCamera | Lidar
 WHEELS = ("wheel_left_link", "wheel_right_link")
 
 
@@ -82,6 +84,14 @@ def _cone(element: ET.Element, sensor: Ultrasonic, _prefix: str) -> None:
     _rays(element, sensor, rays, ("horizontal", "vertical"), -half, half)
 
 
+def _beam(element: ET.Element, sensor: CliffSensor, _prefix: str) -> None:
+    """A single ray up to the range: a finite reading is floor."""
+    lidar = ET.SubElement(element, "lidar")
+    scan = ET.SubElement(lidar, "scan")
+    add_values(ET.SubElement(scan, "horizontal"), samples=1, resolution=1, min_angle=0.0, max_angle=0.0)
+    add_values(ET.SubElement(lidar, "range"), min=CLIFF_MIN_RANGE, max=float(sensor.range_max))
+
+
 def _rays(
     element: ET.Element,
     sensor: Lidar | Ultrasonic,
@@ -103,6 +113,7 @@ KINDS: dict[type, tuple[str, str, Callable[[ET.Element, Any, str], None]]] = {
     DepthCamera: ("rgbd_camera", "camera", _camera),
     Lidar: ("gpu_lidar", "scan", _lidar),
     Ultrasonic: ("gpu_lidar", "ultrasonic", _cone),
+    CliffSensor: ("gpu_lidar", "cliff", _beam),
 }
 """Gazebo's sensor type, chefbot's topic, and the function that adds the rest."""
 

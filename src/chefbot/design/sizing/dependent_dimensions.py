@@ -10,6 +10,8 @@ from chefbot.design.errors import DesignError
 from chefbot.design.sizing.robot_file_editor import Change
 from chefbot.robot.drivetrain import Motor
 from chefbot.robot.geometry import layout
+from chefbot.robot.section import RobotSection
+from chefbot.robot.sensors import CliffSensors
 from chefbot.robot.spec import Robot
 
 NOTCH_LONGER = 0.01
@@ -59,10 +61,12 @@ def raised(robot: Robot, rise: float) -> Robot:
     """Return the robot with every sensor `rise` metres higher."""
     if abs(rise) < MIN_MOVE:
         return robot
-    higher = {}
+    higher: dict[str, RobotSection] = {}
     for field in robot.sensors.__struct_fields__:
         sensor = getattr(robot.sensors, field)
-        if sensor is not None:
+        if isinstance(sensor, CliffSensors):
+            higher[field] = msgspec.structs.replace(sensor, height=round(sensor.height + rise, 4))
+        elif sensor is not None:
             mount = msgspec.structs.replace(sensor.mount, z=round(sensor.mount.z + rise, 4))
             higher[field] = msgspec.structs.replace(sensor, mount=mount)
     return msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, **higher))
@@ -73,7 +77,11 @@ def moved_sensors(before: Robot, after: Robot) -> list[Change]:
     changes = []
     for field in before.sensors.__struct_fields__:
         old, new = getattr(before.sensors, field), getattr(after.sensors, field)
-        if old is not None and abs(new.mount.z - old.mount.z) >= MIN_MOVE:
+        if isinstance(old, CliffSensors):
+            if abs(new.height - old.height) >= MIN_MOVE:
+                height = mm(new.height)
+                changes.append(Change(("sensors", field, "height"), height, "moves with the plates"))
+        elif old is not None and abs(new.mount.z - old.mount.z) >= MIN_MOVE:
             path = ("sensors", field, "mount", "z")
             changes.append(Change(path, mm(new.mount.z), "moves with the plates"))
     return changes

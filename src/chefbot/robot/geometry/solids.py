@@ -34,6 +34,7 @@ from chefbot.robot.geometry.shapes import (
 )
 from chefbot.robot.materials import MATERIALS, RgbaColour
 from chefbot.robot.section import Housing, MountingPosition, Size
+from chefbot.robot.sensors import CliffSensor
 from chefbot.robot.spec import Robot
 
 SENSOR = "sensor"
@@ -230,7 +231,8 @@ def _sensors(robot: Robot) -> Iterator[RobotPart]:
         mount, housing, name = sensor.mount, sensor.housing, frame.removesuffix("_link")
         pose = (mount.x, mount.y, mount.z), mount.pitch, mount.yaw
         box = (_housing(housing),)
-        part = RobotPart(name, name, "base_link", box, housing.mass, PLASTIC, SENSOR, *pose)
+        kind = "cliff" if isinstance(sensor, CliffSensor) else name
+        part = RobotPart(name, kind, "base_link", box, housing.mass, PLASTIC, SENSOR, *pose)
         yield part
         yield from _stand(robot, part)
 

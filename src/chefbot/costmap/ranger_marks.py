@@ -1,0 +1,128 @@
+"""Marks of obstacles that only the ultrasonic ranger measures, such as glass, and of those that the robot touched.
+
+The ranger knows a distance, but not where in its cone: each cell keeps a probability of being occupied, updated by
+the sensor model of Nav2's RangeSensorLayer (nav2_costmap_2d; its constants below), and is marked from a probability
+on. An echo that a known obstacle in the cone explains marks nothing: door posts would otherwise close the doorway
+between them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.maths.costs import LETHAL, UNKNOWN
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.sensor_msgs import Range
+from chefbot.robot.spec import Robot
+
+RANGER, CONTACT = "ranger", "contact"
+"""Names of the obstacle layers: obstacles of the ranger's echoes, and obstacles that the robot has touched."""
+LASTING = (RANGER, CONTACT)
+"""Layers of obstacles that other sensors may not see: only the ranger clears them, and the robot where it stands."""
+MARKING_RANGE = 1.0
+"""Maximum distance of an echo that marks, m; beyond, its arc is too wide to distinguish a doorway from a wall."""
+DECAY_RANGE = 1.2
+"""Distance at which the ranger's weight has halved, m (phi_v of RangeSensorLayer)."""
+MARKED = 0.8
+"""Probability from which a cell is marked (mark_threshold of RangeSensorLayer)."""
+EXPLAINED_DISTANCE = 0.12
+"""Difference between an echo and a known obstacle in the cone up to which that explains it, m."""
+CONTACT_BEARINGS = (-0.35, 0.0, 0.35)
+"""Bearings of the marks of a contact about the direction of motion, rad: where it was touched is not known."""
+CONTACT_MARGIN = 0.03
+"""Distance of the marks of a contact from the robot's outline, m."""
+PRIOR = 127
+"""Cost of a cell without any echo: a probability of one half."""
+
+
+def mark_range(costs: LayeredCostmap, sensor: SE2, echo: Range) -> None:
+    """Mark and clear with an echo from the pose `sensor`; no echo at all shows nothing, as sound is mirrored away."""
+    distance = float(echo.range)
+    measured = math.isfinite(distance) and echo.min_range <= distance <= echo.max_range
+    if not (measured and echo.field_of_view > 0.0):
+        return
+    marks = distance <= MARKING_RANGE
+    if not (marks or any(costs.has_layer(name) for name in LASTING)):
+        return
+    reach = min(distance, MARKING_RANGE) + 2.0 * costs.resolution
+    window = costs.window_around(sensor, reach).expanded(0, costs.shape)
+    if window.empty:
+        return
+    phi, theta = _polar(costs, sensor, window.slices)
+    in_cone = (np.abs(theta) <= echo.field_of_view / 2.0) & (phi <= reach)
+    free = in_cone & (phi < distance - 2.0 * costs.resolution)
+    if costs.has_layer(CONTACT):
+        costs.layer(CONTACT)[window.slices][free] = UNKNOWN
+    known = costs.obstacles(window, without=RANGER)
+    near = in_cone & (np.abs(phi - distance) <= EXPLAINED_DISTANCE)
+    marks = marks and not (known & near).any()
+    if marks or costs.has_layer(RANGER):
+        layer = costs.layer(RANGER)[window.slices]
+        updated = in_cone if marks else free
+        layer[updated] = _updated(layer, phi, theta, distance, echo.field_of_view, costs.resolution)[updated]
+    costs.note_change(sensor, reach)
+
+
+def contact_radius(robot: Robot) -> float:
+    """Return the distance of the marks of a contact from the middle of the robot, m: just outside its outline."""
+    return robot.footprint.front + CONTACT_MARGIN
+
+
+def mark_contact(costs: LayeredCostmap, contact: SE2, radius: float) -> None:
+    """Mark what the robot has touched.
+
+    contact: the robot's pose with its x axis along the motion that ended there. radius: distance of the marks from
+    the middle of the robot, m.
+    """
+    layer = costs.layer(CONTACT)
+    for bearing in CONTACT_BEARINGS:
+        x = contact.x + radius * math.cos(contact.yaw + bearing)
+        y = contact.y + radius * math.sin(contact.yaw + bearing)
+        row = math.floor((y - costs.origin_y) / costs.resolution)
+        column = math.floor((x - costs.origin_x) / costs.resolution)
+        if 0 <= row < layer.shape[0] and 0 <= column < layer.shape[1]:
+            layer[row, column] = LETHAL
+    costs.note_change(contact, radius)
+
+
+def _polar(
+    costs: LayeredCostmap, sensor: SE2, slices: tuple[slice, slice]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return distance (h, w), m, and bearing (h, w), rad, of the cells of a window from the sensor."""
+    h, w = costs.shape
+    y = costs.origin_y + (np.arange(h)[slices[0]] + 0.5) * costs.resolution - sensor.y
+    x = costs.origin_x + (np.arange(w)[slices[1]] + 0.5) * costs.resolution - sensor.x
+    c, s = math.cos(sensor.yaw), math.sin(sensor.yaw)
+    ahead, left = c * x[None, :] + s * y[:, None], c * y[:, None] - s * x[None, :]
+    return np.hypot(ahead, left), np.arctan2(left, ahead)
+
+
+def _updated(
+    layer: NDArray[np.uint8],
+    phi: NDArray[np.float64],
+    theta: NDArray[np.float64],
+    distance: float,
+    field_of_view: float,
+    resolution: float,
+) -> NDArray[np.uint8]:
+    """Return the costs (h, w) of a window after an echo: the posterior probability of each cell times LETHAL."""
+    # weight: falls with the distance (delta) and with the angle from the axis (gamma)
+    delta = 1.0 - (1.0 + np.tanh(2.0 * (phi - DECAY_RANGE))) / 2.0
+    gamma = np.maximum(1.0 - (theta / (field_of_view / 2.0)) ** 2, 0.0)
+    weight = delta * gamma
+    # p(z | occupied): low before the echo, high at it, one half behind
+    offset = (phi - distance) / resolution
+    rising = weight * 0.5 * (offset + 2.0) ** 2 + (1.0 - weight) * 0.5
+    at_echo = weight * ((1.0 - (0.5 * offset) ** 2) - 0.5) + 0.5
+    likelihood = np.where(offset < -2.0, (1.0 - weight) * 0.5, np.where(offset < -1.0, rising, at_echo))
+    likelihood = np.where(offset >= 1.0, 0.5, likelihood)
+    # Bayes' rule; a marked cell counts as MARKED and no more, so that evidence against it can clear it
+    prior = np.minimum(np.where(layer == UNKNOWN, PRIOR, layer) / LETHAL, MARKED)
+    occupied, empty = likelihood * prior, (1.0 - likelihood) * (1.0 - prior)
+    posterior = occupied / np.maximum(occupied + empty, 1e-9)
+    # LETHAL and FREE count in the costmap: a cell is either marked or not, and never free by the ranger alone
+    return np.where(posterior >= MARKED, LETHAL, np.clip(posterior * LETHAL, 1, LETHAL - 1)).astype(np.uint8)

@@ -1,0 +1,113 @@
+"""The global costmap in the frame `map`: the static map and the obstacle layers of all sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from chefbot.costmap.conversions import (
+    DROP_OFFS,
+    ObstacleMarking,
+    costmap_message,
+    mark_laser,
+    mark_obstacles,
+)
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import LIVE_PARAMS
+from chefbot.costmap.pose_jump import PoseJumpDetector
+from chefbot.costmap.ranger_marks import LASTING, contact_radius, mark_contact, mark_range
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.sensor_msgs import LaserScan, Range
+from chefbot.msgs.std_msgs import Float64, Header
+from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.runtime.transform_buffer import TransformError
+from chefbot.scan.drop_offs import drop_range
+
+
+class GlobalCostmapNode(Node):
+    """Base class of a node with a costmap of the whole map, which the obstacle sensors mark and clear.
+
+    Its parameters have a field `costmap` of type CostmapParams.
+    """
+
+    live_params = tuple(f"costmap.{name}" for name in LIVE_PARAMS)
+    map: In[OccupancyGrid]
+    scan: In[LaserScan]
+    obstacles: In[ObstacleScan]
+    ultrasonic: In[Range]
+    contact: In[PoseStamped]
+    clear_costmaps: In[Float64]
+    costmap: Out[OccupancyGrid] = topic("global_costmap/costmap", latched=True)
+
+    def start(self) -> None:
+        """Create the global costmap, which is empty before the first map."""
+        self._costs = LayeredCostmap(
+            self.params.costmap,
+            self.robot.footprint,
+            avoid_unknown=self.robot.sensors.forward_sensing_only,
+        )
+        self._marking = ObstacleMarking.of(self.robot, drop_range(self.robot))
+        self._pose_jump = PoseJumpDetector()
+
+    def reconfigure(self, params: Any) -> None:
+        """Apply new parameters to the costmap."""
+        self.params = params
+        self._costs.reconfigure(params.costmap)
+
+    def on_map(self, message: OccupancyGrid) -> None:
+        """Set a new or grown static map."""
+        self._costs.set_static(message.grid)
+
+    def on_scan(self, scan: LaserScan) -> None:
+        """Update the laser's obstacle layer with a scan."""
+        stamp = scan.header.stamp.ns
+        mark = partial(mark_laser, scan=scan)
+        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
+
+    def on_obstacles(self, scan: ObstacleScan) -> None:
+        """Update the camera's obstacle layers with an obstacle scan."""
+        stamp = scan.header.stamp.ns
+        mark = partial(mark_obstacles, scan=scan, marking=self._marking)
+        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
+
+    def on_ultrasonic(self, echo: Range) -> None:
+        """Update the ranger's layer with an echo."""
+        mark = partial(mark_range, echo=echo)
+        frame, stamp = echo.header.frame_id, echo.header.stamp.ns
+        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark(mark, pose))
+
+    def on_contact(self, contact: PoseStamped) -> None:
+        """Mark what the robot has touched."""
+        mark, motion = partial(mark_contact, radius=contact_radius(self.robot)), contact.pose.se2
+        frame, stamp = contact.header.frame_id, contact.header.stamp.ns
+        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark(mark, pose @ motion))
+
+    def _mark(self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2) -> None:
+        """Mark with the odometry pose at the time of the measurement and the latest map -> odom transform."""
+        try:
+            map_T_odom = self.tf.lookup("map", "odom")
+        except TransformError:
+            return  # not localized yet: marks would be in the wrong place
+        if self.map.last is not None:
+            if self._pose_jump.process(map_T_odom, odom_T_sensor):
+                self._costs.clear()
+            mark(self._costs, map_T_odom @ odom_T_sensor)
+
+    def on_clear_costmaps(self, radius: Float64) -> None:
+        """Clear the marks within a radius (m) of the robot, but not those that other sensors do not see."""
+        try:
+            robot = self.tf.lookup("map", "base_link")
+            self._costs.clear_around(robot, radius.data, keep=(DROP_OFFS, *LASTING))
+        except TransformError:
+            self._costs.clear()  # not localized: all marks are unreliable
+
+    @every(hz=1)
+    def publish_costmap(self) -> None:
+        """Publish the global costmap for display."""
+        if self.map.last is not None:
+            header = Header.of(self.now_ns, "map")
+            self.costmap.publish(costmap_message(header, self._costs.update()))

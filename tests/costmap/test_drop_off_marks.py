@@ -1,0 +1,91 @@
+"""Marks of drop-offs: only the camera clears them, and only where it would see them again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from chefbot.costmap.conversions import DROP_OFFS, ObstacleMarking, mark_laser, mark_obstacles
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.maths.costs import FREE, LETHAL
+from chefbot.maths.footprint import disc
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.sensor_msgs import LaserScan
+
+MARKING = ObstacleMarking(plane=0.3, drop_range=1.4, unseen_from=0.23)
+ANGLES = np.linspace(-0.3, 0.3, 61)
+
+
+def scan(distance: float, *, bottom: float = -0.17, clear: tuple[float, float] = (0.72, 4.0)) -> ObstacleScan:
+    """Return an obstacle scan with a drop-off at a distance in all directions, inf for none."""
+    n = len(ANGLES)
+    near = np.full(n, min(distance, clear[1]) if clear[1] else 0.0, np.float32)
+    low = np.full(n, bottom if np.isfinite(distance) else np.inf, np.float32)
+    top = np.full(n, 0.0 if np.isfinite(distance) else -np.inf, np.float32)
+    arrays = (np.full(n, distance, np.float32), np.full(n, clear[0], np.float32), near, low, top)
+    return ObstacleScan(
+        angle_min=-0.3, angle_increment=0.01, range_max=8.0, **dict(zip(FIELDS, arrays, strict=True))
+    )
+
+
+FIELDS = ("ranges", "clear_from", "clear_to", "bottom", "top")
+
+
+def costs_with(distance: float) -> LayeredCostmap:
+    costs = LayeredCostmap(CostmapParams(inflation_radius=0.0, track_unknown=False), disc(0.15), rolling=True)
+    mark_obstacles(costs, IDENTITY, scan(distance), MARKING)
+    return costs
+
+
+def at_edge(costs: LayeredCostmap, distance: float) -> int:
+    return costs.update().at(distance, 0.01)
+
+
+def test_a_drop_off_is_lethal_and_a_flat_scan_keeps_it() -> None:
+    costs = costs_with(1.01)
+    mark_laser(
+        costs,
+        IDENTITY,
+        LaserScan(angle_min=-0.3, angle_increment=0.01, range_max=8.0, ranges=np.full(61, 5.0)),
+    )
+    assert at_edge(costs, 1.01) == LETHAL and costs.layer("camera").max() != LETHAL
+
+
+@pytest.mark.parametrize(("seen_from", "cost"), [(0.0, FREE), (-0.8, LETHAL)])
+def test_the_camera_clears_it_from_near_only(seen_from: float, cost: int) -> None:
+    costs = costs_with(1.01)
+    mark_obstacles(costs, SE2(seen_from, 0.0, 0.0), scan(np.inf), MARKING)
+    assert at_edge(costs, 1.01) == cost
+
+
+def test_an_edge_in_the_blind_zone_stays_where_it_was_seen() -> None:
+    costs = costs_with(1.01)
+    mark_obstacles(costs, SE2(0.6, 0.0, 0.0), scan(0.8, clear=(np.inf, 0.0)), MARKING)
+    assert at_edge(costs, 1.01) == LETHAL and at_edge(costs, 0.6 + 0.24) != LETHAL
+
+
+def test_an_edge_that_was_never_seen_is_assumed_near() -> None:
+    costs = costs_with(np.inf)
+    mark_obstacles(costs, IDENTITY, scan(0.8, clear=(np.inf, 0.0)), MARKING)
+    assert at_edge(costs, 0.24) == LETHAL
+
+
+def test_it_stays_under_the_edge_of_the_robot() -> None:
+    costs = costs_with(1.01)
+    costs.clear_footprint(SE2(0.92, 0.0, 0.0), keep=(DROP_OFFS,))
+    assert at_edge(costs, 1.01) == LETHAL
+    costs.clear_footprint(SE2(0.92, 0.0, 0.0))
+    assert at_edge(costs, 1.01) != LETHAL
+
+
+def test_without_drop_offs_there_is_no_layer() -> None:
+    costs = costs_with(np.inf)
+    assert not costs.has_layer(DROP_OFFS)
+
+
+def test_a_drop_off_at_a_huge_distance_takes_no_time() -> None:
+    costs = costs_with(np.inf)
+    mark_obstacles(costs, IDENTITY, scan(1e30, clear=(np.inf, 0.0)), MARKING)
+    assert at_edge(costs, 0.24) == LETHAL

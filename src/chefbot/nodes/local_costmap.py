@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from chefbot.costmap.conversions import LASER, costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.conversions import LASER, costmap_message, mark_laser, mark_obstacles
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
 from chefbot.maths.costs import Costmap
@@ -14,6 +14,7 @@ from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Float64, Header
+from chefbot.robot.scan_plane import plane_of
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors

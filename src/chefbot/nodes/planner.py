@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.conversions import costmap_message, mark_laser, mark_obstacles
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
 from chefbot.costmap.pose_jump import PoseJumpDetector
@@ -24,6 +24,7 @@ from chefbot.planning.global_planning import ERROR_CODES, NO_TRANSFORM, RETRY_WI
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Planner, PlanningError
+from chefbot.robot.scan_plane import plane_of
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.plugins import load_plugin

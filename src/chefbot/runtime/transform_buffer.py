@@ -166,6 +166,19 @@ class TransformBuffer:
                 return common_T_target.inverse() @ self._chain(source, frame, stamp_ns)
         raise TransformError(f"no chain of transforms joins {target} and {source}")
 
+    def newest_stamp(self, target: str, source: str) -> int | None:
+        """Return the time of the newest transform between two frames, ns; None if fixed ones alone join them.
+
+        It is that of the oldest of the chain's newest transforms. TransformError if no chain joins them.
+        """
+        above_source, above_target = self._ancestors(source), self._ancestors(target)
+        common = next((frame for frame in above_source if frame in above_target), None)
+        if common is None:
+            raise TransformError(f"no chain of transforms joins {target} and {source}")
+        below = above_source[: above_source.index(common)] + above_target[: above_target.index(common)]
+        edges = [self._edges[frame] for frame in below]
+        return min((edge.stamps[-1] for edge in edges if not edge.static), default=None)
+
     def clear(self) -> None:
         """Clear pending requests and dynamic transforms, as after a restart."""
         self._pending.clear()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.robot.sensors import DepthCamera
 from chefbot.robot.spec import Robot
 from chefbot.safety.sensor_freshness import ObstacleSensorMonitor, SensorView
 
@@ -21,6 +23,9 @@ NEAR_FRACTION = 0.5
 """Fraction of the range within which surfaces do not vanish from one message to the next."""
 BLIND_RANGE_MARGIN = 0.1
 """Margin beyond the camera's minimum range in which a marked obstacle may be too near to be seen, m."""
+
+KNOWN_BINS = 3
+"""Directions on each side of a known point that it explains, as points lie a cell apart."""
 
 
 def laser_view(scan: LaserScan) -> SensorView:
@@ -39,16 +44,28 @@ def camera_view(scan: ObstacleScan) -> SensorView:
     return SensorView(scan.header.stamp.ns, data, hits, measured, ~measured, False)
 
 
-class ObstacleSensors:
-    """Monitors the lidar and the depth camera, as far as the robot file has them."""
+def _max_blind_distance(camera: DepthCamera) -> float:
+    """Return the distance within which a known obstacle may be too near to be seen, m.
 
-    def __init__(self, robot: Robot) -> None:
+    Ranges are measured along the optical axis, so the minimum range is longest at the edge of the view.
+    """
+    return (camera.range_min + BLIND_RANGE_MARGIN) / math.cos(camera.field_of_view / 2)
+
+
+class ObstacleSensors:
+    """Monitors the lidar and the depth camera, as far as the robot file has them.
+
+    optional: names of sensors that need not be connected; they count from their first message on.
+    """
+
+    def __init__(self, robot: Robot, optional: Collection[str] = ()) -> None:
         self._robot_name = robot.name
         lidar, camera = robot.sensors.lidar, robot.sensors.depth_camera
         self._lidar = ObstacleSensorMonitor("lidar", 1.0 / lidar.rate) if lidar is not None else None
         self._camera = (
             ObstacleSensorMonitor("depth camera", 1.0 / camera.rate) if camera is not None else None
         )
+        self._optional = frozenset(optional)
         self._camera_spec = camera
         self._last_obstacles: ObstacleScan | None = None
 
@@ -75,11 +92,34 @@ class ObstacleSensors:
 
     def fault(self, now_ns: int, pose: SE2 | None) -> str:
         """Return why the robot must stand still, a sentence that names the sensor, or an empty string."""
-        monitors = (monitor for monitor in (self._lidar, self._camera) if monitor is not None)
-        faults = [monitor.fault(now_ns, pose) for monitor in monitors]
+        faults = [monitor.fault(now_ns, pose) for monitor in self._counted()]
         if self._lidar is not None and self._lidar.blind():
             faults.append("The lidar is blind: a quarter of its view or more shows nothing.")
         return next((fault for fault in faults if fault), "")
+
+    @property
+    def any_counted(self) -> bool:
+        """Whether any sensor is connected, or has to be."""
+        return bool(self._counted())
+
+    def _counted(self) -> list[ObstacleSensorMonitor]:
+        monitors = [monitor for monitor in (self._lidar, self._camera) if monitor is not None]
+        return [one for one in monitors if one.has_sent or one.title not in self._optional]
+
+    def blind_beyond(self, points: NDArray[np.float64]) -> str:
+        """Return why the robot must not drive forward, as `blind_ahead`, with known obstacles (n, 2) in base_link."""
+        camera, scan, spec = self._camera, self._last_obstacles, self._camera_spec
+        if camera is None or scan is None or spec is None or not camera.blind():
+            return ""
+        x, y = points[:, 0] - spec.mount.x, points[:, 1] - spec.mount.y
+        near = np.hypot(x, y) <= _max_blind_distance(spec)
+        bearings = np.arctan2(y[near], x[near]) - spec.mount.yaw
+        bins = np.round((bearings - scan.angle_min) / scan.angle_increment).astype(np.int64)
+        known = np.zeros(len(scan.ranges), np.bool_)
+        for shift in range(-KNOWN_BINS, KNOWN_BINS + 1):
+            shifted = bins + shift
+            known[shifted[(shifted >= 0) & (shifted < len(known))]] = True
+        return BLIND if camera.blind(known) else ""
 
     def blind_ahead(self, pose: SE2 | None, costs: Costmap) -> str:
         """Return why the robot must not drive forward, or an empty string; it may still rotate.
@@ -99,9 +139,7 @@ class ObstacleSensors:
             return None
         sensor = pose @ camera.mount.planar
         yaws = sensor.yaw + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-        # ranges are measured along the optical axis, so the minimum range is longest at the edge of the view
-        max_distance = (camera.range_min + BLIND_RANGE_MARGIN) / math.cos(camera.field_of_view / 2)
-        distances = np.arange(0.0, max_distance, costs.resolution / 2)
+        distances = np.arange(0.0, _max_blind_distance(camera), costs.resolution / 2)
         x = sensor.x + np.cos(yaws)[:, None] * distances
         y = sensor.y + np.sin(yaws)[:, None] * distances
         return np.asarray((costs.values(x, y, outside=0) == LETHAL).any(axis=1))

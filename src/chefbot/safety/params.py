@@ -1,8 +1,8 @@
-"""Parameters of the drive base: limiter, priority of teleoperation and safety margin."""
+"""Parameters of the drive base: limiter, priority of teleoperation and collision monitor."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
@@ -10,8 +10,42 @@ from msgspec import Meta
 from chefbot.safety.velocity_limiter import VelocityLimiterParams
 
 
+class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Margins and times of the collision monitor; all distances of braking follow from the robot file."""
+
+    margin: Annotated[
+        float, Meta(ge=0.0, le=1.0, description="distance at which the robot stands before an obstacle, m")
+    ] = 0.02
+    side_margin: Annotated[
+        float,
+        Meta(ge=0.0, le=1.0, description="distance beside the body that must be free to drive at all, m"),
+    ] = 0.01
+    slow_margin: Annotated[
+        float,
+        Meta(
+            ge=0.0, le=1.0, description="distance beside the body that must be free for more than `slow`, m"
+        ),
+    ] = 0.02
+    slow: Annotated[
+        float,
+        Meta(
+            ge=0.05,
+            le=1.0,
+            description="fraction of the maximum speed near obstacles and over ground not seen of late",
+        ),
+    ] = 0.4
+    memory: Annotated[
+        float, Meta(ge=5.0, le=600.0, description="time for which a seen obstacle is remembered, s")
+    ] = 60.0
+    seen: Annotated[
+        float, Meta(ge=1.0, le=60.0, description="time for which ground that was seen free counts as free, s")
+    ] = 30.0
+    optional_sensors: tuple[Literal["lidar", "depth camera", "ultrasonic ranger"], ...] = ()
+    """Sensors of the robot file that need not be connected: they count from their first message on."""
+
+
 class DriveBaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the velocity limiter, the teleop priority and the ultrasonic safety margin."""
+    """Parameters of the velocity limiter, the teleop priority and the collision monitor."""
 
     limiter: VelocityLimiterParams = VelocityLimiterParams()
     teleop_hold: Annotated[
@@ -21,3 +55,4 @@ class DriveBaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     ultrasonic_margin: Annotated[
         float, Meta(ge=0, le=1, description="safety margin to obstacles of the ultrasonic ranger, m")
     ] = 0.04
+    monitor: CollisionMonitorParams = CollisionMonitorParams()

@@ -46,9 +46,9 @@ class VelocityLimiter:
         self._w += scale * dw
         return self._v, self._w
 
-    def reset(self) -> None:
-        """Reset the ramp to standstill, after the base has stopped."""
-        self._v = self._w = 0.0
+    def reset(self, v: float = 0.0, w: float = 0.0) -> None:
+        """Continue the ramp from another twist (m/s, rad/s), by default from standstill."""
+        self._v, self._w = v, w
 
     def _target(self, v: float, w: float, age: float) -> tuple[float, float]:
         self.remark = ""

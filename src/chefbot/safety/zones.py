@@ -1,0 +1,105 @@
+"""The zones of the collision monitor: how far a twist has to be free, as functions of the Robot."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.robot.motion_limits import Limits
+from chefbot.robot.spec import Robot
+
+PLANNED_BRAKING_FRACTION = 0.6
+"""Fraction of the maximum acceleration that braking before an obstacle plans with."""
+CELLS_PER_RADIUS = 6
+"""Cells of the memory along the inscribed radius."""
+MAX_LATENCY = 0.5
+"""Latency that the memory's size allows for, s."""
+
+
+class Zones(NamedTuple):
+    """Distances and speeds of one robot, m, m/s and s.
+
+    The body is a disc of `radius`, or the polygon `corners` (n, 2). The stop zone is the body grown by the side
+    margin, the slow zone the body grown by the slow margin; the approach zone is what the body sweeps while it
+    brakes.
+    """
+
+    limits: Limits
+    inscribed: float
+    circumscribed: float
+    stop_radius: float
+    stop_corners: NDArray[np.float64]
+    slow_radius: float
+    slow_corners: NDArray[np.float64]
+    corners: NDArray[np.float64]
+    outline: NDArray[np.float64]
+    """Points on the edge of the body (n, 2), at most a cell apart."""
+    resolution: float
+    """Side of a cell of the memory."""
+
+    @staticmethod
+    def of(robot: Robot, side_margin: float, slow_margin: float) -> Zones:
+        """Return the zones of a robot; the margins are in metres."""
+        footprint, radius = robot.footprint, robot.circumscribed_radius
+        resolution = robot.inscribed_radius / CELLS_PER_RADIUS
+        return Zones(
+            Limits.of(robot),
+            robot.inscribed_radius,
+            radius,
+            radius + side_margin,
+            footprint.polygon(side_margin),
+            radius + slow_margin,
+            footprint.polygon(slow_margin),
+            footprint.polygon(),
+            outline_points(footprint.polygon(), radius, resolution),
+            resolution,
+        )
+
+    def braking_time(self, v: float, w: float) -> float:
+        """Return the time in which planned braking stops a twist on its own arc, s."""
+        limits = self.limits
+        return (
+            max(abs(v) / limits.acceleration, abs(w) / limits.angular_acceleration) / PLANNED_BRAKING_FRACTION
+        )
+
+    def body_speed(self, v: float, w: float) -> float:
+        """Return the speed of the fastest point of the body; a disc that rotates in place does not move outwards."""
+        return abs(v) + (abs(w) * self.circumscribed if len(self.corners) else 0.0)
+
+    @property
+    def reach(self) -> float:
+        """Distance from the origin within which an obstacle can matter, m."""
+        v = self.limits.speed
+        braking = v * v / (2.0 * PLANNED_BRAKING_FRACTION * self.limits.acceleration)
+        return self.slow_radius + braking + v * MAX_LATENCY
+
+
+def outline_points(corners: NDArray[np.float64], radius: float, spacing: float) -> NDArray[np.float64]:
+    """Return points (n, 2), at most `spacing` apart, along a polygon (k, 2), or along a circle without corners."""
+    if not len(corners):
+        angles = np.linspace(-math.pi, math.pi, math.ceil(2.0 * math.pi * radius / spacing), endpoint=False)
+        return radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    sides = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        count = max(1, math.ceil(float(np.linalg.norm(b - a)) / spacing))
+        sides.append(a + (b - a) * np.arange(count)[:, None] / count)
+    return np.concatenate(sides)
+
+
+def safe_fraction(free_time: float, latency: float, braking_time: float) -> float:
+    """Return the largest fraction of a twist that stops in time.
+
+    free_time: time for which the whole twist would be free, s. A fraction f moves on for the latency and then brakes
+    evenly: f T + f^2 t_b / 2 <= t_free.
+    """
+    if free_time <= 0.0:
+        return 0.0
+    if math.isinf(free_time):
+        return 1.0
+    if braking_time <= 0.0:
+        return min(1.0, free_time / latency) if latency > 0.0 else 1.0
+    f = (math.sqrt(latency * latency + 2.0 * braking_time * free_time) - latency) / braking_time
+    return min(1.0, f)

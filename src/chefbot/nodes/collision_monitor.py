@@ -124,7 +124,7 @@ class CollisionMonitorNode(Node):
             self._latency.process(v, before[0].between(pose).x / ((pose_ns - before[1]) / 1e9))
 
     def _explain(self, command: StampedCommand, v: float, w: float, checked: CheckedTwist) -> None:
-        """Publish why the robot moves less than the command says: (v, w) is what the wheels get."""
+        """Publish why the robot moves less than commanded; (v, w) is the twist of the wheels."""
         stands = not (v or w) or abs(v) + abs(w) < STOPPED * (abs(command.v) + abs(command.w))
         commanded = bool(command.v or command.w)
         sentence = self._verdict.fault

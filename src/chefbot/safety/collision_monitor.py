@@ -27,7 +27,7 @@ from chefbot.safety.zones import Zones, safe_fraction
 ECHO_TIMEOUT_NS = 300_000_000
 """Maximum age of an echo of the ultrasonic ranger, ns."""
 CONE_POINTS = 5
-"""Points across the cone of the ultrasonic ranger: the echo does not tell in which direction the surface is."""
+"""Points across the cone of the ultrasonic ranger: the direction of the surface is not measured."""
 TOLERATED_GAP = 2
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two
 rays."""
@@ -54,7 +54,7 @@ class CollisionMonitor:
         camera, zones = robot.sensors.depth_camera, self.zones
         blind = 0.0
         if camera is not None:
-            steepest = camera.mount.pitch + math.atan(camera.height / 2.0 / camera.focal_length_px)
+            steepest = camera.mount.pitch + math.atan(camera.half_height)
             blind = camera.mount.x + camera.mount.z / math.tan(max(steepest, 0.1))
         self._memory = memory.new_memory(
             max(zones.reach, blind) + 2.0 * zones.circumscribed, zones.resolution

@@ -46,10 +46,10 @@ class LatencyEstimator:
         """Return by how many periods the measured speeds lag, None if they do not show it."""
         if np.ptp(commanded) < MIN_CHANGE * self._max_speed:
             return None
-        most = round(MAX_LATENCY / self._period)
+        max_shift = round(MAX_LATENCY / self._period)
         errors = [
-            float(np.square(measured[most:] - commanded[most - k : WINDOW - k]).mean())
-            for k in range(most + 1)
+            float(np.square(measured[max_shift:] - commanded[max_shift - k : WINDOW - k]).mean())
+            for k in range(max_shift + 1)
         ]
         best = int(np.argmin(errors))
         return best if errors[best] <= (1.0 - MIN_GAIN) * max(errors) else None

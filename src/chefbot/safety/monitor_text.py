@@ -1,4 +1,4 @@
-"""What the collision monitor says: which sensor sees what, where, and how far away."""
+"""Sentences of the collision monitor: which sensor sees what, where, and how far away."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def unseen_text(v: float) -> str:
 
 
 class ReasonKeeper:
-    """Keeps the sentence that says why the robot moves less than it is told to, and how often it may change."""
+    """Keeps the reason why the robot moves less than commanded, a sentence, and limits how often it changes."""
 
     def __init__(self) -> None:
         self.sentence = ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
@@ -44,6 +45,7 @@ class CollisionMonitorNode(Node):
     obstacles: In[ObstacleScan]
     ultrasonic: In[Range]
     reason: Out[String] = topic("collision_monitor/reason", latched=True)
+    standing: Out[String] = topic("base/standing", latched=True)
     diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
@@ -98,8 +100,18 @@ class CollisionMonitorNode(Node):
     def _judge_sensors(self) -> SensorVerdict:
         """Judge the sensors as they will be when the next command is due, so that none is too old until then."""
         (pose, pose_ns), now_ns = self._pose(), self.now_ns
-        points = self._monitor.points(pose, now_ns) if pose is not None else np.zeros((0, 2))
-        self._verdict = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, points)
+
+        def known() -> NDArray[np.float64]:
+            return (
+                np.zeros((0, 2))
+                if pose is None
+                else self._monitor.points(pose, now_ns, self._monitor.zones.reach)
+            )
+
+        before = self._verdict
+        self._verdict = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)
+        if before.standing != self._verdict.standing:
+            self.standing.publish(String(self._verdict.standing))
         return self._verdict
 
     def _allowed_fraction(self, command: StampedCommand) -> float:

@@ -108,7 +108,7 @@ class ControllerNode(BehaviorServerNode):
             return  # no goal, or no odometry yet: the base stands still
         costs = self._costs_around(pose)
         lost = lost_reason(self.localization_status.last) if self._motion is None else ""
-        reason = self._sensors.fault(self.now_ns, pose) or lost
+        reason = self._sensor_fault(pose) or lost
         if reason:
             self._follower.pause()
             sentence = self._wait(reason, CONTROL_PERIOD)
@@ -130,6 +130,8 @@ class ControllerNode(BehaviorServerNode):
             self._feedback(FollowPath_Feedback(remaining_length(self._follower.path, pose), step.speed))
 
     def _finish_path(self, following: Future[FollowPath_Result], result: FollowPath_Result) -> None:
+        if result.error_code and self._limit not in result.error_msg:
+            result = failed_path(FollowPathError(result.error_code), f"{result.error_msg} {self._limit}")
         self._stop()
         following.set_result(result)
 

@@ -28,7 +28,7 @@ class DriveBaseNode(CollisionMonitorNode):
     on `emergency_stop` by another node counts; a release published there does not.
     """
 
-    live_params = ("*",)
+    live_params = ("limiter.*", "teleop_hold", "*margin", "monitor.slow", "monitor.memory", "monitor.seen")
     params: DriveBaseParams
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]

@@ -18,7 +18,7 @@ from chefbot.msgs.validity import check_stamp
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import Fault, Faults
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
-from chefbot.runtime.live_params import check_live
+from chefbot.runtime.live_params import check_live, check_safety
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import RESTORED_PREFIX, Context, Device, Node, params_type
 from chefbot.runtime.transform_buffer import TransformBuffer
@@ -48,6 +48,7 @@ class NodeContainer:
         self.seed = seed
         self.transforms = TransformBuffer(loop.isolated)
         self.nodes: dict[str, Node] = {}
+        self._launched_params: dict[str, Struct] = {}
         self.faults: Faults | None = None
         """Counts exceptions of running nodes; None: the first exception ends the run."""
         for topic, static in (("tf", False), ("tf_static", True)):
@@ -67,6 +68,7 @@ class NodeContainer:
         created = []
         for name, (kind, params, remap) in plan.items():
             if name not in self.nodes and name not in leave_out:
+                self._launched_params[name] = params
                 created.append(self._create(kind, name, params, remap))
         self._start(created)
 
@@ -118,6 +120,7 @@ class NodeContainer:
         params = build(change.params, params_type(type(node)), f"node {change.node}: params")
         if params != node.params:
             check_live(node, params)
+            check_safety(node, self._launched_params[change.node], params)
             node.reconfigure(params)
 
     def _start(self, created: list[Node]) -> None:

@@ -22,7 +22,7 @@ from chefbot.safety import local_memory as memory
 from chefbot.safety.contact_time import first_contact
 from chefbot.safety.monitor_text import MOVES_BACKWARD, SensedPoint, obstacle_text, unseen_text
 from chefbot.safety.params import CollisionMonitorParams
-from chefbot.safety.zones import Zones, safe_fraction
+from chefbot.safety.zones import OUTLINE_INSET, Zones, safe_fraction
 
 ECHO_TIMEOUT_NS = 300_000_000
 """Maximum age of an echo of the ultrasonic ranger, ns."""
@@ -31,6 +31,8 @@ CONE_POINTS = 5
 TOLERATED_GAP = 2
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two
 rays."""
+GROUND_MARGIN = 1.0 + OUTLINE_INSET
+"""Cells before unseen ground at which the robot stands: the cell that it reaches into, and the inset of the outline."""
 SENSORS = ("lidar", "depth camera", "depth camera")
 """Names of the sensors of the memory's layers."""
 
@@ -56,9 +58,8 @@ class CollisionMonitor:
         if camera is not None:
             steepest = camera.mount.pitch + math.atan(camera.half_height)
             blind = camera.mount.x + camera.mount.z / math.tan(max(steepest, 0.1))
-        self._memory = memory.new_memory(
-            max(zones.reach, blind) + 2.0 * zones.circumscribed, zones.resolution
-        )
+        self._reach = max(zones.reach, blind) + 2.0 * zones.circumscribed
+        self._memory = memory.new_memory(self._reach, zones.resolution)
         self._points = np.empty((memory.MAX_POINTS, 2))
         self._layers = np.empty(memory.MAX_POINTS, np.int64)
         self._stamps = np.empty(memory.MAX_POINTS, np.int64)
@@ -81,10 +82,17 @@ class CollisionMonitor:
         starts = np.zeros(len(ranges)) if is_lidar else np.full(len(ranges), float(scan.range_min))
         ends = np.where(invalid, -1.0, ranges - self.zones.resolution)
         clears = np.array([is_lidar, False, True])
-        memory.clear_rays(self._memory, sensor.array(), angles, starts, ends, stamp_ns, clears, is_lidar)
+        thin = slice(None, None, self._thinning(float(scan.angle_increment)))
+        rays = angles[thin], starts[thin], ends[thin]
+        memory.clear_rays(self._memory, sensor.array(), *rays, stamp_ns, clears, is_lidar)
         if is_lidar:
             marked = np.where(invalid, np.inf, ranges)
             memory.mark_points(self._memory, sensor.array(), angles, marked, stamp_ns, memory.LIDAR)
+
+    def _thinning(self, increment: float) -> int:
+        """Return of how many neighbouring rays one passes through each cell within reach."""
+        spacing = abs(increment) * self._reach
+        return max(1, int(self.zones.resolution / spacing)) if spacing > 0.0 else 1
 
     def process_obstacles(self, scan: ObstacleScan, sensor: SE2) -> None:
         """Process an obstacle scan of the depth camera, seen from the point on the floor below it."""
@@ -118,21 +126,22 @@ class CollisionMonitor:
             checks.append(self._check_ground(v, w, pose, now_ns, latency))
         return min(checks, key=lambda check: check.fraction)
 
-    def points(self, pose: SE2, now_ns: int) -> NDArray[np.float64]:
-        """Return the remembered points (n, 2) within reach, in base_link."""
-        return self._points[: self._collect(pose, now_ns)]
-
-    def _collect(self, pose: SE2, now_ns: int) -> int:
+    def points(self, pose: SE2, now_ns: int, reach: float) -> NDArray[np.float64]:
+        """Return the remembered points (n, 2) not farther than `reach` (m) from `pose`, in base_link."""
         oldest_ns = max(0, now_ns - round(self.params.memory * 1e9))
         arrays = self._points, self._layers, self._stamps
-        return memory.points_around(self._memory, pose.array(), self.zones.reach, oldest_ns, *arrays)
+        count = memory.points_around(self._memory, pose.array(), reach, oldest_ns, *arrays)
+        return self._points[:count]
 
     def _check_points(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
-        zones, points = self.zones, self.points(pose, now_ns)
+        zones = self.zones
+        points = self.points(pose, now_ns, zones.reach_of(v, w, latency))
         if not len(points):
             return FREE
-        stop_time, stop = first_contact(points, v, w, zones.stop_radius, zones.stop_corners, zones.inscribed)
         slow_time, slow = first_contact(points, v, w, zones.slow_radius, zones.slow_corners, zones.inscribed)
+        if slow < 0:
+            return FREE
+        stop_time, stop = first_contact(points, v, w, zones.stop_radius, zones.stop_corners, zones.inscribed)
         fraction, index = self._fraction(v, w, stop_time, self.params.margin, latency), stop
         careful = self._fraction(v, w, slow_time, self.params.margin, latency)
         if careful < fraction:
@@ -175,7 +184,7 @@ class CollisionMonitor:
         free_time = memory.time_on_seen_ground(
             self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, TOLERATED_GAP
         )
-        fraction = self._fraction(v, w, free_time, 0.0, latency)
+        fraction = self._fraction(v, w, free_time, GROUND_MARGIN * zones.resolution, latency)
         if not is_backing:
             fraction = max(fraction, self._slow_fraction(v, w))
         return CheckedTwist(fraction, unseen_text(v)) if fraction < 1.0 else FREE

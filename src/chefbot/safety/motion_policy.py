@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
 from typing import NamedTuple
 
@@ -37,6 +38,11 @@ class SensorVerdict(NamedTuple):
     restriction: Restriction
     fault: str = ""
 
+    @property
+    def standing(self) -> str:
+        """The fault for which the robot stands, empty if it does not."""
+        return self.fault if self.restriction is Restriction.CREEP else ""
+
 
 class SensorPolicy:
     """Judges all sensors that the collision monitor needs: lidar, depth camera, ultrasonic ranger, and the odometry.
@@ -53,18 +59,18 @@ class SensorPolicy:
         self._sees = sensors.lidar is not None or sensors.depth_camera is not None
 
     def judge(
-        self, now_ns: int, pose: SE2 | None, pose_ns: int | None, points: NDArray[np.float64]
+        self, now_ns: int, pose: SE2 | None, pose_ns: int | None, known: Callable[[], NDArray[np.float64]]
     ) -> SensorVerdict:
         """Return the restriction at a time; pose, pose_ns: newest one in odom with its stamp, if it has one.
 
-        points: known obstacles (n, 2) in base_link, which explain what a camera is too near to see.
+        known: returns known obstacles (n, 2) in base_link, which explain what a camera is too near to see.
         """
         fault = self.obstacle_sensors.fault(now_ns, pose)
         if self._sees and self._counts:
             fault = fault or odometry_fault(now_ns, pose, pose_ns)
         if fault:
             return SensorVerdict(Restriction.CREEP, fault)
-        blind = self.obstacle_sensors.blind_beyond(points)
+        blind = self.obstacle_sensors.blind_beyond(known)
         if blind:
             return SensorVerdict(Restriction.FORWARD_CREEP, blind)
         fault = self._ranger_fault(now_ns)

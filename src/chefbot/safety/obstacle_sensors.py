@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,11 +106,12 @@ class ObstacleSensors:
         monitors = [monitor for monitor in (self._lidar, self._camera) if monitor is not None]
         return [one for one in monitors if one.has_sent or one.title not in self._optional]
 
-    def blind_beyond(self, points: NDArray[np.float64]) -> str:
-        """Return why the robot must not drive forward, as `blind_ahead`, with known obstacles (n, 2) in base_link."""
+    def blind_beyond(self, known_points: Callable[[], NDArray[np.float64]]) -> str:
+        """Return why the robot must not drive forward, as `blind_ahead`; known obstacles (n, 2) are in base_link."""
         camera, scan, spec = self._camera, self._last_obstacles, self._camera_spec
         if camera is None or scan is None or spec is None or not camera.blind():
             return ""
+        points = known_points()
         x, y = points[:, 0] - spec.mount.x, points[:, 1] - spec.mount.y
         near = np.hypot(x, y) <= _max_blind_distance(spec)
         bearings = np.arctan2(y[near], x[near]) - spec.mount.yaw

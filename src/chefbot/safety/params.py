@@ -9,21 +9,37 @@ from msgspec import Meta
 
 from chefbot.safety.velocity_limiter import VelocityLimiterParams
 
+SMALLER_IS_SAFER, LARGER_IS_SAFER = {"safer": "smaller"}, {"safer": "larger"}
+
 
 class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Margins and times of the collision monitor; all distances of braking follow from the robot file."""
 
     margin: Annotated[
-        float, Meta(ge=0.0, le=1.0, description="distance at which the robot stands before an obstacle, m")
+        float,
+        Meta(
+            ge=0.0,
+            le=1.0,
+            description="distance at which the robot stands before an obstacle, m",
+            extra=LARGER_IS_SAFER,
+        ),
     ] = 0.02
     side_margin: Annotated[
         float,
-        Meta(ge=0.0, le=1.0, description="distance beside the body that must be free to drive at all, m"),
+        Meta(
+            ge=0.0,
+            le=1.0,
+            description="distance beside the body that must be free to drive at all, m",
+            extra=LARGER_IS_SAFER,
+        ),
     ] = 0.01
     slow_margin: Annotated[
         float,
         Meta(
-            ge=0.0, le=1.0, description="distance beside the body that must be free for more than `slow`, m"
+            ge=0.0,
+            le=1.0,
+            description="distance beside the body that must be free for more than `slow`, m",
+            extra=LARGER_IS_SAFER,
         ),
     ] = 0.02
     slow: Annotated[
@@ -32,13 +48,26 @@ class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_u
             ge=0.05,
             le=1.0,
             description="fraction of the maximum speed near obstacles and over ground not seen of late",
+            extra=SMALLER_IS_SAFER,
         ),
     ] = 0.4
     memory: Annotated[
-        float, Meta(ge=5.0, le=600.0, description="time for which a seen obstacle is remembered, s")
+        float,
+        Meta(
+            ge=5.0,
+            le=600.0,
+            description="time for which a seen obstacle is remembered, s",
+            extra=LARGER_IS_SAFER,
+        ),
     ] = 60.0
     seen: Annotated[
-        float, Meta(ge=1.0, le=60.0, description="time for which ground that was seen free counts as free, s")
+        float,
+        Meta(
+            ge=1.0,
+            le=60.0,
+            description="time for which ground that was seen free counts as free, s",
+            extra=SMALLER_IS_SAFER,
+        ),
     ] = 30.0
     optional_sensors: tuple[Literal["lidar", "depth camera", "ultrasonic ranger"], ...] = ()
     """Sensors of the robot file that need not be connected: they count from their first message on."""
@@ -50,9 +79,20 @@ class DriveBaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     limiter: VelocityLimiterParams = VelocityLimiterParams()
     teleop_hold: Annotated[
         float,
-        Meta(ge=0, le=10, description="time after the last teleop command before navigation is accepted, s"),
+        Meta(
+            ge=0,
+            le=10,
+            description="time after the last teleop command before navigation is accepted, s",
+            extra=LARGER_IS_SAFER,
+        ),
     ] = 1.0
     ultrasonic_margin: Annotated[
-        float, Meta(ge=0, le=1, description="safety margin to obstacles of the ultrasonic ranger, m")
+        float,
+        Meta(
+            ge=0,
+            le=1,
+            description="safety margin to obstacles of the ultrasonic ranger, m",
+            extra=LARGER_IS_SAFER,
+        ),
     ] = 0.04
     monitor: CollisionMonitorParams = CollisionMonitorParams()

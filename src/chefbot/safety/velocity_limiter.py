@@ -14,7 +14,9 @@ from chefbot.robot.motion_limits import Limits
 class VelocityLimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the velocity limiter `VelocityLimiter`."""
 
-    timeout: Annotated[float, Meta(ge=0.05, le=0.5, description="command timeout, s")] = 0.3
+    timeout: Annotated[
+        float, Meta(ge=0.05, le=0.5, description="command timeout, s", extra={"safer": "smaller"})
+    ] = 0.3
 
 
 class VelocityLimiter:

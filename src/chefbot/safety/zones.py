@@ -15,8 +15,12 @@ PLANNED_BRAKING_FRACTION = 0.6
 """Fraction of the maximum acceleration that braking before an obstacle plans with."""
 CELLS_PER_RADIUS = 6
 """Cells of the memory along the inscribed radius."""
+CELLS_IN_REACH = 64
+"""Largest number of cells from the robot to the farthest obstacle that matters; a fast robot has larger cells."""
 MAX_LATENCY = 0.5
 """Latency that the memory's size allows for, s."""
+OUTLINE_INSET = 0.75
+"""Cells by which the outline lies inside the body, so that the cells below it are those that the body covers."""
 
 
 class Zones(NamedTuple):
@@ -36,17 +40,22 @@ class Zones(NamedTuple):
     slow_corners: NDArray[np.float64]
     corners: NDArray[np.float64]
     outline: NDArray[np.float64]
-    """Points on the edge of the body (n, 2), at most a cell apart."""
+    """Points just inside the edge of the body (n, 2), at most a cell apart."""
     resolution: float
     """Side of a cell of the memory."""
+    reach: float
+    """Distance from the origin within which an obstacle can matter."""
 
     @staticmethod
     def of(robot: Robot, side_margin: float, slow_margin: float) -> Zones:
         """Return the zones of a robot; the margins are in metres."""
         footprint, radius = robot.footprint, robot.circumscribed_radius
-        resolution = robot.inscribed_radius / CELLS_PER_RADIUS
+        limits = Limits.of(robot)
+        reach = radius + slow_margin + _stopping_distance(limits)
+        resolution = max(robot.inscribed_radius / CELLS_PER_RADIUS, reach / CELLS_IN_REACH)
+        inset = OUTLINE_INSET * resolution
         return Zones(
-            Limits.of(robot),
+            limits,
             robot.inscribed_radius,
             radius,
             radius + side_margin,
@@ -54,8 +63,9 @@ class Zones(NamedTuple):
             radius + slow_margin,
             footprint.polygon(slow_margin),
             footprint.polygon(),
-            outline_points(footprint.polygon(), radius, resolution),
+            outline_points(footprint.polygon(-inset), radius - inset, resolution),
             resolution,
+            reach,
         )
 
     def braking_time(self, v: float, w: float) -> float:
@@ -69,12 +79,16 @@ class Zones(NamedTuple):
         """Return the speed of the fastest point of the body; a disc that rotates in place does not move outwards."""
         return abs(v) + (abs(w) * self.circumscribed if len(self.corners) else 0.0)
 
-    @property
-    def reach(self) -> float:
-        """Distance from the origin within which an obstacle can matter, m."""
-        v = self.limits.speed
-        braking = v * v / (2.0 * PLANNED_BRAKING_FRACTION * self.limits.acceleration)
-        return self.slow_radius + braking + v * MAX_LATENCY
+    def reach_of(self, v: float, w: float, latency: float) -> float:
+        """Return the distance from the origin within which an obstacle can matter for a twist, m."""
+        speed = self.body_speed(v, w)
+        return min(self.reach, self.slow_radius + speed * (latency + self.braking_time(v, w)))
+
+
+def _stopping_distance(limits: Limits) -> float:
+    """Return the distance in which the robot stops from its maximum speed, m."""
+    braking = limits.speed * limits.speed / (2.0 * PLANNED_BRAKING_FRACTION * limits.acceleration)
+    return braking + limits.speed * MAX_LATENCY
 
 
 def outline_points(corners: NDArray[np.float64], radius: float, spacing: float) -> NDArray[np.float64]:

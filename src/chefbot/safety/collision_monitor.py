@@ -32,7 +32,7 @@ TOLERATED_GAP = 2
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two
 rays."""
 GROUND_MARGIN = 1.0 + OUTLINE_INSET
-"""Cells before unseen ground at which the robot stands: the cell that it reaches into, and the inset of the outline."""
+"""Cells before unseen ground at which the robot stops backing: the one it reaches into, and the outline's inset."""
 SENSORS = ("lidar", "depth camera", "depth camera")
 """Names of the sensors of the memory's layers."""
 
@@ -184,7 +184,8 @@ class CollisionMonitor:
         free_time = memory.time_on_seen_ground(
             self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, TOLERATED_GAP
         )
-        fraction = self._fraction(v, w, free_time, GROUND_MARGIN * zones.resolution, latency)
+        margin = GROUND_MARGIN * zones.resolution if is_backing else 0.0
+        fraction = self._fraction(v, w, free_time, margin, latency)
         if not is_backing:
             fraction = max(fraction, self._slow_fraction(v, w))
         return CheckedTwist(fraction, unseen_text(v)) if fraction < 1.0 else FREE

@@ -14,7 +14,6 @@ from chefbot.errors import UserError, name_hint
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.msgs.validity import check_stamp
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import Fault, Faults
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
@@ -153,11 +152,9 @@ class NodeContainer:
         return kind, node_params(kind, entry.params, where), entry.remap
 
     def _on_tf(self, static: bool, message: Message) -> None:
-        """Add a message's transforms to the buffer; TransformError or InvalidMessageError for an invalid one."""
+        """Add a message's transforms to the buffer; TransformError for an invalid one."""
         assert isinstance(message, TFMessage)
-        if not static:
-            check_stamp(message, self.loop.now_ns)
-        self.transforms.add_transforms(message, static)
+        self.transforms.add_transforms(message, static, self.loop.now_ns)
 
 
 def params_message(node: str, plain: dict[str, Any]) -> String:

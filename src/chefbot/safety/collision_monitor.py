@@ -22,7 +22,7 @@ from chefbot.safety import local_memory as memory
 from chefbot.safety.contact_time import first_contact
 from chefbot.safety.monitor_text import MOVES_BACKWARD, SensedPoint, obstacle_text, unseen_text
 from chefbot.safety.params import CollisionMonitorParams
-from chefbot.safety.zones import OUTLINE_INSET, Zones, safe_fraction
+from chefbot.safety.zones import CREEP_SPEED, OUTLINE_INSET, Zones, safe_fraction
 
 ECHO_TIMEOUT_NS = 300_000_000
 """Maximum age of an echo of the ultrasonic ranger, ns."""
@@ -31,6 +31,8 @@ CONE_POINTS = 5
 TOLERATED_GAP = 2
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two
 rays."""
+PRESENT = 0.5
+"""Age up to which ground counts as seen at present, s."""
 GROUND_MARGIN = 1.0 + OUTLINE_INSET
 """Cells before unseen ground at which the robot stops backing: the one it reaches into, and the outline's inset."""
 SENSORS = ("lidar", "depth camera", "depth camera")
@@ -175,20 +177,33 @@ class CollisionMonitor:
         return CheckedTwist(fraction, obstacle_text(SensedPoint("ultrasonic ranger", x, y, 0.0), zones))
 
     def _check_ground(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
-        """Check that the ground was seen of late: else the robot does not back up, and moves on slowly otherwise."""
-        zones, is_backing = self.zones, v < -MOVES_BACKWARD
+        """Check that the ground was seen of late: else the robot does not back up, and moves on slowly otherwise.
+
+        Where it backs up over ground that it saw, or covered, a moment ago, somebody may have come since: it creeps.
+        """
+        zones = self.zones
         if not len(zones.corners) and abs(v) < MOVES_BACKWARD:
             return FREE  # a disc covers the same ground while it rotates
+        if v < -MOVES_BACKWARD:
+            margin = GROUND_MARGIN * zones.resolution
+            known = self._ground_fraction(v, w, pose, now_ns, latency, self.params.seen, margin)
+            present = self._ground_fraction(v, w, pose, now_ns, latency, PRESENT, margin)
+            fraction = max(present, min(known, CREEP_SPEED / zones.body_speed(v, w)))
+        else:
+            known = self._ground_fraction(v, w, pose, now_ns, latency, self.params.seen, 0.0)
+            fraction = max(known, self._slow_fraction(v, w))
+        return CheckedTwist(fraction, unseen_text(v)) if fraction < 1.0 else FREE
+
+    def _ground_fraction(
+        self, v: float, w: float, pose: SE2, now_ns: int, latency: float, seen: float, margin: float
+    ) -> float:
+        """Return the fraction of a twist that stops `margin` metres before ground not seen for `seen` seconds."""
+        zones, oldest_ns = self.zones, now_ns - round(seen * 1e9)
         duration = latency + zones.braking_time(v, w)
-        oldest_ns = now_ns - round(self.params.seen * 1e9)
         free_time = memory.time_on_seen_ground(
             self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, TOLERATED_GAP
         )
-        margin = GROUND_MARGIN * zones.resolution if is_backing else 0.0
-        fraction = self._fraction(v, w, free_time, margin, latency)
-        if not is_backing:
-            fraction = max(fraction, self._slow_fraction(v, w))
-        return CheckedTwist(fraction, unseen_text(v)) if fraction < 1.0 else FREE
+        return self._fraction(v, w, free_time, margin, latency)
 
     def _fraction(self, v: float, w: float, time: float, margin: float, latency: float) -> float:
         zones = self.zones

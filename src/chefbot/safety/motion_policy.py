@@ -15,9 +15,8 @@ from chefbot.safety.command_multiplexer import CommandSource, StampedCommand
 from chefbot.safety.obstacle_sensors import ObstacleSensors
 from chefbot.safety.ranger_freshness import TITLE, RangerMonitor
 from chefbot.safety.sensor_freshness import CLOCK_TOLERANCE_NS
+from chefbot.safety.zones import CREEP_SPEED
 
-CREEP_SPEED = 0.05
-"""Speed of the body at which an operator may move a robot that does not see, m/s: a contact at it harms nobody."""
 ODOMETRY_TIMEOUT_NS = 300_000_000
 """Maximum age of the pose in odom, ns."""
 

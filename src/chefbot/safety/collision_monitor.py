@@ -31,6 +31,9 @@ CONE_POINTS = 5
 TOLERATED_GAP = 2
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two
 rays."""
+SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
+"""How rays show the ground, see `local_memory`."""
+NO_LAYER = np.zeros(memory.LAYERS, np.bool_)
 PRESENT = 0.5
 """Age up to which ground counts as seen at present, s."""
 GROUND_MARGIN = 1.0 + OUTLINE_INSET
@@ -86,7 +89,7 @@ class CollisionMonitor:
         clears = np.array([is_lidar, False, True])
         thin = slice(None, None, self._thinning(float(scan.angle_increment)))
         rays = angles[thin], starts[thin], ends[thin]
-        memory.clear_rays(self._memory, sensor.array(), *rays, stamp_ns, clears, is_lidar)
+        memory.clear_rays(self._memory, sensor.array(), *rays, stamp_ns, clears, np.full(2, is_lidar))
         if is_lidar:
             marked = np.where(invalid, np.inf, ranges)
             memory.mark_points(self._memory, sensor.array(), angles, marked, stamp_ns, memory.LIDAR)
@@ -103,7 +106,12 @@ class CollisionMonitor:
         starts = np.where(np.isfinite(scan.clear_from), scan.clear_from, 0.0).astype(np.float64)
         ends = np.where(scan.clear_to > 0.0, scan.clear_to, -1.0).astype(np.float64)
         clears = np.array([False, True, True])
-        memory.clear_rays(self._memory, at, angles, starts, ends, stamp_ns, clears, True)
+        memory.clear_rays(self._memory, at, angles, starts, ends, stamp_ns, clears, SEEN_FLOOR)
+        # nearer than the floor in the picture, and before an obstacle, there is nothing as high as the view
+        views = np.maximum(ends, np.where(np.isfinite(ranges), ranges, -1.0))
+        memory.clear_rays(
+            self._memory, at, angles, np.zeros(len(ranges)), views, stamp_ns, NO_LAYER, BELOW_THE_VIEW
+        )
         upright = through_plane(scan.bottom, scan.top, ranges, self._plane)
         for layer, chosen in ((memory.CAMERA, ~upright), (memory.UPRIGHT, upright)):
             memory.mark_points(self._memory, at, angles, np.where(chosen, ranges, np.inf), stamp_ns, layer)
@@ -179,6 +187,8 @@ class CollisionMonitor:
     def _check_ground(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
         """Check that the ground was seen of late: else the robot does not back up, and moves on slowly otherwise.
 
+        Ahead it is enough that a sensor looks over it, as a camera does not see the floor near the body.
+
         Where it backs up over ground that it saw, or covered, a moment ago, somebody may have come since: it creeps.
         """
         zones = self.zones
@@ -186,22 +196,32 @@ class CollisionMonitor:
             return FREE  # a disc covers the same ground while it rotates
         if v < -MOVES_BACKWARD:
             margin = GROUND_MARGIN * zones.resolution
-            known = self._ground_fraction(v, w, pose, now_ns, latency, self.params.seen, margin)
-            present = self._ground_fraction(v, w, pose, now_ns, latency, PRESENT, margin)
+            known = self._ground_fraction(
+                v, w, pose, now_ns, latency, self.params.seen, margin, memory.GROUND
+            )
+            present = self._ground_fraction(v, w, pose, now_ns, latency, PRESENT, margin, memory.GROUND)
             fraction = max(present, min(known, CREEP_SPEED / zones.body_speed(v, w)))
         else:
-            known = self._ground_fraction(v, w, pose, now_ns, latency, self.params.seen, 0.0)
+            known = self._ground_fraction(v, w, pose, now_ns, latency, self.params.seen, 0.0, memory.VIEW)
             fraction = max(known, self._slow_fraction(v, w))
         return CheckedTwist(fraction, unseen_text(v)) if fraction < 1.0 else FREE
 
     def _ground_fraction(
-        self, v: float, w: float, pose: SE2, now_ns: int, latency: float, seen: float, margin: float
+        self,
+        v: float,
+        w: float,
+        pose: SE2,
+        now_ns: int,
+        latency: float,
+        seen: float,
+        margin: float,
+        kind: int,
     ) -> float:
         """Return the fraction of a twist that stops `margin` metres before ground not seen for `seen` seconds."""
         zones, oldest_ns = self.zones, now_ns - round(seen * 1e9)
         duration = latency + zones.braking_time(v, w)
         free_time = memory.time_on_seen_ground(
-            self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, TOLERATED_GAP
+            self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, TOLERATED_GAP, kind
         )
         return self._fraction(v, w, free_time, margin, latency)
 

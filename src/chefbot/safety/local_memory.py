@@ -21,6 +21,8 @@ LIDAR, CAMERA, UPRIGHT = range(3)
 """Layers: obstacles in the plane of the scan; obstacles of the camera that this plane may miss; obstacles of the
 camera that extend through the plane, so that the scan clears them as well."""
 LAYERS = 3
+GROUND, VIEW = range(2)
+"""How ground was seen: the floor itself; or only the space above it, in a sensor's view that nothing reaches into."""
 NEVER = np.int64(-1)
 MAX_POINTS = 4096
 """Maximum number of remembered points that one check looks at; the others are farther away."""
@@ -29,9 +31,9 @@ MAX_POINTS = 4096
 class LocalMemory(NamedTuple):
     """The arrays of the memory.
 
-    hit_ns (layers, n, n): times of the points, -1 for none. hit_xy (layers, n, n, 2): their positions, m. seen_ns (n,
-    n), seen_cell (n, n, 2): when the ground was last seen free, and of which cell. resolution: m. All positions are
-    in odom.
+    hit_ns (layers, n, n): times of the points, -1 for none. hit_xy (layers, n, n, 2): their positions, m. seen_ns
+    (2, n, n), seen_cell (2, n, n, 2): when the ground was last seen free, and of which cell. resolution: m. All
+    positions are in odom.
     """
 
     hit_ns: NDArray[np.int64]
@@ -47,8 +49,8 @@ def new_memory(half_side: float, resolution: float) -> LocalMemory:
     return LocalMemory(
         np.full((LAYERS, n, n), NEVER),
         np.zeros((LAYERS, n, n, 2)),
-        np.full((n, n), NEVER),
-        np.zeros((n, n, 2), np.int64),
+        np.full((2, n, n), NEVER),
+        np.zeros((2, n, n, 2), np.int64),
         resolution,
     )
 
@@ -62,14 +64,14 @@ def clear_rays(
     ends: Floats,
     stamp_ns: int,
     layers: NDArray[np.bool_],
-    shows_ground: bool,
+    shows: NDArray[np.bool_],
 ) -> None:
     """Remove older points of some layers along rays (n,) that were free from `starts` to `ends`, m from the sensor.
 
-    sensor: its pose (3,) in odom. layers (3,): those that the rays clear. shows_ground: whether the ground below the
-    rays counts as seen.
+    sensor: its pose (3,) in odom. layers (3,): those that the rays clear. shows (2,): how the rays show the
+    ground below them, `GROUND` and `VIEW`.
     """
-    n, resolution = memory.seen_ns.shape[0], memory.resolution
+    n, resolution = memory.seen_ns.shape[1], memory.resolution
     reach = (n // 2 - 1) * resolution
     for i in range(angles.shape[0]):
         c, s = math.cos(sensor[2] + angles[i]), math.sin(sensor[2] + angles[i])
@@ -86,9 +88,10 @@ def clear_rays(
             for layer in range(LAYERS):
                 if layers[layer] and memory.hit_ns[layer, t, u] < stamp_ns:
                     memory.hit_ns[layer, t, u] = NEVER
-            if shows_ground and memory.seen_ns[t, u] < stamp_ns:
-                memory.seen_ns[t, u] = stamp_ns
-                memory.seen_cell[t, u, 0], memory.seen_cell[t, u, 1] = column, row
+            for kind in range(2):
+                if shows[kind] and memory.seen_ns[kind, t, u] < stamp_ns:
+                    memory.seen_ns[kind, t, u] = stamp_ns
+                    memory.seen_cell[kind, t, u, 0], memory.seen_cell[kind, t, u, 1] = column, row
 
 
 @njit(cache=True, nogil=True)
@@ -96,7 +99,7 @@ def mark_points(
     memory: LocalMemory, sensor: Floats, angles: Floats, ranges: Floats, stamp_ns: int, layer: int
 ) -> None:
     """Store the ends of beams (n,) in a layer; of several points in a cell the one nearest to the sensor (3,)."""
-    n, resolution = memory.seen_ns.shape[0], memory.resolution
+    n, resolution = memory.seen_ns.shape[1], memory.resolution
     reach = (n // 2 - 1) * resolution
     for i in range(angles.shape[0]):
         r = ranges[i]
@@ -134,7 +137,7 @@ def cover_body(
 
     pose: of base_link (3,) in odom. reach: radius of the circle around the body, m.
     """
-    n, resolution = memory.seen_ns.shape[0], memory.resolution
+    n, resolution = memory.seen_ns.shape[1], memory.resolution
     c, s = math.cos(pose[2]), math.sin(pose[2])
     cells = math.ceil(reach / resolution)
     middle_column, middle_row = math.floor(pose[0] / resolution), math.floor(pose[1] / resolution)
@@ -144,8 +147,9 @@ def cover_body(
             if not _inside(c * dx + s * dy, c * dy - s * dx, radius, corners):
                 continue
             t, u = row % n, column % n
-            memory.seen_ns[t, u] = now_ns
-            memory.seen_cell[t, u, 0], memory.seen_cell[t, u, 1] = column, row
+            for kind in range(2):
+                memory.seen_ns[kind, t, u] = now_ns
+                memory.seen_cell[kind, t, u, 0], memory.seen_cell[kind, t, u, 1] = column, row
             for layer in range(LAYERS):
                 held = memory.hit_xy[layer, t, u]
                 px, py = held[0] - pose[0], held[1] - pose[1]
@@ -168,7 +172,7 @@ def points_around(
 
     pose: of base_link (3,) in odom. layers, stamps (m,): the layer and the time of each point.
     """
-    n, resolution = memory.seen_ns.shape[0], memory.resolution
+    n, resolution = memory.seen_ns.shape[1], memory.resolution
     c, s = math.cos(pose[2]), math.sin(pose[2])
     cells = min(math.ceil(reach / resolution), n // 2 - 1)
     middle_column, middle_row = math.floor(pose[0] / resolution), math.floor(pose[1] / resolution)
@@ -190,12 +194,12 @@ def points_around(
 
 
 @njit(cache=True, nogil=True)
-def _is_seen(memory: LocalMemory, x: float, y: float, oldest_ns: int) -> bool:
-    n, resolution = memory.seen_ns.shape[0], memory.resolution
+def _is_seen(memory: LocalMemory, x: float, y: float, oldest_ns: int, kind: int) -> bool:
+    n, resolution = memory.seen_ns.shape[1], memory.resolution
     column, row = math.floor(x / resolution), math.floor(y / resolution)
     t, u = row % n, column % n
-    known = memory.seen_cell[t, u, 0] == column and memory.seen_cell[t, u, 1] == row
-    return known and memory.seen_ns[t, u] >= oldest_ns and memory.seen_ns[t, u] != NEVER
+    known = memory.seen_cell[kind, t, u, 0] == column and memory.seen_cell[kind, t, u, 1] == row
+    return known and memory.seen_ns[kind, t, u] >= oldest_ns and memory.seen_ns[kind, t, u] != NEVER
 
 
 @njit(cache=True, nogil=True)
@@ -208,6 +212,7 @@ def time_on_seen_ground(
     duration: float,
     oldest_ns: int,
     tolerated: int,
+    kind: int,
 ) -> float:
     """Return the time (s) for which a twist keeps the body on ground seen since `oldest_ns`; inf for all of
     `duration`.
@@ -233,7 +238,9 @@ def time_on_seen_ground(
         run = 0
         for i in range(outline.shape[0]):
             px, py = outline[i, 0], outline[i, 1]
-            run = 0 if _is_seen(memory, x + c * px - s * py, y + s * px + c * py, oldest_ns) else run + 1
+            run = (
+                0 if _is_seen(memory, x + c * px - s * py, y + s * px + c * py, oldest_ns, kind) else run + 1
+            )
             if run > tolerated:
                 return (k - 1) * step
     return math.inf

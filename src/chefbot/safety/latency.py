@@ -12,6 +12,8 @@ WINDOW = 40
 MIN_CHANGE = 0.1
 """Change of the commanded speed within the window, as a share of the maximum speed, that makes the latency
 visible."""
+MIN_ERROR = 0.5
+"""Deviation (root mean square) that a wrong latency must cause, as a share of that change."""
 MAX_LATENCY = 0.5
 """Largest latency that is measured, s."""
 MIN_GAIN = 0.5
@@ -44,12 +46,14 @@ class LatencyEstimator:
 
     def _best_shift(self, commanded: NDArray[np.float64], measured: NDArray[np.float64]) -> int | None:
         """Return by how many periods the measured speeds lag, None if they do not show it."""
-        if np.ptp(commanded) < MIN_CHANGE * self._max_speed:
-            return None
         max_shift = round(MAX_LATENCY / self._period)
+        change = MIN_CHANGE * self._max_speed
+        if np.ptp(measured[max_shift:]) < change:
+            return None
         errors = [
             float(np.square(measured[max_shift:] - commanded[max_shift - k : WINDOW - k]).mean())
             for k in range(max_shift + 1)
         ]
         best = int(np.argmin(errors))
-        return best if errors[best] <= (1.0 - MIN_GAIN) * max(errors) else None
+        visible = max(errors) >= (MIN_ERROR * change) ** 2
+        return best if visible and errors[best] <= (1.0 - MIN_GAIN) * max(errors) else None

@@ -26,7 +26,7 @@ class Restriction(Enum):
 
     NONE = "none"
     SLOW = "slow"
-    FORWARD_CREEP = "creep forward"
+    NO_FORWARD = "not forward"
     CREEP = "creep"
     """Stand; an operator may creep once he has let go of the stick."""
 
@@ -71,7 +71,7 @@ class SensorPolicy:
             return SensorVerdict(Restriction.CREEP, fault)
         blind = self.obstacle_sensors.blind_beyond(known)
         if blind:
-            return SensorVerdict(Restriction.FORWARD_CREEP, blind)
+            return SensorVerdict(Restriction.NO_FORWARD, blind)
         fault = self._ranger_fault(now_ns)
         return SensorVerdict(Restriction.SLOW if fault else Restriction.NONE, fault)
 
@@ -108,8 +108,8 @@ def restricted(command: StampedCommand, verdict: SensorVerdict, radius: float, s
     speed = abs(command.v) + abs(command.w) * radius
     if speed == 0.0 or verdict.restriction is Restriction.NONE:
         return 1.0
-    if verdict.restriction is Restriction.FORWARD_CREEP and command.v <= 0.0:
-        return 1.0
+    if verdict.restriction is Restriction.NO_FORWARD:
+        return 1.0 if command.v <= 0.0 else 0.0
     if verdict.restriction is Restriction.SLOW:
         return min(1.0, slow_speed / abs(command.v)) if command.v else 1.0
     if verdict.restriction is Restriction.CREEP and command.source is not CommandSource.TELEOP:

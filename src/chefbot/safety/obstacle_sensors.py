@@ -24,6 +24,11 @@ NEAR_FRACTION = 0.5
 BLIND_RANGE_MARGIN = 0.1
 """Margin beyond the camera's minimum range in which a marked obstacle may be too near to be seen, m."""
 
+SCATTERED = "The lidar's ranges scatter far more than its noise: it is damaged, or something covers it."
+SCATTER_FACTOR, SCATTER_SHARE = 5.0, 0.02
+"""Factor on the robot file's noise, and share of the range, beyond which neighbouring ranges scatter too much."""
+SCATTERED_SCANS, MIN_SCATTER_BEAMS = 3, 30
+"""Scans in a row that scatter before the lidar counts as damaged, and the ranges that a scan needs for that."""
 KNOWN_BINS = 3
 """Directions on each side of a known point that it explains, as points lie a cell apart."""
 
@@ -34,6 +39,22 @@ def laser_view(scan: LaserScan) -> SensorView:
     hits = (ranges > 0.0) & (ranges < scan.range_max)
     near = bool((ranges[hits] < NEAR_FRACTION * scan.range_max).any())
     return SensorView(scan.header.stamp.ns, ranges[:, None], hits, hits, ~(ranges > 0.0), near)
+
+
+def scatters(ranges: NDArray[np.float32], noise: float) -> bool:
+    """Return whether neighbouring ranges (n,) differ far more than by surfaces and the noise (standard deviation, m).
+
+    Along a smooth surface the second difference of ranges is that of the noise, with the deviation sqrt(6) times as
+    large; edges of surfaces are few, so they do not change the median.
+    """
+    with np.errstate(invalid="ignore"):
+        differences = np.abs(ranges[:-2] - 2.0 * ranges[1:-1] + ranges[2:])
+    valid = np.isfinite(differences) & (ranges[1:-1] > 0.0)
+    if int(valid.sum()) < MIN_SCATTER_BEAMS:
+        return False
+    expected = math.sqrt(6.0) * noise
+    limit = SCATTER_FACTOR * expected + SCATTER_SHARE * float(np.median(ranges[1:-1][valid]))
+    return float(np.median(differences[valid])) > limit
 
 
 def camera_view(scan: ObstacleScan) -> SensorView:
@@ -65,6 +86,8 @@ class ObstacleSensors:
         self._camera = (
             ObstacleSensorMonitor("depth camera", 1.0 / camera.rate) if camera is not None else None
         )
+        self._lidar_noise = lidar.noise if lidar is not None else 0.0
+        self._scattered = 0
         self._optional = frozenset(optional)
         self._camera_spec = camera
         self._last_obstacles: ObstacleScan | None = None
@@ -73,6 +96,7 @@ class ObstacleSensors:
         """Process a laser scan; ignored without a lidar, as the depth camera is monitored by its obstacle scans."""
         if self._lidar is not None:
             self._lidar.process_view(laser_view(scan), now_ns, pose)
+            self._scattered = self._scattered + 1 if scatters(scan.ranges, self._lidar_noise) else 0
 
     def note_scan_marked(self, stamp_ns: int) -> None:
         """Note that the scan of this time was marked in the costmap."""
@@ -95,6 +119,7 @@ class ObstacleSensors:
         faults = [monitor.fault(now_ns, pose) for monitor in self._counted()]
         if self._lidar is not None and self._lidar.blind():
             faults.append("The lidar is blind: a quarter of its view or more shows nothing.")
+        faults.append(SCATTERED if self._scattered >= SCATTERED_SCANS else "")
         return next((fault for fault in faults if fault), "")
 
     @property

@@ -14,7 +14,7 @@ from chefbot.robot.spec import Robot
 PLANNED_BRAKING_FRACTION = 0.6
 """Fraction of the maximum acceleration that braking before an obstacle plans with."""
 CREEP_SPEED = 0.04
-"""Speed of the body at which a robot may move where it does not see, m/s: a contact at it, below 0.05, harms nobody."""
+"""Speed of the body where a robot does not see, m/s: a contact at it, below 0.05, harms nobody."""
 CELLS_PER_RADIUS = 6
 """Cells of the memory along the inscribed radius."""
 CELLS_IN_REACH = 64

@@ -2,7 +2,7 @@
 
 The tables: dropped boxes per robot and fault (contacts, fastest, of drives), and random teleoperation per robot.
 
-Run: python bench/bench_monitored_drives.py [boxes | teleop | stop] [COUNT] [FIRST_SEED]
+Run: python bench/bench_monitored_drives.py [boxes | teleop | stop] [COUNT] [FIRST_SEED] [ROBOT ...]
 Seeds go up in steps of 2.
 """
 
@@ -29,14 +29,20 @@ from tests.chaos.monitored_drive import (  # noqa: E402
 from tests.chaos.sensor_fault_drive import straight_free_starts  # noqa: E402
 
 from chefbot.robot.motion_limits import Limits  # noqa: E402
+from chefbot.robot.spec import Robot  # noqa: E402
 
 WORLDS = ("hotel", "workshop", "room")
+
+
+def chosen() -> dict[str, Robot]:
+    """Return the robots that the command names, all if it names none."""
+    return {name: robot for name, robot in ALL_ROBOTS.items() if name in sys.argv[4:] or len(sys.argv) <= 4}
 
 
 def boxes(count: int, first: int) -> None:
     """Print for each robot and fault contacts over 0.05 m/s, all contacts, the fastest one, and first reasons."""
     print(f"{'robot':15}{'fault':22}{'drives':>7}{'> 0.05':>7}{'any':>5}{'fastest':>9}  first reasons")
-    for name, robot in ALL_ROBOTS.items():
+    for name, robot in chosen().items():
         for fault in FAULTS:
             if fault != "none" and not request_of(fault, robot):
                 continue
@@ -58,7 +64,7 @@ def boxes(count: int, first: int) -> None:
 def teleop(count: int, first: int) -> None:
     """Print for each robot and world the contacts and the metres of random teleoperation."""
     print(f"{'robot':15}{'world':10}{'drives':>7}{'contacts':>9}{'metres':>9}")
-    for name, robot in ALL_ROBOTS.items():
+    for name, robot in chosen().items():
         for world in WORLDS:
             runs = [random_teleop(robot, world, first + 2 * k) for k in range(count)]
             bad = [
@@ -71,7 +77,7 @@ def teleop(count: int, first: int) -> None:
 def stop(count: int, first: int) -> None:
     """Print the time from the moment at which a sensor stops to wheels at zero, for teleoperation at full speed."""
     print(f"{'robot':15}{'stops':>7}{'median, ms':>12}{'p99, ms':>9}{'worst, ms':>11}")
-    for name, robot in ALL_ROBOTS.items():
+    for name, robot in chosen().items():
         rng, times = np.random.default_rng(first), []
         at = straight_free_starts("hotel", 1, first)[0]
         drive = MonitoredDrive(robot, at)

@@ -28,9 +28,9 @@ ECHO_TIMEOUT_NS = 300_000_000
 """Maximum age of an echo of the ultrasonic ranger, ns."""
 CONE_POINTS = 5
 """Points across the cone of the ultrasonic ranger: the direction of the surface is not measured."""
-TOLERATED_GAP = 2
-"""Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two
-rays."""
+TOLERATED_GAP, TOLERATED_GAP_AHEAD = 2, 3
+"""Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays;
+and ahead, where a camera in the middle does not look over the ground before the robot's sides."""
 SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
 """How rays show the ground, see `local_memory`."""
 NO_LAYER = np.zeros(memory.LAYERS, np.bool_)
@@ -220,8 +220,9 @@ class CollisionMonitor:
         """Return the fraction of a twist that stops `margin` metres before ground not seen for `seen` seconds."""
         zones, oldest_ns = self.zones, now_ns - round(seen * 1e9)
         duration = latency + zones.braking_time(v, w)
+        tolerated = TOLERATED_GAP if kind == memory.GROUND else TOLERATED_GAP_AHEAD
         free_time = memory.time_on_seen_ground(
-            self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, TOLERATED_GAP, kind
+            self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, tolerated, kind
         )
         return self._fraction(v, w, free_time, margin, latency)
 

@@ -16,7 +16,7 @@ from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.collision_monitor import CheckedTwist, CollisionMonitor
 from chefbot.safety.command_multiplexer import StampedCommand
 from chefbot.safety.latency import LatencyEstimator
-from chefbot.safety.monitor_text import ReasonKeeper
+from chefbot.safety.monitor_text import ReasonKeeper, limited_text
 from chefbot.safety.motion_policy import Restriction, SensorPolicy, SensorVerdict, restricted
 from chefbot.safety.params import DriveBaseParams
 
@@ -26,8 +26,6 @@ COMMAND_PERIOD = 1.0 / COMMAND_RATE
 """Time between two commands, s."""
 INITIAL_LATENCY = 0.15
 """Latency of the wheels before it is measured, s."""
-STOPPED = 0.05
-"""Share of the commanded motion below which the robot counts as stopped."""
 STATUS = "collision monitor"
 """Name of the status in /diagnostics."""
 OK_MESSAGE = "Nothing limits the motion."
@@ -137,11 +135,8 @@ class CollisionMonitorNode(Node):
 
     def _explain(self, command: StampedCommand, v: float, w: float, checked: CheckedTwist) -> None:
         """Publish why the robot moves less than commanded; (v, w) is the twist of the wheels."""
-        stands = not (v or w) or abs(v) + abs(w) < STOPPED * (abs(command.v) + abs(command.w))
-        commanded = bool(command.v or command.w)
-        sentence = self._verdict.fault
-        if not sentence and commanded and checked.limit:
-            sentence = f"{'Stopped' if stands else 'Slowed'}: {checked.limit}."
+        limited = limited_text(checked.limit, (command.v, command.w), (v, w))
+        sentence = self._verdict.fault or limited
         if self._reasons.changes(sentence, self.now_ns):
             self.reason.publish(String(sentence))
 

@@ -8,6 +8,8 @@ from typing import NamedTuple
 from chefbot.safety.contact_time import distance_from_body
 from chefbot.safety.zones import Zones
 
+STOPPED = 0.05
+"""Share of the commanded motion below which the robot counts as stopped."""
 MOVES_BACKWARD = 1e-3
 """Speed, m/s, from which the robot drives rather than rotates in place."""
 OLD = 0.5
@@ -47,6 +49,15 @@ def unseen_text(v: float) -> str:
     """Return how ground that no sensor has seen of late limits a twist of the forward speed `v`, m/s."""
     where = "behind" if v < -MOVES_BACKWARD else "beside" if v < MOVES_BACKWARD else "ahead of"
     return f"no sensor has seen the ground {where} the robot of late"
+
+
+def limited_text(limit: str, commanded: tuple[float, float], left: tuple[float, float]) -> str:
+    """Return the sentence about a limit of a commanded twist (m/s, rad/s) of which the wheels get what is left."""
+    amount = abs(commanded[0]) + abs(commanded[1])
+    if not limit or amount == 0.0:
+        return ""
+    stands = abs(left[0]) + abs(left[1]) < STOPPED * amount
+    return f"{'Stopped' if stands else 'Slowed'}: {limit}."
 
 
 class ReasonKeeper:

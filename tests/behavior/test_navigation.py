@@ -123,6 +123,10 @@ def test_feedback_estimates_the_rest_of_the_way(speed: float, remaining: float) 
 def test_a_waiting_controller_is_shown_during_navigation(state: str, published: str) -> None:
     navigation = NavigationState()
     navigation.state, navigation.reason = state, "Reason."
-    message = navigation.message(5, 1, "No scan.")
+    message = navigation.message(5, 1, "No scan.", "Stopped: a box.")
     assert message.state == published and (message.reason == "No scan.") == (published == "waiting")
-    assert navigation.message(5, 1, "").state == state
+    assert navigation.message(5, 1, "", "").state == state
+    navigation.reason = ""
+    assert navigation.message(5, 1, "", "Stopped: a box.").reason == (
+        "" if state == "idle" else "Stopped: a box."
+    )

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.buildings.world_file import Chair
-from chefbot.costmap.conversions import ObstacleMarking, costmap_message, mark_laser, mark_obstacles, plane_of
+from chefbot.costmap.conversions import ObstacleMarking, costmap_message, mark_laser, mark_obstacles
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
@@ -22,6 +22,7 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
+from chefbot.robot.scan_plane import plane_of
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.drop_offs import FloorLimits
 from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams

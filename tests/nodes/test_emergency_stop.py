@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from tests.support.nodes import GOALS, NodeRunner, StationaryRobot
+from tests.support.nodes import GOALS, WITHOUT_SENSORS, NodeRunner, StationaryRobot
 
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, ExplorationStatus
@@ -62,7 +62,7 @@ class Base(NodeRunner):
     """The drive base with a joystick."""
 
     def __init__(self) -> None:
-        super().__init__({"base": "chefbot.nodes.drive_base:DriveBaseNode"}, {})
+        super().__init__({"base": "chefbot.nodes.drive_base:DriveBaseNode"}, {}, {"base": WITHOUT_SENSORS})
         self.run(0.0)
 
     def hold(self, topic: str, v: float, times: int) -> bool:

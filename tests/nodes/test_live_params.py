@@ -15,12 +15,12 @@ from chefbot.launcher.session import session, start
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
 from chefbot.msgs.idl.message import Message
-from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.std_msgs import Header, String
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import max_speed
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry, built_in_launches, load_launch, node_class, node_params
-from chefbot.runtime.live_params import is_live
+from chefbot.runtime.live_params import SMALLER, is_live, safer_directions
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 
@@ -67,13 +67,20 @@ def start_nodes() -> NodeContainer:
 
 
 def test_each_parameter_is_set_or_rejected_with_the_reason() -> None:
-    system, accepted, rejected = start_nodes(), 0, 0
+    system, accepted, rejected, refused = start_nodes(), 0, 0, 0
     for name, node in system.nodes.items():
         for param, current in flatten(node.params).items():
             value = other_value(current.value, current.kind)
             if value is None or value == current.value:
                 continue
             plain = with_values(node.params, {param: value})
+            safer = safer_directions(type(node.params)).get(param)
+            if safer and (value < current.value) != (safer == SMALLER):
+                with pytest.raises(UserError, match=f"{name} keeps {param} at .*in the launch"):
+                    system.set_params(name, plain, "test")
+                refused += 1
+                value = current.value * (0.9 if safer == SMALLER else 1.1)
+                plain = with_values(node.params, {param: value})
             if is_live(param, node.live_params):
                 system.set_params(name, plain, "test")
                 assert flatten(node.params)[param].value == pytest.approx(value), (name, param)
@@ -84,7 +91,7 @@ def test_each_parameter_is_set_or_rejected_with_the_reason() -> None:
                 assert flatten(node.params)[param].value == current.value
                 rejected += 1
     system.stop()
-    assert accepted > 40 and rejected > 40
+    assert accepted > 40 and rejected > 40 and refused == 3
 
 
 @pytest.mark.slow
@@ -122,4 +129,19 @@ def test_no_parameter_disables_the_command_timeout(timeout: float) -> None:
     plain = with_values(system.nodes["base"].params, {"limiter.timeout": timeout})
     with pytest.raises(ConfigError, match="timeout"):
         system.set_params("base", plain, "test")
+    system.stop()
+
+
+def test_a_stricter_value_can_be_taken_back_to_the_launch() -> None:
+    system = start_nodes()
+    node = system.nodes["base"]
+    for timeout in (0.1, 0.3):
+        system.set_params("base", with_values(node.params, {"limiter.timeout": timeout}), "test")
+        assert flatten(node.params)["limiter.timeout"].value == timeout
+    with pytest.raises(UserError, match=r"0\.31: a parameter of safety cannot become larger"):
+        system.set_params("base", with_values(node.params, {"limiter.timeout": 0.31}), "test")
+    system.loop.publish("chefbot/restart", String("base"), "test", from_device=True)
+    system.loop.run(until_ns=system.loop.now_ns + SECOND)
+    with pytest.raises(UserError, match=r"base keeps limiter\.timeout"):
+        system.set_params("base", with_values(system.nodes["base"].params, {"limiter.timeout": 0.31}), "test")
     system.stop()

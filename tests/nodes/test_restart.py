@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.support.nodes import ROOM, FakeNavigator, NodeRunner
+from tests.support.nodes import ROOM, WITHOUT_SENSORS, FakeNavigator, NodeRunner
 
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import (
@@ -239,7 +239,7 @@ def test_a_restored_result_needs_no_new_search(kind: str, topic: str, message: M
 
 
 def test_robot_stands_until_all_processes_run() -> None:
-    runner = NodeRunner({"base": "chefbot.nodes.drive_base:DriveBaseNode"}, {})
+    runner = NodeRunner({"base": "chefbot.nodes.drive_base:DriveBaseNode"}, {}, {"base": WITHOUT_SENSORS})
 
     def drive(topic: str) -> float:
         """Publish a velocity for a second and return the angular velocity of the left wheel, rad/s."""
@@ -266,7 +266,9 @@ class Base(NodeRunner):
     """A drive base whose emergency stop the test requests and observes."""
 
     def __init__(self, **restored: Message) -> None:
-        super().__init__({"base": "chefbot.nodes.drive_base:DriveBaseNode"}, restored)
+        super().__init__(
+            {"base": "chefbot.nodes.drive_base:DriveBaseNode"}, restored, {"base": WITHOUT_SENSORS}
+        )
         self.run(0.001)
 
     def request(self, topic: str, stop: bool) -> None:

@@ -14,7 +14,13 @@ from chefbot.runtime.callback_faults import Fault
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.loop import DEVICE, Loop
 from chefbot.runtime.node_container import NodeContainer
-from chefbot.runtime.transform_buffer import CACHE_TIME_NS, MAX_FRAMES, TransformBuffer, TransformError
+from chefbot.runtime.transform_buffer import (
+    CACHE_TIME_NS,
+    FUTURE_TOLERANCE_NS,
+    MAX_FRAMES,
+    TransformBuffer,
+    TransformError,
+)
 
 SECOND = 1_000_000_000
 
@@ -32,7 +38,7 @@ def system_that_hears(said: list[tuple[int, str, Message]]) -> tuple[NodeContain
     return system, faults
 
 
-@pytest.mark.parametrize("ahead", [MAX_FUTURE_NS + 1, 3600 * SECOND])
+@pytest.mark.parametrize("ahead", [FUTURE_TOLERANCE_NS + 1, MAX_FUTURE_NS - 1, 3600 * SECOND])
 def test_a_transform_from_the_future_is_refused(ahead: int) -> None:
     late = moved(SECOND + ahead, 99.0)
     system, faults = system_that_hears(
@@ -40,6 +46,28 @@ def test_a_transform_from_the_future_is_refused(ahead: int) -> None:
     )
     assert system.transforms.lookup("odom", "base_footprint").x == 2.0
     assert ["ahead of the robot's clock" in one.sentence for one in faults] == [True]
+
+
+def test_the_wrong_clock_is_named_where_another_frame_shows_it() -> None:
+    tree = TransformBuffer()
+    with pytest.raises(
+        TransformError, match=r"odom -> base_footprint .* 3 s ahead .* publisher or this one is wrong"
+    ):
+        tree.add_transforms(moved(4 * SECOND, 1.0), False, SECOND)
+    tree.add_transforms(moved(SECOND, 1.0, "door"), False, SECOND)
+    with pytest.raises(TransformError, match="the clock of its publisher is wrong"):
+        tree.add_transforms(moved(4 * SECOND, 1.0), False, SECOND)
+    tree.add_transforms(moved(SECOND + FUTURE_TOLERANCE_NS, 2.0), False, SECOND)
+    assert tree.newest_stamp("odom", "base_footprint") == SECOND + FUTURE_TOLERANCE_NS
+
+
+def test_a_localization_may_post_date_its_transform() -> None:
+    tree = TransformBuffer()
+    later = TransformStamped.of(2 * SECOND, "map", "odom", SE2(5.0, 0.0, 0.0))
+    tree.add_transforms(TFMessage((later,)), False, SECOND)
+    assert tree.lookup("map", "odom").x == 5.0
+    with pytest.raises(TransformError, match="map -> odom"):
+        tree.add_transforms(TFMessage((later,)), False, -SECOND)
 
 
 def test_a_static_frame_can_be_corrected_at_any_stamp() -> None:

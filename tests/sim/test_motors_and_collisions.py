@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from chefbot.design.export.mjcf import HULL_GROUP
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import DRIVE_EFFICIENCY
-from chefbot.sim.contacts import EPISODE_GAP_NS, CollisionMonitor
+from chefbot.sim.contacts import EPISODE_GAP_NS, ContactMonitor
 from chefbot.sim.motors import Motors, enable_drivers
 from chefbot.sim.shading import AMBIENT, DIFFUSE, LIGHT, box_normal, lambert
 from chefbot.sim.world.shapes import BOX, CAPSULE, CYLINDER
@@ -46,7 +46,7 @@ def test_drivers_switch_the_actuators() -> None:
     assert not model.opt.disableactuator
 
 
-def monitor() -> CollisionMonitor:
+def monitor() -> ContactMonitor:
     """Return a monitor for the geoms 0 floor, 1 robot, 2 and 3 parts of a chair, 4 a wall, 5 a person."""
     names = ["floor", "base", *(PREFIX + n for n in ("chair/leg", "chair/seat", "wall", "person_0/trunk"))]
     model = SimpleNamespace(
@@ -54,7 +54,7 @@ def monitor() -> CollisionMonitor:
         geom=lambda key: SimpleNamespace(id=0) if key == "floor" else SimpleNamespace(name=names[key]),
         geom_group=np.array([0, HULL_GROUP, 0, 0, 0, 0]),
     )
-    collision_monitor = CollisionMonitor()
+    collision_monitor = ContactMonitor()
     collision_monitor.watch(model)
     return collision_monitor
 

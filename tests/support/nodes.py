@@ -42,6 +42,9 @@ from chefbot.runtime.node import RESTORED_PREFIX, In, Node, NoParams, Out
 from chefbot.runtime.node_container import NodeContainer
 
 ROBOT = load_robot("chefbot_lidar")
+ALL_SENSORS = ["lidar", "depth camera", "ultrasonic ranger"]
+WITHOUT_SENSORS = {"monitor": {"optional_sensors": ALL_SENSORS}}
+"""Parameters of a drive base to which no sensor is connected."""
 ROOM = {"home": 0.0, "kitchen": 1.0, "table_1": 2.0, "table_2": 3.0}
 
 

@@ -12,8 +12,9 @@ from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.web_ui_client import WebUiClient
 from tests.chaos.launch_process import free_port
+from tests.support.nodes import WITHOUT_SENSORS
 
-BASE = NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode")
+BASE = NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode", params=WITHOUT_SENSORS)
 
 
 class Robot:

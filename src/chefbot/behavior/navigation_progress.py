@@ -27,10 +27,14 @@ class NavigationState:
         """Whether the controller is active."""
         return self.state in ACTIVE_STATES
 
-    def message(self, now_ns: int, recoveries: int, waiting_reason: str) -> NavigationStatus:
-        """Return the status to publish; while the controller waits, the state is `waiting` with its reason."""
+    def message(self, now_ns: int, recoveries: int, waiting_reason: str, limit: str) -> NavigationStatus:
+        """Return the status to publish; while the controller waits, the state is `waiting` with its reason.
+
+        limit: why the collision monitor limits the motion, which counts while the robot drives.
+        """
         waits = bool(waiting_reason) and self.is_active
         state, reason = ("waiting", waiting_reason) if waits else (self.state, self.reason)
+        reason = reason or (limit if self.is_active else "")
         return NavigationStatus(Header.of(now_ns, "map"), state, recoveries, reason)
 
 

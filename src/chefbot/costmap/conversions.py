@@ -16,6 +16,7 @@ from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
+from chefbot.robot.scan_plane import plane_of, through_plane
 from chefbot.robot.spec import Robot
 
 LASER, CAMERA, UPRIGHT, DROP_OFFS = "laser", "camera", "upright", "drop_offs"
@@ -24,19 +25,8 @@ miss; obstacles in the camera that intersect the scan plane, so that the planar 
 drop-offs of the floor, which the camera alone clears."""
 UNSEEN_MARGIN = 0.15
 """Distance before the robot's front at which a drop-off is marked whose edge the camera has not seen, m."""
-PLANE_MARGIN, PLANE_TILT = 0.03, 0.0175
-"""Margins, m and rad of pitch, by which an obstacle must extend above and below the scan plane."""
 _COST_TO_OCCUPANCY = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)
 """Occupancy in percent, as in nav_msgs/OccupancyGrid, by cost; -1 for UNKNOWN."""
-
-
-def plane_of(robot: Robot) -> float:
-    """Return the height (m) above the floor of the robot's scan plane: the lidar's, else the depth camera's.
-
-    NaN, which no obstacle intersects, if there is none: the scan of a tilted sensor is not in a level plane.
-    """
-    sensor = robot.sensors.lidar or robot.sensors.depth_camera
-    return sensor.mount.z if sensor is not None and abs(sensor.mount.pitch) <= PLANE_TILT else math.nan
 
 
 class ObstacleMarking(NamedTuple):
@@ -72,7 +62,7 @@ def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, marki
     angles: NDArray[np.float64] = np.asarray(scan.angle_min + steps * scan.angle_increment, np.float64)
     floor = (scan.clear_from.astype(np.float64), scan.clear_to.astype(np.float64))
     ranges = scan.ranges.astype(np.float64)
-    upright, drops = _in_plane(scan, ranges, marking.plane), _drop_offs(scan)
+    upright, drops = through_plane(scan.bottom, scan.top, ranges, marking.plane), _drop_offs(scan)
     for layer, selected in ((CAMERA, ~upright & ~drops), (UPRIGHT, upright)):
         costs.mark_and_clear(layer, sensor, angles, np.where(selected, ranges, np.inf), floor)
     if drops.any() or costs.has_layer(DROP_OFFS):
@@ -107,16 +97,6 @@ def _is_marked_along(costs: LayeredCostmap, beam: SE2, start: float, end: float)
     inside = (rows >= 1) & (rows < h - 1) & (columns >= 1) & (columns < w - 1)
     r, c = rows[inside].astype(np.int64), columns[inside].astype(np.int64)
     return any((layer[r + i, c + j] == LETHAL).any() for i in (-1, 0, 1) for j in (-1, 0, 1))
-
-
-def _in_plane(scan: ObstacleScan, ranges: NDArray[np.float64], plane: float) -> NDArray[np.bool_]:
-    """Return which obstacles (n,) intersect the scan plane, also while the robot pitches."""
-    if len(scan.bottom) != len(ranges) or len(scan.top) != len(ranges):
-        # heights not measured: no obstacle is known to be in the plane
-        return np.zeros(len(ranges), np.bool_)
-    margin = PLANE_MARGIN + PLANE_TILT * np.where(np.isfinite(ranges), ranges, 0.0)
-    in_plane: NDArray[np.bool_] = (scan.bottom < plane - margin) & (scan.top > plane + margin)
-    return in_plane
 
 
 def costmap_message(header: Header, costs: Costmap) -> OccupancyGrid:

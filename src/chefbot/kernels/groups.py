@@ -21,7 +21,7 @@ import numpy as np
 from chefbot.maths.costs import Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -45,6 +45,7 @@ NODE_CLASSES = {
     "planner": "chefbot.nodes.planner:PlannerNode",
     "controller": "chefbot.nodes.controller:ControllerNode",
     "navigator": "chefbot.nodes.navigator:NavigatorNode",
+    "base": "chefbot.nodes.drive_base:DriveBaseNode",
     "explorer": "chefbot.nodes.explorer:ExplorerNode",
 }
 """Node classes by name."""
@@ -141,6 +142,19 @@ def scan() -> None:
     bench.run()
 
 
+def monitor() -> None:
+    """Check twists of a round and of a rectangular robot in the room."""
+    for robot in ("chefbot_lidar", "jackal"):
+        bench = KernelWorkload("base", robot=robot)
+        bench.publish_scan()
+        ones = [np.ones(9, np.float32)] * 5
+        bench.publish("obstacles", ObstacleScan(bench.header("camera_depth_frame"), -0.5, 0.1, 8.0, *ones))
+        bench.run()
+        node: Any = bench.system.nodes["base"]
+        for v, w in ((1.0, 0.0), (1.0, 0.5), (-1.0, 0.5), (0.0, 1.0)):
+            node._monitor.check(v, w, SE2(HALF_SIDE - 1.0, 0.0, 0.0), bench.loop.now_ns, 0.1)
+
+
 def mapping() -> None:
     """Run SLAM on a few scans."""
     bench = KernelWorkload("gmapping")
@@ -233,6 +247,7 @@ GROUPS: Mapping[str, Callable[[], None]] = {
     "camera": camera,
     "odometry": odometry,
     "scan": scan,
+    "monitor": monitor,
     "costs": costs,
     "localization": localization,
     "planning": planning,
@@ -242,13 +257,14 @@ GROUPS: Mapping[str, Callable[[], None]] = {
 }
 """Workloads in the order of need; of those needed together the longest first, so that the workers end
 together."""
-FIRST_PICTURE_GROUPS = ("mapping", "camera", "odometry", "scan", "costs")
+FIRST_PICTURE_GROUPS = ("mapping", "camera", "odometry", "scan", "monitor", "costs")
 """Groups that the first picture needs."""
 
 
 GROUPS_OF_NODE: Mapping[str, tuple[str, ...]] = {
     "odometry": ("odometry",),
     "depth_to_scan": ("scan",),
+    "base": ("monitor",),
     "gmapping": ("mapping",),
     "amcl": ("localization",),
     "planner": ("planning",),

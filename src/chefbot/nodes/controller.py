@@ -110,7 +110,7 @@ class ControllerNode(BehaviorServerNode):
         costs = self._costs_around(pose)
         newest_ns = self.tf.newest_ns("odom")
         lost = self._localization.reason(self.localization_status.last, pose, newest_ns, self.now_ns)
-        reason = self._sensors.fault(self.now_ns, pose) or (lost if self._motion is None else "")
+        reason = self._sensor_fault(pose) or (lost if self._motion is None else "")
         if reason:
             self._follower.pause()
             sentence = self._wait(reason, CONTROL_PERIOD)
@@ -132,6 +132,8 @@ class ControllerNode(BehaviorServerNode):
             self._feedback(FollowPath_Feedback(remaining_length(self._follower.path, pose), step.speed))
 
     def _finish_path(self, following: Future[FollowPath_Result], result: FollowPath_Result) -> None:
+        if result.error_code and self._limit not in result.error_msg:
+            result = failed_path(FollowPathError(result.error_code), f"{result.error_msg} {self._limit}")
         self._stop()
         if result.error_code == FollowPathError.STUCK:
             self._publish_contact()

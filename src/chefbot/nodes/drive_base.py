@@ -1,4 +1,5 @@
-"""The drive base: command multiplexer, emergency stop and velocity limits in front of the wheels."""
+"""The drive base: command multiplexer, emergency stop, velocity limits and collision monitor in front of the
+wheels."""
 
 from __future__ import annotations
 
@@ -7,29 +8,29 @@ from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import Range
 from chefbot.msgs.std_msgs import Bool, Empty, Header, String
+from chefbot.nodes.collision_monitor import COMMAND_PERIOD, COMMAND_RATE, CollisionMonitorNode
 from chefbot.robot.motion_limits import Limits, one_plane_warning
-from chefbot.runtime.node import RESTARTED, In, Node, Out, every, restored, topic
-from chefbot.safety.braking_speed import safe_forward_speed
+from chefbot.runtime.node import RESTARTED, In, Out, every, restored, topic
 from chefbot.safety.cliff_stop import CliffStop
 from chefbot.safety.command_multiplexer import CommandMultiplexer, CommandSource, StampedCommand
+from chefbot.safety.motion_policy import Restriction
 from chefbot.safety.params import DriveBaseParams
 from chefbot.safety.stop_latch import StopDecision, StopLatch
 from chefbot.safety.velocity_limiter import VelocityLimiter
 
-RATE = 20.0
 
-
-class DriveBaseNode(Node):
+class DriveBaseNode(CollisionMonitorNode):
     """Converts twists to wheel speeds: teleop overrides navigation, the emergency stop overrides both.
 
-    Velocity limits and ramps apply to all. `cmd_vel` is the twist commanded. A command not repeated is a stop.
+    Velocity limits, ramps and the collision monitor apply to all. `cmd_vel` is the twist commanded. A command not
+    repeated is a stop.
 
     This node alone owns the state of the emergency stop: others request a change on `stop_request`, and the node
     publishes the state on `emergency_stop` and the reason on `stop_status`, both transient local. A stop published
     on `emergency_stop` by another node counts; a release published there does not.
     """
 
-    live_params = ("*",)
+    live_params = ("limiter.*", "teleop_hold", "*margin", "monitor.slow", "monitor.memory", "monitor.seen")
     params: DriveBaseParams
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]
@@ -40,7 +41,6 @@ class DriveBaseNode(Node):
     restarted: In[Empty] = restored(RESTARTED)
     process_lost: In[String]
     process_back: In[String]
-    ultrasonic: In[Range]
     cliff: In[Range]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
@@ -50,6 +50,7 @@ class DriveBaseNode(Node):
 
     def start(self) -> None:
         """Start at standstill and publish the state of the emergency stop."""
+        super().start()
         self._limiter = VelocityLimiter(Limits.of(self.robot), self.params.limiter)
         self._commands = CommandMultiplexer(self.params.teleop_hold)
         self._stop = StopLatch()
@@ -67,6 +68,7 @@ class DriveBaseNode(Node):
     def reconfigure(self, params: DriveBaseParams) -> None:
         """Apply new parameters from the next command on."""
         self.params = params
+        self._monitor.configure(params.monitor, params.ultrasonic_margin)
         self._limiter.params, self._commands.teleop_hold = params.limiter, params.teleop_hold
 
     def on_cmd_vel_teleop(self, twist: Twist) -> None:
@@ -141,16 +143,24 @@ class DriveBaseNode(Node):
         if self._v and self._cliffs.reason(self._v, self.now_ns):
             self._halt()
 
-    @every(hz=RATE)
+    @every(hz=COMMAND_RATE)
     def command(self) -> None:
-        """Publish the next step of the velocity ramp."""
-        now_ns = self.now_ns
+        """Publish the next step of the velocity ramp, as far as it is safe."""
+        now_ns, was_blind = self.now_ns, self._verdict.restriction is Restriction.CREEP
         self._own_stops.clear()  # messages come before timers, so none of them is on its way
+        if self._judge_sensors().restriction is Restriction.CREEP and not was_blind:
+            self._commands.interrupt(CommandSource.TELEOP, now_ns)
+            self._limiter.reset()  # at once, without a ramp
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
-        max_v = safe_forward_speed(self.robot, self.ultrasonic.last, self.params.ultrasonic_margin, now_ns)
-        wanted = self._cliffs.limit(min(command.v, max_v), now_ns)
         self._publish_remark(self._cliffs.take_remark(command.v, now_ns))
-        v, w = self._limiter.step(wanted, command.w, command.age(now_ns), 1.0 / RATE)
+        allowed = self._allowed_fraction(command)
+        target = self._cliffs.limit(allowed * command.v, now_ns), allowed * command.w
+        v, w = self._limiter.step(*target, command.age(now_ns), COMMAND_PERIOD)
+        checked = self._checked(v, w)
+        if checked.fraction < 1.0:
+            v, w = checked.fraction * v, checked.fraction * w
+            self._limiter.reset(v, w)
+        self._explain(command, v, w, checked)
         self._publish_command(v, w)
 
     def _halt(self) -> None:

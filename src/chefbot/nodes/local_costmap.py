@@ -22,7 +22,7 @@ from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
-from chefbot.msgs.std_msgs import Float64, Header
+from chefbot.msgs.std_msgs import Float64, Header, String
 from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors
@@ -44,6 +44,8 @@ class LocalCostmapNode(Node):
     ultrasonic: In[Range]
     contact: In[PoseStamped]
     clear_costmaps: In[Float64]
+    base_standing: In[String] = topic("base/standing")
+    monitor_reason: In[String] = topic("collision_monitor/reason")
     costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
     contact_out: Out[PoseStamped] = topic("contact")
     diagnostics: Out[DiagnosticArray]
@@ -117,6 +119,16 @@ class LocalCostmapNode(Node):
             return self.tf.lookup("odom", "base_link")
         except TransformError:
             return None
+
+    def _sensor_fault(self, pose: SE2) -> str:
+        """Return why the robot must stand still, by the monitors here or by those of the base; or an empty string."""
+        base = self.base_standing.last.data if self.base_standing.last else ""
+        return self._sensors.fault(self.now_ns, pose) or base
+
+    @property
+    def _limit(self) -> str:
+        """Why the collision monitor limits the motion; empty if it does not."""
+        return self.monitor_reason.last.data if self.monitor_reason.last else ""
 
     def _costs_around(self, pose: SE2) -> Costmap:
         """Move the costmap to the robot and return its costs."""

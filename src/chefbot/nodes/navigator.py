@@ -10,7 +10,7 @@ from chefbot.behavior.relocalization import LOST
 from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
-from chefbot.msgs.std_msgs import Bool, Empty, Header, String
+from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.nodes.path_request import PathRequestNode
 from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.coroutines import Cancelled, Future, wait_any
@@ -30,7 +30,6 @@ class NavigatorNode(PathRequestNode):
     goal_pose: In[PoseStamped]
     cancel: In[Empty]
     emergency_stop: In[Bool]
-    standing: In[String] = topic("controller/standing")
     navigate_to_pose = action_server(nav2.NavigateToPose)
     follow_path = action_client(nav2.FollowPath)
     navigate_to_pose_client = action_client(nav2.NavigateToPose, "navigate_to_pose")
@@ -64,8 +63,7 @@ class NavigatorNode(PathRequestNode):
         elif (self._state.state, self._state.reason) == ("idle", REFUSED):
             self._publish_status("idle", "")  # goals are accepted again
 
-    def on_standing(self, _: String) -> None:
-        """Publish the status again when the controller starts or stops waiting."""
+    def _repeat_status(self) -> None:
         if self._state.is_active:
             self._publish_status(self._state.state, self._state.reason)
 
@@ -145,4 +143,5 @@ class NavigatorNode(PathRequestNode):
     def _publish_status(self, state: str, reason: str) -> None:
         self._state.state, self._state.reason = state, reason
         waiting_reason = self.standing.last.data if self.standing.last else ""
-        self.navigation_status.publish(self._state.message(self.now_ns, self._recovery.count, waiting_reason))
+        status = self._state.message(self.now_ns, self._recovery.count, waiting_reason, self._limit)
+        self.navigation_status.publish(status)

@@ -11,10 +11,10 @@ from chefbot.behavior.relocalization import (
 )
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
 from chefbot.msgs.nav2_msgs import BackUp, Spin, Spin_Goal, Spin_Result
-from chefbot.msgs.std_msgs import Float64
+from chefbot.msgs.std_msgs import Float64, String
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Future, wait_any
-from chefbot.runtime.node import In, Node, Out
+from chefbot.runtime.node import In, Node, Out, topic
 
 COSTMAP_REFRESH_TIME = 1.0
 """Time that the sensors need to mark the present obstacles again, s."""
@@ -24,6 +24,8 @@ class RecoveryBehaviorsNode(Node):
     """Base class of a node that runs recovery behaviors and knows whether localization has converged."""
 
     localization_status: In[LocalizationStatus]
+    standing: In[String] = topic("controller/standing")
+    monitor_reason: In[String] = topic("collision_monitor/reason")
     spin = action_client(Spin)
     backup = action_client(BackUp)
     clear_costmaps: Out[Float64]
@@ -38,6 +40,22 @@ class RecoveryBehaviorsNode(Node):
         self._localization.process(status)
         if self._localization.is_lost:
             self._localization_lost.set_result(None)
+
+    def on_standing(self, _: String) -> None:
+        """Publish the status again when the controller starts or stops waiting."""
+        self._repeat_status()
+
+    def on_monitor_reason(self, _: String) -> None:
+        """Publish the status again when the collision monitor begins or ceases to limit the motion."""
+        self._repeat_status()
+
+    def _repeat_status(self) -> None:
+        """Publish the status of an active goal again; a node without one has nothing to publish."""
+
+    @property
+    def _limit(self) -> str:
+        """Why the collision monitor limits the motion; empty if it does not."""
+        return self.monitor_reason.last.data if self.monitor_reason.last else ""
 
     async def _relocalize(self) -> str:
         """Rotate in place until localization has converged; return an error message, empty on success."""

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import math
+
 from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.sensor_health import Condition, Source
+from chefbot.robot.spec import GRAVITY
 
 SIDES = ("left", "right")
 NO_FAULT = "Wheels and gyro agree."
 _FAULT_TEXTS = {
     Condition.STUCK: "is stuck: its readings are bit-identical while the wheels turn",
     Condition.SATURATED: "is saturated",
-    Condition.REVERSED: "is reversed against the wheels: it is mounted upside down",
+    Condition.REVERSED: "turns against the wheels: a wheel slips, the robot was pushed, or its sign is wrong",
     Condition.LATE: "is late",
 }
+UPSIDE_DOWN = (
+    "The gyro turns against the wheels and gravity points upwards: the IMU is mounted upside down; "
+    "continuing with the wheels alone."
+)
+MOTION_FORCE = 0.05
+"""Deviation of the specific force from gravity, as a share of it, that shows that the robot was lifted or pushed."""
 _CONSEQUENCES = {
     Source.GYRO: "continuing with the wheels alone",
     Source.ACCELEROMETER: "assuming a level floor",
@@ -39,6 +48,8 @@ def _source_message(ekf: Ekf, source: Source, now_ns: int) -> str | None:
         age = ekf.time_since_used(source, now_ns)
         silent = f"No {source.value} for {age:.1f} s" if age < 1e6 else f"No {source.value} so far"
         return f"{silent}: {_CONSEQUENCES[source]}."
+    if condition is Condition.REVERSED and _specific_force(ekf)[2] < 0.0:
+        return UPSIDE_DOWN
     left_out = "" if condition is Condition.LATE else f"; {_CONSEQUENCES[source]}"
     return f"The {source.value} {_FAULT_TEXTS[condition]}{left_out}."
 
@@ -62,6 +73,24 @@ def _contradiction_message(ekf: Ekf) -> str | None:
         )
     if not ekf.slipping:
         return None
-    if belief.counters.standing:
+    if not belief.counters.standing:
+        return "Wheels and gyro disagree: the wheels slip, or the gyro's offset has changed."
+    if _is_moved(ekf):
         return "The gyro measures rotation but the wheels stand still: robot carried, or both encoders dead."
-    return "Wheels and gyro disagree: the wheels slip."
+    return (
+        "The gyro measures rotation, but the wheels stand still and the accelerometer shows no motion: "
+        "the gyro's offset has changed, or the robot was turned."
+    )
+
+
+def _specific_force(ekf: Ekf) -> tuple[float, float, float]:
+    """Return the last reading of the accelerometer in the robot's axes, m/s^2; NaN before the first."""
+    x, y, z = ekf.belief.monitors[Source.ACCELEROMETER].value
+    return x, y, z
+
+
+def _is_moved(ekf: Ekf) -> bool:
+    """Return whether the accelerometer shows that the robot is lifted, tilted or pushed; True without a reading."""
+    x, y, z = _specific_force(ekf)
+    deviation = math.hypot(x, y, z - GRAVITY)
+    return not deviation < MOTION_FORCE * GRAVITY  # true for NaN

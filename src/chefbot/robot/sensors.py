@@ -111,6 +111,11 @@ class DepthCamera(RobotSection, frozen=True, kw_only=True):
         """Focal length in pixels, for square pixels."""
         return self.width / 2.0 / math.tan(self.field_of_view / 2.0)
 
+    @property
+    def half_height(self) -> float:
+        """Half the height of the picture on a plane one metre ahead, m."""
+        return self.height / 2.0 / self.focal_length_px
+
     def range_with_noise(self, deviation: float) -> float:
         """Return the range, m, up to which the standard deviation of depth is at most `deviation` metres."""
         noise_limited_range = math.sqrt(deviation / self.noise) if self.noise > 0.0 else math.inf

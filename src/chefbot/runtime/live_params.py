@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
+from functools import cache
 from typing import Any
 
 import msgspec
+from msgspec import inspect as types
 
 from chefbot.errors import UserError
+
+SMALLER, LARGER = "smaller", "larger"
+"""Values of the key `safer` in a parameter's `Meta(extra=...)`: the direction in which it is stricter."""
 
 
 def is_live(name: str, patterns: Iterable[str]) -> bool:
@@ -37,3 +42,39 @@ def check_live(node: Any, params: msgspec.Struct) -> None:
     for name in changed_params(node.params, params):
         if not is_live(name, node.live_params):
             raise UserError(f"{node.name} reads {name} when it starts; set it in the launch file")
+
+
+def check_safety(node: Any, launched: msgspec.Struct, params: msgspec.Struct) -> None:
+    """Raise UserError if a parameter of safety of `node` is less strict than in the launch, whoever sets it.
+
+    A stricter value can be set, and taken back as far as the value of the launch.
+    """
+    for name, safer in safer_directions(type(params)).items():
+        limit, value = _value(launched, name), _value(params, name)
+        if value > limit if safer == SMALLER else value < limit:
+            other = LARGER if safer == SMALLER else SMALLER
+            raise UserError(
+                f"{node.name} keeps {name} at {limit:g}, not {value:g}: a parameter of safety cannot become {other} "
+                "than in the launch while the robot runs; set it in the launch file and start again"
+            )
+
+
+@cache
+def safer_directions(kind: type[msgspec.Struct], prefix: str = "") -> dict[str, str]:
+    """Return the dotted names of the parameters of safety of a struct type, each with its stricter direction."""
+    info = types.type_info(kind)
+    assert isinstance(info, types.StructType)
+    found: dict[str, str] = {}
+    for field in info.fields:
+        inner = field.type
+        if isinstance(inner, types.StructType):
+            found |= safer_directions(inner.cls, f"{prefix}{field.name}.")
+        elif isinstance(inner, types.Metadata) and (inner.extra or {}).get("safer"):
+            found[prefix + field.name] = str((inner.extra or {})["safer"])
+    return found
+
+
+def _value(params: Any, name: str) -> float:
+    for part in name.split("."):
+        params = getattr(params, part)
+    return float(params)

@@ -14,11 +14,10 @@ from chefbot.errors import UserError, name_hint
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.msgs.validity import check_stamp
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import Fault, Faults
 from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
-from chefbot.runtime.live_params import check_live
+from chefbot.runtime.live_params import check_live, check_safety
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import RESTORED_PREFIX, Context, Device, Node, params_type
 from chefbot.runtime.node_restart import LOST_TOPIC, RECOVER_TOPIC, NodeRestarts, abort_goals, restored_state
@@ -49,6 +48,7 @@ class NodeContainer:
         self.seed = seed
         self.transforms = TransformBuffer(loop.isolated)
         self.nodes: dict[str, Node] = {}
+        self._launched_params: dict[str, Struct] = {}
         self.faults: Faults | None = None
         """Counts exceptions of running nodes; None: the first exception ends the run."""
         for topic, static in (("tf", False), ("tf_static", True)):
@@ -70,6 +70,7 @@ class NodeContainer:
         created = []
         for name, (kind, params, remap) in plan.items():
             if name not in self.nodes and name not in leave_out:
+                self._launched_params[name] = params
                 created.append(self._create(kind, name, params, remap))
         self._start(created)
 
@@ -149,6 +150,7 @@ class NodeContainer:
         params = build(change.params, params_type(type(node)), f"node {change.node}: params")
         if params != node.params:
             check_live(node, params)
+            check_safety(node, self._launched_params[change.node], params)
             node.reconfigure(params)
 
     def _start(self, created: list[Node]) -> None:
@@ -181,11 +183,9 @@ class NodeContainer:
         return kind, node_params(kind, entry.params, where), entry.remap
 
     def _on_tf(self, static: bool, message: Message) -> None:
-        """Add a message's transforms to the buffer; TransformError or InvalidMessageError for an invalid one."""
+        """Add a message's transforms to the buffer; TransformError for an invalid one."""
         assert isinstance(message, TFMessage)
-        if not static:
-            check_stamp(message, self.loop.now_ns)
-        self.transforms.add_transforms(message, static)
+        self.transforms.add_transforms(message, static, self.loop.now_ns)
 
 
 def params_message(node: str, plain: dict[str, Any]) -> String:

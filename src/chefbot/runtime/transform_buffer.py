@@ -16,6 +16,10 @@ from chefbot.msgs.tf2_msgs import TFMessage
 
 CACHE_TIME_NS = 10_000_000_000
 """Length of the buffered history, ns."""
+FUTURE_TOLERANCE_NS = 500_000_000
+"""Time by which a dynamic transform may be ahead of the clock, ns: a process that lags behind another."""
+POSTDATED_NS = 2_000_000_000
+"""The same for transforms from `map`, ns: localizations post-date them, so that they hold until the next one."""
 MAX_FRAMES = 1000
 """Maximum number of frames in the tree."""
 MAX_WAITING = 100
@@ -95,17 +99,40 @@ class TransformBuffer:
         self._edges: dict[str, _Edge] = {}
         self._pending: list[_PendingRequest] = []
 
-    def add_transforms(self, message: TFMessage, static: bool) -> None:
-        """Add the transforms of a /tf or /tf_static message.
+    def add_transforms(self, message: TFMessage, static: bool, now_ns: int | None = None) -> None:
+        """Add the transforms of a /tf or /tf_static message; dynamic ones must not be ahead of the clock `now_ns`.
 
         A frame stays static or dynamic as first received, and a static frame keeps its parent: otherwise a
         single message could detach a sensor, whose transform is sent only once, from the robot for good.
         TransformError, after all valid transforms were added, if one of them was refused.
         """
-        refused = [reason for transform in message.transforms if (reason := self._add(transform, static))]
+        refused: list[str] = []
+        for transform in message.transforms:
+            reason = "" if static or now_ns is None else self._future_reason(transform, now_ns)
+            reason = reason or self._add(transform, static)
+            if reason:
+                refused.append(reason)
         self._serve_pending()
         if refused:
             raise TransformError(refused[0])
+
+    def _future_reason(self, stamped: TransformStamped, now_ns: int) -> str:
+        """Return why a transform from the future is refused, and whose clock is wrong; empty for any other.
+
+        It would hide all later ones of its frame. If another frame moves at the present time, this clock is right.
+        """
+        child, parent = stamped.child_frame_id, stamped.header.frame_id
+        ahead_ns = stamped.header.stamp.ns - now_ns
+        if ahead_ns <= (POSTDATED_NS if parent == "map" else FUTURE_TOLERANCE_NS):
+            return ""
+        moving = [edge.stamps[-1] for name, edge in self._edges.items() if not edge.static and name != child]
+        agrees = any(abs(stamp - now_ns) <= FUTURE_TOLERANCE_NS for stamp in moving)
+        wrong = (
+            "the clock of its publisher is wrong"
+            if agrees
+            else "the clock of its publisher or this one is wrong"
+        )
+        return f"{parent} -> {child} is stamped {ahead_ns / 1e9:.6g} s ahead of the robot's clock: {wrong}"
 
     def _add(self, stamped: TransformStamped, static: bool) -> str:
         """Add a transform to the tree, or return the reason why it is refused."""
@@ -170,6 +197,19 @@ class TransformBuffer:
         """Return the stamp of the newest transform of a moving frame, ns; None for a static or an unknown one."""
         edge = self._edges.get(child)
         return None if edge is None or edge.static else edge.stamps[-1]
+
+    def newest_stamp(self, target: str, source: str) -> int | None:
+        """Return the time of the newest transform between two frames, ns; None if fixed ones alone join them.
+
+        It is that of the oldest of the chain's newest transforms. TransformError if no chain joins them.
+        """
+        above_source, above_target = self._ancestors(source), self._ancestors(target)
+        common = next((frame for frame in above_source if frame in above_target), None)
+        if common is None:
+            raise TransformError(f"no chain of transforms joins {target} and {source}")
+        below = above_source[: above_source.index(common)] + above_target[: above_target.index(common)]
+        edges = [self._edges[frame] for frame in below]
+        return min((edge.stamps[-1] for edge in edges if not edge.static), default=None)
 
     def clear(self) -> None:
         """Clear pending requests and dynamic transforms, as after a restart."""

@@ -22,6 +22,8 @@ class StampedCommand(NamedTuple):
     v: float
     w: float
     time_ns: int
+    source: CommandSource | None = None
+    """Who sent it; None for standstill without a command."""
 
     def age(self, now_ns: int) -> float:
         """Return the time since the reception, s."""
@@ -51,7 +53,13 @@ class CommandMultiplexer:
         if (v or w) and (stopped or recent):
             self._refused_ns[source] = now_ns
         else:
-            self._commands[source] = StampedCommand(v, w, now_ns)
+            self._commands[source] = StampedCommand(v, w, now_ns, source)
+
+    def interrupt(self, source: CommandSource, now_ns: int) -> None:
+        """Discard the command of a source; it counts again once the source has paused or commanded standstill."""
+        command = self._commands.pop(source, None)
+        if command is not None and (command.v or command.w):
+            self._refused_ns[source] = now_ns
 
     def discard(self) -> None:
         """Discard the commands of all sources, so that none of them resumes."""

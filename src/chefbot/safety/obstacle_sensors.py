@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Collection
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.robot.sensors import DepthCamera
 from chefbot.robot.spec import Robot
 from chefbot.safety.sensor_freshness import ObstacleSensorMonitor, SensorView
 
@@ -22,6 +24,14 @@ NEAR_FRACTION = 0.5
 BLIND_RANGE_MARGIN = 0.1
 """Margin beyond the camera's minimum range in which a marked obstacle may be too near to be seen, m."""
 
+SCATTERED = "The lidar's ranges scatter far more than its noise: it is damaged, or something covers it."
+SCATTER_FACTOR, SCATTER_SHARE = 5.0, 0.02
+"""Factor on the robot file's noise, and share of the range, beyond which neighbouring ranges scatter too much."""
+SCATTERED_SCANS, MIN_SCATTER_BEAMS = 3, 30
+"""Scans in a row that scatter before the lidar counts as damaged, and the ranges that a scan needs for that."""
+KNOWN_BINS = 3
+"""Directions on each side of a known point that it explains, as points lie a cell apart."""
+
 
 def laser_view(scan: LaserScan) -> SensorView:
     """Convert a laser scan: NaN, zero and negative ranges are invalid, +inf means no return (REP-117)."""
@@ -29,6 +39,22 @@ def laser_view(scan: LaserScan) -> SensorView:
     hits = (ranges > 0.0) & (ranges < scan.range_max)
     near = bool((ranges[hits] < NEAR_FRACTION * scan.range_max).any())
     return SensorView(scan.header.stamp.ns, ranges[:, None], hits, hits, ~(ranges > 0.0), near)
+
+
+def scatters(ranges: NDArray[np.float32], noise: float) -> bool:
+    """Return whether neighbouring ranges (n,) differ far more than by surfaces and the noise (standard deviation, m).
+
+    Along a smooth surface the second difference of ranges is that of the noise, with the deviation sqrt(6) times as
+    large; edges of surfaces are few, so they do not change the median.
+    """
+    with np.errstate(invalid="ignore"):
+        differences = np.abs(ranges[:-2] - 2.0 * ranges[1:-1] + ranges[2:])
+    valid = np.isfinite(differences) & (ranges[1:-1] > 0.0)
+    if int(valid.sum()) < MIN_SCATTER_BEAMS:
+        return False
+    expected = math.sqrt(6.0) * noise
+    limit = SCATTER_FACTOR * expected + SCATTER_SHARE * float(np.median(ranges[1:-1][valid]))
+    return float(np.median(differences[valid])) > limit
 
 
 def camera_view(scan: ObstacleScan) -> SensorView:
@@ -39,16 +65,30 @@ def camera_view(scan: ObstacleScan) -> SensorView:
     return SensorView(scan.header.stamp.ns, data, hits, measured, ~measured, False)
 
 
-class ObstacleSensors:
-    """Monitors the lidar and the depth camera, as far as the robot file has them."""
+def _max_blind_distance(camera: DepthCamera) -> float:
+    """Return the distance within which a known obstacle may be too near to be seen, m.
 
-    def __init__(self, robot: Robot) -> None:
+    Ranges are measured along the optical axis, so the minimum range is longest at the edge of the view.
+    """
+    return (camera.range_min + BLIND_RANGE_MARGIN) / math.cos(camera.field_of_view / 2)
+
+
+class ObstacleSensors:
+    """Monitors the lidar and the depth camera, as far as the robot file has them.
+
+    optional: names of sensors that need not be connected; they count from their first message on.
+    """
+
+    def __init__(self, robot: Robot, optional: Collection[str] = ()) -> None:
         self._robot_name = robot.name
         lidar, camera = robot.sensors.lidar, robot.sensors.depth_camera
         self._lidar = ObstacleSensorMonitor("lidar", 1.0 / lidar.rate) if lidar is not None else None
         self._camera = (
             ObstacleSensorMonitor("depth camera", 1.0 / camera.rate) if camera is not None else None
         )
+        self._lidar_noise = lidar.noise if lidar is not None else 0.0
+        self._scattered = 0
+        self._optional = frozenset(optional)
         self._camera_spec = camera
         self._last_obstacles: ObstacleScan | None = None
 
@@ -56,6 +96,7 @@ class ObstacleSensors:
         """Process a laser scan; ignored without a lidar, as the depth camera is monitored by its obstacle scans."""
         if self._lidar is not None:
             self._lidar.process_view(laser_view(scan), now_ns, pose)
+            self._scattered = self._scattered + 1 if scatters(scan.ranges, self._lidar_noise) else 0
 
     def note_scan_marked(self, stamp_ns: int) -> None:
         """Note that the scan of this time was marked in the costmap."""
@@ -75,11 +116,36 @@ class ObstacleSensors:
 
     def fault(self, now_ns: int, pose: SE2 | None) -> str:
         """Return why the robot must stand still, a sentence that names the sensor, or an empty string."""
-        monitors = (monitor for monitor in (self._lidar, self._camera) if monitor is not None)
-        faults = [monitor.fault(now_ns, pose) for monitor in monitors]
+        faults = [monitor.fault(now_ns, pose) for monitor in self._counted()]
         if self._lidar is not None and self._lidar.blind():
             faults.append("The lidar is blind: a quarter of its view or more shows nothing.")
+        faults.append(SCATTERED if self._scattered >= SCATTERED_SCANS else "")
         return next((fault for fault in faults if fault), "")
+
+    @property
+    def any_counted(self) -> bool:
+        """Whether any sensor is connected, or has to be."""
+        return bool(self._counted())
+
+    def _counted(self) -> list[ObstacleSensorMonitor]:
+        monitors = [monitor for monitor in (self._lidar, self._camera) if monitor is not None]
+        return [one for one in monitors if one.has_sent or one.title not in self._optional]
+
+    def blind_beyond(self, known_points: Callable[[], NDArray[np.float64]]) -> str:
+        """Return why the robot must not drive forward, as `blind_ahead`; known obstacles (n, 2) are in base_link."""
+        camera, scan, spec = self._camera, self._last_obstacles, self._camera_spec
+        if camera is None or scan is None or spec is None or not camera.blind():
+            return ""
+        points = known_points()
+        x, y = points[:, 0] - spec.mount.x, points[:, 1] - spec.mount.y
+        near = np.hypot(x, y) <= _max_blind_distance(spec)
+        bearings = np.arctan2(y[near], x[near]) - spec.mount.yaw
+        bins = np.round((bearings - scan.angle_min) / scan.angle_increment).astype(np.int64)
+        known = np.zeros(len(scan.ranges), np.bool_)
+        for shift in range(-KNOWN_BINS, KNOWN_BINS + 1):
+            shifted = bins + shift
+            known[shifted[(shifted >= 0) & (shifted < len(known))]] = True
+        return BLIND if camera.blind(known) else ""
 
     def blind_ahead(self, pose: SE2 | None, costs: Costmap) -> str:
         """Return why the robot must not drive forward, or an empty string; it may still rotate.
@@ -99,9 +165,7 @@ class ObstacleSensors:
             return None
         sensor = pose @ camera.mount.planar
         yaws = sensor.yaw + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-        # ranges are measured along the optical axis, so the minimum range is longest at the edge of the view
-        max_distance = (camera.range_min + BLIND_RANGE_MARGIN) / math.cos(camera.field_of_view / 2)
-        distances = np.arange(0.0, max_distance, costs.resolution / 2)
+        distances = np.arange(0.0, _max_blind_distance(camera), costs.resolution / 2)
         x = sensor.x + np.cos(yaws)[:, None] * distances
         y = sensor.y + np.sin(yaws)[:, None] * distances
         return np.asarray((costs.values(x, y, outside=0) == LETHAL).any(axis=1))

@@ -1,23 +1,98 @@
-"""Parameters of the drive base: limiter, priority of teleoperation and safety margin."""
+"""Parameters of the drive base: limiter, priority of teleoperation and collision monitor."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
 
 from chefbot.safety.velocity_limiter import VelocityLimiterParams
 
+SMALLER_IS_SAFER, LARGER_IS_SAFER = {"safer": "smaller"}, {"safer": "larger"}
+
+
+class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Margins and times of the collision monitor; all distances of braking follow from the robot file."""
+
+    margin: Annotated[
+        float,
+        Meta(
+            ge=0.0,
+            le=1.0,
+            description="distance at which the robot stands before an obstacle, m",
+            extra=LARGER_IS_SAFER,
+        ),
+    ] = 0.02
+    side_margin: Annotated[
+        float,
+        Meta(
+            ge=0.0,
+            le=1.0,
+            description="distance beside the body that must be free to drive at all, m",
+            extra=LARGER_IS_SAFER,
+        ),
+    ] = 0.01
+    slow_margin: Annotated[
+        float,
+        Meta(
+            ge=0.0,
+            le=1.0,
+            description="distance beside the body that must be free for more than `slow`, m",
+            extra=LARGER_IS_SAFER,
+        ),
+    ] = 0.02
+    slow: Annotated[
+        float,
+        Meta(
+            ge=0.05,
+            le=1.0,
+            description="fraction of the maximum speed near obstacles and over ground not seen of late",
+            extra=SMALLER_IS_SAFER,
+        ),
+    ] = 0.6
+    memory: Annotated[
+        float,
+        Meta(
+            ge=5.0,
+            le=600.0,
+            description="time for which a seen obstacle is remembered, s",
+            extra=LARGER_IS_SAFER,
+        ),
+    ] = 60.0
+    seen: Annotated[
+        float,
+        Meta(
+            ge=1.0,
+            le=60.0,
+            description="time for which ground that was seen free counts as free, s",
+            extra=SMALLER_IS_SAFER,
+        ),
+    ] = 30.0
+    optional_sensors: tuple[Literal["lidar", "depth camera", "ultrasonic ranger"], ...] = ()
+    """Sensors of the robot file that need not be connected: they count from their first message on."""
+
 
 class DriveBaseParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the velocity limiter, the teleop priority and the ultrasonic safety margin."""
+    """Parameters of the velocity limiter, the teleop priority and the collision monitor."""
 
     limiter: VelocityLimiterParams = VelocityLimiterParams()
     teleop_hold: Annotated[
         float,
-        Meta(ge=0, le=10, description="time after the last teleop command before navigation is accepted, s"),
+        Meta(
+            ge=0,
+            le=10,
+            description="time after the last teleop command before navigation is accepted, s",
+            extra=LARGER_IS_SAFER,
+        ),
     ] = 1.0
     ultrasonic_margin: Annotated[
-        float, Meta(ge=0, le=1, description="safety margin to obstacles of the ultrasonic ranger, m")
+        float,
+        Meta(
+            ge=0,
+            le=1,
+            description="safety margin to obstacles of the ultrasonic ranger, m",
+            extra=LARGER_IS_SAFER,
+        ),
     ] = 0.04
+    monitor: CollisionMonitorParams = CollisionMonitorParams()

@@ -83,6 +83,11 @@ class ObstacleSensorMonitor:
         self._last, self._pose, self._received_ns = view, pose, now_ns
         self._valid_messages += 1
 
+    @property
+    def has_sent(self) -> bool:
+        """Whether the sensor has sent anything."""
+        return self._last is not None
+
     def note_marked(self, stamp_ns: int) -> None:
         """Note that the data of this time were marked in the costmap."""
         self._placed_ns = stamp_ns

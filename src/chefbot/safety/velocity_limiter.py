@@ -14,7 +14,9 @@ from chefbot.robot.motion_limits import Limits
 class VelocityLimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the velocity limiter `VelocityLimiter`."""
 
-    timeout: Annotated[float, Meta(ge=0.05, le=0.5, description="command timeout, s")] = 0.3
+    timeout: Annotated[
+        float, Meta(ge=0.05, le=0.5, description="command timeout, s", extra={"safer": "smaller"})
+    ] = 0.3
 
 
 class VelocityLimiter:
@@ -46,9 +48,9 @@ class VelocityLimiter:
         self._w += scale * dw
         return self._v, self._w
 
-    def reset(self) -> None:
-        """Reset the ramp to standstill, after the base has stopped."""
-        self._v = self._w = 0.0
+    def reset(self, v: float = 0.0, w: float = 0.0) -> None:
+        """Continue the ramp from another twist (m/s, rad/s), by default from standstill."""
+        self._v, self._w = v, w
 
     def _target(self, v: float, w: float, age: float) -> tuple[float, float]:
         self.remark = ""

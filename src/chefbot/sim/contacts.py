@@ -32,7 +32,7 @@ class Collisions(NamedTuple):
     names: tuple[str, ...]
 
 
-class CollisionMonitor:
+class ContactMonitor:
     """Counts contact episodes from MuJoCo's list of geom pairs in contact.
 
     A contact with a person that begins while the robot stands is that person's fault and left out; `touching` names

@@ -21,7 +21,7 @@ from chefbot.robot.geometry.layout import ground_clearance, overall_height
 from chefbot.robot.spec import Robot
 from chefbot.sim.battery import SimulatedBattery
 from chefbot.sim.capture import OPTICAL, Capture
-from chefbot.sim.contacts import CollisionMonitor, Collisions
+from chefbot.sim.contacts import Collisions, ContactMonitor
 from chefbot.sim.depth_holes import hole_array
 from chefbot.sim.faults.wheels import WheelFaults
 from chefbot.sim.ground_truth import GroundTruth, ground_truth
@@ -96,7 +96,7 @@ class Simulation:
         self._check_free(start_pose, "the robot's start", world.shapes_at_rest())
         spec = people_spec(world.people if people is None else people)
         self._movers = Movers(world, spec, RobotCircle.of(start_pose, robot.circumscribed_radius), people_rng)
-        self._contacts = CollisionMonitor()
+        self._contacts = ContactMonitor()
         self.wheel_faults = WheelFaults()
         self._lidar: RayCaster | None
         self._prepare_sensors(imu_rng)

@@ -93,6 +93,7 @@ class WebUiDevice(AuditedDevice):
     diagnostics: In[DiagnosticArray]
     emergency_stop: In[Bool]
     stop_status: In[EmergencyStopStatus]
+    monitor_reason: In[String] = topic("collision_monitor/reason")
     doors: In[JointState] = topic("simulation/doors")
 
     goal_pose: Out[PoseStamped]
@@ -300,7 +301,7 @@ class WebUiDevice(AuditedDevice):
             confidence=localization.confidence if localization else None,
             localization_error=truth.pose.pose.se2.distance(pose) if truth and pose else None,
             navigation=navigation.state if navigation else "",
-            reason=self._why_stopped() or (navigation.reason if navigation else ""),
+            reason=self._why_stopped() or self._why_limited() or (navigation.reason if navigation else ""),
             stopped=self._stopped,
             stop_pending=self._pending.stop,
             failures=self._failures,
@@ -313,6 +314,9 @@ class WebUiDevice(AuditedDevice):
         status = self.stop_status.last
         description = status.description if self._stopped and status else ""
         return self._pending.stop_warning(self.now_ns) or description
+
+    def _why_limited(self) -> str:
+        return self.monitor_reason.last.data if self.monitor_reason.last else ""
 
     def _lookup(self, target: str, source: str) -> SE2 | None:
         try:

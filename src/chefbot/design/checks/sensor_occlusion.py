@@ -117,7 +117,7 @@ def _frame(mount: Mount) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def _picture(camera: DepthCamera) -> NDArray[np.float64]:
     """(4, 2): corners of the picture on the plane one metre ahead, y and z."""
     y = camera.width / 2.0 / camera.focal_length_px
-    z = camera.height / 2.0 / camera.focal_length_px
+    z = camera.half_height
     return np.array([(y, z), (-y, z), (-y, -z), (y, -z)])
 
 

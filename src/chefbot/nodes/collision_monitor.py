@@ -1,0 +1,149 @@
+"""The collision monitor's ports: sensors and odometry in, and what limits the motion out."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticArray, DiagnosticStatus
+from chefbot.msgs.sensor_msgs import LaserScan, Range
+from chefbot.msgs.std_msgs import Header, String
+from chefbot.robot.motion_limits import max_speed
+from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.runtime.transform_buffer import TransformError
+from chefbot.safety.collision_monitor import CheckedTwist, CollisionMonitor
+from chefbot.safety.command_multiplexer import StampedCommand
+from chefbot.safety.latency import LatencyEstimator
+from chefbot.safety.monitor_text import ReasonKeeper, limited_text
+from chefbot.safety.motion_policy import Restriction, SensorPolicy, SensorVerdict, restricted
+from chefbot.safety.params import DriveBaseParams
+
+COMMAND_RATE = 20.0
+"""Rate of the commands to the wheels, Hz."""
+COMMAND_PERIOD = 1.0 / COMMAND_RATE
+"""Time between two commands, s."""
+INITIAL_LATENCY = 0.15
+"""Latency of the wheels before it is measured, s."""
+STATUS = "collision monitor"
+"""Name of the status in /diagnostics."""
+OK_MESSAGE = "Nothing limits the motion."
+
+
+class CollisionMonitorNode(Node):
+    """Base class of the node that commands the wheels: each of its twists is checked with the newest sensor data.
+
+    It publishes why the robot stands or is slow on `collision_monitor/reason`, empty for no reason, and on
+    /diagnostics.
+    """
+
+    params: DriveBaseParams
+    scan: In[LaserScan]
+    obstacles: In[ObstacleScan]
+    ultrasonic: In[Range]
+    reason: Out[String] = topic("collision_monitor/reason", latched=True)
+    standing: Out[String] = topic("base/standing", latched=True)
+    diagnostics: Out[DiagnosticArray]
+
+    def start(self) -> None:
+        """Start with an empty memory."""
+        params = self.params
+        self._monitor = CollisionMonitor(self.robot, params.monitor, params.ultrasonic_margin)
+        self._policy = SensorPolicy(self.robot, params.monitor.optional_sensors)
+        self._latency = LatencyEstimator(COMMAND_PERIOD, max_speed(self.robot), INITIAL_LATENCY)
+        self._reasons = ReasonKeeper()
+        self._verdict = SensorVerdict(Restriction.NONE)
+        self._last_pose: tuple[SE2, int] | None = None
+
+    # -- sensors
+
+    def on_scan(self, scan: LaserScan) -> None:
+        """Take a scan into the memory as soon as its pose in odom is known."""
+        sensors, stamp_ns = self._policy.obstacle_sensors, scan.header.stamp.ns
+        sensors.process_scan(scan, self.now_ns, self._pose()[0])
+
+        def place(sensor: SE2) -> None:
+            self._monitor.process_scan(scan, sensor)
+            sensors.note_scan_marked(stamp_ns)
+
+        self.tf.on_available("odom", scan.header.frame_id, stamp_ns, place)
+
+    def on_obstacles(self, scan: ObstacleScan) -> None:
+        """Take an obstacle scan into the memory as soon as its pose in odom is known."""
+        sensors, stamp_ns = self._policy.obstacle_sensors, scan.header.stamp.ns
+        sensors.process_obstacles(scan, self.now_ns, self._pose()[0])
+
+        def place(sensor: SE2) -> None:
+            self._monitor.process_obstacles(scan, sensor)
+            sensors.note_obstacles_marked(stamp_ns)
+
+        self.tf.on_available("odom", scan.header.frame_id, stamp_ns, place)
+
+    def on_ultrasonic(self, echo: Range) -> None:
+        """Take an echo of the ultrasonic ranger."""
+        self._monitor.process_echo(echo)
+        if self._policy.ranger is not None:
+            self._policy.ranger.process_echo(echo, self.now_ns)
+
+    def _pose(self) -> tuple[SE2 | None, int | None]:
+        """Return the newest pose in odom and its time; no time if the transforms are fixed, no pose without them."""
+        try:
+            return self.tf.lookup("odom", "base_link"), self.tf.newest_stamp("odom", "base_link")
+        except TransformError:
+            return None, None
+
+    # -- twists
+
+    def _judge_sensors(self) -> SensorVerdict:
+        """Judge the sensors as they will be when the next command is due, so that none is too old until then."""
+        (pose, pose_ns), now_ns = self._pose(), self.now_ns
+
+        def known() -> NDArray[np.float64]:
+            return (
+                np.zeros((0, 2))
+                if pose is None
+                else self._monitor.points(pose, now_ns, self._monitor.zones.reach)
+            )
+
+        before = self._verdict
+        self._verdict = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)
+        if before.standing != self._verdict.standing:
+            self.standing.publish(String(self._verdict.standing))
+        return self._verdict
+
+    def _allowed_fraction(self, command: StampedCommand) -> float:
+        """Return the fraction of a command that the sensors' faults leave."""
+        slow = self.params.monitor.slow * max_speed(self.robot)
+        return restricted(command, self._verdict, self.robot.circumscribed_radius, slow)
+
+    def _checked(self, v: float, w: float) -> CheckedTwist:
+        """Check the twist (m/s, rad/s) that is due now."""
+        pose, pose_ns = self._pose()
+        self._measure_latency(v, pose, pose_ns)
+        age = 0.0 if pose_ns is None else max(0.0, (self.now_ns - pose_ns) / 1e9)
+        # without a pose nothing was placed: what remains is the ultrasonic ranger, and what is remembered is far away
+        at = pose if pose is not None else SE2(0.0, 0.0, 0.0)
+        return self._monitor.check(v, w, at, self.now_ns, self._latency.latency + COMMAND_PERIOD + age)
+
+    def _measure_latency(self, v: float, pose: SE2 | None, pose_ns: int | None) -> None:
+        if pose is None or pose_ns is None:
+            return
+        before, self._last_pose = self._last_pose, (pose, pose_ns)
+        if before is not None and pose_ns > before[1]:
+            self._latency.process(v, before[0].between(pose).x / ((pose_ns - before[1]) / 1e9))
+
+    def _explain(self, command: StampedCommand, v: float, w: float, checked: CheckedTwist) -> None:
+        """Publish why the robot moves less than commanded; (v, w) is the twist of the wheels."""
+        limited = limited_text(checked.limit, (command.v, command.w), (v, w))
+        sentence = self._verdict.fault or limited
+        if self._reasons.changes(sentence, self.now_ns):
+            self.reason.publish(String(sentence))
+
+    @every(hz=1)
+    def publish_health(self) -> None:
+        """Publish what limits the motion, also while the robot stands."""
+        sentence = self._reasons.sentence
+        level = ERROR if self._verdict.restriction is Restriction.CREEP else WARN if sentence else OK
+        status = DiagnosticStatus(level, STATUS, sentence or OK_MESSAGE, self.robot.name)
+        self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))

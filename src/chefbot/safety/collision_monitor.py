@@ -1,0 +1,238 @@
+"""The collision monitor: the largest fraction of a twist from which the robot stops before everything it knows of.
+
+It follows the twist's own arc, whoever commanded it, over latency and braking distance (compare
+nav2_collision_monitor's `approach`), with the newest points of each obstacle sensor and those that it remembers of a
+moment ago. It has no clock, no node and no costmap.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.sensor_msgs import LaserScan, Range
+from chefbot.robot.scan_plane import plane_of, through_plane
+from chefbot.robot.spec import Robot
+from chefbot.safety import local_memory as memory
+from chefbot.safety.contact_time import first_contact
+from chefbot.safety.monitor_text import MOVES_BACKWARD, SensedPoint, obstacle_text, unseen_text
+from chefbot.safety.params import CollisionMonitorParams
+from chefbot.safety.zones import CREEP_SPEED, OUTLINE_INSET, Zones, safe_fraction
+
+ECHO_TIMEOUT_NS = 300_000_000
+"""Maximum age of an echo of the ultrasonic ranger, ns."""
+CONE_POINTS = 5
+"""Points across the cone of the ultrasonic ranger: the direction of the surface is not measured."""
+TOLERATED_GAP, TOLERATED_GAP_AHEAD = 2, 3
+"""Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays;
+and ahead, where a camera in the middle does not look over the ground before the robot's sides."""
+SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
+"""How rays show the ground, see `local_memory`."""
+NO_LAYER = np.zeros(memory.LAYERS, np.bool_)
+PRESENT = 0.5
+"""Age up to which ground counts as seen at present, s."""
+GROUND_MARGIN = 1.0 + OUTLINE_INSET
+"""Cells before unseen ground at which the robot stops backing: the one it reaches into, and the outline's inset."""
+SENSORS = ("lidar", "depth camera", "depth camera")
+"""Names of the sensors of the memory's layers."""
+
+
+class CheckedTwist(NamedTuple):
+    """The fraction of a twist that is safe, 0 to 1, and what limits it if it is less than 1, else an empty string."""
+
+    fraction: float
+    limit: str = ""
+
+
+FREE = CheckedTwist(1.0)
+
+
+class CollisionMonitor:
+    """Checks twists of one robot. All poses are in odom, all times in ns of the loop's clock."""
+
+    def __init__(self, robot: Robot, params: CollisionMonitorParams, ultrasonic_margin: float) -> None:
+        self._robot, self._sensors, self._plane = robot, robot.sensors, plane_of(robot)
+        self.configure(params, ultrasonic_margin)
+        camera, zones = robot.sensors.depth_camera, self.zones
+        blind = 0.0
+        if camera is not None:
+            steepest = camera.mount.pitch + math.atan(camera.half_height)
+            blind = camera.mount.x + camera.mount.z / math.tan(max(steepest, 0.1))
+        self._reach = max(zones.reach, blind) + 2.0 * zones.circumscribed
+        self._memory = memory.new_memory(self._reach, zones.resolution)
+        self._points = np.empty((memory.MAX_POINTS, 2))
+        self._layers = np.empty(memory.MAX_POINTS, np.int64)
+        self._stamps = np.empty(memory.MAX_POINTS, np.int64)
+        self._echo: Range | None = None
+
+    def configure(self, params: CollisionMonitorParams, ultrasonic_margin: float) -> None:
+        """Use other parameters from the next twist on."""
+        self.params, self._ultrasonic_margin = params, ultrasonic_margin
+        self.zones = Zones.of(self._robot, params.side_margin, max(params.side_margin, params.slow_margin))
+
+    # -- sensors
+
+    def process_scan(self, scan: LaserScan, sensor: SE2) -> None:
+        """Process a planar scan from `sensor`; a depth camera's only clears, as its obstacle scan has all heights."""
+        ranges = scan.ranges.astype(np.float64)
+        angles, stamp_ns = scan.angles.astype(np.float64), scan.header.stamp.ns
+        ranges[ranges >= scan.range_max] = np.inf
+        invalid = ~(ranges > 0.0)
+        is_lidar = self._sensors.lidar is not None
+        starts = np.zeros(len(ranges)) if is_lidar else np.full(len(ranges), float(scan.range_min))
+        ends = np.where(invalid, -1.0, ranges - self.zones.resolution)
+        clears = np.array([is_lidar, False, True])
+        thin = slice(None, None, self._thinning(float(scan.angle_increment)))
+        rays = angles[thin], starts[thin], ends[thin]
+        memory.clear_rays(self._memory, sensor.array(), *rays, stamp_ns, clears, np.full(2, is_lidar))
+        if is_lidar:
+            marked = np.where(invalid, np.inf, ranges)
+            memory.mark_points(self._memory, sensor.array(), angles, marked, stamp_ns, memory.LIDAR)
+
+    def _thinning(self, increment: float) -> int:
+        """Return of how many neighbouring rays one passes through each cell within reach."""
+        spacing = abs(increment) * self._reach
+        return max(1, int(self.zones.resolution / spacing)) if spacing > 0.0 else 1
+
+    def process_obstacles(self, scan: ObstacleScan, sensor: SE2) -> None:
+        """Process an obstacle scan of the depth camera, seen from the point on the floor below it."""
+        ranges, at, stamp_ns = scan.ranges.astype(np.float64), sensor.array(), scan.header.stamp.ns
+        angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges), dtype=np.float64)
+        starts = np.where(np.isfinite(scan.clear_from), scan.clear_from, 0.0).astype(np.float64)
+        ends = np.where(scan.clear_to > 0.0, scan.clear_to, -1.0).astype(np.float64)
+        clears = np.array([False, True, True])
+        memory.clear_rays(self._memory, at, angles, starts, ends, stamp_ns, clears, SEEN_FLOOR)
+        # nearer than the floor in the picture, and before an obstacle, there is nothing as high as the view
+        views = np.maximum(ends, np.where(np.isfinite(ranges), ranges, -1.0))
+        memory.clear_rays(
+            self._memory, at, angles, np.zeros(len(ranges)), views, stamp_ns, NO_LAYER, BELOW_THE_VIEW
+        )
+        upright = through_plane(scan.bottom, scan.top, ranges, self._plane)
+        for layer, chosen in ((memory.CAMERA, ~upright), (memory.UPRIGHT, upright)):
+            memory.mark_points(self._memory, at, angles, np.where(chosen, ranges, np.inf), stamp_ns, layer)
+
+    def process_echo(self, echo: Range) -> None:
+        """Process a range of the ultrasonic ranger; it counts until the next one, and is not remembered."""
+        self._echo = echo
+
+    # -- twists
+
+    def check(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
+        """Return which fraction of the twist (m/s, rad/s) is safe from `pose`; latency: until braking begins, s."""
+        zones = self.zones
+        memory.cover_body(
+            self._memory, pose.array(), zones.inscribed if len(zones.corners) else zones.circumscribed,
+            zones.circumscribed, zones.corners, now_ns,
+        )  # fmt: skip
+        if not (v or w):
+            return FREE
+        checks = [self._check_points(v, w, pose, now_ns, latency), self._check_echo(v, w, now_ns, latency)]
+        if not self._sensors.covers_rear and (self._sensors.lidar or self._sensors.depth_camera):
+            checks.append(self._check_ground(v, w, pose, now_ns, latency))
+        return min(checks, key=lambda check: check.fraction)
+
+    def points(self, pose: SE2, now_ns: int, reach: float) -> NDArray[np.float64]:
+        """Return the remembered points (n, 2) not farther than `reach` (m) from `pose`, in base_link."""
+        oldest_ns = max(0, now_ns - round(self.params.memory * 1e9))
+        arrays = self._points, self._layers, self._stamps
+        count = memory.points_around(self._memory, pose.array(), reach, oldest_ns, *arrays)
+        return self._points[:count]
+
+    def _check_points(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
+        zones = self.zones
+        points = self.points(pose, now_ns, zones.reach_of(v, w, latency))
+        if not len(points):
+            return FREE
+        slow_time, slow = first_contact(points, v, w, zones.slow_radius, zones.slow_corners, zones.inscribed)
+        if slow < 0:
+            return FREE
+        stop_time, stop = first_contact(points, v, w, zones.stop_radius, zones.stop_corners, zones.inscribed)
+        fraction, index = self._fraction(v, w, stop_time, self.params.margin, latency), stop
+        careful = self._fraction(v, w, slow_time, self.params.margin, latency)
+        if careful < fraction:
+            # near obstacles beside the way only the slow speed is left
+            fraction, index = max(careful, min(fraction, self._slow_fraction(v, w))), slow
+        if fraction >= 1.0:
+            return FREE
+        x, y = points[index].tolist()
+        age = (now_ns - int(self._stamps[index])) / 1e9
+        seen = SensedPoint(SENSORS[int(self._layers[index])], x, y, age)
+        return CheckedTwist(fraction, obstacle_text(seen, zones))
+
+    def _check_echo(self, v: float, w: float, now_ns: int, latency: float) -> CheckedTwist:
+        """Check the surface that the ultrasonic ranger measures, anywhere in its cone."""
+        ranger, echo, zones = self._sensors.ultrasonic, self._echo, self.zones
+        if ranger is None or echo is None or now_ns - echo.header.stamp.ns > ECHO_TIMEOUT_NS:
+            return FREE
+        distance = echo.range if echo.range > 0.0 else 0.0  # -inf: nearer than the minimum range (REP-117)
+        if math.isinf(distance):
+            return FREE
+        half = ranger.field_of_view / 2.0
+        angles = ranger.mount.yaw + np.linspace(-half, half, CONE_POINTS)
+        points = np.column_stack(
+            [ranger.mount.x + distance * np.cos(angles), ranger.mount.y + distance * np.sin(angles)]
+        )
+        time, index = first_contact(points, v, w, zones.stop_radius, zones.stop_corners, 0.0)
+        fraction = self._fraction(v, w, time, self._ultrasonic_margin, latency)
+        if fraction >= 1.0:
+            return FREE
+        x, y = points[index].tolist()
+        return CheckedTwist(fraction, obstacle_text(SensedPoint("ultrasonic ranger", x, y, 0.0), zones))
+
+    def _check_ground(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
+        """Check that the ground was seen of late: else the robot does not back up, and moves on slowly otherwise.
+
+        Ahead it is enough that a sensor looks over it, as a camera does not see the floor near the body.
+
+        Where it backs up over ground that it saw, or covered, a moment ago, somebody may have come since: it creeps.
+        """
+        zones = self.zones
+        if not len(zones.corners) and abs(v) < MOVES_BACKWARD:
+            return FREE  # a disc covers the same ground while it rotates
+        if v < -MOVES_BACKWARD:
+            margin = GROUND_MARGIN * zones.resolution
+            known = self._ground_fraction(
+                v, w, pose, now_ns, latency, self.params.seen, margin, memory.GROUND
+            )
+            present = self._ground_fraction(v, w, pose, now_ns, latency, PRESENT, margin, memory.GROUND)
+            fraction = max(present, min(known, CREEP_SPEED / zones.body_speed(v, w)))
+        else:
+            known = self._ground_fraction(v, w, pose, now_ns, latency, self.params.seen, 0.0, memory.VIEW)
+            fraction = max(known, self._slow_fraction(v, w))
+        return CheckedTwist(fraction, unseen_text(v)) if fraction < 1.0 else FREE
+
+    def _ground_fraction(
+        self,
+        v: float,
+        w: float,
+        pose: SE2,
+        now_ns: int,
+        latency: float,
+        seen: float,
+        margin: float,
+        kind: int,
+    ) -> float:
+        """Return the fraction of a twist that stops `margin` metres before ground not seen for `seen` seconds."""
+        zones, oldest_ns = self.zones, now_ns - round(seen * 1e9)
+        duration = latency + zones.braking_time(v, w)
+        tolerated = TOLERATED_GAP if kind == memory.GROUND else TOLERATED_GAP_AHEAD
+        free_time = memory.time_on_seen_ground(
+            self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, tolerated, kind
+        )
+        return self._fraction(v, w, free_time, margin, latency)
+
+    def _fraction(self, v: float, w: float, time: float, margin: float, latency: float) -> float:
+        zones = self.zones
+        speed = zones.body_speed(v, w)
+        free = time - (margin / speed if speed > 0.0 else 0.0)
+        return safe_fraction(free, latency, zones.braking_time(v, w))
+
+    def _slow_fraction(self, v: float, w: float) -> float:
+        """Return the fraction of the twist at which no point of the body exceeds the slow speed."""
+        speed = self.zones.body_speed(v, w)
+        return min(1.0, self.params.slow * self.zones.limits.speed / speed) if speed > 0.0 else 1.0

@@ -1,0 +1,117 @@
+"""What the base may do while a sensor fails: stand, creep on an operator's word, or drive slowly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.se2 import SE2
+from chefbot.robot.spec import Robot
+from chefbot.safety.command_multiplexer import CommandSource, StampedCommand
+from chefbot.safety.obstacle_sensors import ObstacleSensors
+from chefbot.safety.ranger_freshness import TITLE, RangerMonitor
+from chefbot.safety.sensor_freshness import CLOCK_TOLERANCE_NS
+from chefbot.safety.zones import CREEP_SPEED
+
+ODOMETRY_TIMEOUT_NS = 300_000_000
+"""Maximum age of the pose in odom, ns."""
+
+
+class Restriction(Enum):
+    """How far faults of sensors restrict the motion."""
+
+    NONE = "none"
+    SLOW = "slow"
+    NO_FORWARD = "not forward"
+    CREEP = "creep"
+    """Stand; an operator may creep once he has let go of the stick."""
+
+
+class SensorVerdict(NamedTuple):
+    """The restriction by faults of sensors, and the fault in words, empty for none."""
+
+    restriction: Restriction
+    fault: str = ""
+
+    @property
+    def standing(self) -> str:
+        """The fault for which the robot stands, empty if it does not."""
+        return self.fault if self.restriction is Restriction.CREEP else ""
+
+
+class SensorPolicy:
+    """Judges all sensors that the collision monitor needs: lidar, depth camera, ultrasonic ranger, and the odometry.
+
+    optional: names of sensors that need not be connected.
+    """
+
+    def __init__(self, robot: Robot, optional: tuple[str, ...]) -> None:
+        sensors = robot.sensors
+        self.obstacle_sensors = ObstacleSensors(robot, optional)
+        ranger = sensors.ultrasonic
+        self.ranger = RangerMonitor(1.0 / ranger.rate) if ranger is not None else None
+        self._ranger_optional = TITLE in optional
+        self._sees = sensors.lidar is not None or sensors.depth_camera is not None
+
+    def judge(
+        self, now_ns: int, pose: SE2 | None, pose_ns: int | None, known: Callable[[], NDArray[np.float64]]
+    ) -> SensorVerdict:
+        """Return the restriction at a time; pose, pose_ns: newest one in odom with its stamp, if it has one.
+
+        known: returns known obstacles (n, 2) in base_link, which explain what a camera is too near to see.
+        """
+        fault = self.obstacle_sensors.fault(now_ns, pose)
+        if self._sees and self._counts:
+            fault = fault or odometry_fault(now_ns, pose, pose_ns)
+        if fault:
+            return SensorVerdict(Restriction.CREEP, fault)
+        blind = self.obstacle_sensors.blind_beyond(known)
+        if blind:
+            return SensorVerdict(Restriction.NO_FORWARD, blind)
+        fault = self._ranger_fault(now_ns)
+        return SensorVerdict(Restriction.SLOW if fault else Restriction.NONE, fault)
+
+    @property
+    def _counts(self) -> bool:
+        """Whether any sensor is connected, or has to be, so that obstacles are to be placed."""
+        return self.obstacle_sensors.any_counted
+
+    def _ranger_fault(self, now_ns: int) -> str:
+        ranger = self.ranger
+        if ranger is None or (self._ranger_optional and not ranger.has_sent):
+            return ""
+        return ranger.fault(now_ns)
+
+
+def odometry_fault(now_ns: int, pose: SE2 | None, pose_ns: int | None) -> str:
+    """Return why obstacles cannot be placed by the odometry, or an empty string; a fixed transform has no stamp."""
+    if pose is None:
+        return "There is no odometry yet: no transform leads from base_link to odom."
+    if pose_ns is None:
+        return ""
+    if now_ns - pose_ns > ODOMETRY_TIMEOUT_NS:
+        return f"The odometry is late: the newest pose is {(now_ns - pose_ns) / 1e9:.1f} s old."
+    if pose_ns - now_ns > CLOCK_TOLERANCE_NS:
+        return "The odometry is stamped in the future: compare its computer's clock with this one's."
+    return ""
+
+
+def restricted(command: StampedCommand, verdict: SensorVerdict, radius: float, slow_speed: float) -> float:
+    """Return the fraction of a command that a restriction leaves.
+
+    radius: of the circle around the body, m. slow_speed: m/s.
+    """
+    speed = abs(command.v) + abs(command.w) * radius
+    if speed == 0.0 or verdict.restriction is Restriction.NONE:
+        return 1.0
+    if verdict.restriction is Restriction.NO_FORWARD:
+        return 1.0 if command.v <= 0.0 else 0.0
+    if verdict.restriction is Restriction.SLOW:
+        return min(1.0, slow_speed / abs(command.v)) if command.v else 1.0
+    if verdict.restriction is Restriction.CREEP and command.source is not CommandSource.TELEOP:
+        return 0.0
+    return min(1.0, CREEP_SPEED / speed)

@@ -1,0 +1,39 @@
+"""A lidar whose ranges scatter is told from one that sees edges."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from chefbot.safety.obstacle_sensors import scatters
+
+ANGLES = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+ROOM = 2.5 / np.maximum(np.abs(np.cos(ANGLES)), np.abs(np.sin(ANGLES)))
+NOISE = 0.01
+
+
+def with_legs(rng: np.random.Generator, count: int) -> NDArray[np.float64]:
+    """Return the ranges of a room with legs of chairs, two beams each."""
+    ranges = ROOM.copy()
+    for k in rng.integers(0, 358, count):
+        ranges[k : k + 2] = rng.uniform(0.4, 2.0)
+    return ranges
+
+
+@pytest.mark.parametrize("seed", range(1, 20, 2))
+def test_furniture_and_noise_are_no_scatter_but_a_damaged_lidar_is(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    for legs in (0, 10, 25):
+        clean = with_legs(rng, legs) + NOISE * rng.standard_normal(360)
+        assert not scatters(clean.astype(np.float32), NOISE)
+        assert not scatters(np.where(rng.random(360) < 0.2, np.inf, clean).astype(np.float32), NOISE)
+        for share in (0.1, 0.3):
+            damaged = clean * (1.0 + share * rng.standard_normal(360))
+            assert scatters(damaged.astype(np.float32), NOISE)
+
+
+def test_too_few_ranges_say_nothing() -> None:
+    assert not scatters(np.full(360, np.inf, np.float32), NOISE)
+    assert not scatters(np.full(360, np.nan, np.float32), NOISE)
+    assert not scatters(np.zeros(2, np.float32), NOISE)

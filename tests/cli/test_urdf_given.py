@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.cli.robot.urdf_given import check_given
+from chefbot.cli.robot.foreign.urdf_given import check_given
 from chefbot.design.export.urdf import urdf
 from chefbot.design.export.urdf_check import check_urdf
 from chefbot.design.export.xml_text import parse_xml

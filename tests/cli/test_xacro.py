@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.cli.robot.urdf_given import check_given, expanded
+from chefbot.cli.robot.foreign.urdf_given import check_given, expanded
 from chefbot.design.export.ros2.workspace import description_package
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot

@@ -12,8 +12,8 @@ import yaml
 from tests.design.bodies import assert_same, of_solids, of_urdf
 from tests.design.fake_launch import run_launch_file
 
+from chefbot.cli.robot.foreign.urdf_given import check_given, expanded
 from chefbot.cli.robot.urdf import run_package
-from chefbot.cli.robot.urdf_given import check_given, expanded
 from chefbot.design.export.urdf import urdf
 from chefbot.errors import UserError
 from chefbot.robot.geometry.layout import overall_height

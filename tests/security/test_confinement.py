@@ -7,14 +7,14 @@ import sys
 
 import pytest
 
-from chefbot.cli.robot.confinement import SYSTEM_CALLS, child_environment, filter_program
+from chefbot.cli.robot.foreign.confinement import SYSTEM_CALLS, child_environment, filter_program
 
 START = """
 import ctypes, os, socket, sys
 libc = ctypes.CDLL(None, use_errno=True)
 names = "open", "socket", "fork", "execv", "unlink", "kill", "ptrace", "mkdir"
 calls = {name: getattr(libc, name) for name in names}
-from chefbot.cli.robot.confinement import confine
+from chefbot.cli.robot.foreign.confinement import confine
 enforced = confine(100_000_000, 2)
 """
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the filter of system calls is Linux's")

@@ -10,7 +10,7 @@ import pytest
 from tests.support.mutants.texts import XACRO
 
 from chefbot.cli.robot import xacro_process
-from chefbot.cli.robot.urdf_given import check_given, expanded
+from chefbot.cli.robot.foreign.urdf_given import check_given, expanded
 from chefbot.errors import ChefbotError
 
 xacro = pytest.importorskip("xacro", reason="needs xacro from PyPI")

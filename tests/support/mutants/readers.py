@@ -7,9 +7,9 @@ from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
-from chefbot.cli.robot.urdf_given import check_given
-from chefbot.cli.robot.xacro_child import expand
-from chefbot.cli.robot.xacro_files import PackageFiles
+from chefbot.cli.robot.foreign.urdf_given import check_given
+from chefbot.cli.robot.foreign.xacro_child import expand
+from chefbot.cli.robot.foreign.xacro_files import PackageFiles
 from chefbot.config import read_bytes
 from chefbot.design.export.urdf import urdf as urdf_of
 from chefbot.design.sizing.robot_file_editor import Change, changed

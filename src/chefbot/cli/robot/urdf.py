@@ -28,7 +28,7 @@ def run_package(robot: str, folder: Path) -> None:
 
 def run_check(path: Path) -> None:
     """Print the tree of links of a URDF or xacro file. Raises UserError with its first fault."""
-    from chefbot.cli.robot.urdf_given import check_given
+    from chefbot.cli.robot.foreign.urdf_given import check_given
 
     tree = check_given(path)
     for branch in tree:

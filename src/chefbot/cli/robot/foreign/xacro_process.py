@@ -17,8 +17,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
 
-from chefbot.cli.robot.confinement import child_environment
-from chefbot.cli.robot.xacro_files import FileKind, Files, PackageFiles
+from chefbot.cli.robot.foreign.confinement import child_environment
+from chefbot.cli.robot.foreign.xacro_files import FileKind, Files, PackageFiles
 from chefbot.errors import ChefbotError, UserError
 
 EXPANSION_SECONDS, CPU_SECONDS = 20.0, 10
@@ -26,7 +26,7 @@ EXPANSION_SECONDS, CPU_SECONDS = 20.0, 10
 EXPANSION_BYTES = 400_000_000
 """Limit of the memory that an expansion may allocate: a recursive macro would otherwise exhaust it."""
 MAX_URDF_BYTES, MAX_LINE_BYTES, MAX_SENTENCE = 50_000_000, 100_000, 500
-CHILD = "chefbot.cli.robot.xacro_child"
+CHILD = "chefbot.cli.robot.foreign.xacro_child"
 """Module of the process. It is run with -P, so that a file xacro.py in the current folder is not imported."""
 
 

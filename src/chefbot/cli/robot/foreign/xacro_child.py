@@ -1,7 +1,7 @@
 """Expansion of an untrusted xacro file in a confined process of its own. All functions of xacro that evaluate Python,
 read the environment or open files are replaced; files come from the parent, see `xacro_process`.
 
-Usage: python -P -m chefbot.cli.robot.xacro_child, with the protocol at standard input and output.
+Usage: python -P -m chefbot.cli.robot.foreign.xacro_child, with the protocol at standard input and output.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from typing import IO, Any
 import xacro
 import yaml
 
-from chefbot.cli.robot.confinement import confine
-from chefbot.cli.robot.xacro_files import FileKind, Files, GivenFile
+from chefbot.cli.robot.foreign.confinement import confine
+from chefbot.cli.robot.foreign.xacro_files import FileKind, Files, GivenFile
 from chefbot.design.export.xacro_expression import Function, builtin_functions, evaluate, math_names
 from chefbot.design.export.xml_text import parse_xml
 from chefbot.errors import UserError

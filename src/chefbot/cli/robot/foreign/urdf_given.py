@@ -6,9 +6,9 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+from chefbot.cli.robot.foreign.xacro_files import MAX_BYTES
+from chefbot.cli.robot.foreign.xacro_process import expand
 from chefbot.cli.robot.packages import package_folder
-from chefbot.cli.robot.xacro_files import MAX_BYTES
-from chefbot.cli.robot.xacro_process import expand
 from chefbot.config import read_bytes
 from chefbot.design.export.urdf_check import Branch, check_urdf, mesh_names
 from chefbot.design.export.urdf_xacro import XACRO

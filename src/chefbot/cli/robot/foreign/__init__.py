@@ -1,0 +1,1 @@
+"""Robot descriptions of strangers: URDF, and xacro that a confined process expands."""

@@ -34,8 +34,6 @@ and ahead, half the body's width: on an arc a camera does not look over the grou
 SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
 """How rays show the ground, see `local_memory`."""
 NO_LAYER = np.zeros(memory.LAYERS, np.bool_)
-PRESENT = 0.5
-"""Age up to which ground counts as seen at present, s."""
 GROUND_MARGIN = 1.0 + OUTLINE_INSET
 """Cells before unseen ground at which the robot stops backing: the one it reaches into, and the outline's inset."""
 SENSORS = ("lidar", "depth camera", "depth camera")
@@ -199,8 +197,7 @@ class CollisionMonitor:
             known = self._ground_fraction(
                 v, w, pose, now_ns, latency, self.params.seen, margin, memory.GROUND
             )
-            present = self._ground_fraction(v, w, pose, now_ns, latency, PRESENT, margin, memory.GROUND)
-            fraction = max(present, min(known, CREEP_SPEED / zones.body_speed(v, w)))
+            fraction = min(known, CREEP_SPEED / zones.body_speed(v, w))
         else:
             known = self._ground_fraction(v, w, pose, now_ns, latency, self.params.seen, 0.0, memory.VIEW)
             fraction = max(known, self._slow_fraction(v, w))

@@ -109,7 +109,7 @@ def test_the_fraction_stops_before_the_obstacle(robot: Robot, speed: float) -> N
         assert fraction == 1.0 or way >= gap - 0.02 - 0.021
 
 
-def test_a_robot_beside_a_wall_drives_on_and_slowly_when_it_is_near() -> None:
+def test_a_robot_beside_a_wall_drives_slowly_when_it_is_near() -> None:
     def along(gap: float) -> float:
         wall = [(x, LIDAR.circumscribed_radius + gap) for x in np.arange(-0.5, 0.6, 0.05)]
         return seeing(LIDAR, *wall).check(0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction

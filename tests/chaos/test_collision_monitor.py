@@ -63,7 +63,7 @@ def test_no_box_is_hit_whatever_sensor_fails(robot: str, fault: str, place: str)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ["chefbot", "lidar"])
-def test_teleoperation_stops_with_the_sensor_and_creeps_later(robot: str) -> None:
+def test_teleoperation_stops_and_creeps_after_letting_go(robot: str) -> None:
     drive = MonitoredDrive(ALL_ROBOTS[robot], straight_free_starts("hotel", 1, 1)[0])
     speed = Limits.of(drive.system.robot).speed
     drive.hold(speed, 0.0, 3.0)

@@ -79,7 +79,7 @@ def test_the_corner_of_a_rectangle_turns_into_a_point_beside_it() -> None:
     assert polygon_contact(0.0, beside, 1.0, 0.0, POLYGON) == math.inf, "it drives along the wall"
 
 
-def test_first_contact_is_the_nearest_and_ignores_own_parts() -> None:
+def test_first_contact_is_the_nearest_and_no_own_part() -> None:
     points = np.array([[1.0, 0.0], [0.5, 0.05], [0.02, 0.0]])
     time, index = first_contact(points, 0.5, 0.0, RADIUS, np.zeros((0, 2)), RADIUS)
     assert index == 1 and 0.6 < time < 0.75

@@ -22,7 +22,7 @@ def with_legs(rng: np.random.Generator, count: int) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("seed", range(1, 20, 2))
-def test_furniture_and_noise_are_no_scatter_damage_is(seed: int) -> None:
+def test_furniture_is_no_scatter_but_a_damaged_lidar_is(seed: int) -> None:
     rng = np.random.default_rng(seed)
     for legs in (0, 10, 25):
         clean = with_legs(rng, legs) + NOISE * rng.standard_normal(360)

@@ -11,7 +11,7 @@ from chefbot.safety.monitor_text import REPEAT_NS, ReasonKeeper, direction_text,
 LIMIT = "the lidar sees an obstacle 0.12 m ahead on the left"
 
 
-def test_a_standing_robot_is_stopped_a_moving_one_is_slowed() -> None:
+def test_standing_is_stopped_and_moving_is_slowed() -> None:
     assert limited_text(LIMIT, (0.35, 0.0), (0.0, 0.0)) == f"Stopped: {LIMIT}."
     assert limited_text(LIMIT, (0.35, 0.0), (0.1, 0.0)) == f"Slowed: {LIMIT}."
     assert limited_text(LIMIT, (0.0, 0.0), (0.0, 0.0)) == "" == limited_text("", (0.35, 0.0), (0.35, 0.0))

@@ -22,20 +22,18 @@ from chefbot.safety import local_memory as memory
 from chefbot.safety.contact_time import first_contact
 from chefbot.safety.monitor_text import MOVES_BACKWARD, SensedPoint, obstacle_text, unseen_text
 from chefbot.safety.params import CollisionMonitorParams
-from chefbot.safety.zones import CREEP_SPEED, OUTLINE_INSET, Zones, safe_fraction
+from chefbot.safety.zones import CELLS_PER_RADIUS, CREEP_SPEED, OUTLINE_INSET, Zones, safe_fraction
 
 ECHO_TIMEOUT_NS = 300_000_000
 """Maximum age of an echo of the ultrasonic ranger, ns."""
 CONE_POINTS = 5
 """Points across the cone of the ultrasonic ranger: the direction of the surface is not measured."""
-TOLERATED_GAP, TOLERATED_GAP_AHEAD = 2, 3
+TOLERATED_GAP, TOLERATED_GAP_AHEAD = 2, CELLS_PER_RADIUS
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays;
-and ahead, where a camera in the middle does not look over the ground before the robot's sides."""
+and ahead, half the body's width: on an arc a camera does not look over the ground before the inner side."""
 SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
 """How rays show the ground, see `local_memory`."""
 NO_LAYER = np.zeros(memory.LAYERS, np.bool_)
-PRESENT = 0.5
-"""Age up to which ground counts as seen at present, s."""
 GROUND_MARGIN = 1.0 + OUTLINE_INSET
 """Cells before unseen ground at which the robot stops backing: the one it reaches into, and the outline's inset."""
 SENSORS = ("lidar", "depth camera", "depth camera")
@@ -199,8 +197,7 @@ class CollisionMonitor:
             known = self._ground_fraction(
                 v, w, pose, now_ns, latency, self.params.seen, margin, memory.GROUND
             )
-            present = self._ground_fraction(v, w, pose, now_ns, latency, PRESENT, margin, memory.GROUND)
-            fraction = max(present, min(known, CREEP_SPEED / zones.body_speed(v, w)))
+            fraction = min(known, CREEP_SPEED / zones.body_speed(v, w))
         else:
             known = self._ground_fraction(v, w, pose, now_ns, latency, self.params.seen, 0.0, memory.VIEW)
             fraction = max(known, self._slow_fraction(v, w))

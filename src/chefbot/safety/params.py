@@ -50,7 +50,7 @@ class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_u
             description="fraction of the maximum speed near obstacles and over ground not seen of late",
             extra=SMALLER_IS_SAFER,
         ),
-    ] = 0.6
+    ] = 0.5
     memory: Annotated[
         float,
         Meta(

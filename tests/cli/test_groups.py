@@ -110,7 +110,7 @@ def test_completion_offers_what_there_is() -> None:
     public = {name for name in built_in_launches() if load_launch(name).description}
     assert {name for name, _ in completion.launches("")} == public
     assert [name for name, _ in completion.launches("amcl")] == ["amcl_demo"]
-    assert completion.robots("chefbot_") == ["chefbot_lidar"]
+    assert completion.robots("chefbot_") == ["chefbot_cliff", "chefbot_lidar"]
     assert completion.worlds("ho") == ["hotel"]
 
 

@@ -10,7 +10,7 @@ import pytest
 
 xacro = pytest.importorskip("xacro", reason="needs xacro from PyPI")
 
-from chefbot.cli.robot import xacro_child  # noqa: E402
+from chefbot.cli.robot.foreign import xacro_child  # noqa: E402
 from chefbot.cli.robot.foreign.xacro_files import PackageFiles  # noqa: E402
 from chefbot.errors import UserError  # noqa: E402
 

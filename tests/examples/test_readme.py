@@ -91,6 +91,7 @@ def test_only_known_programs_are_used() -> None:
         "git",
         "cd",
         "dask",
+        "sudo",
         "source",
         ".venv/bin/python",
     }

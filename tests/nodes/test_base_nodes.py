@@ -12,7 +12,7 @@ from tests.support.nodes import NodeRunner, StationaryRobot, commanded_speeds, s
 
 from chefbot.behavior.motion_errors import BACK_UP, DRIVE
 from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams
-from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.params import LOCAL_COSTMAP, CostmapParams
 from chefbot.delivery.params import DeliveryParams
 from chefbot.errors import UserError
 from chefbot.exploration.params import ExplorerParams
@@ -25,7 +25,7 @@ from chefbot.msgs.std_msgs import Float64
 from chefbot.nodes.behavior_server import BehaviorServerNode
 from chefbot.nodes.delivery_round import DeliveryRoundNode
 from chefbot.nodes.frontier_map import MAP_TIMEOUT, FrontierMapNode
-from chefbot.nodes.local_costmap import LOCAL_COSTMAP, LocalCostmapNode
+from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.nodes.recovery_behaviors import COSTMAP_REFRESH_TIME, RecoveryBehaviorsNode
 from chefbot.planning.params import PlannerParams
 from chefbot.runtime.node import NoParams, Out

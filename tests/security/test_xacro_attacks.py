@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from tests.support.mutants.texts import XACRO
 
-from chefbot.cli.robot import xacro_process
+from chefbot.cli.robot.foreign import xacro_process
 from chefbot.cli.robot.foreign.urdf_given import check_given, expanded
 from chefbot.errors import ChefbotError
 

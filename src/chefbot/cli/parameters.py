@@ -6,7 +6,7 @@ import typer
 
 from chefbot.cli import completion
 
-ROBOTS = "chefbot, chefbot_lidar, desk, jackal, porter, or a robot file"
+ROBOTS = "chefbot, chefbot_cliff, chefbot_lidar, desk, jackal, porter, or a robot file"
 WORLDS = "hotel, room, workshop, empty, a world file, or any ROS map.yaml"
 START = typer.Option(
     help="start pose '\\[x, y, yaw]', m and rad; default: the world's, on a map the roomiest"

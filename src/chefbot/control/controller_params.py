@@ -22,6 +22,8 @@ LIVE_PARAMS = (
     *("settings.rotate_from", "goal.*", "speed"),
 )
 """Parameters of the controller that can change at run time."""
+LOCAL_PLAN_RATE = 5.0
+"""Rate at which the chosen trajectory is published for display, Hz."""
 
 
 class ControllerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

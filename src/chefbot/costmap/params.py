@@ -31,3 +31,7 @@ class CostmapParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     track_unknown: Annotated[
         bool, Meta(description="whether unobserved cells are unknown instead of free")
     ] = True
+
+
+LOCAL_COSTMAP = CostmapParams(track_unknown=False)
+"""The local costmap: unknown space is free, because a camera sees little at once; the planner has the map."""

@@ -53,7 +53,8 @@ class CollisionMonitorNode(Node):
         self._policy = SensorPolicy(self.robot, params.monitor.optional_sensors)
         self._latency = LatencyEstimator(COMMAND_PERIOD, max_speed(self.robot), INITIAL_LATENCY)
         self._reasons = ReasonKeeper()
-        self._verdict = SensorVerdict(Restriction.NONE)
+        # nothing has been seen yet; teleoperation that begins now is not interrupted when the sensors come
+        self._verdict = SensorVerdict(Restriction.CREEP)
         self._last_pose: tuple[SE2, int] | None = None
 
     # -- sensors
@@ -100,11 +101,8 @@ class CollisionMonitorNode(Node):
         (pose, pose_ns), now_ns = self._pose(), self.now_ns
 
         def known() -> NDArray[np.float64]:
-            return (
-                np.zeros((0, 2))
-                if pose is None
-                else self._monitor.points(pose, now_ns, self._monitor.zones.reach)
-            )
+            reach = self._monitor.zones.reach
+            return np.zeros((0, 2)) if pose is None else self._monitor.points(pose, now_ns, reach)
 
         before = self._verdict
         self._verdict = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)
@@ -133,10 +131,12 @@ class CollisionMonitorNode(Node):
         if before is not None and pose_ns > before[1]:
             self._latency.process(v, before[0].between(pose).x / ((pose_ns - before[1]) / 1e9))
 
-    def _explain(self, command: StampedCommand, v: float, w: float, checked: CheckedTwist) -> None:
-        """Publish why the robot moves less than commanded; (v, w) is the twist of the wheels."""
+    def _explain(
+        self, command: StampedCommand, v: float, w: float, checked: CheckedTwist, refused: str
+    ) -> None:
+        """Publish why the twist (v, w) of the wheels is less than commanded; refused: why another does not count."""
         limited = limited_text(checked.limit, (command.v, command.w), (v, w))
-        sentence = self._verdict.fault or limited
+        sentence = self._verdict.fault or limited or refused
         if self._reasons.changes(sentence, self.now_ns):
             self.reason.publish(String(sentence))
 

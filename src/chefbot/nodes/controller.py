@@ -6,10 +6,14 @@ from collections.abc import Callable
 from functools import partial
 
 from chefbot.control.controller import Controller
-from chefbot.control.controller_params import CONTROL_PERIOD, CONTROL_RATE, LIVE_PARAMS, ControllerParams
+from chefbot.control.controller_params import (
+    CONTROL_PERIOD,
+    CONTROL_RATE,
+    LIVE_PARAMS,
+    LOCAL_PLAN_RATE,
+)
 from chefbot.control.localization_watch import LocalizationWatch
 from chefbot.control.path_follower import FollowPathError, PathFollower, failed_path
-from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
@@ -18,7 +22,8 @@ from chefbot.msgs.nav2_msgs import FollowPath, FollowPath_Feedback, FollowPath_G
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.behavior_server import BehaviorServerNode
-from chefbot.nodes.local_costmap import LOCAL_COSTMAP, LocalCostmapNode
+from chefbot.nodes.controller_params import ControllerNodeParams
+from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.planning.local_replanning import local_planner, remaining_length, replan_locally
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.actions import action_server
@@ -27,15 +32,6 @@ from chefbot.runtime.node import In, Out, every
 from chefbot.runtime.plugins import load_plugin
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
-
-LOCAL_PLAN_RATE = 5.0
-"""Rate at which the chosen trajectory is published for display, Hz."""
-
-
-class ControllerNodeParams(ControllerParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the local costmap and of the controller plugin."""
-
-    costmap: CostmapParams = LOCAL_COSTMAP
 
 
 class ControllerNode(BehaviorServerNode):

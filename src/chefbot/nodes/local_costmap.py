@@ -13,7 +13,7 @@ from chefbot.costmap.conversions import (
     mark_obstacles,
 )
 from chefbot.costmap.layered_costmap import LayeredCostmap
-from chefbot.costmap.params import LIVE_PARAMS, CostmapParams
+from chefbot.costmap.params import LIVE_PARAMS
 from chefbot.costmap.ranger_marks import contact_radius, mark_contact, mark_range
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -27,9 +27,6 @@ from chefbot.runtime.node import In, Node, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors
 from chefbot.scan.drop_offs import drop_range
-
-LOCAL_COSTMAP = CostmapParams(track_unknown=False)
-"""Unknown space is free here, because a camera sees little at once; the planner has the map."""
 
 
 class LocalCostmapNode(Node):
@@ -108,9 +105,8 @@ class LocalCostmapNode(Node):
         the layer of a lidar that scans a part of a turn: the robot would back up into what it no longer sees.
         """
         pose, lidar = self._pose(), self.robot.sensors.lidar
-        if lidar is not None and not lidar.full_turn:
-            return
-        if pose is not None:  # before the first odometry nothing has been marked
+        # before the first odometry nothing has been marked
+        if pose is not None and (lidar is None or lidar.full_turn):
             self._costs.clear_around(pose, radius.data, LASER)
 
     def _pose(self) -> SE2 | None:

@@ -48,9 +48,9 @@ class CommandMultiplexer:
         stopped: whether the emergency stop is active. After the release a moving command counts only once its source
         has paused for RELEASE_TIMEOUT_NS or has commanded standstill.
         """
-        last_ns = self._refused_ns.pop(source, None)
-        recent = last_ns is not None and now_ns - last_ns <= RELEASE_TIMEOUT_NS
-        if (v or w) and (stopped or recent):
+        refused = self.refuses(source, now_ns)
+        self._refused_ns.pop(source, None)
+        if (v or w) and (stopped or refused):
             self._refused_ns[source] = now_ns
         else:
             self._commands[source] = StampedCommand(v, w, now_ns, source)
@@ -60,6 +60,11 @@ class CommandMultiplexer:
         command = self._commands.pop(source, None)
         if command is not None and (command.v or command.w):
             self._refused_ns[source] = now_ns
+
+    def refuses(self, source: CommandSource, now_ns: int) -> bool:
+        """Return whether a moving command of a source is refused, because it has been held since it was."""
+        last_ns = self._refused_ns.get(source)
+        return last_ns is not None and now_ns - last_ns <= RELEASE_TIMEOUT_NS
 
     def discard(self) -> None:
         """Discard the commands of all sources, so that none of them resumes."""

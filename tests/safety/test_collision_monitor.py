@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import time
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -28,7 +30,7 @@ def monitor(robot: Robot) -> CollisionMonitor:
     return CollisionMonitor(robot, CollisionMonitorParams(), 0.04)
 
 
-def scan(robot: Robot, points: list[tuple[float, float]], time: float = 1.0) -> LaserScan:
+def scan(robot: Robot, points: list[tuple[float, float]], at_s: float = 1.0) -> LaserScan:
     """Return a scan from the lidar that shows points in base_link, each 2 cm wide, and nothing else."""
     lidar = robot.sensors.lidar
     assert lidar is not None
@@ -39,12 +41,12 @@ def scan(robot: Robot, points: list[tuple[float, float]], time: float = 1.0) -> 
         ranges[np.abs(np.remainder(angles - bearing + math.pi, 2 * math.pi) - math.pi) < 0.01 / distance] = (
             distance
         )
-    header = Header.of(round(time * 1e9), "laser")
+    header = Header.of(round(at_s * 1e9), "laser")
     limits = (0.0, 1.0 / lidar.rate, lidar.range_min, lidar.range_max)
     return LaserScan(header, float(angles[0]), float(angles[-1]), lidar.angle_increment, *limits, ranges)
 
 
-def camera_scan(at: float = math.inf, time: float = 1.0, clear: float = 3.0) -> ObstacleScan:
+def camera_scan(at: float = math.inf, at_s: float = 1.0, clear: float = 3.0) -> ObstacleScan:
     """Return an obstacle scan of the chefbot's camera: an obstacle straight ahead, and free floor before it."""
     angles = np.linspace(-0.5, 0.5, 160)
     ranges = np.where(np.abs(angles) < 0.1, at, np.inf).astype(np.float32)
@@ -54,7 +56,7 @@ def camera_scan(at: float = math.inf, time: float = 1.0, clear: float = 3.0) -> 
     step = float(angles[1] - angles[0])
     low, high = np.zeros(160, np.float32), np.full(160, 0.1, np.float32)
     return ObstacleScan(
-        Header.of(round(time * 1e9), "camera_depth_frame"), -0.5, step, 8.0, ranges, starts, ends, low, high
+        Header.of(round(at_s * 1e9), "camera_depth_frame"), -0.5, step, 8.0, ranges, starts, ends, low, high
     )
 
 
@@ -210,3 +212,17 @@ def test_safe_fraction_at_its_ends() -> None:
     assert safe_fraction(0.0, 0.1, 1.0) == 0.0 and safe_fraction(-1.0, 0.1, 1.0) == 0.0
     assert safe_fraction(math.inf, 0.1, 1.0) == 1.0 and safe_fraction(10.0, 0.1, 1.0) == 1.0
     assert safe_fraction(0.05, 0.1, 0.0) == 0.5 and safe_fraction(0.05, 0.0, 0.0) == 1.0
+
+
+@pytest.mark.parametrize("damage", [-1e9, -math.inf, math.nan, 1e30, math.inf])
+@pytest.mark.parametrize("field", ["ranges", "clear_from", "clear_to"])
+def test_absurd_distances_of_a_scan_cost_no_time(field: str, damage: float) -> None:
+    """A ray from -1e9 m on would be 2e10 cells long; only what is within reach of the memory counts."""
+    fields = {field: np.full(160, damage, np.float32)}
+    absurd = msgspec.structs.replace(camera_scan(at=1.0), **fields)
+    checked = monitor(CAMERA)
+    checked.process_obstacles(camera_scan(), IDENTITY)  # compiles
+    began = time.process_time()
+    checked.process_obstacles(absurd, IDENTITY)
+    assert time.process_time() - began < 5.0, "it takes a tenth of a millisecond, or hours"
+    assert np.isfinite(checked.points(IDENTITY, SECOND, 2.0)).all()

@@ -249,13 +249,15 @@ def test_connections_above_the_rate_are_reset(site: Site, monkeypatch: pytest.Mo
     monkeypatch.setattr(address_limits, "KNOWN_BURST", 5.0)
     connections = [site.raw() for _ in range(5)]
     time.sleep(0.2)
-    reset = socket.create_connection(("127.0.0.1", site.port), PATIENCE)
-    with pytest.raises(ConnectionResetError):
+    # while it connects, or with its first byte
+    with (
+        pytest.raises(ConnectionResetError),
+        socket.create_connection(("127.0.0.1", site.port), PATIENCE) as reset,
+    ):
         reset.sendall(SLOW)
         reset.recv(1)
     assert site.server._uvicorn.limits.refused >= 1
     assert len(connections) == 5
-    reset.close()
 
 
 def test_limits_forget_every_connection_that_ended(site: Site) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.maths.se2 import SE2
+from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import LaserScan, Range
@@ -26,9 +26,10 @@ COMMAND_PERIOD = 1.0 / COMMAND_RATE
 """Time between two commands, s."""
 INITIAL_LATENCY = 0.15
 """Latency of the wheels before it is measured, s."""
-STATUS = "collision monitor"
-"""Name of the status in /diagnostics."""
-OK_MESSAGE = "Nothing limits the motion."
+MAX_POSE_AGE = 1.0
+"""Age of the pose in odom that the distance to stop includes at most, s; an older one has stopped the robot."""
+STATUS, OK_MESSAGE = "collision monitor", "Nothing limits the motion."
+"""Name of the status in /diagnostics, and its message while nothing is wrong."""
 
 
 class CollisionMonitorNode(Node):
@@ -119,9 +120,9 @@ class CollisionMonitorNode(Node):
         """Check the twist (m/s, rad/s) that is due now."""
         pose, pose_ns = self._pose()
         self._measure_latency(v, pose, pose_ns)
-        age = 0.0 if pose_ns is None else max(0.0, (self.now_ns - pose_ns) / 1e9)
+        age = 0.0 if pose_ns is None else min(max(0.0, (self.now_ns - pose_ns) / 1e9), MAX_POSE_AGE)
         # without a pose nothing was placed: what remains is the ultrasonic ranger, and what is remembered is far away
-        at = pose if pose is not None else SE2(0.0, 0.0, 0.0)
+        at = pose or IDENTITY
         return self._monitor.check(v, w, at, self.now_ns, self._latency.latency + COMMAND_PERIOD + age)
 
     def _measure_latency(self, v: float, pose: SE2 | None, pose_ns: int | None) -> None:

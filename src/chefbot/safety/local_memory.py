@@ -75,11 +75,11 @@ def clear_rays(
     reach = (n // 2 - 1) * resolution
     for i in range(angles.shape[0]):
         c, s = math.cos(sensor[2] + angles[i]), math.sin(sensor[2] + angles[i])
-        steps = int((min(ends[i], reach) - starts[i]) / resolution)
-        for k in range(steps + 1):
-            r = starts[i] + k * resolution
-            if r > ends[i] or r > reach:
-                break
+        start, end = max(starts[i], 0.0), min(ends[i], reach)
+        if not start <= end:  # nothing within reach, or NaN
+            continue
+        for k in range(int((end - start) / resolution) + 1):
+            r = start + k * resolution
             column, row = (
                 math.floor((sensor[0] + r * c) / resolution),
                 math.floor((sensor[1] + r * s) / resolution),
@@ -103,7 +103,7 @@ def mark_points(
     reach = (n // 2 - 1) * resolution
     for i in range(angles.shape[0]):
         r = ranges[i]
-        if not r <= reach:  # farther away, nothing, or NaN
+        if not 0.0 <= r <= reach:  # farther away, nothing, or no distance
             continue
         x = sensor[0] + r * math.cos(sensor[2] + angles[i])
         y = sensor[1] + r * math.sin(sensor[2] + angles[i])

@@ -145,7 +145,7 @@ def test_what_a_camera_saw_is_remembered_nearer_than_it_sees() -> None:
 def test_what_left_is_forgotten_when_the_ground_is_seen_free() -> None:
     one = monitor(CAMERA)
     one.process_obstacles(camera_scan(0.9), SE2(0.07, 0.0, 0.0))
-    one.process_obstacles(camera_scan(time=2.0), SE2(0.07, 0.0, 0.0))
+    one.process_obstacles(camera_scan(at_s=2.0), SE2(0.07, 0.0, 0.0))
     assert len(one.points(SE2(0.6, 0.0, 0.0), 2 * SECOND, 1.0)) == 0
     two = seeing(LIDAR, (0.4, 0.0))
     two.process_scan(scan(LIDAR, [], 2.0), lidar_pose(LIDAR))
@@ -155,7 +155,7 @@ def test_what_left_is_forgotten_when_the_ground_is_seen_free() -> None:
 def test_unseen_ground_is_not_free_for_backing() -> None:
     one = monitor(CAMERA)
     for k in range(40):  # it drives forward by 0.4 m
-        one.process_obstacles(camera_scan(time=0.1 * k), SE2(0.01 * k + 0.07, 0.0, 0.0))
+        one.process_obstacles(camera_scan(at_s=0.1 * k), SE2(0.01 * k + 0.07, 0.0, 0.0))
         one.check(0.1, 0.0, SE2(0.01 * k, 0.0, 0.0), k * SECOND // 10, LATENCY)
     here = SE2(0.39, 0.0, 0.0)
     back = one.check(-0.14, 0.0, here, 4 * SECOND, LATENCY)

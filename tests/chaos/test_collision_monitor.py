@@ -31,7 +31,7 @@ CASES = [
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_random_teleoperation_hits_nothing(robot: str) -> None:
-    outcome = random_teleop(ALL_ROBOTS[robot], "workshop", seed=1, segments=3)
+    outcome = random_teleop(ALL_ROBOTS[robot], "workshop", seed=1, segments=9)
     assert outcome.contact == 0.0 and outcome.metres > 0.2, outcome
 
 

@@ -6,13 +6,14 @@ from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.idl.message import Message
 from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.graph import Endpoint, Graph
+from chefbot.runtime.node_container import PARAMS_TOPIC
 
 LOCAL_ONLY_TYPES: tuple[type[Message], ...] = (WheelSpeeds,)
 """Message types that the motor board obeys at once. All others may come from anyone on the wire: commands
 such as /cmd_vel_teleop and goals go through the drive base, which enforces the emergency stop and the limits;
 measurements may come from external drivers."""
-LOCAL_TOPICS = frozenset({"process_lost", "process_back", "board_connected"})
-"""Topics by which launch and motor board report to the drive base of their own process: never bridged."""
+LOCAL_TOPICS = frozenset({"process_lost", "process_back", "board_connected", PARAMS_TOPIC})
+"""Topics by which launch and motor board report to nodes of their own process: never bridged."""
 MAIN_NODE_NAME = "chefbot"
 """Name of the node that represents a launch's main process if it joins no robot; a launch that joins
 identifies the robot by it."""

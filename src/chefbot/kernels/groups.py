@@ -120,15 +120,18 @@ def odometry() -> None:
 
 
 def camera() -> None:
-    """Render an image of the simulated depth camera."""
+    """Take an image, a scan and an echo of a simulated robot."""
     from chefbot.sim.depth_camera import DepthRenderer
     from chefbot.sim.simulation import Simulation
     from chefbot.sim.world.load import load_any_world
 
-    robot = load_robot("chefbot")
+    robot = load_robot("chefbot_lidar")
     spec = robot.sensors.depth_camera
     assert spec is not None
-    DepthRenderer(spec, "real", 1).frame(Simulation(robot, load_any_world("room", robot)).capture(), 0, True)
+    simulation = Simulation(robot, load_any_world("room", robot))
+    DepthRenderer(spec, "real", 1).frame(simulation.capture(), 0, True)
+    simulation.lidar()
+    simulation.echo()
 
 
 def scan() -> None:

@@ -172,9 +172,11 @@ class CollisionMonitor:
             return FREE
         half = ranger.field_of_view / 2.0
         angles = ranger.mount.yaw + np.linspace(-half, half, CONE_POINTS)
-        points = np.column_stack(
-            [ranger.mount.x + distance * np.cos(angles), ranger.mount.y + distance * np.sin(angles)]
-        )
+        points = np.empty(
+            (CONE_POINTS, 2)
+        )  # in rows, as the remembered points are: the kernel is compiled once
+        points[:, 0] = ranger.mount.x + distance * np.cos(angles)
+        points[:, 1] = ranger.mount.y + distance * np.sin(angles)
         time, index = first_contact(points, v, w, zones.stop_radius, zones.stop_corners, 0.0)
         fraction = self._fraction(v, w, time, self._ultrasonic_margin, latency)
         if fraction >= 1.0:

@@ -25,7 +25,7 @@ from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.sensor_msgs import Image, Imu, LaserScan
+from chefbot.msgs.sensor_msgs import Image, Imu, LaserScan, Range
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.load import load_robot
@@ -152,6 +152,8 @@ def monitor() -> None:
         bench.publish_scan()
         ones = [np.ones(9, np.float32)] * 5
         bench.publish("obstacles", ObstacleScan(bench.header("camera_depth_frame"), -0.5, 0.1, 8.0, *ones))
+        cone = (Range.ULTRASOUND, 0.5, 0.02, 4.0, 0.2)  # ends at an obstacle 0.2 m ahead
+        bench.publish("ultrasonic", Range(bench.header("ultrasonic_link"), *cone))
         bench.run()
         node: Any = bench.system.nodes["base"]
         for v, w in ((1.0, 0.0), (1.0, 0.5), (-1.0, 0.5), (0.0, 1.0)):

@@ -80,8 +80,10 @@ class AmclNode(Node):
             self.tf.on_available("odom", "base_link", stamp, lambda odom: self._update(scan, odom))
 
     def _update(self, scan: LaserScan, odom: SE2) -> None:
+        laser = self.tf.lookup("base_link", scan.header.frame_id)
         if self._amcl is None:
-            self._amcl = self._create_amcl(self.tf.lookup("base_link", scan.header.frame_id), odom)
+            self._amcl = self._create_amcl(laser, odom)
+        self._amcl.laser = laser  # a wrong static transform may have been replaced
         stamp = scan.header.stamp.ns
         max_range = min(scan.range_max, usable_range(self.robot, self._resolution))
         updated = self._amcl.update(scan.angles, scan.ranges, max_range, odom)

@@ -143,7 +143,8 @@ class CollisionMonitorNode(Node):
 
     @every(hz=1)
     def publish_health(self) -> None:
-        """Publish what limits the motion, also while the robot stands."""
+        """Publish what limits the motion, also while the robot stands; again, as others can publish it as well."""
+        self.standing.publish(String(self._verdict.standing))
         sentence = self._reasons.sentence
         level = ERROR if self._verdict.restriction is Restriction.CREEP else WARN if sentence else OK
         status = DiagnosticStatus(level, STATUS, sentence or OK_MESSAGE, self.robot.name)

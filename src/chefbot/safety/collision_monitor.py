@@ -86,7 +86,7 @@ class CollisionMonitor:
         ends = np.where(invalid, -1.0, ranges - self.zones.resolution)
         clears = np.array([is_lidar, False, True])
         thin = slice(None, None, self._thinning(float(scan.angle_increment)))
-        rays = angles[thin], starts[thin], ends[thin]
+        rays = [np.ascontiguousarray(values[thin]) for values in (angles, starts, ends)]
         memory.clear_rays(self._memory, sensor.array(), *rays, stamp_ns, clears, np.full(2, is_lidar))
         if is_lidar:
             marked = np.where(invalid, np.inf, ranges)

@@ -61,6 +61,7 @@ def test_a_stolen_key_stays_out_after_a_replacement(network: Network, fleet: Key
     assert "/site/tester" not in str(thief.request("nodes"))
 
 
+@pytest.mark.long  # a router that starts again may wait minutes for its peers
 def test_running_routers_take_over_a_new_list(network: Network, fleet: Keyring, tmp_path: Path) -> None:
     """A stolen key works until the list without it is accepted, then no more, without a restart of the launch."""
     stolen(tmp_path)
@@ -120,6 +121,7 @@ def test_an_expired_certificate_is_refused_at_both_ends(network: Network, tmp_pa
     assert site.request("received") == [] and "/site/tester" not in str(thief.request("nodes"))
 
 
+@pytest.mark.long  # a router that starts again may wait minutes for its peers
 def test_a_connection_ends_when_its_certificate_expires(network: Network, tmp_path: Path) -> None:
     """The second member is for a machine with so much other load that the first is not connected in time."""
     now, year = datetime.now(UTC), timedelta(days=365)

@@ -121,8 +121,7 @@ class CollisionMonitorNode(Node):
         pose, pose_ns = self._pose()
         self._measure_latency(v, pose, pose_ns)
         age = 0.0 if pose_ns is None else min(max(0.0, (self.now_ns - pose_ns) / 1e9), MAX_POSE_AGE)
-        # without a pose nothing was placed: what remains is the ultrasonic ranger, and what is remembered is far away
-        at = pose or IDENTITY
+        at = pose or IDENTITY  # without a pose nothing was placed: what remains is the ultrasonic ranger
         return self._monitor.check(v, w, at, self.now_ns, self._latency.latency + COMMAND_PERIOD + age)
 
     def _measure_latency(self, v: float, pose: SE2 | None, pose_ns: int | None) -> None:

@@ -26,7 +26,7 @@ from chefbot.nodes.behavior_server import BehaviorServerNode
 from chefbot.nodes.delivery_round import DeliveryRoundNode
 from chefbot.nodes.frontier_map import MAP_TIMEOUT, FrontierMapNode
 from chefbot.nodes.local_costmap import LocalCostmapNode
-from chefbot.nodes.recovery_behaviors import COSTMAP_REFRESH_TIME, RecoveryBehaviorsNode
+from chefbot.nodes.navigation.recovery_behaviors import COSTMAP_REFRESH_TIME, RecoveryBehaviorsNode
 from chefbot.planning.params import PlannerParams
 from chefbot.runtime.node import NoParams, Out
 

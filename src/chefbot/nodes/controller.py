@@ -22,8 +22,8 @@ from chefbot.msgs.nav2_msgs import FollowPath, FollowPath_Feedback, FollowPath_G
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.behavior_server import BehaviorServerNode
-from chefbot.nodes.controller_params import ControllerNodeParams
 from chefbot.nodes.local_costmap import LocalCostmapNode
+from chefbot.nodes.navigation.controller_params import ControllerNodeParams
 from chefbot.planning.local_replanning import local_planner, remaining_length, replan_locally
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.actions import action_server

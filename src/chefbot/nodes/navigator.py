@@ -11,7 +11,7 @@ from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header
-from chefbot.nodes.path_request import PathRequestNode
+from chefbot.nodes.navigation.path_request import PathRequestNode
 from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.coroutines import Cancelled, Future, wait_any
 from chefbot.runtime.node import In, Out, topic

@@ -10,7 +10,7 @@ from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.nodes.path_request import PLANNER_SILENT
+from chefbot.nodes.navigation.path_request import PLANNER_SILENT
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import load_launch

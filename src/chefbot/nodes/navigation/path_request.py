@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.geometry_msgs import PoseStamped
-from chefbot.nodes.recovery_behaviors import RecoveryBehaviorsNode
+from chefbot.nodes.navigation.recovery_behaviors import RecoveryBehaviorsNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import wait_any
 

@@ -1,0 +1,1 @@
+"""Base classes of the navigator, and parameters of the controller server."""

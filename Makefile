@@ -39,7 +39,7 @@ docs: $(VENV)/.dev
 	PYTHONPATH=src $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
 	$(BIN)/python -m tests.support.links docs/_build
 
-# The small set of scenarios; `make scoreboard ARGS="--minutes 60"` goes on with the runs that are not done yet.
+# The small set of scenarios; `make scoreboard ARGS="--minutes 60"` makes the runs that are not done yet.
 prove: $(VENV)/.dev
 	$(BIN)/chefbot prove $(SMALL_SET) --seeds 1..3 --out runs/prove $(ARGS)
 

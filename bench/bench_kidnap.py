@@ -1,6 +1,6 @@
 """Metres that a robot drives by itself while it is not localized, after it was carried elsewhere.
 
-It delivers in a world on the true map and is carried to a random free place while it drives, as often as asked. For
+It delivers in a world on the true map and is carried to a random free place while it drives, `--times` times. For
 each run: metres while `localization_status` says "not localized" (wanted: 0.5 at most in one loss), metres while it
 says "localized" and the ground truth is more than 0.5 m away, time until it is localized again, and how the round
 ended. Even seeds were used for choosing parameters, odd ones are for judging.

@@ -63,8 +63,7 @@ def publish_random_messages(launch: str, robot: str, count: int, room: Path, *mo
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{done.returncode}: {done.stderr[-3000:]}"
     result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    assert result["sent"] == count
-    assert result["accepted"] > 0.4 * count  # most have to pass the bridge's checks, to test the nodes
+    assert result["accepted"] == count  # they passed the bridge's checks and reached the nodes
     assert result["invalid_own"] == {}
     assert result["unexpected"] == 0, result["faults"]
     slow = {

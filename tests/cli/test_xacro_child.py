@@ -1,33 +1,19 @@
-"""The expansion of an untrusted xacro file in this process, with xacro put back as it was afterwards."""
+"""The expansion of an untrusted xacro file."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-xacro = pytest.importorskip("xacro", reason="needs xacro from PyPI")
+pytest.importorskip("xacro", reason="needs xacro from PyPI")
 
-from chefbot.cli.robot.foreign import xacro_child  # noqa: E402
-from chefbot.cli.robot.foreign.xacro_files import PackageFiles  # noqa: E402
-from chefbot.errors import UserError  # noqa: E402
+from tests.support.confined_xacro import expand_here
+
+from chefbot.errors import UserError
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
-REPLACED = ("safe_eval", "eval_extension", "parse", "glob", "warning", "error", "print_location")
-
-
-@pytest.fixture(autouse=True)
-def own_xacro(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """xacro as it was, for the next test."""
-    symbols = dict(xacro._global_symbols)
-    for name in REPLACED:
-        monkeypatch.setattr(xacro, name, getattr(xacro, name))
-    yield
-    xacro._global_symbols.clear()
-    xacro._global_symbols.update(symbols)
-    xacro.filestack = None
 
 
 def expand(body: str, folder: Path, **files: str) -> str:
@@ -37,7 +23,7 @@ def expand(body: str, folder: Path, **files: str) -> str:
         (folder / name.replace("_", ".")).write_text(text)
     path = folder / "r.xacro"
     path.write_text(f"{HEAD}{body}</robot>")
-    return xacro_child.expand(path, PackageFiles(path))
+    return expand_here(path)
 
 
 def test_properties_arguments_and_functions_are_evaluated(

@@ -14,7 +14,7 @@ RADIUS = 0.18
 
 
 def lengths_from(grid: Grid, x: float, y: float) -> np.ndarray:
-    """Straight lengths to the free cells; enough to tell near from far."""
+    """Straight lengths to the free cells; enough to distinguish near from far."""
     rows, columns = np.indices(grid.cells.shape)
     straight = np.hypot(grid.origin_x + columns * RESOLUTION - x, grid.origin_y + rows * RESOLUTION - y)
     return np.where(grid.cells == 0, straight, np.inf).astype(np.float32)

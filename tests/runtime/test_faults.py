@@ -24,19 +24,9 @@ from chefbot.runtime.node import Device, In, Node, NoParams, Out, every
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.recorder import Recorder
 from chefbot.runtime.replay import Replay, read_log
+from tests.runtime.toys import Source
 
 MS = 1_000_000
-
-
-class Source(Device):
-    """Counts at 20 Hz."""
-
-    params: NoParams
-    count: Out[Float64]
-
-    @every(hz=20)
-    def tick(self) -> None:
-        self.count.publish(Float64(round(self.now_ns / 50 / MS)))
 
 
 class Clumsy(Node):

@@ -20,19 +20,9 @@ from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.node_restart import LOST_TOPIC, MAX_DELAY_NS, MIN_DELAY_NS, SERVER_LOST
 from chefbot.runtime.recorder import Recorder
 from chefbot.runtime.replay import Replay, read_log
+from tests.runtime.toys import Source
 
 MS, SECOND = 1_000_000, 1_000_000_000
-
-
-class Source(Device):
-    """Counts at 20 Hz, from 1 at 50 ms."""
-
-    params: NoParams
-    count: Out[Float64]
-
-    @every(hz=20)
-    def tick(self) -> None:
-        self.count.publish(Float64(round(self.now_ns / 50 / MS)))
 
 
 class Counter(Node):

@@ -33,6 +33,17 @@ class Counter(Device):
         self.count.publish(Float64(self.value))
 
 
+class Source(Device):
+    """Counts at 20 Hz, from 1 at 50 ms."""
+
+    params: NoParams
+    count: Out[Float64]
+
+    @every(hz=20)
+    def tick(self) -> None:
+        self.count.publish(Float64(round(self.now_ns / 50_000_000)))
+
+
 class Doubler(Node):
     params: NoParams
     count: In[Float64]

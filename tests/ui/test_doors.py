@@ -9,12 +9,15 @@ import pytest
 from tests.chaos.launch_process import free_port
 from tests.support.waiting import PATIENCE
 
+from chefbot.msgs.sensor_msgs import JointState
+from chefbot.msgs.validity import check
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.commands import CloseDoor, OpenDoor
+from chefbot.ui.message_conversion import door_views
 from chefbot.ui.web_ui_client import WebUiClient
 
 
@@ -70,3 +73,9 @@ def test_a_world_without_doors_offers_none(client: WebUiClient) -> None:
     while not (client.latest.get("status") or {}).get("clock", 0.0) > 1.0:
         client.receive(PATIENCE)
     assert door_states(client) == {}
+
+
+def test_doors_without_positions_are_not_listed() -> None:
+    doors = JointState(name=("door_101", "door_102"))
+    check(doors)
+    assert door_views(doors) == ()

@@ -40,7 +40,7 @@ _UNREADABLE = (
     ValueError, TypeError, InvalidSignature, UnsupportedAlgorithm, x509.InvalidVersion, x509.DuplicateExtension,
     x509.UnsupportedGeneralNameType,
 )  # fmt: skip
-"""Exceptions of the library for damaged keys and certificates; parts of them are read only when asked for."""
+"""Exceptions of the library for damaged keys and certificates; parts of them are decoded on access."""
 
 PrivateKey = ec.EllipticCurvePrivateKey
 

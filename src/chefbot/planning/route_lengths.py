@@ -44,7 +44,7 @@ class RouteLengths:
         return self._tables[pose]
 
     def forget(self, pose: SE2) -> None:
-        """Drop the table of a pose that will not be asked for again."""
+        """Drop the table of a pose that is no longer needed."""
         self._tables.pop(pose, None)
 
     def _lowest_near(self, table: NDArray[np.float32], pose: SE2) -> float:

@@ -45,7 +45,7 @@ def check_live(node: Any, params: msgspec.Struct) -> None:
 
 
 def check_safety(node: Any, launched: msgspec.Struct, params: msgspec.Struct) -> None:
-    """Raise UserError if a parameter of safety of `node` is less strict than in the launch, whoever sets it.
+    """Raise UserError if a parameter of safety of `node` is less strict than in the launch.
 
     A stricter value can be set, and taken back as far as the value of the launch.
     """

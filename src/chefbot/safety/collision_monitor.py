@@ -1,6 +1,6 @@
 """The collision monitor: the largest fraction of a twist from which the robot stops before everything it knows of.
 
-It follows the twist's own arc, whoever commanded it, over latency and braking distance (compare
+It follows the twist's own arc, whatever its source, over latency and braking distance (compare
 nav2_collision_monitor's `approach`), with the newest points of each obstacle sensor and those that it remembers of a
 moment ago. It has no clock, no node and no costmap.
 """

@@ -45,10 +45,10 @@ def clicked_pose(clicked: PoseStamped) -> PoseWithCovarianceStamped:
 
 
 def door_views(doors: JointState | None) -> tuple[DoorView, ...]:
-    """Convert the openings of doors, 0 closed .. 1 open; empty without a message."""
+    """Convert the openings of doors, 0 closed .. 1 open; empty without a message or without positions."""
     if doors is None:
         return ()
-    openings = zip(doors.name, doors.position.tolist(), strict=True)
+    openings = zip(doors.name, doors.position.tolist(), strict=False)  # JointState may omit positions
     return tuple(DoorView(name, opening > 0.0) for name, opening in openings)
 
 

@@ -192,7 +192,7 @@ class WebUiServer:
             self._audit.disconnected(client)
 
     def _seat(self, client: BrowserConnection) -> None:
-        """Give a client its place; whoever has no full place may still stop the robot."""
+        """Give a client its place; a client without a full place may still stop the robot."""
         now = asyncio.get_running_loop().time()
         name, role = client.visitor
         seating = self._places.add(client, role, f"{address_group(client.address)} {name}", now)

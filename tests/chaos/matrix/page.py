@@ -12,8 +12,8 @@ from chefbot.proving.statistics import wilson
 HEAD = """# Reliability
 
 What happens when a part of the robot fails: the faults R1 to R38, what is promised for each, and what was measured.
-Written by `make chaos` on {date}, commit {commit}; `make chaos ARGS="--minutes 60"` goes on where it ended. A unit is
-a file of tests or a run on the proving ground. The order of the units changes with the commit, so that all come in
+Written by `make chaos` on {date}, commit {commit}; `make chaos ARGS="--minutes 60"` continues where it ended. A unit
+is a file of tests or a run on the proving ground. The order of the units changes with the commit, so that all come in
 turn. Only units that were run with this commit count.
 """
 FAILURES_SHOWN = 40

@@ -8,8 +8,6 @@ from functools import cache
 from pathlib import Path
 
 from chefbot.cli.robot.foreign.urdf_given import check_given
-from chefbot.cli.robot.foreign.xacro_child import expand
-from chefbot.cli.robot.foreign.xacro_files import PackageFiles
 from chefbot.config import read_bytes
 from chefbot.design.export.urdf import urdf as urdf_of
 from chefbot.design.sizing.robot_file_editor import Change, changed
@@ -37,6 +35,7 @@ from chefbot.slam.carmen import parse
 from chefbot.storage.carmen_log import read_text
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places, save_places
+from tests.support.confined_xacro import expand_here
 
 NOW = datetime(2026, 11, 21, tzinfo=UTC)
 
@@ -111,7 +110,7 @@ def xacro_file(folder: Path) -> object:
     """As `chefbot robot check-urdf` reads a xacro file, but in this process."""
     path = folder / "r.urdf.xacro"
     read_bytes(path, "robot description")
-    return expand(path, PackageFiles(path))
+    return expand_here(path)
 
 
 def carmen(folder: Path) -> object:

@@ -133,7 +133,7 @@ class AddressLimits(Generic[C]):
             self._addresses[group] = _Address(updated=now)
             if (
                 group == LOOPBACK
-            ):  # whoever is on this computer is known: its owner must not be limited by accident
+            ):  # users of this computer are known: its owner must not be limited by accident
                 self._addresses[group] = _Address(KNOWN_BURST, now, float("inf"))
         self._addresses.move_to_end(group)
         while len(self._addresses) > MAX_ADDRESSES:

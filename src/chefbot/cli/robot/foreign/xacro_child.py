@@ -149,7 +149,7 @@ class _Sandbox:
             return given
         try:
             file = self._files.read(name, "robot description")
-        except FileNotFoundError as error:  # xacro itself goes on if the include is optional
+        except FileNotFoundError as error:  # xacro itself continues if the include is optional
             xacro.filestack.pop()
             raise xacro.XacroException(str(error), exc=error) from None
         above = [self._real.get(each) for each in xacro.filestack[:-1]]

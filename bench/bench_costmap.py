@@ -90,6 +90,7 @@ def main() -> None:
         median, least = after_a_scan(n, rng)
         print(f"all layers {n}x{n}, after one scan: {median:.3f} ({least:.3f}) ms   C++ {window} ms")
     angles = np.linspace(-np.pi, np.pi, 640, endpoint=False)
+    no_times = np.empty((0, 0))
     for (n, reach), peer in NAV2_RAYTRACE_US.items():
         cells = np.full((n, n), 255, np.uint8)
         ranges = np.minimum(rng.gamma(3.0, 1.2, 640), reach)
@@ -100,7 +101,9 @@ def main() -> None:
             pose: NDArray[np.float64] = pose,
             r: NDArray[np.float64] = ranges,
         ) -> None:
-            mark_and_clear(cells, RESOLUTION, 0.0, 0.0, pose, angles, r, np.zeros_like(r), r, cells)
+            mark_and_clear(
+                cells, RESOLUTION, 0.0, 0.0, pose, angles, r, np.zeros_like(r), r, cells, no_times, 0.0
+            )
 
         median, least = milliseconds(scan)
         print(f"640 beams, {n}x{n}, to {reach} m: {median * 1e3:.0f} ({least * 1e3:.0f}) us   C++ {peer} us")

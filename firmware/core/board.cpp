@@ -22,7 +22,8 @@ void Board::start(const RobotConstants &robot, void *port, const char *name, boo
     ramp_.start(robot);
     wheels_[LEFT].start(robot);
     wheels_[RIGHT].start(robot);
-    safety_.start(robot, hal_battery_mv(port));
+    safety_.start(robot);
+    hal_battery_mv(port);  // begins the first conversion
     sonar_.start(robot.sonar_period);
     cliff_inputs_ = static_cast<uint8_t>((1 << robot.cliff_sensors) - 1);
     apply(0, 0);

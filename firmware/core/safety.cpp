@@ -28,15 +28,19 @@ WheelWatch::Fault WheelWatch::update(int16_t duty, int16_t speed, int16_t no_loa
     return reversed || silent ? ENCODER : stalled ? STALL : NONE;
 }
 
-void BatteryWatch::start(const RobotConstants &robot, uint16_t mv) {
-    filtered_q6_ = static_cast<uint32_t>(mv) * 64u;
-    mv_ = mv;
+void BatteryWatch::start(const RobotConstants &robot) {
+    mv_ = 0;
     stop_ = static_cast<uint16_t>(robot.battery_stop);
     low_ = static_cast<uint16_t>(robot.battery_low);
     charged_ = static_cast<uint16_t>(low_ + (low_ - stop_) / 2);
 }
 
 void BatteryWatch::update(uint16_t mv, Flags *flags) {
+    // Until the first conversion has finished the reading is 0, and the filter begins with the one after it.
+    if (!mv_) {
+        mv_ = mv;
+        filtered_q6_ = static_cast<uint32_t>(mv) << 6;
+    }
     filtered_q6_ += mv;
     filtered_q6_ -= mv_;
     mv_ = static_cast<uint16_t>(filtered_q6_ >> 6);
@@ -45,9 +49,9 @@ void BatteryWatch::update(uint16_t mv, Flags *flags) {
     if (recovered()) *flags &= static_cast<Flags>(~BATTERY_LOW);
 }
 
-void Safety::start(const RobotConstants &robot, uint16_t battery_mv) {
+void Safety::start(const RobotConstants &robot) {
     no_load_ = static_cast<int16_t>(robot.no_load);
-    battery_.start(robot, battery_mv);
+    battery_.start(robot);
     flags_ = 0;
 }
 

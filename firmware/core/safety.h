@@ -30,7 +30,7 @@ class WheelWatch {
 // Filtered voltage: motors cause short dips, an empty pack a permanently low voltage.
 class BatteryWatch {
   public:
-    void start(const RobotConstants &robot, uint16_t mv);
+    void start(const RobotConstants &robot);
     // One reading; sets and clears BATTERY_LOW, sets BATTERY_EMPTY.
     void update(uint16_t mv, Flags *flags);
     // Above the warning by half of what lies between warning and stop.
@@ -56,7 +56,7 @@ struct SafetyInputs {
 
 class Safety {
   public:
-    void start(const RobotConstants &robot, uint16_t battery_mv);
+    void start(const RobotConstants &robot);
     void update(const SafetyInputs &in);
     void estop() { flags_ |= ESTOP_COMMAND; }
     // Clears every latched fault whose cause has ended; true if none is left.

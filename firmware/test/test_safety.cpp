@@ -72,8 +72,8 @@ static SafetyInputs quiet() {
 TEST(each_wheel_has_its_own_flag) {
     for (int wheel = 0; wheel < 2; ++wheel) {
         Safety stall, silent;
-        stall.start(ROBOT, 12000);
-        silent.start(ROBOT, 12000);
+        stall.start(ROBOT);
+        silent.start(ROBOT);
         SafetyInputs in = quiet();
         in.duty[wheel] = 800;
         for (int i = 0; i < 25; ++i) silent.update(in);
@@ -91,7 +91,7 @@ TEST(each_wheel_has_its_own_flag) {
 
 TEST(the_estop_input_latches_at_once_and_stays) {
     Safety safety;
-    safety.start(ROBOT, 12000);
+    safety.start(ROBOT);
     safety.update(quiet());
     CHECK(!safety.latched());
     SafetyInputs in = quiet();
@@ -108,16 +108,16 @@ TEST(the_estop_input_latches_at_once_and_stays) {
 
 TEST(the_estop_command_latches) {
     Safety safety;
-    safety.start(ROBOT, 12000);
+    safety.start(ROBOT);
     safety.estop();
     CHECK_EQ(safety.flags(), ESTOP_COMMAND);
     CHECK(safety.at_once());
     for (int i = 0; i < 1000; ++i) safety.update(quiet());
     CHECK(safety.latched());
     CHECK(safety.clear());
-    safety.start(ROBOT, 12000);
+    safety.start(ROBOT);
     safety.estop();
-    safety.start(ROBOT, 12000);
+    safety.start(ROBOT);
     CHECK(!safety.latched());
 }
 
@@ -134,21 +134,22 @@ static int steps_to_flag(Safety *safety, uint16_t mv, Flags flag, bool up) {
 
 TEST(an_empty_battery_needs_two_seconds) {
     Safety safety;
-    safety.start(ROBOT, 10999);
+    safety.start(ROBOT);
     CHECK_EQ(steps_to_flag(&safety, 10999, BATTERY_EMPTY, true), 200);
     CHECK(safety.flags() & BATTERY_LOW);
     CHECK(safety.latched() && !safety.at_once());
     Safety enough;
-    enough.start(ROBOT, 11000);
+    enough.start(ROBOT);
     CHECK_EQ(steps_to_flag(&enough, 11000, BATTERY_EMPTY, true), 0);
     CHECK(enough.flags() & BATTERY_LOW);
 }
 
 TEST(a_dip_is_no_empty_battery) {
     Safety safety;
-    safety.start(ROBOT, 12000);
+    safety.start(ROBOT);
+    SafetyInputs in = quiet();
+    safety.update(in);
     for (int round = 0; round < 50; ++round) {
-        SafetyInputs in = quiet();
         in.battery_mv = 9000;
         for (int i = 0; i < 20; ++i) safety.update(in);
         in.battery_mv = 12400;
@@ -159,22 +160,25 @@ TEST(a_dip_is_no_empty_battery) {
 
 TEST(the_filter_has_its_time_constant) {
     BatteryWatch battery;
-    battery.start(ROBOT, 12000);
-    CHECK_EQ(battery.mv(), 12000);
     Flags flags = 0;
+    battery.start(ROBOT);
+    battery.update(0, &flags);  // no conversion has finished
+    battery.update(12000, &flags);
+    CHECK_EQ(battery.mv(), 12000);
     for (int i = 0; i < 64; ++i) battery.update(11000, &flags);
     CHECK(battery.mv() > 11355 && battery.mv() < 11380);  // 1000/e left
     for (int i = 0; i < 2000; ++i) battery.update(11500, &flags);
     CHECK(battery.mv() >= 11499 && battery.mv() <= 11500);
-    battery.start(ROBOT, 65535);
-    CHECK_EQ(battery.mv(), 65535);
-    battery.update(65535, &flags);
-    CHECK_EQ(battery.mv(), 65535);
+    battery.start(ROBOT);
+    for (int i = 0; i < 2; ++i) {
+        battery.update(65535, &flags);
+        CHECK_EQ(battery.mv(), 65535);
+    }
 }
 
 TEST(low_battery_warns_with_hysteresis) {
     Safety safety;
-    safety.start(ROBOT, 11600);
+    safety.start(ROBOT);
     safety.update([] { SafetyInputs in = quiet(); in.battery_mv = 11600; return in; }());
     CHECK(!(safety.flags() & BATTERY_LOW));
     CHECK(steps_to_flag(&safety, 11500, BATTERY_LOW, true) > 0);
@@ -185,15 +189,18 @@ TEST(low_battery_warns_with_hysteresis) {
 
 TEST(recovered_is_half_a_margin_above_the_warning) {
     BatteryWatch battery;
-    battery.start(ROBOT, 11899);
+    Flags flags = 0;
+    battery.start(ROBOT);
+    battery.update(11899, &flags);
     CHECK(!battery.recovered());
-    battery.start(ROBOT, 11900);
+    battery.start(ROBOT);
+    battery.update(11900, &flags);
     CHECK(battery.recovered());
 }
 
 TEST(an_empty_battery_is_cleared_only_when_charged) {
     Safety safety;
-    safety.start(ROBOT, 10500);
+    safety.start(ROBOT);
     CHECK(steps_to_flag(&safety, 10500, BATTERY_EMPTY, true) > 0);
     safety.estop();
     CHECK(!safety.clear());
@@ -206,7 +213,7 @@ TEST(an_empty_battery_is_cleared_only_when_charged) {
 
 TEST(a_warning_survives_a_clear) {
     Safety safety;
-    safety.start(ROBOT, 11300);
+    safety.start(ROBOT);
     CHECK_EQ(steps_to_flag(&safety, 11300, BATTERY_LOW, true), 1);
     CHECK(safety.clear());
     CHECK_EQ(safety.flags(), BATTERY_LOW);

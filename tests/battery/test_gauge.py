@@ -136,6 +136,13 @@ def test_without_a_reading_the_use_is_counted() -> None:
     assert one.gauge.doubt == NO_READING and one.charge - 0.08 < one.gauge.charge < one.charge
 
 
+@pytest.mark.parametrize("voltage", [-3.0, 0.0, 1.5, 40.0])
+def test_a_voltage_that_no_running_robot_has_is_no_reading(voltage: float) -> None:
+    one = Discharge(0.9).run(600.0).run(60.0, lambda _: voltage)
+    assert one.gauge.doubt == NO_READING and one.charge - 0.08 < one.gauge.charge < one.charge
+    assert one.run(60.0).gauge.doubt == ""
+
+
 @pytest.mark.parametrize("current", [1e30, -1e30, math.inf, math.nan])
 def test_an_absurd_current_is_not_counted(current: float) -> None:
     one = Discharge(0.9).run(600.0)

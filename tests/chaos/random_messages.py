@@ -65,8 +65,9 @@ MAX_ATTEMPTS = 30
 """Messages generated for each that the bridge would accept; of transforms, about one of ten is."""
 STEP_NS = 50_000_000
 WARM_UP = 3.0
-RECOVERY_TIME, GOAL_TIMEOUT = 10.0, 60.0
-"""Seconds of simulated time after the random messages, for recovery and to reach a goal."""
+RECOVERY_TIME, GOAL_TIMEOUT = 10.0, 150.0
+"""Seconds of simulated time after the random messages, for recovery and to reach a goal. The collision monitor
+remembers obstacles that were published behind the robot for `monitor.memory`, 60 s."""
 MAIN_LAUNCHES = ("waiter", "explore", "amcl_demo", "gmapping_demo", "calibrate_sim")
 """Launches that together contain all nodes of the robot."""
 LIMIT_MS = 50.0
@@ -311,7 +312,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             home = SE2(0.0, 0.0, 0.0)
             goal = home if messages.truth.distance(home) > 0.5 else SE2(0.6, 0.0, 0.0)
             result["goal_distance"] = messages.distance_after_driving_to(goal)
-            result["remarks"] = list(messages.remarks)[-20:]
+            result["remarks"] = {text: at / 1e9 for text, at in list(messages.remarks.items())[-20:]}
             result["state"] = f"{messages.navigation.state} {messages.navigation.reason}"
         assert system.faults is not None
         result["faults"] = dict(system.faults.counts)

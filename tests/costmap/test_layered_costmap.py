@@ -224,3 +224,15 @@ def test_non_finite_clear_intervals_are_not_obstacles(odd: float) -> None:
             "camera", SE2(0.0, 0.0, 0.0), angles, ranges, (np.full(8, near), np.full(8, far))
         )
         assert (costs.update().cells != LETHAL).all()
+
+
+def test_a_mark_that_nothing_confirms_decays() -> None:
+    costs = rolling_costmap(decay_time=60.0, track_unknown=False)
+    for seconds in (0.0, 50.0):
+        costs.set_time(seconds)
+        costs.mark_and_clear("camera", SE2(0.0, 0.0, 0.0), AHEAD, ray(1.0))
+    costs.set_time(109.0)
+    costs.move_to(0.3, 0.2)  # the times move with the cells
+    assert costs.update().at(1.01, 0.01) == LETHAL
+    costs.set_time(111.0)
+    assert costs.update().at(1.01, 0.01) == FREE

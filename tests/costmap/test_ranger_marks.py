@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -115,3 +116,15 @@ def test_an_echo_without_a_cone_marks_nothing(width: float) -> None:
     costs = costmap()
     mark_range(costs, SENSOR, Range(field_of_view=width, min_range=0.02, max_range=4.0, range=0.5))
     assert not costs.has_layer(RANGER)
+
+
+def test_contacts_and_echoes_that_nothing_confirms_decay() -> None:
+    costs = LayeredCostmap(msgspec.structs.replace(PARAMS, decay_time=60.0), disc(0.15), rolling=True)
+    costs.set_time(1.7e9)  # a wall clock
+    mark_contact(costs, SE2(0.0, 0.0, math.pi), 0.3)
+    for _ in range(5):
+        mark_range(costs, SENSOR, echo(0.6))
+    costs.set_time(1.7e9 + 59.0)
+    assert marked(costs, CONTACT) and marked(costs, RANGER)
+    costs.set_time(1.7e9 + 61.0)
+    assert not marked(costs, CONTACT) and not marked(costs, RANGER)

@@ -58,6 +58,8 @@ class Mapper:
             np.zeros_like(free),
             free,
             self.known,
+            np.empty((0, 0)),
+            0.0,
         )
 
     def grid(self):

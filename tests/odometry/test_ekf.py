@@ -5,7 +5,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from sensor_readings import BODY, PERIOD, ROBOT, filter_readings, simulate_readings, slalom_commands
 
@@ -90,6 +90,27 @@ def test_a_diverging_reading_is_rejected_and_the_filter_runs_on():
     moved = ekf.estimate.pose
     end = filter_readings(READINGS[210:300], ekf=ekf).estimate.pose
     assert 0.0 < end.distance(moved) < 10.0
+
+
+WILD_COUNTS = st.sampled_from([0, -(2**53), 2**53, 2**40, -(2**40), 2**31, -(2**31), 10**6, -(10**6), 50_000])
+
+
+@given(st.lists(st.tuples(st.integers(0, 59), WILD_COUNTS, WILD_COUNTS), min_size=1, max_size=8))
+@example([(4, 0, -(2**53)), (5, 2**53, 0)])
+def test_wild_counts_leave_a_filter_that_runs_on(wild):
+    """Without the check of the covariance a jump of one wheel made every later reading diverge."""
+    ekf = filter_readings(READINGS[:200])
+    for k, reading in enumerate(READINGS[200:260]):
+        for _, left, right in (one for one in wild if one[0] == k):
+            with suppress(OdometryError):
+                ekf.add(WheelCounts(reading.stamp_ns + 1, left, right))
+        with suppress(OdometryError):
+            ekf.add(reading)
+    filter_readings(READINGS[260:262], ekf=ekf)
+    moved = ekf.estimate.pose
+    end = filter_readings(READINGS[262:362], ekf=ekf).estimate.pose
+    assert np.diag(ekf.belief.covariance).min() > -1e-9
+    assert 0.02 < end.distance(moved) < 2.0
 
 
 def test_a_rejected_reading_keeps_the_count_of_restarts():

@@ -121,7 +121,7 @@ class ChargeGauge:
     @property
     def doubt(self) -> str:
         """Why the reading is not believed, or an empty string."""
-        if self._anchor is None or self._last is None or not _is_valid(self._last):
+        if self._anchor is None or self._last is None or not self._pack.is_possible(self._last.voltage):
             return NO_READING
         if self.is_frozen:
             return FROZEN
@@ -157,7 +157,7 @@ class ChargeGauge:
         duration = max(0.0, reading.time - previous.time) if previous is not None else 0.0
         use = EnergyUse(duration, reading.moving, reading.distance, self._energy(reading, duration))
         self._used = self._used + use
-        if not _is_valid(reading):
+        if not self._pack.is_possible(reading.voltage):
             return
         share = self._measured_share(reading, duration)
         paused = duration > POWER_OFF_TIME and reading.distance <= STANDING_DISTANCE
@@ -293,7 +293,3 @@ class _RecentCharge:
 def _smoothed(value: float, new: float, share: float) -> float:
     """Return an exponentially smoothed value; the first one is taken as it is."""
     return new if math.isnan(value) else value + (new - value) * min(1.0, share)
-
-
-def _is_valid(reading: Reading) -> bool:
-    return math.isfinite(reading.voltage) and reading.voltage > 0.0

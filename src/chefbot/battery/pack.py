@@ -28,6 +28,10 @@ class BatteryPack(NamedTuple):
         battery = robot.battery
         return cls(battery.full_voltage, battery.empty_voltage, battery.voltage, resistance(robot), energy)
 
+    def is_possible(self, voltage: float) -> bool:
+        """Return whether a pack of a robot that still runs can have a voltage; a loose wire measures others."""
+        return 0.5 * self.empty_voltage <= voltage <= 1.5 * self.full_voltage
+
     def charge_share(self, voltage: float, power: float, driving_power: float) -> float:
         """Return the charge, 0..1, above that at which the firmware stops the robot while it drives.
 

@@ -12,8 +12,10 @@ LOCAL_ONLY_TYPES: tuple[type[Message], ...] = (WheelSpeeds,)
 """Message types that the motor board obeys at once. All others may come from anyone on the wire: commands
 such as /cmd_vel_teleop and goals go through the drive base, which enforces the emergency stop and the limits;
 measurements may come from external drivers."""
-LOCAL_TOPICS = frozenset({"process_lost", "process_back", "board_connected", PARAMS_TOPIC})
-"""Topics by which launch and motor board report to nodes of their own process: never bridged."""
+LOCAL_TOPICS = frozenset(
+    {"process_lost", "process_back", "board_connected", "battery/stored_log", PARAMS_TOPIC}
+)
+"""Topics by which the launch, the motor board and the disk report to nodes of their own process: never bridged."""
 MAIN_NODE_NAME = "chefbot"
 """Name of the node that represents a launch's main process if it joins no robot; a launch that joins
 identifies the robot by it."""

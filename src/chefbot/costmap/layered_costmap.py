@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from chefbot.costmap import raytrace
 from chefbot.costmap.inflation import cost_table
 from chefbot.costmap.master_costmap import MasterCostmap
+from chefbot.costmap.obstacle_layer import ObstacleLayer, shifted
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.update_window import CellWindow
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
@@ -26,8 +28,9 @@ class LayeredCostmap:
 
     A cell is lethal if it is lethal in the map or any layer. A source clears its own layer and, if given, one other
     (`also`), whose marks it would detect if they were still there. So the lidar, whose plane passes under the table,
-    never clears the table edge that the camera marked, but does clear the leg of a person who has left. Marks do not
-    decay with time: a mark stays until a beam clears it, the robot itself stands there, or a recovery behavior does.
+    never clears the table edge that the camera marked, but does clear the leg of a person who has left. A mark stays
+    until a beam clears it, the robot itself stands there, a recovery behavior clears it, or, with
+    `params.decay_time`, no measurement has confirmed it for that time: a camera sees neither beside itself nor near.
 
     `wary`: the robot's centre keeps its radius from unknown space, as it does from obstacles. A sensor that looks
     ahead only does not see the corner beside it that the robot turns about.
@@ -48,6 +51,7 @@ class LayeredCostmap:
         self.params = params
         self.rolling = rolling
         self.wary = avoid_unknown
+        self._time = 0.0
         if avoid_unknown:
             import scipy.ndimage  # noqa: F401 (the import takes 0.1 s and more: now, not in the first update)
         self._robot = robot
@@ -63,7 +67,7 @@ class LayeredCostmap:
         self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
         self.reconfigure(self.params)
         self._static = np.full((height, width), UNKNOWN, np.uint8)
-        self._sources: dict[str, NDArray[np.uint8]] = {}
+        self._sources: dict[str, ObstacleLayer] = {}
 
     def reconfigure(self, params: CostmapParams) -> None:
         """Change the inflation and ranges and keep the obstacles; only parameters in `LIVE_PARAMS` may differ."""
@@ -92,7 +96,7 @@ class LayeredCostmap:
         if same_resolution:
             columns = round((old_x - grid.origin_x) / grid.resolution)
             rows = round((old_y - grid.origin_y) / grid.resolution)
-            self._sources = {name: _shifted(layer, rows, columns, cells.shape) for name, layer in old.items()}
+            self._sources = {name: layer.shifted(rows, columns, cells.shape) for name, layer in old.items()}
 
     def move_to(self, x: float, y: float) -> None:
         """Centre the rolling window on the point (m) by whole cells; its content keeps its position in the frame."""
@@ -102,8 +106,8 @@ class LayeredCostmap:
         dc = round(self.origin_x / self.resolution) - column
         dr = round(self.origin_y / self.resolution) - row
         if dr or dc:
-            self._static = _shifted(self._static, dr, dc, (h, w))
-            self._sources = {name: _shifted(layer, dr, dc, (h, w)) for name, layer in self._sources.items()}
+            self._static = shifted(self._static, dr, dc, (h, w), UNKNOWN)
+            self._sources = {name: layer.shifted(dr, dc, (h, w)) for name, layer in self._sources.items()}
             self._combined = None
         self.origin_x, self.origin_y = column * self.resolution, row * self.resolution
 
@@ -123,15 +127,14 @@ class LayeredCostmap:
         (nothing if not finite or <= 0) and marks where the range is finite. `also`: another layer, if it exists,
         that the beams clear but do not mark.
         """
-        layer = self.layer(source)
-        p = self.params
+        p, layer = self.params, self._layer(source)
         start, end = (_NO_FLOOR, _NO_FLOOR) if floor is None else floor
         mark, clear = np.empty(len(ranges)), np.empty(len(ranges))
         longest = raytrace.limit_beams(ranges, start, end, p.marking_range, p.clearing_range, mark, clear)
         # a sensor may report any range; no cell beyond the two maximum ranges changes
         self.note_change(sensor, min(longest, max(p.marking_range, p.clearing_range)))
         raytrace.mark_and_clear(
-            layer,
+            layer.cells,
             self.resolution,
             self.origin_x,
             self.origin_y,
@@ -140,7 +143,9 @@ class LayeredCostmap:
             mark,
             np.zeros(len(ranges)) if floor is None else start,
             clear,
-            self._sources.get(also_clear or source, layer),
+            self._sources.get(also_clear or source, layer).cells,
+            layer.marked_at,
+            self._time,
         )
 
     def note_change(self, pose: SE2, radius: float) -> None:
@@ -164,7 +169,7 @@ class LayeredCostmap:
         lethal: NDArray[np.bool_] = self._static[window.slices] == LETHAL
         for name, layer in self._sources.items():
             if name != without:
-                lethal = lethal | (layer[window.slices] == LETHAL)
+                lethal = lethal | (layer.cells[window.slices] == LETHAL)
         return lethal
 
     def has_layer(self, source: str) -> bool:
@@ -173,9 +178,25 @@ class LayeredCostmap:
 
     def layer(self, source: str) -> NDArray[np.uint8]:
         """Return the layer of the source, created empty at its first scan; only LETHAL and FREE cells count."""
+        return self._layer(source).cells
+
+    def _layer(self, source: str) -> ObstacleLayer:
         if source not in self._sources:
-            self._sources[source] = np.full(self._static.shape, UNKNOWN, np.uint8)
+            decays = self.params.decay_time > 0.0
+            self._sources[source] = ObstacleLayer.empty(self._static.shape, decays=decays)
         return self._sources[source]
+
+    def note_marks(self, source: str, cells: Any) -> None:
+        """Note that the cells (an index into the layer) were marked now other than by `mark_and_clear`."""
+        if self.params.decay_time > 0.0:
+            self._layer(source).marked_at[cells] = self._time
+
+    def set_time(self, time: float) -> None:
+        """Set the time (s) of the marks that follow, and remove those that have decayed."""
+        self._time = time
+        for layer in self._sources.values():
+            if layer.remove_older(time - self.params.decay_time):
+                self._combined = None  # recalculate everything
 
     def clear_around(
         self, pose: SE2, radius: float, source: str | None = None, keep: Collection[str] = ()
@@ -185,7 +206,7 @@ class LayeredCostmap:
         self.note_change(pose, radius)
         for name, layer in self._sources.items():
             if source in (None, name) and name not in keep:
-                layer[mask] = UNKNOWN
+                layer.cells[mask] = UNKNOWN
 
     def clear_footprint(self, pose: SE2, keep: Collection[str] = ()) -> None:
         """Clear the marks of all sources but `keep` in the cells that the robot covers: nothing else can be there.
@@ -201,10 +222,10 @@ class LayeredCostmap:
         covered = self._disk_mask(pose, radius, window)
         if len(self._footprint):
             covered &= self._polygon_mask(pose, margin, window)
-        for layer in (layer for name, layer in self._sources.items() if name not in keep):
-            marked = covered & (layer[window.slices] == LETHAL)
+        for cells in (layer.cells for name, layer in self._sources.items() if name not in keep):
+            marked = covered & (cells[window.slices] == LETHAL)
             if marked.any():
-                layer[window.slices][marked] = UNKNOWN
+                cells[window.slices][marked] = UNKNOWN
                 self.note_change(pose, radius)
 
     def clear(self) -> None:
@@ -216,14 +237,16 @@ class LayeredCostmap:
         """Combine and inflate the layers where they have changed, and return a copy of the costs."""
         if self._combined is None:
             self._combined = self._new_master()
-        self._combined.update(self._static, self._sources.values(), self.params.track_unknown)
+        layers = [layer.cells for layer in self._sources.values()]
+        self._combined.update(self._static, layers, self.params.track_unknown)
         costs = self._combined.costs.copy()
         return Costmap(costs, self.resolution, self.origin_x, self.origin_y, self._footprint)
 
     def costs_without_far_marks(self, pose: SE2) -> Costmap:
         """Return the costs as `update` does, but without marks beyond the marking range of the pose."""
         near = self._disk_mask(pose, self.params.marking_range)
-        layers = [np.where(near | (layer != LETHAL), layer, UNKNOWN) for layer in self._sources.values()]
+        sources = [layer.cells for layer in self._sources.values()]
+        layers = [np.where(near | (cells != LETHAL), cells, UNKNOWN) for cells in sources]
         combined = self._new_master()
         combined.update(self._static, layers, self.params.track_unknown)
         return Costmap(combined.costs, self.resolution, self.origin_x, self.origin_y, self._footprint)
@@ -253,14 +276,3 @@ class LayeredCostmap:
             left = (bx - ax) * (y[:, None] - ay) - (by - ay) * (x[None, :] - ax)
             inside &= left >= margin * math.hypot(bx - ax, by - ay)
         return inside
-
-
-def _shifted(layer: NDArray[np.uint8], rows: int, columns: int, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Return the layer in a grid of `shape` with its cell [0, 0] at [rows, columns]; new cells are UNKNOWN."""
-    out = np.full(shape, UNKNOWN, np.uint8)
-    h, w = layer.shape
-    top, left = max(rows, 0), max(columns, 0)
-    bottom, right = min(rows + h, shape[0]), min(columns + w, shape[1])
-    if top < bottom and left < right:
-        out[top:bottom, left:right] = layer[top - rows : bottom - rows, left - columns : right - columns]
-    return out

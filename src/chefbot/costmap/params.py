@@ -31,7 +31,11 @@ class CostmapParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     track_unknown: Annotated[
         bool, Meta(description="whether unobserved cells are unknown instead of free")
     ] = True
+    decay_time: Annotated[
+        float, Meta(ge=0.0, le=86400.0, description="time after which an unconfirmed mark goes, s; 0: never")
+    ] = 0.0
 
 
-LOCAL_COSTMAP = CostmapParams(track_unknown=False)
-"""The local costmap: unknown space is free, because a camera sees little at once; the planner has the map."""
+LOCAL_COSTMAP = CostmapParams(track_unknown=False, decay_time=60.0)
+"""The local costmap: unknown space is free, because a camera sees little at once; the planner has the map. A mark
+lasts as long as the collision monitor remembers a measurement: the two must agree on what is in the way."""

@@ -64,6 +64,8 @@ def mark_range(costs: LayeredCostmap, sensor: SE2, echo: Range) -> None:
         layer = costs.layer(RANGER)[window.slices]
         updated = in_cone if marks else free
         layer[updated] = _updated(layer, phi, theta, distance, echo.field_of_view, costs.resolution)[updated]
+        rows, columns = np.nonzero(updated)
+        costs.note_marks(RANGER, (rows + window.slices[0].start, columns + window.slices[1].start))
     costs.note_change(sensor, reach)
 
 
@@ -86,6 +88,7 @@ def mark_contact(costs: LayeredCostmap, contact: SE2, radius: float) -> None:
         column = math.floor((x - costs.origin_x) / costs.resolution)
         if 0 <= row < layer.shape[0] and 0 <= column < layer.shape[1]:
             layer[row, column] = LETHAL
+            costs.note_marks(CONTACT, (row, column))
     costs.note_change(contact, radius)
 
 

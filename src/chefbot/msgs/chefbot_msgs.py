@@ -198,6 +198,8 @@ class BatteryStatus(Message, frozen=True, eq=False):
 class BatteryLog(Message, frozen=True, eq=False):
     """What the battery monitor has learnt and keeps over a restart of the robot."""
 
+    BOUNDS = per_field(charge=(0.0, 1.0), measured=(0.0, 1.0))
+
     header: Header = Header()
     standing_power: Float64 = 0.0
     energy_per_metre: Float64 = 0.0

@@ -128,6 +128,7 @@ class LocalCostmapNode(Node):
 
     def _costs_around(self, pose: SE2) -> Costmap:
         """Move the costmap to the robot and return its costs."""
+        self._costs.set_time(self.now_ns / 1e9)
         self._costs.move_to(pose.x, pose.y)
         self._costs.clear_footprint(pose, keep=(DROP_OFFS,))  # its edge may be over one
         if self._costs.has_layer(DROP_OFFS):
@@ -137,6 +138,7 @@ class LocalCostmapNode(Node):
     @every(hz=1)
     def publish_health(self) -> None:
         """Publish the health of the obstacle sensors, also while no goal is active."""
+        self._costs.set_time(self.now_ns / 1e9)
         status = self._sensors.health(self.now_ns, self._pose(), self._costs.update())
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
 

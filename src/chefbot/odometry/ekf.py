@@ -35,7 +35,9 @@ HORIZON_NS = 1_000_000_000
 LATE_NS = 50_000_000
 """Lag behind the newest reading from which a source counts as late, ns."""
 MAX_STEP = 100.0
-"""Maximum plausible distance between two readings, m."""
+"""Maximum plausible distance between two readings, and growth of its standard deviation, m."""
+MAX_ROUNDING = 1e-9
+"""Amount by which a variance may be below zero by rounding, in its own unit."""
 CLOCK_RESET_READINGS = 5
 """Number of consecutive wheel readings beyond the horizon from which the clock counts as set back."""
 LOST_NS = {
@@ -65,8 +67,8 @@ class Ekf:
     def add(self, reading: Reading) -> bool:
         """Process a reading; return False if it was too late or a duplicate.
 
-        Raise OdometryError for a reading that makes the pose infinite or moves it implausibly far; it is left
-        out.
+        Raise OdometryError for a reading that makes the pose infinite, or moves it or its standard deviation
+        implausibly far; it is left out.
         """
         newest = self._history.newest_ns
         lag = 0 if newest is None else max(newest - reading.stamp_ns, 0)
@@ -84,7 +86,7 @@ class Ekf:
         before = self.belief
         added = self._history.add(reading)
         after = self.belief
-        if not _is_plausible(before.state, after.state, after.covariance):
+        if not _is_plausible(before.state, before.covariance, after.state, after.covariance):
             self._revert_to(before)
             raise OdometryError(
                 f"a reading of {sources[0].name.lower()} makes the odometry diverge; it is left out"
@@ -150,11 +152,18 @@ class Ekf:
 
 
 @njit(cache=True, nogil=True)
-def _is_plausible(before: Array, state: Array, covariance: Array) -> bool:
-    """Return whether a state (n,) and its covariance are finite, and the position close to the one before."""
+def _is_plausible(before: Array, covariance_before: Array, state: Array, covariance: Array) -> bool:
+    """Return whether a state (n,) and its covariance (n, n) are finite, and close to those before."""
     if not (np.isfinite(state).all() and np.isfinite(covariance).all()):
         return False
-    return max(abs(state[X] - before[X]), abs(state[Y] - before[Y])) < MAX_STEP
+    # a variance below zero: a huge one has left no digits for the others
+    if np.diag(covariance).min() < -MAX_ROUNDING:
+        return False
+    for i in (X, Y):
+        growth = math.sqrt(max(covariance[i, i], 0.0)) - math.sqrt(max(covariance_before[i, i], 0.0))
+        if not (abs(state[i] - before[i]) < MAX_STEP and growth < MAX_STEP):
+            return False
+    return True
 
 
 def _sources(reading: Reading) -> tuple[Source, ...]:

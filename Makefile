@@ -14,8 +14,9 @@ SMALL_SET := localize_home localize_hotel go_narrow go_hall drive_workshop deliv
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
 
+# Of tests marked `rotated` it runs one case each, with another commit another one.
 test: $(VENV)/.dev lint
-	$(BIN)/pytest -q -n $(TESTERS) --dist worksteal $(ARGS)
+	CHEFBOT_ROTATE=1 $(BIN)/pytest -q -n $(TESTERS) --dist worksteal $(ARGS)
 
 test-fast: $(VENV)/.dev
 	$(BIN)/pytest -q -n $(TESTERS) --dist worksteal -m "not slow and not long" $(ARGS)
@@ -24,6 +25,7 @@ test-fast: $(VENV)/.dev
 # An example that it finds is kept in its test as `@example`.
 ROUNDS ?= 5
 test-long: $(VENV)/.dev
+	$(BIN)/pytest -q -n $(TESTERS) --dist worksteal -m rotated $(ARGS)
 	CHEFBOT_QUIET_MACHINE=1 $(BIN)/pytest -q -s -m "long or timed" $(ARGS)
 	for round in $$(seq $(ROUNDS)); do HYPOTHESIS_PROFILE=search \
 	    $(BIN)/pytest -q -n $(TESTERS) --dist worksteal -m "hypothesis and not long" $(ARGS) || exit 1; done

@@ -82,7 +82,13 @@ def execute(run: Run, room: Path) -> dict[str, Any]:
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
     if done.returncode == 0:
         return {"run": run.name, "code": 0, **json.loads(done.stdout.splitlines()[-1])}
-    return {"run": run.name, "code": done.returncode, "sent": 0, "accepted": 0, "end": done.stderr[-4000:]}
+    return {
+        "run": run.name,
+        "code": done.returncode,
+        "generated": 0,
+        "accepted": 0,
+        "end": done.stderr[-4000:],
+    }
 
 
 def show(results: list[dict[str, Any]]) -> bool:
@@ -92,8 +98,8 @@ def show(results: list[dict[str, Any]]) -> bool:
     slow = [(result["run"], result["slow"]) for result in results if result.get("slow")]
     worst = max((worst for result in results for worst in result.get("worst_ms", {}).values()), default=0.0)
     bugs = sum(result.get("unexpected", 0) for result in results)
-    sent, accepted = (sum(result[key] for result in results) for key in ("sent", "accepted"))
-    print(f"{sent} messages published, {accepted} of them legal, in {len(results)} processes")
+    generated, accepted = (sum(result[key] for result in results) for key in ("generated", "accepted"))
+    print(f"{accepted} legal messages published, of {generated} generated, in {len(results)} processes")
     print(f"exits {len(ended) - len(signals)}, signals {len(signals)}, exceptions by bugs {bugs}")
     print(f"callbacks over {LIMIT_MS:g} ms of CPU time: {len(slow)}; worst {worst:.1f} ms")
     for name, result in [*((one["run"], one["end"]) for one in ended), *slow]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.support.rotation import commit_of, is_rotating, split
 from tests.support.ros_fixtures import fleet, network, other, peer, port, wire
 from tests.support.same_examples import ignore_constants_of_the_code
 
@@ -57,12 +58,23 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as for what a shell sta
 REPOSITORY = Path(__file__).parent.parent
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Deals the slow tests out to the workers, each of which begins with its share: at the end all are busy.
+COMMIT = commit_of(REPOSITORY) if is_rotating() else ""
+
+
+def pytest_report_header() -> str:
+    """States that not all cases run."""
+    return f"Of each rotated test runs one case, chosen by commit {COMMIT[:8]}." if is_rotating() else ""
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leaves out cases of rotated tests, and deals the slow tests out to the workers: at the end all are busy.
 
     pytest-xdist gives every worker a contiguous part and lets those that are done take from the others. Tests of one
     folder stay together, so that launches which must keep pace do not all run at once.
     """
+    if is_rotating():
+        items[:], left_out = split(items, COMMIT)
+        config.hook.pytest_deselected(items=left_out)
     workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
     slow = [item for item in items if item.get_closest_marker("slow")]
     fast = [item for item in items if not item.get_closest_marker("slow")]

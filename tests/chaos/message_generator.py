@@ -45,6 +45,8 @@ TEXTS = (
 LENGTHS = (0, 1, 2, 3, 9, 36, 100, 360, 1000, 5000)
 AT_LIMIT = 0.3
 """Share of the numbers with bounds that are at one of them."""
+LONG_ARRAYS = 0.1
+"""Share of the arrays of messages that may have more than two elements."""
 PLAUSIBLE = 0.85
 """Share of the fields whose value is plausible."""
 
@@ -64,11 +66,14 @@ class MessageGenerator:
         return kind(*(self._limit(kind, field) or self._value(field) for field in fields_of(kind)))
 
     def _limit(self, kind: type[Message], field: MessageField) -> Any:
-        """Return, for some of the numbers with bounds, one of the bounds; else None."""
+        """Return, for most of the numbers with bounds, one of the bounds or a number between them; else None."""
         limits = kind.BOUNDS.get(field.name)
-        if limits is None or self._rng.random() > AT_LIMIT:
+        if limits is None or field.is_array or self._rng.random() > PLAUSIBLE:
             return None
-        return limits[self._rng.integers(2)]
+        if self._rng.random() < AT_LIMIT:
+            return limits[self._rng.integers(2)]
+        inside = self._rng.uniform(*limits)
+        return inside if field.element.startswith("float") else int(inside)
 
     def mutate(self, message: M) -> M:
         """Return a copy in which one field, at any depth, has another value, mostly an absurd one."""
@@ -100,7 +105,10 @@ class MessageGenerator:
         n = field.fixed_size or int(self._pick(LENGTHS))
         n = min(n, field.bound or n)
         if field.message is not None:
-            return tuple(self.generate(field.message) for _ in range(min(n, 20)))
+            n = min(
+                n, 20 if self._rng.random() < LONG_ARRAYS else 2
+            )  # one absurd field has the message rejected
+            return tuple(self.generate(field.message) for _ in range(n))
         if field.element == "string":
             return tuple(self._pick(TEXTS) for _ in range(min(n, 20)))
         return self._numbers(field.element, n, plausible)

@@ -75,6 +75,7 @@ def publish_random_messages(launch: str, robot: str, count: int, room: Path, *mo
     return result
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [5, 7, 11])
 def test_two_thousand_random_messages_do_not_stop_navigation(room: Path, seed: int) -> None:

@@ -40,6 +40,7 @@ def run(seed, commands, faults, with_gyro):
     return odometry, reading.truth, estimate
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize(("metres", "diameter", "slip"), [(2.0, 0.003, 0.003), (8.0, 0.0005, 0.006)])
 def test_covariance_from_wheels_is_consistent(metres, diameter, slip):

@@ -8,6 +8,7 @@ from chefbot.odometry.ekf import Ekf
 from chefbot.odometry.sensor_health import Condition, Source
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
 def test_the_final_pose_agrees_with_robot_localization(shared, number):

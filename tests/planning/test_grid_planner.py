@@ -174,6 +174,7 @@ def test_a_reused_planner_gives_the_same_path():
 SHARED = Path(os.environ.get("CHEFBOT_SHARED", Path(__file__).parents[2] / "../shared"))
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["arena2", "den312d", "8room_000", "Berlin_0_256"])

@@ -65,6 +65,7 @@ class FaultyDrive:
         self._system.loop.publish("goal_pose", goal, "operator", from_device=True)
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS, ids=describe)
 def test_the_robot_stands_says_why_and_arrives_later(fault: NodeFault) -> None:

@@ -1,0 +1,47 @@
+"""Tests of long cases of which each run of the suite makes one, chosen by the commit.
+
+`@pytest.mark.rotated` on a parametrized test: `make test` runs one of its cases, another with each commit, and says
+so in the header; `make test-long`, and pytest by itself, run all.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+VARIABLE = "CHEFBOT_ROTATE"
+
+
+def is_rotating() -> bool:
+    """Whether this run makes one case of each rotated test only."""
+    return os.environ.get(VARIABLE) == "1"
+
+
+def commit_of(repository: Path) -> str:
+    """Return the commit of a working tree, or an empty string outside of git."""
+    command = ["git", "-C", str(repository), "rev-parse", "HEAD"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+
+
+def chosen_case(test: str, count: int, commit: str) -> int:
+    """Return which of the cases 0..count-1 of a test runs with a commit."""
+    return int.from_bytes(hashlib.sha256(f"{commit} {test}".encode()).digest()[:8], "big") % count
+
+
+def split(items: list[pytest.Item], commit: str) -> tuple[list[pytest.Item], list[pytest.Item]]:
+    """Return the tests that run with a commit, in their order, and those that do not."""
+    cases: dict[str, list[pytest.Item]] = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("rotated"):
+            cases[item.nodeid.partition("[")[0]].append(item)
+    kept = {id(group[chosen_case(test, len(group), commit)]) for test, group in cases.items()}
+    runs = [item for item in items if not item.get_closest_marker("rotated") or id(item) in kept]
+    return runs, [item for item in items if item.get_closest_marker("rotated") and id(item) not in kept]

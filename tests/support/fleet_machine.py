@@ -3,7 +3,7 @@
 subscribe TOPIC       subscribe to a String topic
 publish TOPIC TEXT    publish once
 accept CARD           accept a card file while the router runs
-received | nodes | errors | endpoints     answered with a line of JSON
+received | nodes | errors | endpoints | router     answered with a line of JSON; `router` is the id of its process
 """
 
 from __future__ import annotations
@@ -64,6 +64,8 @@ def main(name: str, keys: str, *options: str) -> None:
                 answer(gate.errors.counts())
             elif verb == "endpoints":
                 answer(gate.listen_endpoints)
+            elif verb == "router":
+                answer(gate.process_id)
         gate.close()
 
 

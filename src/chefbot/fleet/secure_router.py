@@ -43,6 +43,13 @@ LOG_FILTER = "error,zenoh_link_tls=debug,zenoh::net::routing::interceptor=trace"
 """Log filter of the router's process, in the syntax of RUST_LOG."""
 POLL_PERIOD = 2.0
 """Period of the checks of the machine's addresses and the router's process, s."""
+REJOIN_PAUSE = 1.0
+"""Time between the end of a router's process and the start of the next one, s.
+
+A Zenoh router recomputes its routing trees at most every 0.1 s, and announces what it knows only to neighbours
+that are new in a tree. It numbers routers and uses the number of one that left again: one that joins before the
+computation counts as the former neighbour, and never learns of any subscription or node.
+"""
 
 
 def endpoint(text: str) -> str:
@@ -155,6 +162,11 @@ class SecureRouter:
         return list(self._config["listen"]["endpoints"])
 
     @property
+    def process_id(self) -> int:
+        """The id of the router's process, which changes when it is restarted."""
+        return self._process.pid
+
+    @property
     def _me(self) -> Identity | None:
         return None if self._membership is None else self._membership.identity
 
@@ -199,10 +211,18 @@ class SecureRouter:
             config = router_config(self._me, self._endpoints, self._port, self.listen_endpoints)
             if self._process.poll() is not None or has_new_keys or config != self._config:
                 self._config = config
-                _end(self._process)
                 self._restart()
 
     def _restart(self) -> None:
+        """Replace the process; it is killed, so that all its connections end at once.
+
+        If it closed one after the other, other routers would compute their trees after the first, and again only
+        0.1 s later: time in which any router that joins could be taken for this one.
+        """
+        self._process.kill()
+        _end(self._process)
+        if self._closing.wait(REJOIN_PAUSE):
+            return
         try:
             self._process = self._start()
         except UserError as error:

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests.support.rotation import commit_of, is_rotating, split
 from tests.support.ros_fixtures import fleet, network, other, peer, port, wire
+from tests.support.rotation import commit_of, is_rotating, split
 from tests.support.same_examples import ignore_constants_of_the_code
 
 __all__ = ["fleet", "network", "other", "peer", "port", "wire"]

@@ -80,9 +80,6 @@ def test_no_beam_writes_outside_the_map(
     assert np.isin(cells, (UNKNOWN, FREE, LETHAL)).all()
 
 
-NO_TIMES = np.empty((0, 0))
-
-
 def test_a_beam_from_far_outside_costs_no_more_than_one_within() -> None:
     """Without clipping each of these beams has 2e10 cells, and all together would take days."""
     n = 1000

@@ -21,6 +21,7 @@ from tests.chaos.monitored_drive import (  # noqa: E402
     FAULTS,
     PLACES,
     MonitoredDrive,
+    can_know,
     dropped_box,
     main_sensor,
     random_teleop,
@@ -40,8 +41,13 @@ def chosen() -> dict[str, Robot]:
 
 
 def boxes(count: int, first: int) -> None:
-    """Print for each robot and fault contacts over 0.05 m/s, all contacts, the fastest one, and first reasons."""
-    print(f"{'robot':15}{'fault':22}{'drives':>7}{'> 0.05':>7}{'any':>5}{'fastest':>9}  first reasons")
+    """Print for each robot and fault contacts over 0.05 m/s, all contacts, the fastest one, and first reasons.
+
+    Contacts with what no sensor of the robot measures are in a column of their own.
+    """
+    print(
+        f"{'robot':15}{'fault':22}{'drives':>7}{'> 0.05':>7}{'any':>5}{'unseen':>7}{'fastest':>9}  first reasons"
+    )
     for name, robot in chosen().items():
         for fault in FAULTS:
             if fault != "none" and not request_of(fault, robot):
@@ -51,13 +57,15 @@ def boxes(count: int, first: int) -> None:
                 seed = first + 2 * k
                 at = straight_free_starts("hotel", 1, seed)[0]
                 runs += [(place, dropped_box(robot, at, fault, place, seed)) for place in PLACES]
-            hits = sum(run.contact > CREEP for _, run in runs)
+            known = [run for place, run in runs if can_know(robot, fault, place)]
+            hits = sum(run.contact > CREEP for run in known)
+            touched = sum(run.contact > 0.0 for run in known)
             touches = [(place, run.touched) for place, run in runs if run.contact > 0.0]
             fastest = max(run.contact for _, run in runs)
             reasons = " | ".join(dict.fromkeys(text[:70] for _, run in runs for text in run.reasons[:2]))[
                 :150
             ]
-            counts = f"{len(runs):7}{hits:7}{len(touches):5}{fastest:9.3f}"
+            counts = f"{len(runs):7}{hits:7}{touched:5}{len(touches) - touched:7}{fastest:9.3f}"
             print(f"{name:15}{fault:22}{counts}  {touches or ''} {reasons}", flush=True)
 
 

@@ -12,6 +12,7 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import String
+from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
@@ -29,12 +30,28 @@ TELEOP_PERIOD = 0.1
 CREEP = 0.05
 """Speed of a contact that harms nobody, m/s."""
 ALL_ROBOTS = {**ROBOTS, "jackal": load_robot("jackal")}
-PLACES = ("ahead", "side", "behind")
+PLACES = ("ahead", "side", "behind", "above")
+OVERLAP = 0.15
+"""Height by which a board that hangs reaches below the top of the robot, m."""
 
 
 def main_sensor(robot: Robot) -> str:
     """Return the name in the simulator of the sensor that sees obstacles."""
     return "lidar" if robot.sensors.lidar is not None else "depth_camera"
+
+
+def can_know(robot: Robot, fault: str, place: str) -> bool:
+    """Return whether a sensor of the robot, with this fault, measures the box where it is.
+
+    A lidar sees one plane, below a board that hangs. Nothing but the camera, which looks ahead, contradicts a lidar
+    whose ranges are too long.
+    """
+    if robot.sensors.lidar is None:
+        return True
+    sees_ahead_only = fault == "offset range=0.3"
+    if robot.sensors.depth_camera is None:
+        return place != "above" and not sees_ahead_only
+    return place in ("ahead", "above") or not sees_ahead_only
 
 
 def request_of(fault: str, robot: Robot) -> str:
@@ -125,8 +142,8 @@ def random_teleop(robot: Robot, world: str, seed: int, segments: int = 5) -> Dri
 def dropped_box(robot: Robot, at: SE2, fault: str, place: str, seed: int) -> DriveOutcome:
     """Begin a fault at full speed, set a box down half a second later, and go on for some seconds.
 
-    The box is where the robot can stop before it: a stopping distance and 0.3 m ahead; or beside it, and it turns
-    towards it; or behind it, and it backs up.
+    The box is where the robot can stop before it: a stopping distance and 0.3 m ahead, on the floor or hanging at the
+    height of the robot's top; or beside it, and it turns towards it; or behind it, and it backs up.
     """
     limits, drive = Limits.of(robot), MonitoredDrive(robot, at, seed=seed)
     speed = min(limits.speed, 0.7)
@@ -136,7 +153,7 @@ def dropped_box(robot: Robot, at: SE2, fault: str, place: str, seed: int) -> Dri
         drive.request_fault(request)
     drive.hold(speed, 0.0, 0.5)
     _drop(drive, place, speed, limits)
-    twist = {"ahead": (speed, 0.0), "side": (0.5 * speed, 0.8), "behind": (-speed, 0.0)}[place]
+    twist = {"side": (0.5 * speed, 0.8), "behind": (-speed, 0.0)}.get(place, (speed, 0.0))
     drive.hold(*twist, 4.0)
     drive.hold(0.0, 0.0, 0.5)
     drive.hold(*twist, 3.0)  # after the stick was let go
@@ -147,9 +164,10 @@ def dropped_box(robot: Robot, at: SE2, fault: str, place: str, seed: int) -> Dri
 def _drop(drive: MonitoredDrive, place: str, speed: float, limits: Limits) -> None:
     body = drive.system.robot.circumscribed_radius + BOX[0] / 2
     ahead = body + 0.3 + speed * 0.3 + speed * speed / limits.acceleration
-    x, y = {"ahead": (ahead, 0.0), "side": (0.15, body + 0.25), "behind": (-body - 0.3, 0.0)}[place]
+    x, y = {"side": (0.15, body + 0.25), "behind": (-body - 0.3, 0.0)}.get(place, (ahead, 0.0))
+    bottom = overall_height(drive.system.robot) - OVERLAP if place == "above" else 0.0
     pose = drive.simulation.truth().pose @ SE2(x, y, 0.0)
     try:
-        drive.simulation.drop_box(pose.x, pose.y, BOX)
+        drive.simulation.drop_box(pose.x, pose.y, BOX, bottom)
     except UserError:
         return  # it would lie on a person

@@ -17,6 +17,7 @@ from chefbot.errors import UserError
 from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
+from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.sim import nearby_solids
 from chefbot.sim.nearby_solids import NearbySolids
@@ -269,6 +270,19 @@ def test_a_dropped_box_leaves_the_floor_as_it_is() -> None:
     before = sim._model.geom_friction[sim._wheels, 0].copy()
     sim.drop_box(5.0, 5.0, (0.1, 0.1, 0.1))
     assert sim._model.geom_friction[sim._wheels, 0].tolist() == before.tolist()
+
+
+@pytest.mark.parametrize(("gap", "touches"), [(0.05, False), (-0.05, True)])
+def test_a_box_hangs_above_the_floor(gap: float, touches: bool) -> None:
+    sim = Simulation(ROBOT, load_any_world("empty", ROBOT), "real", JUDGED_SEED)
+    sim.drop_box(0.6, 0.0, (0.3, 0.3, 0.3), overall_height(ROBOT) + gap)
+    sim.set_duty(0.5, 0.5)
+    touched = set()
+    for _ in range(2000):
+        sim.step()
+        touched |= set(sim.touching)
+    assert ("dropped_1" in touched) == touches
+    assert touches or sim.truth().pose.x > 0.8
 
 
 def test_a_map_of_a_robot_that_fits_nowhere_says_what_to_do() -> None:

@@ -245,18 +245,18 @@ class Simulation:
         """Poses of the people, x forward."""
         return self._movers.people_poses()
 
-    def drop_box(self, x: float, y: float, size: tuple[float, float, float]) -> str:
-        """Put a box (side lengths in metres) on the floor and return its name.
+    def drop_box(self, x: float, y: float, size: tuple[float, float, float], bottom: float = 0.0) -> str:
+        """Put a box (side lengths in metres) on the floor, or hang it `bottom` metres above it; return its name.
 
-        Raises UserError if it would overlap the robot or a person.
+        Raises UserError if it would be over or in the robot or a person.
         """
         if len(self._dropped) >= MAX_DROPPED_BOXES:
             raise UserError(f"{MAX_DROPPED_BOXES} boxes have been dropped, which is the maximum")
-        near = abs(x) < 1000.0 and abs(y) < 1000.0
+        near = abs(x) < 1000.0 and abs(y) < 1000.0 and 0.0 <= bottom <= 10.0
         if not (near and all(0.0 < side <= 10.0 for side in size)):
             raise UserError(f"a box of {size} m at ({x}, {y}): sides are from 0 to 10 m, places within 1 km")
         name = f"dropped_{len(self._dropped) + 1}"
-        item = box(name, SE2(x, y, 0.0), 0.0, size, (196, 150, 90))
+        item = box(name, SE2(x, y, 0.0), bottom, size, (196, 150, 90))
         pose = self.truth().pose
         for px, py, radius in [self._robot_disc(pose), *self._movers.people_circles()]:
             if clearance([item], px, py, 0.0, math.inf) < radius:

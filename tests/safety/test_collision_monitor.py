@@ -71,6 +71,14 @@ def seeing(robot: Robot, *points: tuple[float, float]) -> CollisionMonitor:
     return one
 
 
+def having_looked_around(robot: Robot = CAMERA) -> CollisionMonitor:
+    """Return the monitor of a camera robot that has turned about where nothing stands."""
+    one = monitor(robot)
+    for yaw in np.arange(0.0, 2.0 * math.pi, 0.2).tolist():
+        one.process_obstacles(camera_scan(), SE2(0.0, 0.0, yaw) @ SE2(0.07, 0.0, 0.0))
+    return one
+
+
 DIRECTIONS = [
     ((0.4, 0.0), (0.35, 0.0), "ahead"),
     ((0.33, 0.2), (0.35, 1.2), "ahead on the left"),
@@ -177,9 +185,11 @@ def test_a_robot_does_not_creep_backwards_step_by_step(robot: Robot) -> None:
 
 
 def test_a_robot_that_sees_ahead_drives_slowly_on_unseen_ground() -> None:
-    one = monitor(CAMERA)
-    assert one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction == pytest.approx(0.5)
-    assert one.check(0.0, 1.2, IDENTITY, SECOND, LATENCY).fraction == 1.0
+    one = having_looked_around()
+    assert one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction == 1.0
+    later = one.check(0.35, 0.0, IDENTITY, 60 * SECOND, LATENCY)
+    assert later.fraction == pytest.approx(0.5)
+    assert later.limit == "no sensor has seen the ground ahead of the robot of late"
     assert monitor(LIDAR).check(-0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction == 1.0, (
         "its lidar covers the rear"
     )
@@ -191,9 +201,19 @@ def test_a_robot_that_sees_ahead_drives_slowly_on_unseen_ground() -> None:
     )
 
 
+def test_over_ground_that_was_never_seen_a_robot_creeps() -> None:
+    """What stands beside a robot that was just switched on is in nobody's view."""
+    one = monitor(CAMERA)
+    assert one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction == pytest.approx(CREEP_SPEED / 0.35)
+    one.process_obstacles(camera_scan(), SE2(0.07, 0.0, 0.0))
+    assert one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction < 0.4, "the view is narrow near the body"
+    assert one.check(0.0, 1.2, IDENTITY, SECOND, LATENCY).fraction == 1.0, "it can turn and look"
+    assert one.check(0.35, 0.0, SE2(0.6, 0.0, 0.0), SECOND, LATENCY).fraction == 1.0, "the view has its width"
+
+
 @pytest.mark.parametrize("distance", [0.1, 0.02, -math.inf, math.nan])
 def test_the_ultrasonic_ranger_stops_the_way_ahead(distance: float) -> None:
-    one = monitor(CAMERA)
+    one = having_looked_around()
     one.process_echo(Range(Header.of(SECOND, "ultrasonic_link"), 0, 0.5, 0.02, 4.0, distance))
     found = one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY)
     assert found.fraction < 0.5 and "ultrasonic ranger" in found.limit

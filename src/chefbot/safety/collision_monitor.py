@@ -30,7 +30,10 @@ CONE_POINTS = 5
 """Points across the cone of the ultrasonic ranger: the direction of the surface is not measured."""
 TOLERATED_GAP, TOLERATED_GAP_AHEAD = 2, CELLS_PER_RADIUS
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays;
-and ahead, half the body's width: on an arc a camera does not look over the ground before the inner side."""
+and ahead over ground not seen of late, half the body's width: on an arc a camera does not look over the ground before
+the inner side."""
+EVER = 0
+"""The oldest time of which ground counts as seen at any time, ns."""
 SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
 """How rays show the ground, see `local_memory`."""
 NO_LAYER = np.zeros(memory.LAYERS, np.bool_)
@@ -187,22 +190,24 @@ class CollisionMonitor:
     def _check_ground(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
         """Check that the ground was seen of late: else the robot does not back up, and moves on slowly otherwise.
 
-        Ahead it is enough that a sensor looks over it, as a camera does not see the floor near the body.
+        Ahead it is enough that a sensor looks over it, as a camera does not see the floor near the body. Where none
+        ever has, as beside a robot that was just switched on, it creeps.
 
         Where it backs up over ground that it saw, or covered, a moment ago, somebody may have come since: it creeps.
         """
         zones = self.zones
         if not len(zones.corners) and abs(v) < MOVES_BACKWARD:
             return FREE  # a disc covers the same ground while it rotates
+        oldest_ns = now_ns - round(self.params.seen * 1e9)
+        creep = min(1.0, CREEP_SPEED / zones.body_speed(v, w))
         if v < -MOVES_BACKWARD:
             margin = GROUND_MARGIN * zones.resolution
-            known = self._ground_fraction(
-                v, w, pose, now_ns, latency, self.params.seen, margin, memory.GROUND
-            )
-            fraction = min(known, CREEP_SPEED / zones.body_speed(v, w))
+            seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.GROUND, TOLERATED_GAP, margin)
+            fraction = min(seen, creep)
         else:
-            known = self._ground_fraction(v, w, pose, now_ns, latency, self.params.seen, 0.0, memory.VIEW)
-            fraction = max(known, self._slow_fraction(v, w))
+            ever = self._ground_fraction(v, w, pose, latency, EVER, memory.VIEW, TOLERATED_GAP)
+            seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.VIEW, TOLERATED_GAP_AHEAD)
+            fraction = min(max(ever, creep), max(seen, self._slow_fraction(v, w)))
         return CheckedTwist(fraction, unseen_text(v)) if fraction < 1.0 else FREE
 
     def _ground_fraction(
@@ -210,18 +215,19 @@ class CollisionMonitor:
         v: float,
         w: float,
         pose: SE2,
-        now_ns: int,
         latency: float,
-        seen: float,
-        margin: float,
+        oldest_ns: int,
         kind: int,
+        tolerated: int,
+        margin: float = 0.0,
     ) -> float:
-        """Return the fraction of a twist that stops `margin` metres before ground not seen for `seen` seconds."""
-        zones, oldest_ns = self.zones, now_ns - round(seen * 1e9)
-        duration = latency + zones.braking_time(v, w)
-        tolerated = TOLERATED_GAP if kind == memory.GROUND else TOLERATED_GAP_AHEAD
+        """Return the fraction of a twist that stops `margin` metres before ground not seen since `oldest_ns`.
+
+        kind, tolerated: see `local_memory.time_on_seen_ground`.
+        """
+        duration = latency + self.zones.braking_time(v, w)
         free_time = memory.time_on_seen_ground(
-            self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, tolerated, kind
+            self._memory, pose.array(), v, w, self.zones.outline, duration, oldest_ns, tolerated, kind
         )
         return self._fraction(v, w, free_time, margin, latency)
 

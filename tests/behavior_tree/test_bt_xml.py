@@ -94,7 +94,7 @@ def test_both_forms_of_an_element_mean_the_same() -> None:
     assert short.states() == long.states()
 
 
-def test_a_written_tree_is_the_same_when_read_and_has_a_model_for_groot() -> None:
+def test_a_written_tree_is_equal_and_has_a_model_for_groot() -> None:
     catalog = {**CONTROL_NODES, **navigation_nodes(RecordedNavigation())}
     tree = built(NAV2_STYLE)
     data = write_tree(tree, catalog)

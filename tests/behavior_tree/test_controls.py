@@ -51,7 +51,7 @@ def test_a_recovery_that_fails_ends_the_recovery_node() -> None:
     assert leaf(tree, "main").ticks == 1
 
 
-def test_a_round_robin_gives_each_child_its_turn_between_failures() -> None:
+def test_a_round_robin_gives_each_child_its_turn() -> None:
     tree = scripted(
         '<RecoveryNode number_of_retries="4"><Leaf name="main" script="F"/>'
         '<RoundRobin><Leaf name="a"/><Leaf name="b" script="F"/><Leaf name="c"/></RoundRobin></RecoveryNode>'
@@ -60,7 +60,7 @@ def test_a_round_robin_gives_each_child_its_turn_between_failures() -> None:
     assert [leaf(tree, name).ticks for name in "abc"] == [2, 2, 2], "b fails, so c has its turn at once"
 
 
-def test_a_reactive_sequence_stops_what_runs_when_its_guard_fails() -> None:
+def test_a_reactive_sequence_stops_when_its_guard_fails() -> None:
     tree = scripted(
         '<ReactiveSequence><Leaf name="guard" script="SSF"/><Leaf name="work" script="R"/></ReactiveSequence>'
     )
@@ -68,7 +68,7 @@ def test_a_reactive_sequence_stops_what_runs_when_its_guard_fails() -> None:
     assert leaf(tree, "work").stops == 1
 
 
-def test_a_reactive_fallback_stops_what_runs_when_an_earlier_child_succeeds() -> None:
+def test_a_reactive_fallback_stops_lower_priorities() -> None:
     tree = scripted(
         '<ReactiveFallback><Leaf name="done" script="FFS"/><Leaf name="work" script="R"/></ReactiveFallback>'
     )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from chefbot.behavior_tree.blackboard import Port, Ports
+from chefbot.behavior_tree.blackboard import NodePort, NodePorts
 from chefbot.behavior_tree.bt_xml import build_tree, read_tree_file
-from chefbot.behavior_tree.catalog import CONTROL_NODES, Catalog, Kind, NodeType
+from chefbot.behavior_tree.catalog import CONTROL_NODES, Catalog, NodeKind, NodeType
 from chefbot.behavior_tree.leaves import Leaf
 from chefbot.behavior_tree.tree import BehaviorTree
 
@@ -17,7 +17,7 @@ LETTER = {status: letter for letter, status in STATUS.items()}
 class Scripted(Leaf):
     """A leaf with a script such as `RRS`; the last letter repeats. It counts ticks and stops."""
 
-    def __init__(self, name: str, ports: Ports) -> None:
+    def __init__(self, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)
         self.ticks = self.stops = 0
 
@@ -32,7 +32,7 @@ class Scripted(Leaf):
 
 CATALOG: Catalog = {
     **CONTROL_NODES,
-    "Leaf": NodeType(Kind.ACTION, Scripted, (Port("script", str, default="S"),)),
+    "Leaf": NodeType(NodeKind.ACTION, Scripted, (NodePort("script", str, default="S"),)),
 }
 
 

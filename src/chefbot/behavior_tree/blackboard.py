@@ -66,7 +66,7 @@ class Blackboard:
         return self, key
 
 
-class Port(NamedTuple):
+class NodePort(NamedTuple):
     """A port of a node type: an attribute of its XML element.
 
     kind: type of its value; `object` for what only the blackboard can have, as a path. direction: `input` or
@@ -85,7 +85,7 @@ def key_of(text: str) -> str | None:
     return text[1:-1].strip() if text.startswith("{") and text.endswith("}") else None
 
 
-def parse_value(port: Port, text: str, where: str) -> object:
+def parse_value(port: NodePort, text: str, where: str) -> object:
     """Return the value that a text has for a port; BehaviorTreeError, beginning with `where`, if it is none."""
     if port.kind is object:
         raise BehaviorTreeError(
@@ -107,14 +107,14 @@ def parse_value(port: Port, text: str, where: str) -> object:
     return number
 
 
-class Ports:
+class NodePorts:
     """The ports of one node.
 
     texts: by name, the attributes of the node's element. where: names the node in errors.
     """
 
     def __init__(
-        self, ports: tuple[Port, ...], texts: Mapping[str, str], blackboard: Blackboard, where: str
+        self, ports: tuple[NodePort, ...], texts: Mapping[str, str], blackboard: Blackboard, where: str
     ) -> None:
         self.blackboard, self.where = blackboard, where
         self._ports = {port.name: port for port in ports}
@@ -124,7 +124,7 @@ class Ports:
         for port in ports:
             self._check(port)
 
-    def _check(self, port: Port) -> None:
+    def _check(self, port: NodePort) -> None:
         text = self.texts[port.name]
         if text is None:
             raise BehaviorTreeError(f"{self.where}: the attribute {port.name} is missing")

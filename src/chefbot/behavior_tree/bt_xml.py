@@ -13,8 +13,8 @@ from typing import NamedTuple
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 
-from chefbot.behavior_tree.blackboard import BehaviorTreeError, Blackboard, Ports, key_of
-from chefbot.behavior_tree.catalog import Catalog, Kind, NodeType
+from chefbot.behavior_tree.blackboard import BehaviorTreeError, Blackboard, NodePorts, key_of
+from chefbot.behavior_tree.catalog import Catalog, NodeKind, NodeType
 from chefbot.behavior_tree.tree import BehaviorTree
 from chefbot.errors import name_hint
 from chefbot.strict_xml import parse_xml
@@ -22,7 +22,7 @@ from chefbot.strict_xml import parse_xml
 FORMAT = "4"
 MAX_NODES = 2000
 """Maximum number of nodes with those of all subtrees: subtrees in subtrees can multiply."""
-EXPLICIT = {kind.value for kind in Kind}
+EXPLICIT = {kind.value for kind in NodeKind}
 """Elements that name their type in the attribute ID."""
 IGNORED = ("TreeNodesModel",)
 """Elements for editors of trees."""
@@ -129,7 +129,7 @@ class _Builder:
             )
         self._check_attributes(element, node_type, where)
         node = node_type.make(
-            element.get("name") or type_name, Ports(node_type.ports, element.attrib, blackboard, where)
+            element.get("name") or type_name, NodePorts(node_type.ports, element.attrib, blackboard, where)
         )
         self.types[id(node)] = type_name
         self._add_children(node, node_type, element, blackboard, inside)
@@ -199,7 +199,7 @@ def _element(tree: BehaviorTree, node: Behaviour) -> ET.Element:
     type_name = tree.type_of(node)
     element = ET.Element(type_name, {"name": node.name} if node.name != type_name else {})
     ports = getattr(node, "ports", None)
-    if isinstance(ports, Ports):
+    if isinstance(ports, NodePorts):
         for name, text in ports.given.items():
             element.set(name, text)
     element.extend(_element(tree, child) for child in node.children)

@@ -10,12 +10,12 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector, Sequence
 
 from chefbot.behavior_tree import controls, decorators
-from chefbot.behavior_tree.blackboard import Port, Ports
+from chefbot.behavior_tree.blackboard import NodePort, NodePorts
 
 MAX_CHILDREN = 1000
 
 
-class Kind(Enum):
+class NodeKind(Enum):
     """Kinds of nodes, with the names that BehaviorTree.CPP's XML has for them."""
 
     CONTROL = "Control"
@@ -27,9 +27,9 @@ class Kind(Enum):
 class NodeType(NamedTuple):
     """A type of nodes. `make` takes a name and the node's ports; children are added afterwards."""
 
-    kind: Kind
-    make: Callable[[str, Ports], Behaviour]
-    ports: tuple[Port, ...] = ()
+    kind: NodeKind
+    make: Callable[[str, NodePorts], Behaviour]
+    ports: tuple[NodePort, ...] = ()
     children: tuple[int, int] = (0, 0)
     """Minimum and maximum number of children."""
 
@@ -39,13 +39,15 @@ Catalog = Mapping[str, NodeType]
 
 
 def _control(
-    make: Callable[[str, Ports], Behaviour], *ports: Port, children: tuple[int, int] = (1, MAX_CHILDREN)
+    make: Callable[[str, NodePorts], Behaviour],
+    *ports: NodePort,
+    children: tuple[int, int] = (1, MAX_CHILDREN),
 ) -> NodeType:
-    return NodeType(Kind.CONTROL, make, ports, children)
+    return NodeType(NodeKind.CONTROL, make, ports, children)
 
 
-def _decorator(make: Callable[[str, Ports], Behaviour], *ports: Port) -> NodeType:
-    return NodeType(Kind.DECORATOR, make, ports, (1, 1))
+def _decorator(make: Callable[[str, NodePorts], Behaviour], *ports: NodePort) -> NodeType:
+    return NodeType(NodeKind.DECORATOR, make, ports, (1, 1))
 
 
 CONTROL_NODES: Catalog = {
@@ -55,25 +57,27 @@ CONTROL_NODES: Catalog = {
     "ReactiveFallback": _control(lambda name, _: Selector(name, memory=False)),
     "Parallel": _control(
         controls.Parallel,
-        Port("success_count", int, default="-1", minimum=-1),
-        Port("failure_count", int, default="1", minimum=-1),
+        NodePort("success_count", int, default="-1", minimum=-1),
+        NodePort("failure_count", int, default="1", minimum=-1),
     ),
     "PipelineSequence": _control(controls.PipelineSequence),
     "RecoveryNode": _control(
-        controls.RecoveryNode, Port("number_of_retries", int, default="1", minimum=0), children=(2, 2)
+        controls.RecoveryNode, NodePort("number_of_retries", int, default="1", minimum=0), children=(2, 2)
     ),
     "RoundRobin": _control(controls.RoundRobin),
     "Inverter": _decorator(decorators.Inverter),
     "ForceSuccess": _decorator(decorators.ForceSuccess),
     "ForceFailure": _decorator(decorators.ForceFailure),
     "KeepRunningUntilFailure": _decorator(decorators.KeepRunningUntilFailure),
-    "Repeat": _decorator(decorators.Repeat, Port("num_cycles", int, minimum=-1)),
+    "Repeat": _decorator(decorators.Repeat, NodePort("num_cycles", int, minimum=-1)),
     "RetryUntilSuccessful": _decorator(
-        decorators.RetryUntilSuccessful, Port("num_attempts", int, minimum=-1)
+        decorators.RetryUntilSuccessful, NodePort("num_attempts", int, minimum=-1)
     ),
-    "Timeout": _decorator(decorators.Timeout, Port("msec", float, minimum=0.0)),
-    "Delay": _decorator(decorators.Delay, Port("delay_msec", float, minimum=0.0)),
-    "RateController": _decorator(decorators.RateController, Port("hz", float, default="10.0", minimum=1e-3)),
+    "Timeout": _decorator(decorators.Timeout, NodePort("msec", float, minimum=0.0)),
+    "Delay": _decorator(decorators.Delay, NodePort("delay_msec", float, minimum=0.0)),
+    "RateController": _decorator(
+        decorators.RateController, NodePort("hz", float, default="10.0", minimum=1e-3)
+    ),
     "SingleTrigger": _decorator(decorators.SingleTrigger),
 }
 """Control nodes and decorators, which every tree can have."""

@@ -6,13 +6,14 @@ are the reactive ones. The others have the semantics, names and ports of nav2_be
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Composite
 
-from chefbot.behavior_tree.blackboard import Ports
+from chefbot.behavior_tree.blackboard import NodePorts
 
 
 def halt(child: Behaviour) -> None:
@@ -27,16 +28,16 @@ class ControlNode(Composite):
     A node that is stopped while it is running calls `reset`.
     """
 
-    def __init__(self, name: str, ports: Ports) -> None:
+    def __init__(self, name: str, ports: NodePorts) -> None:
         super().__init__(name)
         self.ports = ports
 
     def reset(self) -> None:
         """Begin with the first child again."""
 
+    @abstractmethod
     def decide(self) -> Status:
         """Tick children and return the status of the node."""
-        raise NotImplementedError
 
     def tick(self) -> Iterator[Behaviour]:
         """Tick the children that it is the turn of."""
@@ -94,7 +95,7 @@ class RecoveryNode(ControlNode):
     It fails when the second child fails, or after `number_of_retries` recoveries.
     """
 
-    def __init__(self, name: str, ports: Ports) -> None:
+    def __init__(self, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)
         self.retries = 0
         """Recoveries since the node began."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from chefbot.behavior_tree.blackboard import Ports
+from chefbot.behavior_tree.blackboard import NodePorts
 from chefbot.behavior_tree.controls import ControlNode, halt
 
 
@@ -140,7 +140,7 @@ class Delay(TimedDecorator):
 class RateController(Decorator):
     """Begins its child at most `hz` times a second; is running in between, also after the child's success."""
 
-    def __init__(self, name: str, ports: Ports) -> None:
+    def __init__(self, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)
         self._succeeded_ns: int | None = None
 

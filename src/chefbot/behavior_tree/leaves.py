@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from typing import Protocol
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from chefbot.behavior_tree.blackboard import Ports
+from chefbot.behavior_tree.blackboard import NodePorts
 
 
 class Pending(Protocol):
@@ -29,37 +30,37 @@ class Pending(Protocol):
 class Leaf(Behaviour):
     """Base class of a leaf with ports."""
 
-    def __init__(self, name: str, ports: Ports) -> None:
+    def __init__(self, name: str, ports: NodePorts) -> None:
         super().__init__(name)
         self.ports = ports
 
 
-class Condition(Leaf):
+class ConditionLeaf(Leaf):
     """Base class of a leaf that succeeds while `holds` is true."""
 
+    @abstractmethod
     def holds(self) -> bool:
         """Return whether the condition is true."""
-        raise NotImplementedError
 
     def update(self) -> Status:
         """Return SUCCESS or FAILURE."""
         return Status.SUCCESS if self.holds() else Status.FAILURE
 
 
-class Action(Leaf):
+class ActionLeaf(Leaf):
     """Base class of a leaf that begins something with its first tick and is running until that is done."""
 
-    def __init__(self, name: str, ports: Ports) -> None:
+    def __init__(self, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)
         self.pending: Pending | None = None
 
+    @abstractmethod
     def begin(self) -> Pending | None:
         """Begin the action; None if it is done at once."""
-        raise NotImplementedError
 
+    @abstractmethod
     def finish(self, result: object) -> Status:
         """Return the status that the result stands for, and write the outputs."""
-        raise NotImplementedError
 
     def initialise(self) -> None:
         """Begin the action."""

@@ -1,6 +1,6 @@
 """Leaves that navigate, with the names and ports of nav2_behavior_tree, and a few more.
 
-What they do is behind `NavigationServices`. Ports that select a plugin or a server are read and not used: the robot
+What they do is behind `NavigationServices`. NodePorts that select a plugin or a server are read and not used: the robot
 has one planner, one controller and one behavior server.
 """
 
@@ -12,9 +12,9 @@ from typing import Protocol
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from chefbot.behavior_tree.blackboard import Port, Ports
-from chefbot.behavior_tree.catalog import Catalog, Kind, NodeType
-from chefbot.behavior_tree.leaves import Action, Condition, Leaf, Pending
+from chefbot.behavior_tree.blackboard import NodePort, NodePorts
+from chefbot.behavior_tree.catalog import Catalog, NodeKind, NodeType
+from chefbot.behavior_tree.leaves import ActionLeaf, ConditionLeaf, Leaf, Pending
 from chefbot.msgs.nav2_msgs import ComputePathToPose_Result
 
 
@@ -61,17 +61,25 @@ class NavigationServices(Protocol):
 
 ENTIRE_COSTMAP = 1000.0
 """Radius that covers every costmap, m."""
+SELECTED_PLUGINS = {
+    "Planner": "planner",
+    "Controller": "controller",
+    "GoalChecker": "goal_checker",
+    "ProgressChecker": "progress_checker",
+    "Smoother": "smoother",
+}
+"""Plugins for which Nav2 has a selector, by the first part of its name."""
 ERROR_PORTS = (
-    Port("error_code_id", int, "output", ""),
-    Port("error_msg", str, "output", ""),
+    NodePort("error_code_id", int, "output", ""),
+    NodePort("error_msg", str, "output", ""),
 )
-SERVER_PORTS = (Port("server_name", str, default=""), Port("server_timeout", float, default="10"))
+SERVER_PORTS = (NodePort("server_name", str, default=""), NodePort("server_timeout", float, default="10"))
 
 
-class ServiceAction(Action):
+class ServiceAction(ActionLeaf):
     """Base class of an action that ends with an error code and a description."""
 
-    def __init__(self, services: NavigationServices, name: str, ports: Ports) -> None:
+    def __init__(self, services: NavigationServices, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)
         self.services = services
 
@@ -128,7 +136,7 @@ class FollowPath(GoalAction):
         return super().update()
 
 
-class Spin(ServiceAction):
+class SpinLeaf(ServiceAction):
     """Rotates in place by `spin_dist`."""
 
     def begin(self) -> Pending:
@@ -177,10 +185,10 @@ class Relocalize(GoalAction):
         return self.services.relocalize()
 
 
-class IsLocalized(Condition):
+class IsLocalized(ConditionLeaf):
     """Holds unless localization is lost."""
 
-    def __init__(self, services: NavigationServices, name: str, ports: Ports) -> None:
+    def __init__(self, services: NavigationServices, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)
         self._services = services
 
@@ -189,10 +197,10 @@ class IsLocalized(Condition):
         return self._services.is_localized()
 
 
-class WouldARecoveryHelp(Condition):
+class WouldARecoveryHelp(ConditionLeaf):
     """Holds if `error_code` is one that a recovery behavior may mend; not without an error."""
 
-    def __init__(self, services: NavigationServices, name: str, ports: Ports) -> None:
+    def __init__(self, services: NavigationServices, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)
         self._services = services
 
@@ -202,7 +210,7 @@ class WouldARecoveryHelp(Condition):
         return code != 0 and self._services.is_recoverable(code)
 
 
-class GoalUpdated(Condition):
+class GoalUpdated(ConditionLeaf):
     """Holds once after the blackboard's goal has changed."""
 
     _goal: object = None
@@ -214,7 +222,7 @@ class GoalUpdated(Condition):
         return before is not None and goal is not before
 
 
-class TimeExpired(Condition):
+class TimeExpired(ConditionLeaf):
     """Holds when `seconds` have passed since its first tick, and since it held last."""
 
     _since_ns: int | None = None
@@ -233,7 +241,7 @@ class TimeExpired(Condition):
 class PluginSelector(Leaf):
     """Writes the default of a selector, as nothing else can be selected."""
 
-    def __init__(self, plugin: str, name: str, ports: Ports) -> None:
+    def __init__(self, plugin: str, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)
         self._plugin = plugin
 
@@ -246,49 +254,53 @@ class PluginSelector(Leaf):
 def navigation_nodes(services: NavigationServices) -> Catalog:
     """Return the types of leaves that navigate by these services."""
 
-    def action(make: type[ServiceAction], *ports: Port) -> NodeType:
-        return NodeType(Kind.ACTION, partial(make, services), (*ports, *SERVER_PORTS, *ERROR_PORTS))
+    def action(make: type[ServiceAction], *ports: NodePort) -> NodeType:
+        return NodeType(NodeKind.ACTION, partial(make, services), (*ports, *SERVER_PORTS, *ERROR_PORTS))
 
-    def motion(make: type[ServiceAction], *ports: Port) -> NodeType:
+    def motion(make: type[ServiceAction], *ports: NodePort) -> NodeType:
         """Return the type of a motion of the behavior server."""
-        return action(make, *ports, Port("time_allowance", float, default="10.0", minimum=0.0))
+        return action(make, *ports, NodePort("time_allowance", float, default="10.0", minimum=0.0))
 
     recovery_helps = NodeType(
-        Kind.CONDITION, partial(WouldARecoveryHelp, services), (Port("error_code", int, default="0"),)
+        NodeKind.CONDITION, partial(WouldARecoveryHelp, services), (NodePort("error_code", int, default="0"),)
     )
-    service_name = Port("service_name", str, default="")
+    service_name = NodePort("service_name", str, default="")
     return {
         "ComputePathToPose": action(
             ComputePathToPose,
-            Port("goal", object),
-            Port("start", object, default=""),
-            Port("planner_id", str, default=""),
-            Port("path", object, "output", ""),
+            NodePort("goal", object),
+            NodePort("start", object, default=""),
+            NodePort("planner_id", str, default=""),
+            NodePort("path", object, "output", ""),
         ),
         "FollowPath": action(
             FollowPath,
-            Port("path", object),
-            Port("controller_id", str, default=""),
-            Port("goal_checker_id", str, default=""),
-            Port("progress_checker_id", str, default=""),
+            NodePort("path", object),
+            NodePort("controller_id", str, default=""),
+            NodePort("goal_checker_id", str, default=""),
+            NodePort("progress_checker_id", str, default=""),
         ),
-        "Spin": motion(Spin, Port("spin_dist", float, default="1.57")),
+        "Spin": motion(SpinLeaf, NodePort("spin_dist", float, default="1.57")),
         "BackUp": motion(
             BackUp,
-            Port("backup_dist", float, default="0.15", minimum=0.0),
-            Port("backup_speed", float, default="0.025", minimum=0.0),
+            NodePort("backup_dist", float, default="0.15", minimum=0.0),
+            NodePort("backup_speed", float, default="0.025", minimum=0.0),
         ),
-        "Wait": action(Wait, Port("wait_duration", float, default="1.0", minimum=0.0)),
+        "Wait": action(Wait, NodePort("wait_duration", float, default="1.0", minimum=0.0)),
         "ClearCostmapAroundRobot": action(
-            ClearCostmapAroundRobot, service_name, Port("reset_distance", float, default="1.0", minimum=0.0)
+            ClearCostmapAroundRobot,
+            service_name,
+            NodePort("reset_distance", float, default="1.0", minimum=0.0),
         ),
         "ClearEntireCostmap": action(ClearEntireCostmap, service_name),
         "Relocalize": action(Relocalize),
-        "IsLocalized": NodeType(Kind.CONDITION, partial(IsLocalized, services)),
+        "IsLocalized": NodeType(NodeKind.CONDITION, partial(IsLocalized, services)),
         "WouldAPlannerRecoveryHelp": recovery_helps,
         "WouldAControllerRecoveryHelp": recovery_helps,
-        "GoalUpdated": NodeType(Kind.CONDITION, GoalUpdated),
-        "TimeExpired": NodeType(Kind.CONDITION, TimeExpired, (Port("seconds", float, default="1.0"),)),
+        "GoalUpdated": NodeType(NodeKind.CONDITION, GoalUpdated),
+        "TimeExpired": NodeType(
+            NodeKind.CONDITION, TimeExpired, (NodePort("seconds", float, default="1.0"),)
+        ),
         **{
             f"{title}Selector": _selector(plugin)
             for title, plugin in (
@@ -303,15 +315,15 @@ def navigation_nodes(services: NavigationServices) -> Catalog:
 
 
 def _selector(plugin: str) -> NodeType:
-    def make(name: str, ports: Ports) -> Behaviour:
+    def make(name: str, ports: NodePorts) -> Behaviour:
         return PluginSelector(plugin, name, ports)
 
     return NodeType(
-        Kind.ACTION,
+        NodeKind.ACTION,
         make,
         (
-            Port(f"selected_{plugin}", str, "output", ""),
-            Port(f"default_{plugin}", str, default=""),
-            Port("topic_name", str, default=""),
+            NodePort(f"selected_{plugin}", str, "output", ""),
+            NodePort(f"default_{plugin}", str, default=""),
+            NodePort("topic_name", str, default=""),
         ),
     )

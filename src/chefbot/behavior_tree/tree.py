@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from chefbot.behavior_tree.blackboard import Blackboard
-from chefbot.behavior_tree.leaves import Action, Pending
+from chefbot.behavior_tree.leaves import ActionLeaf, Pending
 
 
 class NodeState(NamedTuple):
@@ -44,7 +44,7 @@ class BehaviorTree:
     @property
     def pending(self) -> list[Pending]:
         """What the running actions wait for."""
-        nodes = (node for node in self.root.iterate() if isinstance(node, Action))
+        nodes = (node for node in self.root.iterate() if isinstance(node, ActionLeaf))
         return [node.pending for node in nodes if node.pending is not None and not node.pending.done]
 
     def type_of(self, node: Behaviour) -> str:

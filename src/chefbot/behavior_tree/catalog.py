@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from enum import Enum
+from functools import partial
 from typing import NamedTuple
 
 from py_trees.behaviour import Behaviour
@@ -33,6 +35,12 @@ class NodeType(NamedTuple):
     children: tuple[int, int] = (0, 0)
     """Minimum and maximum number of children."""
 
+    @property
+    def description(self) -> str:
+        """What such a node does, from the docstring of its class or factory."""
+        make = self.make.func if isinstance(self.make, partial) else self.make
+        return inspect.getdoc(make) or ""
+
 
 Catalog = Mapping[str, NodeType]
 """Types of nodes by name."""
@@ -50,11 +58,31 @@ def _decorator(make: Callable[[str, NodePorts], Behaviour], *ports: NodePort) ->
     return NodeType(NodeKind.DECORATOR, make, ports, (1, 1))
 
 
+def sequence(name: str, _: NodePorts) -> Behaviour:
+    """Ticks one child after the other while they succeed; resumes at the one that is running; fails with any."""
+    return Sequence(name, memory=True)
+
+
+def reactive_sequence(name: str, _: NodePorts) -> Behaviour:
+    """Like `Sequence`, but ticks all from the first one each time: conditions that no longer hold stop the rest."""
+    return Sequence(name, memory=False)
+
+
+def fallback(name: str, _: NodePorts) -> Behaviour:
+    """Ticks one child after the other until one succeeds; resumes at the one that is running; fails if all fail."""
+    return Selector(name, memory=True)
+
+
+def reactive_fallback(name: str, _: NodePorts) -> Behaviour:
+    """Like `Fallback`, but ticks all from the first one each time: one that succeeds stops those after it."""
+    return Selector(name, memory=False)
+
+
 CONTROL_NODES: Catalog = {
-    "Sequence": _control(lambda name, _: Sequence(name, memory=True)),
-    "ReactiveSequence": _control(lambda name, _: Sequence(name, memory=False)),
-    "Fallback": _control(lambda name, _: Selector(name, memory=True)),
-    "ReactiveFallback": _control(lambda name, _: Selector(name, memory=False)),
+    "Sequence": _control(sequence),
+    "ReactiveSequence": _control(reactive_sequence),
+    "Fallback": _control(fallback),
+    "ReactiveFallback": _control(reactive_fallback),
     "Parallel": _control(
         controls.Parallel,
         NodePort("success_count", int, default="-1", minimum=-1),

@@ -1,6 +1,6 @@
 """Leaves that navigate, with the names and ports of nav2_behavior_tree, and a few more.
 
-What they do is behind `NavigationServices`. NodePorts that select a plugin or a server are read and not used: the robot
+What they do is behind `NavigationServices`. Ports that select a plugin or a server are read and not used: the robot
 has one planner, one controller and one behavior server.
 """
 
@@ -9,7 +9,6 @@ from __future__ import annotations
 from functools import partial
 from typing import Protocol
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from chefbot.behavior_tree.blackboard import NodePort, NodePorts
@@ -61,6 +60,7 @@ class NavigationServices(Protocol):
 
 ENTIRE_COSTMAP = 1000.0
 """Radius that covers every costmap, m."""
+TIME_ALLOWANCE = NodePort("time_allowance", float, default="10.0", minimum=0.0)
 SELECTED_PLUGINS = {
     "Planner": "planner",
     "Controller": "controller",
@@ -257,10 +257,6 @@ def navigation_nodes(services: NavigationServices) -> Catalog:
     def action(make: type[ServiceAction], *ports: NodePort) -> NodeType:
         return NodeType(NodeKind.ACTION, partial(make, services), (*ports, *SERVER_PORTS, *ERROR_PORTS))
 
-    def motion(make: type[ServiceAction], *ports: NodePort) -> NodeType:
-        """Return the type of a motion of the behavior server."""
-        return action(make, *ports, NodePort("time_allowance", float, default="10.0", minimum=0.0))
-
     recovery_helps = NodeType(
         NodeKind.CONDITION, partial(WouldARecoveryHelp, services), (NodePort("error_code", int, default="0"),)
     )
@@ -280,9 +276,10 @@ def navigation_nodes(services: NavigationServices) -> Catalog:
             NodePort("goal_checker_id", str, default=""),
             NodePort("progress_checker_id", str, default=""),
         ),
-        "Spin": motion(SpinLeaf, NodePort("spin_dist", float, default="1.57")),
-        "BackUp": motion(
+        "Spin": action(SpinLeaf, NodePort("spin_dist", float, default="1.57"), TIME_ALLOWANCE),
+        "BackUp": action(
             BackUp,
+            TIME_ALLOWANCE,
             NodePort("backup_dist", float, default="0.15", minimum=0.0),
             NodePort("backup_speed", float, default="0.025", minimum=0.0),
         ),
@@ -315,15 +312,9 @@ def navigation_nodes(services: NavigationServices) -> Catalog:
 
 
 def _selector(plugin: str) -> NodeType:
-    def make(name: str, ports: NodePorts) -> Behaviour:
-        return PluginSelector(plugin, name, ports)
-
-    return NodeType(
-        NodeKind.ACTION,
-        make,
-        (
-            NodePort(f"selected_{plugin}", str, "output", ""),
-            NodePort(f"default_{plugin}", str, default=""),
-            NodePort("topic_name", str, default=""),
-        ),
+    ports = (
+        NodePort(f"selected_{plugin}", str, "output", ""),
+        NodePort(f"default_{plugin}", str, default=""),
+        NodePort("topic_name", str, default=""),
     )
+    return NodeType(NodeKind.ACTION, partial(PluginSelector, plugin), ports)

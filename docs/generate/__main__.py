@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from generate.api import write_api
+from generate.behavior_trees import write_behavior_trees
 from generate.buildings import write_buildings
 from generate.commands import write_commands
 from generate.faults import write_faults
@@ -19,6 +20,7 @@ def write_all(folder: Path) -> None:
     write_api(folder / "api")
     write_launches(folder / "launches.rst")
     write_nodes(folder / "nodes.rst")
+    write_behavior_trees(folder / "behavior_trees.rst")
     write_buildings(folder / "buildings.rst")
     write_faults(folder / "faults.rst")
     write_robots(folder / "robots.rst")

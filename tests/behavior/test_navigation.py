@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.behavior.navigation_progress import FEEDBACK_PERIOD_NS, NavigationProgress, NavigationState
-from chefbot.behavior.recovery import RecoverySequencer, recovery_sequence
 from chefbot.behavior.relocalization import (
     LOCALIZED_UPDATES_REQUIRED,
     MAX_SPIN_STEPS,
@@ -29,22 +28,6 @@ STUCK = 105
 
 def update(monitor: LocalizationMonitor, localized: bool) -> None:
     monitor.process(LocalizationStatus(Header(), localized))
-
-
-@given(st.integers(1, 5), st.booleans())
-def test_every_behavior_runs_once_a_round_before_the_goal_fails(rounds: int, forward_only: bool) -> None:
-    recovery, behaviors = RecoverySequencer(forward_sensing_only=forward_only), []
-    while not recovery.gives_up(STUCK, rounds):
-        behaviors.append(recovery.next())
-    assert tuple(behaviors) == rounds * recovery_sequence(forward_sensing_only=forward_only)
-    assert recovery.count == len(behaviors)
-    recovery.restart()
-    assert not recovery.gives_up(STUCK, rounds) and recovery.next() is behaviors[0]
-
-
-@pytest.mark.parametrize("code", [204, 104])
-def test_no_behavior_helps_against_some_errors(code: int) -> None:
-    assert RecoverySequencer(forward_sensing_only=False).gives_up(code, 2)
 
 
 @given(st.lists(st.booleans(), max_size=20))

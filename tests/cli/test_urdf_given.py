@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from chefbot.cli.robot.foreign.urdf_given import check_given
 from chefbot.design.export.urdf import urdf
 from chefbot.design.export.urdf_check import check_urdf
-from chefbot.design.export.xml_text import parse_xml
+from chefbot.design.export.urdf_xml import parse_urdf_xml
 from chefbot.errors import ChefbotError
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.load import load_robot
@@ -126,7 +126,7 @@ def test_a_valid_urdf_gives_its_tree_and_finds_its_meshes(tmp_path: Path) -> Non
 
 def test_our_own_urdf_passes() -> None:
     machine = load_robot("chefbot")
-    tree = check_urdf(parse_xml(urdf(machine).encode(), "ours"), "ours")
+    tree = check_urdf(parse_urdf_xml(urdf(machine).encode(), "ours"), "ours")
     assert sum(branch.mass for branch in tree) == pytest.approx(total_mass(machine))
     assert tree[0].link == "base_footprint"
 
@@ -194,6 +194,6 @@ OURS = urdf(load_robot("chefbot")).encode()
 @given(at=st.integers(0, len(OURS) - 1), cut=st.integers(0, 60), put=st.binary(max_size=12))
 def test_a_damaged_urdf_passes_or_gives_one_sentence(at: int, cut: int, put: bytes) -> None:
     try:
-        check_urdf(parse_xml(OURS[:at] + put + OURS[at + cut :], "it"), "it")
+        check_urdf(parse_urdf_xml(OURS[:at] + put + OURS[at + cut :], "it"), "it")
     except ChefbotError as error:
         assert str(error).startswith("it")

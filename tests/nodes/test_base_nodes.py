@@ -11,7 +11,6 @@ import pytest
 from tests.support.nodes import NodeRunner, StationaryRobot, commanded_speeds, send_goal_and_run
 
 from chefbot.behavior.motion_errors import BACK_UP, DRIVE
-from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams
 from chefbot.costmap.params import LOCAL_COSTMAP, CostmapParams
 from chefbot.delivery.params import DeliveryParams
 from chefbot.errors import UserError
@@ -68,17 +67,17 @@ class MapWaiter(FrontierMapNode):
 
 
 class Patient(RecoveryBehaviorsNode):
-    """Recovers in the one way that it is told to, and notes the time."""
+    """Clears the costmaps when a test lets it, and notes the time."""
 
     params: NoParams
     done: Out[Float64]
 
-    def recover(self, behavior: RecoveryBehavior) -> None:
-        self.spawn(self._timed(behavior))
+    def clear(self, radius: float) -> None:
+        self.spawn(self._timed(radius))
 
-    async def _timed(self, behavior: RecoveryBehavior) -> None:
+    async def _timed(self, radius: float) -> None:
         start_ns = self.now_ns
-        await self._recover(behavior, RecoveryParams(wait=3.0, clear_radius=0.7))
+        await self._clear_costmaps(radius)
         self.done.publish(Float64((self.now_ns - start_ns) / 1e9))
 
 
@@ -110,13 +109,10 @@ def test_a_wait_for_a_map_ends_with_the_map_or_the_timeout() -> None:
 def test_clearing_asks_all_costmaps_and_waits_for_the_sensors() -> None:
     runner = NodeRunner({"patient": f"{__name__}:Patient"}, {})
     node: Any = runner.system.nodes["patient"]
-    node.recover(RecoveryBehavior.CLEAR)
+    node.clear(0.7)
     runner.run(5.0)
     assert [one.data for one in runner.messages("clear_costmaps")] == [0.7]
     assert [one.data for one in runner.messages("done")] == pytest.approx([COSTMAP_REFRESH_TIME])
-    node.recover(RecoveryBehavior.WAIT)
-    runner.run(5.0)
-    assert [one.data for one in runner.messages("done")][1:] == pytest.approx([3.0])
 
 
 def test_localization_is_lost_and_found_by_its_status() -> None:

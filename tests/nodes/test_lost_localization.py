@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 from tests.support.nodes import NodeRunner, StationaryRobot
 
-from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams
 from chefbot.behavior.relocalization import LOCALIZED_UPDATES_REQUIRED, MAX_SPIN_STEPS
 from chefbot.control.waiting_state import LOST
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped, Twist
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
 from chefbot.msgs.nav2_msgs import (
     BackUp,
     BackUp_Goal,
@@ -30,7 +30,7 @@ from chefbot.msgs.nav2_msgs import (
     Spin_Result,
 )
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.nodes.navigator import PATIENCE_EXCEEDED
+from chefbot.nodes.navigation.tree_services import PATIENCE_EXCEEDED
 from chefbot.ros2.rmw.action_client import new_goal_id
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.coroutines import Future
@@ -184,11 +184,11 @@ def test_a_lost_robot_does_not_back_up() -> None:
     navigation = NavigationWithGoal()
     node: Any = navigation.runner.system.nodes["navigator"]
     navigation.publish_status(True)
-    backing = node.spawn(node._recover(RecoveryBehavior.BACK_UP, RecoveryParams()))
+    backing = node.spawn(node._back_up(BackUp_Goal(Point(-0.2), 0.1, Duration.of(5.0))))
     navigation.runner.run(0.2)
     assert navigation.controller.backup.busy and not backing.done
     navigation.publish_status(False)
     assert backing.done and not navigation.controller.backup.busy
-    backing = node.spawn(node._recover(RecoveryBehavior.BACK_UP, RecoveryParams()))
+    backing = node.spawn(node._back_up(BackUp_Goal(Point(-0.2), 0.1, Duration.of(5.0))))
     navigation.runner.run(0.1)
     assert backing.done and not navigation.controller.backup.busy

@@ -20,7 +20,7 @@ from tests.support.mutants.mutations import _png_chunk
 
 from chefbot.config import ConfigError, parse_yaml
 from chefbot.design.errors import DesignError
-from chefbot.design.export.xml_text import UrdfError, parse_xml
+from chefbot.design.export.urdf_xml import UrdfError, parse_urdf_xml
 from chefbot.design.sizing.robot_file_editor import Change, changed
 from chefbot.errors import ChefbotError, UserError
 from chefbot.mapping.image_format import MapFormatError, decode_image
@@ -232,7 +232,7 @@ def test_xml_has_a_limited_number_of_parts(kind: str) -> None:
     many = " ".join(f'a{i}=""' for i in range(300_000))
     text = "<r>" + "<a/>" * 300_000 + "</r>" if kind == "elements" else f"<r {many}/>"
     with pytest.raises(UrdfError, match="elements and attributes"):
-        parse_xml(text.encode(), "it")
+        parse_urdf_xml(text.encode(), "it")
 
 
 def test_what_only_one_parser_accepts_is_a_sentence(tmp_path: Path) -> None:

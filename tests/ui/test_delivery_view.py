@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams, recovery_sequence
 from chefbot.delivery import status_messages
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
@@ -90,12 +89,3 @@ def test_unserved_tables_are_listed() -> None:
     assert "the place on the map" in status_messages.on_the_way("") and "table 1" in status_messages.at(
         "table_1"
     )
-
-
-@pytest.mark.parametrize("forward", [True, False])
-def test_every_recovery_behavior_runs_once_per_round(forward: bool) -> None:
-    order = recovery_sequence(forward_sensing_only=forward)
-    assert sorted(order, key=str) == sorted(RecoveryBehavior, key=str)
-    spin, clear = order.index(RecoveryBehavior.SPIN), order.index(RecoveryBehavior.CLEAR)
-    assert (spin < clear) == forward and order.index(RecoveryBehavior.BACK_UP) > clear
-    assert RecoveryParams().rounds >= 1

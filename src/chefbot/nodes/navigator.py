@@ -1,28 +1,35 @@
-"""The navigator: plans, follows, replans periodically, and runs recovery behaviors."""
+"""The navigator: runs the behavior tree of a goal, which plans, follows, replans and recovers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+from py_trees.common import Status
+
 from chefbot.behavior.navigation_progress import NavigationProgress, NavigationState
-from chefbot.behavior.recovery import NavigatorParams, RecoverySequencer
-from chefbot.behavior.relocalization import LOST
+from chefbot.behavior.recovery import NavigatorParams
+from chefbot.behavior_tree.leaves import Pending
+from chefbot.behavior_tree.navigation_tree import NavigationTrees
+from chefbot.behavior_tree.tree import BehaviorTree
 from chefbot.msgs import nav2_msgs as nav2
-from chefbot.msgs.chefbot_msgs import NavigationStatus
+from chefbot.msgs.chefbot_msgs import LocalizationStatus, NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header
-from chefbot.nodes.navigation.path_request import PathRequestNode
+from chefbot.nodes.navigation.tree_services import TreeServicesNode
 from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.coroutines import Cancelled, Future, wait_any
 from chefbot.runtime.node import In, Out, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
-PATIENCE_EXCEEDED, NO_VALID_CONTROL = 104, 106
-"""Error codes of nav2_msgs/action/FollowPath: not localized in time; here also: the emergency stop is active."""
+NO_VALID_CONTROL, UNKNOWN = 106, 100
+"""Error codes of nav2_msgs/action/FollowPath; here: the emergency stop is active, no action had an error."""
+TICK_PERIOD = 0.1
+"""Maximum time between two ticks of the tree, s; it is also ticked when something that it waits for is done."""
+NO_ERROR = "The behavior tree failed without an error of an action."
 
 
-class NavigatorNode(PathRequestNode):
+class NavigatorNode(TreeServicesNode):
     """Serves navigate_to_pose; also accepts goals on the topic `goal_pose`, as RViz publishes them."""
 
     live_params = ("*",)  # from the next plan or recovery on
@@ -31,7 +38,6 @@ class NavigatorNode(PathRequestNode):
     cancel: In[Empty]
     emergency_stop: In[Bool]
     navigate_to_pose = action_server(nav2.NavigateToPose)
-    follow_path = action_client(nav2.FollowPath)
     navigate_to_pose_client = action_client(nav2.NavigateToPose, "navigate_to_pose")
     navigation_status: Out[NavigationStatus] = topic(latched=True)
     navigation_goal: Out[PoseStamped]
@@ -39,10 +45,12 @@ class NavigatorNode(PathRequestNode):
     def start(self) -> None:
         """Start idle, without a goal."""
         super().start()
-        self._recovery = RecoverySequencer(forward_sensing_only=not self.robot.sensors.covers_rear)
+        self._trees = NavigationTrees(self.services, self.robot, self.params.behavior_tree)
         self._progress = NavigationProgress()
         self._publish_feedback: Callable[[], None] = lambda: None
         self._state = NavigationState()
+        self._wake: Future[None] = Future()
+        self._watched: list[Pending] = []
         self._publish_status("idle", "")
 
     def on_goal_pose(self, goal: PoseStamped) -> None:
@@ -75,64 +83,59 @@ class NavigatorNode(PathRequestNode):
     async def on_navigate_to_pose(
         self, goal: nav2.NavigateToPose_Goal, feedback: Callable[[nav2.NavigateToPose_Feedback], None]
     ) -> nav2.NavigateToPose_Result:
-        """Navigate to the goal; after a failure run the next recovery behavior and try again."""
+        """Run the behavior tree until the goal is reached, or the tree has failed."""
         if is_pressed(self.emergency_stop.last):
             return self._end(NO_VALID_CONTROL, REFUSED)
-        self._recovery.restart()
+        self._restart_services()
         self._progress.restart(self.now_ns)
         self._publish_feedback = lambda: feedback(
-            self._progress.feedback(self.now_ns, self._current_pose(), self._recovery.count)
+            self._progress.feedback(self.now_ns, self._current_pose(), self._recoveries)
         )
         self.navigation_goal.publish(goal.pose)
+        self._publish_feedback()
+        tree = self._trees.new_tree(goal.pose)
         try:
-            while True:
-                self._publish_feedback()
-                code, sentence = await self._plan_and_follow(goal.pose)
-                if not code or self._recovery.gives_up(code, self.params.recovery.rounds):
-                    return self._end(code, sentence)
-                behavior = self._recovery.next()
-                self._publish_status("recovering", sentence)
-                await self._recover(behavior, self.params.recovery)
+            reached = await self._run(tree)
         except Cancelled:
             self._publish_status("idle", "The goal was cancelled.")
             raise
+        finally:
+            tree.halt()
+        return (
+            self._end(0, "")
+            if reached
+            else self._end(*(self._failure if self._failure[0] else (UNKNOWN, NO_ERROR)))
+        )
+
+    async def _run(self, tree: BehaviorTree) -> bool:
+        """Tick the tree until it has ended; return whether it succeeded."""
+        while True:
+            self._trees.set_params(tree, self.params)
+            status = tree.tick(self.now_ns)
+            if status is not Status.RUNNING:
+                return status is Status.SUCCESS
+            self._watch(tree.pending)
+            self._wake = Future()
+            await wait_any(self._wake, self.sleep(TICK_PERIOD))
+
+    def _watch(self, pending: list[Pending]) -> None:
+        """Wake the tree as soon as one of these is done."""
+        for one in pending:
+            if one not in self._watched:
+                one.add_done_callback(lambda: self._wake.set_result(None))
+        self._watched = pending
+
+    def on_localization_status(self, status: LocalizationStatus) -> None:
+        """Wake the tree when localization is lost."""
+        super().on_localization_status(status)
+        if self._localization.is_lost:
+            self._wake.set_result(None)
 
     def _end(self, code: int, sentence: str) -> nav2.NavigateToPose_Result:
         """Publish the end of a goal and return its result; code 0 if it is reached."""
         sentence = sentence if code else ""
         self._publish_status("idle", sentence)
         return nav2.NavigateToPose_Result(code, sentence)
-
-    async def _plan_and_follow(self, goal: PoseStamped) -> tuple[int, str]:
-        """Plan and follow, replanning every `replan_period`, until the controller succeeds or fails.
-
-        Returns the error code, 0 once the goal is reached, and the error message.
-        """
-        following: Future[nav2.FollowPath_Result] | None = None
-        try:
-            while True:
-                # relocalize first if localization is lost
-                if self._localization.is_lost:
-                    if following is not None:
-                        following.discard()
-                    self._publish_status("recovering", LOST)
-                    fault = await self._relocalize()
-                    if fault:
-                        return PATIENCE_EXCEEDED, fault
-                # plan
-                planned = await self._plan(goal)
-                if planned.error_code != 0:
-                    return planned.error_code, planned.error_msg
-                self._publish_status("driving", "")
-                # follow the path until it ends, the next plan is due or localization is lost
-                following = self.follow_path.call(nav2.FollowPath_Goal(planned.path))
-                self._localization_lost = Future()
-                await wait_any(following, self.sleep(self.params.replan_period), self._localization_lost)
-                if following.done:
-                    return following.result().error_code, following.result().error_msg
-        finally:
-            if following is not None:
-                following.discard()
 
     def _current_pose(self) -> PoseStamped:
         try:
@@ -143,5 +146,5 @@ class NavigatorNode(PathRequestNode):
     def _publish_status(self, state: str, reason: str) -> None:
         self._state.state, self._state.reason = state, reason
         waiting_reason = self.standing.last.data if self.standing.last else ""
-        status = self._state.message(self.now_ns, self._recovery.count, waiting_reason, self._limit)
+        status = self._state.message(self.now_ns, self._recoveries, waiting_reason, self._limit)
         self.navigation_status.publish(status)

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from chefbot.config import read_bytes
-from chefbot.design.export.xml_text import parse_xml
+from chefbot.design.export.urdf_xml import parse_urdf_xml
 from chefbot.errors import UserError
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
@@ -40,4 +40,6 @@ def _is_package(folder: Path, name: str) -> bool:
     if not manifest.is_file():
         return folder.name == name
     where = f"package manifest {manifest}"
-    return parse_xml(read_bytes(manifest, "package manifest"), where).findtext("name", "").strip() == name
+    return (
+        parse_urdf_xml(read_bytes(manifest, "package manifest"), where).findtext("name", "").strip() == name
+    )

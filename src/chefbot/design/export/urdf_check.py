@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chefbot.design.export.xml_text import UrdfError
+from chefbot.design.export.urdf_xml import UrdfError
 from chefbot.errors import name_hint
 from chefbot.robot.geometry.shapes import TENSOR
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from chefbot.behavior.recovery import RecoveryBehavior, RecoveryParams
+from collections.abc import Coroutine
+from typing import Any
+
+from chefbot.behavior.motion_errors import BACK_UP
 from chefbot.behavior.relocalization import (
+    LOST,
     YIELD_TIME,
     LocalizationMonitor,
     Relocalization,
     RelocalizationStep,
 )
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
-from chefbot.msgs.nav2_msgs import BackUp, Spin, Spin_Goal, Spin_Result
+from chefbot.msgs.nav2_msgs import BackUp, BackUp_Goal, BackUp_Result, Spin, Spin_Goal, Spin_Result
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Future, wait_any
@@ -76,25 +80,33 @@ class RecoveryBehaviorsNode(Node):
         except Cancelled:
             return None
 
-    async def _back_up(self, params: RecoveryParams) -> None:
+    async def _back_up(self, goal: BackUp_Goal) -> BackUp_Result:
         """Back up, but not while localization is lost: relocalization comes first."""
         if self._localization.is_lost:
-            return
-        backing = self.backup.call(params.back_up_goal(self.robot))
+            return BackUp_Result(error_code=BACK_UP.unknown, error_msg=LOST)
+        backing = self.backup.call(goal)
         self._localization_lost = Future()
         await wait_any(backing, self._localization_lost)
         if backing.done:
-            backing.result()
-        else:
-            backing.discard()
+            return backing.result()
+        backing.discard()
+        return BackUp_Result(error_code=BACK_UP.unknown, error_msg=LOST)
 
-    async def _recover(self, behavior: RecoveryBehavior, params: RecoveryParams) -> None:
-        if behavior is RecoveryBehavior.CLEAR:
-            self.clear_costmaps.publish(Float64(params.clear_radius))
-            await self.sleep(COSTMAP_REFRESH_TIME)
-        elif behavior is RecoveryBehavior.SPIN:
-            await self.spin.call(params.spin_goal)
-        elif behavior is RecoveryBehavior.BACK_UP:
-            await self._back_up(params)
-        else:
-            await self.sleep(params.wait)
+    async def _clear_costmaps(self, radius: float) -> None:
+        """Clear obstacles within a radius (m), and wait until the sensors have marked what is there."""
+        self.clear_costmaps.publish(Float64(radius))
+        await self.sleep(COSTMAP_REFRESH_TIME)
+
+    def _pending(self, work: Coroutine[Any, Any, object]) -> Future[object]:
+        """Run a coroutine as a task that is cancelled when its future is discarded."""
+        task = self.spawn(work)
+        future: Future[object] = Future(on_cancel=task.cancel)
+
+        def settle() -> None:
+            try:
+                future.set_result(task.result())
+            except Exception as error:
+                future.set_exception(error)
+
+        task.add_done_callback(settle)
+        return future

@@ -12,7 +12,7 @@ from chefbot.cli.robot.packages import package_folder
 from chefbot.config import read_bytes
 from chefbot.design.export.urdf_check import Branch, check_urdf, mesh_names
 from chefbot.design.export.urdf_xacro import XACRO
-from chefbot.design.export.xml_text import parse_xml
+from chefbot.design.export.urdf_xml import parse_urdf_xml
 from chefbot.errors import UserError
 
 
@@ -31,11 +31,11 @@ def expanded(path: Path) -> ET.Element:
     root = _read(path)
     if path.suffix != ".xacro" and not any(_in_xacro(element) for element in root.iter()):
         return root
-    return parse_xml(expand(path), f"robot description {path}, expanded by xacro")
+    return parse_urdf_xml(expand(path), f"robot description {path}, expanded by xacro")
 
 
 def _read(path: Path) -> ET.Element:
-    return parse_xml(read_bytes(path, "robot description", MAX_BYTES), f"robot description {path}")
+    return parse_urdf_xml(read_bytes(path, "robot description", MAX_BYTES), f"robot description {path}")
 
 
 def _in_xacro(element: ET.Element) -> bool:

@@ -23,8 +23,8 @@ import yaml
 
 from chefbot.cli.robot.foreign.confinement import confine
 from chefbot.cli.robot.foreign.xacro_files import FileKind, Files, GivenFile
+from chefbot.design.export.urdf_xml import parse_urdf_xml
 from chefbot.design.export.xacro_expression import Function, builtin_functions, evaluate, math_names
-from chefbot.design.export.xml_text import parse_xml
 from chefbot.errors import UserError
 
 MAX_INCLUDES = 30
@@ -158,7 +158,7 @@ class _Sandbox:
             raise UserError(f"{name} includes itself, possibly by other files; remove the circular include")
         if len(above) > MAX_INCLUDES:
             raise UserError(f"{name}: includes are nested more than {MAX_INCLUDES} deep")
-        parse_xml(file.data, f"robot description {name}")
+        parse_urdf_xml(file.data, f"robot description {name}")
         return xml.dom.minidom.parseString(file.data)
 
 

@@ -1,0 +1,100 @@
+"""The services of a navigation tree, by the clients of the navigator."""
+
+from __future__ import annotations
+
+from typing import cast
+
+from chefbot.behavior.recovery import UNRECOVERABLE_ERRORS
+from chefbot.behavior.relocalization import LOST
+from chefbot.behavior_tree.leaves import Pending
+from chefbot.msgs import nav2_msgs as nav2
+from chefbot.msgs.builtin_interfaces import Duration
+from chefbot.msgs.geometry_msgs import Point, PoseStamped
+from chefbot.msgs.nav_msgs import Path
+from chefbot.nodes.navigation.path_request import PathRequestNode
+from chefbot.runtime.actions import action_client
+
+PATIENCE_EXCEEDED = 104
+"""Error code of nav2_msgs/action/FollowPath; here also: not localized in time."""
+
+
+class TreeServicesNode(PathRequestNode):
+    """Base class of a node whose behavior tree navigates. It keeps the last failure, and counts recoveries."""
+
+    follow_path = action_client(nav2.FollowPath)
+
+    def start(self) -> None:
+        """Start without a failure."""
+        super().start()
+        self.services = NodeServices(self)
+        self._restart_services()
+
+    def _restart_services(self) -> None:
+        """Forget the failures and recoveries of the goal before."""
+        self._failure: tuple[int, str] = (0, "")
+        self._recoveries = 0
+
+    def _begin_recovery(self) -> None:
+        self._recoveries += 1
+        self._publish_status("recovering", self._failure[1])
+
+    def _publish_status(self, state: str, reason: str) -> None:
+        """Publish what the node does, and why."""
+
+
+class NodeServices:
+    """The services of `navigation_nodes`, by one node."""
+
+    def __init__(self, node: TreeServicesNode) -> None:
+        self._node = node
+
+    def is_localized(self) -> bool:
+        """Return whether localization is not lost."""
+        return not self._node._localization.is_lost
+
+    def is_recoverable(self, error_code: int) -> bool:
+        """Return whether a recovery behavior may help against an error."""
+        return error_code not in UNRECOVERABLE_ERRORS
+
+    def note_failure(self, error_code: int, error_msg: str) -> None:
+        """Keep why the goal was not reached this time."""
+        self._node._failure = error_code, error_msg
+
+    def relocalize(self) -> Pending:
+        """Rotate in place until localization has converged."""
+        self._node._publish_status("recovering", LOST)
+        return self._node._pending(self._relocalize())
+
+    async def _relocalize(self) -> nav2.FollowPath_Result:
+        fault = await self._node._relocalize()
+        return nav2.FollowPath_Result(error_code=PATIENCE_EXCEEDED if fault else 0, error_msg=fault)
+
+    def compute_path(self, goal: object) -> Pending:
+        """Plan a path to a PoseStamped."""
+        return self._node._pending(self._node._plan(cast(PoseStamped, goal)))
+
+    def follow_path(self, path: object) -> Pending:
+        """Follow a Path; the controller preempts the one before."""
+        self._node._publish_status("driving", "")
+        return self._node.follow_path.call(nav2.FollowPath_Goal(cast(Path, path)))
+
+    def spin(self, angle: float, time_allowance: float) -> Pending:
+        """Rotate in place."""
+        self._node._begin_recovery()
+        return self._node.spin.call(nav2.Spin_Goal(angle, Duration.of(time_allowance)))
+
+    def back_up(self, distance: float, speed: float, time_allowance: float) -> Pending:
+        """Back up."""
+        self._node._begin_recovery()
+        goal = nav2.BackUp_Goal(Point(-distance), speed, Duration.of(time_allowance))
+        return self._node._pending(self._node._back_up(goal))
+
+    def wait(self, seconds: float) -> Pending:
+        """Stand for a time."""
+        self._node._begin_recovery()
+        return self._node.sleep(seconds)
+
+    def clear_costmaps(self, radius: float) -> Pending:
+        """Clear obstacles within a radius in all costmaps."""
+        self._node._begin_recovery()
+        return self._node._pending(self._node._clear_costmaps(radius))

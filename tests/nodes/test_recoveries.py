@@ -60,8 +60,8 @@ class NoPath(Node):
         return BackUp_Result()
 
 
-def recoveries(robot: str) -> list[str]:
-    """Return the recovery behaviors in the order in which a navigator without a path starts them."""
+def published_by(robot: str) -> list[Publication]:
+    """Return what is published while a navigator without a path has a goal."""
     system = NodeContainer(Loop(StepClock()), load_robot(robot), 1)
     published: list[Publication] = []
     system.loop.add_observer(published.append)
@@ -71,12 +71,17 @@ def recoveries(robot: str) -> list[str]:
     goal = PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 0.0, 0.0)))
     system.loop.publish("goal_pose", goal, "test")
     system.loop.run(until_ns=60_000_000_000)
+    return published
+
+
+def recoveries(robot: str) -> list[str]:
+    """Return the recovery behaviors in the order in which a navigator without a path starts them."""
     behaviors = {
         "clear_costmaps": "clear",
         "spin/_action/send_goal": "spin",
         "backup/_action/send_goal": "back",
     }
-    return [behaviors[item.topic] for item in published if item.topic in behaviors]
+    return [behaviors[item.topic] for item in published_by(robot) if item.topic in behaviors]
 
 
 @pytest.mark.parametrize(
@@ -85,3 +90,15 @@ def recoveries(robot: str) -> list[str]:
 )
 def test_a_forward_sensor_robot_spins_before_clearing_or_backup(robot: str, order: list[str]) -> None:
     assert recoveries(robot) == [*order, *order]
+
+
+def test_each_decision_of_the_tree_is_published() -> None:
+    logs = [item.message for item in published_by("chefbot") if item.topic == "behavior_tree_log"]
+    events = [event for log in logs for event in log.event_log]  # type: ignore[attr-defined]
+    failed = [
+        event
+        for event in events
+        if (event.node_name, event.current_status) == ("NavigateRecovery", "FAILURE")
+    ]
+    begun = {event.node_name for event in events if event.current_status == "RUNNING"}
+    assert len(failed) == 1 and {"Spin", "Wait", "BackUp", "ClearCostmapAroundRobot"} <= begun

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.builtin_interfaces import Duration
+from chefbot.msgs.builtin_interfaces import Duration, Time
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.idl.action import define_action
 from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, per_field
@@ -14,6 +14,7 @@ from chefbot.msgs.std_msgs import Empty, Header
 MAX_SPIN = 1000.0
 """Largest rotation in place, rad."""
 MAX_PARTICLES = 100_000
+MAX_TREE_NODES = 10_000
 _SPEED = {"speed": (-MAX_MAGNITUDE, MAX_MAGNITUDE)}
 
 
@@ -31,6 +32,26 @@ class ParticleCloud(Message, frozen=True, eq=False):
 
     header: Header = Header()
     particles: tuple[Particle, ...] = ()
+
+
+class BehaviorTreeStatusChange(Message, frozen=True, eq=False):
+    """A change of the status of one node of a behavior tree: IDLE, RUNNING, SUCCESS or FAILURE."""
+
+    timestamp: Time = Time()
+    node_name: String = ""
+    uid: Uint16 = 0
+    """Number of the node in the tree, parents before their children, from 1 on."""
+    previous_status: String = ""
+    current_status: String = ""
+
+
+class BehaviorTreeLog(Message, frozen=True, eq=False):
+    """The changes of a behavior tree in one tick."""
+
+    MAX_LENGTHS = per_field(event_log=MAX_TREE_NODES)
+
+    timestamp: Time = Time()
+    event_log: tuple[BehaviorTreeStatusChange, ...] = ()
 
 
 class NavigateToPose_Goal(Message, frozen=True, eq=False):

@@ -4,32 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from py_trees.common import Status
-
 from chefbot.behavior.navigation_progress import NavigationProgress, NavigationState
 from chefbot.behavior.recovery import NavigatorParams
-from chefbot.behavior_tree.leaves import Pending
 from chefbot.behavior_tree.navigation_tree import NavigationTrees
-from chefbot.behavior_tree.tree import BehaviorTree
 from chefbot.msgs import nav2_msgs as nav2
-from chefbot.msgs.chefbot_msgs import LocalizationStatus, NavigationStatus
+from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header
-from chefbot.nodes.navigation.tree_services import TreeServicesNode
+from chefbot.nodes.navigation.tree_runner import TreeRunnerNode
 from chefbot.runtime.actions import action_client, action_server
-from chefbot.runtime.coroutines import Cancelled, Future, wait_any
+from chefbot.runtime.coroutines import Cancelled
 from chefbot.runtime.node import In, Out, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 NO_VALID_CONTROL, UNKNOWN = 106, 100
 """Error codes of nav2_msgs/action/FollowPath; here: the emergency stop is active, no action had an error."""
-TICK_PERIOD = 0.1
-"""Maximum time between two ticks of the tree, s; it is also ticked when something that it waits for is done."""
 NO_ERROR = "The behavior tree failed without an error of an action."
 
 
-class NavigatorNode(TreeServicesNode):
+class NavigatorNode(TreeRunnerNode):
     """Serves navigate_to_pose; also accepts goals on the topic `goal_pose`, as RViz publishes them."""
 
     live_params = ("*",)  # from the next plan or recovery on
@@ -49,8 +43,6 @@ class NavigatorNode(TreeServicesNode):
         self._progress = NavigationProgress()
         self._publish_feedback: Callable[[], None] = lambda: None
         self._state = NavigationState()
-        self._wake: Future[None] = Future()
-        self._watched: list[Pending] = []
         self._publish_status("idle", "")
 
     def on_goal_pose(self, goal: PoseStamped) -> None:
@@ -95,7 +87,7 @@ class NavigatorNode(TreeServicesNode):
         self._publish_feedback()
         tree = self._trees.new_tree(goal.pose)
         try:
-            reached = await self._run(tree)
+            reached = await self._run(tree, lambda: self._trees.set_params(tree, self.params))
         except Cancelled:
             self._publish_status("idle", "The goal was cancelled.")
             raise
@@ -106,30 +98,6 @@ class NavigatorNode(TreeServicesNode):
             if reached
             else self._end(*(self._failure if self._failure[0] else (UNKNOWN, NO_ERROR)))
         )
-
-    async def _run(self, tree: BehaviorTree) -> bool:
-        """Tick the tree until it has ended; return whether it succeeded."""
-        while True:
-            self._trees.set_params(tree, self.params)
-            status = tree.tick(self.now_ns)
-            if status is not Status.RUNNING:
-                return status is Status.SUCCESS
-            self._watch(tree.pending)
-            self._wake = Future()
-            await wait_any(self._wake, self.sleep(TICK_PERIOD))
-
-    def _watch(self, pending: list[Pending]) -> None:
-        """Wake the tree as soon as one of these is done."""
-        for one in pending:
-            if one not in self._watched:
-                one.add_done_callback(lambda: self._wake.set_result(None))
-        self._watched = pending
-
-    def on_localization_status(self, status: LocalizationStatus) -> None:
-        """Wake the tree when localization is lost."""
-        super().on_localization_status(status)
-        if self._localization.is_lost:
-            self._wake.set_result(None)
 
     def _end(self, code: int, sentence: str) -> nav2.NavigateToPose_Result:
         """Publish the end of a goal and return its result; code 0 if it is reached."""

@@ -70,6 +70,7 @@ class LocalCostmapNode(Node):
         self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_laser(pose, scan))
 
     def _mark_laser(self, pose: SE2, scan: LaserScan) -> None:
+        self._costs.set_time(scan.header.stamp.ns / 1e9)
         mark_laser(self._costs, pose, scan)
         self._sensors.note_scan_marked(scan.header.stamp.ns)
 
@@ -80,6 +81,7 @@ class LocalCostmapNode(Node):
         self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, scan))
 
     def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
+        self._costs.set_time(scan.header.stamp.ns / 1e9)
         mark_obstacles(self._costs, pose, scan, self._marking)
         self._sensors.note_obstacles_marked(scan.header.stamp.ns)
 

@@ -19,6 +19,7 @@ EXTREME = st.sampled_from(
 )
 ANYTHING = st.floats(-30.0, 30.0) | EXTREME | st.floats(-1e9, 1e9)
 
+
 def walk_line(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.uint8]:
     """Return the map after walking along the line cell by cell, inside and outside the map."""
     cells = np.full(SHAPE, UNKNOWN, np.uint8)

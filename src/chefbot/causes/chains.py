@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from chefbot.causes.reports import DETOUR, END, FAILURE, MAP, SLOW, STOP
-from chefbot.causes.sentences import NOT_ON_MAP, ON_MAP, PERSON, place_links, place_sentence
+from chefbot.causes.sentences import NOT_ON_MAP, ON_MAP, PERSON, joined, place_links, place_sentence
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Cause, Quantity
@@ -32,6 +32,8 @@ MAP_REACH = 0.15
 """Distance from an obstacle of the static map up to which a place is one of it, m: three cells of error of pose."""
 PERSON_REACH = 0.5
 """Distance from the middle of a tracked person up to which a mark is hers, m: half her width and a stride's lag."""
+ROOTS = ("localization", "emergency stop", "battery charge", "heartbeat", "cancelled goal", "sensor data")
+"""Checks behind which there is no other: they say themselves what is wrong."""
 MAX_KEPT = 200
 """Causes that are kept to be linked."""
 
@@ -98,12 +100,12 @@ class CauseChains:
 
     def _linked(self, cause: Cause) -> Cause:
         """Join a cause with the one behind it; without a place of its own it has the place of that one."""
-        behind = None if cause.located else self._behind(cause)
+        behind = None if cause.located or cause.check in ROOTS else self._behind(cause)
         own = f"{cause.node}: {cause.check}"
         if behind is None:
             sentence = " ".join(part for part in (cause.sentence, place_sentence(cause)) if part)
             return msgspec.structs.replace(cause, chain=(own, *place_links(cause)), sentence=sentence)
-        sentence = f"{cause.sentence} {behind.sentence}"
+        sentence = joined(cause.sentence, behind.sentence)
         found = {
             name: getattr(behind, name)
             for name in ("sensor", "located", "point", "marked_at", "obstacle", "person")
@@ -120,7 +122,7 @@ class CauseChains:
 
         def holds(kept: _Kept) -> bool:
             began_ns = kept.cause.header.stamp.ns
-            ended_ns = began_ns if kept.cause.kind == FAILURE else kept.ended_ns
+            ended_ns = began_ns if kept.cause.kind == FAILURE else kept.ended_ns  # a failure does not last
             return ended_ns is None or now_ns - ended_ns <= LINK_NS
 
         found = [kept.cause for kept in self._kept.values() if kept.cause.node in nodes and holds(kept)]
@@ -162,4 +164,3 @@ def _placed(report: Cause, frame: SE2 | None, robot: SE2 | None) -> Cause:
     point = Point(x, y, 0.0) if report.located else report.point
     header = Header.of(report.header.stamp.ns, "map")
     return msgspec.structs.replace(report, header=header, point=point, robot=Pose.of(robot))
-

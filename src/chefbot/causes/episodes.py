@@ -42,21 +42,21 @@ class Episodes:
         if found is None:
             self._waiting.pop(subject, None)
             ended = open_now is not None and now_ns - open_now.seen_ns >= HOLD_NS
-            return [self._end(subject, now_ns)] if ended else []
+            return [self._end(subject)] if ended else []
         if open_now is not None and not _differs(open_now, found, now_ns):
             self._open[subject] = open_now._replace(seen_ns=now_ns)
             return []
         if now_ns - self._waiting.setdefault(subject, now_ns) < delay_ns:
             return []
-        ending = [self._end(subject, now_ns)] if open_now is not None else []
+        ending = [self._end(subject)] if open_now is not None else []
         self._open[subject] = _Open(found, now_ns, now_ns)
         return [*ending, found]
 
-    def end_all(self, now_ns: int) -> list[Cause]:
+    def end_all(self) -> list[Cause]:
         """End all episodes, as of a goal that is over, and return their ends."""
-        return [self._end(subject, now_ns) for subject in list(self._open)]
+        return [self._end(subject) for subject in list(self._open)]
 
-    def _end(self, subject: str, now_ns: int) -> Cause:
+    def _end(self, subject: str) -> Cause:
         self._waiting.pop(subject, None)
         return msgspec.structs.replace(self._open.pop(subject).report, kind=END)
 

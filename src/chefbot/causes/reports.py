@@ -13,12 +13,14 @@ from chefbot.msgs.std_msgs import Header
 
 SLOW, STOP, DETOUR, FAILURE, END = "slow", "stop", "detour", "failure", "end"
 """Kinds of causes, by their effect."""
+LIDAR, CAMERA, RANGER = "lidar", "depth camera", "ultrasonic ranger"
+"""Sensors that mark obstacles."""
 CONTACT, MAP = "contact", "map"
-"""What marked an obstacle, if it is no sensor: the robot touched it, or it is on the static map."""
+"""What else marks an obstacle: the robot touched it, or it is on the static map."""
 
 
 class MarkedPlace(NamedTuple):
-    """A place with an obstacle: what marked it, the frame, x and y in it (m), and the time of the mark, 0 if unknown."""
+    """A place with an obstacle: what marked it, the frame, x and y in it (m), and the time of the mark or 0."""
 
     sensor: str
     frame: str

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.causes.reports import CONTACT, END, MAP
+from chefbot.causes.reports import CONTACT, END, MAP, RANGER
 from chefbot.msgs.chefbot_msgs import Cause
 
 PERSON, ON_MAP, NOT_ON_MAP = "person", "on the map", "not on the map"
@@ -38,6 +38,8 @@ def place_sentence(cause: Cause) -> str:
     age = age_of_mark(cause)
     when = f", {age:.1f} s before" if age > FRESH else ""
     what = obstacle_phrase(cause)
+    if cause.sensor == RANGER:
+        return f"The {cause.sensor} marked {what} in its cone {where}{when}."
     if cause.sensor == CONTACT:
         return f"The robot touched {what} {where}{when}."
     return f"The {cause.sensor} marked {what} {where}{when}."
@@ -58,3 +60,12 @@ def place_links(cause: Cause) -> tuple[str, ...]:
 def effect_word(cause: Cause) -> str:
     """Return the effect of a cause in one word, for lists and pictures."""
     return _EFFECTS.get(cause.kind, cause.kind)
+
+
+def joined(own: str, behind: str) -> str:
+    """Return the sentence of a check, and behind it that of its cause; what both say is said once."""
+    head, _, detail = own.partition(": ")
+    known = detail.rstrip(".").lower()
+    if known and behind.lower().startswith(known):
+        return f"{head}: {behind}"
+    return f"{own if own.endswith('.') else own + '.'} {behind}"

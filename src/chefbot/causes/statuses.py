@@ -1,4 +1,4 @@
-"""Causes that the statuses of nodes already say: recoveries, goals given up, emergency stop, battery, lost processes."""
+"""Causes in the statuses of nodes: recoveries, goals given up, emergency stop, battery, lost processes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ class StatusReports:
         if status.state == "recovering":
             count = Quantity("recoveries", status.recoveries, "")
             text = f"Recovery {status.recoveries}: {status.reason}"
-            found = make_report(STOP, "recovery", text, numbers=(count,))
+            check = "localization" if status.reason.startswith("Localization") else "recovery"
+            found = make_report(STOP, check, text, numbers=(count,))
         elif status.state == "idle" and status.reason == CANCELLED:
             found = make_report(STOP, "cancelled goal", status.reason)
         return reports + self._change("navigator", found, now_ns)
@@ -93,4 +94,8 @@ def _key(report: Cause | None) -> tuple[str, ...]:
     """Return what distinguishes two reports of one status: a battery's text changes with each percent."""
     if report is None:
         return ()
-    return report.kind, report.check, *(str(number.value) for number in report.numbers if number.name == "recoveries")
+    return (
+        report.kind,
+        report.check,
+        *(str(number.value) for number in report.numbers if number.name == "recoveries"),
+    )

@@ -38,8 +38,8 @@ class FollowPathError(IntEnum):
 class PathStep(NamedTuple):
     """One cycle: the twist to command (m/s, rad/s) and, once following has ended, its result.
 
-    speed: the forward speed that the controller chose, m/s, also while the sensors forbid driving forward. status: the
-    state of the controller.
+    speed: the forward speed that the controller chose, m/s, also while the sensors forbid driving forward. status:
+    the state of the controller.
     """
 
     v: float

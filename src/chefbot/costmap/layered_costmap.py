@@ -32,7 +32,6 @@ class CellMark(NamedTuple):
     time: float
 
 
-
 class LayeredCostmap:
     """A static map and one obstacle layer per sensor, combined and inflated on demand.
 

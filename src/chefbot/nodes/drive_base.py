@@ -102,7 +102,12 @@ class DriveBaseNode(EmergencyStopNode):
         self._publish_command(v, w)
 
     def _say_why(
-        self, command: StampedCommand, left: tuple[float, float], checked: CheckedTwist, *, stopped_by_cliff: bool
+        self,
+        command: StampedCommand,
+        left: tuple[float, float],
+        checked: CheckedTwist,
+        *,
+        stopped_by_cliff: bool,
     ) -> None:
         """Publish why the wheels get the twist `left` (m/s, rad/s), if that is less than the command."""
         now_ns, commanded = self.now_ns, (command.v, command.w)

@@ -86,9 +86,7 @@ class GlobalCostmapNode(Node):
         frame, stamp = contact.header.frame_id, contact.header.stamp.ns
         self.tf.on_available("odom", frame, stamp, lambda pose: self._mark(mark, pose @ motion, stamp))
 
-    def _mark(
-        self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2, stamp_ns: int
-    ) -> None:
+    def _mark(self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2, stamp_ns: int) -> None:
         """Mark with the odometry pose at the time of the measurement and the latest map -> odom transform."""
         try:
             map_T_odom = self.tf.lookup("map", "odom")

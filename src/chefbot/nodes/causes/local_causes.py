@@ -1,4 +1,4 @@
-"""Why the controller waits, slows down, brakes, or leads the path aside: the cells of its costmap that are in the way."""
+"""Why the controller waits, slows down, brakes, or leads the path aside: the cells that are in the way."""
 
 from __future__ import annotations
 
@@ -7,7 +7,14 @@ import math
 import numpy as np
 
 from chefbot.behavior.behavior import BehaviorProgress
-from chefbot.causes.obstacles import CellCentre, blocked_index, deviation, in_the_way, nearest_lethal, remaining
+from chefbot.causes.obstacles import (
+    CellCentre,
+    blocked_index,
+    deviation,
+    in_the_way,
+    nearest_lethal,
+    remaining,
+)
 from chefbot.causes.reports import DETOUR, SLOW, STOP, MarkedPlace, make_report
 from chefbot.control.controller import ControllerStatus
 from chefbot.control.path_follower import FollowPathError, PathFollower, PathStep
@@ -45,7 +52,9 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
         numbers = () if status is None else (
             Quantity("confidence", status.confidence, ""), Quantity("std_xy", status.std_xy, "m")
         )  # fmt: skip
-        self.report("motion", make_report(STOP, "localization", f"The controller waits: {reason}", numbers=numbers))
+        self.report(
+            "motion", make_report(STOP, "localization", f"The controller waits: {reason}", numbers=numbers)
+        )
 
     def report_motion(self, progress: BehaviorProgress, pose: SE2, costs: Costmap, blind: str) -> None:
         """Report what blocks a motion of a behavior, such as backing up."""

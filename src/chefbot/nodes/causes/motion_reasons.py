@@ -6,7 +6,7 @@ import numpy as np
 
 from chefbot.causes.reports import SLOW, STOP, MarkedPlace, make_report
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import Cause, Quantity
+from chefbot.msgs.chefbot_msgs import Quantity
 from chefbot.msgs.std_msgs import String
 from chefbot.nodes.causes.reports import CauseReportsNode
 from chefbot.runtime.node import Out, topic

@@ -1,4 +1,4 @@
-"""Why a plan leads elsewhere than the one before, or why there is none: the cells of the global costmap in the way."""
+"""Why a plan leads elsewhere than the one before, or why there is none: the cells in the way."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
             Quantity("deviation", detour.deviation, "m"),
             Quantity("extra length", detour.extra_length, "m"),
         )
-        sentence = f"The new plan is {detour.extra_length:+.1f} m longer: the old one is blocked."
+        sentence = f"The new plan leads {detour.deviation:.1f} m from the old one, which is blocked."
         self.report_once(make_report(DETOUR, "global plan", sentence, place, numbers))
 
     def report_failure(self, error: PlanningError, planner: Planner, start: SE2, goal: SE2) -> None:
@@ -59,4 +59,6 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         except PlanningError:
             return None
         blocked = blocked_index(costs, way)
-        return None if blocked is None else nearest_lethal(costs, float(way[blocked, 0]), float(way[blocked, 1]))
+        return (
+            None if blocked is None else nearest_lethal(costs, float(way[blocked, 0]), float(way[blocked, 1]))
+        )

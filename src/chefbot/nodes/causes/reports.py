@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from functools import cached_property
 
+import msgspec
+
 from chefbot.causes.episodes import Episodes
 from chefbot.causes.obstacles import CellCentre
-from chefbot.causes.reports import CONTACT, MAP, MarkedPlace, stamped
+from chefbot.causes.reports import CAMERA, CONTACT, END, LIDAR, MAP, RANGER, MarkedPlace, stamped
 from chefbot.costmap import ranger_marks
 from chefbot.costmap.conversions import LASER
 from chefbot.costmap.layered_costmap import STATIC, LayeredCostmap
@@ -14,11 +16,9 @@ from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.robot.spec import Robot
 from chefbot.runtime.node import Node, Out
 
-LIDAR, CAMERA, RANGER = "lidar", "depth camera", "ultrasonic ranger"
-
 
 class CauseReportsNode(Node):
-    """Base class of a node that publishes what its checks find on `cause_reports`, when it begins and when it ends."""
+    """Base class of a node that publishes on `cause_reports` what its checks find, when it begins and ends."""
 
     cause_reports: Out[Cause]
 
@@ -35,11 +35,11 @@ class CauseReportsNode(Node):
 
     def end_reports(self) -> None:
         """Publish the end of all that is open, as at the end of a goal."""
-        self._publish_reports(self._episodes.end_all(self.now_ns))
+        self._publish_reports(self._episodes.end_all())
 
     def report_once(self, found: Cause) -> None:
-        """Publish something that has no duration, such as a failure."""
-        self._publish_reports([found])
+        """Publish something that has no duration: it ends when it begins."""
+        self._publish_reports([found, msgspec.structs.replace(found, kind=END)])
 
     def _publish_reports(self, reports: list[Cause]) -> None:
         for report in reports:

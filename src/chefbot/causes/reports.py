@@ -36,7 +36,7 @@ def make_report(
     place: MarkedPlace | None = None,
     numbers: tuple[Quantity, ...] = (),
 ) -> Cause:
-    """Return the report of a check: its effect, its name, what it says, and the place that it found, if any."""
+    """Return the report of a check: its effect, its name, its sentence, and the place that it found, if any."""
     cause = Cause(kind=kind, check=check, sentence=sentence, numbers=numbers)
     if place is None:
         return cause

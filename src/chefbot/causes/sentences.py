@@ -63,7 +63,7 @@ def effect_word(cause: Cause) -> str:
 
 
 def joined(own: str, behind: str) -> str:
-    """Return the sentence of a check, and behind it that of its cause; what both say is said once."""
+    """Return the sentence of a check, and behind it that of its cause; what is in both stands once."""
     head, _, detail = own.partition(": ")
     known = detail.rstrip(".").lower()
     if known and behind.lower().startswith(known):

@@ -76,7 +76,7 @@ class StatusReports:
         return [stamped(report, "delivery", now_ns) for report in reports]
 
     def _change(self, node: str, found: Cause | None, now_ns: int) -> list[Cause]:
-        """Return the end of what the node reported before, if it is over, and the report of what it says now."""
+        """Return the end of what the node reported before, if it is over, and the report of the present one."""
         before = self._open.get(node)
         if _key(before) == _key(found):
             return []

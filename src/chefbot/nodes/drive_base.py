@@ -98,10 +98,12 @@ class DriveBaseNode(EmergencyStopNode):
         if checked.fraction < 1.0:
             v, w = checked.fraction * v, checked.fraction * w
             self._limiter.reset(v, w)
-        self._say_why(command, (v, w), checked, stopped_by_cliff=bool(target[0] != allowed * command.v))
+        self._publish_reason(
+            command, (v, w), checked, stopped_by_cliff=bool(target[0] != allowed * command.v)
+        )
         self._publish_command(v, w)
 
-    def _say_why(
+    def _publish_reason(
         self,
         command: StampedCommand,
         left: tuple[float, float],

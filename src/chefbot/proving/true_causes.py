@@ -45,7 +45,7 @@ class _Snapshot(NamedTuple):
 class JudgedCause(NamedTuple):
     """A cause with its place in the world (m), what stood there in truth, and whether the kept reason agrees.
 
-    guess_agrees: whether a guess would: the same distance in any direction, and an obstacle drawn from those of the run.
+    guess_agrees: whether a guess would: the same distance in any direction, an obstacle drawn from those of the run.
     """
 
     cause: Cause
@@ -59,8 +59,8 @@ class JudgedCause(NamedTuple):
 class TrueCauses:
     """Observer of a run whose map frame is that of the world; judges each place that a check found.
 
-    A place of the ultrasonic ranger may be anywhere across its cone. heights: lowest and highest point of the robot, m;
-    what is outside them cannot be in its way. true_map: the map that the robot drives on.
+    A place of the ultrasonic ranger may be anywhere across its cone. heights: lowest and highest point of the robot,
+    m; what is outside them cannot be in its way. true_map: the map that the robot drives on.
     """
 
     def __init__(

@@ -15,7 +15,7 @@ from chefbot.cli.why.picture import write_picture
 from chefbot.cli.why.run_log import RunCauses, find_log, read_run
 
 console = Console(highlight=False, markup=False, soft_wrap=True)
-WORDS = {"slow": "slow-down", "stop": "stop", "detour": "detour", "failure": "failure"}
+EFFECT_NAMES = {"slow": "slow-down", "stop": "stop", "detour": "detour", "failure": "failure"}
 
 
 def print_reasons(given: Path | None, last: int | None, as_json: bool, picture: Path | None) -> None:
@@ -35,7 +35,7 @@ def print_reasons(given: Path | None, last: int | None, as_json: bool, picture: 
 
 def _print_lines(run: RunCauses, spans: list[CauseSpan]) -> None:
     counts = Counter(span.cause.kind for span in run.spans)
-    parts = [number_of(counts[kind], word) for kind, word in WORDS.items() if counts[kind]]
+    parts = [number_of(counts[kind], word) for kind, word in EFFECT_NAMES.items() if counts[kind]]
     console.print(f"{run.path}: {', '.join(parts)}")
     if run.cut:
         console.print(f"The log is not complete: {run.cut}")
@@ -57,7 +57,9 @@ def _line(span: CauseSpan, began_ns: int) -> str:
 def _json(span: CauseSpan) -> str:
     """Return the chain of a cause as JSON; times in seconds of the robot's clock, null for what is not known."""
     cause = span.cause
-    place = {"frame": cause.header.frame_id, "x": cause.point.x, "y": cause.point.y} if cause.located else None
+    place = (
+        {"frame": cause.header.frame_id, "x": cause.point.x, "y": cause.point.y} if cause.located else None
+    )
     content = {
         "id": cause.id,
         "time": span.began_ns / 1e9,

@@ -19,7 +19,7 @@ M = TypeVar("M", bound=Message)
 
 
 class RunCauses(NamedTuple):
-    """What a log says about causes.
+    """What a log has about causes.
 
     spans: oldest first. grid: the last static map, or None. began_ns: time of the first message. cut: a sentence if
     the log ends too early, else empty.
@@ -33,7 +33,7 @@ class RunCauses(NamedTuple):
 
 
 def find_log(given: Path | None) -> Path:
-    """Return the log file of a run's folder or file, or the newest one in runs/. Raises UserError if there is none."""
+    """Return the log file of a run's folder or file, or the newest in runs/. Raises UserError for none."""
     if given is None:
         logs = sorted(RUNS.rglob("*.mcap"), key=lambda path: path.stat().st_mtime) if RUNS.is_dir() else []
         if not logs:
@@ -62,7 +62,7 @@ def read_run(path: Path) -> RunCauses:
     if not causes:
         if not bag.topics:
             raise UserError(f"log {path} holds no message{': it ends too early' if cut else ''}")
-        raise UserError(f"log {path} holds no causes: nothing slowed the robot down, or it was made before they were kept")
+        raise UserError(f"log {path} holds no causes: nothing slowed the robot down, or none were recorded")
     grid = maps[-1].grid if maps else None
     return RunCauses(path, CauseHistory(causes).spans, grid, bag.start_ns, cut)
 
@@ -70,10 +70,10 @@ def read_run(path: Path) -> RunCauses:
 def _check_type(bag: Bag, path: Path) -> None:
     for topic in bag.topics:
         kind = {"/causes": Cause, "/map": OccupancyGrid}.get(topic.name)
-        if kind is not None and topic.kind != ros_type(kind):
-            raise UserError(f"log {path}: topic {topic.name} carries {topic.kind}, not {ros_type(kind)}")
+        if kind is not None and topic.kind.name != ros_type(kind):
+            raise UserError(f"log {path}: topic {topic.name} carries {topic.kind.name}, not {ros_type(kind)}")
 
 
 def _messages(bag: Bag, topic: str, kind: type[M]) -> list[M]:
     found: Any = [kind.from_cdr(message.data) for message in bag.messages({topic})]
-    return found  # type: ignore[no-any-return]
+    return found

@@ -36,7 +36,7 @@ class CausesNode(Node):
         self._chains, self._statuses = CauseChains(), StatusReports()
 
     def on_map(self, message: OccupancyGrid) -> None:
-        """Keep the static map, which tells what is on it from what is not."""
+        """Keep the static map, to distinguish what is on it from what is not."""
         self._chains.set_map(message.grid)
 
     def on_cause_reports(self, report: Cause) -> None:

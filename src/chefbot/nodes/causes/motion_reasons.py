@@ -20,7 +20,7 @@ MONITOR, CONDITION = "collision monitor", "sensor data"
 
 
 class MotionReasonsNode(CauseReportsNode):
-    """Base class of the node that commands the wheels: it says why they get less than was commanded.
+    """Base class of the node that commands the wheels: it publishes why they get less than was commanded.
 
     The reason is published on `collision_monitor/reason`, empty for none, and reported as a cause.
     """

@@ -40,6 +40,8 @@ BOX_PERIOD = 40.0
 """Time between two boxes that fall before the robot, s."""
 BOX_DISTANCE = 1.2
 """Distance ahead at which they fall, m."""
+WRONG_POSE = 0.5
+"""Error of the pose above which the robot is lost without knowing it, m: what it sees is not where its map has it."""
 NAMES = "slow-downs", "stops", "detours", "failures"
 
 
@@ -149,13 +151,14 @@ def print_table(judged: list[Any]) -> None:
     rows += [
         ("stops and detours", [one for one in judged if one.cause.kind in (STOP, DETOUR)]),
         ("all", judged),
+        (f"all, pose within {WRONG_POSE} m", [one for one in judged if one.pose_error <= WRONG_POSE]),
     ]
-    print(f"{'':22}{'places':>8}{'agree':>8}{'share':>8}{'guess':>8}")
+    print(f"{'':26}{'places':>8}{'agree':>8}{'share':>8}{'guess':>8}")
     for name, chosen in rows:
         if chosen:
             share = np.mean([one.agrees for one in chosen])
             guess = np.mean([one.guess_agrees for one in chosen])
-            print(f"{name:22}{len(chosen):8}{sum(one.agrees for one in chosen):8}{share:8.1%}{guess:8.1%}")
+            print(f"{name:26}{len(chosen):8}{sum(one.agrees for one in chosen):8}{share:8.1%}{guess:8.1%}")
 
 
 if __name__ == "__main__":

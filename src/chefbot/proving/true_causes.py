@@ -24,9 +24,9 @@ from chefbot.sim.world.shapes import SimulatedShape, clearance
 TOLERANCE = 0.12
 """Distance from a place within which something must have stood there, m: half the diagonal of a cell, the noise of
 the sensors, and the way of the robot during a measurement."""
-PERIOD_NS = 100_000_000
+PERIOD_NS = 40_000_000
 """Time between two snapshots of the truth, ns."""
-KEPT_SNAPSHOTS = 900
+KEPT_SNAPSHOTS = 2000
 """Snapshots that are kept: more than the time for which a mark lasts without being confirmed."""
 STANDING = 0.01
 """Speed below which the robot stands, m/s; turning, rad/s, counts as moving from ten times this on."""
@@ -54,6 +54,8 @@ class JudgedCause(NamedTuple):
     truth: str
     agrees: bool
     guess_agrees: bool
+    pose_error: float
+    """Distance between the robot's estimated and its true position, m."""
 
 
 class TrueCauses:
@@ -125,7 +127,8 @@ class TrueCauses:
         agrees = obstacle in truth.values()
         guess = drawn in self._truth_at(gx, gy, then, tolerance).values()
         names = ", ".join(truth) or "nothing"
-        self.judged.append(JudgedCause(cause, place.x, place.y, names, agrees, guess))
+        error = seen_from.distance(true_pose)
+        self.judged.append(JudgedCause(cause, place.x, place.y, names, agrees, guess, error))
 
     def _truth_at(self, x: float, y: float, then: _Snapshot, tolerance: float) -> dict[str, str]:
         """Return what stood within a tolerance of a place (m), by name, and whether the map has it."""

@@ -21,7 +21,7 @@ def test_the_gravest_and_newest_that_holds_is_present() -> None:
     assert history.sentence == "slow 3"
     history.process(cause(5, FAILURE, 7))
     assert history.sentence == "slow 3"  # a failure does not last
-    assert [span.duration for span in history.spans] == [None, 4.0, None, 1.0, None]
+    assert [span.duration for span in history.spans] == [None, 4.0, None, 1.0, 0.0]
 
 
 def test_nothing_is_present_in_the_beginning() -> None:

@@ -13,7 +13,7 @@ GRAVITY = {STOP: 2, SLOW: 1, DETOUR: 0}
 
 
 class CauseSpan(NamedTuple):
-    """A cause and the time at which it ended, ns; None while it holds, and for a failure."""
+    """A cause and the time at which it ended, ns; None while it holds. A failure ends at once."""
 
     cause: Cause
     ended_ns: int | None
@@ -45,7 +45,7 @@ class CauseHistory:
             if begun is not None:
                 self._spans[cause.id] = begun._replace(ended_ns=cause.header.stamp.ns)
             return
-        self._spans[cause.id] = CauseSpan(cause, None)
+        self._spans[cause.id] = CauseSpan(cause, cause.header.stamp.ns if cause.kind == FAILURE else None)
         if self._size is not None and len(self._spans) > self._size:
             del self._spans[min(self._spans)]
 
@@ -63,9 +63,5 @@ class CauseHistory:
     @property
     def present(self) -> Cause | None:
         """The cause that holds now: of several the gravest, and of these the newest; None if there is none."""
-        holding = [
-            span.cause
-            for span in self._spans.values()
-            if span.ended_ns is None and span.cause.kind != FAILURE
-        ]
+        holding = [span.cause for span in self._spans.values() if span.ended_ns is None]
         return max(holding, key=lambda one: (GRAVITY.get(one.kind, 0), one.id), default=None)

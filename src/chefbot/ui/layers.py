@@ -153,7 +153,7 @@ class CauseView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     time: float
     """When it began on the robot's clock, s."""
     ended: float | None
-    """When it ended, s; None while it holds, and for a failure."""
+    """When it ended, s; None while it holds."""
     effect: str
     """Slower, Stopped, Detour or Failed."""
     sentence: str

@@ -49,7 +49,7 @@ def _print_lines(run: RunCauses, spans: list[CauseSpan]) -> None:
 def _line(span: CauseSpan, began_ns: int) -> str:
     """Return a cause as a line: number, seconds since the begin, effect, duration, sentence."""
     cause, duration = span.cause, span.duration
-    lasted = "" if duration is None else f" {duration:.1f} s"
+    lasted = f" {duration:.1f} s" if duration else ""
     time = (span.began_ns - began_ns) / 1e9
     return f"{cause.id:4} {time:8.1f} s  {effect_word(cause) + lasted:16}  {cause.sentence}"
 

@@ -11,7 +11,7 @@ from chefbot.msgs.std_msgs import String
 from chefbot.nodes.causes.reports import CauseReportsNode
 from chefbot.runtime.node import Out, topic
 from chefbot.safety.collision_monitor import CheckedTwist
-from chefbot.safety.monitor_text import STOPPED, ReasonKeeper, SensedPoint, limited_text
+from chefbot.safety.monitor_text import STOPPED, ReasonKeeper, SensedPoint
 
 NOTABLE = 0.9
 """Fraction of the commanded motion from which less is no slow-down worth a report."""
@@ -62,7 +62,7 @@ class MotionReasonsNode(CauseReportsNode):
         place = None
         if checked.point is not None and pose is not None:
             place = _place(checked.point, pose, self.now_ns)
-        sentence = limited_text(checked.limit, commanded, left)
+        sentence = f"{checked.limit[0].upper()}{checked.limit[1:]}."
         self.report("motion", make_report(kind, MONITOR, sentence, place, numbers))
 
 

@@ -51,7 +51,7 @@ def test_outside_the_costmap_there_is_no_obstacle() -> None:
     assert nearest_lethal(costs, -30.0, 2.0) is None and nearest_lethal(costs, 2.0, 90.0) is None
 
 
-def test_the_obstacle_on_the_path_comes_before_a_nearer_one_beside_it() -> None:
+def test_an_obstacle_on_the_path_comes_before_a_nearer_one() -> None:
     costs = costmap((1.7, 1.02), (0.52, 0.48))
     found = in_the_way(costs, straight(1.0), SE2(0.6, 1.0, 0.0))
     assert found is not None and found.x == pytest.approx(1.7, abs=0.05)
@@ -78,7 +78,7 @@ def test_the_deviation_is_that_of_the_farthest_pose() -> None:
     assert deviation(path, path, SE2(0.5, 1.0, 0.0)) == 0.0
 
 
-def test_a_plan_that_avoids_an_obstacle_on_the_old_one_is_a_detour() -> None:
+def test_a_plan_around_an_obstacle_on_the_old_one_is_a_detour() -> None:
     goal, robot = SE2(4.45, 1.0, 0.0), SE2(0.5, 1.0, 0.0)
     around = straight(1.0)
     around[20:50, 1] += 1.2 * MIN_DEVIATION

@@ -39,7 +39,7 @@ def test_each_recovery_begins_and_ends_once() -> None:
     ) == [[], [], [recovery], [], [end, recovery], [], [end], []]
 
 
-def test_a_goal_that_is_given_up_is_a_failure_but_a_cancelled_one_is_not() -> None:
+def test_a_goal_given_up_is_a_failure_but_no_cancelled_one() -> None:
     statuses = StatusReports()
     given_up = navigation(statuses, ("driving", 0, ""), ("idle", 8, "No way."), ("idle", 8, "No way."))
     assert given_up == [[], [(FAILURE, "navigator", "goal given up")], []]

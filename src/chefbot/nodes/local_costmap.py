@@ -106,8 +106,7 @@ class LocalCostmapNode(Node):
         The camera layers stay until a beam clears them: the camera does not see what is near or beside it. So does
         the layer of a lidar that scans a part of a turn: the robot would back up into what it no longer sees.
         """
-        pose, lidar = self._pose(), self.robot.sensors.lidar
-        # before the first odometry nothing has been marked
+        pose, lidar = self._pose(), self.robot.sensors.lidar  # no pose: nothing has been marked yet
         if pose is not None and (lidar is None or lidar.full_turn):
             self._costs.clear_around(pose, radius.data, LASER)
 

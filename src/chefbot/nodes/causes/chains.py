@@ -14,13 +14,14 @@ from chefbot.msgs.chefbot_msgs import (
 )
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import String
-from chefbot.runtime.node import In, Node, Out
+from chefbot.runtime.node import In, Node, NoParams, Out
 from chefbot.runtime.transform_buffer import TransformError
 
 
 class CausesNode(Node):
     """Publishes on `causes` why the robot slows down, stops, takes a detour or fails, and when that is over."""
 
+    params: NoParams
     cause_reports: In[Cause]
     map: In[OccupancyGrid]
     navigation_status: In[NavigationStatus]

@@ -19,7 +19,10 @@ def why(
         Path | None, typer.Option(help="also draw the places on the map, as PNG", show_default=False)
     ] = None,
 ) -> None:
-    """Say why a robot slowed down, stopped, took a detour or failed: check, cell, sensor, when, who."""
+    """Show why a robot slowed down, stopped or failed.
+
+    Each line names the check, the obstacle with its place, the sensor that marked it, and when.
+    """
     from chefbot.cli.why.reasons import print_reasons
 
     print_reasons(log, None if everything else last, as_json, picture)

@@ -90,19 +90,19 @@ def main() -> None:
         median, least = after_a_scan(n, rng)
         print(f"all layers {n}x{n}, after one scan: {median:.3f} ({least:.3f}) ms   C++ {window} ms")
     angles = np.linspace(-np.pi, np.pi, 640, endpoint=False)
-    no_times = np.empty((0, 0))
     for (n, reach), peer in NAV2_RAYTRACE_US.items():
         cells = np.full((n, n), 255, np.uint8)
         ranges = np.minimum(rng.gamma(3.0, 1.2, 640), reach)
-        pose = np.array([n * RESOLUTION / 2, n * RESOLUTION / 2, 0.3])
+        pose, times = np.array([n * RESOLUTION / 2, n * RESOLUTION / 2, 0.3]), np.zeros((n, n))
 
         def scan(
             cells: NDArray[np.uint8] = cells,
+            times: NDArray[np.float64] = times,
             pose: NDArray[np.float64] = pose,
             r: NDArray[np.float64] = ranges,
         ) -> None:
             mark_and_clear(
-                cells, RESOLUTION, 0.0, 0.0, pose, angles, r, np.zeros_like(r), r, cells, no_times, 0.0
+                cells, RESOLUTION, 0.0, 0.0, pose, angles, r, np.zeros_like(r), r, cells, times, 0.0
             )
 
         median, least = milliseconds(scan)

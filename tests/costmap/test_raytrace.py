@@ -19,8 +19,6 @@ EXTREME = st.sampled_from(
 )
 ANYTHING = st.floats(-30.0, 30.0) | EXTREME | st.floats(-1e9, 1e9)
 
-NO_TIMES = np.empty((0, 0))
-
 
 def walk_line(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.uint8]:
     """Return the map after walking along the line cell by cell, inside and outside the map."""
@@ -72,7 +70,7 @@ def test_no_beam_writes_outside_the_map(
         near,
         np.array(clear),
         cells,
-        NO_TIMES,
+        np.zeros(SHAPE),
         0.0,
     )
     assert (around[:4] == UNKNOWN).all()
@@ -97,7 +95,7 @@ def test_a_beam_from_far_outside_costs_no_more_than_one_within() -> None:
             np.full(n, start),
             far,
             cells,
-            NO_TIMES,
+            np.zeros(SHAPE),
             0.0,
         )
     assert (cells != LETHAL).all()

@@ -19,6 +19,7 @@ from chefbot.cli.robot.commands import robot_app
 from chefbot.cli.run.commands import demo, launch, replay, sim
 from chefbot.cli.run.prove import prove
 from chefbot.cli.tools.commands import TOOLS
+from chefbot.cli.why.commands import why
 from chefbot.cli.world.commands import world_app
 from chefbot.errors import UserError
 
@@ -80,6 +81,7 @@ app.command(rich_help_panel=RUN)(launch)
 app.command(rich_help_panel=RUN)(replay)
 app.command(rich_help_panel=RUN)(sim)
 app.command(rich_help_panel=RUN)(prove)
+app.command(rich_help_panel=RUN)(why)
 app.add_typer(world_app, name="world", rich_help_panel=RUN)
 app.add_typer(doctor_app, name="doctor", rich_help_panel=RUN)
 app.add_typer(robot_app, name="robot", rich_help_panel=DESIGN)

@@ -38,13 +38,15 @@ class FollowPathError(IntEnum):
 class PathStep(NamedTuple):
     """One cycle: the twist to command (m/s, rad/s) and, once following has ended, its result.
 
-    speed: the forward speed that the controller chose, m/s, also while the sensors forbid driving forward.
+    speed: the forward speed that the controller chose, m/s, also while the sensors forbid driving forward. status:
+    the state of the controller.
     """
 
     v: float
     w: float
     speed: float
     result: FollowPath_Result | None
+    status: ControllerStatus
 
 
 class PathFollower:
@@ -58,8 +60,9 @@ class PathFollower:
         self._controller, self._replan, self._period = controller, replan, period
         self._progress = ProgressChecker()
         self._goal = SE2(0.0, 0.0, 0.0)
-        self._given_path = np.zeros((0, 3))
-        self.path = self._given_path
+        self.given_path = np.zeros((0, 3))
+        """The path (n, 3) as it was given."""
+        self.path = self.given_path
         """The path (n, 3) that is followed, with the detours of local replanning."""
         self._blocked_time = 0.0
         self._prediction: Callable[[Limits, float], NDArray[np.float64]] | None = None
@@ -82,8 +85,8 @@ class PathFollower:
         if not same_goal:
             self._progress.reset()
             self._blocked_time, self._prediction = 0.0, None
-        self._given_path = np.column_stack([frame.apply(path[:, :2]), path[:, 2] + frame.yaw])
-        self._track(self._given_path, same_goal=same_goal)
+        self.given_path = np.column_stack([frame.apply(path[:, :2]), path[:, 2] + frame.yaw])
+        self._track(self.given_path, same_goal=same_goal)
         return not same_goal
 
     def pause(self) -> None:
@@ -104,14 +107,14 @@ class PathFollower:
         blind: why the robot must not drive forward now, or an empty string.
         """
         # replan locally around obstacles that are not on the map
-        path = self._replan(self._given_path, pose, costmap)
+        path = self._replan(self.given_path, pose, costmap)
         if path is not self.path:
             self._track(path, same_goal=True)
         # one cycle of the controller
         v, w, status = self._controller.command(pose, twist, costmap)
         blind = blind if v > 0.0 else ""
         result = self._judge(pose, status, blind)
-        step = PathStep(0.0 if blind else v, w, v, result)
+        step = PathStep(0.0 if blind else v, w, v, result, status)
         self._prediction = partial(
             predicted_trajectory, pose, twist, (step.v, w), max_distance=pose.distance(SE2.of(path[-1]))
         )

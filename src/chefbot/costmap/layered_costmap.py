@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,15 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 _NO_FLOOR = np.empty(0)
+STATIC = "static"
+"""Name of the static map as what marked a cell."""
+
+
+class CellMark(NamedTuple):
+    """What marked a cell: the name of an obstacle layer or STATIC, and when it did so last, s (0 for the map)."""
+
+    source: str
+    time: float
 
 
 class LayeredCostmap:
@@ -182,18 +191,33 @@ class LayeredCostmap:
 
     def _layer(self, source: str) -> ObstacleLayer:
         if source not in self._sources:
-            decays = self.params.decay_time > 0.0
-            self._sources[source] = ObstacleLayer.empty(self._static.shape, decays=decays)
+            self._sources[source] = ObstacleLayer.empty(self._static.shape)
         return self._sources[source]
 
     def note_marks(self, source: str, cells: Any) -> None:
         """Note that the cells (an index into the layer) were marked now other than by `mark_and_clear`."""
-        if self.params.decay_time > 0.0:
-            self._layer(source).marked_at[cells] = self._time
+        self._layer(source).marked_at[cells] = self._time
+
+    def marked_by(self, x: float, y: float) -> CellMark | None:
+        """Return which source marked the cell at a point (m) last, else the static map, else None."""
+        row = math.floor((y - self.origin_y) / self.resolution)
+        column = math.floor((x - self.origin_x) / self.resolution)
+        if not (0 <= row < self._static.shape[0] and 0 <= column < self._static.shape[1]):
+            return None
+        marks = [
+            CellMark(name, float(layer.marked_at[row, column]))
+            for name, layer in self._sources.items()
+            if layer.cells[row, column] == LETHAL
+        ]
+        if not marks and self._static[row, column] == LETHAL:
+            return CellMark(STATIC, 0.0)
+        return max(marks, key=lambda mark: mark.time, default=None)
 
     def set_time(self, time: float) -> None:
         """Set the time (s) of the marks that follow, and remove those that have decayed."""
         self._time = time
+        if self.params.decay_time <= 0.0:
+            return
         for layer in self._sources.values():
             if layer.remove_older(time - self.params.decay_time):
                 self._combined = None  # recalculate everything
@@ -249,6 +273,12 @@ class LayeredCostmap:
         layers = [np.where(near | (cells != LETHAL), cells, UNKNOWN) for cells in sources]
         combined = self._new_master()
         combined.update(self._static, layers, self.params.track_unknown)
+        return Costmap(combined.costs, self.resolution, self.origin_x, self.origin_y, self._footprint)
+
+    def static_costs(self) -> Costmap:
+        """Return the costs of the static map alone, without the marks of any sensor."""
+        combined = self._new_master()
+        combined.update(self._static, [], self.params.track_unknown)
         return Costmap(combined.costs, self.resolution, self.origin_x, self.origin_y, self._footprint)
 
     def _new_master(self) -> MasterCostmap:

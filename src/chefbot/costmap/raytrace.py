@@ -112,8 +112,8 @@ def mark_and_clear(
 
     sensor: x, y, yaw in the map's frame. angles: (n,) rad in the sensor's frame. mark: (n,) range of the obstacle, m,
     not finite for none. clear_from, clear: (n,) range interval known to be free, m, clear <= 0 for none. also:
-    another layer, cleared along the beams but not marked; `cells` for none. marked_at: gets `time` (s) where a cell
-    is marked; (0, 0) for a layer without times.
+    another layer, cleared along the beams but not marked; `cells` for none. marked_at: (h, w), gets `time` (s) where
+    a cell is marked.
     """
     h, w = cells.shape
     x0, y0 = (sensor[0] - origin_x) / resolution, (sensor[1] - origin_y) / resolution
@@ -131,5 +131,4 @@ def mark_and_clear(
             r = math.floor(y0 + reach * math.sin(a))
             if 0 <= r < h and 0 <= c < w:
                 cells[r, c] = LETHAL
-                if marked_at.shape[0] == h:
-                    marked_at[r, c] = time
+                marked_at[r, c] = time

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.idl.action import define_action
 from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, per_field, same_length
 from chefbot.msgs.idl.message import (
@@ -14,6 +14,7 @@ from chefbot.msgs.idl.message import (
     Float32,
     Float32Array,
     Float64,
+    Int32,
     Int64,
     Message,
     String,
@@ -219,6 +220,53 @@ class NavigationStatus(Message, frozen=True, eq=False):
     """idle, driving, recovering, waiting (for a sensor: `reason` names it)"""
     recoveries: Uint32 = 0
     reason: String = ""
+
+
+class Quantity(Message, frozen=True, eq=False):
+    """A named number with its unit, SI."""
+
+    name: String = ""
+    value: Float64 = 0.0
+    unit: String = ""
+
+
+class Cause(Message, frozen=True, eq=False):
+    """Why the robot slows down, stops, takes a detour or fails: which check of which node, and what it found where.
+
+    `header.frame_id` is the frame of `point` and `robot`; `header.stamp` is when the effect began or ended.
+    """
+
+    header: Header = Header()
+    id: Uint32 = 0
+    """Number of the cause in this run, from 1 on; 0 in the report of a node. An end has the number of what ends."""
+    kind: String = ""
+    """slow, stop, detour, failure, or end (of one of these)"""
+    node: String = ""
+    """Node whose check it is."""
+    check: String = ""
+    """Check that failed, in words."""
+    sensor: String = ""
+    """What marked the obstacle: lidar, depth camera, ultrasonic ranger, contact, map; empty for no obstacle."""
+    located: Bool = False
+    """Whether `point` is known."""
+    point: Point = Point()
+    """Where the obstacle is: the middle of a marked cell, or the measured point, m."""
+    marked_at: Time = Time()
+    """When it was last marked, 0 if that is not known."""
+    obstacle: String = ""
+    """What it is: person, on the map, not on the map, or empty for not known."""
+    person: Int32 = -1
+    """Number of the tracked person, -1 for none."""
+    robot: Pose = Pose()
+    """Where the robot was, if the frame is known."""
+    because: Uint32 = 0
+    """The `id` of the cause of another node behind this one, 0 for none."""
+    chain: StringArray = ()
+    """The chain from this check to its root, a link each."""
+    numbers: tuple[Quantity, ...] = ()
+    """What the check measured."""
+    sentence: String = ""
+    """The whole chain in words."""
 
 
 class ExplorationStatus(Message, frozen=True, eq=False):

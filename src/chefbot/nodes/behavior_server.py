@@ -16,7 +16,7 @@ from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool, String
-from chefbot.nodes.local_costmap import LocalCostmapNode
+from chefbot.nodes.causes.local_causes import LocalCausesNode
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.coroutines import Cancelled, Future
 from chefbot.runtime.node import In, Out, topic
@@ -27,7 +27,7 @@ MotionResult = tuple[Duration, int, str]
 """Elapsed time, error code (0 if none) and error message."""
 
 
-class BehaviorServerNode(LocalCostmapNode):
+class BehaviorServerNode(LocalCausesNode):
     """Base class of a node that serves spin, backup and drive_on_heading, one motion at a time.
 
     While it waits for a sensor it publishes the reason on `standing`, else an empty one.
@@ -115,6 +115,7 @@ class BehaviorServerNode(LocalCostmapNode):
         assert self._motion is not None and self._motion_ended is not None
         ended, step = self._motion_ended, guarded_step(self._motion, pose, costs, dt, blind)
         self._drive(step.v, step.w)
+        self.report_motion(step.progress, pose, costs, blind)
         self._send_feedback()
         if step.progress is not BehaviorProgress.RUNNING:
             ended.set_result(step.progress)
@@ -125,6 +126,7 @@ class BehaviorServerNode(LocalCostmapNode):
         Returns the message of the timeout, before it an empty string.
         """
         self.cmd_vel_nav.publish(Twist())
+        self.report_waiting(reason)
         sentence = self._waiting.wait(reason, dt)
         self._publish_waiting()
         if sentence and self._motion_ended is not None:
@@ -139,6 +141,7 @@ class BehaviorServerNode(LocalCostmapNode):
 
     def _stop(self) -> None:
         self._drive(0.0, 0.0)
+        self.end_reports()
 
     def _publish_waiting(self) -> None:
         remark = self._waiting.take_remark()

@@ -10,13 +10,13 @@ from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Header, String
+from chefbot.nodes.causes.motion_reasons import MotionReasonsNode
 from chefbot.robot.motion_limits import max_speed
-from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.collision_monitor import CheckedTwist, CollisionMonitor
 from chefbot.safety.command_multiplexer import StampedCommand
 from chefbot.safety.latency import LatencyEstimator
-from chefbot.safety.monitor_text import ReasonKeeper, limited_text
 from chefbot.safety.motion_policy import Restriction, SensorPolicy, SensorVerdict, restricted
 from chefbot.safety.params import DriveBaseParams
 
@@ -32,28 +32,26 @@ STATUS, OK_MESSAGE = "collision monitor", "Nothing limits the motion."
 """Name of the status in /diagnostics, and its message while nothing is wrong."""
 
 
-class CollisionMonitorNode(Node):
+class CollisionMonitorNode(MotionReasonsNode):
     """Base class of the node that commands the wheels: each of its twists is checked with the newest sensor data.
 
-    It publishes why the robot stands or is slow on `collision_monitor/reason`, empty for no reason, and on
-    /diagnostics.
+    It publishes why the robot stands or is slow on /diagnostics as well.
     """
 
     params: DriveBaseParams
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
     ultrasonic: In[Range]
-    reason: Out[String] = topic("collision_monitor/reason", latched=True)
     standing: Out[String] = topic("base/standing", latched=True)
     diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
         """Start with an empty memory."""
+        super().start()
         params = self.params
         self._monitor = CollisionMonitor(self.robot, params.monitor, params.ultrasonic_margin)
         self._policy = SensorPolicy(self.robot, params.monitor.optional_sensors)
         self._latency = LatencyEstimator(COMMAND_PERIOD, max_speed(self.robot), INITIAL_LATENCY)
-        self._reasons = ReasonKeeper()
         # nothing has been seen yet; teleoperation that begins now is not interrupted when the sensors come
         self._verdict = SensorVerdict(Restriction.CREEP)
         self._last_pose: tuple[SE2, int] | None = None
@@ -130,15 +128,6 @@ class CollisionMonitorNode(Node):
         before, self._last_pose = self._last_pose, (pose, pose_ns)
         if before is not None and pose_ns > before[1]:
             self._latency.process(v, before[0].between(pose).x / ((pose_ns - before[1]) / 1e9))
-
-    def _explain(
-        self, command: StampedCommand, v: float, w: float, checked: CheckedTwist, refused: str
-    ) -> None:
-        """Publish why the twist (v, w) of the wheels is less than commanded; refused: why another does not count."""
-        limited = limited_text(checked.limit, (command.v, command.w), (v, w))
-        sentence = self._verdict.fault or limited or refused
-        if self._reasons.changes(sentence, self.now_ns):
-            self.reason.publish(String(sentence))
 
     @every(hz=1)
     def publish_health(self) -> None:

@@ -118,9 +118,9 @@ class ControllerNode(BehaviorServerNode):
             self._step_path(self._following, pose, costs)
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
-        present = self.cmd_vel.last or Twist()
-        blind = self._sensors.blind_ahead(pose, costs)
+        present, blind = self.cmd_vel.last or Twist(), self._sensors.blind_ahead(pose, costs)
         step = self._follower.step(pose, (present.linear.x, present.angular.z), costs, blind)
+        self.report_step(step, self._follower, pose, costs, blind)
         self._drive(step.v, step.w)
         if step.result is not None:
             self._finish_path(following, step.result)

@@ -13,7 +13,9 @@ from chefbot.nodes.emergency_stop import EmergencyStopNode
 from chefbot.robot.motion_limits import Limits, one_plane_warning
 from chefbot.runtime.node import In, Out, every
 from chefbot.safety.cliff_stop import CliffStop
+from chefbot.safety.collision_monitor import CheckedTwist
 from chefbot.safety.command_multiplexer import CommandMultiplexer, CommandSource, StampedCommand
+from chefbot.safety.monitor_text import limited_text
 from chefbot.safety.motion_policy import Restriction
 from chefbot.safety.params import DriveBaseParams
 from chefbot.safety.velocity_limiter import VelocityLimiter
@@ -96,11 +98,26 @@ class DriveBaseNode(EmergencyStopNode):
         if checked.fraction < 1.0:
             v, w = checked.fraction * v, checked.fraction * w
             self._limiter.reset(v, w)
-        refused = (
-            HELD if self._commands.refuses(CommandSource.TELEOP, now_ns) and not self._stop.active else ""
+        self._publish_reason(
+            command, (v, w), checked, stopped_by_cliff=bool(target[0] != allowed * command.v)
         )
-        self._explain(command, v, w, checked, refused)
         self._publish_command(v, w)
+
+    def _publish_reason(
+        self,
+        command: StampedCommand,
+        left: tuple[float, float],
+        checked: CheckedTwist,
+        *,
+        stopped_by_cliff: bool,
+    ) -> None:
+        """Publish why the wheels get the twist `left` (m/s, rad/s), if that is less than the command."""
+        now_ns, commanded = self.now_ns, (command.v, command.w)
+        refuses = self._commands.refuses(CommandSource.TELEOP, now_ns) and not self._stop.active
+        cliff = self._cliffs.reason(command.v, now_ns) if stopped_by_cliff else ""
+        limited = limited_text(checked.limit, commanded, left)
+        self.explain(self._verdict.fault or limited or cliff or (HELD if refuses else ""))
+        self.report_limit(commanded, left, checked, self._verdict.fault or cliff, self._pose()[0])
 
     def discard_commands(self) -> None:
         """Discard all commands and stop, at once."""

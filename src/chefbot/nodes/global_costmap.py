@@ -66,27 +66,27 @@ class GlobalCostmapNode(Node):
         """Update the laser's obstacle layer with a scan."""
         stamp = scan.header.stamp.ns
         mark = partial(mark_laser, scan=scan)
-        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
+        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose, stamp))
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
         """Update the camera's obstacle layers with an obstacle scan."""
         stamp = scan.header.stamp.ns
         mark = partial(mark_obstacles, scan=scan, marking=self._marking)
-        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose))
+        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose, stamp))
 
     def on_ultrasonic(self, echo: Range) -> None:
         """Update the ranger's layer with an echo."""
         mark = partial(mark_range, echo=echo)
         frame, stamp = echo.header.frame_id, echo.header.stamp.ns
-        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark(mark, pose))
+        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark(mark, pose, stamp))
 
     def on_contact(self, contact: PoseStamped) -> None:
         """Mark what the robot has touched."""
         mark, motion = partial(mark_contact, radius=contact_radius(self.robot)), contact.pose.se2
         frame, stamp = contact.header.frame_id, contact.header.stamp.ns
-        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark(mark, pose @ motion))
+        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark(mark, pose @ motion, stamp))
 
-    def _mark(self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2) -> None:
+    def _mark(self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2, stamp_ns: int) -> None:
         """Mark with the odometry pose at the time of the measurement and the latest map -> odom transform."""
         try:
             map_T_odom = self.tf.lookup("map", "odom")
@@ -95,6 +95,7 @@ class GlobalCostmapNode(Node):
         if self.map.last is not None:
             if self._pose_jump.process(map_T_odom, odom_T_sensor):
                 self._costs.clear()
+            self._costs.set_time(stamp_ns / 1e9)
             mark(self._costs, map_T_odom @ odom_T_sensor)
 
     def on_clear_costmaps(self, radius: Float64) -> None:

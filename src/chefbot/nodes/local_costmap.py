@@ -70,6 +70,7 @@ class LocalCostmapNode(Node):
         self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_laser(pose, scan))
 
     def _mark_laser(self, pose: SE2, scan: LaserScan) -> None:
+        self._costs.set_time(scan.header.stamp.ns / 1e9)
         mark_laser(self._costs, pose, scan)
         self._sensors.note_scan_marked(scan.header.stamp.ns)
 
@@ -80,6 +81,7 @@ class LocalCostmapNode(Node):
         self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_obstacles(pose, scan))
 
     def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
+        self._costs.set_time(scan.header.stamp.ns / 1e9)
         mark_obstacles(self._costs, pose, scan, self._marking)
         self._sensors.note_obstacles_marked(scan.header.stamp.ns)
 
@@ -104,8 +106,7 @@ class LocalCostmapNode(Node):
         The camera layers stay until a beam clears them: the camera does not see what is near or beside it. So does
         the layer of a lidar that scans a part of a turn: the robot would back up into what it no longer sees.
         """
-        pose, lidar = self._pose(), self.robot.sensors.lidar
-        # before the first odometry nothing has been marked
+        pose, lidar = self._pose(), self.robot.sensors.lidar  # no pose: nothing has been marked yet
         if pose is not None and (lidar is None or lidar.full_turn):
             self._costs.clear_around(pose, radius.data, LASER)
 

@@ -14,7 +14,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
-from chefbot.nodes.global_costmap import GlobalCostmapNode
+from chefbot.nodes.causes.planner_causes import PlannerCausesNode
 from chefbot.planning.global_planning import ERROR_CODES, NO_TRANSFORM, RETRY_WITHOUT_FAR_MARKS
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
@@ -34,10 +34,10 @@ class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     settings: PlannerParams = PlannerParams()
 
 
-class PlannerNode(GlobalCostmapNode):
+class PlannerNode(PlannerCausesNode):
     """Serves compute_path_to_pose on the static map and the obstacle layers."""
 
-    live_params = (*GlobalCostmapNode.live_params, "settings.*")
+    live_params = (*PlannerCausesNode.live_params, "settings.*")
     params: PlannerNodeParams
     compute_path_to_pose = action_server(ComputePathToPose)
     plan: Out[Path]
@@ -68,9 +68,11 @@ class PlannerNode(GlobalCostmapNode):
             poses = self._find_path(robot, start, goal.goal.pose.se2)
         except PlanningError as error:
             code = ERROR_CODES[error.failure]
+            self.report_failure(error, self._planner, start, goal.goal.pose.se2)
             return ComputePathToPose_Result(error_code=code, error_msg=str(error))
         path = Path.of(Header.of(self.now_ns, "map"), poses)
         self.plan.publish(path)
+        self.report_plan(poses, goal.goal.pose.se2, robot)
         return ComputePathToPose_Result(path)
 
     def _find_path(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:

@@ -44,10 +44,14 @@ SENSORS = ("lidar", "depth camera", "depth camera")
 
 
 class CheckedTwist(NamedTuple):
-    """The fraction of a twist that is safe, 0 to 1, and what limits it if it is less than 1, else an empty string."""
+    """The fraction of a twist that is safe, 0 to 1, and what limits it if it is less than 1, else an empty string.
+
+    point: the obstacle that limits it, None if there is none.
+    """
 
     fraction: float
     limit: str = ""
+    point: SensedPoint | None = None
 
 
 FREE = CheckedTwist(1.0)
@@ -163,7 +167,7 @@ class CollisionMonitor:
         x, y = points[index].tolist()
         age = (now_ns - int(self._stamps[index])) / 1e9
         seen = SensedPoint(SENSORS[int(self._layers[index])], x, y, age)
-        return CheckedTwist(fraction, obstacle_text(seen, zones))
+        return CheckedTwist(fraction, obstacle_text(seen, zones), seen)
 
     def _check_echo(self, v: float, w: float, now_ns: int, latency: float) -> CheckedTwist:
         """Check the surface that the ultrasonic ranger measures, anywhere in its cone."""
@@ -185,7 +189,8 @@ class CollisionMonitor:
         if fraction >= 1.0:
             return FREE
         x, y = points[index].tolist()
-        return CheckedTwist(fraction, obstacle_text(SensedPoint("ultrasonic ranger", x, y, 0.0), zones))
+        seen = SensedPoint("ultrasonic ranger", x, y, (now_ns - echo.header.stamp.ns) / 1e9)
+        return CheckedTwist(fraction, obstacle_text(seen, zones), seen)
 
     def _check_ground(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
         """Check that the ground was seen of late: else the robot does not back up, and moves on slowly otherwise.

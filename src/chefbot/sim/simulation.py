@@ -245,6 +245,10 @@ class Simulation:
         """Poses of the people, x forward."""
         return self._movers.people_poses()
 
+    def solids(self) -> list[SimulatedShape]:
+        """Return all solids where they are now, without the people."""
+        return [*self._movers.fixed, *self._dropped, *self._movers.doors_and_chairs()]
+
     def drop_box(self, x: float, y: float, size: tuple[float, float, float], bottom: float = 0.0) -> str:
         """Put a box (side lengths in metres) on the floor, or hang it `bottom` metres above it; return its name.
 
@@ -271,8 +275,7 @@ class Simulation:
 
         Raises UserError if the pose is not free.
         """
-        solids = [*self._movers.fixed, *self._dropped, *self._movers.doors_and_chairs()]
-        self._check_free(pose, "the place to set the robot down", solids)
+        self._check_free(pose, "the place to set the robot down", self.solids())
         for i, (x, y, radius) in enumerate(self._movers.people_circles()):
             if math.dist(pose[:2], (x, y)) < self.robot.circumscribed_radius + radius:
                 raise UserError(

@@ -146,6 +146,23 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """Tables of the queued orders."""
 
 
+class CauseView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Why the robot slowed down, stopped, took a detour or failed; see chefbot_msgs/Cause."""
+
+    id: int
+    time: float
+    """When it began on the robot's clock, s."""
+    ended: float | None
+    """When it ended, s; None while it holds."""
+    effect: str
+    """Slower, Stopped, Detour or Failed."""
+    sentence: str
+    chain: tuple[str, ...] = ()
+    x: float | None = None
+    y: float | None = None
+    """Where the obstacle is on the map, m; None if there is none or it is not known."""
+
+
 class ProgressView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Progress of a long job such as 'compiling kernels': `done` of `total`."""
 
@@ -208,6 +225,10 @@ def _encode_scan(layer: str, value: tuple[NDArray[np.float64], str]) -> bytes:
 
 def _frames(value: Sequence[FrameView]) -> tuple[FrameView, ...]:
     return tuple(_instance_of(FrameView)(frame) for frame in value)
+
+
+def _causes(value: Sequence[CauseView]) -> tuple[CauseView, ...]:
+    return tuple(_instance_of(CauseView)(cause) for cause in value)
 
 
 def _joints(value: Mapping[str, float]) -> dict[str, float]:
@@ -282,5 +303,6 @@ LAYERS: dict[str, Layer] = {
     "joints": Layer(FAST_PERIOD, _joints, _ENCODE_JSON),
     "description": Layer(MAP_PERIOD, _text, _ENCODE_JSON),
     "depth": Layer(CAMERA_PERIOD, _depth, protocol.depth),
+    "causes": Layer(FAST_PERIOD, _causes, _ENCODE_JSON),
     "progress": Layer(FAST_PERIOD, _instance_of(ProgressView), _ENCODE_JSON),
 }

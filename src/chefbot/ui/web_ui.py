@@ -5,9 +5,11 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
+from chefbot.causes.history import CauseHistory
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
+    Cause,
     DeliveryStatus,
     EmergencyStopStatus,
     Errand,
@@ -43,7 +45,9 @@ from chefbot.ui.layers import (
     StopView,
 )
 from chefbot.ui.message_conversion import (
+    SHOWN_CAUSES,
     RecentDiagnostics,
+    cause_views,
     clicked_pose,
     cost_image,
     door_views,
@@ -93,7 +97,7 @@ class WebUiDevice(AuditedDevice):
     diagnostics: In[DiagnosticArray]
     emergency_stop: In[Bool]
     stop_status: In[EmergencyStopStatus]
-    monitor_reason: In[String] = topic("collision_monitor/reason")
+    causes: In[Cause]
     doors: In[JointState] = topic("simulation/doors")
 
     goal_pose: Out[PoseStamped]
@@ -118,6 +122,7 @@ class WebUiDevice(AuditedDevice):
         self._stopped = False
         self._last_status = StatusView()
         self._last_stop = StopView()
+        self._causes = CauseHistory(size=SHOWN_CAUSES)
         self._failures = 0
         self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
         self._real_time_factor = RealTimeFactor(self.now_ns)
@@ -250,6 +255,11 @@ class WebUiDevice(AuditedDevice):
         """Store diagnostics that are not OK, with the time of reception."""
         self._diagnostics.update(message, self.now_ns)
 
+    def on_causes(self, cause: Cause) -> None:
+        """Display why the robot slows down, stops, takes a detour or fails."""
+        self._causes.process(cause)
+        self._server.set_layer("causes", cause_views(self._causes))
+
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """Update the state of the deliveries and confirm accepted orders."""
         self._pending.confirm_orders(message.accepted, self.now_ns)
@@ -301,7 +311,7 @@ class WebUiDevice(AuditedDevice):
             confidence=localization.confidence if localization else None,
             localization_error=truth.pose.pose.se2.distance(pose) if truth and pose else None,
             navigation=navigation.state if navigation else "",
-            reason=self._why_stopped() or self._why_limited() or (navigation.reason if navigation else ""),
+            reason=self._why_stopped() or self._causes.sentence or (navigation.reason if navigation else ""),
             stopped=self._stopped,
             stop_pending=self._pending.stop,
             failures=self._failures,
@@ -314,9 +324,6 @@ class WebUiDevice(AuditedDevice):
         status = self.stop_status.last
         description = status.description if self._stopped and status else ""
         return self._pending.stop_warning(self.now_ns) or description
-
-    def _why_limited(self) -> str:
-        return self.monitor_reason.last.data if self.monitor_reason.last else ""
 
     def _lookup(self, target: str, source: str) -> SE2 | None:
         try:

@@ -96,6 +96,7 @@ const HANDLERS = {
   places: (value) => panels.places(value ?? []),
   delivery: (value) => panels.delivery(value),
   progress: (value) => panels.progress(value),
+  causes: (value) => panels.causes(value ?? []),
   camera: (value) => panels.camera(value),
 };
 

@@ -15,11 +15,12 @@ export const COLOURS = {
   robot: () => pick("#1d2522", "#e6ebe8"),
   costmap: () => "#e0592b",
   places: () => pick("#66716c", "#96a39d"),
+  causes: () => pick("#be123c", "#fb7185"),
 };
 
 export const SWITCHES = [
   ["costmap", "Global costmap"], ["path", "Global plan"], ["local_path", "Local plan"], ["particles", "Particles"],
-  ["scan", "Laser scan"], ["obstacles", "Camera obstacles"], ["places", "Places"], ["truth", "Ground truth (simulation)"],
+  ["scan", "Laser scan"], ["obstacles", "Camera obstacles"], ["places", "Places"], ["causes", "Causes"], ["truth", "Ground truth (simulation)"],
 ];
 
 const images = new Map();
@@ -150,6 +151,20 @@ function places(context, view, list) {
   }
 }
 
+// A cross on each obstacle that holds the robot up now.
+function causes(context, view, list) {
+  context.strokeStyle = COLOURS.causes();
+  context.lineWidth = 3;
+  for (const cause of list) {
+    if (cause.ended !== null || cause.x === null) continue;
+    const [x, y] = view.px(cause.x, cause.y);
+    context.beginPath();
+    context.moveTo(x - 6, y - 6); context.lineTo(x + 6, y + 6);
+    context.moveTo(x - 6, y + 6); context.lineTo(x + 6, y - 6);
+    context.stroke();
+  }
+}
+
 // In drawing order, the lowest layer first.
 export const PAINTERS = [
   ["map", gridPainter("map", mapColours)],
@@ -163,6 +178,7 @@ export const PAINTERS = [
   ["goal", (context, view, pose) => arrow(context, view, pose, COLOURS.goal(), Math.max(28, 0.6 * view.scale))],
   ["truth", truth],
   ["robot", robot],
+  ["causes", causes],
 ];
 
 export function scaleBar(context, view, above) {

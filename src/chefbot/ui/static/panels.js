@@ -103,12 +103,34 @@ export class Panels {
     text("volts", orDash(status.volts, (volts) => `${volts.toFixed(1)} V`));
     text("navigation", status.navigation || "–");
     text("confidence", orDash(status.confidence, (share) => `${Math.round(100 * share)} %`));
-    text("reason", status.reason || "none so far");
-    text("last-stop", status.reason ? `Last stop: ${status.reason}` : "");
+    text("reason", status.reason || "nothing holds the robot up");
+    text("last-stop", status.reason ? `Why: ${status.reason}` : "");
     const warnings = status.warnings ?? [];
     text("warnings", warnings.join(" "));
     $("warnings").hidden = warnings.length === 0;
     this.simulation(status);
+  }
+
+  // The newest causes of slow-downs, stops, detours and failures, each with its chain.
+  causes(list) {
+    $("causes-box").hidden = !list.length;
+    const opened = new Set([...$("causes").querySelectorAll("details[open]")].map((entry) => entry.dataset.id));
+    $("causes").replaceChildren(...list.map((cause) => {
+      const item = document.createElement("li"), entry = document.createElement("details");
+      const head = document.createElement("summary"), chain = document.createElement("ol");
+      const lasted = cause.ended > cause.time ? ` ${(cause.ended - cause.time).toFixed(1)} s` : "";
+      head.textContent = `${clock(cause.time)} ${cause.effect}${lasted}: ${cause.sentence}`;
+      chain.replaceChildren(...cause.chain.map((link) => {
+        const line = document.createElement("li");
+        line.textContent = link;
+        return line;
+      }));
+      entry.dataset.id = String(cause.id);
+      entry.open = opened.has(entry.dataset.id);
+      entry.append(head, chain);
+      item.append(entry);
+      return item;
+    }));
   }
 
   simulation(status) {

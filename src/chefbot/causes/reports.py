@@ -1,0 +1,56 @@
+"""Reports of checks: what a node found, before it is joined with what others found."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import msgspec
+
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.chefbot_msgs import Cause, Quantity
+from chefbot.msgs.geometry_msgs import Point
+from chefbot.msgs.std_msgs import Header
+
+SLOW, STOP, DETOUR, FAILURE, END = "slow", "stop", "detour", "failure", "end"
+"""Kinds of causes, by their effect."""
+LIDAR, CAMERA, RANGER = "lidar", "depth camera", "ultrasonic ranger"
+"""Sensors that mark obstacles."""
+CONTACT, MAP = "contact", "map"
+"""What else marks an obstacle: the robot touched it, or it is on the static map."""
+
+
+class MarkedPlace(NamedTuple):
+    """A place with an obstacle: what marked it, the frame, x and y in it (m), and the time of the mark or 0."""
+
+    sensor: str
+    frame: str
+    x: float
+    y: float
+    marked_ns: int
+
+
+def make_report(
+    kind: str,
+    check: str,
+    sentence: str,
+    place: MarkedPlace | None = None,
+    numbers: tuple[Quantity, ...] = (),
+) -> Cause:
+    """Return the report of a check: its effect, its name, its sentence, and the place that it found, if any."""
+    cause = Cause(kind=kind, check=check, sentence=sentence, numbers=numbers)
+    if place is None:
+        return cause
+    return msgspec.structs.replace(
+        cause,
+        header=Header.of(0, place.frame),
+        sensor=place.sensor,
+        located=True,
+        point=Point(place.x, place.y, 0.0),
+        marked_at=Time.of(place.marked_ns),
+    )
+
+
+def stamped(report: Cause, node: str, now_ns: int) -> Cause:
+    """Return a report with its node and its time."""
+    header = Header.of(now_ns, report.header.frame_id)
+    return msgspec.structs.replace(report, header=header, node=node)

@@ -1,0 +1,71 @@
+"""Chains of causes in words."""
+
+from __future__ import annotations
+
+from chefbot.causes.reports import CONTACT, END, MAP, RANGER
+from chefbot.msgs.chefbot_msgs import Cause
+
+PERSON, ON_MAP, NOT_ON_MAP = "person", "on the map", "not on the map"
+"""What an obstacle is, by the tracked people and the static map."""
+FRESH = 0.15
+"""Age of a mark up to which it counts as of now, s: a measurement and its way through the robot."""
+_EFFECTS = {"slow": "Slower", "stop": "Stopped", "detour": "Detour", "failure": "Failed", END: "Over"}
+
+
+def obstacle_phrase(cause: Cause) -> str:
+    """Return what the obstacle is: "person 3", "an obstacle that is not on the map"."""
+    if cause.obstacle == PERSON:
+        return f"person {cause.person}"
+    if cause.obstacle == ON_MAP:
+        return "an obstacle that is on the map"
+    return "an obstacle that is not on the map" if cause.obstacle == NOT_ON_MAP else "an obstacle"
+
+
+def age_of_mark(cause: Cause) -> float:
+    """Return how long before the cause its obstacle was last marked, s; 0 if that is not known."""
+    if not cause.marked_at.ns:
+        return 0.0
+    return max(0.0, (cause.header.stamp.ns - cause.marked_at.ns) / 1e9)
+
+
+def place_sentence(cause: Cause) -> str:
+    """Return who marked what, where and when, as a sentence; empty without a place."""
+    if not cause.located:
+        return ""
+    where = f"at x {cause.point.x:.2f} m, y {cause.point.y:.2f} m in {cause.header.frame_id}"
+    if cause.sensor == MAP:
+        return f"The map has an obstacle {where}."
+    age = age_of_mark(cause)
+    when = f", {age:.1f} s before" if age > FRESH else ""
+    what = obstacle_phrase(cause)
+    if cause.sensor == RANGER:
+        return f"The {cause.sensor} marked {what} in its cone {where}{when}."
+    if cause.sensor == CONTACT:
+        return f"The robot touched {what} {where}{when}."
+    return f"The {cause.sensor} marked {what} {where}{when}."
+
+
+def place_links(cause: Cause) -> tuple[str, ...]:
+    """Return the last links of a chain: the cell with its sensor and the time of the mark, and the obstacle."""
+    if not cause.located:
+        return ()
+    at = f" at {cause.marked_at.ns / 1e9:.2f} s" if cause.marked_at.ns else ""
+    cell = f"{cause.sensor}: x {cause.point.x:.2f} m, y {cause.point.y:.2f} m in {cause.header.frame_id}, marked{at}"
+    if not cause.obstacle:
+        return (cell,)
+    person = f" {cause.person}" if cause.obstacle == PERSON else ""
+    return cell, f"obstacle: {cause.obstacle}{person}"
+
+
+def effect_word(cause: Cause) -> str:
+    """Return the effect of a cause in one word, for lists and pictures."""
+    return _EFFECTS.get(cause.kind, cause.kind)
+
+
+def joined(own: str, behind: str) -> str:
+    """Return the sentence of a check, and behind it that of its cause; what is in both stands once."""
+    head, _, detail = own.partition(": ")
+    known = detail.rstrip(".").lower()
+    if known and behind.lower().startswith(known):
+        return f"{head}: {behind}"
+    return f"{own if own.endswith('.') else own + '.'} {behind}"

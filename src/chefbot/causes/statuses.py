@@ -1,0 +1,101 @@
+"""Causes in the statuses of nodes: recoveries, goals given up, emergency stop, battery, lost processes."""
+
+from __future__ import annotations
+
+import msgspec
+
+from chefbot.causes.reports import DETOUR, END, FAILURE, STOP, make_report, stamped
+from chefbot.msgs.chefbot_msgs import (
+    BatteryStatus,
+    Cause,
+    DeliveryStatus,
+    EmergencyStopStatus,
+    NavigationStatus,
+    Quantity,
+)
+
+CANCELLED = "The goal was cancelled."
+"""Reason of a navigation that somebody ended; it has not failed."""
+
+
+class StatusReports:
+    """Turns the statuses of nodes into reports when they change. Each method returns the reports that are due.
+
+    The reports are not periodic, so that an end is due at once.
+    """
+
+    def __init__(self) -> None:
+        self._open: dict[str, Cause] = {}
+        self._navigation = NavigationStatus()
+        self._delivery = DeliveryStatus()
+
+    def navigation(self, status: NavigationStatus, now_ns: int) -> list[Cause]:
+        """Report recoveries, and goals that ended without being reached."""
+        before, self._navigation = self._navigation, status
+        reports = []
+        if before.state != "idle" and status.state == "idle" and status.reason not in ("", CANCELLED):
+            given_up = make_report(FAILURE, "goal given up", f"The goal is given up: {status.reason}")
+            reports.append(stamped(given_up, "navigator", now_ns))
+        if status.state == "waiting":
+            return reports  # the controller reports for what it waits
+        found = None
+        if status.state == "recovering":
+            count = Quantity("recoveries", status.recoveries, "")
+            text = f"Recovery {status.recoveries}: {status.reason}"
+            check = "localization" if status.reason.startswith("Localization") else "recovery"
+            found = make_report(STOP, check, text, numbers=(count,))
+        elif status.state == "idle" and status.reason == CANCELLED:
+            found = make_report(STOP, "cancelled goal", status.reason)
+        return reports + self._change("navigator", found, now_ns)
+
+    def emergency_stop(self, status: EmergencyStopStatus, now_ns: int) -> list[Cause]:
+        """Report that the emergency stop is active."""
+        text = f"Emergency stop: {status.description or 'it is active.'}"
+        found = make_report(STOP, "emergency stop", text) if status.active else None
+        return self._change("base", found, now_ns)
+
+    def battery(self, status: BatteryStatus, now_ns: int) -> list[Cause]:
+        """Report that the battery sends the robot home, or lets it park only."""
+        kind = {"return": DETOUR, "park": STOP}.get(status.level)
+        charge = (Quantity("charge", status.charge, ""),)
+        found = make_report(kind, "battery charge", status.description, numbers=charge) if kind else None
+        return self._change("battery", found, now_ns)
+
+    def lost_process(self, process: str, now_ns: int) -> list[Cause]:
+        """Report that a process does not respond, empty for that all do."""
+        text = f"The process {process} does not respond; the robot stands until it is back."
+        return self._change("supervisor", make_report(STOP, "heartbeat", text) if process else None, now_ns)
+
+    def delivery(self, status: DeliveryStatus, now_ns: int) -> list[Cause]:
+        """Report places that were not served, and deliveries that failed."""
+        before, self._delivery = self._delivery, status
+        new = status.skipped_reasons[len(before.skipped_reasons) :]
+        reports = [make_report(FAILURE, "place not served", reason) for reason in new]
+        if status.state == "failed" and before.state != "failed":
+            reports.append(make_report(FAILURE, "delivery", status.description))
+        return [stamped(report, "delivery", now_ns) for report in reports]
+
+    def _change(self, node: str, found: Cause | None, now_ns: int) -> list[Cause]:
+        """Return the end of what the node reported before, if it is over, and the report of the present one."""
+        before = self._open.get(node)
+        if _key(before) == _key(found):
+            return []
+        reports = []
+        if before is not None:
+            del self._open[node]
+            reports.append(stamped(msgspec.structs.replace(before, kind=END), node, now_ns))
+        if found is not None:
+            self._open[node] = stamped(found, node, now_ns)
+            reports.append(self._open[node])
+        return reports
+
+
+def _key(report: Cause | None) -> tuple[str, ...]:
+    """Return what distinguishes two reports of one status: a battery's text changes with each percent."""
+    if report is None:
+        return ()
+    return (
+        report.kind,
+        report.check,
+        *(str(number.value) for number in report.numbers if number.name == "recoveries"),
+    )

@@ -1,0 +1,1 @@
+"""`chefbot why`."""

@@ -1,0 +1,28 @@
+"""The command `chefbot why`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def why(
+    log: Annotated[
+        Path | None, typer.Option(help="a run's folder, or its log; default: the newest log in runs/")
+    ] = None,
+    last: Annotated[int, typer.Option(min=1, help="how many causes, the newest")] = 20,
+    everything: Annotated[bool, typer.Option("--all", help="all causes of the run")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print the chains as JSON, one a line")] = False,
+    picture: Annotated[
+        Path | None, typer.Option(help="also draw the places on the map, as PNG", show_default=False)
+    ] = None,
+) -> None:
+    """Show why a robot slowed down, stopped or failed.
+
+    Each line names the check, the obstacle with its place, the sensor that marked it, and when.
+    """
+    from chefbot.cli.why.reasons import print_reasons
+
+    print_reasons(log, None if everything else last, as_json, picture)

@@ -1,0 +1,82 @@
+"""The causes of all nodes, each with its chain: what is behind it, what its obstacle is, and its sentence."""
+
+from __future__ import annotations
+
+from chefbot.causes.chains import CauseChains
+from chefbot.causes.statuses import StatusReports
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import (
+    BatteryStatus,
+    Cause,
+    DeliveryStatus,
+    EmergencyStopStatus,
+    NavigationStatus,
+)
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import String
+from chefbot.runtime.node import In, Node, NoParams, Out
+from chefbot.runtime.transform_buffer import TransformError
+
+
+class CausesNode(Node):
+    """Publishes on `causes` why the robot slows down, stops, takes a detour or fails, and when that is over."""
+
+    params: NoParams
+    cause_reports: In[Cause]
+    map: In[OccupancyGrid]
+    navigation_status: In[NavigationStatus]
+    stop_status: In[EmergencyStopStatus]
+    battery_status: In[BatteryStatus]
+    delivery_status: In[DeliveryStatus]
+    process_lost: In[String]
+    process_back: In[String]
+    causes: Out[Cause]
+
+    def start(self) -> None:
+        """Start without causes."""
+        self._chains, self._statuses = CauseChains(), StatusReports()
+
+    def on_map(self, message: OccupancyGrid) -> None:
+        """Keep the static map, to distinguish what is on it from what is not."""
+        self._chains.set_map(message.grid)
+
+    def on_cause_reports(self, report: Cause) -> None:
+        """Publish the chain of what a node reports."""
+        self._publish([report])
+
+    def on_navigation_status(self, status: NavigationStatus) -> None:
+        """Report recoveries and goals that are given up."""
+        self._publish(self._statuses.navigation(status, self.now_ns))
+
+    def on_stop_status(self, status: EmergencyStopStatus) -> None:
+        """Report the emergency stop."""
+        self._publish(self._statuses.emergency_stop(status, self.now_ns))
+
+    def on_battery_status(self, status: BatteryStatus) -> None:
+        """Report that the battery sends the robot home."""
+        self._publish(self._statuses.battery(status, self.now_ns))
+
+    def on_delivery_status(self, status: DeliveryStatus) -> None:
+        """Report places that were not served."""
+        self._publish(self._statuses.delivery(status, self.now_ns))
+
+    def on_process_lost(self, process: String) -> None:
+        """Report that a process does not respond."""
+        self._publish(self._statuses.lost_process(process.data, self.now_ns))
+
+    def on_process_back(self, _: String) -> None:
+        """Report that it responds again."""
+        self._publish(self._statuses.lost_process("", self.now_ns))
+
+    def _publish(self, reports: list[Cause]) -> None:
+        for report in reports:
+            frame = self._lookup(report.header.frame_id or "map")
+            cause = self._chains.process(report, frame, self._lookup("base_link"))
+            if cause is not None:
+                self.causes.publish(cause)
+
+    def _lookup(self, frame: str) -> SE2 | None:
+        try:
+            return self.tf.lookup("map", frame)
+        except TransformError:
+            return None

@@ -1,0 +1,67 @@
+"""Reports of causes: the base class of the nodes that make them, and what marked a cell of their costmap."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import msgspec
+
+from chefbot.causes.episodes import Episodes
+from chefbot.causes.obstacles import CellCentre
+from chefbot.causes.reports import CAMERA, CONTACT, END, LIDAR, MAP, RANGER, MarkedPlace, stamped
+from chefbot.costmap import ranger_marks
+from chefbot.costmap.conversions import LASER
+from chefbot.costmap.layered_costmap import STATIC, LayeredCostmap
+from chefbot.msgs.chefbot_msgs import Cause
+from chefbot.robot.spec import Robot
+from chefbot.runtime.node import Node, Out
+
+
+class CauseReportsNode(Node):
+    """Base class of a node that publishes on `cause_reports` what its checks find, when it begins and ends."""
+
+    cause_reports: Out[Cause]
+
+    @cached_property
+    def _episodes(self) -> Episodes:
+        return Episodes()
+
+    def report(self, subject: str, found: Cause | None, delay_ns: int = 0) -> None:
+        """Publish the begin, the change or the end of what is found about a subject; None: nothing is found.
+
+        delay_ns: time for which something must be found before it is reported.
+        """
+        self._publish_reports(self._episodes.update(subject, found, self.now_ns, delay_ns))
+
+    def end_reports(self) -> None:
+        """Publish the end of all that is open, as at the end of a goal."""
+        self._publish_reports(self._episodes.end_all())
+
+    def report_once(self, found: Cause) -> None:
+        """Publish something that has no duration: it ends when it begins."""
+        self._publish_reports([found, msgspec.structs.replace(found, kind=END)])
+
+    def _publish_reports(self, reports: list[Cause]) -> None:
+        for report in reports:
+            self.cause_reports.publish(stamped(report, self.name, self.now_ns))
+
+
+def marked_place(
+    costs: LayeredCostmap, cell: CellCentre | None, frame: str, robot: Robot
+) -> MarkedPlace | None:
+    """Return the place of a cell with the sensor that marked it and when, or None for no cell or no mark."""
+    mark = None if cell is None else costs.marked_by(*cell)
+    if cell is None or mark is None:
+        return None
+    return MarkedPlace(_sensor(mark.source, robot), frame, *cell, round(mark.time * 1e9))
+
+
+def _sensor(source: str, robot: Robot) -> str:
+    """Return the sensor of an obstacle layer; the planar scan of a robot without a lidar is its depth camera's."""
+    if source == STATIC:
+        return MAP
+    if source == ranger_marks.CONTACT:
+        return CONTACT
+    if source == ranger_marks.RANGER:
+        return RANGER
+    return LIDAR if source == LASER and robot.sensors.lidar is not None else CAMERA

@@ -1,0 +1,34 @@
+"""Causes over time: durations, and the one that holds now."""
+
+from __future__ import annotations
+
+from chefbot.causes.history import CauseHistory
+from chefbot.causes.reports import DETOUR, END, FAILURE, SLOW, STOP
+from chefbot.msgs.chefbot_msgs import Cause
+from chefbot.msgs.std_msgs import Header
+
+
+def cause(number: int, kind: str, seconds: int) -> Cause:
+    return Cause(Header.of(seconds * 1_000_000_000, "map"), number, kind, sentence=f"{kind} {number}")
+
+
+def test_the_gravest_and_newest_that_holds_is_present() -> None:
+    history = CauseHistory([cause(1, DETOUR, 1), cause(2, STOP, 2), cause(3, SLOW, 3), cause(4, STOP, 4)])
+    assert history.sentence == "stop 4"
+    history.process(cause(4, END, 5))
+    assert history.sentence == "stop 2"
+    history.process(cause(2, END, 6))
+    assert history.sentence == "slow 3"
+    history.process(cause(5, FAILURE, 7))
+    assert history.sentence == "slow 3"  # a failure does not last
+    assert [span.duration for span in history.spans] == [None, 4.0, None, 1.0, 0.0]
+
+
+def test_nothing_is_present_in_the_beginning() -> None:
+    assert CauseHistory().present is None and CauseHistory().sentence == ""
+    assert CauseHistory([cause(9, END, 1)]).spans == []
+
+
+def test_the_oldest_go_first() -> None:
+    history = CauseHistory((cause(number, STOP, number) for number in range(1, 30)), size=5)
+    assert [span.cause.id for span in history.spans] == [25, 26, 27, 28, 29]

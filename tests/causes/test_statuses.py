@@ -1,0 +1,93 @@
+"""Causes in the statuses of nodes: begun once, ended once."""
+
+from __future__ import annotations
+
+from chefbot.causes.reports import DETOUR, END, FAILURE, STOP
+from chefbot.causes.statuses import CANCELLED, StatusReports
+from chefbot.msgs.chefbot_msgs import (
+    BatteryStatus,
+    Cause,
+    DeliveryStatus,
+    EmergencyStopStatus,
+    NavigationStatus,
+)
+
+
+def facts(reports: list[Cause]) -> list[tuple[str, str, str]]:
+    return [(report.kind, report.node, report.check) for report in reports]
+
+
+def navigation(reports: StatusReports, *statuses: tuple[str, int, str]) -> list[list[tuple[str, str, str]]]:
+    return [
+        facts(reports.navigation(NavigationStatus(state=state, recoveries=count, reason=reason), 1))
+        for state, count, reason in statuses
+    ]
+
+
+def test_each_recovery_begins_and_ends_once() -> None:
+    recovery, end = (STOP, "navigator", "recovery"), (END, "navigator", "recovery")
+    assert navigation(
+        StatusReports(),
+        ("idle", 0, ""),
+        ("driving", 0, ""),
+        ("recovering", 1, "No collision-free command."),
+        ("recovering", 1, "No collision-free command."),
+        ("recovering", 2, "No collision-free command."),
+        ("waiting", 2, "The lidar sends nothing."),
+        ("driving", 2, ""),
+        ("idle", 2, ""),
+    ) == [[], [], [recovery], [], [end, recovery], [], [end], []]
+
+
+def test_a_goal_given_up_is_a_failure_but_no_cancelled_one() -> None:
+    statuses = StatusReports()
+    given_up = navigation(statuses, ("driving", 0, ""), ("idle", 8, "No way."), ("idle", 8, "No way."))
+    assert given_up == [[], [(FAILURE, "navigator", "goal given up")], []]
+    cancelled = navigation(statuses, ("driving", 0, ""), ("idle", 0, CANCELLED), ("driving", 0, ""))
+    assert cancelled[1:] == [
+        [(STOP, "navigator", "cancelled goal")],
+        [(END, "navigator", "cancelled goal")],
+    ]
+
+
+def test_lost_localization_is_its_own_root() -> None:
+    (report,) = navigation(StatusReports(), ("recovering", 0, "Localization lost; rotating."))[0]
+    assert report == (STOP, "navigator", "localization")
+
+
+def test_the_emergency_stop_begins_and_ends() -> None:
+    statuses = StatusReports()
+    active = EmergencyStopStatus(active=True, description="Pressed on the page.")
+    (begun,) = statuses.emergency_stop(active, 5)
+    assert begun.sentence == "Emergency stop: Pressed on the page." and begun.header.stamp.ns == 5
+    assert statuses.emergency_stop(active, 6) == []
+    assert facts(statuses.emergency_stop(EmergencyStopStatus(), 7)) == [(END, "base", "emergency stop")]
+    assert statuses.emergency_stop(EmergencyStopStatus(), 8) == []
+
+
+def test_a_battery_that_sends_the_robot_home_is_reported_once() -> None:
+    statuses = StatusReports()
+    levels = [("ok", 0.5), ("return", 0.2), ("return", 0.19), ("park", 0.1), ("ok", 0.9)]
+    reports = [
+        facts(statuses.battery(BatteryStatus(level=name, charge=charge), 1)) for name, charge in levels
+    ]
+    check = ("battery", "battery charge")
+    assert reports == [[], [(DETOUR, *check)], [], [(END, *check), (STOP, *check)], [(END, *check)]]
+
+
+def test_each_place_that_is_skipped_is_a_failure() -> None:
+    statuses = StatusReports()
+    one = DeliveryStatus(state="driving", skipped_reasons=("table 3: no way.",))
+    (skipped,) = statuses.delivery(one, 1)
+    assert (skipped.kind, skipped.sentence) == (FAILURE, "table 3: no way.")
+    assert statuses.delivery(one, 2) == []
+    failed = DeliveryStatus(state="failed", skipped_reasons=("table 3: no way.",), description="No way home.")
+    assert facts(statuses.delivery(failed, 3)) == [(FAILURE, "delivery", "delivery")]
+    assert statuses.delivery(DeliveryStatus(state="loading"), 4) == []  # a new round has none yet
+
+
+def test_a_lost_process_stops_the_robot_until_it_is_back() -> None:
+    statuses = StatusReports()
+    assert facts(statuses.lost_process("slam", 1)) == [(STOP, "supervisor", "heartbeat")]
+    assert facts(statuses.lost_process("", 2)) == [(END, "supervisor", "heartbeat")]
+    assert statuses.lost_process("", 3) == []

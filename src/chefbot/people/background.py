@@ -13,6 +13,7 @@ import scipy.ndimage
 from numba import njit
 from numpy.typing import NDArray
 
+from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.people.observation import Floats, Observation
@@ -31,8 +32,8 @@ FREE_STEP = 3
 """Evidence that a beam through a cell takes off."""
 OCCUPIED = 65
 """Occupancy of the static map from which a cell is an obstacle, percent."""
-MAP_MARGIN = 0.1
-"""Distance from an obstacle of the map within which a return belongs to it, m."""
+MAX_DISTANCE = 1000
+"""Distance to the nearest obstacle outside the map, m."""
 
 
 @njit(cache=True, nogil=True)
@@ -122,14 +123,14 @@ class Background:
         self._static = np.zeros((CELLS, CELLS), np.int16)
         self._free_at = np.full((CELLS, CELLS), -np.inf)
         self._hit_at = np.full((CELLS, CELLS), -np.inf)
-        self._map: Grid | None = None
+        self._map: CellGrid | None = None
 
     def set_map(self, grid: Grid) -> None:
         """Set or replace the static map."""
-        cells = (grid.cells >= OCCUPIED).astype(np.uint8)
-        reach = max(1, round(MAP_MARGIN / grid.resolution))
-        widened = scipy.ndimage.maximum_filter(cells, size=2 * reach + 1, mode="constant")
-        self._map = Grid(widened.astype(np.int8), grid.resolution, grid.origin_x, grid.origin_y)
+        distance = scipy.ndimage.distance_transform_edt(grid.cells < OCCUPIED) if (grid.cells >= OCCUPIED).any() else None
+        self._map = None if distance is None else CellGrid(
+            (distance * grid.resolution).astype(np.float32), grid.resolution, grid.origin_x, grid.origin_y
+        )
 
     def update(self, observation: Observation, people: NDArray[np.bool_], now: float, limit: float) -> None:
         """Enter the returns that are not of people, (n,), and the free floor, at a time (s) up to `limit` metres."""
@@ -160,9 +161,12 @@ class Background:
         self._free_at[:] = -np.inf
         self._hit_at[:] = -np.inf
 
-    def on_map(self, points: Floats, map_T_frame: SE2 | None) -> NDArray[np.bool_]:
-        """Return which points (n, 2) lie on an obstacle of the static map; none without map or transform."""
+    def on_map(self, points: Floats, map_T_frame: SE2 | None, margin: Floats) -> NDArray[np.bool_]:
+        """Return which points (n, 2) lie within `margin` (n,) metres of an obstacle of the static map.
+
+        None do without a map or a transform.
+        """
         if self._map is None or map_T_frame is None:
             return np.zeros(len(points), np.bool_)
-        at = map_T_frame.apply(np.nan_to_num(points))
-        return np.asarray(self._map.values(at[:, 0], at[:, 1], 0) > 0)
+        at = map_T_frame.apply(points)
+        return np.asarray(self._map.values(at[:, 0], at[:, 1], MAX_DISTANCE) <= margin)

@@ -16,8 +16,16 @@ MAX_WIDTH = 0.6
 """Largest width of a person across, with a coat or a bag, m."""
 LEG_WIDTH = (0.08, 0.24)
 """Width of one leg with trousers, m."""
+BODY_WIDTH = (0.2, 0.5)
+"""Width of both legs seen as one segment, m."""
+LEG_GAP = 0.04
+"""Distance of neighbouring beams beyond which the gap between two legs may be missed, m."""
 LEG_DISTANCE = (0.12, 0.45)
 """Distance of the two legs of a person, m; at most half a step."""
+CHAIN_GAP, MAX_CHAIN = 0.3, 1.5
+"""Distance of neighbouring segments up to which they are of one thing, and extent up to which that is no wall, m."""
+MAP_MARGIN, MAP_MARGIN_GROWTH = 0.1, 0.02
+"""Distance from an obstacle of the map within which a return belongs to it, m, and its growth with the range, rad."""
 NEAR = 2.5
 """Distance within which a person gives several returns, m."""
 LEG_DEPTH, SECOND_LEG = 0.055, 0.07
@@ -41,6 +49,7 @@ class Candidates(NamedTuple):
     position: Floats
     broad: NDArray[np.bool_]
     leg: NDArray[np.bool_]
+    body: NDArray[np.bool_]
     novel: NDArray[np.bool_]
     stays: NDArray[np.bool_]
     on_map: NDArray[np.bool_]
@@ -79,14 +88,34 @@ def find_candidates(
     few = (segments.count < 2) & (segments.range < NEAR)
     mask = (segments.width <= MAX_WIDTH) & (segments.range <= max_range) & (segments.upright >= 0.5) & ~few
     kept = segments.selected(mask)
+    apart = _chain_extents(observation, segments)[mask] <= MAX_CHAIN
     was_free, stays = background.was_free(kept.centre, free_after)
     # A beam's footprint widens a segment that only two of them meet.
     width = kept.width + 0.5 * observation.spacing * kept.range
     broad = (kept.count >= 2) & (width >= MIN_BROAD)
     leg = (kept.count >= 3) & (kept.width >= LEG_WIDTH[0]) & (kept.width <= LEG_WIDTH[1]) & ~kept.hidden
+    body = (kept.count >= 3) & (kept.width >= BODY_WIDTH[0]) & (kept.width <= BODY_WIDTH[1]) & ~kept.hidden
+    body &= apart & (observation.spacing * kept.range > LEG_GAP)
+    leg &= apart
     novel = was_free & ~stays
-    on_map = background.on_map(kept.centre, map_T_frame) & ~novel
-    return Candidates(kept, _behind(observation.sensor, kept, LEG_DEPTH), broad, leg, novel, stays, on_map)
+    on_map = background.on_map(kept.centre, map_T_frame, MAP_MARGIN + MAP_MARGIN_GROWTH * kept.range)
+    return Candidates(kept, _behind(observation.sensor, kept, LEG_DEPTH), broad, leg, body, novel, stays, on_map)
+
+
+def _chain_extents(observation: Observation, segments: Segments) -> Floats:
+    """Return for each segment (m,) the extent of the chain of neighbouring segments that it is in, m.
+
+    A wall seen at a small angle falls into many segments.
+    """
+    if not len(segments):
+        return np.zeros(0)
+    points = observation.points()
+    first, last = points[segments.first], points[segments.last]
+    gaps = np.hypot(*(first[1:] - last[:-1]).T)
+    chain = np.concatenate([[0], np.cumsum(gaps > CHAIN_GAP)])
+    begins = np.searchsorted(chain, np.arange(chain[-1] + 1))
+    ends = np.append(begins[1:], len(chain)) - 1
+    return np.asarray(np.hypot(*(last[ends] - first[begins]).T)[chain])
 
 
 def _behind(sensor: SE2, segments: Segments, depth: float) -> Floats:
@@ -104,6 +133,8 @@ class Measurement(NamedTuple):
     deviation: float
     novel: bool
     pair: bool
+    body: bool
+    leg: bool
     on_map: bool
 
 
@@ -124,6 +155,8 @@ def measure(candidates: Candidates, chosen: NDArray[np.int64], sensor: SE2) -> M
         SINGLE_LEG_DEVIATION if single else LEG_DEVIATION,
         bool((candidates.novel & candidates.broad)[chosen].any()),
         pair,
+        bool(candidates.body[chosen].any()),
+        bool(candidates.leg[chosen].any()),
         bool(candidates.on_map[chosen].all()),
     )
 

@@ -11,10 +11,10 @@ from chefbot.people.motion_model import MotionState, predict
 
 CANDIDATE = 0
 """Id of a track that is not known to be a person yet."""
-CONFIRMED, REFUTED, MAX_EVIDENCE = 3.0, -1.5, 6.0
-"""Evidence (log odds) from which a track is a person, below which it ends, and its bound."""
-NOVEL, MOVING, PAIR, STILL, ON_MAP, FREE = 0.7, 0.45, 0.12, -0.1, -1.0, -0.8
-"""Evidence of a measurement: where nothing was before; moving; two legs; none of these; on an obstacle of the map; and
+CONFIRMED, LIKELY, REFUTED, MAX_EVIDENCE = 3.0, 0.5, -1.5, 6.0
+"""Evidence (log odds) from which a track is a person, and may be one, below which it ends, and its bound."""
+NOVEL, MOVING, PAIR, BODY, LEG, STILL, ON_MAP, FREE = 0.7, 0.45, 0.12, 0.06, 0.04, -0.05, -1.0, -0.8
+"""Evidence of a measurement: where nothing was before; moving; two legs; as wide as two legs; as wide as one; none of these; on an obstacle of the map; and
 of a place that is seen free."""
 MIN_MEASUREMENTS = 5
 """Measurements before a track is a person."""
@@ -69,6 +69,11 @@ class Track:
         return 1.0 / (1.0 + math.exp(-self.evidence))
 
     @property
+    def likely(self) -> bool:
+        """Whether it is a person or may well be one, so that its returns are no background."""
+        return self.confirmed or self.evidence > LIKELY
+
+    @property
     def standing(self) -> bool:
         """Whether the person stands."""
         return self.time - self.standing_since >= STANDING_TIME
@@ -105,7 +110,7 @@ class Track:
             return ON_MAP
         evidence = NOVEL if seen.novel else 0.0
         evidence += MOVING if self._moves() else 0.0
-        evidence += PAIR if seen.pair else 0.0
+        evidence += PAIR if seen.pair else BODY if seen.body else LEG if seen.leg else 0.0
         return evidence if evidence > 0.0 else STILL
 
     def _moves(self) -> bool:

@@ -29,8 +29,8 @@ MAX_JUMP = 0.7
 """Distance of a measurement from a prediction beyond which they never belong together, m."""
 ASSOCIATION_DEVIATION = 0.13
 """Standard deviation of a leg from the middle of its person, m."""
-SECOND_LEG_COST, STAYS_COST = 1.5, 4.0
-"""Additional cost of a second candidate, and of one where returns have stayed."""
+SECOND_LEG_COST, STAYS_COST, STANDING_STAYS_COST = 1.5, 7.0, 2.0
+"""Additional cost of a second candidate, and of one where returns have stayed, for people who move and for others."""
 MIN_DISTANCE = 0.3
 """Distance within which two tracks are one person, m."""
 MAX_LAG, RESET_AFTER = 0.5, 10
@@ -88,7 +88,7 @@ class PeopleTracker:
         self._note_unseen(observation, owner)
         self._begin(candidates, owner, observation.sensor)
         self._end_and_confirm()
-        people = np.array([*(track.confirmed for track in tracks), False])  # the last one for NO_TRACK
+        people = np.array([*(track.likely for track in tracks), False])  # the last one for NO_TRACK
         beams = candidates.beams(people[owner], len(observation.ranges))
         self._background.update(observation, beams, self.time, self.params.max_range)
         return True
@@ -132,7 +132,9 @@ class PeopleTracker:
         at = state[:, None, :2] - lag * state[:, None, 2:4]
         square = ((candidates.position[None, free] - at) ** 2).sum(axis=2)
         costs = square / (state[:, 4:5] + ASSOCIATION_DEVIATION**2)
-        costs = costs + np.where(candidates.stays[free], STAYS_COST, 0.0)[None]
+        moving = np.array([track.confirmed and not track.standing for track in tracks], np.bool_)
+        stays_cost = np.where(moving, STAYS_COST, STANDING_STAYS_COST)
+        costs = costs + np.where(candidates.stays[free], stays_cost[:, None], 0.0)
         return np.where(square <= MAX_JUMP**2, costs, np.inf)
 
     def _correct(

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.maths.cell_grid import CellGrid
-from chefbot.maths.grid import Grid
+from chefbot.maths.grid import UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.people.observation import Floats, Observation
 
@@ -32,7 +32,7 @@ FREE_STEP = 3
 """Evidence that a beam through a cell takes off."""
 OCCUPIED = 65
 """Occupancy of the static map from which a cell is an obstacle, percent."""
-MAX_DISTANCE = 1000
+MAX_DISTANCE = 1e3
 """Distance to the nearest obstacle outside the map, m."""
 
 
@@ -123,14 +123,24 @@ class Background:
         self._static = np.zeros((CELLS, CELLS), np.int16)
         self._free_at = np.full((CELLS, CELLS), -np.inf)
         self._hit_at = np.full((CELLS, CELLS), -np.inf)
-        self._map: CellGrid | None = None
+        self._map: Grid | None = None
+        self._distance: CellGrid | None = None
 
     def set_map(self, grid: Grid) -> None:
         """Set or replace the static map."""
-        distance = scipy.ndimage.distance_transform_edt(grid.cells < OCCUPIED) if (grid.cells >= OCCUPIED).any() else None
-        self._map = None if distance is None else CellGrid(
-            (distance * grid.resolution).astype(np.float32), grid.resolution, grid.origin_x, grid.origin_y
-        )
+        self._map = grid
+        occupied = grid.cells >= OCCUPIED
+        if occupied.any():
+            distance = scipy.ndimage.distance_transform_edt(~occupied) * grid.resolution
+        else:
+            distance = np.full(occupied.shape, MAX_DISTANCE)
+        cells = distance.astype(np.float32)
+        self._distance = CellGrid(cells, grid.resolution, grid.origin_x, grid.origin_y)
+
+    @property
+    def has_map(self) -> bool:
+        """Whether there is a static map."""
+        return self._map is not None
 
     def update(self, observation: Observation, people: NDArray[np.bool_], now: float, limit: float) -> None:
         """Enter the returns that are not of people, (n,), and the free floor, at a time (s) up to `limit` metres."""
@@ -161,12 +171,16 @@ class Background:
         self._free_at[:] = -np.inf
         self._hit_at[:] = -np.inf
 
-    def on_map(self, points: Floats, map_T_frame: SE2 | None, margin: Floats) -> NDArray[np.bool_]:
-        """Return which points (n, 2) lie within `margin` (n,) metres of an obstacle of the static map.
+    def on_map(
+        self, points: Floats, map_T_frame: SE2 | None, margin: Floats
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which points (n, 2) lie within `margin` (n,) metres of an obstacle of the map, and which on free floor.
 
-        None do without a map or a transform.
+        Without a map or a transform none does either.
         """
-        if self._map is None or map_T_frame is None:
-            return np.zeros(len(points), np.bool_)
-        at = map_T_frame.apply(points)
-        return np.asarray(self._map.values(at[:, 0], at[:, 1], MAX_DISTANCE) <= margin)
+        if self._map is None or self._distance is None or map_T_frame is None:
+            return np.zeros(len(points), np.bool_), np.zeros(len(points), np.bool_)
+        x, y = map_T_frame.apply(points).T
+        near = self._distance.values(x, y, MAX_DISTANCE) <= margin
+        known = self._map.values(x, y, UNKNOWN) != UNKNOWN
+        return np.asarray(near), np.asarray(known & ~near)

@@ -42,7 +42,8 @@ class Candidates(NamedTuple):
 
     segments: their features. position: (m, 2) estimated centre of the leg or body in the tracking frame, m. broad: (m,)
     wider than the legs of furniture. leg: (m,) as wide as a leg. novel: (m,) where nothing was before. stays: (m,)
-    where returns have stayed. on_map: (m,) on an obstacle of the map.
+    where returns have stayed. on_map: (m,) on an obstacle of the map. on_floor: (m,) on floor that is
+    free in the map.
     """
 
     segments: Segments
@@ -53,6 +54,7 @@ class Candidates(NamedTuple):
     novel: NDArray[np.bool_]
     stays: NDArray[np.bool_]
     on_map: NDArray[np.bool_]
+    on_floor: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.segments)
@@ -97,9 +99,10 @@ def find_candidates(
     body = (kept.count >= 3) & (kept.width >= BODY_WIDTH[0]) & (kept.width <= BODY_WIDTH[1]) & ~kept.hidden
     body &= apart & (observation.spacing * kept.range > LEG_GAP)
     leg &= apart
-    novel = was_free & ~stays
-    on_map = background.on_map(kept.centre, map_T_frame, MAP_MARGIN + MAP_MARGIN_GROWTH * kept.range)
-    return Candidates(kept, _behind(observation.sensor, kept, LEG_DEPTH), broad, leg, body, novel, stays, on_map)
+    margin = MAP_MARGIN + MAP_MARGIN_GROWTH * kept.range
+    on_map, on_floor = background.on_map(kept.centre, map_T_frame, margin)
+    novel = was_free & ~stays & (on_floor | (not background.has_map))
+    return Candidates(kept, _behind(observation.sensor, kept, LEG_DEPTH), broad, leg, body, novel, stays, on_map, on_floor)
 
 
 def _chain_extents(observation: Observation, segments: Segments) -> Floats:
@@ -155,8 +158,8 @@ def measure(candidates: Candidates, chosen: NDArray[np.int64], sensor: SE2) -> M
         SINGLE_LEG_DEVIATION if single else LEG_DEVIATION,
         bool((candidates.novel & candidates.broad)[chosen].any()),
         pair,
-        bool(candidates.body[chosen].any()),
-        bool(candidates.leg[chosen].any()),
+        bool((candidates.body & candidates.on_floor)[chosen].any()),
+        bool((candidates.leg & candidates.on_floor)[chosen].any()),
         bool(candidates.on_map[chosen].all()),
     )
 

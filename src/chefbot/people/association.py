@@ -9,7 +9,9 @@ from scipy.optimize import linear_sum_assignment
 NO_TRACK = -1
 
 
-def associate(costs: NDArray[np.float64], gate: float, slots: int = 1, extra: float = 0.0) -> NDArray[np.int64]:
+def associate(
+    costs: NDArray[np.float64], gate: float, slots: int = 1, extra: float = 0.0
+) -> NDArray[np.int64]:
     """Return the track of each measurement, (m,), NO_TRACK for none.
 
     costs: (tracks, m), at least 0; NaN and inf exclude a pair. gate: cost from which a pair is excluded; it is also the

@@ -111,7 +111,10 @@ def _read(
         row, column = math.floor(points[i, 1] / CELL), math.floor(points[i, 0] / CELL)
         for nr in range(row - 1, row + 2):
             for nc in range(column - 1, column + 2):
-                if keys[nr % n, nc % n] == (nr << 32) ^ (nc & 0xFFFFFFFF) and static[nr % n, nc % n] >= STATIC:
+                if (
+                    keys[nr % n, nc % n] == (nr << 32) ^ (nc & 0xFFFFFFFF)
+                    and static[nr % n, nc % n] >= STATIC
+                ):
                     stays[i] = True
 
 

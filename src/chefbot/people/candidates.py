@@ -102,7 +102,9 @@ def find_candidates(
     margin = MAP_MARGIN + MAP_MARGIN_GROWTH * kept.range
     on_map, on_floor = background.on_map(kept.centre, map_T_frame, margin)
     novel = was_free & ~stays & (on_floor | (not background.has_map))
-    return Candidates(kept, _behind(observation.sensor, kept, LEG_DEPTH), broad, leg, body, novel, stays, on_map, on_floor)
+    return Candidates(
+        kept, _behind(observation.sensor, kept, LEG_DEPTH), broad, leg, body, novel, stays, on_map, on_floor
+    )
 
 
 def _chain_extents(observation: Observation, segments: Segments) -> Floats:

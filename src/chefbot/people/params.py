@@ -16,11 +16,17 @@ class PeopleTrackerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     ] = 6.0
     acceleration: Annotated[
         float,
-        Meta(ge=0.1, le=10.0, description="spectral density of a person's acceleration, square root, m/s^1.5"),
+        Meta(
+            ge=0.1, le=10.0, description="spectral density of a person's acceleration, square root, m/s^1.5"
+        ),
     ] = 0.8
     memory: Annotated[
         float,
-        Meta(ge=1.0, le=600.0, description="time for which a place counts as seen free before it was occupied, s"),
+        Meta(
+            ge=1.0,
+            le=600.0,
+            description="time for which a place counts as seen free before it was occupied, s",
+        ),
     ] = 30.0
     max_unseen: Annotated[
         float, Meta(ge=0.1, le=60.0, description="time after which a person who is hidden is forgotten, s")

@@ -122,4 +122,4 @@ class Track:
     @property
     def over(self) -> bool:
         """Whether the evidence speaks against it."""
-        return self.evidence <= REFUTED or not self.confirmed and self.evidence <= 0.5 * REFUTED
+        return self.evidence <= REFUTED or (not self.confirmed and self.evidence <= 0.5 * REFUTED)

@@ -137,9 +137,7 @@ class PeopleTracker:
         costs = costs + np.where(candidates.stays[free], stays_cost[:, None], 0.0)
         return np.where(square <= MAX_JUMP**2, costs, np.inf)
 
-    def _correct(
-        self, candidates: Candidates, owner: NDArray[np.int64], sensor: SE2, lag: float
-    ) -> None:
+    def _correct(self, candidates: Candidates, owner: NDArray[np.int64], sensor: SE2, lag: float) -> None:
         for i, track in enumerate(self.tracks):
             chosen = np.flatnonzero(owner == i)
             if len(chosen):

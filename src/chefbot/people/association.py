@@ -14,9 +14,9 @@ def associate(
 ) -> NDArray[np.int64]:
     """Return the track of each measurement, (m,), NO_TRACK for none.
 
-    costs: (tracks, m), at least 0; NaN and inf exclude a pair. gate: cost from which a pair is excluded; it is also the
-    cost of leaving a measurement without a track. A track takes up to `slots` measurements; all but the first cost
-    `extra` more. The sum of costs is minimal (Kuhn 1955).
+    costs: (tracks, m), at least 0; NaN and inf exclude a pair. gate: cost from which a pair is excluded; it is also
+    the cost of leaving a measurement without a track. A track takes up to `slots` measurements; all but the first
+    cost `extra` more. The sum of costs is minimal (Kuhn 1955).
     """
     tracks, m = costs.shape
     found = np.full(m, NO_TRACK, np.int64)

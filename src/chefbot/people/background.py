@@ -1,7 +1,7 @@
 """What does not move: the static map, and cells in which returns stay or where nothing was before.
 
-An occupancy grid with evidence of both kinds, as in Wolf and Sukhatme 2005, "Mobile robot simultaneous localization and
-mapping in dynamic environments".
+An occupancy grid with evidence of both kinds, as in Wolf and Sukhatme 2005, "Mobile robot simultaneous localization
+and mapping in dynamic environments".
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ FREE_STEP = 3
 """Evidence that a beam through a cell takes off."""
 OCCUPIED = 65
 """Occupancy of the static map from which a cell is an obstacle, percent."""
-MAX_DISTANCE = 1e3
+MAX_DISTANCE = 1000
 """Distance to the nearest obstacle outside the map, m."""
 
 
@@ -61,8 +61,8 @@ def _update(
 ) -> None:
     """Enter an observation of n beams into the cells (k, k).
 
-    origin: (2,) of the beams. bearing, ranges, start, end: (n,). people: (n,) returns of people, which are not part of
-    the background. limit: distance beyond which nothing is entered, m.
+    origin: (2,) of the beams. bearing, ranges, start, end: (n,). people: (n,) returns of people, which are not part
+    of the background. limit: distance beyond which nothing is entered, m.
     """
     # Returns first, so that beams that pass beside them do not free their cells.
     for i in range(len(ranges)):
@@ -164,7 +164,7 @@ class Background:
         )
 
     def was_free(self, points: Floats, after: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return whether points (n, 2) were seen free after a time (s), and whether something stays at or beside them."""
+        """Return whether points (n, 2) were free after a time (s), and whether something stays at or beside each."""
         was_free, stays = np.zeros(len(points), np.bool_), np.zeros(len(points), np.bool_)
         _read(self._keys, self._static, self._free_at, points, after, was_free, stays)
         return was_free, stays
@@ -177,7 +177,7 @@ class Background:
     def on_map(
         self, points: Floats, map_T_frame: SE2 | None, margin: Floats
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return which points (n, 2) lie within `margin` (n,) metres of an obstacle of the map, and which on free floor.
+        """Return which points (n, 2) lie within `margin` (n,) metres of an obstacle of the map, and which on free ones.
 
         Without a map or a transform none does either.
         """

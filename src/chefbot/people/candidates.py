@@ -40,10 +40,10 @@ MIN_BROAD = 0.1
 class Candidates(NamedTuple):
     """m segments that may be of people.
 
-    segments: their features. position: (m, 2) estimated centre of the leg or body in the tracking frame, m. broad: (m,)
-    wider than the legs of furniture. leg: (m,) as wide as a leg. novel: (m,) where nothing was before. stays: (m,)
-    where returns have stayed. on_map: (m,) on an obstacle of the map. on_floor: (m,) on floor that is
-    free in the map.
+    segments: their features. position: (m, 2) estimated centre of the leg or body in the tracking frame, m. broad:
+    (m,) wider than the legs of furniture. leg: (m,) as wide as a leg. body: (m,) as wide as both legs, from so far
+    that they are not seen apart. novel: (m,) where nothing was before. stays: (m,) where returns have stayed. on_map:
+    (m,) on an obstacle of the map. on_floor: (m,) on floor that is free in the map.
     """
 
     segments: Segments
@@ -61,7 +61,17 @@ class Candidates(NamedTuple):
 
     def selected(self, chosen: NDArray[np.int64]) -> Candidates:
         """Return the chosen candidates (numbers)."""
-        return Candidates(self.segments.selected(chosen), *(field[chosen] for field in self[1:]))
+        return Candidates(
+            self.segments.selected(chosen),
+            self.position[chosen],
+            self.broad[chosen],
+            self.leg[chosen],
+            self.body[chosen],
+            self.novel[chosen],
+            self.stays[chosen],
+            self.on_map[chosen],
+            self.on_floor[chosen],
+        )
 
     def nearest(self, count: int) -> Candidates:
         """Return the `count` nearest candidates in the order of their beams."""
@@ -87,16 +97,16 @@ def find_candidates(
 
     free_after: time (s) after which a place was free if it is new that something is there.
     """
-    few = (segments.count < 2) & (segments.range < NEAR)
+    few = (segments.returns < 2) & (segments.range < NEAR)
     mask = (segments.width <= MAX_WIDTH) & (segments.range <= max_range) & (segments.upright >= 0.5) & ~few
     kept = segments.selected(mask)
     apart = _chain_extents(observation, segments)[mask] <= MAX_CHAIN
     was_free, stays = background.was_free(kept.centre, free_after)
     # A beam's footprint widens a segment that only two of them meet.
     width = kept.width + 0.5 * observation.spacing * kept.range
-    broad = (kept.count >= 2) & (width >= MIN_BROAD)
-    leg = (kept.count >= 3) & (kept.width >= LEG_WIDTH[0]) & (kept.width <= LEG_WIDTH[1]) & ~kept.hidden
-    body = (kept.count >= 3) & (kept.width >= BODY_WIDTH[0]) & (kept.width <= BODY_WIDTH[1]) & ~kept.hidden
+    broad = (kept.returns >= 2) & (width >= MIN_BROAD)
+    leg = (kept.returns >= 3) & (kept.width >= LEG_WIDTH[0]) & (kept.width <= LEG_WIDTH[1]) & ~kept.hidden
+    body = (kept.returns >= 3) & (kept.width >= BODY_WIDTH[0]) & (kept.width <= BODY_WIDTH[1]) & ~kept.hidden
     body &= apart & (observation.spacing * kept.range > LEG_GAP)
     leg &= apart
     margin = MAP_MARGIN + MAP_MARGIN_GROWTH * kept.range

@@ -1,8 +1,8 @@
 """The Kalman filter of one person: constant velocity with white noise acceleration.
 
 Bar-Shalom, Li and Kirubarajan 2001, "Estimation with Applications to Tracking and Navigation", section 6.2.2; Thrun,
-Burgard and Fox 2005, "Probabilistic Robotics", section 3.2. Measurement noise is the same in all directions, so x and y
-share one covariance and have no correlation.
+Burgard and Fox 2005, "Probabilistic Robotics", section 3.2. Measurement noise is the same in all directions, so x and
+y share one covariance and have no correlation.
 """
 
 from __future__ import annotations

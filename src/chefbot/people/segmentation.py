@@ -25,9 +25,9 @@ FEATURES = 5
 class Segments(NamedTuple):
     """m segments of an observation.
 
-    first, last: (m,) numbers of their beams. centre: (m, 2) mean of the returns, in the tracking frame, m. range: (m,)
-    of the centre from the sensor, m. width: (m,) distance of the ends, m. count: (m,) returns. upright: (m,) share of
-    the returns that may belong to a person by their height. hidden: (m,) whether something nearer hides an end.
+    first, last: (m,) numbers of their beams. centre: (m, 2) mean of the returns, in the tracking frame, m. range:
+    (m,) of the centre from the sensor, m. width: (m,) distance of the ends, m. returns: (m,) their number. upright:
+    (m,) share of the returns that may belong to a person by their height. hidden: (m,) whether something nearer hides an end.
     """
 
     first: NDArray[np.int64]
@@ -35,7 +35,7 @@ class Segments(NamedTuple):
     centre: Floats
     range: Floats
     width: Floats
-    count: Floats
+    returns: Floats
     upright: Floats
     hidden: NDArray[np.bool_]
 
@@ -44,7 +44,16 @@ class Segments(NamedTuple):
 
     def selected(self, mask: NDArray[np.bool_] | NDArray[np.int64]) -> Segments:
         """Return the segments for which `mask` (m,) is true, or those with these numbers."""
-        return Segments(*(field[mask] for field in self))
+        return Segments(
+            self.first[mask],
+            self.last[mask],
+            self.centre[mask],
+            self.range[mask],
+            self.width[mask],
+            self.returns[mask],
+            self.upright[mask],
+            self.hidden[mask],
+        )
 
 
 @njit(cache=True, nogil=True)
@@ -59,7 +68,8 @@ def _segment(
 ) -> int:
     """Write first and last beam (m, 2) and features (m, 5) of the segments, and return their number.
 
-    limits: JUMP, JUMP_BEAMS, OCCLUSION. features: mean x and y, width, share of upright returns, 1 if an end is hidden.
+    limits: JUMP, JUMP_BEAMS, OCCLUSION. features: mean x and y, width, share of upright returns, 1 for a
+    hidden end.
     """
     n, m, first = len(ranges), 0, -1
     for i in range(n + 1):

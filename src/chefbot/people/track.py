@@ -12,10 +12,12 @@ from chefbot.people.motion_model import MotionState, predict
 CANDIDATE = 0
 """Id of a track that is not known to be a person yet."""
 CONFIRMED, LIKELY, REFUTED, MAX_EVIDENCE = 3.0, 0.5, -1.5, 6.0
-"""Evidence (log odds) from which a track is a person, and may be one, below which it ends, and its bound."""
-NOVEL, MOVING, PAIR, BODY, LEG, STILL, ON_MAP, FREE = 0.7, 0.45, 0.12, 0.06, 0.04, -0.05, -1.0, -0.8
-"""Evidence of a measurement: where nothing was before; moving; two legs; as wide as two legs; as wide as one; none of these; on an obstacle of the map; and
-of a place that is seen free."""
+"""Evidence (log odds) from which a track is a person, and from which it may be one; below which it ends; its bound."""
+NOVEL, MOVING, PAIR, BODY, LEG, STILL, ON_MAP = 0.7, 0.45, 0.12, 0.06, 0.04, -0.05, -1.0
+"""Evidence of a measurement: where nothing was before; of a track that moves; of two legs; as wide as two legs; as wide
+as one; none of these; on an obstacle of the map."""
+FREE = -0.8
+"""Evidence of an observation that shows a track's place to be free."""
 MIN_MEASUREMENTS = 5
 """Measurements before a track is a person."""
 MOVING_SPEED, MOVED = 0.3, 0.35
@@ -25,7 +27,7 @@ STANDING_SPEED, STANDING_TIME = 0.2, 1.0
 INITIAL_SPEED = 0.8
 """Standard deviation of a new track's velocity along each axis, m/s."""
 UNSEEN_DECAY, UNSEEN_DELAY = 1.5, 0.35
-"""Time constant with which the velocity of a person who is not seen decays, s, and the time after which that begins."""
+"""Time constant with which the velocity of a person who is not seen decays, s, and the time until that begins."""
 MAX_SPEED = 3.0
 """Speed that no person in a building has, m/s."""
 VISIBLE_TIME = 0.5
@@ -44,8 +46,8 @@ class Sighting(NamedTuple):
 class Track:
     """A person or a candidate.
 
-    id: number of the person, above 0, CANDIDATE before it is one. state: at `time`, s. evidence: log odds that it is a
-    person. first, last_seen: first and last measurement. measurements: their number. standing_since: time since which
+    id: number of the person, above 0, CANDIDATE before it is one. state: at `time`, s. evidence: log odds that it is
+    a person. first, last_seen: first and last measurement. measurements: their number. standing_since: time since which
     it has been slow, s; inf while it moves.
     """
 

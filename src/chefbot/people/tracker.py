@@ -45,12 +45,12 @@ MAX_DEVIATION = 1.5
 class PeopleTracker:
     """Tracks people through the observations of all sensors, in one frame in which poses do not jump.
 
-    tracks: all, candidates too. overflow: number of segments of the last observation that were too many.
+    tracks: all, candidates too.
     """
 
     def __init__(self, params: PeopleTrackerParams) -> None:
         self.params = params
-        self.overflow = 0
+        self._warning = ""
         self._background = Background()
         self._next_id = CANDIDATE + 1
         self._reset(-math.inf)
@@ -74,9 +74,7 @@ class PeopleTracker:
         Observations of several sensors may be out of order by MAX_LAG. map_T_frame: pose of the tracking frame in the
         frame of the map, None if it is not known.
         """
-        if not (math.isfinite(time) and np.isfinite(observation.sensor).all()):
-            return False
-        if not self._accept_time(time):
+        if not (math.isfinite(time) and observation.is_usable and self._accept_time(time)):
             return False
         lag = max(self.time - time, 0.0)
         self.time = max(self.time, time)
@@ -93,11 +91,19 @@ class PeopleTracker:
         self._background.update(observation, beams, self.time, self.params.max_range)
         return True
 
+    def take_warning(self) -> str:
+        """Return what could not be used since the last call, one sentence, empty for nothing."""
+        warning, self._warning = self._warning, ""
+        return warning
+
     def _accept_time(self, time: float) -> bool:
         if time >= self.time - MAX_LAG:
             self._late = 0
             return True
         self._late += 1
+        self._warning = (
+            f"A sensor message is {self.time - time:.1f} s older than those before; it is ignored."
+        )
         if self._late >= RESET_AFTER:
             self._reset(time)  # the clock was set back
             self._background.forget_times()
@@ -109,8 +115,10 @@ class PeopleTracker:
         found = find_candidates(
             observation, segments, self._background, map_T_frame, self.time - params.memory, params.max_range
         )
-        self.overflow = max(len(found) - MAX_CANDIDATES, 0)
-        return found.nearest(MAX_CANDIDATES) if self.overflow else found
+        if len(found) <= MAX_CANDIDATES:
+            return found
+        self._warning = f"{len(found)} things may be legs of people; the nearest {MAX_CANDIDATES} are used."
+        return found.nearest(MAX_CANDIDATES)
 
     def _associate(self, candidates: Candidates, lag: float) -> NDArray[np.int64]:
         """Return the number of the track of each candidate, NO_TRACK for none; people first, then candidates."""
@@ -158,8 +166,13 @@ class PeopleTracker:
         free = np.flatnonzero((owner == NO_TRACK) & ~candidates.on_map)
         for group in group_legs(candidates, free):
             seen = measure(candidates, group, sensor)
-            room = len(self.tracks) < self.params.max_people
-            if room and self._may_be_person(candidates, group, seen):
+            if not self._may_be_person(candidates, group, seen):
+                continue
+            if len(self.tracks) >= self.params.max_people:
+                self._warning = (
+                    f"More than {self.params.max_people} people or candidates; the others are not tracked."
+                )
+            else:
                 state = MotionState(seen.x, seen.y, 0.0, 0.0, seen.deviation**2, 0.0, INITIAL_SPEED**2)
                 sighting = Sighting(seen.x, seen.y, self.time)
                 self.tracks.append(Track(CANDIDATE, state, self.time, sighting, sighting))

@@ -17,7 +17,7 @@ _RING = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 
 
 def seen_free(observation: Observation, state: MotionState) -> float:
-    """Return the share, 0 to 1, of where a person may be (the mean and points a deviation away) that was seen free."""
+    """Return the share, 0 to 1, of where a person may be (the mean and points a deviation away) that was free."""
     points = np.array([state.x, state.y]) + min(state.deviation, 1.0) * _RING
     return sum(_is_free(observation, x, y) for x, y in points.tolist()) / len(points)
 

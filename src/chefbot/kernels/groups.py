@@ -47,6 +47,7 @@ NODE_CLASSES = {
     "navigator": "chefbot.nodes.navigator:NavigatorNode",
     "base": "chefbot.nodes.drive_base:DriveBaseNode",
     "explorer": "chefbot.nodes.explorer:ExplorerNode",
+    "people_tracker": "chefbot.nodes.people_tracker:PeopleTrackerNode",
 }
 """Node classes by name."""
 
@@ -234,6 +235,16 @@ def localization() -> None:
         bench.run(0.5)
 
 
+def tracking() -> None:
+    """Track people in scans of the room."""
+    bench = KernelWorkload("people_tracker")
+    bench.publish_map()
+    bench.publish_pose(0.0, "map")
+    for n in range(3):
+        bench.publish_scan(0.3 * n)
+        bench.run(0.1)
+
+
 def people() -> None:
     """Let people of all kinds walk in the simulator."""
     from chefbot.buildings.people_spec import PeopleSpec
@@ -258,6 +269,7 @@ GROUPS: Mapping[str, Callable[[], None]] = {
     "planning": planning,
     "control": control,
     "exploration": exploration,
+    "tracking": tracking,
     "people": people,
 }
 """Workloads in the order of need; of those needed together the longest first, so that the workers end
@@ -275,6 +287,7 @@ GROUPS_OF_NODE: Mapping[str, tuple[str, ...]] = {
     "planner": ("planning",),
     "controller": ("costs", "control"),
     "explorer": ("exploration",),
+    "people_tracker": ("tracking",),
 }
 """Groups whose kernels a node of `KINDS` runs."""
 

@@ -56,8 +56,10 @@ class Candidates(NamedTuple):
     on_map: NDArray[np.bool_]
     on_floor: NDArray[np.bool_]
 
-    def __len__(self) -> int:
-        return len(self.segments)
+    @property
+    def size(self) -> int:
+        """Number m of candidates."""
+        return self.segments.size
 
     def selected(self, chosen: NDArray[np.int64]) -> Candidates:
         """Return the chosen candidates (numbers)."""
@@ -122,7 +124,7 @@ def _chain_extents(observation: Observation, segments: Segments) -> Floats:
 
     A wall seen at a small angle falls into many segments.
     """
-    if not len(segments):
+    if not segments.size:
         return np.zeros(0)
     points = observation.points()
     first, last = points[segments.first], points[segments.last]

@@ -47,11 +47,11 @@ class Observation(NamedTuple):
         """Return the same beams in the opposite order."""
         return Observation(
             self.sensor,
-            self.angles[::-1],
-            self.ranges[::-1],
-            self.start[::-1],
-            self.end[::-1],
-            self.upright[::-1],
+            np.ascontiguousarray(self.angles[::-1]),
+            np.ascontiguousarray(self.ranges[::-1]),
+            np.ascontiguousarray(self.start[::-1]),
+            np.ascontiguousarray(self.end[::-1]),
+            np.ascontiguousarray(self.upright[::-1]),
         )
 
     def points(self) -> Floats:

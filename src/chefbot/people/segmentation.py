@@ -27,7 +27,8 @@ class Segments(NamedTuple):
 
     first, last: (m,) numbers of their beams. centre: (m, 2) mean of the returns, in the tracking frame, m. range:
     (m,) of the centre from the sensor, m. width: (m,) distance of the ends, m. returns: (m,) their number. upright:
-    (m,) share of the returns that may belong to a person by their height. hidden: (m,) whether something nearer hides an end.
+    (m,) share of the returns that may belong to a person by their height. hidden: (m,) whether something nearer hides
+    an end.
     """
 
     first: NDArray[np.int64]
@@ -39,7 +40,9 @@ class Segments(NamedTuple):
     upright: Floats
     hidden: NDArray[np.bool_]
 
-    def __len__(self) -> int:
+    @property
+    def size(self) -> int:
+        """Number m of segments."""
         return len(self.first)
 
     def selected(self, mask: NDArray[np.bool_] | NDArray[np.int64]) -> Segments:

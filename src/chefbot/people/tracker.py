@@ -115,14 +115,14 @@ class PeopleTracker:
         found = find_candidates(
             observation, segments, self._background, map_T_frame, self.time - params.memory, params.max_range
         )
-        if len(found) <= MAX_CANDIDATES:
+        if found.size <= MAX_CANDIDATES:
             return found
-        self._warning = f"{len(found)} things may be legs of people; the nearest {MAX_CANDIDATES} are used."
+        self._warning = f"{found.size} things may be legs of people; the nearest {MAX_CANDIDATES} are used."
         return found.nearest(MAX_CANDIDATES)
 
     def _associate(self, candidates: Candidates, lag: float) -> NDArray[np.int64]:
         """Return the number of the track of each candidate, NO_TRACK for none; people first, then candidates."""
-        owner = np.full(len(candidates), NO_TRACK, np.int64)
+        owner = np.full(candidates.size, NO_TRACK, np.int64)
         for confirmed in (True, False):
             rows = np.flatnonzero([track.confirmed == confirmed for track in self.tracks])
             free = np.flatnonzero((owner == NO_TRACK) & ~candidates.on_map)

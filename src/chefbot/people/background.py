@@ -177,7 +177,7 @@ class Background:
     def on_map(
         self, points: Floats, map_T_frame: SE2 | None, margin: Floats
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return which points (n, 2) lie within `margin` (n,) metres of an obstacle of the map, and which on free ones.
+        """Return which points (n, 2) lie within `margin` (n,) metres of a map obstacle, and which on free floor.
 
         Without a map or a transform none does either.
         """

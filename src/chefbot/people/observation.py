@@ -91,6 +91,9 @@ def observe_obstacles(scan: ObstacleScan, sensor: SE2) -> Observation:
         start, end = scan.clear_from.astype(np.float64), scan.clear_to.astype(np.float64)
         known = np.isfinite(start) & (end > start)
     angles = _angles(scan.angle_min, scan.angle_increment, n)
-    start, end = np.where(known, start, 0.0), np.where(known, np.fmin(end, scan.range_max), 0.0)
+    start, end = (
+        np.where(known, start, 0.0),
+        np.where(known, np.fmin(end, np.where(hit, ranges, scan.range_max)), 0.0),
+    )
     beams = Observation(sensor, angles, np.where(hit, ranges, np.nan), start, end, upright)
     return beams if scan.angle_increment >= 0.0 else beams.reversed()

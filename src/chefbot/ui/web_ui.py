@@ -16,6 +16,7 @@ from chefbot.msgs.chefbot_msgs import (
     ObstacleScan,
     Order,
     Places,
+    TrackedPeople,
     WheelTicks,
 )
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
@@ -48,6 +49,7 @@ from chefbot.ui.message_conversion import (
     cost_image,
     door_views,
     path_points,
+    people_views,
 )
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
@@ -72,6 +74,7 @@ class WebUiDevice(AuditedDevice):
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
     particle_cloud: In[ParticleCloud]
+    tracked_people: In[TrackedPeople]
     plan: In[Path]
     local_plan: In[Path]
     goal: In[PoseStamped] = topic("navigation_goal")
@@ -197,6 +200,12 @@ class WebUiDevice(AuditedDevice):
         self._server.set_layer(
             "particles", np.array([particle.pose.se2 for particle in message.particles]).reshape(-1, 3)
         )
+
+    def on_tracked_people(self, message: TrackedPeople) -> None:
+        """Display the tracked people."""
+        pose = self._lookup("map", message.header.frame_id)
+        if pose is not None:
+            self._server.set_layer("people", people_views(message, pose))
 
     def on_plan(self, message: Path) -> None:
         """Display the global plan to the goal."""

@@ -27,7 +27,7 @@ FREE_MARGIN = 0.2
 HIT_TIME = 0.5
 """Time after a return for which beams through the cell do not count, s: they pass beside what stands in it."""
 MAX_STATIC, STATIC = 100, 10
-"""Largest evidence that something stays in a cell, and evidence from which it does; one for each return."""
+"""Largest evidence that something stays in a cell, and evidence from which it does; one for each observation."""
 FREE_STEP = 3
 """Evidence that a beam through a cell takes off."""
 OCCUPIED = 65
@@ -71,9 +71,12 @@ def _update(
         x, y = origin[0] + ranges[i] * math.cos(bearing[i]), origin[1] + ranges[i] * math.sin(bearing[i])
         r, c, key = _cell_of(keys, x, y)
         if keys[r, c] != key:
-            keys[r, c], static[r, c], free_at[r, c] = key, 0, -np.inf
+            keys[r, c], static[r, c], free_at[r, c], hit_at[r, c] = key, 0, -np.inf, -np.inf
+        if people[i]:
+            static[r, c] = 0
+        elif hit_at[r, c] < now:
+            static[r, c] = min(static[r, c] + 1, MAX_STATIC)
         hit_at[r, c] = now
-        static[r, c] = 0 if people[i] else min(static[r, c] + 1, MAX_STATIC)
     # Free floor along the beams.
     for i in range(len(ranges)):
         last = min(end[i], limit) - FREE_MARGIN

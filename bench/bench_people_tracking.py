@@ -1,8 +1,8 @@
 """Tracked people against the simulator's truth, while a robot drives through buildings among people.
 
 A person is in sight if two returns of the sensor or more lie within 0.3 m of it, within 5 m; it is tracked if a track
-is within 0.5 m. A track that counts as visible and is farther than 0.8 m from everybody for half a second is false. The
-whole stack runs: localization on the true map, navigation from place to place.
+is within 0.5 m. A track that counts as visible and is farther than 0.8 m from everybody for half a second is false.
+The whole stack runs: localization on the true map, navigation from place to place.
 
 Run: python bench/bench_people_tracking.py [--seconds 60] [--seeds 1,3,5] [--worlds hotel,office,home] [--robots ...]
 Even seeds are for tuning, odd ones for judging.

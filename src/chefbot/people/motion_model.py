@@ -52,7 +52,7 @@ class MotionState(NamedTuple):
         return math.hypot(self.x - x, self.y - y)
 
 
-def predict(state: MotionState, seconds: float, density: float, decay: float = math.inf) -> MotionState:
+def propagate(state: MotionState, seconds: float, density: float, decay: float = math.inf) -> MotionState:
     """Return the state `seconds` later, at least 0.
 
     density: power spectral density of the acceleration, m^2/s^3. decay: time constant with which the velocity goes to
@@ -74,7 +74,7 @@ def predict(state: MotionState, seconds: float, density: float, decay: float = m
     )
 
 
-def correct(state: MotionState, x: float, y: float, variance: float) -> MotionState:
+def measurement_update(state: MotionState, x: float, y: float, variance: float) -> MotionState:
     """Return the state after a measurement of the position with this variance of each axis, m^2, above 0."""
     innovation = state.variance + variance
     gain, speed_gain = state.variance / innovation, state.cross / innovation

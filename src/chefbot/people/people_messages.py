@@ -11,7 +11,7 @@ from chefbot.msgs.chefbot_msgs import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseArray, Vector3
 from chefbot.msgs.people_msgs import People, Person
 from chefbot.msgs.std_msgs import Header
-from chefbot.people.motion_model import MotionState, predict
+from chefbot.people.motion_model import MotionState, propagate
 from chefbot.people.track import Track
 
 
@@ -71,4 +71,4 @@ def predict_person(person: TrackedPerson, seconds: float, acceleration: float) -
         float(covariance[0, 2]),
         float(covariance[2, 2]),
     )
-    return predict(state, seconds, acceleration**2)
+    return propagate(state, seconds, acceleration**2)

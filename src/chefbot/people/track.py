@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from chefbot.people.candidates import Measurement
-from chefbot.people.motion_model import MotionState, predict
+from chefbot.people.motion_model import MotionState, propagate
 
 CANDIDATE = 0
 """Id of a track that is not known to be a person yet."""
@@ -86,10 +86,10 @@ class Track:
         return self.time - self.last_seen.time <= VISIBLE_TIME
 
     def advance(self, time: float, density: float) -> None:
-        """Predict the state at a later time, s."""
+        """Propagate the state to a later time, s."""
         unseen = time - self.last_seen.time > UNSEEN_DELAY
         decay = UNSEEN_DECAY if unseen else math.inf
-        self.state = predict(self.state, time - self.time, density, decay)
+        self.state = propagate(self.state, time - self.time, density, decay)
         self.time = max(time, self.time)
 
     def take(self, state: MotionState, seen: Measurement) -> None:

@@ -16,7 +16,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.people.association import NO_TRACK, associate
 from chefbot.people.background import Background
 from chefbot.people.candidates import Candidates, Measurement, find_candidates, group_legs, measure
-from chefbot.people.motion_model import MotionState, correct
+from chefbot.people.motion_model import MotionState, measurement_update
 from chefbot.people.observation import Observation
 from chefbot.people.params import PeopleTrackerParams
 from chefbot.people.segmentation import find_segments
@@ -152,7 +152,7 @@ class PeopleTracker:
                 seen = measure(candidates, chosen, sensor)
                 variance = seen.deviation**2 + lag * lag * track.state.speed_variance
                 moved = seen._replace(x=seen.x + lag * track.state.vx, y=seen.y + lag * track.state.vy)
-                track.take(correct(track.state, moved.x, moved.y, variance), moved)
+                track.take(measurement_update(track.state, moved.x, moved.y, variance), moved)
 
     def _note_unseen(self, observation: Observation, owner: NDArray[np.int64]) -> None:
         """Count against a track what was seen free of it; where something hides it, only its covariance grows."""

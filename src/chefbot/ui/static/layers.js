@@ -161,6 +161,7 @@ function people(context, view, list) {
   for (const person of list) {
     const [x, y] = view.px(person.x, person.y);
     const [bx, by] = view.px(person.x + ARROW_SECONDS * person.vx, person.y + ARROW_SECONDS * person.vy);
+    const ring = Math.max(8, (BODY_RADIUS + 2 * person.deviation) * view.scale);
     context.save();
     context.globalAlpha = person.visible ? 1 : 0.45;
     context.fillStyle = context.strokeStyle = COLOURS.people();
@@ -170,13 +171,13 @@ function people(context, view, list) {
     context.fill();
     context.setLineDash([3, 3]);
     context.beginPath();
-    context.arc(x, y, Math.max(8, (BODY_RADIUS + 2 * person.deviation) * view.scale), 0, 2 * Math.PI);
+    context.arc(x, y, ring, 0, 2 * Math.PI);
     context.stroke();
     context.setLineDash([]);
     if (Math.hypot(bx - x, by - y) > 8) velocityArrow(context, x, y, bx, by);
     context.lineWidth = 3;
     context.strokeStyle = pick("#ffffffcc", "#121614cc");
-    const above = y - Math.max(8, BODY_RADIUS * view.scale) - 5;
+    const above = y - ring - 5;
     context.strokeText(`#${person.id}`, x, above);
     context.fillText(`#${person.id}`, x, above);
     context.restore();

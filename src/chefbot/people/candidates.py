@@ -1,4 +1,4 @@
-"""Segments that may be legs or bodies of people, and what speaks for each."""
+"""Segments that may be legs or bodies of people, and the evidence for each."""
 
 from __future__ import annotations
 

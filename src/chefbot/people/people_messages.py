@@ -12,15 +12,15 @@ from chefbot.msgs.geometry_msgs import Point, Pose, PoseArray, Vector3
 from chefbot.msgs.people_msgs import People, Person
 from chefbot.msgs.std_msgs import Header
 from chefbot.people.motion_model import MotionState, propagate
-from chefbot.people.track import Track
+from chefbot.people.track import PersonTrack
 
 
-def tracked_people(header: Header, tracks: Sequence[Track]) -> TrackedPeople:
+def tracked_people(header: Header, tracks: Sequence[PersonTrack]) -> TrackedPeople:
     """Return the people of all tracks with covariances and last sightings."""
     return TrackedPeople(header, tuple(_tracked_person(track) for track in tracks))
 
 
-def _tracked_person(track: Track) -> TrackedPerson:
+def _tracked_person(track: PersonTrack) -> TrackedPerson:
     state, seen = track.state, track.last_seen
     return TrackedPerson(
         track.id,

@@ -20,8 +20,10 @@ FREE = -0.8
 """Evidence of an observation that shows a track's place to be free."""
 MIN_MEASUREMENTS = 5
 """Measurements before a track is a person."""
-MOVING_SPEED, MOVED = 0.3, 0.35
-"""Speed, m/s, and distance from the first measurement, m, from which a track moves."""
+MOVING_SPEED = 0.3
+"""Speed from which a track moves, m/s."""
+MOVED = 0.35
+"""Distance from the first measurement from which a track moves, m."""
 STANDING_SPEED, STANDING_TIME = 0.2, 1.0
 """Speed below which a person stands, m/s, once it has lasted for this time, s."""
 INITIAL_SPEED = 0.8
@@ -43,7 +45,7 @@ class Sighting(NamedTuple):
 
 
 @dataclass(slots=True)
-class Track:
+class PersonTrack:
     """A person or a candidate.
 
     id: number of the person, above 0, CANDIDATE before it is one. state: at `time`, s. evidence: log odds that it is
@@ -93,7 +95,7 @@ class Track:
         self.time = max(time, self.time)
 
     def take(self, state: MotionState, seen: Measurement) -> None:
-        """Take the state after a measurement, and what the measurement says about the track."""
+        """Take the state after a measurement, and its evidence."""
         self.state = state
         self.last_seen = Sighting(seen.x, seen.y, self.time)
         self.measurements += 1
@@ -123,5 +125,5 @@ class Track:
 
     @property
     def over(self) -> bool:
-        """Whether the evidence speaks against it."""
+        """Whether the evidence is against it."""
         return self.evidence <= REFUTED or (not self.confirmed and self.evidence <= 0.5 * REFUTED)

@@ -20,7 +20,15 @@ from chefbot.people.motion_model import MotionState, measurement_update
 from chefbot.people.observation import Observation
 from chefbot.people.params import PeopleTrackerParams
 from chefbot.people.segmentation import find_segments
-from chefbot.people.track import CANDIDATE, CONFIRMED, FREE, INITIAL_SPEED, MIN_MEASUREMENTS, Sighting, Track
+from chefbot.people.track import (
+    CANDIDATE,
+    CONFIRMED,
+    FREE,
+    INITIAL_SPEED,
+    MIN_MEASUREMENTS,
+    PersonTrack,
+    Sighting,
+)
 from chefbot.people.visibility import seen_free
 
 GATE = 9.21
@@ -56,11 +64,11 @@ class PeopleTracker:
         self._reset(-math.inf)
 
     def _reset(self, time: float) -> None:
-        self.tracks: list[Track] = []
+        self.tracks: list[PersonTrack] = []
         self.time, self._late = time, 0
 
     @property
-    def people(self) -> list[Track]:
+    def people(self) -> list[PersonTrack]:
         """Tracks that are people, in the order of their ids."""
         return sorted((track for track in self.tracks if track.confirmed), key=lambda track: track.id)
 
@@ -133,7 +141,7 @@ class PeopleTracker:
         return owner
 
     def _costs(
-        self, tracks: list[Track], candidates: Candidates, free: NDArray[np.int64], lag: float
+        self, tracks: list[PersonTrack], candidates: Candidates, free: NDArray[np.int64], lag: float
     ) -> NDArray[np.float64]:
         """Return the costs of pairing tracks with candidates (numbers), (tracks, candidates), inf beyond MAX_JUMP."""
         state = np.array([track.state for track in tracks]).reshape(-1, 7)
@@ -175,7 +183,7 @@ class PeopleTracker:
             else:
                 state = MotionState(seen.x, seen.y, 0.0, 0.0, seen.deviation**2, 0.0, INITIAL_SPEED**2)
                 sighting = Sighting(seen.x, seen.y, self.time)
-                self.tracks.append(Track(CANDIDATE, state, self.time, sighting, sighting))
+                self.tracks.append(PersonTrack(CANDIDATE, state, self.time, sighting, sighting))
 
     def _may_be_person(self, candidates: Candidates, group: NDArray[np.int64], seen: Measurement) -> bool:
         if any(track.state.distance(seen.x, seen.y) < MIN_DISTANCE for track in self.tracks):
@@ -183,7 +191,7 @@ class PeopleTracker:
         return seen.pair or seen.novel or seen.body or seen.leg or not bool(candidates.stays[group].any())
 
     def _end_and_confirm(self) -> None:
-        kept: list[Track] = []
+        kept: list[PersonTrack] = []
         # people first, the oldest first: of two tracks at one place the later one ends
         for track in sorted(self.tracks, key=lambda track: (not track.confirmed, track.id)):
             if not self._ends(track) and not any(_same_place(track, other) for other in kept):
@@ -194,12 +202,12 @@ class PeopleTracker:
                 track.id = self._next_id
                 self._next_id += 1
 
-    def _ends(self, track: Track) -> bool:
+    def _ends(self, track: PersonTrack) -> bool:
         unseen = self.time - track.last_seen.time
         limit = self.params.max_unseen if track.confirmed else 1.0
         return track.over or unseen > limit or track.state.deviation > MAX_DEVIATION
 
 
-def _same_place(one: Track, other: Track) -> bool:
+def _same_place(one: PersonTrack, other: PersonTrack) -> bool:
     """Return whether two tracks are so near that they are one person."""
     return one.state.distance(other.state.x, other.state.y) < MIN_DISTANCE

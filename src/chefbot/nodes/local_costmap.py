@@ -23,13 +23,14 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header, String
-from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.nodes.navigation.people_marks import PeopleMarksNode
+from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors
 from chefbot.scan.drop_offs import drop_range
 
 
-class LocalCostmapNode(Node):
+class LocalCostmapNode(PeopleMarksNode):
     """Base class of a node with a rolling costmap around the robot, which its obstacle sensors mark and clear.
 
     Its parameters have a field `costmap` of type CostmapParams.

@@ -13,12 +13,12 @@ CANDIDATE = 0
 """Id of a track that is not known to be a person yet."""
 CONFIRMED, LIKELY, REFUTED, MAX_EVIDENCE = 3.0, 0.5, -1.5, 6.0
 """Evidence (log odds) from which a track is a person, and may be one; below which it ends; and its bound."""
-NOVEL, MOVING, PAIR, BODY, LEG, STILL, ON_MAP = 0.7, 0.45, 0.12, 0.06, 0.04, -0.05, -1.0
+NOVEL, MOVING, PAIR, BODY, LEG, STILL, ON_MAP = 1.0, 0.45, 0.12, 0.06, 0.04, -0.05, -1.0
 """Evidence of a measurement: where nothing was before; of a track that moves; of two legs; as wide as two legs; as
 wide as one; none of these; on an obstacle of the map."""
 FREE = -0.8
 """Evidence of an observation that shows a track's place to be free."""
-MIN_MEASUREMENTS = 5
+MIN_MEASUREMENTS = 4
 """Measurements before a track is a person."""
 MOVING_SPEED = 0.3
 """Speed from which a track moves, m/s."""

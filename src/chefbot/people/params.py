@@ -32,5 +32,5 @@ class PeopleTrackerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
         float, Meta(ge=0.1, le=60.0, description="time after which a person who is hidden is forgotten, s")
     ] = 8.0
     max_people: Annotated[
-        int, Meta(ge=1, le=200, description="number of people and candidates that are tracked at once")
+        int, Meta(ge=1, le=200, description="number of people and tentative tracks at once")
     ] = 60

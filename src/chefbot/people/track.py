@@ -9,7 +9,7 @@ from typing import NamedTuple
 from chefbot.people.candidates import Measurement
 from chefbot.people.motion_model import MotionState, propagate
 
-CANDIDATE = 0
+TENTATIVE = 0
 """Id of a track that is not known to be a person yet."""
 CONFIRMED, LIKELY, REFUTED, MAX_EVIDENCE = 3.0, 0.5, -1.5, 6.0
 """Evidence (log odds) from which a track is a person, and may be one; below which it ends; and its bound."""
@@ -46,9 +46,9 @@ class Sighting(NamedTuple):
 
 @dataclass(slots=True)
 class PersonTrack:
-    """A person or a candidate.
+    """A confirmed track, a person, or a tentative one.
 
-    id: number of the person, above 0, CANDIDATE before it is one. state: at `time`, s. evidence: log odds that it is
+    id: number of the person, above 0, TENTATIVE before it is one. state: at `time`, s. evidence: log odds that it is
     a person. first, last_seen: first and last measurement. measurements: their number. standing_since: time since
     which it has been slow, s; inf while it moves.
     """
@@ -65,7 +65,7 @@ class PersonTrack:
     @property
     def confirmed(self) -> bool:
         """Whether it is known to be a person."""
-        return self.id != CANDIDATE
+        return self.id != TENTATIVE
 
     @property
     def confidence(self) -> float:

@@ -21,11 +21,11 @@ from chefbot.people.observation import Observation
 from chefbot.people.params import PeopleTrackerParams
 from chefbot.people.segmentation import find_segments
 from chefbot.people.track import (
-    CANDIDATE,
     CONFIRMED,
     FREE,
     INITIAL_SPEED,
     MIN_MEASUREMENTS,
+    TENTATIVE,
     PersonTrack,
     Sighting,
 )
@@ -53,14 +53,14 @@ MAX_DEVIATION = 1.5
 class PeopleTracker:
     """Tracks people through the observations of all sensors, in one frame in which poses do not jump.
 
-    tracks: all, candidates too.
+    tracks: all, also tentative ones.
     """
 
     def __init__(self, params: PeopleTrackerParams) -> None:
         self.params = params
         self._warning = ""
         self._background = Background()
-        self._next_id = CANDIDATE + 1
+        self._next_id = TENTATIVE + 1
         self._reset(-math.inf)
 
     def _reset(self, time: float) -> None:
@@ -129,7 +129,7 @@ class PeopleTracker:
         return found.nearest(MAX_CANDIDATES)
 
     def _associate(self, candidates: Candidates, lag: float) -> NDArray[np.int64]:
-        """Return the number of the track of each candidate, NO_TRACK for none; people first, then candidates."""
+        """Return the number of the track of each candidate, NO_TRACK for none; confirmed tracks first."""
         owner = np.full(candidates.size, NO_TRACK, np.int64)
         for confirmed in (True, False):
             rows = np.flatnonzero([track.confirmed == confirmed for track in self.tracks])
@@ -170,20 +170,21 @@ class PeopleTracker:
                 track.add_evidence(FREE * seen_free(observation, track.state))
 
     def _begin(self, candidates: Candidates, owner: NDArray[np.int64], sensor: SE2) -> None:
-        """Begin a candidate track for each pair of legs or single segment without a track that may be a person."""
+        """Begin a tentative track for each pair of legs or single segment without a track that may be a person."""
         free = np.flatnonzero((owner == NO_TRACK) & ~candidates.on_map)
         for group in group_legs(candidates, free):
             seen = measure(candidates, group, sensor)
-            if not self._may_be_person(candidates, group, seen):
-                continue
-            if len(self.tracks) >= self.params.max_people:
-                self._warning = (
-                    f"More than {self.params.max_people} people or candidates; the others are not tracked."
-                )
-            else:
-                state = MotionState(seen.x, seen.y, 0.0, 0.0, seen.deviation**2, 0.0, INITIAL_SPEED**2)
-                sighting = Sighting(seen.x, seen.y, self.time)
-                self.tracks.append(PersonTrack(CANDIDATE, state, self.time, sighting, sighting))
+            if self._may_be_person(candidates, group, seen):
+                self._begin_track(seen)
+
+    def _begin_track(self, seen: Measurement) -> None:
+        limit = self.params.max_people
+        if len(self.tracks) >= limit:
+            self._warning = f"More than {limit} people or tentative tracks; the others are not tracked."
+            return
+        state = MotionState(seen.x, seen.y, 0.0, 0.0, seen.deviation**2, 0.0, INITIAL_SPEED**2)
+        sighting = Sighting(seen.x, seen.y, self.time)
+        self.tracks.append(PersonTrack(TENTATIVE, state, self.time, sighting, sighting))
 
     def _may_be_person(self, candidates: Candidates, group: NDArray[np.int64], seen: Measurement) -> bool:
         if any(track.state.distance(seen.x, seen.y) < MIN_DISTANCE for track in self.tracks):

@@ -28,6 +28,9 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, Imu, LaserScan, Range
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.people.motion_model import MotionState
+from chefbot.people.observation import Observation
+from chefbot.people.visibility import seen_free
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
@@ -243,6 +246,9 @@ def tracking() -> None:
     for n in range(3):
         bench.publish_scan(0.3 * n)
         bench.run(0.1)
+    beams = np.linspace(-math.pi, math.pi, 9)
+    observation = Observation(SE2(0.0, 0.0, 0.0), beams, beams, beams, beams, beams > 0.0)
+    seen_free(observation, MotionState(1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1))
 
 
 def people() -> None:

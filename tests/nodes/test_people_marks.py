@@ -83,7 +83,7 @@ def test_the_mark_of_somebody_seen_elsewhere_is_cleared_at_once(name: str) -> No
     runner.run(0.01)
     node: Any = runner.system.nodes[name]
     cell = mark(node._costs, CAMERA, 0.1)
-    for x, stays in ((PLACE[0], True), (PLACE[0] + 0.3, True), (PLACE[0] + 0.7, False)):
+    for x, stays in ((PLACE[0], True), (PLACE[0] + 0.35, True), (PLACE[0] + 0.7, False)):
         runner.loop.publish("tracked_people", person_at(x, PLACE[1]), "test")
         runner.run(0.01)
         assert (node._costs.update().cells[cell] == LETHAL) == stays

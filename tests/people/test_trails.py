@@ -35,10 +35,18 @@ def test_a_place_is_left_once_the_person_is_elsewhere() -> None:
 
 
 def test_places_of_the_lost_and_the_hidden_are_not_left() -> None:
-    for second in (people(), people((2.0, 0.0), visible=False), people((2.0, 0.0), variance=0.1)):
+    for second in (people(), people((0.4, 0.0), visible=False), people((0.4, 0.0), variance=0.1)):
         trails = PeopleTrails()
         trails.left(people((0.0, 0.0)))
         assert len(trails.left(second)) == 0
+        assert len(trails.left(people((0.8, 0.0)))) == 0
+
+
+def test_somebody_else_with_the_same_number_has_left_nothing() -> None:
+    trails = PeopleTrails()
+    trails.left(people((0.0, 0.0)))
+    assert len(trails.left(people((3.0, 0.0)))) == 0
+    assert len(trails.left(people((3.4, 0.0)))) == 0
 
 
 @given(st.lists(st.lists(positions, max_size=3), max_size=12))

@@ -18,6 +18,9 @@ LEFT = 0.55
 """Distance from all people beyond which a place has been left, m: two bodies, and what delayed images show."""
 MAX_PLACES = 200
 """Places of a person that are remembered, the newest."""
+MAX_STEP = 0.5
+"""Distance between two sightings beyond which it may not be the same person, m: the tracker was restarted, or somebody
+else came out from where the person was hidden."""
 MAX_DEVIATION = 0.15
 """Standard deviation of the position up to which it is known where a person is, m."""
 
@@ -45,6 +48,8 @@ class PeopleTrails:
     def _advance(self, person: TrackedPerson, now: list[Point]) -> list[Point]:
         """Add a person's position to its trail, and take off and return what it has left."""
         here, places = _position(person), self._trails.setdefault(person.id, [])
+        if places and math.dist(places[-1], here) > MAX_STEP:
+            places.clear()
         if not places or math.dist(places[-1], here) >= SPACING:
             places.append(here)
             del places[:-MAX_PLACES]

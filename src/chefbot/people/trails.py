@@ -19,8 +19,8 @@ LEFT = 0.55
 MAX_PLACES = 200
 """Places of a person that are remembered, the newest."""
 MAX_STEP = 0.5
-"""Distance between two sightings beyond which it may not be the same person, m: the tracker was restarted, or somebody
-else came out from where the person was hidden."""
+"""Distance between two sightings beyond which it may not be the same person, m: the tracker was restarted, or
+somebody else came out from where the person was hidden."""
 MAX_DEVIATION = 0.15
 """Standard deviation of the position up to which it is known where a person is, m."""
 

@@ -10,6 +10,7 @@ import pytest
 from tests.people.scene import PERIOD, legs, ranges_of, scan_of
 from tests.support.nodes import NodeRunner
 
+from chefbot.demo.processes import split_into_processes
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.diagnostic_msgs import OK, WARN
 from chefbot.msgs.geometry_msgs import TransformStamped
@@ -124,3 +125,5 @@ def test_every_launch_that_navigates_tracks_people() -> None:
         if "navigator" in nodes:
             assert nodes["people_tracker"].kind == KIND
             assert nodes["people_tracker"].process == nodes["controller"].process
+            split = split_into_processes(load_launch(name)).nodes
+            assert split["people_tracker"].process == split["controller"].process == "navigation"

@@ -337,6 +337,7 @@ def test_rviz_displays_only_published_topics(made: tuple[str, Path]) -> None:
             assert {
                 "/map",
                 "/plan",
+                "/people/poses",
                 "/particle_cloud",
                 "/global_costmap/costmap",
                 "/local_costmap/costmap",

@@ -246,11 +246,25 @@ class LayeredCostmap:
         covered = self._disk_mask(pose, radius, window)
         if len(self._footprint):
             covered &= self._polygon_mask(pose, margin, window)
+        self._unmark(covered, window, keep)
+
+    def clear_discs(self, centres: NDArray[np.float64], radius: float, keep: Collection[str] = ()) -> None:
+        """Clear the marks of all sources but `keep` in the cells that touch a disc about a centre, (n, 2), m."""
+        reach = radius + self.resolution / math.sqrt(2.0)
+        for x, y in centres.tolist():
+            pose = SE2(x, y, 0.0)
+            window = self.window_around(pose, reach).expanded(0, self._static.shape)
+            if not window.empty:
+                self._unmark(self._disk_mask(pose, reach, window), window, keep)
+
+    def _unmark(self, covered: NDArray[np.bool_], window: CellWindow, keep: Collection[str]) -> None:
+        """Make marked cells of a window unknown where `covered`, in the layers of all sources but `keep`."""
         for cells in (layer.cells for name, layer in self._sources.items() if name not in keep):
             marked = covered & (cells[window.slices] == LETHAL)
             if marked.any():
                 cells[window.slices][marked] = UNKNOWN
-                self.note_change(pose, radius)
+                if self._combined is not None:
+                    self._combined.touch(window)
 
     def clear(self) -> None:
         """Clear all obstacle layers and keep the static map."""

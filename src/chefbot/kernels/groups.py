@@ -28,6 +28,9 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image, Imu, LaserScan, Range
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.people.motion_model import MotionState
+from chefbot.people.observation import Observation
+from chefbot.people.visibility import seen_free
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
@@ -47,6 +50,7 @@ NODE_CLASSES = {
     "navigator": "chefbot.nodes.navigator:NavigatorNode",
     "base": "chefbot.nodes.drive_base:DriveBaseNode",
     "explorer": "chefbot.nodes.explorer:ExplorerNode",
+    "people_tracker": "chefbot.nodes.people_tracker:PeopleTrackerNode",
 }
 """Node classes by name."""
 
@@ -234,6 +238,19 @@ def localization() -> None:
         bench.run(0.5)
 
 
+def tracking() -> None:
+    """Track people in scans of the room."""
+    bench = KernelWorkload("people_tracker")
+    bench.publish_map()
+    bench.publish_pose(0.0, "map")
+    for n in range(3):
+        bench.publish_scan(0.3 * n)
+        bench.run(0.1)
+    beams = np.linspace(-math.pi, math.pi, 9)
+    observation = Observation(SE2(0.0, 0.0, 0.0), beams, beams, beams, beams, beams > 0.0)
+    seen_free(observation, MotionState(1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1))
+
+
 def people() -> None:
     """Let people of all kinds walk in the simulator."""
     from chefbot.buildings.people_spec import PeopleSpec
@@ -258,6 +275,7 @@ GROUPS: Mapping[str, Callable[[], None]] = {
     "planning": planning,
     "control": control,
     "exploration": exploration,
+    "tracking": tracking,
     "people": people,
 }
 """Workloads in the order of need; of those needed together the longest first, so that the workers end
@@ -275,6 +293,7 @@ GROUPS_OF_NODE: Mapping[str, tuple[str, ...]] = {
     "planner": ("planning",),
     "controller": ("costs", "control"),
     "explorer": ("exploration",),
+    "people_tracker": ("tracking",),
 }
 """Groups whose kernels a node of `KINDS` runs."""
 

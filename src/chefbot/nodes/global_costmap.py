@@ -23,17 +23,19 @@ from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header
-from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.nodes.navigation.people_marks import PeopleMarksNode
+from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.scan.drop_offs import drop_range
 
 
-class GlobalCostmapNode(Node):
+class GlobalCostmapNode(PeopleMarksNode):
     """Base class of a node with a costmap of the whole map, which the obstacle sensors mark and clear.
 
     Its parameters have a field `costmap` of type CostmapParams.
     """
 
+    costmap_frame = "map"
     live_params = tuple(f"costmap.{name}" for name in LIVE_PARAMS)
     map: In[OccupancyGrid]
     scan: In[LaserScan]

@@ -16,20 +16,21 @@ from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS
 from chefbot.costmap.ranger_marks import contact_radius, mark_contact, mark_range
 from chefbot.maths.costs import Costmap
-from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header, String
-from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.nodes.navigation.people_marks import PeopleMarksNode
+from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors
 from chefbot.scan.drop_offs import drop_range
 
 
-class LocalCostmapNode(Node):
+class LocalCostmapNode(PeopleMarksNode):
     """Base class of a node with a rolling costmap around the robot, which its obstacle sensors mark and clear.
 
     Its parameters have a field `costmap` of type CostmapParams.
@@ -98,15 +99,15 @@ class LocalCostmapNode(Node):
 
     def _publish_contact(self) -> None:
         """Publish that the robot did not move on a free path: something unseen is in its way."""
-        self.contact_out.publish(PoseStamped(Header.of(self.now_ns, "base_link"), Pose.of(IDENTITY)))
+        self.contact_out.publish(PoseStamped(Header.of(self.now_ns, "base_link")))
 
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Clear the laser layer around the robot; the next scan marks again what is still there.
 
-        The camera layers stay until a beam clears them: the camera does not see what is near or beside it. So does
-        the layer of a lidar that scans a part of a turn: the robot would back up into what it no longer sees.
+        The layers of a camera, and of a lidar that scans a part of a turn, stay until a beam clears them: they do not
+        see what is near or beside them, and the robot would back up into it.
         """
-        pose, lidar = self._pose(), self.robot.sensors.lidar  # no pose: nothing has been marked yet
+        pose, lidar = self._pose(), self.robot.sensors.lidar
         if pose is not None and (lidar is None or lidar.full_turn):
             self._costs.clear_around(pose, radius.data, LASER)
 
@@ -119,8 +120,7 @@ class LocalCostmapNode(Node):
 
     def _sensor_fault(self, pose: SE2) -> str:
         """Return why the robot must stand still, by the monitors here or by those of the base; or an empty string."""
-        base = self.base_standing.last.data if self.base_standing.last else ""
-        return self._sensors.fault(self.now_ns, pose) or base
+        return self._sensors.fault(self.now_ns, pose) or (self.base_standing.last or String()).data
 
     @property
     def _limit(self) -> str:
@@ -130,7 +130,7 @@ class LocalCostmapNode(Node):
     def _costs_around(self, pose: SE2) -> Costmap:
         """Move the costmap to the robot and return its costs."""
         self._costs.set_time(self.now_ns / 1e9)
-        self._costs.move_to(pose.x, pose.y)
+        self._costs.move_to(*pose[:2])
         self._costs.clear_footprint(pose, keep=(DROP_OFFS,))  # its edge may be over one
         if self._costs.has_layer(DROP_OFFS):
             self._costs.clear_around(pose, self._costs.resolution, DROP_OFFS)

@@ -10,7 +10,7 @@ from numpy.random import Generator
 from chefbot.buildings.people_spec import PeopleSpec
 from chefbot.maths.se2 import SE2
 from chefbot.sim.people.bodies import Bodies, poses_of, write_poses
-from chefbot.sim.people.people import Habitat, People, RobotCircle
+from chefbot.sim.people.people import Habitat, RobotCircle, SimulatedPeople
 from chefbot.sim.world.doors import MovingDoor
 from chefbot.sim.world.floor import over_holes
 from chefbot.sim.world.furniture import PERSON_HEIGHT
@@ -34,14 +34,14 @@ class Movers:
 
     def __init__(self, world: World, spec: PeopleSpec, robot: RobotCircle, rng: Generator) -> None:
         self.doors = {door.name: MovingDoor(door) for door in world.doors}
-        self._people: People | None = None
+        self._people: SimulatedPeople | None = None
         self._still: ShapeArrays | None = None
         self._bodies = Bodies(spec.count)
         self.fixed = world.static
         if spec.count:
             solids = (*world.static, *over_holes(world.holes, PERSON_HEIGHT))
             habitat = Habitat(solids, world.bounds, tuple(self.doors.values()), world.routes)
-            self._people = People(spec, habitat, robot, rng)
+            self._people = SimulatedPeople(spec, habitat, robot, rng)
             movable = {solid for chair in self._people.movable for solid in chair.solids}
             self.fixed = tuple(solid for solid in world.static if solid not in movable)
 
@@ -107,6 +107,6 @@ class Movers:
             data.mocap_pos[i] = (x, y, 0.0)
             data.mocap_quat[i] = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2))
 
-    def _write_people(self, people: People, data: Any) -> None:
+    def _write_people(self, people: SimulatedPeople, data: Any) -> None:
         walkers = people.walkers
         write_poses(walkers.position, walkers.heading, data.mocap_pos, data.mocap_quat)

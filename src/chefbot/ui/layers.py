@@ -67,6 +67,19 @@ class DepthView:
     frame: str
 
 
+class PersonView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A tracked person in the map frame: number, position (m), velocity (m/s), standard deviation of the position
+    (m), and whether it was seen just now."""
+
+    id: int
+    x: float
+    y: float
+    vx: float
+    vy: float
+    deviation: float
+    visible: bool
+
+
 class DoorView(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A door of the simulated world; `open` is false only when it is fully closed."""
 
@@ -235,6 +248,10 @@ def _joints(value: Mapping[str, float]) -> dict[str, float]:
     return {str(name): float(position) for name, position in value.items()}
 
 
+def _people(value: Sequence[PersonView]) -> tuple[PersonView, ...]:
+    return tuple(_instance_of(PersonView)(person) for person in value)
+
+
 def _text(value: str) -> str:
     if not isinstance(value, str):
         raise TypeError(f"expected a text, got {type(value).__name__}")
@@ -294,6 +311,7 @@ LAYERS: dict[str, Layer] = {
     "path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),
     "local_path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),
     "goal": Layer(FAST_PERIOD, _pose, _ENCODE_JSON),
+    "people": Layer(FAST_PERIOD, _people, _ENCODE_JSON),
     "camera": Layer(CAMERA_PERIOD, _image, _encode_image),
     "status": Layer(FAST_PERIOD, _instance_of(StatusView), _ENCODE_JSON),
     "places": Layer(FAST_PERIOD, _places, _ENCODE_JSON),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,7 @@ from chefbot.causes.sentences import effect_word
 from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import TrackedPeople, TrackedPerson
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     PoseStamped,
@@ -19,7 +22,7 @@ from chefbot.msgs.geometry_msgs import (
 )
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.sensor_msgs import JointState
-from chefbot.ui.layers import CauseView, DoorView
+from chefbot.ui.layers import CauseView, DoorView, PersonView
 
 DIAGNOSTICS_AGE_NS = 5_000_000_000
 """Time after which a diagnostic that was not repeated is no longer displayed, ns."""
@@ -46,6 +49,26 @@ def clicked_pose(clicked: PoseStamped) -> PoseWithCovarianceStamped:
     """Return a pose that the operator has clicked on the map, with its covariance."""
     covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
     return PoseWithCovarianceStamped(clicked.header, PoseWithCovariance(clicked.pose, covariance))
+
+
+def people_views(message: TrackedPeople, frame: SE2) -> tuple[PersonView, ...]:
+    """Return people for the map; `frame` is the pose of the message's frame in it."""
+    return tuple(_person_view(person, frame) for person in message.people)
+
+
+def _person_view(person: TrackedPerson, frame: SE2) -> PersonView:
+    at = frame @ SE2(person.position.x, person.position.y, 0.0)
+    velocity = SE2(0.0, 0.0, frame.yaw) @ SE2(person.velocity.x, person.velocity.y, 0.0)
+    deviation = math.sqrt(max(float(person.covariance[0]), float(person.covariance[5])))
+    return PersonView(
+        id=person.id,
+        x=at.x,
+        y=at.y,
+        vx=velocity.x,
+        vy=velocity.y,
+        deviation=deviation,
+        visible=person.visible,
+    )
 
 
 def door_views(doors: JointState | None) -> tuple[DoorView, ...]:

@@ -18,6 +18,7 @@ from chefbot.msgs.chefbot_msgs import (
     ObstacleScan,
     Order,
     Places,
+    TrackedPeople,
     WheelTicks,
 )
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
@@ -31,19 +32,11 @@ from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.ui import commands as do
+from chefbot.ui import layers
 from chefbot.ui.access.audited_device import AuditedDevice
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.tls import load_tls
 from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
-from chefbot.ui.layers import (
-    DepthView,
-    FrameView,
-    ProgressView,
-    RobotView,
-    ScanView,
-    StatusView,
-    StopView,
-)
 from chefbot.ui.message_conversion import (
     SHOWN_CAUSES,
     RecentDiagnostics,
@@ -52,6 +45,7 @@ from chefbot.ui.message_conversion import (
     cost_image,
     door_views,
     path_points,
+    people_views,
 )
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
@@ -76,6 +70,7 @@ class WebUiDevice(AuditedDevice):
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
     particle_cloud: In[ParticleCloud]
+    tracked_people: In[TrackedPeople]
     plan: In[Path]
     local_plan: In[Path]
     goal: In[PoseStamped] = topic("navigation_goal")
@@ -120,15 +115,15 @@ class WebUiDevice(AuditedDevice):
         super().start()
         self._places: dict[str, SE2] = {}
         self._stopped = False
-        self._last_status = StatusView()
-        self._last_stop = StopView()
+        self._last_status = layers.StatusView()
+        self._last_stop = layers.StopView()
         self._causes = CauseHistory(size=SHOWN_CAUSES)
         self._failures = 0
         self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
         self._real_time_factor = RealTimeFactor(self.now_ns)
         self._diagnostics = RecentDiagnostics()
-        self._moving_frames: dict[str, FrameView] = {}
-        self._fixed_frames: dict[str, FrameView] = {}
+        self._moving_frames: dict[str, layers.FrameView] = {}
+        self._fixed_frames: dict[str, layers.FrameView] = {}
         tls = load_tls(self.params.certificate)
         self._server = WebUiServer(
             self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot), self.audit, tls
@@ -170,7 +165,7 @@ class WebUiDevice(AuditedDevice):
 
     # -- display
 
-    def show_progress(self, progress: ProgressView) -> None:
+    def show_progress(self, progress: layers.ProgressView) -> None:
         """Display a long job of the computer, not of the robot. Thread-safe."""
         self._server.set_layer("progress", progress)
 
@@ -186,7 +181,7 @@ class WebUiDevice(AuditedDevice):
         """Display the end points of a scan in the map frame."""
         sensor = self._lookup("map", message.header.frame_id)
         if sensor is not None:
-            scan = ScanView(sensor, message.angles, message.ranges, message.header.frame_id)
+            scan = layers.ScanView(sensor, message.angles, message.ranges, message.header.frame_id)
             self._server.set_layer("scan", scan)
 
     def on_obstacles(self, message: ObstacleScan) -> None:
@@ -194,7 +189,7 @@ class WebUiDevice(AuditedDevice):
         sensor = self._lookup("map", message.header.frame_id)
         if sensor is not None:
             angles = message.angle_min + message.angle_increment * np.arange(len(message.ranges))
-            scan = ScanView(sensor, angles, message.ranges, message.header.frame_id)
+            scan = layers.ScanView(sensor, angles, message.ranges, message.header.frame_id)
             self._server.set_layer("obstacles", scan)
 
     def on_particle_cloud(self, message: ParticleCloud) -> None:
@@ -202,6 +197,12 @@ class WebUiDevice(AuditedDevice):
         self._server.set_layer(
             "particles", np.array([particle.pose.se2 for particle in message.particles]).reshape(-1, 3)
         )
+
+    def on_tracked_people(self, message: TrackedPeople) -> None:
+        """Display the tracked people."""
+        pose = self._lookup("map", message.header.frame_id)
+        if pose is not None:
+            self._server.set_layer("people", people_views(message, pose))
 
     def on_plan(self, message: Path) -> None:
         """Display the global plan to the goal."""
@@ -230,7 +231,7 @@ class WebUiDevice(AuditedDevice):
         info = self.camera_info.last
         if info is not None:
             focal, cx, cy = info.k[0], info.k[2], info.k[5]
-            view = DepthView(message.pixels, float(focal), float(cx), float(cy), info.header.frame_id)
+            view = layers.DepthView(message.pixels, float(focal), float(cx), float(cy), info.header.frame_id)
             self._server.set_layer("depth", view)
 
     def on_moving_frames(self, message: TFMessage) -> None:
@@ -279,7 +280,7 @@ class WebUiDevice(AuditedDevice):
         if pose is not None:
             twist = self.odom.last.twist.twist if self.odom.last else Twist()
             v, w, radius = twist.linear.x, twist.angular.z, self.robot.circumscribed_radius
-            view = RobotView(x=pose.x, y=pose.y, yaw=pose.yaw, radius=radius, v=v, w=w)
+            view = layers.RobotView(x=pose.x, y=pose.y, yaw=pose.yaw, radius=radius, v=v, w=w)
             self._server.set_layer("robot", view)
         self._last_status = self._status(pose)
         self._server.set_layer("status", self._last_status)
@@ -291,7 +292,7 @@ class WebUiDevice(AuditedDevice):
     def _show_stop(self) -> None:
         status, pending = self.stop_status.last, self._pending
         pressed = str(status.pressed_at.ns) if status else ""
-        self._last_stop = StopView(
+        self._last_stop = layers.StopView(
             stopped=self._stopped,
             requested=pending.stop,
             confirmed=pending.presses.confirmed,
@@ -299,10 +300,10 @@ class WebUiDevice(AuditedDevice):
         )
         self._server.set_layer("stop", self._last_stop)
 
-    def _status(self, pose: SE2 | None) -> StatusView:
+    def _status(self, pose: SE2 | None) -> layers.StatusView:
         battery, truth = self.battery_state.last, self.ground_truth.last
         localization, navigation = self.localization_status.last, self.navigation_status.last
-        return StatusView(
+        return layers.StatusView(
             phase=self.phase.last.data if self.phase.last else "",
             clock=self.now_ns / 1e9,
             real_time_factor=self._real_time_factor.factor(self.now_ns),

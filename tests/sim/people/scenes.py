@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from chefbot.buildings.people_spec import PeopleSpec
 from chefbot.buildings.world_file import Chair, Door, Route
 from chefbot.maths.se2 import SE2
-from chefbot.sim.people.people import Habitat, People, RobotCircle
+from chefbot.sim.people.people import Habitat, RobotCircle, SimulatedPeople
 from chefbot.sim.world.doors import MovingDoor
 from chefbot.sim.world.furniture import PERSON_RADIUS, chair_shapes
 from chefbot.sim.world.shapes import SimulatedShape, box
@@ -59,7 +59,7 @@ class Scene:
         self.doors = [MovingDoor(door) for door in doors]
         self.robot = RobotCircle(*robot, 1.0, 0.0, ROBOT_RADIUS)
         habitat = Habitat(solids, bounds, self.doors, routes)
-        self.people = People(spec, habitat, self.robot, np.random.default_rng(seed))
+        self.people = SimulatedPeople(spec, habitat, self.robot, np.random.default_rng(seed))
         self.solids = [s for s in solids if s.name not in self._names_of_chairs()]
 
     def _names_of_chairs(self) -> set[str]:

@@ -9,21 +9,21 @@ from numpy.random import Generator
 
 from chefbot.buildings.people_spec import PeopleSpec, people_of_each_kind
 from chefbot.sim.people.kinds import Blocker, Companion, Follower, PullsChairs, StepsOut, Talker, UsesDoors
-from chefbot.sim.people.person import Person
+from chefbot.sim.people.person import SimulatedPerson
 
 if TYPE_CHECKING:
-    from chefbot.sim.people.people import People
+    from chefbot.sim.people.people import SimulatedPeople
 
 WALKER = "walker"
-KIND_OF: dict[str, type[Person]] = {
+KIND_OF: dict[str, type[SimulatedPerson]] = {
     "stand_and_talk": Talker,
-    "groups": Person,
+    "groups": SimulatedPerson,
     "step_out": StepsOut,
     "pull_chairs": PullsChairs,
     "doors": UsesDoors,
     "follow": Follower,
     "block": Blocker,
-    WALKER: Person,
+    WALKER: SimulatedPerson,
 }
 
 
@@ -43,9 +43,9 @@ def leaders_of(spec: PeopleSpec) -> list[int | None]:
     return leaders
 
 
-def cast(scene: People, rngs: Sequence[Generator]) -> list[Person]:
+def cast(scene: SimulatedPeople, rngs: Sequence[Generator]) -> list[SimulatedPerson]:
     """Return all people of a scene, with their groups and pairs."""
-    spec, persons, leaders = scene.spec, list[Person](), leaders_of(scene.spec)
+    spec, persons, leaders = scene.spec, list[SimulatedPerson](), leaders_of(scene.spec)
     for i, (kind, rng) in enumerate(zip(kinds_of(spec), rngs, strict=True)):
         leader = leaders[i]
         pace = float(rng.uniform(spec.slowest, spec.fastest))

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from numpy.random import Generator
 
 from chefbot.sim.people.chairs import PULL_SPEED, TRAVEL, ChairTask
-from chefbot.sim.people.person import Doing, Person
+from chefbot.sim.people.person import Doing, SimulatedPerson
 from chefbot.sim.people.spots import DoorwaySpot
 from chefbot.sim.people.walkers import STAND
 from chefbot.sim.world.furniture import PERSON_RADIUS
 
 if TYPE_CHECKING:
-    from chefbot.sim.people.people import People
+    from chefbot.sim.people.people import SimulatedPeople
 
 TALK = (10.0, 30.0)
 """Time for which two people talk in a doorway, s."""
@@ -38,7 +38,7 @@ BETWEEN_TASKS = 2
 """Destinations that people visit between what their kind does."""
 
 
-class Talker(Person):
+class Talker(SimulatedPerson):
     """Stands and talks in doorways; the first of each pair chooses where and when."""
 
     partner: Talker | None = None
@@ -78,10 +78,12 @@ class Talker(Person):
         self.meeting = None
 
 
-class Companion(Person):
+class Companion(SimulatedPerson):
     """Walks in the group of `leader`."""
 
-    def __init__(self, scene: People, number: int, rng: Generator, pace: float, leader: Person) -> None:
+    def __init__(
+        self, scene: SimulatedPeople, number: int, rng: Generator, pace: float, leader: SimulatedPerson
+    ) -> None:
         super().__init__(scene, number, rng, pace)
         self.leader = leader
 
@@ -100,7 +102,7 @@ class Companion(Person):
             yield
 
 
-class StepsOut(Person):
+class StepsOut(SimulatedPerson):
     """Waits behind a corner and steps out when the robot comes by."""
 
     def steps(self) -> Doing:
@@ -130,7 +132,7 @@ class StepsOut(Person):
                 return
 
 
-class PullsChairs(Person):
+class PullsChairs(SimulatedPerson):
     """Pulls chairs out and pushes them in."""
 
     def steps(self) -> Doing:
@@ -160,7 +162,7 @@ class PullsChairs(Person):
         task.user = None
 
 
-class UsesDoors(Person):
+class UsesDoors(SimulatedPerson):
     """Opens and closes doors."""
 
     def steps(self) -> Doing:
@@ -181,7 +183,7 @@ class UsesDoors(Person):
                 yield from self.walk_about()
 
 
-class Follower(Person):
+class Follower(SimulatedPerson):
     """Follows the robot as long as it sees it, and walks about otherwise."""
 
     def steps(self) -> Doing:
@@ -209,7 +211,7 @@ class Follower(Person):
         self.walkers.shy[self.number] = self.scene.spec.avoid_robot
 
 
-class Blocker(Person):
+class Blocker(SimulatedPerson):
     """Stands in the robot's way for fun."""
 
     def steps(self) -> Doing:

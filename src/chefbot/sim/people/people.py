@@ -63,7 +63,7 @@ class Habitat(NamedTuple):
     routes: Sequence[Route] = ()
 
 
-class People:
+class SimulatedPeople:
     """People who walk by social forces; equal arguments and calls give bit-identical walks on every processor.
 
     `movable` are the chairs that these people use; they are no longer among the solids of the world. Raises

@@ -15,7 +15,7 @@ from chefbot.sim.people.walkers import APPROACH, STAND, WALK
 from chefbot.sim.world.furniture import PERSON_RADIUS
 
 if TYPE_CHECKING:
-    from chefbot.sim.people.people import People
+    from chefbot.sim.people.people import SimulatedPeople
 
 REST = (1.0, 4.0)
 """Time for which people rest at a destination, s."""
@@ -34,10 +34,10 @@ Doing = Script[None, None, None]
 Trying = Script[None, None, bool]
 
 
-class Person:
+class SimulatedPerson:
     """A person who walks between destinations; all randomness comes from `rng`."""
 
-    def __init__(self, scene: People, number: int, rng: np.random.Generator, pace: float) -> None:
+    def __init__(self, scene: SimulatedPeople, number: int, rng: np.random.Generator, pace: float) -> None:
         self.scene, self.number, self.rng, self.pace = scene, number, rng, pace
         self.walkers = scene.walkers
         self._patience = float(rng.uniform(*PATIENCE))

@@ -12,6 +12,7 @@ export const COLOURS = {
   obstacles: () => pick("#d97706", "#fbbf24"),
   goal: () => pick("#0f766e", "#2dd4bf"),
   truth: () => pick("#16a34a", "#4ade80"),
+  people: () => pick("#be185d", "#f472b6"),
   robot: () => pick("#1d2522", "#e6ebe8"),
   costmap: () => "#e0592b",
   places: () => pick("#66716c", "#96a39d"),
@@ -20,7 +21,8 @@ export const COLOURS = {
 
 export const SWITCHES = [
   ["costmap", "Global costmap"], ["path", "Global plan"], ["local_path", "Local plan"], ["particles", "Particles"],
-  ["scan", "Laser scan"], ["obstacles", "Camera obstacles"], ["places", "Places"], ["causes", "Causes"], ["truth", "Ground truth (simulation)"],
+  ["scan", "Laser scan"], ["obstacles", "Camera obstacles"], ["people", "People"], ["places", "Places"],
+  ["causes", "Causes"], ["truth", "Ground truth (simulation)"],
 ];
 
 const images = new Map();
@@ -151,6 +153,50 @@ function places(context, view, list) {
   }
 }
 
+const BODY_RADIUS = 0.2; // m
+const ARROW_SECONDS = 1; // a velocity arrow ends where the person will be after that time
+
+function people(context, view, list) {
+  context.font = "600 12px system-ui, sans-serif";
+  context.textAlign = "center";
+  for (const person of list) {
+    const [x, y] = view.px(person.x, person.y);
+    const [bx, by] = view.px(person.x + ARROW_SECONDS * person.vx, person.y + ARROW_SECONDS * person.vy);
+    const ring = Math.max(8, (BODY_RADIUS + 2 * person.deviation) * view.scale);
+    context.save();
+    context.globalAlpha = person.visible ? 1 : 0.45;
+    context.fillStyle = context.strokeStyle = COLOURS.people();
+    context.lineWidth = 2;
+    context.beginPath();
+    context.arc(x, y, Math.max(5, BODY_RADIUS * view.scale), 0, 2 * Math.PI);
+    context.fill();
+    context.setLineDash([3, 3]);
+    context.beginPath();
+    context.arc(x, y, ring, 0, 2 * Math.PI);
+    context.stroke();
+    context.setLineDash([]);
+    if (Math.hypot(bx - x, by - y) > 8) velocityArrow(context, x, y, bx, by);
+    context.lineWidth = 3;
+    context.strokeStyle = pick("#ffffffcc", "#121614cc");
+    const above = y - ring - 5;
+    context.strokeText(`#${person.id}`, x, above);
+    context.fillText(`#${person.id}`, x, above);
+    context.restore();
+  }
+}
+
+function velocityArrow(context, x, y, bx, by) {
+  const yaw = Math.atan2(by - y, bx - x);
+  context.beginPath();
+  context.moveTo(x, y);
+  context.lineTo(bx, by);
+  for (const side of [-1, 1]) {
+    context.moveTo(bx, by);
+    context.lineTo(bx - 7 * Math.cos(yaw + 0.5 * side), by - 7 * Math.sin(yaw + 0.5 * side));
+  }
+  context.stroke();
+}
+
 // A cross on each obstacle that holds the robot up now.
 function causes(context, view, list) {
   context.strokeStyle = COLOURS.causes();
@@ -175,6 +221,7 @@ export const PAINTERS = [
   ["obstacles", dots("obstacles", 4)],
   ["scan", dots("scan", 3)],
   ["places", places],
+  ["people", people],
   ["goal", (context, view, pose) => arrow(context, view, pose, COLOURS.goal(), Math.max(28, 0.6 * view.scale))],
   ["truth", truth],
   ["robot", robot],

@@ -1,0 +1,40 @@
+"""Clears marks of people who have moved on from a costmap."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from chefbot.costmap.conversions import DROP_OFFS
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.ranger_marks import LASTING
+from chefbot.msgs.chefbot_msgs import TrackedPeople
+from chefbot.people.trails import BODY_RADIUS, PeopleTrails
+from chefbot.runtime.node import In, Node
+from chefbot.runtime.transform_buffer import TransformError
+
+
+class PeopleMarksNode(Node):
+    """Base class of a node with a costmap in which a person leaves no marks behind.
+
+    The sensor that marked somebody may look elsewhere when the person leaves, and each clears only its own layer.
+    That the same person is seen elsewhere shows that the place is free.
+    """
+
+    costmap_frame = "odom"
+    tracked_people: In[TrackedPeople]
+    _costs: LayeredCostmap
+
+    @cached_property
+    def _trails(self) -> PeopleTrails:
+        return PeopleTrails()
+
+    def on_tracked_people(self, message: TrackedPeople) -> None:
+        """Clear the marks where people were seen who are elsewhere now."""
+        places = self._trails.left(message)
+        if not len(places):
+            return
+        try:
+            frame = self.tf.lookup(self.costmap_frame, message.header.frame_id)
+        except TransformError:
+            return  # not localized: the costmap has no marks
+        self._costs.clear_discs(frame.apply(places), BODY_RADIUS, keep=(DROP_OFFS, *LASTING))

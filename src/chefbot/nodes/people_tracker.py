@@ -1,0 +1,90 @@
+"""Tracks people in laser scans and depth images."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import ObstacleScan, TrackedPeople
+from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus
+from chefbot.msgs.geometry_msgs import PoseArray
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.people_msgs import People
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header
+from chefbot.people.observation import Observation, observe_obstacles, observe_scan
+from chefbot.people.params import PeopleTrackerParams
+from chefbot.people.people_messages import people_message, people_poses, tracked_people
+from chefbot.people.tracker import PeopleTracker
+from chefbot.runtime.node import In, Node, Out, every, topic
+from chefbot.runtime.transform_buffer import TransformError
+
+FRAME = "odom"
+"""Frame of the tracks: poses in it do not jump."""
+
+
+class PeopleTrackerNode(Node):
+    """Publishes people with numbers in the frame odom, after each scan, or obstacle scan without a lidar.
+
+    `people` is what ROS's leg detectors publish, `people/poses` the same for display; `tracked_people` has
+    covariances and last sightings.
+    """
+
+    params: PeopleTrackerParams
+    map: In[OccupancyGrid]
+    scan: In[LaserScan]
+    obstacles: In[ObstacleScan]
+    people: Out[People]
+    poses: Out[PoseArray] = topic("people/poses")
+    tracked_people: Out[TrackedPeople]
+    diagnostics: Out[DiagnosticArray]
+
+    def start(self) -> None:
+        """Begin without people."""
+        self._tracker = PeopleTracker(self.params)
+        self._has_lidar = self.robot.sensors.lidar is not None
+
+    def on_map(self, message: OccupancyGrid) -> None:
+        """Take the map, whose obstacles are no people."""
+        self._tracker.set_map(message.grid)
+
+    def on_scan(self, scan: LaserScan) -> None:
+        """Track people in a scan; without a lidar it is a row of the depth image, whose obstacle scan has it all."""
+        if self._has_lidar:
+            self._when_placed(scan.header, lambda pose: observe_scan(scan, pose), publish=True)
+
+    def on_obstacles(self, scan: ObstacleScan) -> None:
+        """Track people in an obstacle scan."""
+        publish = not self._has_lidar
+        self._when_placed(scan.header, lambda pose: observe_obstacles(scan, pose), publish=publish)
+
+    def _when_placed(self, header: Header, observe: Callable[[SE2], Observation], *, publish: bool) -> None:
+        """Update the tracks as soon as the sensor's pose is known."""
+        stamp = header.stamp.ns
+
+        def update(pose: SE2) -> None:
+            if self._tracker.update(observe(pose), stamp / 1e9, self._map_pose()) and publish:
+                self._publish()
+
+        self.tf.on_available(FRAME, header.frame_id, stamp, update)
+
+    def _publish(self) -> None:
+        header = Header.of(round(self._tracker.time * 1e9), FRAME)
+        tracked = tracked_people(header, self._tracker.people)
+        self.tracked_people.publish(tracked)
+        self.people.publish(people_message(tracked))
+        self.poses.publish(people_poses(tracked))
+
+    def _map_pose(self) -> SE2 | None:
+        """Return the pose of odom in the map, None before the robot is localized."""
+        try:
+            return self.tf.lookup("map", FRAME)
+        except TransformError:
+            return None
+
+    @every(hz=1)
+    def publish_health(self) -> None:
+        """Publish whether the tracker could use all that it got."""
+        warning = self._tracker.take_warning()
+        status = DiagnosticStatus(WARN if warning else OK, "people tracker", warning or "People are tracked.")
+        self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, FRAME), (status,)))

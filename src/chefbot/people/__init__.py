@@ -1,0 +1,1 @@
+"""Tracking and prediction of people in laser scans and depth images."""

@@ -1,0 +1,74 @@
+"""Tracked people as messages, and their prediction from a message."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.chefbot_msgs import TrackedPeople, TrackedPerson
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseArray, Vector3
+from chefbot.msgs.people_msgs import People, Person
+from chefbot.msgs.std_msgs import Header
+from chefbot.people.motion_model import MotionState, propagate
+from chefbot.people.track import PersonTrack
+
+
+def tracked_people(header: Header, tracks: Sequence[PersonTrack]) -> TrackedPeople:
+    """Return the people of all tracks with covariances and last sightings."""
+    return TrackedPeople(header, tuple(_tracked_person(track) for track in tracks))
+
+
+def _tracked_person(track: PersonTrack) -> TrackedPerson:
+    state, seen = track.state, track.last_seen
+    return TrackedPerson(
+        track.id,
+        Point(state.x, state.y),
+        Vector3(state.vx, state.vy),
+        state.covariance().reshape(16),
+        track.confidence,
+        track.standing,
+        track.visible,
+        Time.of(round(seen.time * 1e9)),
+        Point(seen.x, seen.y),
+    )
+
+
+def people_message(tracked: TrackedPeople) -> People:
+    """Return people as leg detectors of ROS publish them; their names are their numbers."""
+    return People(
+        tracked.header,
+        tuple(
+            Person(str(one.id), one.position, Point(one.velocity.x, one.velocity.y), one.confidence)
+            for one in tracked.people
+        ),
+    )
+
+
+def people_poses(tracked: TrackedPeople) -> PoseArray:
+    """Return the poses of people, x along their velocity."""
+    poses = (
+        Pose.of(SE2(one.position.x, one.position.y, math.atan2(one.velocity.y, one.velocity.x)))
+        for one in tracked.people
+    )
+    return PoseArray(tracked.header, tuple(poses))
+
+
+def predict_person(person: TrackedPerson, seconds: float, acceleration: float) -> MotionState:
+    """Return where a person will be in some seconds: constant velocity, none if standing, with growing covariance.
+
+    acceleration: as in `PeopleTrackerParams`, m/s^1.5.
+    """
+    vx, vy = (0.0, 0.0) if person.standing else (person.velocity.x, person.velocity.y)
+    covariance = person.covariance.reshape(4, 4)
+    state = MotionState(
+        person.position.x,
+        person.position.y,
+        vx,
+        vy,
+        float(covariance[0, 0]),
+        float(covariance[0, 2]),
+        float(covariance[2, 2]),
+    )
+    return propagate(state, seconds, acceleration**2)

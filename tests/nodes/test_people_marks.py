@@ -1,0 +1,89 @@
+"""Tests that people leave no marks behind in the costmaps."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.support.nodes import NodeRunner
+
+from chefbot.costmap.conversions import CAMERA, DROP_OFFS, LASER
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.ranger_marks import CONTACT
+from chefbot.maths.costs import LETHAL
+from chefbot.maths.footprint import disc
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.msgs.chefbot_msgs import TrackedPeople, TrackedPerson
+from chefbot.msgs.geometry_msgs import Point, TransformStamped
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.tf2_msgs import TFMessage
+
+PLACE = (1.2, 0.3)
+NODES = {"controller": "controller:ControllerNode", "planner": "planner:PlannerNode"}
+
+
+def person_at(x: float, y: float) -> TrackedPeople:
+    """Return one person, well seen."""
+    person = TrackedPerson(1, Point(x, y), covariance=0.001 * np.eye(4).reshape(16), visible=True)
+    return TrackedPeople(Header.of(0, "odom"), (person,))
+
+
+def mark(costs: LayeredCostmap, layer: str, distance: float) -> tuple[int, int]:
+    """Mark the cell at a distance from PLACE and return it."""
+    x, y = PLACE[0] + distance, PLACE[1]
+    cell = (
+        math.floor((y - costs.origin_y) / costs.resolution),
+        math.floor((x - costs.origin_x) / costs.resolution),
+    )
+    costs.layer(layer)[cell] = LETHAL
+    costs.note_change(SE2(x, y, 0.0), 0.1)
+    return cell
+
+
+@pytest.mark.parametrize(
+    ("layer", "distance", "stays"),
+    [
+        (CAMERA, 0.2, False),
+        (LASER, -0.2, False),
+        (CAMERA, 0.4, True),
+        (DROP_OFFS, 0.0, True),
+        (CONTACT, 0.1, True),
+    ],
+)
+def test_marks_within_a_body_are_cleared(layer: str, distance: float, stays: bool) -> None:
+    costs = LayeredCostmap(CostmapParams(inflation_radius=0.0), disc(0.16), rolling=True)
+    cell = mark(costs, layer, distance)
+    assert costs.update().cells[cell] == LETHAL
+    costs.clear_discs(np.array([PLACE]), 0.25, keep=(DROP_OFFS, CONTACT))
+    assert (costs.layer(layer)[cell] == LETHAL) == stays
+    assert (costs.update().cells[cell] == LETHAL) == stays
+
+
+def test_discs_outside_the_costmap_clear_nothing() -> None:
+    costs = LayeredCostmap(CostmapParams(), disc(0.16), rolling=True)
+    cell = mark(costs, CAMERA, 0.0)
+    costs.clear_discs(np.array([[1e6, -1e6], [-50.0, 0.0]]), 0.25)
+    assert costs.update().cells[cell] == LETHAL
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_the_mark_of_somebody_seen_elsewhere_is_cleared_at_once(name: str) -> None:
+    runner = NodeRunner({name: f"chefbot.nodes.{NODES[name]}"}, {})
+    for parent, child in (("map", "odom"), ("odom", "base_footprint"), ("base_footprint", "base_link")):
+        transform = TransformStamped.of(0, parent, child, IDENTITY)
+        runner.loop.publish("tf_static", TFMessage((transform,)), "test")
+    runner.loop.publish(
+        "map", OccupancyGrid.of(Header.of(0, "map"), Grid(np.zeros((80, 80), np.int8), 0.05, -2.0, -2.0)), "t"
+    )
+    runner.run(0.01)
+    node: Any = runner.system.nodes[name]
+    cell = mark(node._costs, CAMERA, 0.1)
+    for x, stays in ((PLACE[0], True), (PLACE[0] + 0.35, True), (PLACE[0] + 0.7, False)):
+        runner.loop.publish("tracked_people", person_at(x, PLACE[1]), "test")
+        runner.run(0.01)
+        assert (node._costs.update().cells[cell] == LETHAL) == stays

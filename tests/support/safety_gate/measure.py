@@ -1,0 +1,80 @@
+"""Line and branch coverage of the modules of safety, each by its own tests.
+
+Numba's kernels are compiled to machine code, in which nothing is measured: so they run as Python here.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import tempfile
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from coverage import Coverage
+
+from tests.support.safety_gate.modules import MODULES, path_of
+
+OPTIONS = ["-q", "-p", "no:cacheprovider", "--no-header", "--no-summary"]
+OPTIONS += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]  # what all need is imported before pytest begins
+
+
+class ModuleCoverage(NamedTuple):
+    """What the tests of a module run of it. missing: "12, 30 -> 33": lines, and branches from line to line."""
+
+    module: str
+    lines: int
+    branches: int
+    missing: str
+
+
+class ContextPerTest:
+    """Plugin of pytest that notes for each test which lines it runs."""
+
+    def __init__(self, coverage: Coverage) -> None:
+        self._coverage = coverage
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        """Measure a test in a context with its name."""
+        self._coverage.switch_context(item.nodeid)
+        done = yield
+        self._coverage.switch_context("")
+        return done
+
+
+def new_coverage(modules: Collection[str]) -> Coverage:
+    """Return the measurement of some modules, not started; to be made before they are imported."""
+    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    return Coverage(
+        data_file=None, branch=True, config_file=False, include=[str(path_of(module)) for module in modules]
+    )
+
+
+def measured(modules: Collection[str]) -> list[ModuleCoverage]:
+    """Run the tests of some modules in this process and return the coverage of each by its own; raise if one fails."""
+    coverage = new_coverage(modules)
+    coverage.start()
+    files = dict.fromkeys(file for module in modules for file in MODULES[module])
+    code = pytest.main([*OPTIONS, *files], plugins=[ContextPerTest(coverage)])
+    coverage.stop()
+    if code:
+        raise SystemExit(f"The tests of safety fail without Numba: pytest returned {code!r}.")
+    return [_coverage_of(coverage, module) for module in modules]
+
+
+def _coverage_of(coverage: Coverage, module: str) -> ModuleCoverage:
+    """Return the coverage of a module by its own tests, and by being imported."""
+    contexts = ["^$", *(f"^{re.escape(file)}::" for file in MODULES[module])]
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder, "coverage.json")
+        coverage.json_report([str(path_of(module))], outfile=str(report), contexts=contexts)
+        (found,) = json.loads(report.read_text())["files"].values()
+    lines = [str(line) for line in found["missing_lines"]]
+    branches = [f"{start} -> {end if end > 0 else 'exit'}" for start, end in found["missing_branches"]]
+    summary = found["summary"]
+    missing = ", ".join(lines + branches)
+    return ModuleCoverage(module, summary["num_statements"], summary["num_branches"], missing)

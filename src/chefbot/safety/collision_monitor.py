@@ -22,15 +22,15 @@ from chefbot.safety import local_memory as memory
 from chefbot.safety.contact_time import first_contact
 from chefbot.safety.monitor_text import MOVES_BACKWARD, SensedPoint, obstacle_text, unseen_text
 from chefbot.safety.params import CollisionMonitorParams
-from chefbot.safety.zones import CELLS_PER_RADIUS, CREEP_SPEED, OUTLINE_INSET, Zones, safe_fraction
+from chefbot.safety.zones import CREEP_SPEED, OUTLINE_INSET, Zones, safe_fraction
 
 ECHO_TIMEOUT_NS = 300_000_000
 """Maximum age of an echo of the ultrasonic ranger, ns."""
 CONE_POINTS = 5
 """Points across the cone of the ultrasonic ranger: the direction of the surface is not measured."""
-TOLERATED_GAP, TOLERATED_GAP_AHEAD = 2, CELLS_PER_RADIUS
-"""Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays;
-and ahead, half the body's width: on an arc a camera does not look over the ground before the inner side."""
+TOLERATED_GAP = 2
+"""Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays.
+Ahead it is half the body's width: on an arc a camera does not look over the ground before the inner side."""
 SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
 """How rays show the ground, see `local_memory`."""
 NO_LAYER = np.zeros(memory.LAYERS, np.bool_)
@@ -83,7 +83,8 @@ class CollisionMonitor:
         invalid = ~(ranges > 0.0)
         is_lidar = self._sensors.lidar is not None
         starts = np.zeros(len(ranges)) if is_lidar else np.full(len(ranges), float(scan.range_min))
-        ends = np.where(invalid, -1.0, ranges - self.zones.resolution)
+        # a ray without a return shows what is free as far as the sensor measures, and no farther
+        ends = np.where(invalid, -1.0, np.minimum(ranges, scan.range_max) - self.zones.resolution)
         clears = np.array([is_lidar, False, True])
         thin = slice(None, None, self._thinning(float(scan.angle_increment)))
         rays = [np.ascontiguousarray(values[thin]) for values in (angles, starts, ends)]
@@ -219,7 +220,8 @@ class CollisionMonitor:
         """Return the fraction of a twist that stops `margin` metres before ground not seen for `seen` seconds."""
         zones, oldest_ns = self.zones, now_ns - round(seen * 1e9)
         duration = latency + zones.braking_time(v, w)
-        tolerated = TOLERATED_GAP if kind == memory.GROUND else TOLERATED_GAP_AHEAD
+        half_width = round(zones.inscribed / zones.resolution)
+        tolerated = TOLERATED_GAP if kind == memory.GROUND else half_width
         free_time = memory.time_on_seen_ground(
             self._memory, pose.array(), v, w, zones.outline, duration, oldest_ns, tolerated, kind
         )

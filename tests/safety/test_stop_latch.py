@@ -124,3 +124,12 @@ def test_a_lost_board_changes_nothing_for_a_pressed_stop() -> None:
     latch = StopLatch()
     latch.request(True, 1)
     assert latch.lose_board(2) is None and latch.regain_board(3) is None and latch.active
+
+
+def test_a_restored_release_does_not_release_a_new_press() -> None:
+    """The state from before a restart may come after somebody has pressed; the press counts."""
+    released = EmergencyStopStatus(Header(), False, Time(3), "before")
+    for stop in (lambda latch: latch.request(True, 7), lambda latch: latch.lose_board(7)):
+        latch = StopLatch()
+        stop(latch)
+        assert latch.restore(released, 9) is None and latch.active and latch.status.pressed_at.ns == 7

@@ -117,7 +117,6 @@ def safe_fraction(free_time: float, latency: float, braking_time: float) -> floa
         return 0.0
     if math.isinf(free_time):
         return 1.0
-    if braking_time <= 0.0:
-        return min(1.0, free_time / latency) if latency > 0.0 else 1.0
-    f = (math.sqrt(latency * latency + 2.0 * braking_time * free_time) - latency) / braking_time
-    return min(1.0, f)
+    # the root of the parabola in the form that keeps its digits for any braking time, zero included
+    divisor = latency + math.sqrt(latency * latency + 2.0 * braking_time * free_time)
+    return min(1.0, 2.0 * free_time / divisor) if divisor > 0.0 else 1.0

@@ -34,6 +34,8 @@ from tests.support.safety_gate.mutations import Mutant, mutants_of
 
 PATIENCE, MIN_PATIENCE = 5.0, 5.0
 """Factor on the time of the tests without a mutant, and the time (s) beside it, after which a mutant is killed."""
+HANGS = 12.0
+"""Factor on that time of the processor for the time of the wall's clock, of a mutant that waits for nothing."""
 MEMORY = 8 << 30
 """Address space that a mutant may use, bytes."""
 IMPORTED_BY_ALL = ("numpy", "numba", "scipy.ndimage", "scipy.spatial", "msgspec", "hypothesis", "mujoco", "zenoh")
@@ -86,7 +88,10 @@ def judged(module: str, jobs: int, sample: Callable[[int], bool] = lambda _: Tru
 
 
 def _fork(work: Callable[[], int], limit: float | None) -> int:
-    """Run work in a forked process, silently, for at most `limit` seconds, and return its number."""
+    """Run work in a forked process, silently for at most `limit` seconds, and return its number.
+
+    limit: of the processor's time, as others may use it as well.
+    """
     sys.stdout.flush()
     number = os.fork()
     if number:
@@ -94,8 +99,12 @@ def _fork(work: Callable[[], int], limit: float | None) -> int:
     code = 99
     try:
         if limit is not None:
-            signal.signal(signal.SIGALRM, signal.SIG_DFL)
-            signal.setitimer(signal.ITIMER_REAL, limit)
+            for timer, kind, seconds in (
+                (signal.ITIMER_PROF, signal.SIGPROF, limit),
+                (signal.ITIMER_REAL, signal.SIGALRM, HANGS * limit),
+            ):
+                signal.signal(kind, signal.SIG_DFL)
+                signal.setitimer(timer, seconds)
             resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
             silent = os.open(os.devnull, os.O_WRONLY)
             os.dup2(silent, 1)

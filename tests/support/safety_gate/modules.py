@@ -21,7 +21,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "chefbot.control.kinematics": ("tests/control/test_kinematics.py",),
     "chefbot.safety.stop_latch": _safety("stop_latch"),
     "chefbot.safety.command_multiplexer": _safety("command_multiplexer"),
-    "chefbot.safety.velocity_limiter": _safety("velocity_limiter"),
+    "chefbot.safety.velocity_limiter": _safety("velocity_limiter", "params"),
     "chefbot.safety.cliff_stop": _safety("cliff_stop"),
     "chefbot.safety.params": _safety("params"),
     "chefbot.safety.monitor_text": _safety("monitor_text"),

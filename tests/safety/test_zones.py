@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
-from chefbot.safety.zones import Zones, outline_points, safe_fraction
+from chefbot.safety.zones import CREEP_SPEED, Zones, outline_points, safe_fraction
 
 DISC, RECTANGLE = load_robot("chefbot"), load_robot("jackal")
 
@@ -123,3 +123,8 @@ def test_the_safe_fraction_uses_all_the_free_time(free: float, latency: float, b
 )
 def test_safe_fractions_worked_out_by_hand(free: float, latency: float, braking: float, fraction: float) -> None:
     assert safe_fraction(free, latency, braking) == fraction
+
+
+def test_creeping_harms_nobody() -> None:
+    """The figure of the contacts that are allowed at all is 0.05 m/s."""
+    assert 0.03 <= CREEP_SPEED < 0.05

@@ -43,10 +43,10 @@ def walls(beams: int = 100) -> Floats:
 
 def is_noisy_after(messages: list[Floats], poses: list[SE2 | None] | None = None) -> bool:
     """Return whether equal ranges at standstill count as frozen after some messages, as of a sensor with noise."""
-    lidar = Lidar()
+    lidar, pose = Lidar(), None
     for ranges, pose in zip(messages, poses or [HERE] * len(messages), strict=True):
         lidar.send(ranges, pose)
-    return "frozen" in lidar.repeat(messages[-1])
+    return "frozen" in lidar.repeat(messages[-1], pose or HERE)
 
 
 def alternating(count: int, change: Floats) -> list[Floats]:

@@ -29,7 +29,7 @@ import pytest
 from hypothesis import Phase, settings
 
 from tests.support.safety_gate.measure import OPTIONS, ContextPerTest, new_coverage
-from tests.support.safety_gate.modules import MODULES, path_of
+from tests.support.safety_gate.modules import MODULES, path_of, without_compiler
 from tests.support.safety_gate.mutations import Mutant, mutants_of
 
 PATIENCE, MIN_PATIENCE = 5.0, 5.0
@@ -67,7 +67,7 @@ class Baseline(NamedTuple):
 
 def judged(module: str, jobs: int, sample: Callable[[int], bool] = lambda _: True) -> list[Verdict]:
     """Return the verdict on each mutant of a module. sample: whether the mutant of an index is judged."""
-    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    os.environ.update(without_compiler([module]))
     for name in IMPORTED_BY_ALL:
         importlib.import_module(name)
     with tempfile.TemporaryDirectory() as folder:

@@ -1,7 +1,4 @@
-"""Line and branch coverage of the modules of safety, each by its own tests.
-
-Numba's kernels are compiled to machine code, in which nothing is measured: so they run as Python here.
-"""
+"""Line and branch coverage of the modules of safety, each by its own tests."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ from typing import NamedTuple
 import pytest
 from coverage import Coverage
 
-from tests.support.safety_gate.modules import MODULES, path_of
+from tests.support.safety_gate.modules import MODULES, path_of, without_compiler
 
 OPTIONS = ["-q", "-p", "no:cacheprovider", "--no-header", "--no-summary"]
 OPTIONS += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]  # what all need is imported before pytest begins
@@ -48,7 +45,7 @@ class ContextPerTest:
 
 def new_coverage(modules: Collection[str]) -> Coverage:
     """Return the measurement of some modules, not started; to be made before they are imported."""
-    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    os.environ.update(without_compiler(modules))
     return Coverage(
         data_file=None, branch=True, config_file=False, include=[str(path_of(module)) for module in modules]
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 REPOSITORY = Path(__file__).parents[3]
@@ -40,6 +41,15 @@ MODULES: dict[str, tuple[str, ...]] = {
     "chefbot.nodes.collision_monitor": _nodes("base_sensors", "drive_base"),
 }
 """By the name of the module, those with few mutants first. `chefbot.safety` itself holds no code."""
+KERNELS = frozenset({"chefbot.safety.contact_time", "chefbot.safety.local_memory"})
+"""Modules that Numba compiles: in machine code nothing is measured and nothing exchanged, so they run as Python."""
+MEASURED_TOGETHER = (tuple(sorted(KERNELS)), tuple(name for name in MODULES if name not in KERNELS))
+"""Modules whose tests run in one process."""
+
+
+def without_compiler(modules: Collection[str]) -> dict[str, str]:
+    """Return the environment variables with which some modules are measured."""
+    return {"NUMBA_DISABLE_JIT": "1" if KERNELS & set(modules) else "0"}
 
 
 def path_of(module: str) -> Path:

@@ -224,3 +224,12 @@ def test_a_lidar_beside_the_middle_marks_where_it_is() -> None:
     base.send("scan", msgspec.structs.replace(last, header=Header(last.header.stamp, "askew"), ranges=ranges))
     points = base.node._monitor.points(base.pose, base.loop.now_ns, 0.5)
     assert np.hypot(*(points - [0.4, 0.1]).T).min() < 0.02
+
+
+def test_an_echo_without_a_ranger_is_no_fault() -> None:
+    """Another robot's file, the same board: the echo is heard, and nothing waits for the next one."""
+    robot = msgspec.structs.replace(LIDAR_ROBOT, sensors=msgspec.structs.replace(LIDAR_ROBOT.sensors, ultrasonic=None))
+    base = BaseBench(robot)
+    base.echo = 0.06
+    drive(base, 3.0)
+    assert base.speed == pytest.approx(0.35) and reasons(base)[-1] == ""

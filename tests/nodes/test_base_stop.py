@@ -142,3 +142,17 @@ def test_a_command_during_a_stop_does_not_count_later(topic: str) -> None:
     base.send("stop_request", Bool(False))
     base.run(0.5)
     assert base.speed == 0.0
+
+
+def test_who_joins_later_hears_the_state() -> None:
+    """A page that is opened while the robot stands gets the stop, its cause and the reason at once."""
+    base = bench()
+    base.send("stop_request", Bool(True))
+    base.run(1.0)
+    heard = {one.topic: one.message for one in base.loop.latched()}
+    assert heard["emergency_stop"].data and heard["stop_status"].description == PRESSED
+    driven = BaseBench()
+    driven.run(1.0, "cmd_vel_nav", 0.3)
+    heard = {one.topic: one.message for one in driven.loop.latched()}
+    assert heard["base/standing"].data == driven.texts("base/standing")[-1]
+    assert heard["collision_monitor/reason"].data == driven.texts("collision_monitor/reason")[-1]

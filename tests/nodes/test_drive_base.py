@@ -188,3 +188,19 @@ def test_under_the_emergency_stop_nothing_is_explained() -> None:
 def test_who_sees_one_plane_says_so_at_the_start() -> None:
     assert "one plane only" in BaseBench(load_robot("jackal"), sensors=False).node.announcement
     assert bench().node.announcement == ""
+
+
+@pytest.mark.parametrize("w", [0.0, 0.2])
+def test_before_a_wall_the_twist_shrinks_on_its_arc(w: float) -> None:
+    """The wheels get what the monitor leaves, and the ramp goes on from there, not from what was asked for."""
+    base = BaseBench()
+    base.wall = 0.9
+    for _ in range(200):
+        base.run(TICK, "cmd_vel_nav", 0.3, w)
+        v, rate = base.twist_out
+        assert 0.0 <= v <= 0.3 and rate == pytest.approx(v * w / 0.3, abs=0.02)
+    assert v < 0.05 and base.wall - base.pose.x > LIDAR_ROBOT.circumscribed_radius
+    base.wall = 5.0
+    base.run(TICK, "cmd_vel_nav", 0.3, w)
+    base.run(TICK, "cmd_vel_nav", 0.3, w)
+    assert base.speed <= v + 2.0 * LIMITS.acceleration * TICK + 1e-9

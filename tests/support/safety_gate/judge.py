@@ -38,6 +38,8 @@ HANGS = 12.0
 """Factor on that time of the processor for the time of the wall's clock, of a mutant that waits for nothing."""
 MEMORY = 8 << 30
 """Address space that a mutant may use, bytes."""
+NOT_FOUND, BROKEN = 98, 99
+"""Results of a process that could not judge: a function that is not there, and an exception outside of the tests."""
 IMPORTED_BY_ALL = ("numpy", "numba", "scipy.ndimage", "scipy.spatial", "msgspec", "hypothesis", "mujoco", "zenoh")
 
 
@@ -96,7 +98,7 @@ def _fork(work: Callable[[], int], limit: float | None) -> int:
     number = os.fork()
     if number:
         return number
-    code = 99
+    code = BROKEN
     try:
         if limit is not None:
             for timer, kind, seconds in (
@@ -146,7 +148,10 @@ class _Pool:
 
     def _take_one(self) -> None:
         number, status = os.wait()
-        self._verdicts.append(Verdict(*self._running.pop(number), status != 0))
+        verdict = Verdict(*self._running.pop(number), status != 0)
+        if os.WIFEXITED(status) and os.WEXITSTATUS(status) in (NOT_FOUND, BROKEN):
+            raise SystemExit(f"{verdict.module}:{verdict.line} cannot be judged: {verdict.change}")
+        self._verdicts.append(verdict)
 
 
 # -- mutants of functions: the code is exchanged
@@ -229,7 +234,7 @@ def _exchange(module: CodeType, function: str) -> None:
         and one.__code__.co_qualname == function
     ]
     if not found:
-        os._exit(98)
+        os._exit(NOT_FOUND)
     for one in found:
         one.__code__ = new[one.__code__.co_firstlineno]
 
@@ -272,4 +277,6 @@ def _run_imported(mutant: Mutant, tests: list[str]) -> int:
     """Import a mutant and run tests until one fails; return 0 if none does."""
     code = compile(mutant.tree, str(path_of(mutant.module)), "exec")
     sys.meta_path.insert(0, _MutantFinder(mutant.module, code))
-    return int(pytest.main([*OPTIONS, "-x", *tests]))
+    # parameters of tests are left out of their names, as they may be made of what is changed
+    functions = dict.fromkeys(test.partition("[")[0] for test in tests)
+    return int(pytest.main([*OPTIONS, "-x", *functions]))

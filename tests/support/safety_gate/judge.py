@@ -160,18 +160,19 @@ class _Pool:
 def _judge_bodies(module: str, jobs: int, sample: Callable[[int], bool], found: Path) -> int:
     coverage = new_coverage([module])
     coverage.start()
-    judge = _BodyJudge(module, jobs, sample, coverage, found)
-    return int(pytest.main([*OPTIONS, *MODULES[module]], plugins=[judge, ContextPerTest(coverage)]))
+    contexts = ContextPerTest(coverage)
+    judge = _BodyJudge(module, jobs, sample, contexts, found)
+    return int(pytest.main([*OPTIONS, *MODULES[module]], plugins=[judge, contexts]))
 
 
 class _BodyJudge:
     """Plugin of pytest that runs the tests once, and then for each mutant those that reach it."""
 
     def __init__(
-        self, module: str, jobs: int, sample: Callable[[int], bool], coverage: Any, found: Path
+        self, module: str, jobs: int, sample: Callable[[int], bool], contexts: ContextPerTest, found: Path
     ) -> None:
         self._module, self._jobs, self._sample = module, jobs, sample
-        self._coverage, self._found = coverage, found
+        self._contexts, self._found = contexts, found
         self._seconds: dict[str, float] = defaultdict(float)
         self._failed = False
         self._began = time.monotonic()
@@ -185,7 +186,7 @@ class _BodyJudge:
         """Run the tests, and then those of each mutant."""
         for item in session.items:
             item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
-        self._coverage.stop()
+        self._contexts.stop()
         if self._failed or not session.items:
             os._exit(1)
         settings.register_profile("judge", settings(), phases=(Phase.explicit, Phase.generate))
@@ -201,7 +202,7 @@ class _BodyJudge:
         return True
 
     def _baseline(self) -> Baseline:
-        data, file = self._coverage.get_data(), str(path_of(self._module))
+        data, file = self._contexts.coverage.get_data(), str(path_of(self._module))
         by_line = data.contexts_by_lineno(file)
         return Baseline(dict(sorted(self._seconds.items(), key=lambda pair: pair[1])), by_line)
 

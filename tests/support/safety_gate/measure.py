@@ -32,15 +32,23 @@ class ContextPerTest:
     """Plugin of pytest that notes for each test which lines it runs."""
 
     def __init__(self, coverage: Coverage) -> None:
-        self._coverage = coverage
+        self.coverage = coverage
+        self.measures = True
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
         """Measure a test in a context with its name."""
-        self._coverage.switch_context(item.nodeid)
+        if self.measures:
+            self.coverage.switch_context(item.nodeid)
         done = yield
-        self._coverage.switch_context("")
+        if self.measures:
+            self.coverage.switch_context("")
         return done
+
+    def stop(self) -> None:
+        """End the measurement; tests may run on."""
+        self.measures = False
+        self.coverage.stop()
 
 
 def new_coverage(modules: Collection[str]) -> Coverage:
@@ -56,8 +64,9 @@ def measured(modules: Collection[str]) -> list[ModuleCoverage]:
     coverage = new_coverage(modules)
     coverage.start()
     files = dict.fromkeys(file for module in modules for file in MODULES[module])
-    code = pytest.main([*OPTIONS, *files], plugins=[ContextPerTest(coverage)])
-    coverage.stop()
+    contexts = ContextPerTest(coverage)
+    code = pytest.main([*OPTIONS, *files], plugins=[contexts])
+    contexts.stop()
     if code:
         raise SystemExit(f"The tests of safety fail without Numba: pytest returned {code!r}.")
     return [_coverage_of(coverage, module) for module in modules]

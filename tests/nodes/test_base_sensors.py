@@ -111,7 +111,9 @@ def test_a_silent_ranger_slows_the_robot() -> None:
     base.silent.add("ultrasonic ranger")
     drive(base, 3.0)
     assert base.speed == pytest.approx(0.5 * 0.35)
-    assert reasons(base)[-1] == "The ultrasonic ranger has not sent anything yet." and standing(base)[-1] == ""
+    assert (
+        reasons(base)[-1] == "The ultrasonic ranger has not sent anything yet." and standing(base)[-1] == ""
+    )
     assert health(base)[0] == WARN
 
 
@@ -220,7 +222,9 @@ def test_a_lidar_beside_the_middle_marks_where_it_is() -> None:
     base.silent |= {"lidar", "depth camera"}
     last = base.messages("scan")[-1]
     ranges = np.full(len(last.ranges), np.inf, np.float32)
-    ranges[np.argmin(np.abs(last.angles + math.pi / 2))] = 0.4  # to the right of the lidar, ahead of the robot
+    ranges[np.argmin(np.abs(last.angles + math.pi / 2))] = (
+        0.4  # to the right of the lidar, ahead of the robot
+    )
     base.send("scan", msgspec.structs.replace(last, header=Header(last.header.stamp, "askew"), ranges=ranges))
     points = base.node._monitor.points(base.pose, base.loop.now_ns, 0.5)
     assert np.hypot(*(points - [0.4, 0.1]).T).min() < 0.02
@@ -228,7 +232,9 @@ def test_a_lidar_beside_the_middle_marks_where_it_is() -> None:
 
 def test_an_echo_without_a_ranger_is_no_fault() -> None:
     """Another robot's file, the same board: the echo is heard, and nothing waits for the next one."""
-    robot = msgspec.structs.replace(LIDAR_ROBOT, sensors=msgspec.structs.replace(LIDAR_ROBOT.sensors, ultrasonic=None))
+    robot = msgspec.structs.replace(
+        LIDAR_ROBOT, sensors=msgspec.structs.replace(LIDAR_ROBOT.sensors, ultrasonic=None)
+    )
     base = BaseBench(robot)
     base.echo = 0.06
     drive(base, 3.0)

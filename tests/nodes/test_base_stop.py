@@ -70,7 +70,9 @@ def test_a_stop_of_another_node_counts_and_its_release_does_not() -> None:
     assert base.speed == 0.0 and sentences(base)[-1] == PRESSED_BY_TOPIC
     base.run(TICK)
     base.send("emergency_stop", Bool(False))
-    assert base.messages("stop_status")[-1].active and states(base)[-1] is True, "it says again that it is pressed"
+    assert base.messages("stop_status")[-1].active and states(base)[-1] is True, (
+        "it says again that it is pressed"
+    )
     base.run(1.0, "cmd_vel_nav", 0.3)
     assert base.speed == 0.0
 

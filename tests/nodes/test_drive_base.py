@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -35,7 +36,7 @@ def test_a_twist_begins_with_a_ramp_and_reaches_the_wheels() -> None:
     assert (wheels.left, wheels.right) == pytest.approx(wheel_speeds(0.3, -0.5, LIDAR_ROBOT))
     assert wheels.header.frame_id == "base_link" and wheels.header.stamp.ns == base.loop.now_ns
     twists = base.messages("cmd_vel")
-    steps = [abs(b.linear.x - a.linear.x) for a, b in zip(twists, twists[1:], strict=False)]
+    steps = [abs(b.linear.x - a.linear.x) for a, b in pairwise(twists)]
     assert max(steps) <= LIMITS.acceleration * TICK + 1e-9
 
 
@@ -85,8 +86,8 @@ def test_parameters_apply_from_the_next_command_on() -> None:
     base = bench(teleop_hold=0.2)
     base.run(1.0, "cmd_vel_teleop", 0.3)
     old = base.node.params
-    values = {"limiter": {"timeout": 0.1}, "teleop_hold": 0.5, "ultrasonic_margin": 0.1,
-              "monitor": {"optional_sensors": ["lidar", "depth camera", "ultrasonic ranger"], "slow": 0.25}}  # fmt: skip
+    monitor = {"optional_sensors": ["lidar", "depth camera", "ultrasonic ranger"], "slow": 0.25}
+    values = {"limiter": {"timeout": 0.1}, "teleop_hold": 0.5, "ultrasonic_margin": 0.1, "monitor": monitor}
     new = node_params(type(base.node), values, "base")
     base.node.reconfigure(new)
     assert base.node.params is new is not old
@@ -112,7 +113,9 @@ def drive_on_floor(base: BaseBench, v: float, w: float = 0.0) -> None:
         base.run(TICK, "cmd_vel_nav", v, w)
 
 
-@pytest.mark.parametrize(("v", "cliff", "stops"), [(0.2, FRONT, True), (-0.2, REAR, True), (0.2, REAR, False)])
+@pytest.mark.parametrize(
+    ("v", "cliff", "stops"), [(0.2, FRONT, True), (-0.2, REAR, True), (0.2, REAR, False)]
+)
 def test_a_cliff_stops_the_wheels_at_once(v: float, cliff: int, stops: bool) -> None:
     base = BaseBench(CLIFF_ROBOT, sensors=False)
     base.node._monitor._sensors = LIDAR_ROBOT.sensors  # the ground behind is known

@@ -79,7 +79,10 @@ def test_a_reading_of_the_future_is_no_floor() -> None:
     """A sensor whose clock is an hour ahead would otherwise see floor for an hour after its last reading."""
     stop = stop_with(0, stamp_ns=3_600 * 10**9)
     assert stop.limit(0.3, 10**9) == 0.0
-    assert stop.reason(0.3, 10**9) == "Cliff sensor cliff_0 sends readings from the future: I do not drive forward."
+    assert (
+        stop.reason(0.3, 10**9)
+        == "Cliff sensor cliff_0 sends readings from the future: I do not drive forward."
+    )
     ahead = stop_with(0, stamp_ns=10**9 + 100_000_000)
     assert ahead.limit(0.3, 10**9) == 0.3, "clocks of two computers differ a little"
 

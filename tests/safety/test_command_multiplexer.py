@@ -119,7 +119,9 @@ def test_an_interruption_refuses_nobody_who_stands() -> None:
         max_size=20,
     )
 )
-def test_nothing_that_came_during_a_stop_moves_the_robot(events: list[tuple[CommandSource, float, bool]]) -> None:
+def test_nothing_that_came_during_a_stop_moves_the_robot(
+    events: list[tuple[CommandSource, float, bool]],
+) -> None:
     commands = CommandMultiplexer(1.0)
     for now_ns, (source, v, stopped) in enumerate(events):
         if stopped:

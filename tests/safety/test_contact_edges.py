@@ -21,7 +21,9 @@ rates = st.floats(-2.0, 2.0)
 
 
 @given(angles, st.floats(-16.0, -6.1), speeds, rates)
-def test_a_disc_does_not_press_on_what_it_touches(bearing: float, exponent: float, v: float, w: float) -> None:
+def test_a_disc_does_not_press_on_what_it_touches(
+    bearing: float, exponent: float, v: float, w: float
+) -> None:
     """However little outside the skin: by rounding, the contact due now was found a whole turn later."""
     r = RADIUS + 10.0**exponent
     x, y = r * math.cos(bearing), r * math.sin(bearing)

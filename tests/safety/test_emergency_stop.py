@@ -15,7 +15,9 @@ def test_it_is_pressed_from_its_first_message_on() -> None:
     assert is_pressed(Bool(True)) is True and is_pressed(Bool(False)) is False
 
 
-@pytest.mark.parametrize(("active", "pressed_s", "since"), [(True, 3, True), (False, 5, True), (False, 4, False)])
+@pytest.mark.parametrize(
+    ("active", "pressed_s", "since"), [(True, 3, True), (False, 5, True), (False, 4, False)]
+)
 def test_a_press_counts_although_it_was_released(active: bool, pressed_s: int, since: bool) -> None:
     """A goal of second 4 does not go on after a stop that is active, or was pressed later."""
     status = EmergencyStopStatus(Header(), active, Time(pressed_s), "")

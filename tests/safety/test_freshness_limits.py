@@ -57,7 +57,8 @@ def alternating(count: int, change: Floats) -> list[Floats]:
 @pytest.mark.parametrize(("count", "noisy"), [(4, False), (5, True)])
 def test_five_changes_in_a_row_are_noise(count: int, noisy: bool) -> None:
     assert is_noisy_after(alternating(count, np.full(100, 0.01))) == noisy
-    assert not is_noisy_after(alternating(4, np.full(100, 0.01)) + [walls()] + alternating(4, np.full(100, 0.01)))
+    four = alternating(4, np.full(100, 0.01))
+    assert not is_noisy_after([*four, walls(), *four])
 
 
 @pytest.mark.parametrize(("change", "noisy"), [(0.00019, False), (0.00021, True), (-0.00021, True)])

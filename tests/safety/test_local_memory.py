@@ -54,7 +54,9 @@ def clear(
     clear_rays(one, sensor, at(angle), at(start), at(end), stamp_ns, layers, shows)
 
 
-def found(one: LocalMemory, pose: Floats = ORIGIN, reach: float = 0.9, oldest_ns: int = 0, room: int = 100) -> Floats:
+def found(
+    one: LocalMemory, pose: Floats = ORIGIN, reach: float = 0.9, oldest_ns: int = 0, room: int = 100
+) -> Floats:
     """Return x, y, layer and stamp (n, 4) of the points around a pose."""
     points, layers, stamps = np.zeros((room, 2)), np.zeros(room, np.int64), np.zeros(room, np.int64)
     count = points_around(one, pose, reach, oldest_ns, points, layers, stamps)
@@ -85,7 +87,9 @@ def see_all(one: LocalMemory, stamp_ns: int, kinds: NDArray[np.bool_] = BOTH) ->
 
 def test_a_new_memory_is_empty_and_large_enough() -> None:
     one = memory()
-    assert one.seen_ns.shape == (2, 22, 22) and one.hit_ns.shape == (3, 22, 22) and one.resolution == RESOLUTION
+    assert (
+        one.seen_ns.shape == (2, 22, 22) and one.hit_ns.shape == (3, 22, 22) and one.resolution == RESOLUTION
+    )
     assert one.hit_xy.shape == (3, 22, 22, 2) and one.seen_cell.shape == (2, 22, 22, 2)
     assert new_memory(0.95, RESOLUTION).seen_ns.shape == (2, 22, 22)
     assert len(found(one)) == 0
@@ -96,12 +100,16 @@ def test_a_new_memory_is_empty_and_large_enough() -> None:
 @given(
     st.floats(-50.0, 50.0), st.floats(-50.0, 50.0), st.floats(-4.0, 4.0), st.floats(-3.1, 3.1), st.floats(0.0, 0.85)
 )  # fmt: skip
-def test_a_point_is_where_it_was_seen_from_anywhere(x: float, y: float, yaw: float, angle: float, r: float) -> None:
+def test_a_point_is_where_it_was_seen_from_anywhere(
+    x: float, y: float, yaw: float, angle: float, r: float
+) -> None:
     """Marked by a sensor that is turned, and seen from a robot beside it; the grid goes along."""
     one, sensor = memory(), at(x, y, yaw)
     mark_points(one, sensor, at(angle), at(r), 5, CAMERA)
     beside = at(x + 0.05, y - 0.02, yaw + 1.0)
-    assert found(one, sensor) == pytest.approx(np.array([[r * math.cos(angle), r * math.sin(angle), CAMERA, 5]]), abs=1e-9)
+    assert found(one, sensor) == pytest.approx(
+        np.array([[r * math.cos(angle), r * math.sin(angle), CAMERA, 5]]), abs=1e-9
+    )
     dx, dy = r * math.cos(yaw + angle) - 0.05, r * math.sin(yaw + angle) + 0.02
     c, s = math.cos(yaw + 1.0), math.sin(yaw + 1.0)
     ((px, py, _, _),) = found(one, beside, 1.0)
@@ -128,7 +136,9 @@ def test_of_points_in_a_cell_the_one_nearest_to_the_sensor_stays() -> None:
     moved = at(1.0, 0.0, 0.0)
     mark_points(one, moved, at(math.pi, math.pi), at(0.49, 0.41), 7, LIDAR)
     assert found(one)[0, 0] == pytest.approx(0.51) or found(one)[0, 0] == pytest.approx(0.59)
-    assert math.hypot(found(one)[0, 0] - 1.0, found(one)[0, 1]) == pytest.approx(0.41), "from where it was seen"
+    assert math.hypot(found(one)[0, 0] - 1.0, found(one)[0, 1]) == pytest.approx(0.41), (
+        "from where it was seen"
+    )
 
 
 def test_layers_hold_their_points_apart() -> None:
@@ -233,7 +243,9 @@ def test_a_ray_reaches_across_the_memory_and_no_farther() -> None:
     assert found(one, reach=1.0)[:, 0].tolist() == pytest.approx([-0.95])
 
 
-@pytest.mark.parametrize(("shows", "seen"), [(BOTH, (True, True)), (ONLY_VIEW, (False, True)), (NEITHER, (False, False))])
+@pytest.mark.parametrize(
+    ("shows", "seen"), [(BOTH, (True, True)), (ONLY_VIEW, (False, True)), (NEITHER, (False, False))]
+)
 def test_a_ray_shows_floor_or_only_the_view(shows: NDArray[np.bool_], seen: tuple[bool, bool]) -> None:
     one = memory()
     clear(one, 0.0, 0.25, 0.87, 9, NO_LAYER, shows, at(0.0, 0.05, 0.0))
@@ -275,7 +287,13 @@ def test_below_the_body_is_nothing_and_the_ground_is_known(pose: tuple[float, ..
         mark_points(one, here, at(math.atan2(y, x)), at(math.hypot(x, y)), 5, UPRIGHT)
     cover_body(one, here, radius, 0.45, corners, 8)
     assert sorted(map(tuple, found(one, here, 1.0)[:, :2].round(6).tolist())) == sorted(outside)
-    for x, y, known in ((0.0, 0.0, True), (0.2, 0.1, True), (-0.2, -0.1, True), (0.7, 0.0, False), (0.0, -0.6, False)):
+    for x, y, known in (
+        (0.0, 0.0, True),
+        (0.2, 0.1, True),
+        (-0.2, -0.1, True),
+        (0.7, 0.0, False),
+        (0.0, -0.6, False),
+    ):
         for kind in (GROUND, VIEW):
             assert is_seen(one, here[0] + c * x - s * y, here[1] + s * x + c * y, 8, kind) == known
 

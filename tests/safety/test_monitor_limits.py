@@ -36,7 +36,17 @@ def scan(distance: float, at_s: float = 1.0, range_max: float = 8.0, beams: int 
     """Return a scan that shows the same distance all around."""
     step = 2.0 * math.pi / beams
     ranges = np.full(beams, distance, np.float32)
-    return LaserScan(Header.of(round(at_s * SECOND), "laser"), -math.pi, math.pi - step, step, 0.0, 0.1, 0.1, range_max, ranges)
+    return LaserScan(
+        Header.of(round(at_s * SECOND), "laser"),
+        -math.pi,
+        math.pi - step,
+        step,
+        0.0,
+        0.1,
+        0.1,
+        range_max,
+        ranges,
+    )
 
 
 def obstacles(at: float, clear_from: float, clear_to: float, at_s: float = 1.0) -> ObstacleScan:
@@ -118,7 +128,9 @@ def test_the_scan_of_a_camera_only_clears() -> None:
     one = monitor(CAMERA)
     one.process_scan(scan(0.4), SE2(0.0, 0.0, 0.0))
     assert len(one.points(IDENTITY, SECOND, 0.8)) == 0
-    one.process_obstacles(msgspec.structs.replace(obstacles(0.4, math.inf, 0.0), top=np.full(160, 9.0, np.float32)), IDENTITY)
+    one.process_obstacles(
+        msgspec.structs.replace(obstacles(0.4, math.inf, 0.0), top=np.full(160, 9.0, np.float32)), IDENTITY
+    )
     assert len(one.points(IDENTITY, SECOND, 0.8)) > 0
     one.process_scan(scan(0.7, 2.0), SE2(0.0, 0.0, 0.0))
     assert len(one.points(IDENTITY, 2 * SECOND, 0.8)) == 0, "upright things in the plane are cleared by it"
@@ -126,7 +138,7 @@ def test_the_scan_of_a_camera_only_clears() -> None:
 
 
 def test_seen_floor_is_ground_and_what_is_before_it_is_in_view_only() -> None:
-    """Nearer than the lower edge of the picture the camera looks over the floor; beyond the obstacle it sees nothing."""
+    """Nearer than its picture begins the camera looks over the floor; beyond the obstacle it sees nothing."""
     one = monitor(CAMERA)
     one.process_obstacles(obstacles(0.7, 0.4, 0.6), SE2(0.0, 0.0, 0.0))
     expected = {0.25: (False, True), 0.5: (True, True), 0.655: (False, True), 0.9: (False, False)}
@@ -136,7 +148,7 @@ def test_seen_floor_is_ground_and_what_is_before_it_is_in_view_only() -> None:
 
 
 def backing(unseen_from: float) -> float:
-    """Return the fraction of backing at 0.1 m/s before ground that was not seen from a distance behind the axle on."""
+    """Return the fraction of backing at 0.1 m/s where the ground was seen up to a distance from the axle."""
     one = monitor(CAMERA)
     for bearing in np.linspace(-math.pi, math.pi, 400):
         memory.clear_rays(

@@ -76,7 +76,11 @@ def test_what_was_seen_earlier_is_named_as_the_past(age: float, words: str) -> N
 
 def test_distances_are_from_the_skin_and_never_negative() -> None:
     front = RECTANGULAR.footprint.front
-    for robot, x, gap in ((RECTANGULAR, front + 0.5, "0.50"), (ROUND, 0.1, "0.00"), (RECTANGULAR, 0.1, "0.00")):
+    for robot, x, gap in (
+        (RECTANGULAR, front + 0.5, "0.50"),
+        (ROUND, 0.1, "0.00"),
+        (RECTANGULAR, 0.1, "0.00"),
+    ):
         text = obstacle_text(SensedPoint("lidar", x, 0.0, 0.0), Zones.of(robot, 0.01, 0.02))
         assert text == f"the lidar sees an obstacle {gap} m ahead"
 
@@ -92,7 +96,9 @@ def test_less_than_a_twentieth_of_the_motion_is_standing() -> None:
 
 
 def test_a_millimetre_a_second_is_driving() -> None:
-    words = [unseen_text(v).split("ground ")[1].split(" the robot")[0] for v in (-0.0011, -0.001, 0.0009, 0.001)]
+    words = [
+        unseen_text(v).split("ground ")[1].split(" the robot")[0] for v in (-0.0011, -0.001, 0.0009, 0.001)
+    ]
     assert words == ["behind", "beside", "beside", "ahead of"]
 
 

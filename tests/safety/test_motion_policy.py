@@ -144,7 +144,9 @@ def test_odometry_counts_for_300_ms(age_ms: int, words: str) -> None:
         (Restriction.NONE, 9.0, 9.0, 1.0),
     ],
 )
-def test_restrictions_limit_backwards_and_turning(restriction: Restriction, v: float, w: float, left: float) -> None:
+def test_restrictions_limit_backwards_and_turning(
+    restriction: Restriction, v: float, w: float, left: float
+) -> None:
     """The fastest point of a body of 0.15 m; slow is 0.14 m/s."""
     verdict = SensorVerdict(restriction, "x")
     assert restricted(StampedCommand(v, w, 0, TELEOP), verdict, 0.15, 0.14) == pytest.approx(left)
@@ -189,7 +191,9 @@ def test_an_optional_ranger_is_missed_once_it_has_sent() -> None:
 
 def test_the_ranger_of_a_robot_has_its_own_rate() -> None:
     assert ROBOT.sensors.ultrasonic is not None
-    slow = msgspec.structs.replace(ROBOT.sensors, ultrasonic=msgspec.structs.replace(ROBOT.sensors.ultrasonic, rate=2.0))
+    slow = msgspec.structs.replace(
+        ROBOT.sensors, ultrasonic=msgspec.structs.replace(ROBOT.sensors.ultrasonic, rate=2.0)
+    )
     policy = SensorPolicy(msgspec.structs.replace(ROBOT, sensors=slow), ())
     assert policy.ranger is not None and policy.ranger.limit_ns == 1_500_000_000
 
@@ -199,7 +203,9 @@ def test_a_blind_camera_forbids_driving_forward() -> None:
     policy = SensorPolicy(ROBOT, ())
     feed(policy, 0, 1000)
     header, n = Header.of(1100 * MS, "base_link"), 160
-    empty = ObstacleScan(header, -0.5, 1.0 / n, 8.0, *(np.full(n, np.inf, np.float32),) * 2, np.zeros(n, np.float32))
+    empty = ObstacleScan(
+        header, -0.5, 1.0 / n, 8.0, *(np.full(n, np.inf, np.float32),) * 2, np.zeros(n, np.float32)
+    )
     policy.obstacle_sensors.process_obstacles(empty, 1100 * MS, IDENTITY)
     found = judged(policy, 1110)
     assert found.restriction is Restriction.NO_FORWARD and "blind" in found.fault and found.standing == ""

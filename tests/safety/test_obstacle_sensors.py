@@ -152,7 +152,7 @@ def test_who_is_not_mounted_is_not_missed_and_not_heard() -> None:
 def test_data_that_cannot_be_placed_stop_the_robot() -> None:
     for note in ("note_scan_marked", "note_obstacles_marked"):
         sensors = ObstacleSensors(ROBOT)
-        setattr(sensors, note, lambda stamp_ns: None)
+        setattr(sensors, note, lambda _: None)
         assert "cannot be placed" in sensors.fault(run(sensors, 12), STANDING)
 
 
@@ -184,7 +184,9 @@ def test_a_lidar_that_sends_no_ranges_is_blind(count: int) -> None:
     now_ns = run(sensors, count)
     for k in range(8):
         now_ns += PERIOD_NS
-        empty = LaserScan(Header.of(now_ns, "laser"), 0.0, 0.0, 0.01 * k, 0.0, 0.1, 0.16, 8.0, np.empty(0, np.float32))
+        empty = LaserScan(
+            Header.of(now_ns, "laser"), 0.0, 0.0, 0.01 * k, 0.0, 0.1, 0.16, 8.0, np.empty(0, np.float32)
+        )
         sensors.process_scan(empty, now_ns, STANDING)
         sensors.note_scan_marked(now_ns)
         sensors.process_obstacles(obstacles(now_ns), now_ns, STANDING)
@@ -212,7 +214,9 @@ def test_three_scattered_scans_in_a_row_are_a_damaged_lidar() -> None:
 # -- a blind camera
 
 
-@pytest.mark.parametrize(("x", "y", "yaw"), [(0.1, 0.0, 0.0), (-0.1, 0.0, math.pi), (0.0, 0.1, 2.0), (0.05, -0.1, -3.0)])
+@pytest.mark.parametrize(
+    ("x", "y", "yaw"), [(0.1, 0.0, 0.0), (-0.1, 0.0, math.pi), (0.0, 0.1, 2.0), (0.05, -0.1, -3.0)]
+)
 def test_a_known_wall_explains_a_blind_camera_wherever_it_looks(x: float, y: float, yaw: float) -> None:
     """A wall nearer than the camera measures, known from the memory; elsewhere it explains nothing."""
     sensors = blind_camera(looking(x, y, yaw))
@@ -220,7 +224,9 @@ def test_a_known_wall_explains_a_blind_camera_wherever_it_looks(x: float, y: flo
     wall = np.column_stack([x + 0.5 * np.cos(bearings), y + 0.5 * np.sin(bearings)])
     assert sensors.blind_beyond(lambda: NOTHING) == BLIND
     assert sensors.blind_beyond(lambda: wall) == ""
-    assert sensors.blind_beyond(lambda: np.array([[2.0 * x, 2.0 * y]]) - wall) == BLIND, "the wall is behind it"
+    assert sensors.blind_beyond(lambda: np.array([[2.0 * x, 2.0 * y]]) - wall) == BLIND, (
+        "the wall is behind it"
+    )
     far = np.array([x, y]) + 2.0 * (wall - np.array([x, y]))
     assert sensors.blind_beyond(lambda: far) == BLIND, "at a metre the camera would measure it"
     assert sensors.blind_beyond(lambda: wall[: BINS // 4]) == BLIND, "of one quarter only"
@@ -288,7 +294,9 @@ def test_a_marked_wall_explains_a_blind_camera() -> None:
         assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw, 0.4)) == ""
         assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw, 1.2)) == BLIND, "it would be measured"
         assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw + math.pi, 0.4)) == BLIND, "it is behind"
-        assert sensors.blind_ahead(None, room(eye.x, eye.y, eye.yaw, 0.4)) == BLIND, "nobody knows where it is"
+        assert sensors.blind_ahead(None, room(eye.x, eye.y, eye.yaw, 0.4)) == BLIND, (
+            "nobody knows where it is"
+        )
         assert sensors.blind_ahead(SE2(0.0, 1.0, 0.0), room(eye.x, eye.y, eye.yaw, 0.4)) == BLIND
 
 

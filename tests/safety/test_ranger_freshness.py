@@ -74,7 +74,9 @@ def test_a_tenth_of_a_second_of_repetition_is_no_noise() -> None:
     assert repeat(ranger, 2.0, 10_000, 12) == ""
 
 
-@pytest.mark.parametrize(("period", "limit_ms", "words"), [(0.1, 300, "0.3 s"), (0.05, 200, "0.2 s"), (0.5, 1500, "1.5 s")])
+@pytest.mark.parametrize(
+    ("period", "limit_ms", "words"), [(0.1, 300, "0.3 s"), (0.05, 200, "0.2 s"), (0.5, 1500, "1.5 s")]
+)
 def test_three_periods_without_an_echo_are_a_fault(period: float, limit_ms: int, words: str) -> None:
     ranger = RangerMonitor(period)
     assert not ranger.has_sent and ranger.fault(0) == "The ultrasonic ranger has not sent anything yet."

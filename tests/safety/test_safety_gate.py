@@ -74,7 +74,10 @@ def test_equivalent_mutants_exist_and_have_a_reason() -> None:
 
 
 def test_survivors_are_listed_with_their_place() -> None:
-    verdicts = [Verdict("chefbot.safety.zones", 7, "f", "a < b -> a <= b", False), Verdict("m", 1, "", "x -> y", True)]
+    verdicts = [
+        Verdict("chefbot.safety.zones", 7, "f", "a < b -> a <= b", False),
+        Verdict("m", 1, "", "x -> y", True),
+    ]
     assert share_killed(verdicts) == 0.5 and share_killed([]) == 1.0
     assert survivors(verdicts) == "src/chefbot/safety/zones.py:7 f\n  - a < b\n  + a <= b\n"
 
@@ -83,7 +86,9 @@ def run_gate(step: str, module: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "tests.support.safety_gate", step, module]
     path = os.pathsep.join([str(REPOSITORY / "src"), str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": path}
-    return subprocess.run(command, cwd=REPOSITORY, env=environment, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        command, cwd=REPOSITORY, env=environment, capture_output=True, text=True, check=False
+    )
 
 
 @pytest.mark.slow

@@ -91,7 +91,9 @@ def test_what_matters_lies_within_latency_and_braking() -> None:
 def test_a_triangle_and_a_short_side_are_outlined() -> None:
     triangle = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.001]])
     points = outline_points(triangle, 0.0, 0.3)
-    assert points[:5] == pytest.approx(np.array([[0.0, 0.0], [0.25, 0.0], [0.5, 0.0], [0.75, 0.0], [1.0, 0.0]]))
+    assert points[:5] == pytest.approx(
+        np.array([[0.0, 0.0], [0.25, 0.0], [0.5, 0.0], [0.75, 0.0], [1.0, 0.0]])
+    )
     assert points[-1] == pytest.approx(np.array([0.0, 0.001])) and len(points) == 9
     circle = outline_points(np.zeros((0, 2)), 0.5, 0.1)
     assert len(circle) == 32 and circle[0] == pytest.approx([-0.5, 0.0], abs=1e-12)
@@ -121,7 +123,9 @@ def test_the_safe_fraction_uses_all_the_free_time(free: float, latency: float, b
         (0.5, 0.0, 0.25, 1.0),
     ],
 )
-def test_safe_fractions_worked_out_by_hand(free: float, latency: float, braking: float, fraction: float) -> None:
+def test_safe_fractions_worked_out_by_hand(
+    free: float, latency: float, braking: float, fraction: float
+) -> None:
     assert safe_fraction(free, latency, braking) == fraction
 
 

@@ -1,4 +1,4 @@
-"""The drive base alone, with a robot that does what the wheels are told, walls, and sensors that can be switched off."""
+"""The drive base alone: a robot that does what its wheels are told, walls, and sensors that can be silent."""
 
 from __future__ import annotations
 
@@ -94,7 +94,9 @@ class BaseBench:
         now_ns = self.loop.now_ns
         if "odometry" not in self.silent:
             stamp = now_ns - round(self.pose_delay * 1e9)
-            self.loop.publish("tf", TFMessage((TransformStamped.of(stamp, "odom", "base_link", self.pose),)), "odometry")
+            self.loop.publish(
+                "tf", TFMessage((TransformStamped.of(stamp, "odom", "base_link", self.pose),)), "odometry"
+            )
         if self._ticks % 2:
             return
         header = Header.of(now_ns, "base_link")

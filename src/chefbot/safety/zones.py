@@ -18,8 +18,8 @@ CREEP_SPEED = 0.04
 CELLS_PER_RADIUS = 6
 """Cells of the memory along the inscribed radius."""
 CELLS_IN_REACH, MIN_CELLS_PER_RADIUS = 64, 3
-"""Number of cells from the robot to the farthest obstacle that matters beyond which a fast robot has larger cells, and
-the cells along its inscribed radius that it keeps: the outline is of the body, not of a few cells."""
+"""Number of cells from the robot to the farthest obstacle that matters beyond which a fast robot has larger cells,
+and the cells along its inscribed radius that it keeps: the outline is of the body, not of a few cells."""
 MAX_LATENCY = 0.5
 """Latency that the memory's size allows for, s."""
 OUTLINE_INSET = 0.75

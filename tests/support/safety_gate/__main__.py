@@ -30,9 +30,11 @@ def in_new_process(step: str, modules: Sequence[str], jobs: int = 1) -> list[lis
         out = Path(folder, "result.json")
         command = [sys.executable, "-m", "tests.support.safety_gate", step, *modules, "--out", str(out)]
         environment = {**os.environ, **without_compiler(modules)}
-        done = subprocess.run([*command, "--jobs", str(jobs)], env=environment, check=False)
+        done = subprocess.run(
+            [*command, "--jobs", str(jobs)], env=environment, check=False, stdout=subprocess.PIPE, text=True
+        )
         if done.returncode:
-            raise SystemExit(done.returncode)
+            raise SystemExit(f"{done.stdout}\n{step} of {', '.join(modules)} has failed")
         return list(json.loads(out.read_text()))
 
 
@@ -42,7 +44,9 @@ def coverage_of(modules: Sequence[str]) -> list[ModuleCoverage]:
     for together in MEASURED_TOGETHER:
         part = [module for module in modules if module in together]
         if part:
-            found |= {one.module: one for one in (ModuleCoverage(*row) for row in in_new_process("measure", part))}  # type: ignore[arg-type]
+            found |= {
+                one.module: one for one in (ModuleCoverage(*row) for row in in_new_process("measure", part))
+            }  # type: ignore[arg-type]
     return [found[module] for module in modules]
 
 

@@ -1,8 +1,8 @@
 """Judges mutants: the tests of a module have to fail for each of them.
 
 All is imported once. A mutant is a forked process that exchanges the code of one function and runs the tests that
-reach its line, the fastest first, until one fails; one that changes what is run on import (constants, defaults, bounds
-of parameters) imports the project anew. A mutant that takes much longer than the original counts as killed.
+reach its line, the fastest first, until one fails; one that changes what is run on import (constants, defaults,
+bounds of parameters) imports the project anew. A mutant that takes much longer than the original counts as killed.
 """
 
 from __future__ import annotations
@@ -40,7 +40,16 @@ MEMORY = 8 << 30
 """Address space that a mutant may use, bytes."""
 NOT_FOUND, BROKEN = 98, 99
 """Results of a process that could not judge: a function that is not there, and an exception outside of the tests."""
-IMPORTED_BY_ALL = ("numpy", "numba", "scipy.ndimage", "scipy.spatial", "msgspec", "hypothesis", "mujoco", "zenoh")
+IMPORTED_BY_ALL = (
+    "numpy",
+    "numba",
+    "scipy.ndimage",
+    "scipy.spatial",
+    "msgspec",
+    "hypothesis",
+    "mujoco",
+    "zenoh",
+)
 
 
 class Verdict(NamedTuple):
@@ -206,9 +215,7 @@ class _BodyJudge:
         by_line = data.contexts_by_lineno(file)
         return Baseline(dict(sorted(self._seconds.items(), key=lambda pair: pair[1])), by_line)
 
-    def _judge(
-        self, mutant: Mutant, baseline: Baseline, items: dict[str, pytest.Item], pool: _Pool
-    ) -> None:
+    def _judge(self, mutant: Mutant, baseline: Baseline, items: dict[str, pytest.Item], pool: _Pool) -> None:
         tests = baseline.reaching(mutant, mutant.lines)
         code = compile(mutant.tree, str(path_of(self._module)), "exec")
         limit = PATIENCE * sum(baseline.seconds[test] for test in tests) + MIN_PATIENCE
@@ -270,7 +277,7 @@ class _MutantLoader(importlib.machinery.SourceFileLoader):
         super().__init__(fullname, path)
         self._code = code
 
-    def get_code(self, fullname: str) -> CodeType:
+    def get_code(self, _: str) -> CodeType:
         return self._code
 
 

@@ -16,7 +16,10 @@ from coverage import Coverage
 from tests.support.safety_gate.modules import MODULES, path_of, without_compiler
 
 OPTIONS = ["-q", "-p", "no:cacheprovider", "--no-header", "--no-summary"]
-OPTIONS += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]  # what all need is imported before pytest begins
+OPTIONS += [
+    "-W",
+    "ignore::pytest.PytestAssertRewriteWarning",
+]  # what all need is imported before pytest begins
 
 
 class ModuleCoverage(NamedTuple):
@@ -60,7 +63,7 @@ def new_coverage(modules: Collection[str]) -> Coverage:
 
 
 def measured(modules: Collection[str]) -> list[ModuleCoverage]:
-    """Run the tests of some modules in this process and return the coverage of each by its own; raise if one fails."""
+    """Run the tests of some modules here and return the coverage of each by its own; SystemExit if one fails."""
     coverage = new_coverage(modules)
     coverage.start()
     files = dict.fromkeys(file for module in modules for file in MODULES[module])

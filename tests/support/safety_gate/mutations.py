@@ -127,10 +127,7 @@ def _below(
         for index, child in enumerate(children):
             if not isinstance(child, ast.AST) or _is_docstring(child) or _is_left_decorator(child, name):
                 continue
-            if isinstance(value, list):
-                setter = _item_setter(value, index)
-            else:
-                setter = _field_setter(parent, name)
+            setter = _item_setter(value, index) if isinstance(value, list) else _field_setter(parent, name)
             own = child if isinstance(child, ast.stmt) else statement
             assert own is not None
             if not isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
@@ -160,9 +157,7 @@ def _bounds(statement: ast.AnnAssign, function: str, in_body: bool) -> Iterator[
 
 def _is_left_decorator(child: ast.AST, field: str) -> bool:
     called = child.func if isinstance(child, ast.Call) else child
-    return (
-        field == "decorator_list" and isinstance(called, ast.Name) and called.id in DECORATORS_LEFT
-    )
+    return field == "decorator_list" and isinstance(called, ast.Name) and called.id in DECORATORS_LEFT
 
 
 def _is_docstring(node: ast.AST) -> bool:
@@ -203,7 +198,9 @@ def _others(node: ast.AST) -> Iterator[ast.AST]:
 def _relations(node: ast.Compare) -> Iterator[ast.AST]:
     for index, operator in enumerate(node.ops):
         for other in RELATIONS[type(operator)]:
-            yield ast.Compare(node.left, [*node.ops[:index], other(), *node.ops[index + 1 :]], node.comparators)
+            yield ast.Compare(
+                node.left, [*node.ops[:index], other(), *node.ops[index + 1 :]], node.comparators
+            )
 
 
 def _constants(value: object) -> Iterator[ast.AST]:
@@ -240,10 +237,7 @@ def _statements(node: ast.stmt) -> Iterator[ast.AST]:
             yield ast.AugAssign(node.target, ARITHMETIC[type(node.op)](), node.value)
     elif isinstance(node, ast.Continue):
         yield ast.Break()
-    elif isinstance(node, (ast.If, ast.While)) and isinstance(
-        node.test, (ast.Name, ast.Attribute, ast.Call)
-    ):
+    elif isinstance(node, (ast.If, ast.While)) and isinstance(node.test, (ast.Name, ast.Attribute, ast.Call)):
         yield type(node)(ast.UnaryOp(ast.Not(), node.test), node.body, node.orelse)
-    elif isinstance(node, ast.Return) and node.value is not None:
-        if not isinstance(node.value, ast.Constant) or node.value.value is not None:
-            yield ast.Return(ast.Constant(None))
+    elif isinstance(node, ast.Return) and node.value is not None and ast.unparse(node.value) != "None":
+        yield ast.Return(ast.Constant(None))

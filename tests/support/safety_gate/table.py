@@ -18,16 +18,16 @@ INTRODUCTION = """# Coverage and mutants of safety
 
 `make safety-gate` and `make safety-mutants` check the tests of all Python code between a twist and the wheels: the
 safety functions (`chefbot.safety`), the limits and wheel speeds that follow from the robot file, and the three nodes
-that carry them. [What stops the wheels](safety.md) says what this code does. The firmware of the motor board has a gate
-of its own.
+that carry them. [What stops the wheels](safety.md) says what this code does. The firmware of the motor board has its
+own gate.
 
-- **Coverage**: the tests of a module reach all its lines and branches. Only its own tests count, not what others happen
-  to run.
+- **Coverage**: the tests of a module reach all its lines and branches. Only its own tests count, not what others
+  happen to run.
 - **Mutants**: a mutant is a copy of the module with one small change: another relation, operator, number or function,
-  a condition reversed, a statement removed, another result. At least 95 % of them have to fail the module's tests. What
-  takes more than five times as long as the original has failed.
-- A mutant that does the same as the original is listed in `tests/support/safety_gate/equivalent.yaml` with the reason,
-  and does not count.
+  a condition reversed, a statement removed, another result. Texts stay as they are. At least 95 % of the mutants have
+  to fail the module's tests. What takes more than five times as long as the original has failed.
+- A mutant that does the same as the original is listed in `tests/support/safety_gate/equivalent.yaml` with the
+  reason, and does not count.
 
 `make test` measures one module with each commit, and judges the mutants of one. Numba's kernels run as Python for it.
 

@@ -97,3 +97,17 @@ def test_a_reading_without_a_distance_is_no_floor(distance: float) -> None:
     frame = "cliff_1_link"
     stop.process(Range(Header.of(0, frame), Range.INFRARED, 0.1, 0.05, 0.05, distance))
     assert stop.limit(0.3, 1) == 0.0 and stop.limit(-0.2, 1) == -0.2
+
+
+@pytest.mark.parametrize(("distance", "v"), [(0.05, 0.0), (0.0499, 0.3), (-math.inf, 0.3)])
+def test_floor_is_nearer_than_the_range_of_the_sensor(distance: float, v: float) -> None:
+    stop = stop_with(0)
+    stop.process(Range(Header.of(0, "cliff_1_link"), Range.INFRARED, 0.1, 0.05, 0.05, distance))
+    assert stop.limit(0.3, 1) == v
+
+
+def test_a_robot_that_stands_is_told_nothing_new() -> None:
+    """At a cliff behind it, standing is neither driving backward nor a reason to speak, nor an end of one."""
+    stop = stop_with(REAR)
+    assert stop.take_remark(0.0, 1) == "" and stop.take_remark(-0.1, 2)
+    assert stop.take_remark(0.0, 3) == "" and stop.take_remark(-0.1, 4) == "", "it has been said"

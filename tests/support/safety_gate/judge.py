@@ -38,6 +38,7 @@ HANGS = 12.0
 """Factor on that time of the processor for the time of the wall's clock, of a mutant that waits for nothing."""
 MEMORY = 8 << 30
 """Address space that a mutant may use, bytes."""
+QUIET = [*OPTIONS, "--tb=no"]
 NOT_FOUND, BROKEN = 98, 99
 """Results of a process that could not judge: a function that is not there, and an exception outside of the tests."""
 IMPORTED_BY_ALL = (
@@ -171,7 +172,7 @@ def _judge_bodies(module: str, jobs: int, sample: Callable[[int], bool], found: 
     coverage.start()
     contexts = ContextPerTest(coverage)
     judge = _BodyJudge(module, jobs, sample, contexts, found)
-    return int(pytest.main([*OPTIONS, *MODULES[module]], plugins=[judge, contexts]))
+    return int(pytest.main([*QUIET, *MODULES[module]], plugins=[judge, contexts]))
 
 
 class _BodyJudge:
@@ -203,6 +204,9 @@ class _BodyJudge:
         took, pool = time.monotonic() - self._began, _Pool(self._jobs)
         baseline = self._baseline()
         items = {item.nodeid: item for item in session.items}
+        self._functions = _functions_of(str(path_of(self._module)))
+        gc.freeze()  # a forked process that collects garbage would copy all memory
+        gc.disable()
         for index, mutant in enumerate(mutants_of(path_of(self._module).read_text(), self._module)):
             if mutant.in_body and self._sample(index):
                 self._judge(mutant, baseline, items, pool)
@@ -223,7 +227,7 @@ class _BodyJudge:
 
     def _run(self, code: CodeType, function: str, tests: list[pytest.Item]) -> int:
         """Exchange the code of a function and run tests until one fails; return 0 if none does."""
-        _exchange(code, function)
+        _exchange(code, function, self._functions[function])
         for item in tests:
             item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
             if self._failed:
@@ -231,16 +235,18 @@ class _BodyJudge:
         return 0
 
 
-def _exchange(module: CodeType, function: str) -> None:
+def _functions_of(file: str) -> dict[str, list[FunctionType]]:
+    """Return the functions of a file by their qualified names."""
+    found: dict[str, list[FunctionType]] = defaultdict(list)
+    for one in gc.get_objects():
+        if isinstance(one, FunctionType) and one.__code__.co_filename == file:
+            found[one.__code__.co_qualname].append(one)
+    return found
+
+
+def _exchange(module: CodeType, function: str, found: list[FunctionType]) -> None:
     """Give all functions of a qualified name in a module's file the code that they have in `module`."""
     new = {code.co_firstlineno: code for code in _codes(module) if code.co_qualname == function}
-    found = [
-        one
-        for one in gc.get_objects()
-        if isinstance(one, FunctionType)
-        and one.__code__.co_filename == module.co_filename
-        and one.__code__.co_qualname == function
-    ]
     if not found:
         os._exit(NOT_FOUND)
     for one in found:
@@ -287,4 +293,4 @@ def _run_imported(mutant: Mutant, tests: list[str]) -> int:
     sys.meta_path.insert(0, _MutantFinder(mutant.module, code))
     # parameters of tests are left out of their names, as they may be made of what is changed
     functions = dict.fromkeys(test.partition("[")[0] for test in tests)
-    return int(pytest.main([*OPTIONS, "-x", *functions]))
+    return int(pytest.main([*QUIET, "-x", *functions]))

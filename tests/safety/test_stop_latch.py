@@ -104,7 +104,7 @@ def test_it_is_held_while_the_board_is_lost() -> None:
     assert lost is not None and lost.halt and lost.remark == BOARD_LOST and latch.status.pressed_at.ns == 2
     assert latch.lose_board(3) is None
     refused = latch.request(False, 4)
-    assert refused is not None and refused.status.active and refused.remark == BOARD_LOST
+    assert refused is not None and refused.status.active and refused.remark == BOARD_LOST and not refused.halt
     back = latch.regain_board(5)
     assert back is not None and not back.halt and not latch.active and back.remark == BOARD_BACK
     assert latch.regain_board(6) is None

@@ -20,7 +20,7 @@ class CliffStop:
     def __init__(self, robot: Robot) -> None:
         self._ahead = {frame: s.mount.x >= 0.0 for frame, s in robot.sensors.cliff_sensors.items()}
         self._stamps_ns: dict[str, int] = {}
-        self._sees_floor = dict.fromkeys(self._ahead, False)
+        self._sees_floor: dict[str, bool] = {}
         self._reported = ""
 
     def process(self, reading: Range) -> None:

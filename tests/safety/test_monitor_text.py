@@ -112,3 +112,4 @@ def test_the_first_reason_is_published_at_any_time() -> None:
     """Also when the clock begins at zero, and at once after a reason that has ended."""
     keeper = ReasonKeeper()
     assert keeper.changes("a", 0) and keeper.changes("", 1) and keeper.changes("b", 2)
+    assert keeper.changes("b", 3) is False and keeper.changes("c", 3) is False

@@ -89,7 +89,7 @@ def test_its_own_message_is_not_taken_for_a_foreign_one() -> None:
     assert sentences(base)[-1] == PRESSED_BY_TOPIC
 
 
-def test_a_foreign_release_straight_after_the_own_press_is_overridden() -> None:
+def test_foreign_release_straight_after_own_press_is_overridden() -> None:
     base = driving()
     base.send("stop_request", Bool(True))
     base.run(TICK)

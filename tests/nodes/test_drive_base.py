@@ -143,7 +143,7 @@ def test_turning_at_a_cliff_goes_on() -> None:
 # -- a sensor fails while an operator drives
 
 
-def test_a_silent_lidar_stops_at_once_and_the_stick_has_to_be_let_go() -> None:
+def test_a_silent_lidar_stops_at_once_and_stick_has_to_be_let_go() -> None:
     base = BaseBench()
     base.run(2.0, "cmd_vel_teleop", 0.3)
     assert base.speed == pytest.approx(0.3)

@@ -54,7 +54,7 @@ def test_both_wheels_share_the_rolling_resistance() -> None:
     )
 
 
-def test_contact_speed_keeps_the_force_on_a_leg_below_260_newtons() -> None:
+def test_contact_speed_keeps_force_on_a_leg_below_260_newtons() -> None:
     """Energy of the reduced mass in the spring of the leg, ISO/TS 15066 annex A: E = F^2 / 2 k = mu v^2 / 2."""
     mass = total_mass(JACKAL)
     reduced, v = 75.0 * mass / (75.0 + mass), contact_speed(JACKAL)

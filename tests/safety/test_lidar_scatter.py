@@ -45,7 +45,7 @@ def zigzag(amplitude: float, count: int = 360, distance: float = 1.0) -> NDArray
 
 
 @pytest.mark.parametrize(("noise", "distance"), [(0.0, 1.0), (0.01, 1.0), (0.01, 4.0)])
-def test_the_limit_is_five_times_the_noise_and_a_fiftieth_of_the_range(noise: float, distance: float) -> None:
+def test_limit_is_five_times_noise_and_a_fiftieth_of_the_range(noise: float, distance: float) -> None:
     limit = (5.0 * 6.0**0.5 * noise + 0.02 * distance) / 4.0
     assert scatters(zigzag(1.03 * limit, distance=distance), noise)
     assert not scatters(zigzag(0.97 * limit, distance=distance), noise)

@@ -113,7 +113,7 @@ def test_the_whole_cone_of_a_ranger_may_hold_the_surface() -> None:
     assert middle.limit.endswith("0.13 m ahead")
 
 
-def test_a_ray_without_return_is_free_as_far_as_the_lidar_measures() -> None:
+def test_a_ray_without_return_is_free_as_far_as_lidar_measures() -> None:
     """A short lidar does not clear what the robot knows beyond its range, and sees no ground there."""
     for range_max, cleared in ((0.3, False), (0.7, True)):
         one = monitor(LIDAR)
@@ -137,7 +137,7 @@ def test_the_scan_of_a_camera_only_clears() -> None:
     assert not is_seen(one, 0.6, memory.GROUND), "but no floor is seen by it"
 
 
-def test_seen_floor_is_ground_and_what_is_before_it_is_in_view_only() -> None:
+def test_seen_floor_is_ground_what_is_before_it_is_in_view_only() -> None:
     """Nearer than its picture begins the camera looks over the floor; beyond the obstacle it sees nothing."""
     one = monitor(CAMERA)
     one.process_obstacles(obstacles(0.7, 0.4, 0.6), SE2(0.0, 0.0, 0.0))

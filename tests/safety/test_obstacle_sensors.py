@@ -99,7 +99,7 @@ def test_a_scan_whose_maximum_range_is_zero_has_no_data() -> None:
     assert laser_view(empty).mute.all() and not laser_view(empty).met.any()
 
 
-def test_a_direction_of_the_camera_without_obstacle_and_floor_has_no_data() -> None:
+def test_direction_camera_without_obstacle_and_floor_has_no_data() -> None:
     message = obstacles(9)
     message.ranges[:2], message.clear_to[1:3] = np.inf, 0.0
     view = camera_view(message)

@@ -54,7 +54,7 @@ def test_wheel_speeds_give_the_twist(v, w):
     assert (right - left) / ROBOT.wheels.separation == pytest.approx(w, abs=1e-9)
 
 
-def test_the_first_step_is_from_standstill_and_reset_stops_at_once():
+def test_first_step_is_from_standstill_and_reset_stops_at_once():
     limiter = VelocityLimiter(LIMITS)
     v, w = limiter.step(0.35, 0.0, 0.0, 0.05)
     assert (v, w) == (pytest.approx(0.05 * LIMITS.acceleration), 0.0)

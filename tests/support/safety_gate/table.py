@@ -18,7 +18,7 @@ INTRODUCTION = """# Coverage and mutants of safety
 
 `make safety-gate` and `make safety-mutants` check the tests of all Python code between a twist and the wheels: the
 safety functions (`chefbot.safety`), the limits and wheel speeds that follow from the robot file, and the three nodes
-that carry them. [What stops the wheels](safety.md) says what this code does. The firmware of the motor board has its
+that carry them. [The safety guide](safety.md) describes what this code does. The firmware of the motor board has its
 own gate.
 
 - **Coverage**: the tests of a module reach all its lines and branches. Only its own tests count, not what others

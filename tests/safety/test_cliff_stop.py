@@ -8,6 +8,7 @@ import pytest
 
 from chefbot.board.sensors import cliff_messages
 from chefbot.msgs.sensor_msgs import Range
+from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
 from chefbot.safety.cliff_stop import READING_TIMEOUT_NS, CliffStop
 
@@ -72,3 +73,41 @@ def test_a_robot_without_cliff_sensors_is_not_limited() -> None:
     stop = CliffStop(load_robot("chefbot"))
     stop.process(Range(range=math.inf))
     assert stop.limit(0.3, 10**12) == 0.3
+
+
+def test_a_reading_of_the_future_is_no_floor() -> None:
+    """A sensor whose clock is an hour ahead would otherwise see floor for an hour after its last reading."""
+    stop = stop_with(0, stamp_ns=3_600 * 10**9)
+    assert stop.limit(0.3, 10**9) == 0.0
+    assert (
+        stop.reason(0.3, 10**9)
+        == "Cliff sensor cliff_0 sends readings from the future: I do not drive forward."
+    )
+    ahead = stop_with(0, stamp_ns=10**9 + 100_000_000)
+    assert ahead.limit(0.3, 10**9) == 0.3, "clocks of two computers differ a little"
+
+
+def test_a_fifth_of_a_second_without_readings_is_a_cliff() -> None:
+    assert stop_with(0).limit(0.3, 200_000_000) == 0.3 and stop_with(0).limit(0.3, 200_000_001) == 0.0
+
+
+@pytest.mark.parametrize("distance", [math.nan, math.inf])
+def test_a_reading_without_a_distance_is_no_floor(distance: float) -> None:
+    stop = stop_with(0)
+    frame = "cliff_1_link"
+    stop.process(Range(Header.of(0, frame), Range.INFRARED, 0.1, 0.05, 0.05, distance))
+    assert stop.limit(0.3, 1) == 0.0 and stop.limit(-0.2, 1) == -0.2
+
+
+@pytest.mark.parametrize(("distance", "v"), [(0.05, 0.0), (0.0499, 0.3), (-math.inf, 0.3)])
+def test_floor_is_nearer_than_the_range_of_the_sensor(distance: float, v: float) -> None:
+    stop = stop_with(0)
+    stop.process(Range(Header.of(0, "cliff_1_link"), Range.INFRARED, 0.1, 0.05, 0.05, distance))
+    assert stop.limit(0.3, 1) == v
+
+
+def test_a_robot_that_stands_is_told_nothing_new() -> None:
+    """At a cliff behind it, standing is neither driving backward nor a reason to speak, nor an end of one."""
+    stop = stop_with(REAR)
+    assert stop.take_remark(0.0, 1) == "" and stop.take_remark(-0.1, 2)
+    assert stop.take_remark(0.0, 3) == "" and stop.take_remark(-0.1, 4) == "", "it has been said"

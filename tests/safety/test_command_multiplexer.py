@@ -79,3 +79,53 @@ def test_discarded_commands_do_not_resume(discard: str) -> None:
     assert selected(commands, 1) == (0.0, 0.0)
     commands.accept(TELEOP, 0.3, 0.0, 2, stopped=False)
     assert selected(commands, 2) == (0.3, 0.0)
+
+
+def test_a_pause_of_300_ms_makes_a_command_new() -> None:
+    """The figure of the guide: who lets go for a third of a second has let go."""
+    commands = CommandMultiplexer(1.0)
+    commands.accept(TELEOP, 0.2, 0.0, 0, stopped=True)
+    assert commands.refuses(TELEOP, 300_000_000) and not commands.refuses(TELEOP, 300_000_001)
+    assert not commands.refuses(NAVIGATION, 0)
+
+
+@pytest.mark.parametrize("twist", [(0.2, 0.0), (0.0, 0.5), (-0.2, -0.5)])
+def test_an_interrupted_command_has_to_be_let_go(twist: tuple[float, float]) -> None:
+    commands = CommandMultiplexer(1.0)
+    commands.accept(TELEOP, *twist, 0, stopped=False)
+    commands.interrupt(TELEOP, STEP)
+    assert commands.refuses(TELEOP, STEP) and selected(commands, STEP) == (0.0, 0.0)
+    commands.accept(TELEOP, *twist, 2 * STEP, stopped=False)
+    assert selected(commands, 2 * STEP) == (0.0, 0.0)
+    commands.accept(TELEOP, *twist, 6 * STEP, stopped=False)
+    assert selected(commands, 6 * STEP) == twist
+
+
+def test_an_interruption_refuses_nobody_who_stands() -> None:
+    """Whoever begins to drive later is new: neither a source without a command nor one at standstill is held."""
+    commands = CommandMultiplexer(1.0)
+    commands.interrupt(TELEOP, 0)
+    commands.accept(NAVIGATION, 0.0, 0.0, 0, stopped=False)
+    commands.interrupt(NAVIGATION, 0)
+    for source in CommandSource:
+        assert not commands.refuses(source, 0)
+        commands.accept(source, 0.1, 0.0, 1, stopped=False)
+    assert commands.select(1).source is TELEOP
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(CommandSource), st.sampled_from([0.0, 0.1, float("nan")]), st.booleans()),
+        max_size=20,
+    )
+)
+def test_nothing_that_came_during_a_stop_moves_the_robot(
+    events: list[tuple[CommandSource, float, bool]],
+) -> None:
+    commands = CommandMultiplexer(1.0)
+    for now_ns, (source, v, stopped) in enumerate(events):
+        if stopped:
+            commands.discard()
+        commands.accept(source, v, 0.0, now_ns, stopped=stopped)
+        if stopped:
+            assert selected(commands, now_ns) == (0.0, 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from chefbot.safety.obstacle_sensors import scatters
+from chefbot.safety.obstacle_sensors import QUARTILE_RATIO, scatters
 
 ANGLES = np.linspace(-np.pi, np.pi, 360, endpoint=False)
 ROOM = 2.5 / np.maximum(np.abs(np.cos(ANGLES)), np.abs(np.sin(ANGLES)))
@@ -37,3 +37,27 @@ def test_too_few_ranges_say_nothing() -> None:
     assert not scatters(np.full(360, np.inf, np.float32), NOISE)
     assert not scatters(np.full(360, np.nan, np.float32), NOISE)
     assert not scatters(np.zeros(2, np.float32), NOISE)
+
+
+def zigzag(amplitude: float, count: int = 360, distance: float = 1.0) -> NDArray[np.float32]:
+    """Return ranges that go up and down: their second difference is four times the amplitude everywhere."""
+    return (distance + amplitude * (-1.0) ** np.arange(count)).astype(np.float32)
+
+
+@pytest.mark.parametrize(("noise", "distance"), [(0.0, 1.0), (0.01, 1.0), (0.01, 4.0)])
+def test_limit_is_five_times_noise_and_a_fiftieth_of_the_range(noise: float, distance: float) -> None:
+    limit = QUARTILE_RATIO * (5.0 * 6.0**0.5 * noise + 0.02 * distance) / 4.0
+    assert scatters(zigzag(1.03 * limit, distance=distance), noise)
+    assert not scatters(zigzag(0.97 * limit, distance=distance), noise)
+
+
+@pytest.mark.parametrize(("count", "judged"), [(31, False), (32, True)])
+def test_thirty_ranges_between_two_others_are_judged(count: int, judged: bool) -> None:
+    assert scatters(zigzag(0.3, count), NOISE) == judged
+    gaps = zigzag(0.3, 360)
+    gaps[count:] = np.nan
+    assert scatters(gaps, NOISE) == judged
+
+
+def test_a_straight_wall_does_not_scatter_however_steep() -> None:
+    assert not scatters(np.linspace(0.2, 8.0, 360).astype(np.float32), 0.0)

@@ -6,7 +6,17 @@ import math
 
 import pytest
 
-from chefbot.safety.monitor_text import REPEAT_NS, ReasonKeeper, direction_text, limited_text, unseen_text
+from chefbot.robot.load import load_robot
+from chefbot.safety.monitor_text import (
+    REPEAT_NS,
+    ReasonKeeper,
+    SensedPoint,
+    direction_text,
+    limited_text,
+    obstacle_text,
+    unseen_text,
+)
+from chefbot.safety.zones import Zones
 
 LIMIT = "the lidar sees an obstacle 0.12 m ahead on the left"
 
@@ -44,3 +54,62 @@ def test_beginning_and_end_of_a_reason_do_not_wait() -> None:
     assert keeper.changes("a", 1) and not keeper.changes("a", 2)
     assert not keeper.changes("b", REPEAT_NS) and keeper.changes("b", REPEAT_NS + 1)
     assert keeper.changes("", REPEAT_NS + 2) and keeper.sentence == ""
+
+
+ROUND, RECTANGULAR = load_robot("chefbot"), load_robot("jackal")
+
+
+@pytest.mark.parametrize(
+    ("age", "words"),
+    [
+        (0.0, "the lidar sees an obstacle 0.25 m ahead"),
+        (0.49, "the lidar sees an obstacle 0.25 m ahead"),
+        (0.5, "the lidar saw an obstacle 0.25 m ahead, a moment ago"),
+        (0.9, "the lidar saw an obstacle 0.25 m ahead, a moment ago"),
+        (1.0, "the lidar saw an obstacle 0.25 m ahead, 1 s ago"),
+        (7.6, "the lidar saw an obstacle 0.25 m ahead, 8 s ago"),
+    ],
+)
+def test_what_was_seen_earlier_is_named_as_the_past(age: float, words: str) -> None:
+    assert obstacle_text(SensedPoint("lidar", 0.4, 0.0, age), Zones.of(ROUND, 0.01, 0.02)) == words
+
+
+def test_distances_are_from_the_skin_and_never_negative() -> None:
+    front = RECTANGULAR.footprint.front
+    for robot, x, gap in (
+        (RECTANGULAR, front + 0.5, "0.50"),
+        (ROUND, 0.1, "0.00"),
+        (RECTANGULAR, 0.1, "0.00"),
+    ):
+        text = obstacle_text(SensedPoint("lidar", x, 0.0, 0.0), Zones.of(robot, 0.01, 0.02))
+        assert text == f"the lidar sees an obstacle {gap} m ahead"
+
+
+def test_less_than_a_twentieth_of_the_motion_is_standing() -> None:
+    """Both turn rate and speed count, in both directions."""
+    assert limited_text(LIMIT, (-0.2, 0.6), (-0.01, -0.02)).startswith("Stopped")
+    assert limited_text(LIMIT, (-0.2, 0.6), (-0.01, -0.04)).startswith("Slowed")
+    assert limited_text(LIMIT, (0.2, -0.6), (0.01, 0.04)).startswith("Slowed")
+    assert limited_text(LIMIT, (0.5, -0.5), (0.0, 0.06)).startswith("Slowed")
+    assert limited_text(LIMIT, (0.0, 1.0), (0.0, 0.04)).startswith("Stopped")
+    assert limited_text(LIMIT, (0.0, 1.0), (0.0, 0.05)).startswith("Slowed")
+
+
+def test_a_millimetre_a_second_is_driving() -> None:
+    words = [
+        unseen_text(v).split("ground ")[1].split(" the robot")[0] for v in (-0.0011, -0.001, 0.0009, 0.001)
+    ]
+    assert words == ["behind", "beside", "beside", "ahead of"]
+
+
+def test_reasons_change_at_most_twice_a_second() -> None:
+    keeper, half = ReasonKeeper(), 500_000_000
+    assert keeper.changes("a", half) and not keeper.changes("b", 2 * half - 1) and keeper.sentence == "a"
+    assert keeper.changes("b", 2 * half) and not keeper.changes("c", 3 * half - 1)
+
+
+def test_the_first_reason_is_published_at_any_time() -> None:
+    """Also when the clock begins at zero, and at once after a reason that has ended."""
+    keeper = ReasonKeeper()
+    assert keeper.changes("a", 0) and keeper.changes("", 1) and keeper.changes("b", 2)
+    assert keeper.changes("b", 3) is False and keeper.changes("c", 3) is False

@@ -1,9 +1,10 @@
-"""What the base may do while a sensor fails, and the freshness of ranger and odometry."""
+"""What the base may do while a sensor fails, and the freshness of the odometry."""
 
 from __future__ import annotations
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -13,13 +14,12 @@ from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
 from chefbot.safety.command_multiplexer import CommandMultiplexer, CommandSource, StampedCommand
-from chefbot.safety.latency import LatencyEstimator
 from chefbot.safety.motion_policy import Restriction, SensorPolicy, SensorVerdict, odometry_fault, restricted
-from chefbot.safety.ranger_freshness import FROZEN_ECHOES, NOISY_ECHOES, RangerMonitor
 
 MS = 1_000_000
 ROBOT = load_robot("chefbot_lidar")
 TELEOP, NAVIGATION = CommandSource.TELEOP, CommandSource.NAVIGATION
+NOTHING = np.zeros((0, 2))
 ALL = ("lidar", "depth camera", "ultrasonic ranger")
 
 
@@ -49,7 +49,7 @@ def feed(policy: SensorPolicy, first_ms: int, last_ms: int, silent: str = "") ->
 
 def judged(policy: SensorPolicy, time_ms: int, pose_ms: int | None = None) -> SensorVerdict:
     pose_ns = (time_ms if pose_ms is None else pose_ms) * MS
-    return policy.judge(time_ms * MS, IDENTITY, pose_ns, lambda: np.zeros((0, 2)))
+    return policy.judge(time_ms * MS, IDENTITY, pose_ns, lambda: NOTHING)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_a_sensor_that_stops_restricts_until_it_is_back(silent: str, restriction
 def test_an_optional_sensor_counts_from_its_first_message_on() -> None:
     assert judged(SensorPolicy(ROBOT, ()), 0).restriction is Restriction.CREEP
     policy = SensorPolicy(ROBOT, ALL)
-    assert policy.judge(0, None, None, lambda: np.zeros((0, 2))) == SensorVerdict(Restriction.NONE)
+    assert policy.judge(0, None, None, lambda: NOTHING) == SensorVerdict(Restriction.NONE)
     feed(policy, 0, 1000)
     assert judged(policy, 1010) == SensorVerdict(Restriction.NONE)
     assert judged(policy, 1400).restriction is Restriction.CREEP
@@ -115,38 +115,97 @@ def test_an_interrupted_operator_has_to_let_go() -> None:
     commands.interrupt(NAVIGATION, 1200 * MS)  # without a command
 
 
-def test_a_frozen_ranger_is_told_from_one_without_noise() -> None:
-    noisy, exact = RangerMonitor(0.1), RangerMonitor(0.1)
-    for k in range(NOISY_ECHOES + 1):
-        noisy.process_echo(echo(1.0 + 0.001 * k, 100 * k), 100 * k * MS)
-        exact.process_echo(echo(1.0, 100 * k), 100 * k * MS)
-    last = 100 * NOISY_ECHOES
-    for k in range(1, FROZEN_ECHOES + 1):
-        for one in (noisy, exact):
-            one.process_echo(echo(1.5, last + 100 * k), (last + 100 * k) * MS)
-    now = (last + 100 * FROZEN_ECHOES) * MS
-    assert noisy.fault(now) == "" and exact.fault(now) == ""
-    noisy.process_echo(echo(1.5, last + 900), now)
-    assert "frozen" in noisy.fault(now)
-    noisy.process_echo(echo(math.inf, last + 900), now)
-    assert noisy.fault(now) == "", "nothing in range repeats on a working ranger"
+@pytest.mark.parametrize(
+    ("age_ms", "words"),
+    [
+        (300, ""),
+        (301, "The odometry is late: the newest pose is 0.3 s old."),
+        (2500, "The odometry is late: the newest pose is 2.5 s old."),
+        (-100, ""),
+        (-101, "The odometry is stamped in the future: compare its computer's clock with this one's."),
+    ],
+)
+def test_odometry_counts_for_300_ms(age_ms: int, words: str) -> None:
+    assert odometry_fault(10_000 * MS, IDENTITY, (10_000 - age_ms) * MS) == words
 
 
-def test_late_and_future_echoes_are_named() -> None:
-    ranger = RangerMonitor(0.1)
-    ranger.process_echo(echo(1.0, 1000), 1400 * MS)
-    assert "come late" in ranger.fault(1400 * MS) and "sent nothing" in ranger.fault(2000 * MS)
-    ranger.process_echo(echo(1.0, 1600), 1400 * MS)
-    assert "in the future" in ranger.fault(1400 * MS)
+@pytest.mark.parametrize(
+    ("restriction", "v", "w", "left"),
+    [
+        (Restriction.CREEP, 0.1, 2.0, 0.04 / 0.4),
+        (Restriction.CREEP, -0.1, -2.0, 0.04 / 0.4),
+        (Restriction.CREEP, 0.02, 0.0, 1.0),
+        (Restriction.CREEP, 0.0, -2.0, 0.04 / 0.3),
+        (Restriction.SLOW, -0.28, 1.0, 0.5),
+        (Restriction.SLOW, 0.1, 0.0, 1.0),
+        (Restriction.NO_FORWARD, 0.0, 1.0, 1.0),
+        (Restriction.NO_FORWARD, 0.0001, 1.0, 0.0),
+        (Restriction.NO_FORWARD, math.nan, 0.0, 0.0),
+        (Restriction.NONE, 9.0, 9.0, 1.0),
+    ],
+)
+def test_restrictions_limit_backwards_and_turning(
+    restriction: Restriction, v: float, w: float, left: float
+) -> None:
+    """The fastest point of a body of 0.15 m; slow is 0.14 m/s."""
+    verdict = SensorVerdict(restriction, "x")
+    assert restricted(StampedCommand(v, w, 0, TELEOP), verdict, 0.15, 0.14) == pytest.approx(left)
 
 
-@pytest.mark.parametrize("lag", [0, 2, 6])
-def test_the_latency_of_the_wheels_is_measured(lag: int) -> None:
-    """Even seeds chose the window; here the speeds are those of an odd one."""
-    rng, estimator = np.random.default_rng(7), LatencyEstimator(0.05, 0.35, 0.15)
-    speeds = np.repeat(rng.uniform(-0.35, 0.35, 20), 10)
-    speeds = np.convolve(speeds, np.ones(8) / 8, "same")
-    speeds = np.concatenate([speeds, np.full(100, speeds[-1])])  # a constant speed shows no latency
-    for k in range(lag, len(speeds)):
-        estimator.process(float(speeds[k]), float(speeds[k - lag] + 0.005 * rng.standard_normal()))
-    assert estimator.latency == pytest.approx(0.05 * lag, abs=0.02)
+def test_nobody_but_an_operator_creeps() -> None:
+    for source in (NAVIGATION, None):
+        command = StampedCommand(0.3, 0.0, 0, source)
+        assert restricted(command, SensorVerdict(Restriction.CREEP, "x"), 0.15, 0.14) == 0.0
+
+
+def test_odometry_is_needed_by_who_sees_only() -> None:
+    """Points are placed by the odometry; a robot without lidar and camera has none to place."""
+    blind = msgspec.structs.replace(
+        ROBOT, sensors=msgspec.structs.replace(ROBOT.sensors, lidar=None, depth_camera=None, ultrasonic=None)
+    )
+    assert SensorPolicy(blind, ()).judge(0, None, None, lambda: NOTHING) == SensorVerdict(Restriction.NONE)
+    for missing in ("lidar", "depth_camera"):
+        sensors = msgspec.structs.replace(ROBOT.sensors, **{missing: None})
+        policy = SensorPolicy(msgspec.structs.replace(ROBOT, sensors=sensors), ())
+        feed(policy, 0, 1000)
+        assert policy.judge(1010 * MS, IDENTITY, 1010 * MS, lambda: NOTHING).restriction is Restriction.NONE
+        lost = policy.judge(1010 * MS, None, None, lambda: NOTHING)
+        assert lost.restriction is Restriction.CREEP and "no odometry yet" in lost.standing
+
+
+def test_a_fault_of_a_sensor_is_named_before_the_odometry() -> None:
+    assert "has not sent anything" in SensorPolicy(ROBOT, ()).judge(0, None, None, lambda: NOTHING).fault
+
+
+def test_an_optional_ranger_is_missed_once_it_has_sent() -> None:
+    policy = SensorPolicy(ROBOT, ("ultrasonic ranger",))
+    feed(policy, 0, 1000, "ultrasonic ranger")
+    assert judged(policy, 1010) == SensorVerdict(Restriction.NONE)
+    needed = SensorPolicy(ROBOT, ())
+    feed(needed, 0, 1000, "ultrasonic ranger")
+    assert judged(needed, 1010).restriction is Restriction.SLOW
+    feed(policy, 1100, 1500)
+    feed(policy, 1600, 2200, "ultrasonic ranger")
+    assert judged(policy, 2210).restriction is Restriction.SLOW
+
+
+def test_the_ranger_of_a_robot_has_its_own_rate() -> None:
+    assert ROBOT.sensors.ultrasonic is not None
+    slow = msgspec.structs.replace(
+        ROBOT.sensors, ultrasonic=msgspec.structs.replace(ROBOT.sensors.ultrasonic, rate=2.0)
+    )
+    policy = SensorPolicy(msgspec.structs.replace(ROBOT, sensors=slow), ())
+    assert policy.ranger is not None and policy.ranger.limit_ns == 1_500_000_000
+
+
+def test_a_blind_camera_forbids_driving_forward() -> None:
+    """What it does not see near a known obstacle is explained; what it does not see anywhere is not."""
+    policy = SensorPolicy(ROBOT, ())
+    feed(policy, 0, 1000)
+    header, n = Header.of(1100 * MS, "base_link"), 160
+    empty = ObstacleScan(
+        header, -0.5, 1.0 / n, 8.0, *(np.full(n, np.inf, np.float32),) * 2, np.zeros(n, np.float32)
+    )
+    policy.obstacle_sensors.process_obstacles(empty, 1100 * MS, IDENTITY)
+    found = judged(policy, 1110)
+    assert found.restriction is Restriction.NO_FORWARD and "blind" in found.fault and found.standing == ""

@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
-from chefbot.maths.costs import Costmap
+import msgspec
+import numpy as np
+import pytest
+
+from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import ERROR, OK
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
-from chefbot.safety.obstacle_sensors import ObstacleSensors, laser_view
+from chefbot.robot.section import Mount
+from chefbot.robot.spec import Robot
+from chefbot.safety.obstacle_sensors import (
+    BLIND,
+    OK_MESSAGE,
+    SCATTERED,
+    ObstacleSensors,
+    camera_view,
+    laser_view,
+)
 
 ROBOT = load_robot("chefbot_lidar")
 STANDING = SE2(0.0, 0.0, 0.0)
 COSTS = Costmap(np.zeros((20, 20), np.uint8), 0.05, -0.5, -0.5)
 PERIOD_NS = 100_000_000
+BINS, FIRST, STEP = 160, -0.5, 1.0 / 160
+"""The directions of the camera's obstacle scans here, from right to left."""
+NOTHING = np.zeros((0, 2))
 
 
 def scan(stamp_ns: int, distance: float = 3.0) -> LaserScan:
@@ -24,16 +41,72 @@ def scan(stamp_ns: int, distance: float = 3.0) -> LaserScan:
     return LaserScan(header, -np.pi, np.pi, np.pi / 180, 0.0, 0.1, 0.16, 8.0, ranges)
 
 
+def obstacles(stamp_ns: int, distance: float = 2.0, floor: float = 1.9) -> ObstacleScan:
+    """Return an obstacle scan with an obstacle at the same distance everywhere, and floor as far as `floor`."""
+    ranges, begin, end = (np.full(BINS, value, np.float32) for value in (distance, 0.7, floor))
+    return ObstacleScan(Header.of(stamp_ns, "camera_depth_frame"), FIRST, STEP, 8.0, ranges, begin, end)
+
+
+def with_sensors(**sensors: object) -> Robot:
+    return msgspec.structs.replace(ROBOT, sensors=msgspec.structs.replace(ROBOT.sensors, **sensors))
+
+
+def looking(x: float, y: float, yaw: float) -> Robot:
+    """Return a robot without a lidar whose camera is mounted there and looks there."""
+    camera = ROBOT.sensors.depth_camera
+    assert camera is not None
+    mount = msgspec.structs.replace(camera.mount, x=x, y=y, yaw=yaw)
+    assert isinstance(mount, Mount)
+    return with_sensors(lidar=None, depth_camera=msgspec.structs.replace(camera, mount=mount))
+
+
+def blind_camera(robot: Robot) -> ObstacleSensors:
+    """Return sensors whose camera sees nothing at all."""
+    sensors = ObstacleSensors(robot)
+    sensors.process_obstacles(obstacles(PERIOD_NS, math.inf, 0.0), PERIOD_NS, STANDING)
+    return sensors
+
+
+def run(sensors: ObstacleSensors, count: int, begin_ns: int = 0) -> int:
+    """Send good data of both sensors; the ranges change a little, as measured ones do. Return the last time."""
+    now_ns = begin_ns
+    for k in range(count):
+        now_ns = begin_ns + (k + 1) * PERIOD_NS
+        sensors.process_scan(scan(now_ns, 3.0 + 0.001 * k), now_ns, STANDING)
+        sensors.note_scan_marked(now_ns)
+        sensors.process_obstacles(obstacles(now_ns, 2.0 + 0.001 * k), now_ns, STANDING)
+        sensors.note_obstacles_marked(now_ns)
+    return now_ns
+
+
 def test_invalid_ranges_have_no_data_and_infinite_ones_do() -> None:
-    message = scan(0)
-    message.ranges[:3] = (np.nan, 0.0, np.inf)
+    message = scan(7)
+    message.ranges[:6] = (np.nan, 0.0, np.inf, -1.0, 8.0, 7.99)
     view = laser_view(message)
-    assert view.mute[:3].tolist() == [True, True, False] and view.met[:4].tolist() == [
-        False,
-        False,
-        False,
-        True,
-    ]
+    assert view.mute[:6].tolist() == [True, True, False, True, False, False]
+    assert view.met[:6].tolist() == view.measured[:6].tolist() == [False, False, False, False, False, True]
+    assert view.stamp_ns == 7 and view.data.shape == (360, 1)
+
+
+def test_near_is_nearer_than_half_of_the_range() -> None:
+    assert laser_view(scan(0, 3.99)).near and not laser_view(scan(0, 4.0)).near
+    assert not laser_view(scan(0, math.inf)).near
+
+
+def test_a_scan_whose_maximum_range_is_zero_has_no_data() -> None:
+    """Else all its ranges would be beyond it, and the robot would drive as in an empty hall."""
+    empty = msgspec.structs.replace(scan(0), range_min=0.0, range_max=0.0)
+    assert laser_view(empty).mute.all() and not laser_view(empty).met.any()
+
+
+def test_direction_camera_without_obstacle_and_floor_has_no_data() -> None:
+    message = obstacles(9)
+    message.ranges[:2], message.clear_to[1:3] = np.inf, 0.0
+    view = camera_view(message)
+    assert view.met[:4].tolist() == [False, False, True, True]
+    assert view.measured[:4].tolist() == [True, False, True, True]
+    assert view.mute[:4].tolist() == [False, True, False, False]
+    assert view.stamp_ns == 9 and view.data.shape == (BINS, 3) and view.near is False
 
 
 def test_a_silent_lidar_is_a_fault_until_it_has_sent_some_scans() -> None:
@@ -49,9 +122,192 @@ def test_a_silent_lidar_is_a_fault_until_it_has_sent_some_scans() -> None:
     assert "lidar" in sensors.fault(now_ns + 3_000_000_000, STANDING)
 
 
+@pytest.mark.parametrize("sensor", ["lidar", "depth_camera"])
+def test_each_sensor_has_the_rate_of_the_robot_file(sensor: str) -> None:
+    """At 2 Hz three periods are a second and a half; then the sensor is silent."""
+    slow = with_sensors(**{sensor: msgspec.structs.replace(getattr(ROBOT.sensors, sensor), rate=2.0)})
+    sensors = ObstacleSensors(slow)
+    now_ns = run(sensors, 8)
+    other = "depth camera" if sensor == "lidar" else "lidar"
+    for late_ns, named in ((PERIOD_NS, ""), (4 * PERIOD_NS, f"The {other} has sent nothing")):
+        assert sensors.fault(now_ns + late_ns, STANDING).startswith(named)
+        assert bool(sensors.fault(now_ns + late_ns, STANDING)) == bool(named)
+    alone = ObstacleSensors(msgspec.structs.replace(slow, sensors=msgspec.structs.replace(
+        slow.sensors, **{("depth_camera" if sensor == "lidar" else "lidar"): None}
+    )))  # fmt: skip
+    now_ns = run(alone, 8)
+    assert alone.fault(now_ns + 15 * PERIOD_NS, STANDING) == ""
+    assert "for more than 1.5 s" in alone.fault(now_ns + 15 * PERIOD_NS + 1, STANDING)
+
+
+def test_who_is_not_mounted_is_not_missed_and_not_heard() -> None:
+    """The scan that is made of a camera's picture is no lidar's, and nothing is marked for who is not there."""
+    bare = ObstacleSensors(with_sensors(lidar=None, depth_camera=None))
+    now_ns = run(bare, 3)
+    assert not bare.any_counted and bare.fault(now_ns, STANDING) == ""
+    assert bare.blind_beyond(lambda: NOTHING) == "" == bare.blind_ahead(STANDING, COSTS)
+    assert ObstacleSensors(ROBOT).any_counted
+
+
+def test_data_that_cannot_be_placed_stop_the_robot() -> None:
+    for note in ("note_scan_marked", "note_obstacles_marked"):
+        sensors = ObstacleSensors(ROBOT)
+        setattr(sensors, note, lambda _: None)
+        assert "cannot be placed" in sensors.fault(run(sensors, 12), STANDING)
+
+
+@pytest.mark.parametrize("sensor", ["lidar", "depth camera"])
+def test_an_optional_sensor_counts_once_it_has_sent(sensor: str) -> None:
+    sensors = ObstacleSensors(ROBOT, ("lidar", "depth camera"))
+    assert not sensors.any_counted and sensors.fault(10**12, STANDING) == ""
+    if sensor == "lidar":
+        sensors.process_scan(scan(0), 0, STANDING)
+    else:
+        sensors.process_obstacles(obstacles(0), 0, STANDING)
+    assert sensors.any_counted
+    assert sensors.fault(10**12, STANDING) == f"The {sensor} has sent nothing for more than 0.3 s."
+
+
+def test_a_blind_lidar_stops_the_robot() -> None:
+    sensors = ObstacleSensors(ROBOT)
+    now_ns = run(sensors, 8)
+    covered = scan(now_ns + 1, 3.1)
+    covered.ranges[90:180] = np.nan
+    sensors.process_scan(covered, now_ns + 1, STANDING)
+    assert sensors.fault(now_ns + 1, STANDING).startswith("The lidar is blind")
+
+
+@pytest.mark.parametrize("count", [0, 3])
+def test_a_lidar_that_sends_no_ranges_is_blind(count: int) -> None:
+    """A scan without ranges is a legal message; a robot that trusts it drives blind."""
+    sensors = ObstacleSensors(ROBOT)
+    now_ns = run(sensors, count)
+    for k in range(8):
+        now_ns += PERIOD_NS
+        empty = LaserScan(
+            Header.of(now_ns, "laser"), 0.0, 0.0, 0.01 * k, 0.0, 0.1, 0.16, 8.0, np.empty(0, np.float32)
+        )
+        sensors.process_scan(empty, now_ns, STANDING)
+        sensors.note_scan_marked(now_ns)
+        sensors.process_obstacles(obstacles(now_ns), now_ns, STANDING)
+        sensors.note_obstacles_marked(now_ns)
+    assert sensors.fault(now_ns, STANDING).startswith("The lidar is blind")
+
+
+def test_three_scattered_scans_in_a_row_are_a_damaged_lidar() -> None:
+    sensors, rng = ObstacleSensors(ROBOT), np.random.default_rng(3)
+    now_ns = run(sensors, 8)
+    for good_after in (2, 2, 3):
+        for _ in range(good_after):
+            now_ns += PERIOD_NS
+            wild = scan(now_ns)
+            wild.ranges[:] = rng.uniform(1.0, 5.0, 360)
+            sensors.process_scan(wild, now_ns, STANDING)
+            sensors.note_scan_marked(now_ns)
+            sensors.process_obstacles(obstacles(now_ns, rng.uniform(1.0, 2.0)), now_ns, STANDING)
+            sensors.note_obstacles_marked(now_ns)
+        assert sensors.fault(now_ns, STANDING) == (SCATTERED if good_after == 3 else "")
+        if good_after == 2:
+            now_ns = run(sensors, 1, now_ns)
+
+
+# -- a blind camera
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "yaw"), [(0.1, 0.0, 0.0), (-0.1, 0.0, math.pi), (0.0, 0.1, 2.0), (0.05, -0.1, -3.0)]
+)
+def test_a_known_wall_explains_a_blind_camera_wherever_it_looks(x: float, y: float, yaw: float) -> None:
+    """A wall nearer than the camera measures, known from the memory; elsewhere it explains nothing."""
+    sensors = blind_camera(looking(x, y, yaw))
+    bearings = yaw + FIRST + STEP * np.arange(BINS)
+    wall = np.column_stack([x + 0.5 * np.cos(bearings), y + 0.5 * np.sin(bearings)])
+    assert sensors.blind_beyond(lambda: NOTHING) == BLIND
+    assert sensors.blind_beyond(lambda: wall) == ""
+    assert sensors.blind_beyond(lambda: np.array([[2.0 * x, 2.0 * y]]) - wall) == BLIND, (
+        "the wall is behind it"
+    )
+    far = np.array([x, y]) + 2.0 * (wall - np.array([x, y]))
+    assert sensors.blind_beyond(lambda: far) == BLIND, "at a metre the camera would measure it"
+    assert sensors.blind_beyond(lambda: wall[: BINS // 4]) == BLIND, "of one quarter only"
+
+
+def test_known_points_explain_three_directions_on_each_side() -> None:
+    """Points lie a cell apart; one in seven directions explains all of them, one in fourteen does not."""
+    sensors = blind_camera(looking(0.0, 0.0, 0.0))
+
+    def every(n: int) -> np.ndarray:
+        bearings = FIRST + STEP * np.arange(3, BINS, n)
+        return 0.5 * np.column_stack([np.cos(bearings), np.sin(bearings)])
+
+    assert sensors.blind_beyond(lambda: every(7)) == "" and sensors.blind_beyond(lambda: every(13)) == ""
+    assert sensors.blind_beyond(lambda: every(15)) == BLIND
+
+
+@pytest.mark.parametrize(("gap", "explained"), [(-0.005, True), (0.005, False)])
+def test_nearer_than_the_camera_measures_at_the_edge_of_its_view(gap: float, explained: bool) -> None:
+    """A tenth of a metre beyond its minimum range along the optical axis, at half of the field of view."""
+    camera = ROBOT.sensors.depth_camera
+    assert camera is not None
+    limit = (camera.range_min + 0.1) / math.cos(camera.field_of_view / 2)
+    bearings = FIRST + STEP * np.arange(BINS)
+    wall = (limit + gap) * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    assert (blind_camera(looking(0.0, 0.0, 0.0)).blind_beyond(lambda: wall) == "") == explained
+
+
+def test_a_camera_that_sees_asks_nobody() -> None:
+    sensors = ObstacleSensors(ROBOT)
+    assert sensors.blind_beyond(lambda: NOTHING) == "" == sensors.blind_ahead(None, COSTS)
+    run(sensors, 1)
+
+    def never() -> np.ndarray:
+        raise AssertionError("the memory need not be searched")
+
+    assert sensors.blind_beyond(never) == "" == sensors.blind_ahead(None, COSTS)
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_an_obstacle_scan_of_nothing_is_blind(count: int) -> None:
+    """Without directions, or with a single one, as a broken driver may send them."""
+    sensors, array = ObstacleSensors(looking(0.0, 0.0, 0.0)), np.full(count, np.inf, np.float32)
+    none = ObstacleScan(Header.of(0, "camera"), 0.0, 0.0, 8.0, array, array, np.zeros(count, np.float32))
+    sensors.process_obstacles(none, 0, STANDING)
+    assert sensors.blind_beyond(lambda: np.array([[0.3, 3.0], [-0.3, 0.0]])) == (BLIND if count == 0 else "")
+    assert sensors.blind_beyond(lambda: NOTHING) == BLIND
+
+
+def room(robot_x: float, robot_y: float, yaw: float, distance: float) -> Costmap:
+    """Return a costmap of 4 m in which an arc around a pose, half a radian to each side, is lethal."""
+    cells = np.zeros((80, 80), np.uint8)
+    for bearing in np.linspace(yaw - 0.6, yaw + 0.6, 200):
+        x, y = robot_x + distance * math.cos(bearing), robot_y + distance * math.sin(bearing)
+        cells[int((y + 2.0) / 0.05), int((x + 2.0) / 0.05)] = LETHAL
+    return Costmap(cells, 0.05, -2.0, -2.0)
+
+
+def test_a_marked_wall_explains_a_blind_camera() -> None:
+    """The costmap is in odom: the wall has to be where the camera looks from where the robot is."""
+    pose = SE2(0.4, -0.3, 2.0)
+    for camera_yaw in (0.0, math.pi):
+        sensors = blind_camera(looking(0.1, 0.0, camera_yaw))
+        eye = pose @ SE2(0.1, 0.0, camera_yaw)
+        assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw, 0.4)) == ""
+        assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw, 1.2)) == BLIND, "it would be measured"
+        assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw + math.pi, 0.4)) == BLIND, "it is behind"
+        assert sensors.blind_ahead(None, room(eye.x, eye.y, eye.yaw, 0.4)) == BLIND, (
+            "nobody knows where it is"
+        )
+        assert sensors.blind_ahead(SE2(0.0, 1.0, 0.0), room(eye.x, eye.y, eye.yaw, 0.4)) == BLIND
+
+
 def test_the_health_agrees_with_the_fault() -> None:
     sensors = ObstacleSensors(ROBOT)
-    fault = sensors.fault(0, STANDING)
-    health = sensors.health(0, STANDING, COSTS)
-    assert (health.level == ERROR) == bool(fault) and health.level in (OK, ERROR)
-    assert health.message == fault and health.hardware_id == ROBOT.name
+    silent = sensors.health(0, STANDING, COSTS)
+    assert silent.level == ERROR and silent.message == sensors.fault(0, STANDING) != ""
+    now_ns = run(sensors, 8)
+    healthy = sensors.health(now_ns, STANDING, COSTS)
+    assert (healthy.level, healthy.name, healthy.message) == (OK, "obstacle sensors", OK_MESSAGE)
+    assert healthy.hardware_id == ROBOT.name
+    sensors.process_obstacles(obstacles(now_ns + 1, math.inf, 0.0), now_ns + 1, STANDING)
+    blind = sensors.health(now_ns + 1, STANDING, COSTS)
+    assert (blind.level, blind.message) == (ERROR, BLIND)

@@ -104,7 +104,7 @@ def test_it_is_held_while_the_board_is_lost() -> None:
     assert lost is not None and lost.halt and lost.remark == BOARD_LOST and latch.status.pressed_at.ns == 2
     assert latch.lose_board(3) is None
     refused = latch.request(False, 4)
-    assert refused is not None and refused.status.active and refused.remark == BOARD_LOST
+    assert refused is not None and refused.status.active and refused.remark == BOARD_LOST and not refused.halt
     back = latch.regain_board(5)
     assert back is not None and not back.halt and not latch.active and back.remark == BOARD_BACK
     assert latch.regain_board(6) is None
@@ -124,3 +124,12 @@ def test_a_lost_board_changes_nothing_for_a_pressed_stop() -> None:
     latch = StopLatch()
     latch.request(True, 1)
     assert latch.lose_board(2) is None and latch.regain_board(3) is None and latch.active
+
+
+def test_a_restored_release_does_not_release_a_new_press() -> None:
+    """The state from before a restart may come after somebody has pressed; the press counts."""
+    released = EmergencyStopStatus(Header(), False, Time(3), "before")
+    for stop in (lambda latch: latch.request(True, 7), lambda latch: latch.lose_board(7)):
+        latch = StopLatch()
+        stop(latch)
+        assert latch.restore(released, 9) is None and latch.active and latch.status.pressed_at.ns == 7

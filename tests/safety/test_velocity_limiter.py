@@ -52,3 +52,35 @@ def test_wheel_speeds_give_the_twist(v, w):
     left, right = (speed * ROBOT.wheel_radius for speed in wheel_speeds(v, w, ROBOT))
     assert (left + right) / 2 == pytest.approx(v, abs=1e-9)
     assert (right - left) / ROBOT.wheels.separation == pytest.approx(w, abs=1e-9)
+
+
+def test_first_step_is_from_standstill_and_reset_stops_at_once():
+    limiter = VelocityLimiter(LIMITS)
+    v, w = limiter.step(0.35, 0.0, 0.0, 0.05)
+    assert (v, w) == (pytest.approx(0.05 * LIMITS.acceleration), 0.0)
+    settle(limiter, 0.2, 0.5)
+    limiter.reset()
+    assert limiter.step(0.0, 0.0, 0.0, 0.05) == (0.0, 0.0)
+    limiter.reset(0.1, -0.2)
+    assert limiter.step(0.1, -0.2, 0.0, 0.0) == (0.1, -0.2)
+
+
+@pytest.mark.parametrize("dt", [0.0, -1.0, math.nan, math.inf])
+def test_no_time_is_no_change_of_speed(dt):
+    limiter = VelocityLimiter(LIMITS)
+    assert limiter.step(0.3, 1.0, 0.0, dt) == (0.0, 0.0)
+
+
+def test_a_command_that_is_followed_leaves_no_remark():
+    limiter = VelocityLimiter(LIMITS)
+    assert limiter.remark == ""
+    limiter.step(LIMITS.speed, 0.0, 0.3, 0.05)
+    assert limiter.remark == ""
+    limiter.step(3.0, 0.0, 0.0, 0.05)
+    assert "beyond the robot's limits" in limiter.remark and "0.12" in limiter.remark
+    limiter.step(0.1, 0.0, 0.31, 0.05)
+    assert limiter.remark == "the last command is older than 0.3 s"
+    limiter.step(0.1, math.inf, 0.0, 0.05)
+    assert limiter.remark == "the commanded twist is not a number"
+    limiter.step(0.1, 0.0, 0.0, 0.05)
+    assert limiter.remark == ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from chefbot.msgs.sensor_msgs import Range
 from chefbot.robot.spec import Robot
+from chefbot.safety.sensor_freshness import CLOCK_TOLERANCE_NS
 
 READING_TIMEOUT_NS = 200_000_000
 """Maximum age of the reading of a cliff sensor, ns: ten periods; an older one counts as a cliff."""
@@ -18,8 +19,8 @@ class CliffStop:
 
     def __init__(self, robot: Robot) -> None:
         self._ahead = {frame: s.mount.x >= 0.0 for frame, s in robot.sensors.cliff_sensors.items()}
-        self._floor_seen_ns: dict[str, int] = {}
-        self._sees_floor = dict.fromkeys(self._ahead, False)
+        self._stamps_ns: dict[str, int] = {}
+        self._sees_floor: dict[str, bool] = {}
         self._reported = ""
 
     def process(self, reading: Range) -> None:
@@ -27,7 +28,7 @@ class CliffStop:
         frame = reading.header.frame_id
         if frame in self._ahead:
             self._sees_floor[frame] = reading.range < reading.max_range
-            self._floor_seen_ns[frame] = reading.header.stamp.ns
+            self._stamps_ns[frame] = reading.header.stamp.ns
 
     def limit(self, v: float, now_ns: int) -> float:
         """Return the forward speed v, m/s, or 0 if it leads over a cliff."""
@@ -39,8 +40,11 @@ class CliffStop:
             if ahead != (v > 0.0):
                 continue
             name, way = frame.removesuffix("_link"), "forward" if ahead else "backward"
-            if now_ns - self._floor_seen_ns.get(frame, -READING_TIMEOUT_NS) > READING_TIMEOUT_NS:
+            stamp_ns = self._stamps_ns.get(frame)
+            if stamp_ns is None or now_ns - stamp_ns > READING_TIMEOUT_NS:
                 return f"Cliff sensor {name} sends nothing: I do not drive {way}."
+            if stamp_ns - now_ns > CLOCK_TOLERANCE_NS:
+                return f"Cliff sensor {name} sends readings from the future: I do not drive {way}."
             if not self._sees_floor[frame]:
                 return f"Cliff sensor {name} sees no floor: I do not drive {way}."
         return ""

@@ -22,16 +22,16 @@ from chefbot.safety import local_memory as memory
 from chefbot.safety.contact_time import first_contact
 from chefbot.safety.monitor_text import MOVES_BACKWARD, SensedPoint, obstacle_text, unseen_text
 from chefbot.safety.params import CollisionMonitorParams
-from chefbot.safety.zones import CELLS_PER_RADIUS, CREEP_SPEED, OUTLINE_INSET, Zones, safe_fraction
+from chefbot.safety.zones import CREEP_SPEED, OUTLINE_INSET, Zones, safe_fraction
 
 ECHO_TIMEOUT_NS = 300_000_000
 """Maximum age of an echo of the ultrasonic ranger, ns."""
 CONE_POINTS = 5
 """Points across the cone of the ultrasonic ranger: the direction of the surface is not measured."""
-TOLERATED_GAP, TOLERATED_GAP_AHEAD = 2, CELLS_PER_RADIUS
-"""Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays;
-and ahead over ground not seen of late, half the body's width: on an arc a camera does not look over the ground before
-the inner side."""
+TOLERATED_GAP = 2
+"""Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays.
+Ahead, over ground not seen of late, it is half the body's width: on an arc a camera does not look over the ground
+before the inner side."""
 EVER = 0
 """The oldest time of which ground counts as seen at any time, ns."""
 SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
@@ -90,7 +90,8 @@ class CollisionMonitor:
         invalid = ~(ranges > 0.0)
         is_lidar = self._sensors.lidar is not None
         starts = np.zeros(len(ranges)) if is_lidar else np.full(len(ranges), float(scan.range_min))
-        ends = np.where(invalid, -1.0, ranges - self.zones.resolution)
+        # a ray without a return shows what is free as far as the sensor measures, and no farther
+        ends = np.where(invalid, -1.0, np.minimum(ranges, scan.range_max) - self.zones.resolution)
         clears = np.array([is_lidar, False, True])
         thin = slice(None, None, self._thinning(float(scan.angle_increment)))
         rays = [np.ascontiguousarray(values[thin]) for values in (angles, starts, ends)]
@@ -211,7 +212,8 @@ class CollisionMonitor:
             fraction = min(seen, creep)
         else:
             ever = self._ground_fraction(v, w, pose, latency, EVER, memory.VIEW, TOLERATED_GAP)
-            seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.VIEW, TOLERATED_GAP_AHEAD)
+            half_width = round(zones.inscribed / zones.resolution)
+            seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.VIEW, half_width)
             fraction = min(max(ever, creep), max(seen, self._slow_fraction(v, w)))
         return CheckedTwist(fraction, unseen_text(v)) if fraction < 1.0 else FREE
 

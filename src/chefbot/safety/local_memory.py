@@ -170,26 +170,31 @@ def points_around(
 ) -> int:
     """Fill points (m, 2) in base_link with those not farther than `reach` (m) and not older; return their number.
 
-    pose: of base_link (3,) in odom. layers, stamps (m,): the layer and the time of each point.
+    pose: of base_link (3,) in odom. layers, stamps (m,): the layer and the time of each point. The cells are visited
+    in squares around the robot, so that what does not find room is farther away.
     """
     n, resolution = memory.seen_ns.shape[1], memory.resolution
     c, s = math.cos(pose[2]), math.sin(pose[2])
     cells = min(math.ceil(reach / resolution), n // 2 - 1)
     middle_column, middle_row = math.floor(pose[0] / resolution), math.floor(pose[1] / resolution)
     found = 0
-    for row in range(middle_row - cells, middle_row + cells + 1):
-        t = row % n
-        for column in range(middle_column - cells, middle_column + cells + 1):
-            u = column % n
-            for layer in range(LAYERS):
-                if memory.hit_ns[layer, t, u] < oldest_ns or memory.hit_ns[layer, t, u] == NEVER:
-                    continue
-                dx, dy = memory.hit_xy[layer, t, u, 0] - pose[0], memory.hit_xy[layer, t, u, 1] - pose[1]
-                if dx * dx + dy * dy > reach * reach or found == points.shape[0]:
-                    continue  # farther away, or of another place that the cell stands for
-                points[found, 0], points[found, 1] = c * dx + s * dy, c * dy - s * dx
-                layers[found], stamps[found] = layer, memory.hit_ns[layer, t, u]
-                found += 1
+    for ring in range(cells + 1):
+        for i in range(-ring, ring + 1):
+            t = (middle_row + i) % n
+            step = 1 if abs(i) == ring else 2 * ring  # of the rows between only both ends
+            for j in range(-ring, ring + 1, step):
+                u = (middle_column + j) % n
+                for layer in range(LAYERS):
+                    if memory.hit_ns[layer, t, u] < oldest_ns or memory.hit_ns[layer, t, u] == NEVER:
+                        continue
+                    dx, dy = memory.hit_xy[layer, t, u, 0] - pose[0], memory.hit_xy[layer, t, u, 1] - pose[1]
+                    if dx * dx + dy * dy > reach * reach:
+                        continue  # farther away, or of another place that the cell stands for
+                    if found == points.shape[0]:
+                        return found
+                    points[found, 0], points[found, 1] = c * dx + s * dy, c * dy - s * dx
+                    layers[found], stamps[found] = layer, memory.hit_ns[layer, t, u]
+                    found += 1
     return found
 
 

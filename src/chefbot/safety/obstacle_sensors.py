@@ -36,11 +36,15 @@ KNOWN_BINS = 3
 
 
 def laser_view(scan: LaserScan) -> SensorView:
-    """Convert a laser scan: NaN, zero and negative ranges are invalid, +inf means no return (REP-117)."""
+    """Convert a laser scan: NaN, zero and negative ranges are invalid, +inf means no return (REP-117).
+
+    A scan whose maximum range is zero has no valid ranges.
+    """
     ranges = scan.ranges
-    hits = (ranges > 0.0) & (ranges < scan.range_max)
+    valid = (ranges > 0.0) & (scan.range_max > 0.0)
+    hits = valid & (ranges < scan.range_max)
     near = bool((ranges[hits] < NEAR_FRACTION * scan.range_max).any())
-    return SensorView(scan.header.stamp.ns, ranges[:, None], hits, hits, ~(ranges > 0.0), near)
+    return SensorView(scan.header.stamp.ns, ranges[:, None], hits, hits, ~valid, near)
 
 
 def scatters(ranges: NDArray[np.float32], noise: float) -> bool:
@@ -108,8 +112,8 @@ class ObstacleSensors:
 
     def process_obstacles(self, scan: ObstacleScan, now_ns: int, pose: SE2 | None) -> None:
         """Process an obstacle scan of the depth camera."""
-        self._last_obstacles = scan
         if self._camera is not None:
+            self._last_obstacles = scan
             self._camera.process_view(camera_view(scan), now_ns, pose)
 
     def note_obstacles_marked(self, stamp_ns: int) -> None:
@@ -137,13 +141,17 @@ class ObstacleSensors:
     def blind_beyond(self, known_points: Callable[[], NDArray[np.float64]]) -> str:
         """Return why the robot must not drive forward, as `blind_ahead`; known obstacles (n, 2) are in base_link."""
         camera, scan, spec = self._camera, self._last_obstacles, self._camera_spec
-        if camera is None or scan is None or spec is None or not camera.blind():
+        if camera is None or not camera.blind():
             return ""
+        assert scan is not None and spec is not None
         points = known_points()
         x, y = points[:, 0] - spec.mount.x, points[:, 1] - spec.mount.y
         near = np.hypot(x, y) <= _max_blind_distance(spec)
-        bearings = np.arctan2(y[near], x[near]) - spec.mount.yaw
-        bins = np.round((bearings - scan.angle_min) / scan.angle_increment).astype(np.int64)
+        # from the first direction on, in (-pi, pi] around the middle one, wherever the camera looks
+        middle = scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1) / 2.0
+        bearings = np.arctan2(y[near], x[near]) - spec.mount.yaw - middle
+        offsets = np.remainder(bearings + math.pi, 2.0 * math.pi) - math.pi + middle - scan.angle_min
+        bins = np.round(offsets / (scan.angle_increment or math.inf)).astype(np.int64)
         known = np.zeros(len(scan.ranges), np.bool_)
         for shift in range(-KNOWN_BINS, KNOWN_BINS + 1):
             shifted = bins + shift
@@ -164,8 +172,9 @@ class ObstacleSensors:
     def _marked_directions(self, pose: SE2 | None, costs: Costmap) -> NDArray[np.bool_] | None:
         """Return the camera's directions with a marked obstacle that may be too near to be seen."""
         camera, scan = self._camera_spec, self._last_obstacles
-        if pose is None or camera is None or scan is None:
+        if pose is None:
             return None
+        assert camera is not None and scan is not None
         sensor = pose @ camera.mount.planar
         yaws = sensor.yaw + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
         distances = np.arange(0.0, _max_blind_distance(camera), costs.resolution / 2)

@@ -100,12 +100,14 @@ class ObstacleSensorMonitor:
         return self._fault if self._valid_messages < VALID_MESSAGES_REQUIRED else ""
 
     def blind(self, known: NDArray[np.bool_] | None = None) -> bool:
-        """Return whether the newest message has no data in a quarter of the field of view or more.
+        """Return whether the newest message has no data in a quarter of the field of view or more, or none at all.
 
         known: (n,) directions whose missing data are explained; these do not count.
         """
         if self._last is None:
             return False
+        if not len(self._last.mute):
+            return True
         quarters = np.array_split(self._last.mute if known is None else self._last.mute & ~known, 4)
         return (
             any(float(part.mean()) > BLIND_FRACTION for part in quarters if len(part))

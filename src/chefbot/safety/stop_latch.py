@@ -81,7 +81,12 @@ class StopLatch:
         return self._set(False, BOARD_BACK, now_ns)._replace(remark=BOARD_BACK) if self._held else None
 
     def restore(self, status: EmergencyStopStatus, now_ns: int) -> StopDecision | None:
-        """Restore the state from before a restart; a stop that was active stays active since its press."""
+        """Restore the state from before a restart; a stop that was active stays active since its press.
+
+        A stop since the restart stays active.
+        """
+        if self.active:
+            return None
         self.status = status
         return self._restore_active(ESTOP_RESTORED, now_ns) if status.active else None
 

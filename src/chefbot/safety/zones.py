@@ -17,8 +17,9 @@ CREEP_SPEED = 0.04
 """Speed of the body where a robot does not see, m/s: a contact at it, below 0.05, harms nobody."""
 CELLS_PER_RADIUS = 6
 """Cells of the memory along the inscribed radius."""
-CELLS_IN_REACH = 64
-"""Largest number of cells from the robot to the farthest obstacle that matters; a fast robot has larger cells."""
+CELLS_IN_REACH, MIN_CELLS_PER_RADIUS = 64, 3
+"""Number of cells from the robot to the farthest obstacle that matters beyond which a fast robot has larger cells,
+and the cells along its inscribed radius that it keeps: the outline is of the body, not of a few cells."""
 MAX_LATENCY = 0.5
 """Latency that the memory's size allows for, s."""
 OUTLINE_INSET = 0.75
@@ -54,7 +55,8 @@ class Zones(NamedTuple):
         footprint, radius = robot.footprint, robot.circumscribed_radius
         limits = Limits.of(robot)
         reach = radius + slow_margin + _stopping_distance(limits)
-        resolution = max(robot.inscribed_radius / CELLS_PER_RADIUS, reach / CELLS_IN_REACH)
+        finest, coarsest = (robot.inscribed_radius / n for n in (CELLS_PER_RADIUS, MIN_CELLS_PER_RADIUS))
+        resolution = min(max(finest, reach / CELLS_IN_REACH), coarsest)
         inset = OUTLINE_INSET * resolution
         return Zones(
             limits,
@@ -109,13 +111,12 @@ def safe_fraction(free_time: float, latency: float, braking_time: float) -> floa
     """Return the largest fraction of a twist that stops in time.
 
     free_time: time for which the whole twist would be free, s. A fraction f moves on for the latency and then brakes
-    evenly: f T + f^2 t_b / 2 <= t_free.
+    evenly: f T + f^2 t_b / 2 <= t_free. A time that is not a number is none.
     """
-    if free_time <= 0.0:
+    if not free_time > 0.0:
         return 0.0
     if math.isinf(free_time):
         return 1.0
-    if braking_time <= 0.0:
-        return min(1.0, free_time / latency) if latency > 0.0 else 1.0
-    f = (math.sqrt(latency * latency + 2.0 * braking_time * free_time) - latency) / braking_time
-    return min(1.0, f)
+    # the root of the parabola in the form that keeps its digits for any braking time, zero included
+    divisor = latency + math.sqrt(latency * latency + 2.0 * braking_time * free_time)
+    return min(1.0, 2.0 * free_time / divisor) if divisor > 0.0 else 1.0

@@ -1,0 +1,209 @@
+"""The drive base: who drives, how speeds change, and what stops the wheels at once."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from tests.support.base_bench import LIDAR_ROBOT, TICK, BaseBench
+
+from chefbot.board.sensors import cliff_messages
+from chefbot.control.kinematics import wheel_speeds
+from chefbot.msgs.std_msgs import Bool, String
+from chefbot.nodes.drive_base import HELD
+from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
+from chefbot.runtime.launch import node_params
+
+LIMITS = Limits.of(LIDAR_ROBOT)
+CLIFF_ROBOT = load_robot("chefbot_cliff")
+FRONT, REAR = 1, 8
+
+
+def bench(**params: Any) -> BaseBench:
+    return BaseBench(sensors=False, **params)
+
+
+def test_a_twist_begins_with_a_ramp_and_reaches_the_wheels() -> None:
+    base = bench()
+    base.run(TICK, "cmd_vel_nav", 0.3, -0.5)
+    v, w = base.twist_out
+    assert v == pytest.approx(LIMITS.acceleration * TICK) and w == pytest.approx(v * -0.5 / 0.3)
+    base.run(2.0, "cmd_vel_nav", 0.3, -0.5)
+    assert base.twist_out == pytest.approx((0.3, -0.5))
+    wheels = base.messages("wheel_speeds")[-1]
+    assert (wheels.left, wheels.right) == pytest.approx(wheel_speeds(0.3, -0.5, LIDAR_ROBOT))
+    assert wheels.header.frame_id == "base_link" and wheels.header.stamp.ns == base.loop.now_ns
+    twists = base.messages("cmd_vel")
+    steps = [abs(b.linear.x - a.linear.x) for a, b in pairwise(twists)]
+    assert max(steps) <= LIMITS.acceleration * TICK + 1e-9
+
+
+def test_commands_go_to_the_wheels_at_20_hz() -> None:
+    base = bench()
+    count = len(base.messages("wheel_speeds"))
+    base.run(2.0)
+    assert len(base.messages("wheel_speeds")) - count == 40
+
+
+def test_teleoperation_overrides_navigation_for_a_second() -> None:
+    base = bench()
+    base.run(1.0, "cmd_vel_nav", 0.2)
+    base.twist("cmd_vel_teleop", -0.1)
+    base.run(0.9, "cmd_vel_nav", 0.2)
+    assert base.speed <= 0.0
+    base.run(1.0, "cmd_vel_nav", 0.2)
+    assert base.speed == pytest.approx(0.2)
+
+
+def test_a_command_that_is_not_repeated_is_a_stop() -> None:
+    base = bench()
+    base.run(1.0, "cmd_vel_nav", 0.3)
+    base.run(0.3)
+    assert base.speed == pytest.approx(0.3, abs=0.03)
+    base.run(0.8)
+    assert base.speed == 0.0
+
+
+def test_a_lost_process_stops_the_wheels_at_once() -> None:
+    """Without a ramp and before the next command is due; an operator may drive on, navigation not."""
+    base = bench()
+    base.run(1.0, "cmd_vel_nav", 0.3)
+    base.send("process_lost", String("slam"))
+    assert base.speed == 0.0 and base.messages("wheel_speeds")[-1].left == 0.0
+    assert base.texts("base/remark") == ["slam does not respond; the robot stands until it is back."]
+    base.run(1.0, "cmd_vel_nav", 0.3)
+    assert base.speed == 0.0
+    base.run(0.5, "cmd_vel_teleop", 0.1)
+    assert base.speed == pytest.approx(0.1)
+    base.send("process_back", String("slam"))
+    base.run(2.0, "cmd_vel_nav", 0.3)
+    assert base.speed == pytest.approx(0.3)
+
+
+def test_parameters_apply_from_the_next_command_on() -> None:
+    base = bench(teleop_hold=0.2)
+    base.run(1.0, "cmd_vel_teleop", 0.3)
+    old = base.node.params
+    monitor = {"optional_sensors": ["lidar", "depth camera", "ultrasonic ranger"], "slow": 0.25}
+    values = {"limiter": {"timeout": 0.1}, "teleop_hold": 0.5, "ultrasonic_margin": 0.1, "monitor": monitor}
+    new = node_params(type(base.node), values, "base")
+    base.node.reconfigure(new)
+    assert base.node.params is new is not old
+    base.run(0.2)
+    assert base.speed < 0.28, "a command is a stop after 0.1 s"
+    base.run(0.2, "cmd_vel_nav", -0.3)
+    assert base.speed >= 0.0, "teleoperation is held for half a second"
+    assert base.node._monitor.params.slow == 0.25 and base.node._monitor._ultrasonic_margin == 0.1
+
+
+# -- cliffs
+
+
+def cliffs(base: BaseBench, seen: int) -> None:
+    for message in cliff_messages(base.loop.now_ns, seen, CLIFF_ROBOT):
+        base.loop.publish("cliff", message, "board")
+    base.run(0.0)
+
+
+def drive_on_floor(base: BaseBench, v: float, w: float = 0.0) -> None:
+    for _ in range(20):
+        cliffs(base, 0)
+        base.run(TICK, "cmd_vel_nav", v, w)
+
+
+@pytest.mark.parametrize(
+    ("v", "cliff", "stops"), [(0.2, FRONT, True), (-0.2, REAR, True), (0.2, REAR, False)]
+)
+def test_a_cliff_stops_the_wheels_at_once(v: float, cliff: int, stops: bool) -> None:
+    base = BaseBench(CLIFF_ROBOT, sensors=False)
+    base.node._monitor._sensors = LIDAR_ROBOT.sensors  # the ground behind is known
+    drive_on_floor(base, v)
+    assert base.speed == pytest.approx(v)
+    cliffs(base, cliff)
+    assert base.speed == (0.0 if stops else pytest.approx(v))
+    base.run(TICK, "cmd_vel_nav", v)
+    assert base.speed == (0.0 if stops else pytest.approx(v))
+    remarks = base.texts("base/remark")
+    assert len(remarks) == stops and all("sees no floor" in remark for remark in remarks)
+
+
+def test_turning_at_a_cliff_goes_on() -> None:
+    base = BaseBench(CLIFF_ROBOT, sensors=False)
+    drive_on_floor(base, 0.0, 1.0)
+    count = len(base.messages("cmd_vel"))
+    cliffs(base, FRONT | REAR)
+    assert len(base.messages("cmd_vel")) == count, "nothing is stopped"
+    base.run(0.2, "cmd_vel_nav", 0.2, 1.0)
+    v, w = base.twist_out
+    assert v == 0.0 and w == pytest.approx(1.0)
+
+
+# -- a sensor fails while an operator drives
+
+
+def test_a_silent_lidar_stops_at_once_and_stick_has_to_be_let_go() -> None:
+    base = BaseBench()
+    base.run(2.0, "cmd_vel_teleop", 0.3)
+    assert base.speed == pytest.approx(0.3)
+    base.silent.add("lidar")
+    base.run(0.35, "cmd_vel_teleop", 0.3)
+    assert base.speed == 0.0, "within 300 ms of the last scan, without a ramp"
+    base.run(1.0, "cmd_vel_teleop", 0.3)
+    assert base.speed == 0.0
+    assert base.texts("base/standing")[-1] == "The lidar has sent nothing for more than 0.3 s."
+    base.run(0.4)
+    base.run(1.0, "cmd_vel_teleop", 0.3)
+    assert 0.0 < base.speed <= 0.0401, "let go and asked again, the robot creeps"
+    base.run(1.0, "cmd_vel_nav", 0.3)
+    base.run(0.5, "cmd_vel_nav", 0.3)
+    assert base.speed == 0.0, "only an operator creeps"
+    base.silent.clear()
+    base.run(3.0, "cmd_vel_nav", 0.3)
+    assert base.speed == pytest.approx(0.3) and base.texts("base/standing")[-1] == ""
+
+
+def test_a_held_stick_is_named_once_the_lidar_is_back() -> None:
+    base = BaseBench()
+    base.run(2.0, "cmd_vel_teleop", 0.3)
+    base.silent.add("lidar")
+    base.run(0.5, "cmd_vel_teleop", 0.3)
+    assert base.texts("collision_monitor/reason")[-1].startswith("The lidar has sent nothing")
+    base.silent.clear()
+    base.run(2.0, "cmd_vel_teleop", 0.3)
+    assert base.speed == 0.0 and base.texts("collision_monitor/reason")[-1] == HELD
+    base.run(0.4)
+    assert base.texts("collision_monitor/reason")[-1] == ""
+
+
+def test_under_the_emergency_stop_nothing_is_explained() -> None:
+    base = bench()
+    base.run(1.0, "cmd_vel_teleop", 0.3)
+    base.send("stop_request", Bool(True))
+    base.run(1.0, "cmd_vel_teleop", 0.3)
+    assert base.speed == 0.0 and base.texts("collision_monitor/reason") == []
+    base.send("stop_request", Bool(False))
+    base.run(1.0, "cmd_vel_teleop", 0.3)
+    assert base.speed == 0.0 and base.texts("collision_monitor/reason") == [HELD]
+
+
+def test_who_sees_one_plane_says_so_at_the_start() -> None:
+    assert "one plane only" in BaseBench(load_robot("jackal"), sensors=False).node.announcement
+    assert bench().node.announcement == ""
+
+
+@pytest.mark.parametrize("w", [0.0, 0.2])
+def test_before_a_wall_the_twist_shrinks_on_its_arc(w: float) -> None:
+    """The wheels get what the monitor leaves, and the ramp goes on from there, not from what was asked for."""
+    base = BaseBench()
+    base.wall = 0.9
+    for _ in range(200):
+        base.run(TICK, "cmd_vel_nav", 0.3, w)
+        v, rate = base.twist_out
+        assert 0.0 <= v <= 0.3 and rate == pytest.approx(v * w / 0.3, abs=0.02)
+    assert v < 0.05 and base.wall - base.pose.x > LIDAR_ROBOT.circumscribed_radius
+    base.wall = 5.0
+    base.run(TICK, "cmd_vel_nav", 0.3, w)
+    base.run(TICK, "cmd_vel_nav", 0.3, w)
+    assert base.speed <= v + 2.0 * LIMITS.acceleration * TICK + 1e-9

@@ -1,0 +1,160 @@
+"""The figures by which a sensor counts as frozen, noisy, blind, late or ahead, each tried on both sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from chefbot.maths.se2 import SE2
+from chefbot.safety.sensor_freshness import ObstacleSensorMonitor, SensorView
+
+MS = 1_000_000
+HERE = SE2(1.0, 2.0, 3.0)
+Floats = NDArray[np.float64]
+
+
+def view(stamp_ns: int, ranges: Floats) -> SensorView:
+    met = np.isfinite(ranges) & (ranges > 0.0)
+    return SensorView(stamp_ns, ranges.astype(np.float32)[:, None], met, met, ~(ranges > 0.0), False)
+
+
+class Lidar:
+    """A monitored lidar of 10 Hz whose messages arrive and are marked at once."""
+
+    def __init__(self) -> None:
+        self.watch, self.now_ns = ObstacleSensorMonitor("lidar", 0.1), 0
+
+    def send(self, ranges: Floats, pose: SE2 | None = HERE) -> None:
+        self.now_ns += 100 * MS
+        self.watch.process_view(view(self.now_ns, ranges), self.now_ns, pose)
+        self.watch.note_marked(self.now_ns)
+
+    def repeat(self, ranges: Floats, pose: SE2 | None = HERE) -> str:
+        """Send the same ranges for a second, and return the fault then."""
+        for _ in range(10):
+            self.send(ranges, pose)
+        return self.watch.fault(self.now_ns, pose)
+
+
+def walls(beams: int = 100) -> Floats:
+    return np.linspace(1.0, 2.0, beams)
+
+
+def is_noisy_after(messages: list[Floats], poses: list[SE2 | None] | None = None) -> bool:
+    """Return whether equal ranges at standstill count as frozen after some messages, as of a sensor with noise."""
+    lidar, pose = Lidar(), None
+    for ranges, pose in zip(messages, poses or [HERE] * len(messages), strict=True):
+        lidar.send(ranges, pose)
+    return "frozen" in lidar.repeat(messages[-1], pose or HERE)
+
+
+def alternating(count: int, change: Floats) -> list[Floats]:
+    """Return ranges that change in turns, `count` times."""
+    return [walls(len(change)) + change * (k % 2) for k in range(count + 1)]
+
+
+@pytest.mark.parametrize(("count", "noisy"), [(4, False), (5, True)])
+def test_five_changes_in_a_row_are_noise(count: int, noisy: bool) -> None:
+    assert is_noisy_after(alternating(count, np.full(100, 0.01))) == noisy
+    four = alternating(4, np.full(100, 0.01))
+    assert not is_noisy_after([*four, walls(), *four])
+
+
+@pytest.mark.parametrize(("change", "noisy"), [(0.00019, False), (0.00021, True), (-0.00021, True)])
+def test_a_fifth_of_a_millimetre_is_noise(change: float, noisy: bool) -> None:
+    assert is_noisy_after(alternating(8, np.full(100, change))) == noisy
+
+
+@pytest.mark.parametrize(("directions", "noisy"), [(50, False), (51, True)])
+def test_noise_is_in_more_than_half_of_the_directions(directions: int, noisy: bool) -> None:
+    """Who walks by changes fewer."""
+    assert is_noisy_after(alternating(8, 0.01 * (np.arange(100) < directions))) == noisy
+
+
+@pytest.mark.parametrize(("beams", "noisy"), [(9, False), (10, True)])
+def test_ten_directions_are_needed_to_tell_noise(beams: int, noisy: bool) -> None:
+    assert is_noisy_after(alternating(8, np.full(beams, 0.01))) == noisy
+    hidden = np.where(np.arange(100) < beams, walls(), np.nan)
+    assert is_noisy_after([hidden + 0.01 * (k % 2) for k in range(9)]) == noisy
+
+
+@pytest.mark.parametrize(("step", "noisy"), [(0.0004, True), (0.0006, False)])
+def test_only_at_standstill_changes_are_noise(step: float, noisy: bool) -> None:
+    """Less than half a millimetre, or half a milliradian, between two messages."""
+    messages = alternating(8, np.full(100, 0.01))
+    driving: list[SE2 | None] = [SE2(1.0 + step * k, 2.0, 3.0) for k in range(9)]
+    turning: list[SE2 | None] = [SE2(1.0, 2.0, 3.1415 + step * k) for k in range(9)]
+    for poses in (driving, turning):
+        assert is_noisy_after(messages, poses) == noisy
+    assert not is_noisy_after(messages, [None] * 9), "nobody knows whether it stands"
+    assert not is_noisy_after(messages, [HERE, None] * 4 + [HERE])
+
+
+def test_other_numbers_of_beams_are_no_noise() -> None:
+    """A lidar may send a beam more or less in each turn; such scans cannot be compared."""
+    assert not is_noisy_after([walls(100 + k % 2) for k in range(9)])
+
+
+@pytest.mark.parametrize(("metres", "radians", "frozen"), [
+    (0.019, 0.0, False), (0.021, 0.0, True), (0.0, 0.029, False), (0.0, 0.031, True), (0.0, -0.031, True),
+])  # fmt: skip
+def test_after_two_centimetres_walls_look_different(metres: float, radians: float, frozen: bool) -> None:
+    """A sensor without noise repeats itself while the robot stands; when it has moved, equal data are frozen."""
+    lidar = Lidar()
+    lidar.repeat(walls())
+    moved = SE2(HERE.x, HERE.y + metres, HERE.yaw + radians)
+    assert ("frozen" in lidar.repeat(walls(), moved)) == frozen
+    assert "frozen" not in lidar.repeat(walls(), None), "without odometry nobody knows"
+
+
+def test_what_sees_nothing_does_not_freeze() -> None:
+    """An empty hall looks the same from everywhere, also to a sensor that was noisy near walls."""
+    lidar = Lidar()
+    for ranges in alternating(8, np.full(100, 0.01)):
+        lidar.send(ranges)
+    nothing = np.full(100, np.inf)
+    assert "frozen" not in lidar.repeat(nothing) and "frozen" not in lidar.repeat(nothing, SE2(9.0, 9.0, 0.0))
+
+
+@pytest.mark.parametrize(("stamp_ms", "words"), [
+    (100, ""), (101, "stamped in the future"), (-300, ""), (-301, "come late: they are more than 0.3 s old"),
+])  # fmt: skip
+def test_stamps_may_differ_by_a_tenth_of_a_second(stamp_ms: int, words: str) -> None:
+    watch, now_ns = ObstacleSensorMonitor("lidar", 0.1), 10_000 * MS
+    for k in range(10):
+        stamp = now_ns + (stamp_ms + k - 9) * MS
+        watch.process_view(view(stamp, walls() + 0.001 * k), now_ns, HERE)
+        watch.note_marked(stamp)
+    assert words in watch.fault(now_ns, HERE) and bool(watch.fault(now_ns, HERE)) == bool(words)
+
+
+def test_it_has_sent_from_the_first_message_on() -> None:
+    lidar = Lidar()
+    assert not lidar.watch.has_sent and lidar.watch.blind() is False
+    lidar.send(walls())
+    assert lidar.watch.has_sent
+
+
+def test_who_sends_no_directions_is_blind() -> None:
+    lidar = Lidar()
+    lidar.send(walls(0))
+    assert lidar.watch.blind() and lidar.watch.blind(np.zeros(0, np.bool_))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_a_few_directions_are_judged_each(count: int) -> None:
+    lidar = Lidar()
+    lidar.send(walls(count))
+    assert not lidar.watch.blind()
+    lidar.send(np.append(walls(count - 1), np.nan))
+    assert lidar.watch.blind() and not lidar.watch.blind(np.arange(count) == count - 1)
+
+
+@pytest.mark.parametrize(("mute", "blind"), [(12, False), (13, True)])
+def test_half_of_a_quarter_without_data_is_blind(mute: int, blind: bool) -> None:
+    for quarter in range(4):
+        lidar, ranges = Lidar(), walls()
+        ranges[25 * quarter : 25 * quarter + mute] = np.nan
+        lidar.send(ranges)
+        assert lidar.watch.blind() == blind

@@ -72,13 +72,13 @@ def test_a_pushed_or_slipping_robot_teaches_nothing() -> None:
 def test_a_short_jerk_shows_no_latency() -> None:
     """The speed has to differ from the commanded one for a while, not for one period."""
     jerk = np.zeros(80)
-    jerk[30] = 0.2 * MAX_SPEED
+    jerk[30] = 0.12 * MAX_SPEED
     assert estimate(jerk, lagging(jerk, 8)).latency == INITIAL
 
 
 @pytest.mark.parametrize(("deviation", "disturbed"), [(0, False), (8, False), (9, True)])
 def test_the_limits_themselves_still_count(deviation: int, disturbed: bool) -> None:
-    """A step as large as MIN_CHANGE, a lag as visible as MIN_ERROR, and half of the error explained: all are exact."""
+    """A lag as visible as MIN_ERROR, and half of the error explained; all numbers are exact."""
     estimator = LatencyEstimator(1 / 16, 10.0, 0.0)
     for k in range(40):
         estimator.process(float(k >= 12), (k >= 20) + float(k >= 40 - deviation))

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner, StationaryRobot
 
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import Cause, EmergencyStopStatus, NavigationStatus
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped
+from chefbot.msgs.chefbot_msgs import (
+    Cause,
+    EmergencyStopStatus,
+    NavigationStatus,
+    TrackedPeople,
+    TrackedPerson,
+)
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
@@ -61,6 +68,25 @@ def fixed_frames(runner: NodeRunner) -> None:
             0, parent, child, SE2(5.0, 5.0, 0.0) if parent == "map" else SE2(0, 0, 0)
         )
         runner.loop.publish("tf_static", TFMessage((transform,)), "test")
+
+
+@pytest.mark.parametrize(("age_s", "obstacle"), [(0.5, "person"), (1.5, "not on the map")])
+def test_an_obstacle_where_a_person_is_tracked_is_that_person(age_s: float, obstacle: str) -> None:
+    runner = NodeRunner({"causes": "chefbot.nodes.causes.chains:CausesNode"}, {})
+    fixed_frames(runner)
+    empty = Grid(np.zeros((200, 200), np.int8), 0.05, 0.0, 0.0)
+    runner.loop.publish("map", OccupancyGrid.of(Header.of(0, "map"), empty), "mapper")
+    person = TrackedPerson(7, Point(1.0, 0.2))
+    runner.loop.publish("tracked_people", TrackedPeople(Header.of(0, "odom"), (person,)), "people_tracker")
+    runner.run(0.1)
+    report = Cause(
+        Header.of(round(age_s * 1e9), "odom"), kind="stop", node="base", check="collision", located=True
+    )
+    runner.loop.publish("cause_reports", msgspec.structs.replace(report, point=Point(1.1, 0.1)), "base")
+    runner.run(0.1)
+    (cause,) = runner.messages("causes")
+    assert (cause.obstacle, cause.person) == (obstacle, 7 if obstacle == "person" else -1)
+    assert (cause.point.x, cause.point.y) == pytest.approx((6.1, 5.1))
 
 
 def plan_to(runner: NodeRunner, x: float, y: float) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from chefbot.causes.chains import CauseChains
+import numpy as np
+
+from chefbot.causes.chains import CauseChains, TrackedPoint
 from chefbot.causes.statuses import StatusReports
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
@@ -11,11 +13,15 @@ from chefbot.msgs.chefbot_msgs import (
     DeliveryStatus,
     EmergencyStopStatus,
     NavigationStatus,
+    TrackedPeople,
 )
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import In, Node, NoParams, Out
 from chefbot.runtime.transform_buffer import TransformError
+
+PEOPLE_TIMEOUT_NS = 1_000_000_000
+"""Age from which the places of people count no more, ns: nobody tracks them."""
 
 
 class CausesNode(Node):
@@ -30,6 +36,7 @@ class CausesNode(Node):
     delivery_status: In[DeliveryStatus]
     process_lost: In[String]
     process_back: In[String]
+    tracked_people: In[TrackedPeople]
     causes: Out[Cause]
 
     def start(self) -> None:
@@ -70,10 +77,24 @@ class CausesNode(Node):
 
     def _publish(self, reports: list[Cause]) -> None:
         for report in reports:
+            self._chains.people = self._people(report.header.stamp.ns)
             frame = self._lookup(report.header.frame_id or "map")
             cause = self._chains.process(report, frame, self._lookup("base_link"))
             if cause is not None:
                 self.causes.publish(cause)
+
+    def _people(self, now_ns: int) -> tuple[TrackedPoint, ...]:
+        """Return where the people are who are tracked at a time, in the frame map; none while nobody tracks them."""
+        tracked = self.tracked_people.last
+        if tracked is None or now_ns - tracked.header.stamp.ns > PEOPLE_TIMEOUT_NS:
+            return ()
+        frame = self._lookup(tracked.header.frame_id)
+        if frame is None or not tracked.people:
+            return ()
+        places = frame.apply(np.array([[one.position.x, one.position.y] for one in tracked.people]))
+        return tuple(
+            TrackedPoint(one.id, x, y) for one, (x, y) in zip(tracked.people, places.tolist(), strict=True)
+        )
 
     def _lookup(self, frame: str) -> SE2 | None:
         try:

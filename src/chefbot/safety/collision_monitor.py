@@ -39,6 +39,8 @@ SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
 NO_LAYER = np.zeros(memory.LAYERS, np.bool_)
 GROUND_MARGIN = 1.0 + OUTLINE_INSET
 """Cells before unseen ground at which the robot stops backing: the one it reaches into, and the outline's inset."""
+NEAR_DEVIATIONS = 4.0
+"""Standard deviations of a lidar's noise above its minimum range within which its returns may all be too long."""
 SENSORS = ("lidar", "depth camera", "depth camera")
 """Names of the sensors of the memory's layers."""
 
@@ -68,6 +70,8 @@ class CollisionMonitor:
         if camera is not None:
             steepest = camera.mount.pitch + math.atan(camera.half_height)
             blind = camera.mount.x + camera.mount.z / math.tan(max(steepest, 0.1))
+        lidar = robot.sensors.lidar
+        self._near_noise = NEAR_DEVIATIONS * lidar.noise if lidar is not None else 0.0
         self._reach = max(zones.reach, blind) + 2.0 * zones.circumscribed
         self._memory = memory.new_memory(self._reach, zones.resolution)
         self._points = np.empty((memory.MAX_POINTS, 2))
@@ -90,8 +94,10 @@ class CollisionMonitor:
         invalid = ~(ranges > 0.0)
         is_lidar = self._sensors.lidar is not None
         starts = np.zeros(len(ranges)) if is_lidar else np.full(len(ranges), float(scan.range_min))
-        # a ray without a return shows what is free as far as the sensor measures, and no farther
-        ends = np.where(invalid, -1.0, np.minimum(ranges, scan.range_max) - self.zones.resolution)
+        # a ray without a return shows what is free as far as the sensor measures, and no farther; of a surface at the
+        # minimum range only the returns that are too long remain, so they do not clear nearer points
+        clears_none = invalid | (ranges < scan.range_min + self._near_noise)
+        ends = np.where(clears_none, -1.0, np.minimum(ranges, scan.range_max) - self.zones.resolution)
         clears = np.array([is_lidar, False, True])
         thin = slice(None, None, self._thinning(float(scan.angle_increment)))
         rays = [np.ascontiguousarray(values[thin]) for values in (angles, starts, ends)]

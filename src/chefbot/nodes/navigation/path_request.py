@@ -8,8 +8,9 @@ from chefbot.nodes.navigation.recovery_behaviors import RecoveryBehaviorsNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import wait_any
 
-PLANNER_TIMEOUT = 10.0
-"""Time in which the planner has to answer, s."""
+PLANNER_TIMEOUT = 8.0
+"""Time in which the planner has to answer, s; shorter than the patience with a robot that makes no progress, which
+stands because there is no plan."""
 PLANNER_SILENT = f"The planner has not answered for {PLANNER_TIMEOUT:.0f} s."
 TIMEOUT = 207
 """Error code of nav2_msgs/action/ComputePathToPose: the planner has exceeded its time."""

@@ -204,6 +204,9 @@ def test_a_robot_that_sees_ahead_drives_slowly_on_unseen_ground() -> None:
 def test_over_ground_that_was_never_seen_a_robot_creeps() -> None:
     """What stands beside a robot that was just switched on is in nobody's view."""
     one = monitor(CAMERA)
+    unconnected = one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY)
+    assert unconnected.fraction == pytest.approx(0.5), "the camera has sent nothing: it cannot look first"
+    one.process_obstacles(camera_scan(), SE2(3.0, 3.0, 0.0))
     assert one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction == pytest.approx(CREEP_SPEED / 0.35)
     one.process_obstacles(camera_scan(), SE2(0.07, 0.0, 0.0))
     assert one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction < 0.4, "the view is narrow near the body"

@@ -78,6 +78,8 @@ class CollisionMonitor:
         self._layers = np.empty(memory.MAX_POINTS, np.int64)
         self._stamps = np.empty(memory.MAX_POINTS, np.int64)
         self._echo: Range | None = None
+        self._has_looked = False
+        """Whether a sensor that shows ground has sent anything."""
 
     def configure(self, params: CollisionMonitorParams, ultrasonic_margin: float) -> None:
         """Use other parameters from the next twist on."""
@@ -93,6 +95,7 @@ class CollisionMonitor:
         ranges[ranges >= scan.range_max] = np.inf
         invalid = ~(ranges > 0.0)
         is_lidar = self._sensors.lidar is not None
+        self._has_looked |= is_lidar
         starts = np.zeros(len(ranges)) if is_lidar else np.full(len(ranges), float(scan.range_min))
         # a ray without a return shows what is free as far as the sensor measures, and no farther; of a surface at the
         # minimum range only the returns that are too long remain, so they do not clear nearer points
@@ -113,6 +116,7 @@ class CollisionMonitor:
 
     def process_obstacles(self, scan: ObstacleScan, sensor: SE2) -> None:
         """Process an obstacle scan of the depth camera, seen from the point on the floor below it."""
+        self._has_looked = True
         ranges, at, stamp_ns = scan.ranges.astype(np.float64), sensor.array(), scan.header.stamp.ns
         angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges), dtype=np.float64)
         starts = np.where(np.isfinite(scan.clear_from), scan.clear_from, 0.0).astype(np.float64)
@@ -217,7 +221,9 @@ class CollisionMonitor:
             seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.GROUND, TOLERATED_GAP, margin)
             fraction = min(seen, creep)
         else:
-            ever = self._ground_fraction(v, w, pose, latency, EVER, memory.VIEW, TOLERATED_GAP)
+            ever = 1.0  # without sensors nobody can look first, as on a robot whose camera is not connected
+            if self._has_looked:
+                ever = self._ground_fraction(v, w, pose, latency, EVER, memory.VIEW, TOLERATED_GAP)
             half_width = round(zones.inscribed / zones.resolution)
             seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.VIEW, half_width)
             fraction = min(max(ever, creep), max(seen, self._slow_fraction(v, w)))

@@ -58,7 +58,7 @@ class Mapper:
             np.zeros_like(free),
             free,
             self.known,
-            np.empty((0, 0)),
+            np.zeros(self.known.shape),
             0.0,
         )
 

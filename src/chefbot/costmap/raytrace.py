@@ -131,4 +131,5 @@ def mark_and_clear(
             r = math.floor(y0 + reach * math.sin(a))
             if 0 <= r < h and 0 <= c < w:
                 cells[r, c] = LETHAL
-                marked_at[r, c] = time
+                if r < marked_at.shape[0] and c < marked_at.shape[1]:
+                    marked_at[r, c] = time

@@ -147,7 +147,7 @@ def test_an_operator_can_drive_the_robot(name: str, saved_map: Path) -> None:
             nudge(system)
             system.loop.run(until_ns=system.loop.now_ns + SECONDS * SECOND // NUDGES)
         pose = system.transforms.lookup("map", "base_link")
-    assert pose.x > 0.2
+    assert pose.x > 0.15  # it begins slowly: no sensor has looked over the ground beside it yet
     assert 0.2 < pose.yaw < 1.5
 
 

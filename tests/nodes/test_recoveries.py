@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -60,13 +61,14 @@ class NoPath(Node):
         return BackUp_Result()
 
 
-def published_by(robot: str) -> list[Publication]:
-    """Return what is published while a navigator without a path has a goal."""
+def published_by(robot: str, tree: str = "") -> list[Publication]:
+    """Return what is published while a navigator without a path has a goal; `tree` is the file of its tree."""
     system = NodeContainer(Loop(StepClock()), load_robot(robot), 1)
     published: list[Publication] = []
     system.loop.add_observer(published.append)
     kinds = {"navigator": "chefbot.nodes.navigator:NavigatorNode", "no_path": f"{__name__}:NoPath"}
     nodes = {name: NodeEntry(kind=kind) for name, kind in kinds.items()}
+    nodes["navigator"] = NodeEntry(kind=kinds["navigator"], params={"behavior_tree": tree})
     system.launch(Launch(name="test", description="", args={}, nodes=nodes))
     goal = PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 0.0, 0.0)))
     system.loop.publish("goal_pose", goal, "test")
@@ -102,3 +104,13 @@ def test_each_decision_of_the_tree_is_published() -> None:
     ]
     begun = {event.node_name for event in events if event.current_status == "RUNNING"}
     assert len(failed) == 1 and {"Spin", "Wait", "BackUp", "ClearCostmapAroundRobot"} <= begun
+
+
+def test_a_tree_that_reads_what_nobody_wrote_ends_the_goal(tmp_path: Path) -> None:
+    file = tmp_path / "mine.xml"
+    file.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="Mine"><Wait wait_duration="{tme}"/></BehaviorTree></root>'
+    )
+    statuses = [one.message for one in published_by("chefbot", str(file)) if one.topic == "navigation_status"]
+    assert statuses[-1].state == "idle"  # type: ignore[attr-defined]
+    assert "The behavior tree failed: the blackboard has no 'tme'" in statuses[-1].reason  # type: ignore[attr-defined]

@@ -12,7 +12,7 @@ class Decorator(ControlNode):
     """Base class of a node with one child."""
 
     def _tick_only_child(self) -> Status:
-        """Tick the child; once it has ended, its next tick begins from the start."""
+        """Tick the child and return its status."""
         return self._tick_child(0)
 
     def _restart_child(self) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from chefbot.behavior.navigation_progress import NavigationProgress, NavigationState
 from chefbot.behavior.recovery import NavigatorParams
+from chefbot.behavior_tree.blackboard import BehaviorTreeError
 from chefbot.behavior_tree.navigation_tree import NavigationTrees
 from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.chefbot_msgs import NavigationStatus
@@ -19,7 +20,7 @@ from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 NO_VALID_CONTROL, UNKNOWN = 106, 100
-"""Error codes of nav2_msgs/action/FollowPath; here: the emergency stop is active, no action had an error."""
+"""Error codes of nav2_msgs/action/FollowPath; here: the emergency stop is active; the tree itself failed."""
 NO_ERROR = "The behavior tree failed without an error of an action."
 
 
@@ -91,13 +92,13 @@ class NavigatorNode(TreeRunnerNode):
         except Cancelled:
             self._publish_status("idle", "The goal was cancelled.")
             raise
+        except BehaviorTreeError as error:
+            return self._end(UNKNOWN, f"The behavior tree failed: {error}")
         finally:
             tree.halt()
-        return (
-            self._end(0, "")
-            if reached
-            else self._end(*(self._failure if self._failure[0] else (UNKNOWN, NO_ERROR)))
-        )
+        if reached:
+            return self._end(0, "")
+        return self._end(*(self._failure if self._failure[0] else (UNKNOWN, NO_ERROR)))
 
     def _end(self, code: int, sentence: str) -> nav2.NavigateToPose_Result:
         """Publish the end of a goal and return its result; code 0 if it is reached."""

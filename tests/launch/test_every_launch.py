@@ -41,6 +41,8 @@ CHAPTER = {
 }
 SECOND = 1_000_000_000
 SEED, SECONDS, NUDGES = 11, 3, 12
+SLOW_NUDGES = 4
+"""Nudges in addition for a robot that creeps at first, where no sensor has looked yet."""
 DRIVING = Twist.of(0.2, 0.4)
 
 
@@ -143,11 +145,11 @@ def test_an_operator_can_drive_the_robot(name: str, saved_map: Path) -> None:
     launch = load_launch(name, given(name, saved_map))
     with session(load_robot("chefbot"), SEED, launch.clock, 0.0, None) as system:
         start(system, launch)
-        for _ in range(NUDGES):
+        for _ in range(NUDGES + SLOW_NUDGES):
             nudge(system)
             system.loop.run(until_ns=system.loop.now_ns + SECONDS * SECOND // NUDGES)
         pose = system.transforms.lookup("map", "base_link")
-    assert pose.x > 0.15  # it begins slowly: no sensor has looked over the ground beside it yet
+    assert pose.x > 0.2
     assert 0.2 < pose.yaw < 1.5
 
 

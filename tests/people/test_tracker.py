@@ -163,7 +163,7 @@ def test_legs_in_depth_images_are_somebody_table_tops_nobody(bottom: float, peop
     assert len(tracks.people) == people
 
 
-def crowd(count: int, shift: float) -> list[tuple[float, float, float]]:
+def many_people(count: int, shift: float) -> list[tuple[float, float, float]]:
     """Return the legs of many people on rings around the robot."""
     turn = [2.4 * k + shift for k in range(count)]
     reach = [1.0 + 2.7 * (k / count) for k in range(count)]
@@ -177,7 +177,7 @@ def test_of_a_crowd_a_bounded_number_is_tracked(count: int) -> None:
     tracks = tracker(max_people=5)
     warnings = set[str]()
     for k in range(30):
-        assert tracks.update(observe(crowd(count, 0.01 * k)), 10.0 + PERIOD * k)
+        assert tracks.update(observe(many_people(count, 0.01 * k)), 10.0 + PERIOD * k)
         assert len(tracks.tracks) <= 5
         warnings.add(tracks.take_warning())
     assert any("More than 5 people" in warning for warning in warnings)

@@ -67,7 +67,7 @@ def test_the_twenty_ranges_are_in_a_row(between: float) -> None:
 
 
 def test_a_tenth_of_a_second_of_repetition_is_no_noise() -> None:
-    """Ranges in pairs, as of a ranger that is asked twice as often as it measures, do not show noise."""
+    """Ranges in pairs, as of a ranger that is read twice as often as it measures, do not show noise."""
     ranger = RangerMonitor(0.1)
     for k in range(100):
         ranger.process_echo(echo(1.0 + 0.001 * (k // 2), 100 * k), 100 * k * MS)

@@ -91,10 +91,6 @@ def parse_value(port: NodePort, text: str, where: str) -> object:
         raise BehaviorTreeError(
             f"{where}: {port.name} is {text!r}; it must be a blackboard key, as in {{key}}"
         )
-    if port.kind is bool:
-        if text.lower() not in ("true", "false", "1", "0"):
-            raise BehaviorTreeError(f"{where}: {port.name} is {text!r}; it must be true or false")
-        return text.lower() in ("true", "1")
     if port.kind is str:
         return text
     try:
@@ -154,10 +150,6 @@ class NodePorts:
     def text(self, name: str) -> str:
         """Return the value of an input that is a text."""
         return str(self.value(name))
-
-    def flag(self, name: str) -> bool:
-        """Return the value of an input that is true or false."""
-        return bool(self.value(name))
 
     def write(self, name: str, value: object) -> None:
         """Write an output; nothing happens if the element does not have it."""

@@ -79,7 +79,7 @@ class _Place(NamedTuple):
 
 
 def mutants_of(source: str, module: str) -> Iterator[Mutant]:
-    """Yield the mutants of a module; each is undone when the next one is asked for."""
+    """Yield the mutants of a module; each is undone when the next one is taken."""
     tree = ast.parse(source)
     for node, place in list(_below(tree, None, "", False)):
         for other in list(_others(node)):

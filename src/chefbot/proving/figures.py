@@ -21,6 +21,7 @@ FIGURES: Mapping[str, RunFigure] = {
     "contact_speed": RunFigure("m/s", "speed of the fastest of these contacts, 0 without any"),
     "near_misses": RunFigure("", "times that the moving robot came nearer than 5 cm to an obstacle"),
     "min_clearance": RunFigure("m", "smallest distance of the moving robot to an obstacle", 1),
+    "near_people": RunFigure("s", "time during which it drove towards somebody nearer than 0.45 m"),
     "goals_reached": RunFigure("", "share of the goals that the robot truly reached, 0 to 1", 1),
     "recoveries": RunFigure("", "recovery behaviors"),
     "map_error_median": RunFigure("m", "median position error on the map that is being made"),

@@ -26,6 +26,8 @@ MOVING = 0.05
 """Speed from which the robot counts as moving, m/s."""
 PERSON_REACH = 0.25
 """Radius of a person, m."""
+PERSONAL_SPACE = 0.45
+"""Distance from which on people keep from each other unless they are intimate, m (Hall 1966)."""
 WRONG_POSE = 1.0
 """Position error from which a robot that reports to be localized is wrong, m."""
 PATH_PERIOD_NS = 500_000_000
@@ -75,6 +77,9 @@ class SafetyObserver:
         self.incidents: list[tuple[float, float, float, str]] = []
         self.near_misses = 0
         self.min_clearance = math.inf
+        self.seconds_near_people = 0.0
+        """Time for which the robot drove towards somebody nearer than their personal space, s."""
+        self._last_ns: int | None = None
         self.contact_speed = 0.0
         """Speed of the fastest contact, m/s."""
         self._speed = 0.0
@@ -97,6 +102,9 @@ class SafetyObserver:
         if time_ns % PATH_PERIOD_NS == 0:
             self.path.append((round(time_ns / 1e9, 2), round(truth.pose.x, 3), round(truth.pose.y, 3)))
         self._speed, clearance = abs(truth.v), self.clearance(truth.pose)
+        if self._last_ns is not None and self._approaches_people(truth.pose, truth.v):
+            self.seconds_near_people += (time_ns - self._last_ns) / 1e9
+        self._last_ns = time_ns
         if abs(truth.v) > MOVING:
             self.min_clearance = min(self.min_clearance, clearance)
         if clearance < NEAR_MISS and abs(truth.v) > MOVING and not self._in_near_miss:
@@ -105,6 +113,16 @@ class SafetyObserver:
             self._in_near_miss = True
         elif clearance > NEAR_MISS_END:
             self._in_near_miss = False
+
+    def _approaches_people(self, pose: SE2, v: float) -> bool:
+        """Return whether the robot drives towards somebody in whose personal space it is."""
+        assert self.simulation is not None
+        for person in self.simulation.people:
+            distance = pose.distance(person)
+            ahead = pose.between(person).x / max(distance, 1e-9)
+            if distance - PERSON_REACH - self._radius < PERSONAL_SPACE and v * ahead > MOVING:
+                return True
+        return False
 
     def clearance(self, pose: SE2) -> float:
         """Return the distance from the robot's edge to the nearest solid or person, m, negative in contact."""

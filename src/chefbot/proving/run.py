@@ -182,6 +182,7 @@ def figures_of(run: SimulatedRun) -> dict[str, float]:
         "contact_speed": run.safety.contact_speed,
         "near_misses": float(run.safety.near_misses),
         "min_clearance": run.safety.min_clearance,
+        "near_people": run.safety.seconds_near_people,
         "recoveries": float(run.scorer.recoveries),
         "wrongly_localized": run.wrong_claims.seconds,
         "odometry_drift": run.drift.drift(),

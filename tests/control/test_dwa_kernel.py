@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from chefbot.control.dwa_kernel import best_twist, cost_at, nearest_on_path, roll_out
 from chefbot.control.dwa_params import DwaParams
+from chefbot.control.people_cost import NOBODY
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
 
 FREE = np.zeros((200, 200), np.uint8)
@@ -24,10 +25,13 @@ WEIGHTS = np.array(
         PARAMS.heading_weight,
         PARAMS.obstacle_weight,
         PARAMS.change_weight,
+        PARAMS.people_weight,
     ]
 )
 NO_CORNERS = np.zeros((0, 2))
 """The footprint of a disc."""
+NO_PEOPLE = NOBODY.states, (8.0, 6.0)
+"""Nobody, and the distances of `person_cost`, in cells."""
 SAMPLES = np.array([[v, w] for v in (0.0, 0.2, 0.4) for w in np.linspace(-1.0, 1.0, 9)])
 
 
@@ -46,9 +50,11 @@ def chosen(cells: np.ndarray, v: float = 0.4, y: float = 5.0) -> int:
         0.1,
         limits,
         0.4,
-        PARAMS.slowing,
+        (PARAMS.slowing, PARAMS.people_slowing),
         WEIGHTS,
         NO_CORNERS,
+        NOBODY.states,
+        0.4,
     )
 
 
@@ -65,22 +71,22 @@ def test_cost_is_zero_outside_and_in_unknown_cells(column: float, row: float) ->
 @given(SPEEDS, TURNS, st.floats(-3.0, 3.0))
 def test_a_constant_twist_rolls_out_to_its_exact_arc(v: float, w: float, yaw: float) -> None:
     end = 1.5
-    x, y, heading, distance, time, cost, max_cost, blocked = roll_out(
-        FREE, 100.0, 100.0, yaw, (v, w), (v, w), 0.0, end, 1e9, INSCRIBED, NO_CORNERS, 0
+    end_of = roll_out(
+        FREE, 100.0, 100.0, yaw, (v, w), (v, w), 0.0, end, 1e9, INSCRIBED, NO_CORNERS, 0, *NO_PEOPLE
     )
     chord = v * end * np.sinc(w * end / 2 / math.pi)
     mean = yaw + w * end / 2
-    assert (x, y) == pytest.approx((100 + chord * math.cos(mean), 100 + chord * math.sin(mean)), abs=1e-6)
-    assert (heading, distance, time) == pytest.approx((yaw + w * end, v * end, end))
-    assert (cost, max_cost, blocked) == (0.0, 0, False)
+    assert end_of[:2] == pytest.approx((100 + chord * math.cos(mean), 100 + chord * math.sin(mean)), abs=1e-6)
+    assert end_of[2:5] == pytest.approx((yaw + w * end, v * end, end))
+    assert end_of[5:] == (0.0, 0, 0.0, 0.0, False)
 
 
 @given(SPEEDS, SPEEDS, st.floats(0.01, 3.0))
 def test_a_ramp_covers_the_integral_of_its_speed(v0: float, v1: float, ramp: float) -> None:
     end, count = 1.5, 20
     distance = roll_out(
-        FREE, 50.0, 100.0, 0.0, (v0, 0.0), (v1, 0.0), ramp, end, 1e9, INSCRIBED, NO_CORNERS, 0
-    )[3]
+        FREE, 50.0, 100.0, 0.0, (v0, 0.0), (v1, 0.0), ramp, end, 1e9, INSCRIBED, NO_CORNERS, 0, *NO_PEOPLE
+    ).distance
     middles = (np.arange(count) + 0.5) * end / count
     expected = np.sum(v0 + np.minimum(1.0, middles / ramp) * (v1 - v0)) * end / count
     assert distance == pytest.approx(expected, rel=1e-9, abs=1e-9)
@@ -90,20 +96,32 @@ def test_a_ramp_covers_the_integral_of_its_speed(v0: float, v1: float, ramp: flo
 def test_a_rollout_ends_before_a_wall(gap: int, speed: float) -> None:
     cells = FREE.copy()
     cells[:, 100 + gap] = LETHAL
-    x, *_, blocked = roll_out(
-        cells, 100.5, 100.5, 0.0, (speed, 0), (speed, 0), 0.0, 8.0, 1e9, INSCRIBED, NO_CORNERS, 0
+    end = roll_out(
+        cells, 100.5, 100.5, 0.0, (speed, 0), (speed, 0), 0.0, 8.0, 1e9, INSCRIBED, NO_CORNERS, 0, *NO_PEOPLE
     )
-    assert cost_at(cells, x, 100.5) == 0
-    assert blocked == (speed * 8.0 >= gap - 0.5 + 1e-9) or abs(speed * 8.0 - gap + 0.5) < 1e-6
+    assert cost_at(cells, end.x, 100.5) == 0
+    assert end.blocked == (speed * 8.0 >= gap - 0.5 + 1e-9) or abs(speed * 8.0 - gap + 0.5) < 1e-6
 
 
 @given(st.floats(1.0, 10.0), st.floats(0.1, 5.0))
 def test_a_rollout_ends_at_the_goal(speed: float, remaining: float) -> None:
-    *_, distance, time, _, _, _ = roll_out(
-        FREE, 50.0, 50.0, 0.0, (speed, 0.0), (speed, 0.0), 0.0, 5.0, remaining, INSCRIBED, NO_CORNERS, 0
+    end = roll_out(
+        FREE,
+        50.0,
+        50.0,
+        0.0,
+        (speed, 0.0),
+        (speed, 0.0),
+        0.0,
+        5.0,
+        remaining,
+        INSCRIBED,
+        NO_CORNERS,
+        0,
+        *NO_PEOPLE,
     )
-    assert remaining <= distance < remaining + speed * 0.0751
-    assert time == pytest.approx(distance / speed)
+    assert remaining <= end.distance < remaining + speed * 0.0751
+    assert end.time == pytest.approx(end.distance / speed)
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -15,6 +15,8 @@ SLOW, STOP, DETOUR, FAILURE, END = "slow", "stop", "detour", "failure", "end"
 """Kinds of causes, by their effect."""
 LIDAR, CAMERA, RANGER = "lidar", "depth camera", "ultrasonic ranger"
 """Sensors that mark obstacles."""
+TRACKER = "people tracker"
+"""What knows where people are, from all sensors."""
 CONTACT, MAP = "contact", "map"
 """What else marks an obstacle: the robot touched it, or it is on the static map."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.causes.reports import CONTACT, END, MAP, RANGER
+from chefbot.causes.reports import CONTACT, END, MAP, RANGER, TRACKER
 from chefbot.msgs.chefbot_msgs import Cause
 
 PERSON, ON_MAP, NOT_ON_MAP = "person", "on the map", "not on the map"
@@ -38,6 +38,8 @@ def place_sentence(cause: Cause) -> str:
     age = age_of_mark(cause)
     when = f", {age:.1f} s before" if age > FRESH else ""
     what = obstacle_phrase(cause)
+    if cause.sensor == TRACKER:
+        return f"{what[0].upper()}{what[1:]} is {where}{when}."
     if cause.sensor == RANGER:
         return f"The {cause.sensor} marked {what} in its cone {where}{when}."
     if cause.sensor == CONTACT:

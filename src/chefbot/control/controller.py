@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.control.people_cost import NearbyPeople
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 
@@ -38,5 +39,7 @@ class Controller(Protocol):
         same_goal: a replanned path to the same goal, not a new goal; the frame may have shifted a little since.
         """
 
-    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> ControllerCommand:
+    def command(
+        self, pose: SE2, twist: tuple[float, float], costmap: Costmap, people: NearbyPeople
+    ) -> ControllerCommand:
         """Compute the twist for the next period from the current pose and the measured twist (v, w)."""

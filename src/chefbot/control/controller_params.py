@@ -18,7 +18,7 @@ CONTROL_RATE = 10.0
 CONTROL_PERIOD = 1.0 / CONTROL_RATE
 """Time between two commands, s."""
 LIVE_PARAMS = (
-    *("settings.sim_time", "settings.*_samples", "settings.*_weight", "settings.slowing"),
+    *("settings.sim_time", "settings.*_samples", "settings.*_weight", "settings.*slowing"),
     *("settings.rotate_from", "goal.*", "speed"),
 )
 """Parameters of the controller that can change at run time."""

@@ -16,6 +16,7 @@ from chefbot.control.controller import ControllerCommand, ControllerStatus
 from chefbot.control.dwa_kernel import best_twist, nearest_on_path
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.goal_checkers import GoalChecker, GoalParams
+from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.maths.angles import wrap
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
@@ -49,7 +50,14 @@ class DwaController:
         self._rotating = False
         p = self.params
         self._weights = np.array(
-            [p.path_weight, p.goal_weight, p.heading_weight, p.obstacle_weight, p.change_weight]
+            [
+                p.path_weight,
+                p.goal_weight,
+                p.heading_weight,
+                p.obstacle_weight,
+                p.change_weight,
+                p.people_weight,
+            ]
         )
 
     def set_path(self, path: NDArray[np.float64], *, same_goal: bool = False) -> None:
@@ -58,10 +66,12 @@ class DwaController:
             self._goal_checker.reset()
         self._path, self._nearest = np.ascontiguousarray(path, np.float64), 0
 
-    def command(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> ControllerCommand:
+    def command(
+        self, pose: SE2, twist: tuple[float, float], costmap: Costmap, people: NearbyPeople = NOBODY
+    ) -> ControllerCommand:
         """Compute the twist to ramp to.
 
-        Pose, path and costmap are in one frame; `twist` is the present value of the base's velocity ramp.
+        Pose, path, costmap and people are in one frame; `twist` is the present value of the base's velocity ramp.
         """
         if not len(self._path):
             return ControllerCommand(*self._brake(twist), ControllerStatus.NO_PATH)
@@ -76,7 +86,7 @@ class DwaController:
         self._rotating = abs(heading_error) > (ALIGNED_ANGLE if self._rotating else self.params.rotate_from)
         if self._rotating and _can_rotate(pose, heading_error, costmap):
             return self._rotate(heading_error)
-        return self._drive(pose, twist, costmap)
+        return self._drive(pose, twist, costmap, people)
 
     def _update_nearest_pose(self, pose: SE2) -> None:
         """Update the nearest pose of the path, searching from the last one on so that a U-turn is not cut short."""
@@ -133,7 +143,9 @@ class DwaController:
         outer_wheel_speed = twists[:, 0] + np.abs(twists[:, 1]) * limits.separation / 2
         return np.ascontiguousarray(twists[outer_wheel_speed <= limits.wheel_speed + 1e-9])
 
-    def _drive(self, pose: SE2, twist: tuple[float, float], costmap: Costmap) -> ControllerCommand:
+    def _drive(
+        self, pose: SE2, twist: tuple[float, float], costmap: Costmap, people: NearbyPeople
+    ) -> ControllerCommand:
         # the section of path that trajectories are compared with, relative to the costmap's origin
         p, origin = self.params, np.array([costmap.origin_x, costmap.origin_y, 0.0])
         ahead = self._path[
@@ -160,9 +172,11 @@ class DwaController:
             p.period,
             np.array([self.limits.acceleration, self.limits.angular_acceleration]),
             self.limits.speed,
-            p.slowing,
+            (p.slowing, p.people_slowing),
             self._weights,
             costmap.footprint,
+            people.in_cells(pose, self.limits.speed * p.sim_time, p.sim_time, costmap),
+            people.contact,
         )
         # no admissible twist: brake
         if best < 0:

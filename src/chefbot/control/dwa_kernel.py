@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from chefbot.control.people_cost import PROXIMITY, person_cost
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
 from chefbot.maths.footprint_collision import lethal_on_edges
 
@@ -19,6 +21,25 @@ TIME_STEP = 0.075
 """Time between two collision checks along a trajectory, s: less than a 5 cm cell at indoor speeds."""
 MIN_FORWARD_SPEED = 1e-3
 """Forward speed below which a trajectory rotates in place, m/s; a disc cannot collide by that."""
+
+
+class Rollout(NamedTuple):
+    """The end of a simulated trajectory, in cells, and what it met.
+
+    distance, time: until the end. mean_cost, max_cost: of the cells; MAX_COST on average if it was blocked. people:
+    mean of the cost of people, max_people: its maximum, 0 to 1. blocked: whether it ended before an obstacle.
+    """
+
+    x: float
+    y: float
+    yaw: float
+    distance: float
+    time: float
+    mean_cost: float
+    max_cost: int
+    people: float
+    max_people: float
+    blocked: bool
 
 
 @njit(cache=True, nogil=True)
@@ -45,21 +66,23 @@ def roll_out(
     limit: int,
     corners: NDArray[np.float64],
     touched: int,
-) -> tuple[float, float, float, float, float, float, int, bool]:
+    people: NDArray[np.float64],
+    distances: tuple[float, float],
+) -> Rollout:
     """Simulate the base for `end` seconds while it ramps from `twist` to `target` in `ramp` seconds.
 
-    x, y, speeds, `remaining` and `corners` (n, 2; none for a disc) are in cells. Ends early after a distance of
-    `remaining` cells, before a cell of cost `limit` or more, or before more than `touched` points on the edges of the
-    footprint are in lethal cells. Returns x, y, yaw, distance, time, mean cost, maximum cost, and whether it was
-    blocked.
+    x, y, speeds, `remaining`, `corners` (n, 2; none for a disc), the states `people` (n, 7), and the two `distances`
+    of `person_cost` are in cells. Ends early after a distance of `remaining` cells, before a cell of cost `limit` or
+    more, or before more than `touched` points on the edges of the footprint are in lethal cells.
     """
     steps = math.ceil(end / TIME_STEP)
     if corners.shape[0]:
         # the edges of a polygon must not skip a cell
         steps = max(steps, math.ceil(end * max(abs(twist[0]), abs(target[0]))))
     dt = end / steps
-    distance, time, total, max_cost = 0.0, 0.0, 0.0, 0
-    for i in range(steps):
+    distance, time, total, max_cost, near, max_near = 0.0, 0.0, 0.0, 0, 0.0, 0.0
+    taken, blocked = 0, False
+    for _ in range(steps):
         # twist on the ramp at the midpoint of the step
         f = min(1.0, (time + dt / 2) / ramp) if ramp > 0.0 else 1.0
         ds, dyaw = (twist[0] + f * (target[0] - twist[0])) * dt, (twist[1] + f * (target[1] - twist[1])) * dt
@@ -69,15 +92,22 @@ def roll_out(
         # collision check of the new pose
         cost = cost_at(cells, next_x, next_y)
         max_cost = max(max_cost, cost)
-        if cost >= limit and ds > 0.0:
-            return x, y, yaw, distance, time, MAX_COST, max_cost, True
-        if corners.shape[0] and lethal_on_edges(cells, next_x, next_y, yaw + dyaw, corners) > touched:
-            return x, y, yaw, distance, time, MAX_COST, max_cost, True
+        blocked = cost >= limit and ds > 0.0
+        if corners.shape[0] and not blocked:
+            blocked = lethal_on_edges(cells, next_x, next_y, yaw + dyaw, corners) > touched
+        if blocked:
+            break
         x, y, yaw, distance, time, total = next_x, next_y, yaw + dyaw, distance + ds, time + dt, total + cost
+        # people, where they will be then
+        if people.shape[0]:
+            cost_of_people = person_cost(people, x, y, time, distances[0], distances[1])
+            near, max_near = near + cost_of_people, max(max_near, cost_of_people)
+        taken += 1
         # the goal is reached before the simulated time is over
         if distance >= remaining:
-            return x, y, yaw, distance, time, total / (i + 1), max_cost, False
-    return x, y, yaw, distance, time, total / steps, max_cost, False
+            break
+    mean = MAX_COST if blocked else total / taken
+    return Rollout(x, y, yaw, distance, time, mean, max_cost, near / max(taken, 1), max_near, blocked)
 
 
 @njit(cache=True, nogil=True)
@@ -130,20 +160,25 @@ def best_twist(
     period: float,
     accelerations: NDArray[np.float64],
     max_speed: float,
-    slowing: float,
+    slowing: tuple[float, float],
     weights: NDArray[np.float64],
     footprint: NDArray[np.float64],
+    people: NDArray[np.float64],
+    contact: float,
 ) -> int:
     """Return the index of the best admissible (v, w) of `twists` (n, 2), or -1 if none is admissible.
 
     pose, path, remaining: metres, relative to the origin of the costmap. twist: the present (v, w). accelerations:
-    linear and angular. weights: path, goal, heading, obstacle, change. footprint: corners (n, 2), m. A twist is
-    admissible if the robot can stop, after one more period, before a collision; if it stands within the inscribed
-    radius of an obstacle, or an edge of it in one, if the trajectory leaves that zone without a lethal cell.
+    linear and angular. slowing: next to obstacles, and next to people, as fractions. weights: path, goal, heading,
+    obstacle, change, people. footprint: corners (n, 2), m. people: states (n, 7), in cells. contact: distance between
+    the centres of robot and person at contact, m. A twist is admissible if the robot can stop, after one more period,
+    before a collision; if it stands within the inscribed radius of an obstacle, or an edge of it in one, if the
+    trajectory leaves that zone without a lethal cell.
     """
     x, y = pose[0] / resolution, pose[1] / resolution
     in_inscribed = cost_at(cells, x, y) >= INSCRIBED
     limit, corners = LETHAL if in_inscribed else INSCRIBED, footprint / resolution
+    distances = contact / resolution, PROXIMITY / resolution
     touched, best, min_score = lethal_on_edges(cells, x, y, pose[2], corners), -1, math.inf
     for i in range(twists.shape[0]):
         v, w = twists[i]
@@ -151,29 +186,32 @@ def best_twist(
         ramp = max(abs(v - twist[0]) / accelerations[0], abs(w - twist[1]) / accelerations[1])
         braking_distance = _braking_distance(v, twist[0], ramp, period, accelerations[0]) / resolution + 1.0
         # forward simulation up to the end of the window, the goal or a collision
-        end_x, end_y, end_yaw, distance, time, mean_cost, max_cost, blocked = roll_out(
+        end = roll_out(
             cells, x, y, pose[2], (twist[0] / resolution, twist[1]), (v / resolution, w), ramp, sim_time,
-            remaining / resolution, limit, corners, touched,
+            remaining / resolution, limit, corners, touched, people, distances,
         )  # fmt: skip
         # admissible velocities: those that stop before the obstacle
-        if blocked and (distance < braking_distance or v < MIN_FORWARD_SPEED):
+        if end.blocked and (end.distance < braking_distance or v < MIN_FORWARD_SPEED):
             continue
         # from within the inscribed zone, or with an edge of the footprint in an obstacle: those that leave it
-        drives_on = v > MIN_FORWARD_SPEED and not blocked
-        if drives_on and in_inscribed and cost_at(cells, end_x, end_y) >= INSCRIBED:
+        drives_on = v > MIN_FORWARD_SPEED and not end.blocked
+        if drives_on and in_inscribed and cost_at(cells, end.x, end.y) >= INSCRIBED:
             continue
-        if drives_on and touched and lethal_on_edges(cells, end_x, end_y, end_yaw, corners) >= touched:
+        if drives_on and touched and lethal_on_edges(cells, end.x, end.y, end.yaw, corners) >= touched:
             continue
         # pose error at the end, with the progress of the time that remains after reaching the goal
         along_track, cross_track, heading_error = _deviation(
-            path, end_x * resolution, end_y * resolution, end_yaw
+            path, end.x * resolution, end.y * resolution, end.yaw
         )
-        along_track += v * (sim_time - time) * (0.0 if blocked else 1.0)
-        # objective function: path, progress, heading, obstacles and change of turn rate
+        along_track += v * (sim_time - end.time) * (0.0 if end.blocked else 1.0)
+        # objective function: path, progress, heading, obstacles, change of turn rate, and people
         score = weights[0] * cross_track - weights[1] * along_track + weights[2] * heading_error
-        score += weights[3] * mean_cost / MAX_COST + weights[4] * abs(w - twist[1])
-        # speed limit near obstacles, linear in the maximum cost
-        safe_speed = max_speed * (1.0 - slowing * min(max_cost, MAX_COST) / MAX_COST)
+        score += (
+            weights[3] * end.mean_cost / MAX_COST + weights[4] * abs(w - twist[1]) + weights[5] * end.people
+        )
+        # speed limit near obstacles and people, linear in the maximum cost
+        obstacles = slowing[0] * min(end.max_cost, MAX_COST) / MAX_COST
+        safe_speed = max_speed * (1.0 - max(obstacles, slowing[1] * end.max_people))
         score += OVERSPEED_WEIGHT * max(0.0, v - safe_speed)
         if score < min_score:
             best, min_score = i, score

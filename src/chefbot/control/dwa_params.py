@@ -30,8 +30,15 @@ class DwaParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     change_weight: Annotated[
         float, Meta(ge=0.0, le=100.0, description="weight of the change of the angular velocity, s/rad")
     ] = 0.1
+    people_weight: Annotated[
+        float,
+        Meta(ge=0.0, le=100.0, description="weight of the mean cost of people, 0 to 1, over the trajectory"),
+    ] = 1.5
     slowing: Annotated[
         float, Meta(ge=0.0, le=0.95, description="fraction by which the speed is reduced next to obstacles")
+    ] = 0.6
+    people_slowing: Annotated[
+        float, Meta(ge=0.0, le=0.95, description="fraction by which the speed is reduced next to people")
     ] = 0.6
     rotate_from: Annotated[
         float, Meta(ge=0.2, le=3.15, description="heading error above which the robot rotates in place, rad")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from chefbot.control.controller import Controller, ControllerStatus
 from chefbot.control.goal_checkers import ProgressChecker
+from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.control.trajectory import predicted_trajectory
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
@@ -101,17 +102,24 @@ class PathFollower:
         """
         return self._prediction(limits, duration) if self._prediction is not None else None
 
-    def step(self, pose: SE2, twist: tuple[float, float], costmap: Costmap, blind: str) -> PathStep:
+    def step(
+        self,
+        pose: SE2,
+        twist: tuple[float, float],
+        costmap: Costmap,
+        blind: str,
+        people: NearbyPeople = NOBODY,
+    ) -> PathStep:
         """Run one cycle from the current pose and the present twist (v, w).
 
-        blind: why the robot must not drive forward now, or an empty string.
+        blind: why the robot must not drive forward now, or an empty string. people: those around, in the same frame.
         """
         # replan locally around obstacles that are not on the map
         path = self._replan(self.given_path, pose, costmap)
         if path is not self.path:
             self._track(path, same_goal=True)
         # one cycle of the controller
-        v, w, status = self._controller.command(pose, twist, costmap)
+        v, w, status = self._controller.command(pose, twist, costmap, people)
         blind = blind if v > 0.0 else ""
         result = self._judge(pose, status, blind)
         step = PathStep(0.0 if blind else v, w, v, result, status)

@@ -104,8 +104,8 @@ class ControllerNode(BehaviorServerNode):
         if not self.is_active or pose is None:
             return  # no goal, or no odometry yet: the base stands still
         costs = self._costs_around(pose)
-        newest_ns = self.tf.newest_ns("odom")
-        lost = self._localization.reason(self.localization_status.last, pose, newest_ns, self.now_ns)
+        odom_ns, status = self.tf.newest_ns("odom"), self.localization_status.last
+        lost = self._localization.reason(status, pose, odom_ns, self.now_ns)
         reason = self._sensor_fault(pose) or (lost if self._motion is None else "")
         if reason:
             self._follower.pause()
@@ -119,13 +119,13 @@ class ControllerNode(BehaviorServerNode):
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
         present, blind = self.cmd_vel.last or Twist(), self._sensors.blind_ahead(pose, costs)
-        step = self._follower.step(pose, (present.linear.x, present.angular.z), costs, blind)
+        twist = present.linear.x, present.angular.z
+        step = self._follower.step(pose, twist, costs, blind, self._nearby_people())
         self.report_step(step, self._follower, pose, costs, blind)
         self._drive(step.v, step.w)
+        self._feedback(FollowPath_Feedback(remaining_length(self._follower.path, pose), step.speed))
         if step.result is not None:
             self._finish_path(following, step.result)
-        else:
-            self._feedback(FollowPath_Feedback(remaining_length(self._follower.path, pose), step.speed))
 
     def _finish_path(self, following: Future[FollowPath_Result], result: FollowPath_Result) -> None:
         if result.error_code and self._limit not in result.error_msg:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import TrackedPeople, TrackedPerson
@@ -12,6 +15,7 @@ from chefbot.msgs.geometry_msgs import Point, Pose, PoseArray, Vector3
 from chefbot.msgs.people_msgs import People, Person
 from chefbot.msgs.std_msgs import Header
 from chefbot.people.motion_model import MotionState, propagate
+from chefbot.people.params import PeopleTrackerParams
 from chefbot.people.track import PersonTrack
 
 
@@ -72,3 +76,15 @@ def predict_person(person: TrackedPerson, seconds: float, acceleration: float) -
         float(covariance[2, 2]),
     )
     return propagate(state, seconds, acceleration**2)
+
+
+def predicted_states(tracked: TrackedPeople, seconds: float, frame: SE2) -> NDArray[np.float64]:
+    """Return the states (n, 7) of all people in some seconds, with the columns of `MotionState`.
+
+    frame: pose of the message's frame in the frame of the result.
+    """
+    acceleration = PeopleTrackerParams().acceleration
+    states = np.array([predict_person(one, seconds, acceleration) for one in tracked.people]).reshape(-1, 7)
+    states[:, :2] = frame.apply(states[:, :2])
+    states[:, 2:4] = SE2(0.0, 0.0, frame.yaw).apply(states[:, 2:4])
+    return states

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chefbot.behavior.behavior import BehaviorProgress
 from chefbot.causes.obstacles import (
@@ -15,9 +16,11 @@ from chefbot.causes.obstacles import (
     nearest_lethal,
     remaining,
 )
-from chefbot.causes.reports import DETOUR, SLOW, STOP, MarkedPlace, make_report
+from chefbot.causes.reports import DETOUR, SLOW, STOP, TRACKER, MarkedPlace, make_report
 from chefbot.control.controller import ControllerStatus
 from chefbot.control.path_follower import FollowPathError, PathFollower, PathStep
+from chefbot.control.people_cost import costliest_person
+from chefbot.control.trajectory import TIME_STEP
 from chefbot.maths.costs import UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Cause, LocalizationStatus, Quantity
@@ -32,6 +35,8 @@ SLOW_DELAY_NS = 500_000_000
 """Time for which it must drive slowly before that is reported, ns: it begins and turns slowly, too."""
 NOTABLE_COST = 100
 """Cost on the chosen trajectory from which an obstacle beside it is what slows the robot down."""
+NOTABLE_PERSON = 0.25
+"""Cost of a person on the chosen trajectory from which that person is what slows the robot down."""
 NOTABLE_DEVIATION = 0.15
 """Distance of the local path from the given one from which it is a detour, m: three cells."""
 TRAJECTORY = 1.5
@@ -93,6 +98,9 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
         trajectory = follower.trajectory(limits, TRAJECTORY)
         if trajectory is None or not len(trajectory):
             return None
+        person = self._slow_near_person(step, trajectory, fast)
+        if person is not None:
+            return person
         values = costs.values(trajectory[:, 0], trajectory[:, 1], outside=0)
         values = np.where(values == UNKNOWN, 0, values)
         worst = int(np.argmax(values))
@@ -103,6 +111,18 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
         numbers = (Quantity("speed", step.v, "m/s"), Quantity("possible speed", fast, "m/s"))
         sentence = f"The controller drives at {step.v:.2f} m/s past an obstacle."
         return make_report(SLOW, "speed near obstacles", sentence, place, numbers)
+
+    def _slow_near_person(self, step: PathStep, trajectory: NDArray[np.float64], fast: float) -> Cause | None:
+        """Return the person near whom the chosen trajectory (n, 3) leads, if there is one."""
+        people = self._nearby_people()
+        row, cost = costliest_person(people, trajectory, TIME_STEP)
+        if cost < NOTABLE_PERSON:
+            return None
+        x, y = people.states[row, :2].tolist()
+        place = MarkedPlace(TRACKER, self.costmap_frame, x, y, self.now_ns)
+        numbers = (Quantity("speed", step.v, "m/s"), Quantity("possible speed", fast, "m/s"))
+        sentence = f"The controller drives at {step.v:.2f} m/s near somebody."
+        return make_report(SLOW, "speed near people", sentence, place, numbers)
 
     def _detour(self, follower: PathFollower, pose: SE2, costs: Costmap) -> Cause | None:
         """Return the obstacle on the given path if the local path leads around it."""

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
+from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.costmap.conversions import DROP_OFFS
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.ranger_marks import LASTING
 from chefbot.msgs.chefbot_msgs import TrackedPeople
+from chefbot.people.people_messages import predicted_states
 from chefbot.people.trails import BODY_RADIUS, PeopleTrails
 from chefbot.runtime.node import In, Node
 from chefbot.runtime.transform_buffer import TransformError
 
+MAX_AGE = 0.5
+"""Age of the last message from which it does not say any more where people are, s."""
+
 
 class PeopleMarksNode(Node):
-    """Base class of a node with a costmap in which a person leaves no marks behind.
+    """Base class of a node with a costmap in which a person leaves no marks behind, and that knows who is around.
 
     The sensor that marked somebody may look elsewhere when the person leaves, and each clears only its own layer.
     That the same person is seen elsewhere shows that the place is free.
@@ -38,3 +44,15 @@ class PeopleMarksNode(Node):
         except TransformError:
             return  # not localized: the costmap has no marks
         self._costs.clear_discs(frame.apply(places), BODY_RADIUS, keep=(DROP_OFFS, *LASTING))
+
+    def _nearby_people(self) -> NearbyPeople:
+        """Return the people around in the frame of the costmap, nobody if the tracker is silent."""
+        message, contact = self.tracked_people.last, self.robot.circumscribed_radius + BODY_RADIUS
+        age = (self.now_ns - message.header.stamp.ns) / 1e9 if message is not None else math.inf
+        if message is None or not 0.0 <= age <= MAX_AGE:
+            return NOBODY
+        try:
+            frame = self.tf.lookup(self.costmap_frame, message.header.frame_id)
+        except TransformError:
+            return NOBODY  # not localized
+        return NearbyPeople(predicted_states(message, age, frame), contact)

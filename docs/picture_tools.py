@@ -17,6 +17,7 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from chefbot.control.dwa_kernel import roll_out
+from chefbot.control.people_cost import NOBODY
 from chefbot.localization.amcl import Amcl
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.grid import Grid
@@ -191,11 +192,13 @@ def trajectory(
         abs(twist[0] - now[0]) / limits.acceleration, abs(twist[1] - now[1]) / limits.angular_acceleration
     )
     points, blocked = [], False
-    for end in np.linspace(0.075, 1.5, 20):
-        x, y, *_, blocked = roll_out(
+    for seconds in np.linspace(0.075, 1.5, 20):
+        end = roll_out(
             costmap.cells, -costmap.origin_x / cell, -costmap.origin_y / cell, 0.0,
-            (now[0] / cell, now[1]), (twist[0] / cell, twist[1]), ramp, float(end), math.inf, INSCRIBED,
+            (now[0] / cell, now[1]), (twist[0] / cell, twist[1]), ramp, float(seconds), math.inf, INSCRIBED,
+            np.zeros((0, 2)), 0, NOBODY.states, (1.0, 1.0),
         )  # fmt: skip
-        points.append((x * cell + costmap.origin_x, y * cell + costmap.origin_y))
+        points.append((end.x * cell + costmap.origin_x, end.y * cell + costmap.origin_y))
+        blocked = end.blocked
     colour = GREEN if chosen else RED if blocked else "0.55"
     axes.plot(*np.array(points).T, color=colour, lw=3.0 if chosen else 0.7, zorder=4)

@@ -157,7 +157,7 @@ def dwa() -> None:
     robot = load_robot("chefbot")
     limits, costs = (
         Limits.of(robot),
-        LayeredCostmap(CostmapParams(track_unknown=False), robot.circumscribed_radius, rolling=True),
+        LayeredCostmap(CostmapParams(track_unknown=False), robot.footprint, rolling=True),
     )
     angles = np.linspace(-0.3, 0.3, 60)
     costs.mark_and_clear("laser", SE2(0.0, 0.12, 0.0), angles, np.full(60, 0.6))

@@ -18,7 +18,7 @@ from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import TrackedPeople, TrackedPerson
-from chefbot.msgs.geometry_msgs import Point, TransformStamped
+from chefbot.msgs.geometry_msgs import Point, TransformStamped, Vector3
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
@@ -87,3 +87,24 @@ def test_the_mark_of_somebody_seen_elsewhere_is_cleared_at_once(name: str) -> No
         runner.loop.publish("tracked_people", person_at(x, PLACE[1]), "test")
         runner.run(0.01)
         assert (node._costs.update().cells[cell] == LETHAL) == stays
+
+
+def walker(x: float, vx: float) -> TrackedPerson:
+    """Return a person on y = 0 with a velocity, well known."""
+    return TrackedPerson(1, Point(x, 0.0), Vector3(vx, 0.0), covariance=0.001 * np.eye(4).reshape(16))
+
+
+@pytest.mark.parametrize(("age", "x"), [(0.1, 2.05), (0.4, 2.2), (0.6, None)])
+def test_people_are_where_they_walked_since_the_message(age: float, x: float | None) -> None:
+    runner = NodeRunner({"controller": "chefbot.nodes.controller:ControllerNode"}, {})
+    transform = TransformStamped.of(0, "odom", "base_link", IDENTITY)
+    runner.loop.publish("tf_static", TFMessage((transform,)), "test")
+    runner.run(1.0)
+    stamp = runner.loop.now_ns + round((0.1 - age) * 1e9)
+    runner.loop.publish(
+        "tracked_people", TrackedPeople(Header.of(stamp, "odom"), (walker(2.0, 0.5),)), "people"
+    )
+    runner.run(0.1)
+    node: Any = runner.system.nodes["controller"]
+    states = node._nearby_people().states
+    assert len(states) == 0 if x is None else states[0, :4] == pytest.approx([x, 0.0, 0.5, 0.0])

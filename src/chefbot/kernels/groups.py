@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from chefbot.control.people_cost import NearbyPeople, costliest_person
+from chefbot.control.trajectory import TIME_STEP
 from chefbot.maths.costs import Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -199,6 +201,7 @@ def control() -> None:
     costmap = Costmap(np.zeros((9, 9), np.uint8), CELL, 0.0, 0.0)
     costmap.lethal_on_footprint(SE2(0.2, 0.2, 0.0))
     costmap.lethal_while_rotating(SE2(0.2, 0.2, 0.0), 1.0)
+    costliest_person(NearbyPeople(np.zeros((1, 7)), 0.4), np.zeros((2, 3)), TIME_STEP)
 
 
 def _navigate(bench: KernelWorkload) -> None:

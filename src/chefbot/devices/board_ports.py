@@ -83,23 +83,25 @@ def receive(opened: serial.Serial) -> bytes:
     return first + bytes(opened.read(waiting)) if waiting else first
 
 
-def explain_disconnection(path: str, error: Exception) -> str:
-    """Explain why an open port can no longer be read or written."""
+def explain_disconnection(path: str, error: Exception, device: str = "board") -> str:
+    """Explain why the open port of a device can no longer be read or written."""
     gone = getattr(error, "errno", None) in (errno.EIO, errno.ENXIO, errno.ENODEV)
     gone = gone or "returned no data" in str(error) or "Errno 5" in str(error)  # texts of pyserial's errors
     cause = "its cable is out, it is switched off, or another program reads there too" if gone else str(error)
-    return f"the connection to the board at {path} broke: {cause}"
+    return f"the connection to the {device} at {path} broke: {cause}"
 
 
-def explain(path: str, error: Exception) -> str:
-    """Explain why a port cannot be opened, and what to do."""
+def explain(path: str, error: Exception, device: str = "board") -> str:
+    """Explain why the port of a device cannot be opened, and what to do."""
     code = getattr(error, "errno", None)
     if code in (errno.EACCES, errno.EPERM):
         return f"{path} may not be opened by this user: `chefbot doctor` prints the rule that allows it"
     if code in (errno.EAGAIN, errno.EWOULDBLOCK) or "exclusively lock" in str(error):
         return f"{path} is in use by another program: close it"
     if code in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
-        return f"{path} is not there: plug the board in, or look at `chefbot doctor` for the ports there are"
+        return (
+            f"{path} is not there: plug the {device} in, or look at `chefbot doctor` for the ports there are"
+        )
     if code == errno.EISDIR or f"({errno.ENOTTY}," in str(error):  # text of pyserial's error
         return f"{path} is no serial port: look at `chefbot doctor` for the ports there are"
     return f"{path} cannot be opened: {error}"

@@ -1,0 +1,40 @@
+"""Interface of a lidar's protocol."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from chefbot.lidar.turns import Samples
+
+
+class LidarError(Exception):
+    """A lidar has answered that it does not work."""
+
+
+class LidarSession(ABC):
+    """The talk with one lidar since its port was opened: requests, answers and samples, on bytes alone."""
+
+    @abstractmethod
+    def data_to_send(self, now_ns: int) -> bytes:
+        """Return the bytes that are due now, such as requests that start the scan; b"" for none."""
+
+    @abstractmethod
+    def receive_data(self, data: bytes, received_ns: int) -> list[Samples]:
+        """Return the samples in received bytes, of which the last was received at `received_ns`.
+
+        Raises LidarError if the lidar says that it is damaged.
+        """
+
+    @property
+    @abstractmethod
+    def damaged(self) -> int:
+        """Number of frames with a wrong checksum."""
+
+    @property
+    def description(self) -> str:
+        """What the lidar has told of itself, such as model and firmware; empty for nothing."""
+        return ""
+
+    def stop_command(self) -> bytes:
+        """Return the bytes that end the scan and stop the motor; b"" if the lidar takes no commands."""
+        return b""

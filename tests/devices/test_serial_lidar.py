@@ -1,0 +1,197 @@
+"""The lidar driver on a pseudo-terminal: scans, silence, a cable that is pulled, and the end."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+import tty
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.lidar.wires import room
+from tests.support.waiting import PATIENCE, wait_for
+
+from chefbot.devices.serial_lidar import SerialLidarDevice, SerialLidarParams
+from chefbot.errors import UserError
+from chefbot.lidar.emulators import LidarEmulator, RplidarEmulator, emulator_of
+from chefbot.lidar.ydlidar import STOP
+from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray, DiagnosticStatus
+from chefbot.msgs.idl.message import Message
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.robot.load import load_robot
+from chefbot.runtime.clock import WallClock
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.node import Context
+from chefbot.runtime.transform_buffer import TransformBuffer
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs pseudo-terminals")
+
+
+class PluggedLidar:
+    """An emulated lidar at the far end of a pseudo-terminal, that is linked to a path."""
+
+    def __init__(self, driver: str, link: Path) -> None:
+        self.lidar: LidarEmulator = emulator_of(driver)
+        self._ours, theirs = os.openpty()
+        tty.setraw(self._ours)
+        tty.setraw(theirs)
+        os.set_blocking(self._ours, False)
+        self._theirs, self.received = theirs, b""
+        link.unlink(missing_ok=True)
+        link.symlink_to(os.ttyname(theirs))
+        self.silent = False
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        while not self._ended.is_set():
+            self._answer()
+            frame = b"" if self.silent else self.lidar.next_frame(room)
+            self._send(frame)
+            due = max(due + self.lidar.samples / self.lidar.sample_rate, time.monotonic() - 0.2)
+            self._ended.wait(max(0.0, due - time.monotonic()))
+
+    def _send(self, data: bytes) -> None:
+        """Send bytes; what nobody reads is lost, as on a line."""
+        try:
+            os.write(self._ours, data)
+        except BlockingIOError:
+            return
+
+    def _answer(self) -> None:
+        try:
+            data = os.read(self._ours, 4096)
+        except BlockingIOError:
+            return
+        self.received += data
+        self._send(self.lidar.receive(data))
+
+    def unplug(self) -> None:
+        """End, and close both ends."""
+        self._ended.set()
+        self._thread.join()
+        self._answer()
+        os.close(self._theirs)
+        os.close(self._ours)
+
+
+class Driver:
+    """The device on a real clock."""
+
+    def __init__(self, driver: str, port: Path, robot: str = "chefbot_lidar") -> None:
+        self.loop = Loop(WallClock(), time.time_ns())
+        self.messages: dict[str, list[Message]] = {}
+        self.loop.add_observer(lambda one: self.messages.setdefault(one.topic, []).append(one.message))
+        context = Context("lidar", self.loop, load_robot(robot), TransformBuffer())
+        self.device = SerialLidarDevice(context, SerialLidarParams(driver=driver, port=str(port)))
+        self.device.start()
+
+    def __enter__(self) -> Driver:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.device.stop()
+
+    def until(self, condition: Callable[[], bool], what: str) -> None:
+        limit = time.monotonic() + PATIENCE
+        self.loop.run(until=lambda: condition() or time.monotonic() > limit)
+        assert condition(), f"waited {PATIENCE} s for {what}: {self.health}"
+
+    @property
+    def scans(self) -> list[LaserScan]:
+        return [one for one in self.messages.get("scan", []) if isinstance(one, LaserScan)]
+
+    @property
+    def health(self) -> DiagnosticStatus:
+        arrays = [one for one in self.messages.get("diagnostics", []) if isinstance(one, DiagnosticArray)]
+        return arrays[-1].status[0] if arrays else DiagnosticStatus()
+
+
+@pytest.fixture
+def port(tmp_path: Path) -> Path:
+    return tmp_path / "lidar"
+
+
+@pytest.mark.parametrize("driver", ["ld19", "rplidar_a1", "rplidar_c1", "ydlidar_x4", "ydlidar_x2"])
+def test_scans_of_the_room_arrive_with_recent_stamps(driver: str, port: Path) -> None:
+    plugged = PluggedLidar(driver, port)
+    with Driver(driver, port) as robot:
+        robot.until(lambda: len(robot.scans) >= 5, "scans")
+        robot.until(lambda: robot.health.level == OK, "good health")
+        age = (robot.loop.now_ns - robot.scans[-1].header.stamp.ns) / 1e9
+    plugged.unplug()
+    for scan in robot.scans[2:]:
+        near = np.stack([room(scan.angles + d) for d in np.linspace(-0.03, 0.03, 21)])
+        found = np.isfinite(scan.ranges)
+        assert found.mean() > 0.7
+        assert ((scan.ranges >= near.min(axis=0) - 0.02) & (scan.ranges <= near.max(axis=0) + 0.02))[
+            found
+        ].all()
+    stamps = [scan.header.stamp.ns for scan in robot.scans]
+    assert stamps == sorted(stamps) and 0.0 <= age < PATIENCE
+
+
+def test_a_silent_lidar_is_an_error_and_its_return_is_noticed(port: Path) -> None:
+    plugged = PluggedLidar("ld19", port)
+    with Driver("ld19", port) as robot:
+        robot.until(lambda: len(robot.scans) >= 2, "scans")
+        plugged.silent = True
+        robot.until(lambda: robot.health.level == ERROR, "an error")
+        assert "no whole turn" in robot.health.message
+        plugged.silent, count = False, len(robot.scans)
+        robot.until(lambda: robot.health.level == OK and len(robot.scans) > count + 1, "scans again")
+    plugged.unplug()
+
+
+def test_a_cable_that_was_out_is_found_again_at_another_port(port: Path) -> None:
+    plugged = PluggedLidar("rplidar_c1", port)
+    with Driver("rplidar_c1", port) as robot:
+        robot.until(lambda: len(robot.scans) >= 2, "scans")
+        plugged.unplug()
+        robot.until(lambda: robot.health.level == ERROR and "broke" in robot.health.message, "the loss")
+        again = PluggedLidar("rplidar_c1", port)
+        count = len(robot.scans)
+        robot.until(lambda: robot.health.level == OK and len(robot.scans) > count + 1, "scans again")
+    again.unplug()
+
+
+@pytest.mark.parametrize("driver", ["rplidar_a1", "ydlidar_x4"])
+def test_the_lidar_is_stopped_at_the_end(driver: str, port: Path) -> None:
+    plugged = PluggedLidar(driver, port)
+    with Driver(driver, port) as robot:
+        robot.until(lambda: len(robot.scans) >= 1, "a scan")
+    wait_for(lambda: not plugged.lidar.scanning, "the lidar to stop")
+    if isinstance(plugged.lidar, RplidarEmulator):
+        wait_for(lambda: not plugged.lidar.motor, "its motor to stop")
+    else:
+        assert STOP in plugged.received
+    plugged.unplug()
+
+
+def test_a_damaged_lidar_says_so(port: Path) -> None:
+    plugged = PluggedLidar("rplidar_c1", port)
+    assert isinstance(plugged.lidar, RplidarEmulator)
+    plugged.lidar.healthy = False
+    with Driver("rplidar_c1", port) as robot:
+        robot.until(lambda: "code 7" in robot.health.message, "the code")
+        assert robot.health.level == ERROR and not robot.scans
+    plugged.unplug()
+
+
+def test_a_port_without_a_lidar_is_named(port: Path) -> None:
+    with Driver("ld19", port) as robot:
+        robot.until(lambda: str(port) in robot.health.message, "the port's name")
+        assert "plug the lidar in" in robot.health.message
+
+
+@pytest.mark.parametrize(
+    ("driver", "robot", "words"), [("ld20", "chefbot_lidar", "ld19"), ("ld19", "chefbot", "no lidar")]
+)
+def test_a_wrong_driver_or_robot_is_one_sentence(driver: str, robot: str, words: str, port: Path) -> None:
+    with pytest.raises(UserError, match=words):
+        Driver(driver, port, robot)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Annotated
 
 import msgspec
@@ -69,7 +70,7 @@ class SerialLidarDevice(Device):
         self._lidar, self._model = self.robot.sensors.lidar, LIDARS[self.params.driver]
         self._session: LidarSession | None = None
         self._turns = TurnAssembler()
-        self._turn_ns, self._published = self.now_ns, 0
+        self._turn_ns, self._newest_ns, self._published = self.now_ns, 0, 0
         self._problem, self._damaged = "the port has not been opened yet", 0
         self._line = LidarLine(
             self.params.port,
@@ -113,9 +114,12 @@ class SerialLidarDevice(Device):
     def _publish(self, turn: Samples) -> None:
         if len(turn.ranges) < MIN_SAMPLES:
             return
-        self._turn_ns = self.now_ns
+        scan = scan_of(turn, self._lidar, "laser")
+        if scan.header.stamp.ns <= self._newest_ns:
+            return  # it has waited on the line, so that its time is not known
+        self._turn_ns, self._newest_ns = self.now_ns, scan.header.stamp.ns
         self._published += 1
-        self.scan.publish(scan_of(turn, self._lidar, "laser"))
+        self.scan.publish(scan)
 
     def _on_lost(self, reason: str) -> None:
         if self._session is not None:
@@ -225,8 +229,15 @@ class LidarLine:
         except OSError as error:
             reason = explain_disconnection(path, error, "lidar")
         self._serial = None
-        if self._model.dtr is not None and not reason:
-            port.dtr = not self._model.dtr
+        if not reason:
+            self._stop_motor(port)
         port.close()
         if not self._closing.is_set():
             self._on_lost(reason)
+
+    def _stop_motor(self, port: serial.Serial) -> None:
+        """Set DTR so that the motor stands, where the adapter switches it by that."""
+        if self._model.dtr is None:
+            return
+        with suppress(OSError):  # a line without DTR, such as a pseudo-terminal
+            port.dtr = not self._model.dtr

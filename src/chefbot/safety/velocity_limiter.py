@@ -40,7 +40,6 @@ class VelocityLimiter:
         # the common fraction of the change that both acceleration limits allow
         dv, dw = v - self._v, w - self._w
         scale = min(
-            1.0,
             _reachable_fraction(limits.acceleration * period, dv),
             _reachable_fraction(limits.angular_acceleration * period, dw),
         )

@@ -244,7 +244,8 @@ class CollisionMonitor:
 
         kind, tolerated: see `local_memory.time_on_seen_ground`.
         """
-        duration = latency + self.zones.braking_time(v, w)
+        way = margin / self.zones.body_speed(v, w)
+        duration = latency + self.zones.braking_time(v, w) + way
         free_time = memory.time_on_seen_ground(
             self._memory, pose.array(), v, w, self.zones.outline, duration, oldest_ns, tolerated, kind
         )

@@ -130,16 +130,14 @@ def _inside(x: float, y: float, radius: float, corners: Floats) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def cover_body(
-    memory: LocalMemory, pose: Floats, radius: float, reach: float, corners: Floats, now_ns: int
-) -> None:
+def cover_body(memory: LocalMemory, pose: Floats, radius: float, corners: Floats, now_ns: int) -> None:
     """Mark the ground below the body (a disc or a polygon) as seen, and remove points there: the robot is there.
 
-    pose: of base_link (3,) in odom. reach: radius of the circle around the body, m.
+    pose: of base_link (3,) in odom. radius: of the circle around the body, m.
     """
     n, resolution = memory.seen_ns.shape[1], memory.resolution
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    cells = math.ceil(reach / resolution)
+    cells = math.ceil(radius / resolution)
     middle_column, middle_row = math.floor(pose[0] / resolution), math.floor(pose[1] / resolution)
     for row in range(middle_row - cells, middle_row + cells + 1):
         for column in range(middle_column - cells, middle_column + cells + 1):

@@ -22,8 +22,9 @@ class VelocityLimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_un
 class VelocityLimiter:
     """Limits a twist in speed, turn rate, wheel speeds and acceleration; scaling keeps the curvature.
 
-    The state `v`, `w` (m/s, rad/s) is the last output. The set of allowed twists is convex and the ramp is a straight line between two of
-    them, so the output never leaves the set. `remark` is the reason why the last command was not followed, or "".
+    The state `v`, `w` (m/s, rad/s) is the last output. The set of allowed twists is convex and the ramp is a straight
+    line between two of them, so the output never leaves the set. `remark` is the reason why the last command was not
+    followed, or "".
     """
 
     def __init__(self, limits: Limits, params: VelocityLimiterParams | None = None) -> None:

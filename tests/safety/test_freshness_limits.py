@@ -171,7 +171,7 @@ def test_five_messages_are_needed_from_the_beginning() -> None:
     """Also if nobody has asked before, and although the first ones are not placed yet."""
     watch, now_ns = ObstacleSensorMonitor("lidar", 0.1), 10_000 * MS
     for k in range(5):
-        assert watch.fault(now_ns, HERE) == "The lidar has not sent anything yet." if k in (0, 1, 4) else True
+        assert watch.fault(now_ns, HERE) == "The lidar has not sent anything yet."
         watch.process_view(view(now_ns + k * MS, walls() + 0.001 * k), now_ns + k * MS, HERE)
     assert watch.fault(now_ns + 4 * MS, HERE) == ""
     unasked = ObstacleSensorMonitor("lidar", 0.1)

@@ -217,7 +217,8 @@ def test_ahead_half_the_width_may_be_unseen_of_late(gap: int, free: bool) -> Non
 def test_a_millimetre_per_second_backwards_is_no_motion() -> None:
     """A turn on the spot has it by rounding; a hundredth more is a motion backwards."""
     one = monitor(CAMERA)
-    assert one.check(-MOVES_BACKWARD, 0.0, IDENTITY, SECOND, LATENCY) == FREE
+    for v, w in ((-MOVES_BACKWARD, 0.0), (-0.5 * MOVES_BACKWARD, 1.0), (0.5 * MOVES_BACKWARD, 1.0)):
+        assert one.check(v, w, IDENTITY, SECOND, LATENCY) == FREE
     assert one.check(-1.01 * MOVES_BACKWARD, 0.0, IDENTITY, SECOND, LATENCY).fraction == 0.0
 
 

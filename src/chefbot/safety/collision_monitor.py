@@ -193,11 +193,11 @@ class CollisionMonitor:
         )
         time, index = first_contact(points, v, w, zones.stop_radius, zones.stop_corners, 0.0)
         fraction = self._fraction(v, w, time, self._ultrasonic_margin, latency)
-        if fraction >= 1.0:
-            return FREE
-        x, y = points[index].tolist()
-        seen = SensedPoint("ultrasonic ranger", x, y, (now_ns - echo.header.stamp.ns) / 1e9)
-        return CheckedTwist(fraction, obstacle_text(seen, zones), seen)
+        if fraction < 1.0:
+            x, y = points[index].tolist()
+            seen = SensedPoint("ultrasonic ranger", x, y, (now_ns - echo.header.stamp.ns) / 1e9)
+            return CheckedTwist(fraction, obstacle_text(seen, zones), seen)
+        return FREE
 
     def _check_ground(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
         """Check that the ground was seen of late: else the robot does not back up, and moves on slowly otherwise.
@@ -217,9 +217,8 @@ class CollisionMonitor:
             seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.GROUND, TOLERATED_GAP, margin)
             fraction = min(seen, creep)
         else:
-            ever = (
-                math.inf
-            )  # without sensors nobody can look first, as on a robot whose camera is not connected
+            # without sensors nobody can look first, as on a robot whose camera is not connected
+            ever = math.inf
             if self._has_looked:
                 ever = self._ground_fraction(v, w, pose, latency, EVER, memory.VIEW, TOLERATED_GAP)
             half_width = round(zones.inscribed / zones.resolution)

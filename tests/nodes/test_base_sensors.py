@@ -7,7 +7,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from tests.support.base_bench import BINS, LIDAR_ROBOT, TICK, BaseBench
+from tests.support.base_bench import BINS, LIDAR_ROBOT, NO_SENSORS, TICK, BaseBench
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN
@@ -189,7 +189,7 @@ def test_an_old_pose_makes_it_brake_earlier() -> None:
 
 def test_an_age_of_the_pose_counts_for_a_second_at_most() -> None:
     """A pose of an hour ago, or of the future, is a fault of its own; it is no way that the robot has driven."""
-    base = BaseBench(monitor={"optional_sensors": ["lidar", "depth camera", "ultrasonic ranger"]})
+    base = BaseBench(monitor=NO_SENSORS)
     base.silent |= {"lidar", "depth camera"}
     latencies = []
     check = base.node._monitor.check
@@ -205,7 +205,7 @@ def test_an_age_of_the_pose_counts_for_a_second_at_most() -> None:
     assert latencies[0] == pytest.approx(0.15 + TICK + TICK), "the pose is of one tick ago"
     assert latencies[12] == pytest.approx(0.15 + TICK + 0.5, abs=0.06)
     assert latencies[-1] == pytest.approx(0.15 + TICK + 1.0)
-    fixed = BaseBench(monitor=base.node.params.monitor)
+    fixed = BaseBench(monitor=NO_SENSORS)
     fixed.silent |= {"lidar", "depth camera", "odometry"}
     fixed.send("tf_static", TFMessage((TransformStamped.of(0, "odom", "base_link", SE2(0.0, 0.0, 0.0)),)))
     fixed.node._monitor.check = noted

@@ -241,7 +241,9 @@ class CollisionMonitor:
 
         kind, tolerated: see `local_memory.time_on_seen_ground`.
         """
-        duration = latency + self.zones.braking_time(v, w) + margin / self.zones.body_speed(v, w)
+        beyond = margin / self.zones.body_speed(v, w)
+        beyond = min(beyond, math.tau / abs(w)) if w else beyond  # after a full turn nothing is new
+        duration = latency + self.zones.braking_time(v, w) + beyond
         free_time = memory.time_on_seen_ground(
             self._memory, pose.array(), v, w, self.zones.outline, duration, oldest_ns, tolerated, kind
         )

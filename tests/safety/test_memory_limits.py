@@ -151,6 +151,14 @@ def test_with_a_large_reach_each_point_is_found_once(x: float) -> None:
     assert len(seen) == count or x != 0.0
 
 
+def test_the_outermost_cells_within_reach_are_looked_at() -> None:
+    one, here = memory(), np.array([0.01, 0.01, 0.0])
+    for x, y in ((-0.485, 0.01), (0.01, -0.485), (0.505, 0.01), (0.01, 0.505)):
+        mark(one, x, y)
+    assert len(found(one, here, 0.5)) == 4
+    assert len(found(one, here, 0.5, room=3)) == 3, "no more than there is room for"
+
+
 def test_the_reach_itself_counts() -> None:
     one = memory()
     mark(one, -0.5, 0.0)

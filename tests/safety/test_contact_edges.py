@@ -122,7 +122,7 @@ def test_from_a_micrometre_per_second_on_a_robot_moves(v: float, moves: bool) ->
     assert disc_contact(0.5, 0.0, v, 0.0, 0.25) == expected
 
 
-def test_what_a_disc_grazes_is_free_and_what_a_corner_meets_is_not() -> None:
+def test_what_a_disc_grazes_is_free_and_a_flat_front_meets_it() -> None:
     """In numbers that binary fractions hold: beside a straight way, outside of a circle, and at a flat front."""
     assert disc_contact(1.0, 0.25, 0.5, 0.0, 0.25) == math.inf == disc_contact(1.0, -0.25, 0.5, 0.0, 0.25)
     assert disc_contact(0.75, 0.5, 0.5, 1.0, 0.25) == math.inf

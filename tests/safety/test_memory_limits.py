@@ -173,7 +173,7 @@ def test_a_far_point_hides_no_near_one_in_its_cell() -> None:
 
 
 @pytest.mark.parametrize("seed", range(1, 40, 2))
-def test_of_two_points_in_a_cell_the_one_nearest_to_the_sensor_stays(seed: int) -> None:
+def test_of_two_points_in_a_cell_the_nearer_one_stays(seed: int) -> None:
     """In whatever order its beams come, wherever it is; and beams after them are not lost."""
     rng = np.random.default_rng(seed)
     sensor = np.array([*rng.uniform(-3.0, 3.0, 2), rng.uniform(-3.0, 3.0)])

@@ -170,7 +170,7 @@ def test_backing_ends_two_cells_before_unseen_ground() -> None:
 
 
 @pytest.mark.parametrize("v", [-0.01, -0.02, -0.04, -0.1])
-@pytest.mark.parametrize("w", [0.0, 0.5, -0.5])
+@pytest.mark.parametrize("w", [0.0, 0.05, 0.5, -0.5])
 def test_a_slow_robot_does_not_back_step_by_step(v: float, w: float) -> None:
     """The ground below it counts as seen; if it looked no farther than it brakes, it made its own way behind it."""
     for yaw in np.arange(0.1, 6.0, 0.4):

@@ -7,7 +7,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from tests.support.base_bench import BINS, LIDAR_ROBOT, TICK, BaseBench
+from tests.support.base_bench import BINS, LIDAR_ROBOT, NO_SENSORS, TICK, BaseBench
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN
@@ -91,12 +91,16 @@ def test_what_is_silent_stops_the_wheels_within_300_ms(silent: str, words: str) 
     drive(base, 3.0)
     assert base.speed == pytest.approx(0.35)
     base.silent.add(silent)
-    times = []
+    last = base.messages("obstacles" if silent == "depth camera" else "scan")[-1].header.stamp.ns
+    speeds, times_ns = [], []
     for _ in range(8):
         drive(base, TICK)
-        times.append(base.speed)
-    # the last message came up to 100 ms before, the verdict is on when the next command is due
-    assert times[0] > 0.3 and times[6] == 0.0
+        speeds.append(base.speed)
+        times_ns.append(base.loop.now_ns)
+    # the verdict is on when the next command is due: one period later the data would be too old
+    stopped = speeds.index(0.0)
+    assert min(speeds[:stopped]) > 0.3 and not any(speeds[stopped:])
+    assert times_ns[stopped] - last == 300_000_000, "the last data that could be placed"
     assert standing(base)[-1].startswith(words)
     base.run(1.1)
     level, message = health(base)
@@ -162,6 +166,14 @@ def test_the_latency_of_the_wheels_is_learnt(lag: int) -> None:
     assert base.node._latency.latency == pytest.approx(lag * TICK, abs=0.06)
 
 
+def test_the_speed_for_the_latency_is_that_of_the_odometry() -> None:
+    base, speeds = BaseBench(), []
+    base.run(3.0)
+    base.node._latency.process = lambda commanded, measured: speeds.append((commanded, measured))
+    drive(base, 2.0, 0.3)
+    assert speeds[-1] == pytest.approx((0.3, 0.3)) and len(speeds) >= 39
+
+
 def test_an_old_pose_makes_it_brake_earlier() -> None:
     """What the odometry does not show yet, the robot has driven already: it stops farther away from a wall."""
     gaps = []
@@ -175,7 +187,7 @@ def test_an_old_pose_makes_it_brake_earlier() -> None:
 
 def test_an_age_of_the_pose_counts_for_a_second_at_most() -> None:
     """A pose of an hour ago, or of the future, is a fault of its own; it is no way that the robot has driven."""
-    base = BaseBench(monitor={"optional_sensors": ["lidar", "depth camera", "ultrasonic ranger"]})
+    base = BaseBench(monitor=NO_SENSORS)
     base.silent |= {"lidar", "depth camera"}
     latencies = []
     check = base.node._monitor.check
@@ -191,6 +203,12 @@ def test_an_age_of_the_pose_counts_for_a_second_at_most() -> None:
     assert latencies[0] == pytest.approx(0.15 + TICK + TICK), "the pose is of one tick ago"
     assert latencies[12] == pytest.approx(0.15 + TICK + 0.5, abs=0.06)
     assert latencies[-1] == pytest.approx(0.15 + TICK + 1.0)
+    fixed = BaseBench(monitor=NO_SENSORS)
+    fixed.silent |= {"lidar", "depth camera", "odometry"}
+    fixed.send("tf_static", TFMessage((TransformStamped.of(0, "odom", "base_link", SE2(0.0, 0.0, 0.0)),)))
+    fixed.node._monitor.check = noted
+    fixed.run(3.0)
+    assert latencies[-1] == pytest.approx(0.15 + TICK), "what is fixed is never old"
     ahead = BaseBench()
     ahead.pose_delay = -0.09
     ahead.node._monitor.check = noted

@@ -10,6 +10,7 @@ from tests.support.base_bench import TICK, BaseBench
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus
 from chefbot.msgs.std_msgs import Bool, Empty, Header
+from chefbot.safety.command_multiplexer import CommandSource
 from chefbot.safety.stop_latch import (
     BOARD_BACK,
     BOARD_LOST,
@@ -44,6 +45,8 @@ def sentences(base: BaseBench) -> list[str]:
 
 def test_at_the_start_the_state_is_published_once() -> None:
     base = bench()
+    base.run(TICK)
+    assert states(base) == [False]
     base.run(1.0)
     assert states(base) == [False] and [one.active for one in base.messages("stop_status")] == [False]
 
@@ -87,6 +90,24 @@ def test_its_own_message_is_not_taken_for_a_foreign_one() -> None:
     base.run(TICK)
     base.send("emergency_stop", Bool(True))
     assert sentences(base)[-1] == PRESSED_BY_TOPIC
+
+
+def test_a_foreign_stop_counts_straight_after_own_messages() -> None:
+    """Before the next command is due: the own messages have arrived, so this one is not among them."""
+    base = driving()
+    for pressed in (True, False):
+        base.send("stop_request", Bool(pressed))
+    base.send("emergency_stop", Bool(True))
+    assert base.messages("stop_status")[-1].active and sentences(base)[-1] == PRESSED_BY_TOPIC
+
+
+def test_a_lost_own_message_hides_no_foreign_stop() -> None:
+    """What has not come back until the next command is due does not come any more."""
+    base = driving()
+    base.node._own_stops.append(True)
+    base.run(TICK, "cmd_vel_nav", 0.3)
+    base.send("emergency_stop", Bool(True))
+    assert base.speed == 0.0 and sentences(base)[-1] == PRESSED_BY_TOPIC
 
 
 def test_foreign_release_straight_after_own_press_is_overridden() -> None:
@@ -144,6 +165,27 @@ def test_a_command_during_a_stop_does_not_count_later(topic: str) -> None:
     base.send("stop_request", Bool(False))
     base.run(0.5)
     assert base.speed == 0.0
+
+
+@pytest.mark.parametrize("topic", ["cmd_vel_teleop", "cmd_vel_nav"])
+def test_a_command_before_a_stop_does_not_resume(topic: str) -> None:
+    """However short the stop was: the command would still be young."""
+    base = bench()
+    base.run(1.0, topic, 0.3)
+    base.send("stop_request", Bool(True))
+    base.send("stop_request", Bool(False))
+    for _ in range(4):
+        base.run(TICK)
+        assert base.twist_out == (0.0, 0.0)
+
+
+def test_during_a_stop_no_command_reaches_the_wheels() -> None:
+    """Commands are refused where they come in; one that were accepted all the same would not count either."""
+    base = bench()
+    base.send("stop_request", Bool(True))
+    base.node._commands.accept(CommandSource.TELEOP, 0.3, 0.5, base.loop.now_ns, stopped=False)
+    base.run(0.2)
+    assert base.twist_out == (0.0, 0.0)
 
 
 def test_who_joins_later_hears_the_state() -> None:

@@ -125,6 +125,10 @@ def test_a_cliff_stops_the_wheels_at_once(v: float, cliff: int, stops: bool) -> 
     assert base.speed == (0.0 if stops else pytest.approx(v))
     base.run(TICK, "cmd_vel_nav", v)
     assert base.speed == (0.0 if stops else pytest.approx(v))
+    assert base.texts("collision_monitor/reason")[-1:] == base.texts("base/remark")
+    reports = base.messages("cause_reports")
+    assert [report.kind for report in reports] == ["stop"] * stops
+    assert all("sees no floor" in report.sentence and report.check == "sensor data" for report in reports)
     remarks = base.texts("base/remark")
     assert len(remarks) == stops and all("sees no floor" in remark for remark in remarks)
 
@@ -138,6 +142,8 @@ def test_turning_at_a_cliff_goes_on() -> None:
     base.run(0.2, "cmd_vel_nav", 0.2, 1.0)
     v, w = base.twist_out
     assert v == 0.0 and w == pytest.approx(1.0)
+    base.run(0.2, "cmd_vel_nav", 0.0, 1.0)
+    assert base.twist_out == pytest.approx((0.0, 1.0)) and base.texts("collision_monitor/reason")[-1] == ""
 
 
 # -- a sensor fails while an operator drives
@@ -159,6 +165,9 @@ def test_a_silent_lidar_stops_at_once_and_stick_has_to_be_let_go() -> None:
     base.run(1.0, "cmd_vel_nav", 0.3)
     base.run(0.5, "cmd_vel_nav", 0.3)
     assert base.speed == 0.0, "only an operator creeps"
+    report = base.messages("cause_reports")[-1]
+    assert (report.kind, report.check) == ("stop", "sensor data")
+    assert "lidar has sent nothing" in report.sentence
     base.silent.clear()
     base.run(3.0, "cmd_vel_nav", 0.3)
     assert base.speed == pytest.approx(0.3) and base.texts("base/standing")[-1] == ""
@@ -196,14 +205,19 @@ def test_who_sees_one_plane_says_so_at_the_start() -> None:
 @pytest.mark.parametrize("w", [0.0, 0.2])
 def test_before_a_wall_the_twist_shrinks_on_its_arc(w: float) -> None:
     """The wheels get what the monitor leaves, and the ramp goes on from there, not from what was commanded."""
-    base = BaseBench()
+    base = BaseBench(monitor={"optional_sensors": ["depth camera"]})
+    base.silent.add("depth camera")  # it would remember the wall, which is nearer than it sees
     base.wall = 0.9
     for _ in range(200):
         base.run(TICK, "cmd_vel_nav", 0.3, w)
         v, rate = base.twist_out
         assert 0.0 <= v <= 0.3 and rate == pytest.approx(v * w / 0.3, abs=0.02)
     assert v < 0.05 and base.wall - base.pose.x > LIDAR_ROBOT.circumscribed_radius
+    (report,) = base.messages("cause_reports")[-1:]
+    assert report.check == "collision monitor" and "sees an obstacle" in report.sentence
     base.wall = 5.0
-    base.run(TICK, "cmd_vel_nav", 0.3, w)
-    base.run(TICK, "cmd_vel_nav", 0.3, w)
-    assert base.speed <= v + 2.0 * LIMITS.acceleration * TICK + 1e-9
+    for _ in range(20):
+        before = base.speed
+        base.run(TICK, "cmd_vel_nav", 0.3, w)
+        assert base.speed <= before + LIMITS.acceleration * TICK + 1e-9
+    assert base.speed > 0.2 and base.messages("cause_reports")[-1].kind == "end"

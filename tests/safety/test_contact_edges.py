@@ -77,6 +77,59 @@ def test_a_slanted_edge_is_met_where_the_way_crosses_it() -> None:
         assert polygon_contact(0.9, y, 0.25, 0.0, nose) == pytest.approx(2.0, abs=1e-3)
 
 
+@pytest.mark.parametrize("v", [0.1, 1.0, 3.0])
+@pytest.mark.parametrize(("curvature", "bends"), [(0.9e-4, False), (1e-4, True), (1.5e-4, True)])
+def test_a_tenth_of_a_millimetre_per_metre_is_no_curve(v: float, curvature: float, bends: bool) -> None:
+    """On a metre a curve of 1e-4 / m leads 0.05 mm to the side, where a post is that a straight way misses."""
+    beside = 0.00002
+    assert (disc_contact(1.0, RADIUS + beside, v, curvature * v * 1.0000001, RADIUS) < 2.0 / v) == bends
+    assert (disc_contact(1.0, -RADIUS - beside, v, -curvature * v * 1.0000001, RADIUS) < 2.0 / v) == bends
+    assert (polygon_contact(1.3, 0.1 + beside, v, curvature * v * 1.0000001, SQUARE) < 2.0 / v) == bends
+
+
+def test_the_limit_of_a_straight_way_itself() -> None:
+    """Without a motion a way is straight, not a turn about a point."""
+    assert disc_contact(1.0, RADIUS + 0.00002, 1.0, 1e-4, RADIUS) < math.inf
+    assert polygon_contact(1.3, 0.1 + 0.00002, 1.0, 1e-4, SQUARE) == math.inf
+    assert polygon_contact(1.0, 0.0, 0.0, 0.0, SQUARE) == math.inf
+
+
+FRONT_AT_ZERO = np.array([[-0.5, -0.25], [0.0, -0.25], [0.0, 0.25], [-0.5, 0.25]])
+"""A rectangle whose distances from points ahead are exact."""
+
+
+@pytest.mark.parametrize(("gap", "touches"), [(0.9e-6, True), (1e-6, True), (1.5e-6, False)])
+def test_a_micrometre_is_contact(gap: float, touches: bool) -> None:
+    """Beyond it the way that is left counts."""
+    time = polygon_contact(gap, 0.0, 0.5, 0.0, FRONT_AT_ZERO)
+    assert time == (0.0 if touches else pytest.approx(gap / 0.5))
+    time = disc_contact(1.0 + gap, 0.0, 0.5, 0.0, 1.0)
+    assert (time == 0.0) == touches and time == pytest.approx(0.0 if touches else gap / 0.5, abs=1e-9)
+
+
+@pytest.mark.parametrize(("v", "comes"), [(0.9e-6, False), (1e-6, False), (1.5e-6, True)])
+def test_a_micrometre_per_second_presses_on_nothing(v: float, comes: bool) -> None:
+    assert polygon_contact(0.0, 0.0, v, 0.0, FRONT_AT_ZERO) == (0.0 if comes else math.inf)
+    for radius in (1.0, 0.25):
+        assert disc_contact(radius, 0.0, v, 0.0, radius) == (0.0 if comes else math.inf)
+        assert disc_contact(-radius, 0.0, -v, 0.0, radius) == (0.0 if comes else math.inf)
+
+
+@pytest.mark.parametrize(("v", "moves"), [(0.9e-6, False), (1e-6, True)])
+def test_from_a_micrometre_per_second_on_a_robot_moves(v: float, moves: bool) -> None:
+    expected = pytest.approx(0.25 / v) if moves else math.inf
+    assert polygon_contact(0.25, 0.0, v, 0.0, FRONT_AT_ZERO) == expected
+    assert disc_contact(0.5, 0.0, v, 0.0, 0.25) == expected
+
+
+def test_what_a_disc_grazes_is_free_and_a_flat_front_meets_it() -> None:
+    """In numbers that binary fractions hold: beside a straight way, outside of a circle, and at a flat front."""
+    assert disc_contact(1.0, 0.25, 0.5, 0.0, 0.25) == math.inf == disc_contact(1.0, -0.25, 0.5, 0.0, 0.25)
+    assert disc_contact(0.75, 0.5, 0.5, 1.0, 0.25) == math.inf
+    flat = np.array([[0.25, -0.25], [0.5, -0.25], [0.5, 0.25], [0.25, 0.25]])
+    assert polygon_contact(0.0, 0.375, 0.125, 1.0, flat) == pytest.approx(math.pi / 2)
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_quarter_of_a_circle_worked_out_by_hand(sign: float) -> None:
     """At 0.5 m/s and 1 rad/s the robot drives about a point 0.5 m beside it; a quarter takes pi / 2 seconds."""
@@ -116,6 +169,14 @@ def test_what_lies_deep_inside_is_a_part_of_the_robot(depth: float, seen: bool) 
     for point in ([depth, 0.0], [depth * 0.6, depth * 0.8], [depth * 0.6, -depth * 0.8]):
         time, index = first_contact(np.array([point]), 0.3, 0.0, RADIUS, DISC, 0.15)
         assert (time, index) == ((0.0, 0) if seen else (math.inf, -1))
+
+
+def test_a_part_of_the_robot_hides_no_other_point() -> None:
+    points = np.array([[0.05, 0.0], [0.5, 0.0]])
+    assert first_contact(points, 1.0, 0.0, RADIUS, DISC, 0.15) == (pytest.approx(0.35), 1)
+    assert first_contact(np.array([[0.25, 0.0]]), 1.0, 0.0, 0.5, DISC, 0.5) == (0.0, 0), (
+        "half of it and more counts"
+    )
 
 
 def test_of_equal_points_the_first_counts() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -108,6 +110,42 @@ def test_after_two_centimetres_walls_look_different(metres: float, radians: floa
     assert "frozen" not in lidar.repeat(walls(), None), "without odometry nobody knows"
 
 
+@pytest.mark.parametrize(("metres", "radians"), [(0.02, 0.0), (0.0, 0.03)])
+def test_exactly_two_centimetres_are_no_motion(metres: float, radians: float) -> None:
+    origin, lidar = SE2(0.0, 0.0, 0.0), Lidar()
+    lidar.repeat(walls(), origin)
+    assert "frozen" not in lidar.repeat(walls(), SE2(metres, 0.0, radians))
+
+
+def test_a_small_turn_across_the_back_is_no_motion() -> None:
+    """Where the heading jumps from pi to -pi."""
+    lidar = Lidar()
+    lidar.repeat(walls(), SE2(0.0, 0.0, math.pi - 0.001))
+    assert "frozen" not in lidar.repeat(walls(), SE2(0.0, 0.0, -math.pi + 0.001))
+
+
+def test_a_frozen_scan_need_not_see_on_all_sides() -> None:
+    lidar, ranges = Lidar(), np.where(np.arange(100) < 40, walls(), np.inf)
+    lidar.repeat(ranges)
+    assert "frozen" in lidar.repeat(ranges, SE2(2.0, 2.0, 3.0))
+
+
+def test_directions_that_come_and_go_are_no_noise() -> None:
+    """At the end of its range a lidar without noise may measure in every other scan."""
+    far = np.arange(100) < 60
+    assert not is_noisy_after([np.where(far & (k % 2 == 0), np.inf, walls()) for k in range(9)])
+
+
+def test_noise_in_one_of_several_measurements_is_noise() -> None:
+    """A camera's ranges are noisy although the floor before them always begins at the same place."""
+    watch, met = ObstacleSensorMonitor("depth camera", 0.1), np.ones(100, np.bool_)
+    for k in range(20):
+        data = np.column_stack([walls() + 0.01 * (k % 2) * (k < 10), np.full(100, 0.7)]).astype(np.float32)
+        watch.process_view(SensorView(100 * k * MS, data, met, met, ~met, False), 100 * k * MS, HERE)
+        watch.note_marked(100 * k * MS)
+    assert "frozen" in watch.fault(1900 * MS, HERE)
+
+
 def test_what_sees_nothing_does_not_freeze() -> None:
     """An empty hall looks the same from everywhere, also to a sensor that was noisy near walls."""
     lidar = Lidar()
@@ -129,6 +167,41 @@ def test_stamps_may_differ_by_a_tenth_of_a_second(stamp_ms: int, words: str) -> 
     assert words in watch.fault(now_ns, HERE) and bool(watch.fault(now_ns, HERE)) == bool(words)
 
 
+def test_five_messages_are_needed_from_the_beginning() -> None:
+    """Also if nobody has asked before, and although the first ones are not placed yet."""
+    watch, now_ns = ObstacleSensorMonitor("lidar", 0.1), 10_000 * MS
+    for k in range(5):
+        assert watch.fault(now_ns, HERE) == "The lidar has not sent anything yet."
+        watch.process_view(view(now_ns + k * MS, walls() + 0.001 * k), now_ns + k * MS, HERE)
+    assert watch.fault(now_ns + 4 * MS, HERE) == ""
+    unasked = ObstacleSensorMonitor("lidar", 0.1)
+    for k in range(4):
+        unasked.process_view(view(now_ns + k * MS, walls()), now_ns, HERE)
+    assert unasked.fault(now_ns, HERE) == "The lidar has not sent anything yet."
+
+
+@pytest.mark.parametrize(
+    ("gap_ms", "words"), [(300, ""), (301, "sends too seldom: two messages lay more than 0.3 s")]
+)
+def test_messages_may_lie_three_periods_apart(gap_ms: int, words: str) -> None:
+    lidar = Lidar()
+    lidar.repeat(walls())
+    lidar.now_ns += (gap_ms - 100) * MS
+    assert lidar.watch.fault(lidar.now_ns, HERE) == ""
+    lidar.send(walls() + 0.001)
+    assert words in lidar.watch.fault(lidar.now_ns, HERE) and bool(
+        lidar.watch.fault(lidar.now_ns, HERE)
+    ) == bool(words)
+
+
+@pytest.mark.parametrize(("age_ms", "words"), [(300, ""), (301, "has sent nothing for more than 0.3 s")])
+def test_silence_begins_after_three_periods(age_ms: int, words: str) -> None:
+    lidar = Lidar()
+    lidar.repeat(walls())
+    fault = lidar.watch.fault(lidar.now_ns + age_ms * MS, HERE)
+    assert words in fault and bool(fault) == bool(words)
+
+
 def test_it_has_sent_from_the_first_message_on() -> None:
     lidar = Lidar()
     assert not lidar.watch.has_sent and lidar.watch.blind() is False
@@ -140,6 +213,26 @@ def test_who_sends_no_directions_is_blind() -> None:
     lidar = Lidar()
     lidar.send(walls(0))
     assert lidar.watch.blind() and lidar.watch.blind(np.zeros(0, np.bool_))
+
+
+@pytest.mark.parametrize(("beams", "mute"), [(8, 1), (40, 5)])
+def test_exactly_half_of_a_quarter_is_not_blind(beams: int, mute: int) -> None:
+    lidar, ranges = Lidar(), walls(beams)
+    ranges[:mute] = np.nan
+    lidar.send(ranges)
+    assert not lidar.watch.blind()
+
+
+def test_walls_do_not_vanish_but_far_ones_may() -> None:
+    """From near walls on all sides to nothing is a fault; from a hall whose walls are far it is not."""
+    for last, blind in ((True, True), (False, False)):
+        watch, met = ObstacleSensorMonitor("lidar", 0.1), np.arange(100) < 50
+        for k, (hit, near) in enumerate([(met, True), (met, last), (met & False, False)]):
+            data = np.where(hit, 3.0, np.inf)[:, None].astype(np.float32)
+            watch.process_view(
+                SensorView(100 * k * MS, data, hit, hit, hit & False, near), 100 * k * MS, HERE
+            )
+        assert watch.blind() == blind
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from chefbot.safety.obstacle_sensors import QUARTILE_RATIO, scatters
 
@@ -31,6 +32,19 @@ def test_furniture_is_no_scatter_but_a_damaged_lidar_is(seed: int) -> None:
         for share in (0.1, 0.3):
             damaged = clean * (1.0 + share * rng.standard_normal(360))
             assert scatters(damaged.astype(np.float32), NOISE)
+
+
+@pytest.mark.parametrize("missing", [0.0, -1.0, np.nan, np.inf])
+def test_dropouts_are_no_scatter(missing: float) -> None:
+    """Whatever number a lidar sends for them, and although most ranges have one beside them."""
+    rng = np.random.default_rng(5)
+    clean = ROOM + NOISE * rng.standard_normal(360)
+    for dropouts in (rng.random(360) < 0.55, np.arange(360) % 5 >= 3):
+        assert not scatters(np.where(dropouts, missing, clean).astype(np.float32), NOISE)
+
+
+def test_the_ratio_of_quartiles_is_that_of_normal_noise() -> None:
+    assert pytest.approx(norm.ppf(0.625) / norm.ppf(0.75), abs=1e-3) == QUARTILE_RATIO
 
 
 def test_too_few_ranges_say_nothing() -> None:

@@ -280,12 +280,12 @@ def test_below_the_body_is_nothing_and_the_ground_is_known(pose: tuple[float, ..
     """Points in the body go, those at its skin and outside stay; the ground is known where the body is."""
     one, here = memory(), at(*pose)
     c, s = math.cos(here[2]), math.sin(here[2])
-    radius = 0.35
+    radius = 0.45 if len(corners) else 0.35
     inside = [(0.0, 0.0), (0.2, 0.1), (-0.2, -0.1), (0.2, -0.1), (-0.2, 0.1)]
     outside = [(0.45, 0.0), (-0.42, 0.0), (0.0, 0.38), (0.0, -0.38), (0.5, 0.5)]
     for x, y in inside + outside:
         mark_points(one, here, at(math.atan2(y, x)), at(math.hypot(x, y)), 5, UPRIGHT)
-    cover_body(one, here, radius, 0.45, corners, 8)
+    cover_body(one, here, radius, corners, 8)
     assert sorted(map(tuple, found(one, here, 1.0)[:, :2].round(6).tolist())) == sorted(outside)
     for x, y, known in (
         (0.0, 0.0, True),
@@ -303,7 +303,7 @@ def test_a_point_at_the_skin_stays_although_its_cell_is_covered() -> None:
     one = memory()
     mark(one, 0.31, 0.05)
     mark(one, -0.29, -0.05)
-    cover_body(one, ORIGIN, 0.36, 0.36, DISC, 8)
+    cover_body(one, ORIGIN, 0.36, DISC, 8)
     assert found(one)[:, :2].tolist() == pytest.approx(np.array([[0.31, 0.05]]))
 
 
@@ -312,7 +312,7 @@ def test_the_whole_rectangle_is_covered(sign: float) -> None:
     """Also its corners, 0.447 m away, in any heading; and nothing beside it."""
     one = memory()
     here = at(0.0, 0.0, sign * math.pi / 4)
-    cover_body(one, here, 0.2, 0.4473, RECTANGLE, 8)
+    cover_body(one, here, 0.4473, RECTANGLE, 8)
     n = one.seen_ns.shape[1]
     for row in range(-8, 8):
         for column in range(-8, 8):

@@ -7,60 +7,21 @@ import math
 import msgspec
 import numpy as np
 import pytest
+from tests.support.monitor_scans import MS, SECOND, echo, is_seen, monitor, obstacles, scan
 
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
+from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
 from chefbot.safety import local_memory as memory
-from chefbot.safety.collision_monitor import FREE, CollisionMonitor
-from chefbot.safety.params import CollisionMonitorParams
-from chefbot.safety.zones import CREEP_SPEED
+from chefbot.safety.collision_monitor import FREE
+from chefbot.safety.monitor_text import MOVES_BACKWARD
+from chefbot.safety.zones import CREEP_SPEED, safe_fraction
 
-SECOND, MS = 1_000_000_000, 1_000_000
 LATENCY = 0.1
-LIDAR, CAMERA = load_robot("chefbot_lidar"), load_robot("chefbot")
-
-
-def monitor(robot: Robot) -> CollisionMonitor:
-    return CollisionMonitor(robot, CollisionMonitorParams(), 0.04)
-
-
-def echo(distance: float, time_ms: int = 1000) -> Range:
-    return Range(Header.of(time_ms * MS, "ultrasonic_link"), 0, 0.5, 0.02, 4.0, distance)
-
-
-def scan(distance: float, at_s: float = 1.0, range_max: float = 8.0, beams: int = 360) -> LaserScan:
-    """Return a scan that shows the same distance all around."""
-    step = 2.0 * math.pi / beams
-    ranges = np.full(beams, distance, np.float32)
-    return LaserScan(
-        Header.of(round(at_s * SECOND), "laser"),
-        -math.pi,
-        math.pi - step,
-        step,
-        0.0,
-        0.1,
-        0.1,
-        range_max,
-        ranges,
-    )
-
-
-def obstacles(at: float, clear_from: float, clear_to: float, at_s: float = 1.0) -> ObstacleScan:
-    """Return an obstacle scan of directions up to half a radian to each side."""
-    values = [np.full(160, value, np.float32) for value in (at, clear_from, clear_to, 0.0, 0.1)]
-    return ObstacleScan(Header.of(round(at_s * SECOND), "camera_depth_frame"), -0.5, 1.0 / 159, 8.0, *values)
-
-
-def is_seen(one: CollisionMonitor, x: float, kind: int) -> bool:
-    """Return whether the ground there, on the x axis of odom, counts as seen."""
-    cell, outline = one.zones.resolution, np.zeros((1, 2))
-    pose = np.array([x - cell, 0.0, 0.0])
-    time = memory.time_on_seen_ground(one._memory, pose, cell, 0.0, outline, 0.5, 0, 0, kind)
-    return time == math.inf
+LIDAR, CAMERA, JACKAL = load_robot("chefbot_lidar"), load_robot("chefbot"), load_robot("jackal")
 
 
 def test_a_twist_of_nothing_is_free_wherever_the_robot_stands() -> None:
@@ -102,6 +63,49 @@ def test_a_ranger_looks_where_it_is_mounted(yaw: float, v: float) -> None:
     assert one.check(-v, 0.0, IDENTITY, SECOND, LATENCY) == FREE
 
 
+def test_a_ranger_may_look_to_one_side() -> None:
+    """Before the robot on its left, 35 degrees from ahead: in the way of a curve to the left only."""
+    one = monitor(ranger_at(0.1, 0.03, math.radians(35.0), 0.1))
+    one.process_echo(echo(0.2))
+    left = one.check(0.3, 1.5, IDENTITY, SECOND, LATENCY)
+    assert left.fraction < 0.8 and left.limit.endswith("ahead on the left")
+    assert left.point is not None
+    expected = 0.1 + 0.2 * math.cos(math.radians(35.0)), 0.03 + 0.2 * math.sin(math.radians(35.0))
+    assert math.dist((left.point.x, left.point.y), expected) < 0.011, "within the cone"
+    assert one.check(0.3, -1.5, IDENTITY, SECOND, LATENCY) == FREE
+
+
+def test_an_echo_counts_at_its_distance_and_with_its_age() -> None:
+    """A surface straight ahead is 0.12 m from the stop zone; 0.04 m of it are the ranger's margin."""
+    one = monitor(ranger_at(0.0, 0.0, 0.0, math.radians(80.0)))
+    one.process_echo(echo(0.28))
+    found = one.check(0.35, 0.0, IDENTITY, SECOND + 250 * MS, LATENCY)
+    free_time = (0.28 - LIDAR.circumscribed_radius - 0.01 - 0.04) / 0.35
+    braking_time = 0.35 / (0.6 * Limits.of(LIDAR).acceleration)
+    assert found.fraction == pytest.approx(safe_fraction(free_time, LATENCY, braking_time))
+    assert found.point == ("ultrasonic ranger", pytest.approx(0.28), pytest.approx(0.0), pytest.approx(0.25))
+
+
+def test_an_echo_ends_no_turn_and_no_slow_way() -> None:
+    """A disc that rotates in place comes no nearer; 0.03 m before the margin are enough at 0.1 m/s."""
+    one = monitor(LIDAR)
+    one.process_echo(echo(0.09))
+    for v, w in ((0.0, 1.0), (0.0, 5e-324), (0.1, 0.0)):
+        assert one.check(v, w, IDENTITY, SECOND, LATENCY) == FREE
+    assert one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction < 1.0
+
+
+def test_a_narrow_cone_has_narrow_edges() -> None:
+    """A curve passes the surface ten degrees to both sides of the middle, and would meet it at forty."""
+    one = monitor(ranger_at(0.0, 0.0, 0.0, math.radians(20.0)))
+    one.process_echo(echo(0.28))
+    assert (
+        one.check(0.3, 3.0, IDENTITY, SECOND, LATENCY)
+        == FREE
+        == one.check(0.3, -3.0, IDENTITY, SECOND, LATENCY)
+    )
+
+
 def test_the_whole_cone_of_a_ranger_may_hold_the_surface() -> None:
     """A cone of 80 degrees: its edges, 0.18 m to the sides, are beside a straight way and on that of a curve."""
     one = monitor(ranger_at(0.0, 0.0, 0.0, math.radians(80.0)))
@@ -128,9 +132,7 @@ def test_the_scan_of_a_camera_only_clears() -> None:
     one = monitor(CAMERA)
     one.process_scan(scan(0.4), SE2(0.0, 0.0, 0.0))
     assert len(one.points(IDENTITY, SECOND, 0.8)) == 0
-    one.process_obstacles(
-        msgspec.structs.replace(obstacles(0.4, math.inf, 0.0), top=np.full(160, 9.0, np.float32)), IDENTITY
-    )
+    one.process_obstacles(obstacles(0.4, math.inf, 0.0, top=9.0), IDENTITY)
     assert len(one.points(IDENTITY, SECOND, 0.8)) > 0
     one.process_scan(scan(0.7, 2.0), SE2(0.0, 0.0, 0.0))
     assert len(one.points(IDENTITY, 2 * SECOND, 0.8)) == 0, "upright things in the plane are cleared by it"
@@ -159,10 +161,25 @@ def backing(unseen_from: float) -> float:
 
 
 def test_backing_ends_two_cells_before_unseen_ground() -> None:
-    """It creeps while known ground reaches a cell beyond its skin, and stands when it ends at the skin."""
+    """Of two seen cells behind its outline a quarter of one is left; it stands when they end at its skin."""
     cell, r = 0.025, CAMERA.circumscribed_radius
-    assert backing(r + 8 * cell) == pytest.approx(CREEP_SPEED / 0.1) == backing(r + cell)
+    assert backing(r + 2 * cell) == pytest.approx(CREEP_SPEED / 0.1) == backing(r + 8 * cell)
+    braking_time = 0.1 / (0.6 * Limits.of(CAMERA).acceleration)
+    assert backing(r + cell) == pytest.approx(safe_fraction(0.25 * cell / 0.1, LATENCY, braking_time))
     assert backing(r) == 0.0
+
+
+@pytest.mark.parametrize("v", [-0.01, -0.02, -0.04, -0.1])
+@pytest.mark.parametrize("w", [0.0, 0.05, 0.5, -0.5])
+def test_a_slow_robot_does_not_back_step_by_step(v: float, w: float) -> None:
+    """The ground below it counts as seen; if it looked no farther than it brakes, it made its own way behind it."""
+    for yaw in np.arange(0.1, 6.0, 0.4):
+        one, pose, way = monitor(CAMERA), SE2(0.013, -0.007, float(yaw)), 0.0
+        for k in range(60):
+            fraction = one.check(v, w, pose, SECOND + k * 50 * MS, LATENCY).fraction
+            pose = pose @ SE2(0.05 * fraction * v, 0.0, 0.05 * fraction * w)
+            way += 0.05 * fraction * abs(v)
+        assert way < 0.25 * one.zones.resolution
 
 
 @pytest.mark.parametrize(("gap", "free"), [(2, True), (3, False)])
@@ -178,6 +195,43 @@ def test_two_cells_between_rays_may_be_unseen(gap: int, free: bool) -> None:
                 seen.seen_cell[:, row % n, column % n] = (column, row)
     fraction = one.check(-0.1, 0.0, SE2(0.3 * cell, 0.1 * cell, 0.0), SECOND, 1.0).fraction
     assert (fraction == pytest.approx(CREEP_SPEED / 0.1)) == free
+
+
+@pytest.mark.parametrize(("gap", "free"), [(5, True), (8, False)])
+def test_ahead_half_the_width_may_be_unseen_of_late(gap: int, free: bool) -> None:
+    """A strip across the way that was seen once is new ground again for a robot as wide as twelve cells."""
+    one = monitor(CAMERA)
+    cell, seen = one.zones.resolution, one._memory
+    n = seen.seen_ns.shape[1]
+    for row in range(-12, 12):
+        for column in range(-12, 20):
+            strip = column >= 7 and abs(row + 0.5) < gap / 2.0
+            seen.seen_ns[:, row % n, column % n] = 1 if strip else 100 * SECOND
+            seen.seen_cell[:, row % n, column % n] = (column, row)
+    offset = 0.5 * cell * (gap % 2)  # the middle of the strip is before the robot
+    one.process_obstacles(obstacles(math.inf, math.inf, 0.0, 100.0), SE2(9.0, 9.0, 0.0))
+    fraction = one.check(0.35, 0.0, SE2(0.3 * cell, offset, 0.0), 100 * SECOND, LATENCY).fraction
+    assert fraction == pytest.approx(1.0 if free else 0.5)
+
+
+def test_a_millimetre_per_second_backwards_is_no_motion() -> None:
+    """A turn on the spot has it by rounding; a hundredth more is a motion backwards."""
+    one = monitor(CAMERA)
+    for v, w in ((-MOVES_BACKWARD, 0.0), (-0.5 * MOVES_BACKWARD, 1.0), (0.5 * MOVES_BACKWARD, 1.0)):
+        assert one.check(v, w, IDENTITY, SECOND, LATENCY) == FREE
+    assert one.check(-1.01 * MOVES_BACKWARD, 0.0, IDENTITY, SECOND, LATENCY).fraction == 0.0
+
+
+def test_a_rectangle_turns_slowly_over_unseen_ground() -> None:
+    """Its corners sweep over what is beside it; a sensor that works could have looked there before."""
+    one = monitor(JACKAL)
+    assert one.check(0.0, 1.0, IDENTITY, SECOND, LATENCY) == FREE
+    fast = one.check(0.0, 2.0, IDENTITY, SECOND, LATENCY)
+    assert (
+        0.5 < fast.fraction < 1.0 and fast.limit == "no sensor has seen the ground beside the robot of late"
+    )
+    one.process_scan(scan(2.0), SE2(5.0, 5.0, 0.0))
+    assert CREEP_SPEED < one.check(0.0, 2.0, IDENTITY, SECOND, LATENCY).fraction < 0.5
 
 
 def test_a_scan_without_ranges_changes_nothing() -> None:

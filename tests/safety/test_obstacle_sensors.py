@@ -93,6 +93,11 @@ def test_near_is_nearer_than_half_of_the_range() -> None:
     assert not laser_view(scan(0, math.inf)).near
 
 
+def test_a_short_lidar_measures_near_things() -> None:
+    short = msgspec.structs.replace(scan(0, 0.5), range_max=0.8)
+    assert not laser_view(short).mute.any() and laser_view(short).met.all()
+
+
 def test_a_scan_whose_maximum_range_is_zero_has_no_data() -> None:
     """Else all its ranges would be beyond it, and the robot would drive as in an empty hall."""
     empty = msgspec.structs.replace(scan(0), range_min=0.0, range_max=0.0)
@@ -106,6 +111,7 @@ def test_direction_camera_without_obstacle_and_floor_has_no_data() -> None:
     assert view.met[:4].tolist() == [False, False, True, True]
     assert view.measured[:4].tolist() == [True, False, True, True]
     assert view.mute[:4].tolist() == [False, True, False, False]
+    assert camera_view(obstacles(9, math.inf, 0.8)).measured.all(), "floor at the robot's feet"
     assert view.stamp_ns == 9 and view.data.shape == (BINS, 3) and view.near is False
 
 
@@ -244,6 +250,26 @@ def test_known_points_explain_three_directions_on_each_side() -> None:
     assert sensors.blind_beyond(lambda: every(15)) == BLIND
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("count", "at", "explained"), [
+    (4, 0.0, True), (4, 3.0, True), (4, -0.4, True),
+    (5, 0.0, False), (5, 0.4, False), (5, 0.6, True), (7, 6.0, False),
+])  # fmt: skip
+def test_a_few_directions_are_explained_each(sign: float, count: int, at: float, explained: bool) -> None:
+    """By one point in the direction `at`, counted from the first one, of a scan in either sense."""
+    first, step = sign * 3.0, sign * 0.1  # it looks backwards, across the bearing where angles jump
+    silent = np.full(count, np.inf, np.float32)
+    sensors = ObstacleSensors(looking(0.0, 0.0, 0.0))
+    sensors.process_obstacles(
+        ObstacleScan(Header.of(0, "camera"), first, step, 8.0, silent, silent, np.zeros(count, np.float32)),
+        0,
+        STANDING,
+    )
+    bearing = first + at * step
+    point = 0.4 * np.array([[math.cos(bearing), math.sin(bearing)]])
+    assert (sensors.blind_beyond(lambda: point) == "") == explained
+
+
 @pytest.mark.parametrize(("gap", "explained"), [(-0.005, True), (0.005, False)])
 def test_nearer_than_the_camera_measures_at_the_edge_of_its_view(gap: float, explained: bool) -> None:
     """A tenth of a metre beyond its minimum range along the optical axis, at half of the field of view."""
@@ -291,7 +317,8 @@ def test_a_marked_wall_explains_a_blind_camera() -> None:
     for camera_yaw in (0.0, math.pi):
         sensors = blind_camera(looking(0.1, 0.0, camera_yaw))
         eye = pose @ SE2(0.1, 0.0, camera_yaw)
-        assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw, 0.4)) == ""
+        for near in (0.4, 0.425, 0.45, 0.475):
+            assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw, near)) == "", "a cell thick"
         assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw, 1.2)) == BLIND, "it would be measured"
         assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw + math.pi, 0.4)) == BLIND, "it is behind"
         assert sensors.blind_ahead(None, room(eye.x, eye.y, eye.yaw, 0.4)) == BLIND, (

@@ -7,9 +7,10 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
-from tests.support.safety_gate.judge import Verdict
+from tests.support.safety_gate.judge import Verdict, _exchange
 from tests.support.safety_gate.modules import MODULES, REPOSITORY, path_of
 from tests.support.safety_gate.mutations import mutants_of
 from tests.support.safety_gate.table import counted, equivalents, share_killed, survivors
@@ -21,6 +22,13 @@ SMALL = (
     "chefbot.safety.cliff_stop",
     "chefbot.safety.ranger_freshness",
     "chefbot.safety.latency",
+    "chefbot.safety.velocity_limiter",
+    "chefbot.safety.motion_policy",
+    "chefbot.safety.zones",
+    "chefbot.safety.sensor_freshness",
+    "chefbot.safety.obstacle_sensors",
+    "chefbot.nodes.emergency_stop",
+    "chefbot.nodes.drive_base",
 )
 """Modules whose mutants are judged in less than a minute."""
 NOT_OF_THE_GATE = {"chefbot.safety"}
@@ -44,6 +52,27 @@ def changes(source: str) -> set[str]:
 ])  # fmt: skip
 def test_each_small_change_is_a_mutant(source: str, expected: set[str]) -> None:
     assert {change.partition(" -> ")[2] for change in changes(source)} == expected
+
+
+def test_a_mutant_belongs_to_the_outermost_function() -> None:
+    """Its code is what is exchanged; that of a function inside of it is made anew when it runs."""
+    source = "class A:\n    def f(self):\n        def g(x):\n            return x < 1\n        return g"
+    assert {mutant.function for mutant in mutants_of(source, "example")} == {"A.f"}
+
+
+def test_a_method_may_lose_its_call_of_the_base_class(tmp_path: Path) -> None:
+    """A mutant without `super` refers to no class any more, which its function has in its closure."""
+    source = "class A:\n    def f(self):\n        super().__init__()\n        self.x = 1"
+    namespace: dict[str, Any] = {}
+    exec(compile(source, str(tmp_path / "a.py"), "exec"), namespace)
+    original = namespace["A"].f
+    for mutant in mutants_of(source, "example"):
+        _exchange(compile(mutant.tree, str(tmp_path / "a.py"), "exec"), mutant.function, [original])
+        one = namespace["A"]()
+        original(one)
+        assert getattr(one, "x", None) == {"self.x = 2": 2, "(removed)": None}.get(
+            mutant.change.partition(" -> ")[2] if mutant.line == 4 else "", 1
+        )
 
 
 @pytest.mark.parametrize("module", MODULES)

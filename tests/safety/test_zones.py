@@ -112,6 +112,8 @@ def test_the_safe_fraction_uses_all_the_free_time(free: float, latency: float, b
     ("free", "latency", "braking", "fraction"),
     [
         (0.0, 0.1, 1.0, 0.0),
+        (0.0, 0.0, 1.0, 0.0),
+        (0.0, 0.0, 0.0, 0.0),
         (-1.0, 0.1, 1.0, 0.0),
         (math.nan, 0.1, 1.0, 0.0),
         (math.inf, 0.1, 1.0, 1.0),

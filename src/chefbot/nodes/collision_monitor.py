@@ -100,8 +100,8 @@ class CollisionMonitorNode(MotionReasonsNode):
         (pose, pose_ns), now_ns = self._pose(), self.now_ns
 
         def known() -> NDArray[np.float64]:
-            reach = self._monitor.zones.reach
-            return np.zeros((0, 2)) if pose is None else self._monitor.points(pose, now_ns, reach)
+            assert pose is not None, "without odometry no camera is judged"
+            return self._monitor.points(pose, now_ns, self._monitor.zones.reach)
 
         before = self._verdict
         self._verdict = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)

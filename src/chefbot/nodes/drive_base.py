@@ -45,7 +45,7 @@ class DriveBaseNode(EmergencyStopNode):
         super().start()
         self._limiter = VelocityLimiter(Limits.of(self.robot), self.params.limiter)
         self._commands = CommandMultiplexer(self.params.teleop_hold)
-        self._cliffs, self._v = CliffStop(self.robot), 0.0
+        self._cliffs = CliffStop(self.robot)
         self.announcement = one_plane_warning(self.robot)
 
     def reconfigure(self, params: DriveBaseParams) -> None:
@@ -78,7 +78,7 @@ class DriveBaseNode(EmergencyStopNode):
     def on_cliff(self, reading: Range) -> None:
         """Stop at once, without a ramp, if the present motion leads over a cliff."""
         self._cliffs.process(reading)
-        if self._v and self._cliffs.reason(self._v, self.now_ns):
+        if self._limiter.v and self._cliffs.reason(self._limiter.v, self.now_ns):
             self._halt()
 
     @every(hz=COMMAND_RATE)
@@ -95,26 +95,18 @@ class DriveBaseNode(EmergencyStopNode):
         target = self._cliffs.limit(allowed * command.v, now_ns), allowed * command.w
         v, w = self._limiter.step(*target, command.age(now_ns), COMMAND_PERIOD)
         checked = self._checked(v, w)
-        if checked.fraction < 1.0:
-            v, w = checked.fraction * v, checked.fraction * w
-            self._limiter.reset(v, w)
-        self._publish_reason(
-            command, (v, w), checked, stopped_by_cliff=bool(target[0] != allowed * command.v)
-        )
+        v, w = checked.fraction * v, checked.fraction * w
+        self._limiter.reset(v, w)
+        self._publish_reason(command, (v, w), checked)
         self._publish_command(v, w)
 
     def _publish_reason(
-        self,
-        command: StampedCommand,
-        left: tuple[float, float],
-        checked: CheckedTwist,
-        *,
-        stopped_by_cliff: bool,
+        self, command: StampedCommand, left: tuple[float, float], checked: CheckedTwist
     ) -> None:
         """Publish why the wheels get the twist `left` (m/s, rad/s), if that is less than the command."""
         now_ns, commanded = self.now_ns, (command.v, command.w)
         refuses = self._commands.refuses(CommandSource.TELEOP, now_ns) and not self._stop.active
-        cliff = self._cliffs.reason(command.v, now_ns) if stopped_by_cliff else ""
+        cliff = self._cliffs.reason(command.v, now_ns) if command.v else ""
         limited = limited_text(checked.limit, commanded, left)
         self.explain(self._verdict.fault or limited or cliff or (HELD if refuses else ""))
         self.report_limit(commanded, left, checked, self._verdict.fault or cliff, self._pose()[0])
@@ -129,7 +121,6 @@ class DriveBaseNode(EmergencyStopNode):
         self._publish_command(0.0, 0.0)
 
     def _publish_command(self, v: float, w: float) -> None:
-        self._v = v
         self.cmd_vel.publish(Twist.of(v, w))
         left, right = wheel_speeds(v, w, self.robot)
         self.wheel_speeds.publish(WheelSpeeds(Header.of(self.now_ns, "base_link"), left, right))

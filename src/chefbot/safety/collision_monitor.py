@@ -100,11 +100,11 @@ class CollisionMonitor:
         # a ray without a return shows what is free as far as the sensor measures, and no farther; of a surface at the
         # minimum range only the returns that are too long remain, so they do not clear nearer points
         clears_none = invalid | (ranges < scan.range_min + self._near_noise)
-        ends = np.where(clears_none, -1.0, np.minimum(ranges, scan.range_max) - self.zones.resolution)
+        ends = np.where(clears_none, -np.inf, np.minimum(ranges, scan.range_max) - self.zones.resolution)
         clears = np.array([is_lidar, False, True])
         thin = slice(None, None, self._thinning(float(scan.angle_increment)))
         rays = [np.ascontiguousarray(values[thin]) for values in (angles, starts, ends)]
-        memory.clear_rays(self._memory, sensor.array(), *rays, stamp_ns, clears, np.full(2, is_lidar))
+        memory.clear_rays(self._memory, sensor.array(), *rays, stamp_ns, clears, SEEN_FLOOR & is_lidar)
         if is_lidar:
             marked = np.where(invalid, np.inf, ranges)
             memory.mark_points(self._memory, sensor.array(), angles, marked, stamp_ns, memory.LIDAR)
@@ -119,12 +119,12 @@ class CollisionMonitor:
         self._has_looked = True
         ranges, at, stamp_ns = scan.ranges.astype(np.float64), sensor.array(), scan.header.stamp.ns
         angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges), dtype=np.float64)
-        starts = np.where(np.isfinite(scan.clear_from), scan.clear_from, 0.0).astype(np.float64)
-        ends = np.where(scan.clear_to > 0.0, scan.clear_to, -1.0).astype(np.float64)
+        starts = scan.clear_from.astype(np.float64)
+        ends = np.where(scan.clear_to > 0.0, scan.clear_to, -np.inf).astype(np.float64)
         clears = np.array([False, True, True])
         memory.clear_rays(self._memory, at, angles, starts, ends, stamp_ns, clears, SEEN_FLOOR)
         # nearer than the floor in the picture, and before an obstacle, there is nothing as high as the view
-        views = np.maximum(ends, np.where(np.isfinite(ranges), ranges, -1.0))
+        views = np.maximum(ends, np.where(np.isfinite(ranges), ranges, -np.inf))
         memory.clear_rays(
             self._memory, at, angles, np.zeros(len(ranges)), views, stamp_ns, NO_LAYER, BELOW_THE_VIEW
         )
@@ -141,11 +141,8 @@ class CollisionMonitor:
     def check(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
         """Return which fraction of the twist (m/s, rad/s) is safe from `pose`; latency: until braking begins, s."""
         zones = self.zones
-        memory.cover_body(
-            self._memory, pose.array(), zones.inscribed if len(zones.corners) else zones.circumscribed,
-            zones.circumscribed, zones.corners, now_ns,
-        )  # fmt: skip
-        if not (v or w):
+        memory.cover_body(self._memory, pose.array(), zones.circumscribed, zones.corners, now_ns)
+        if zones.body_speed(v, w) == 0.0:
             return FREE
         checks = [self._check_points(v, w, pose, now_ns, latency), self._check_echo(v, w, now_ns, latency)]
         if not self._sensors.covers_rear and (self._sensors.lidar or self._sensors.depth_camera):
@@ -154,7 +151,7 @@ class CollisionMonitor:
 
     def points(self, pose: SE2, now_ns: int, reach: float) -> NDArray[np.float64]:
         """Return the remembered points (n, 2) not farther than `reach` (m) from `pose`, in base_link."""
-        oldest_ns = max(0, now_ns - round(self.params.memory * 1e9))
+        oldest_ns = now_ns - round(self.params.memory * 1e9)
         arrays = self._points, self._layers, self._stamps
         count = memory.points_around(self._memory, pose.array(), reach, oldest_ns, *arrays)
         return self._points[:count]
@@ -185,23 +182,22 @@ class CollisionMonitor:
         ranger, echo, zones = self._sensors.ultrasonic, self._echo, self.zones
         if ranger is None or echo is None or now_ns - echo.header.stamp.ns > ECHO_TIMEOUT_NS:
             return FREE
-        distance = echo.range if echo.range > 0.0 else 0.0  # -inf: nearer than the minimum range (REP-117)
+        distance = max(0.0, echo.range)  # -inf: nearer than the minimum range (REP-117); 0 also for NaN
         if math.isinf(distance):
             return FREE
         half = ranger.field_of_view / 2.0
         angles = ranger.mount.yaw + np.linspace(-half, half, CONE_POINTS)
-        points = np.empty(
-            (CONE_POINTS, 2)
-        )  # in rows, as the remembered points are: the kernel is compiled once
-        points[:, 0] = ranger.mount.x + distance * np.cos(angles)
-        points[:, 1] = ranger.mount.y + distance * np.sin(angles)
+        # in rows, as the remembered points are: the kernel is compiled once
+        points = np.column_stack(
+            [ranger.mount.x + distance * np.cos(angles), ranger.mount.y + distance * np.sin(angles)]
+        )
         time, index = first_contact(points, v, w, zones.stop_radius, zones.stop_corners, 0.0)
         fraction = self._fraction(v, w, time, self._ultrasonic_margin, latency)
-        if fraction >= 1.0:
-            return FREE
-        x, y = points[index].tolist()
-        seen = SensedPoint("ultrasonic ranger", x, y, (now_ns - echo.header.stamp.ns) / 1e9)
-        return CheckedTwist(fraction, obstacle_text(seen, zones), seen)
+        if fraction < 1.0:
+            x, y = points[index].tolist()
+            seen = SensedPoint("ultrasonic ranger", x, y, (now_ns - echo.header.stamp.ns) / 1e9)
+            return CheckedTwist(fraction, obstacle_text(seen, zones), seen)
+        return FREE
 
     def _check_ground(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
         """Check that the ground was seen of late: else the robot does not back up, and moves on slowly otherwise.
@@ -215,19 +211,20 @@ class CollisionMonitor:
         if not len(zones.corners) and abs(v) < MOVES_BACKWARD:
             return FREE  # a disc covers the same ground while it rotates
         oldest_ns = now_ns - round(self.params.seen * 1e9)
-        creep = min(1.0, CREEP_SPEED / zones.body_speed(v, w))
+        creep = CREEP_SPEED / zones.body_speed(v, w)
         if v < -MOVES_BACKWARD:
             margin = GROUND_MARGIN * zones.resolution
             seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.GROUND, TOLERATED_GAP, margin)
             fraction = min(seen, creep)
         else:
-            ever = 1.0  # without sensors nobody can look first, as on a robot whose camera is not connected
+            # without sensors nobody can look first, as on a robot whose camera is not connected
+            ever = math.inf
             if self._has_looked:
                 ever = self._ground_fraction(v, w, pose, latency, EVER, memory.VIEW, TOLERATED_GAP)
             half_width = round(zones.inscribed / zones.resolution)
             seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.VIEW, half_width)
             fraction = min(max(ever, creep), max(seen, self._slow_fraction(v, w)))
-        return CheckedTwist(fraction, unseen_text(v)) if fraction < 1.0 else FREE
+        return FREE if fraction >= 1.0 else CheckedTwist(fraction, unseen_text(v))
 
     def _ground_fraction(
         self,
@@ -244,7 +241,9 @@ class CollisionMonitor:
 
         kind, tolerated: see `local_memory.time_on_seen_ground`.
         """
-        duration = latency + self.zones.braking_time(v, w)
+        beyond = margin / self.zones.body_speed(v, w)
+        beyond = min(beyond, math.tau / abs(w)) if w else beyond  # after a full turn nothing is new
+        duration = latency + self.zones.braking_time(v, w) + beyond
         free_time = memory.time_on_seen_ground(
             self._memory, pose.array(), v, w, self.zones.outline, duration, oldest_ns, tolerated, kind
         )
@@ -252,11 +251,9 @@ class CollisionMonitor:
 
     def _fraction(self, v: float, w: float, time: float, margin: float, latency: float) -> float:
         zones = self.zones
-        speed = zones.body_speed(v, w)
-        free = time - (margin / speed if speed > 0.0 else 0.0)
+        free = time - margin / zones.body_speed(v, w)
         return safe_fraction(free, latency, zones.braking_time(v, w))
 
     def _slow_fraction(self, v: float, w: float) -> float:
-        """Return the fraction of the twist at which no point of the body exceeds the slow speed."""
-        speed = self.zones.body_speed(v, w)
-        return min(1.0, self.params.slow * self.zones.limits.speed / speed) if speed > 0.0 else 1.0
+        """Return the fraction, or the multiple, of the twist at which the body has the slow speed."""
+        return self.params.slow * self.zones.limits.speed / self.zones.body_speed(v, w)

@@ -47,10 +47,10 @@ def disc_contact(x: float, y: float, v: float, w: float, radius: float) -> float
     # law of cosines in the triangle of the centre of rotation, the point, and the robot when it touches the point
     centre = v / w
     rho, d = abs(centre), math.hypot(x, y - centre)
-    if d < 1e-9:
+    if d == 0.0:
         return NO_CONTACT
     cosine = (rho * rho + d * d - radius * radius) / (2.0 * rho * d)
-    if abs(cosine) >= 1.0:
+    if cosine >= 1.0:
         return NO_CONTACT
     ahead = math.atan2(y - centre, x) - math.atan2(-centre, 0.0)
     return _angle_along((ahead if w > 0.0 else -ahead) - math.acos(cosine)) / abs(w)

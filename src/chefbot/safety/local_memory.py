@@ -118,28 +118,26 @@ def mark_points(
 
 @njit(cache=True, nogil=True)
 def _inside(x: float, y: float, radius: float, corners: Floats) -> bool:
-    """Return whether a point in base_link is inside a disc, or inside a convex polygon (n, 2)."""
+    """Return whether a point in base_link is inside a disc or a convex polygon (n, 2); the edge is not."""
     n = corners.shape[0]
     if n == 0:
         return x * x + y * y < radius * radius
     for i in range(n):
         ax, ay, bx, by = corners[i, 0], corners[i, 1], corners[(i + 1) % n, 0], corners[(i + 1) % n, 1]
-        if (bx - ax) * (y - ay) - (by - ay) * (x - ax) < 0.0:
+        if (bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0.0:
             return False
     return True
 
 
 @njit(cache=True, nogil=True)
-def cover_body(
-    memory: LocalMemory, pose: Floats, radius: float, reach: float, corners: Floats, now_ns: int
-) -> None:
+def cover_body(memory: LocalMemory, pose: Floats, radius: float, corners: Floats, now_ns: int) -> None:
     """Mark the ground below the body (a disc or a polygon) as seen, and remove points there: the robot is there.
 
-    pose: of base_link (3,) in odom. reach: radius of the circle around the body, m.
+    pose: of base_link (3,) in odom. radius: of the circle around the body, m.
     """
     n, resolution = memory.seen_ns.shape[1], memory.resolution
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    cells = math.ceil(reach / resolution)
+    cells = math.ceil(radius / resolution)
     middle_column, middle_row = math.floor(pose[0] / resolution), math.floor(pose[1] / resolution)
     for row in range(middle_row - cells, middle_row + cells + 1):
         for column in range(middle_column - cells, middle_column + cells + 1):
@@ -232,14 +230,11 @@ def time_on_seen_ground(
         return math.inf
     step = memory.resolution / fastest
     for k in range(1, int(duration / step) + 2):
-        # exact arc: chord 2 r sin(dyaw / 2) in the mean direction
-        dyaw, ds = w * k * step, v * k * step
-        chord = ds if abs(dyaw) < 1e-9 else ds * math.sin(dyaw / 2.0) / (dyaw / 2.0)
-        x, y = (
-            pose[0] + chord * math.cos(pose[2] + dyaw / 2.0),
-            pose[1] + chord * math.sin(pose[2] + dyaw / 2.0),
-        )
-        c, s = math.cos(pose[2] + dyaw), math.sin(pose[2] + dyaw)
+        # exact arc: over an angle of 2 half the chord is 2 r sin(half), in the mean direction
+        half, ds = w * k * step / 2.0, v * k * step
+        chord = ds if half == 0.0 else ds * math.sin(half) / half
+        x, y = pose[0] + chord * math.cos(pose[2] + half), pose[1] + chord * math.sin(pose[2] + half)
+        c, s = math.cos(pose[2] + 2.0 * half), math.sin(pose[2] + 2.0 * half)
         run = 0
         for i in range(outline.shape[0]):
             px, py = outline[i, 0], outline[i, 1]

@@ -54,13 +54,14 @@ def scatters(ranges: NDArray[np.float32], noise: float) -> bool:
     large. Between the legs of chairs and people most differences are edges, so the lower quartile counts, which
     is QUARTILE_RATIO of the median for normal noise.
     """
+    measured = np.where(ranges > 0.0, ranges, np.nan)
     with np.errstate(invalid="ignore"):
-        differences = np.abs(ranges[:-2] - 2.0 * ranges[1:-1] + ranges[2:])
-    valid = np.isfinite(differences) & (ranges[1:-1] > 0.0)
+        differences = np.abs(measured[:-2] - 2.0 * measured[1:-1] + measured[2:])
+    valid = np.isfinite(differences)
     if int(valid.sum()) < MIN_SCATTER_BEAMS:
         return False
     expected = math.sqrt(6.0) * noise
-    limit = SCATTER_FACTOR * expected + SCATTER_SHARE * float(np.median(ranges[1:-1][valid]))
+    limit = SCATTER_FACTOR * expected + SCATTER_SHARE * float(np.median(measured[1:-1][valid]))
     return float(np.quantile(differences[valid], 0.25)) > QUARTILE_RATIO * limit
 
 
@@ -93,7 +94,7 @@ class ObstacleSensors:
         self._camera = (
             ObstacleSensorMonitor("depth camera", 1.0 / camera.rate) if camera is not None else None
         )
-        self._lidar_noise = lidar.noise if lidar is not None else 0.0
+        self._lidar_noise = lidar.noise if lidar is not None else math.inf
         self._scattered = 0
         self._optional = frozenset(optional)
         self._camera_spec = camera
@@ -147,11 +148,11 @@ class ObstacleSensors:
         points = known_points()
         x, y = points[:, 0] - spec.mount.x, points[:, 1] - spec.mount.y
         near = np.hypot(x, y) <= _max_blind_distance(spec)
-        # from the first direction on, in (-pi, pi] around the middle one, wherever the camera looks
-        middle = scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1) / 2.0
-        bearings = np.arctan2(y[near], x[near]) - spec.mount.yaw - middle
-        offsets = np.remainder(bearings + math.pi, 2.0 * math.pi) - math.pi + middle - scan.angle_min
-        bins = np.round(offsets / (scan.angle_increment or math.inf)).astype(np.int64)
+        # directions from the first one on, in a turn that begins as far before it as a point explains
+        increment = scan.angle_increment or 2.0 * math.pi
+        offsets = (np.arctan2(y[near], x[near]) - spec.mount.yaw - scan.angle_min) / increment
+        offsets = np.remainder(offsets + KNOWN_BINS, 2.0 * math.pi / abs(increment)) - KNOWN_BINS
+        bins = np.round(offsets).astype(np.int64)
         known = np.zeros(len(scan.ranges), np.bool_)
         for shift in range(-KNOWN_BINS, KNOWN_BINS + 1):
             shifted = bins + shift

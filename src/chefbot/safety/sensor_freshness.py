@@ -94,7 +94,9 @@ class ObstacleSensorMonitor:
 
     def fault(self, now_ns: int, pose: SE2 | None) -> str:
         """Return why no twist may be commanded now, or an empty string while the data are valid."""
-        fault = self._find_fault(now_ns, pose)
+        if self._last is None:
+            return self._fault
+        fault = self._find_fault(self._last, now_ns, pose)
         if fault:
             self._set_fault(fault)
         return self._fault if self._valid_messages < VALID_MESSAGES_REQUIRED else ""
@@ -126,10 +128,8 @@ class ObstacleSensorMonitor:
     def _set_fault(self, fault: str) -> None:
         self._fault, self._valid_messages = fault, 0
 
-    def _find_fault(self, now_ns: int, pose: SE2 | None) -> str:
-        last, limit = self._last, self.limit_ns
-        if last is None:
-            return f"The {self.title} has not sent anything yet."
+    def _find_fault(self, last: SensorView, now_ns: int, pose: SE2 | None) -> str:
+        limit = self.limit_ns
         if now_ns - self._received_ns > limit:
             return f"The {self.title} has sent nothing for {self._limit_text}."
         if last.stamp_ns - now_ns > CLOCK_TOLERANCE_NS:

@@ -22,15 +22,16 @@ class VelocityLimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_un
 class VelocityLimiter:
     """Limits a twist in speed, turn rate, wheel speeds and acceleration; scaling keeps the curvature.
 
-    The state is the last output. The set of allowed twists is convex and the ramp is a straight line between two of
-    them, so the output never leaves the set. `remark` is the reason why the last command was not followed, or "".
+    The state `v`, `w` (m/s, rad/s) is the last output. The set of allowed twists is convex and the ramp is a straight
+    line between two of them, so the output never leaves the set. `remark` is the reason why the last command was not
+    followed, or "".
     """
 
     def __init__(self, limits: Limits, params: VelocityLimiterParams | None = None) -> None:
         self.limits = limits
         self.params = params or VelocityLimiterParams()
         self.remark = ""
-        self._v = self._w = 0.0
+        self.v = self.w = 0.0
 
     def step(self, v: float, w: float, age: float, dt: float) -> tuple[float, float]:
         """Return the twist (m/s, rad/s) for the next `dt` seconds; `age` is the age of the command in seconds."""
@@ -38,19 +39,18 @@ class VelocityLimiter:
         limits = self.limits
         period = max(dt, 0.0) if math.isfinite(dt) else 0.0
         # the common fraction of the change that both acceleration limits allow
-        dv, dw = v - self._v, w - self._w
+        dv, dw = v - self.v, w - self.w
         scale = min(
-            1.0,
             _reachable_fraction(limits.acceleration * period, dv),
             _reachable_fraction(limits.angular_acceleration * period, dw),
         )
-        self._v += scale * dv
-        self._w += scale * dw
-        return self._v, self._w
+        self.v += scale * dv
+        self.w += scale * dw
+        return self.v, self.w
 
     def reset(self, v: float = 0.0, w: float = 0.0) -> None:
         """Continue the ramp from another twist (m/s, rad/s), by default from standstill."""
-        self._v, self._w = v, w
+        self.v, self.w = v, w
 
     def _target(self, v: float, w: float, age: float) -> tuple[float, float]:
         self.remark = ""

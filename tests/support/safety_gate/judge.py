@@ -250,7 +250,9 @@ def _exchange(module: CodeType, function: str, found: list[FunctionType]) -> Non
     if not found:
         os._exit(NOT_FOUND)
     for one in found:
-        one.__code__ = new[one.__code__.co_firstlineno]
+        code = new[one.__code__.co_firstlineno]
+        # a method that calls `super` no more refers to no class; the function keeps the place for it
+        one.__code__ = code.replace(co_freevars=one.__code__.co_freevars)
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:

@@ -133,7 +133,7 @@ def _below(
             if not isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
                 yield child, _Place(setter, own, function, inside)
             scope = function
-            if isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)) and not in_body:
+            if isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)) and not inside:
                 scope = f"{function}.{child.name}" if function else child.name
             yield from _below(child, own, scope, inside)
 

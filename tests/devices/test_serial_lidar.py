@@ -21,6 +21,7 @@ from chefbot.lidar.ydlidar import STOP
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import WallClock
 from chefbot.runtime.loop import Loop
@@ -153,7 +154,8 @@ def test_a_cable_that_was_out_is_found_again_at_another_port(port: Path) -> None
     with Driver("rplidar_c1", port) as robot:
         robot.until(lambda: len(robot.scans) >= 2, "scans")
         plugged.unplug()
-        robot.until(lambda: robot.health.level == ERROR and "broke" in robot.health.message, "the loss")
+        robot.until(lambda: robot.health.level == ERROR, "the loss")
+        assert any("broke" in one.data for one in robot.messages["lidar/remark"] if isinstance(one, String))
         again = PluggedLidar("rplidar_c1", port)
         count = len(robot.scans)
         robot.until(lambda: robot.health.level == OK and len(robot.scans) > count + 1, "scans again")

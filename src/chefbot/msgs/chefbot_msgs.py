@@ -127,6 +127,25 @@ class Order(Message, frozen=True, eq=False):
     id: String = ""
 
 
+class PatrolOrder(Message, frozen=True, eq=False):
+    """An order to drive to places, or through them without stopping.
+
+    `rounds`: how often; 0: until it is cancelled.
+    """
+
+    MAX_LENGTHS = per_field(places=1000)
+
+    places: StringArray = ()
+    rounds: Uint32 = 1
+    without_stops: Bool = False
+
+
+class FollowOrder(Message, frozen=True, eq=False):
+    """An order to follow a tracked person; 0: the nearest one ahead."""
+
+    person: Uint32 = 0
+
+
 class Errand(Message, frozen=True, eq=False):
     """An order to drive to a pose without food.
 

@@ -1,10 +1,10 @@
 """Older editions of Nav2's actions, so that clients and servers of other ROS 2 distributions can be used.
 
 The type hash is part of every key expression on the network, so two editions of an action do not match by
-themselves. Fields were added: `disable_collision_checks` with Kilted (ros-navigation/navigation2, pull request 4785),
-`waypoint_statuses` with Kilted, `error_msg` with Kilted and later releases of Jazzy (4459;
-docs.ros.org/en/jazzy/p/nav2_msgs has it). Two have another type in Jazzy: poses to navigate through are an array, and a
-missed waypoint is a MissedWaypoint.
+themselves. Fields were added: `disable_collision_checks` with Kilted (ros-navigation/navigation2, pull request
+4785), `waypoint_statuses` with Kilted, `error_msg` with Kilted and later releases of Jazzy (4459;
+docs.ros.org/en/jazzy/p/nav2_msgs has it). Two have another type in Jazzy: poses to navigate through are an array,
+and a missed waypoint is a MissedWaypoint.
 """
 
 from __future__ import annotations
@@ -59,7 +59,8 @@ def older_editions(name: str) -> tuple[Action[Any, Any, Any], ...]:
 
 def _differs_in_jazzy(action: Action[Any, Any, Any]) -> bool:
     """Return whether Jazzy lacks a field of the action, or has another type for it."""
-    hints = [_hints(part) for part in (action.goal, action.result, action.feedback)]
+    parts: tuple[type[Message], ...] = (action.goal, action.result, action.feedback)
+    hints = [_hints(part) for part in parts]
     return any(
         name in UNKNOWN_TO_JAZZY or kind in TYPES_IN_JAZZY for part in hints for name, kind in part.items()
     )

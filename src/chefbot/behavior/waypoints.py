@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Annotated
 
 import msgspec
@@ -125,7 +126,7 @@ class PosesToPass:
     def distance_after(self) -> float:
         """Return the length of the polyline from the next pose to the last, m."""
         points = [pose.pose.position for pose in self._poses[self.index :]]
-        return sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in zip(points, points[1:], strict=False))
+        return sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(points))
 
     def statuses(
         self, error_code: int = 0, error_msg: str = "", *, ended: bool

@@ -105,10 +105,14 @@ class LocalizationStatus(Message, frozen=True, eq=False):
 
 
 class Place(Message, frozen=True, eq=False):
-    """A named pose on the map."""
+    """A named pose on the map, and how exactly it has to be reached: m and rad, 0: as any other goal."""
+
+    BOUNDS = per_field(xy_tolerance=(0.0, 1.0), yaw_tolerance=(0.0, 3.15))
 
     name: String = ""
     pose: PoseStamped = PoseStamped()
+    xy_tolerance: Float64 = 0.0
+    yaw_tolerance: Float64 = 0.0
 
 
 class Places(Message, frozen=True, eq=False):

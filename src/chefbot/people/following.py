@@ -17,8 +17,10 @@ GOAL_REJECTED, TF_ERROR, FAILED_TO_DETECT_OBJECT, FAILED_TO_CONTROL = 1, 901, 90
 """Error codes of nav2_msgs/action/FollowObject."""
 AHEAD, NEAR = math.radians(60.0), 4.0
 """Bearing (rad) and distance (m) within which the nearest person ahead is chosen."""
-DISTANCE_TOLERANCE, FACING = 0.15, 0.4
+DISTANCE_TOLERANCE, FACING = 0.25, 0.4
 """Errors of the distance (m) and of the heading towards the person (rad) at which the robot stands."""
+LEAVING, TURNING = 0.4, 0.7
+"""The same errors at which it drives or turns again."""
 ARRIVED = 0.6
 """Distance from the place where a person was last seen at which the robot looks round, m."""
 GATE, WALKING_SPEED, MAX_GATE = 1.0, 1.5, 4.0
@@ -62,8 +64,7 @@ class PersonFollower:
         self._seen: TrackedPerson | None = None
         self._seen_at = now
         self._others: set[int] = set()
-        self._lost = False
-        self._arrived = False
+        self._lost = self._arrived = self._standing = False
 
     def step(self, robot: SE2, people: TrackedPeople | None, now: float) -> FollowStep:
         """Return what to do at time `now` with the newest people."""
@@ -110,8 +111,10 @@ class PersonFollower:
 
     def _keep_distance(self, robot: SE2, person: TrackedPerson) -> FollowStep:
         away, bearing = _polar(robot, person)
-        near = away <= self.params.desired_distance + DISTANCE_TOLERANCE
-        if near and abs(wrap(bearing - robot.yaw)) <= FACING:
+        distance, angle = (LEAVING, TURNING) if self._standing else (DISTANCE_TOLERANCE, FACING)
+        near = away <= self.params.desired_distance + distance
+        self._standing = near and abs(wrap(bearing - robot.yaw)) <= angle
+        if self._standing:
             return FollowStep(STOPPING, f"Person {self.number} stands; I wait.")
         target = SE2(robot.x, robot.y, bearing) if near else self._beside(robot, person)
         return FollowStep(CONTROLLING, f"Following person {self.number}.", target)

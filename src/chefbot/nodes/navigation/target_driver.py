@@ -17,7 +17,7 @@ from chefbot.runtime.node import Node
 
 FRAME = "odom"
 """Frame of the targets: poses in it do not jump."""
-MOVED, TURNED = 0.2, 0.3
+MOVED, TURNED = 0.15, 0.3
 """Changes of the target after which a path is planned again, m and rad."""
 PATIENCE = 15.0
 """Time without a path that can be followed after which the robot gives up, s."""

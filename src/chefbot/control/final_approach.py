@@ -22,9 +22,9 @@ SLOWEST, SLOWEST_TURN = 0.02, 0.06
 """Lowest speeds that the wheels keep up, m/s and rad/s."""
 MAX_REVERSE = 0.12
 """Distance up to which a goal behind the robot is reached backwards, m: over floor that it has just driven over."""
-TURN_FROM, TURN_TO = 0.3, 0.04
+TURN_FROM, TURN_TO = 0.15, 0.04
 """Errors of the direction to the goal from which the robot turns in place, and at which it drives again, rad."""
-STEERING = 1.5
+STEERING = 2.5
 """Turn rate per error of the direction, 1/s."""
 STEERING_DISTANCE = 0.08
 """Distance below which it steers less, as the direction to a point so near is mostly noise, m."""

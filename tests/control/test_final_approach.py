@@ -57,7 +57,8 @@ def approach(
     status = ControllerStatus.RUNNING
     for k in range(300):
         estimate = base.pose @ SE2(*rng.normal(0.0, noise, 3)) if noise else base.pose
-        assert final.is_active(estimate, GOAL)
+        if not final.is_active(estimate, GOAL, costs):
+            return k * PERIOD, ControllerStatus.BLOCKED
         v, w, status = final.command(estimate, base.twist, GOAL, costs)
         assert abs(v) <= LIMITS.speed and abs(w) <= LIMITS.angular_speed + 1e-9
         if status is ControllerStatus.REACHED:
@@ -105,7 +106,7 @@ def test_a_point_just_passed_is_reached_backwards() -> None:
     assert base.turned < 0.3
 
 
-def test_an_obstacle_on_the_way_blocks() -> None:
+def test_an_obstacle_on_the_way_is_left_to_the_controller() -> None:
     cells = FREE.cells.copy()
     row, column = FREE.cell(GOAL.x - 0.15, GOAL.y)
     cells[row - 2 : row + 3, column] = INSCRIBED
@@ -133,6 +134,20 @@ def test_a_follower_uses_the_newest_pose_of_the_map() -> None:
     step = follower.step(at_goal, (0.0, 0.0), FREE, "")
     assert step.result is None and step.v > 0.0
     assert follower.step(SE2(0.4, 0.0, 0.0), (0.0, 0.0), FREE, "").result is not None
+
+
+def test_only_the_final_approach_reports_such_a_goal_as_reached() -> None:
+    class Content(Never):
+        def command(self, *_: object) -> ControllerCommand:
+            return ControllerCommand(0.0, 0.0, ControllerStatus.REACHED)
+
+    follower = PathFollower(Content(), lambda path, *_: path, PERIOD, FinalApproach(LIMITS, PERIOD))
+    path = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]])
+    follower.set_path(path, SE2(0.0, 0.0, 0.0), following=False, tolerance=TOLERANCE)
+    taken = Costmap(np.full((80, 80), INSCRIBED, np.uint8), 0.05, -1.0, -2.5)
+    taken.cells[taken.cell(0.24, 0.0)] = 0
+    step = follower.step(SE2(0.24, 0.0, 0.0), (0.0, 0.0), taken, "")
+    assert step.result is None and step.status is ControllerStatus.BLOCKED
 
 
 def test_a_goal_without_tolerances_has_no_final_approach() -> None:

@@ -50,7 +50,8 @@ class FinalApproach:
 
     It turns to the point, drives straight to it at creeping speed, forwards or a short way backwards, turns to the
     goal's heading, and stands before it reports REACHED. If the pose estimate has moved out of tolerance meanwhile,
-    it begins again. It only drives where the robot's centre may be; what is in the way makes it BLOCKED.
+    it begins again. It is active only while the robot's centre may be anywhere on the straight way to the point;
+    otherwise the controller of the path goes on.
     """
 
     def __init__(self, limits: Limits, period: float) -> None:
@@ -64,11 +65,15 @@ class FinalApproach:
         self._active = self._turning = False
         self._phase = Phase.DRIVE
 
-    def is_active(self, pose: SE2, goal: SE2) -> bool:
-        """Return whether the robot is in the final approach to the goal."""
-        if self._tolerance is None:
-            return False
-        self._active = pose.distance(goal) <= (END if self._active else BEGIN)
+    @property
+    def is_wanted(self) -> bool:
+        """Whether the goal has tolerances of its own, so that nothing else may report it as reached."""
+        return self._tolerance is not None
+
+    def is_active(self, pose: SE2, goal: SE2, costmap: Costmap) -> bool:
+        """Return whether the robot is in the final approach: near the goal, with a free straight way to it."""
+        near = pose.distance(goal) <= (END if self._active else BEGIN)
+        self._active = self.is_wanted and near and _is_free(costmap, pose, goal)
         return self._active
 
     def command(
@@ -107,8 +112,6 @@ class FinalApproach:
         self._turning = abs(error) > (TURN_TO if self._turning else TURN_FROM)
         if self._turning:
             return self._turn(pose, twist, error, costmap)
-        if not _is_free(costmap, pose, goal):
-            return ControllerCommand(0.0, 0.0, ControllerStatus.BLOCKED)
         rest = max(abs(ahead.x) - abs(twist[0]) * LATENCY, 0.0)
         speed = min(CREEPING, self._limits.speed, math.sqrt(2.0 * BRAKING * self._limits.acceleration * rest))
         v = math.copysign(max(speed, SLOWEST), -1.0 if backwards else 1.0)

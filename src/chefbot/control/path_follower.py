@@ -127,10 +127,12 @@ class PathFollower:
             self._track(path, same_goal=True)
         # one cycle of the controller
         goal = self.frame @ self._goal
-        if self._final is not None and self._final.is_active(pose, goal):
+        if self._final is not None and self._final.is_active(pose, goal, costmap):
             v, w, status = self._final.command(pose, twist, goal, costmap)
         else:
             v, w, status = self._controller.command(pose, twist, costmap)
+            if status is ControllerStatus.REACHED and self._final is not None and self._final.is_wanted:
+                status = ControllerStatus.BLOCKED
         blind = blind if v > 0.0 else ""
         result = self._judge(pose, status, blind)
         step = PathStep(0.0 if blind else v, w, v, result, status)

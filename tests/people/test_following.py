@@ -78,7 +78,7 @@ def lost_follower() -> PersonFollower:
     return follower
 
 
-def test_a_hidden_person_is_driven_to_then_looked_for_then_given_up() -> None:
+def test_a_hidden_person_is_looked_for_then_given_up() -> None:
     follower, hidden = lost_follower(), people(person(7, 3.5, 0.0, visible=False))
     assert follower.step(ORIGIN, hidden, 2.0).target is not None
     step = follower.step(ORIGIN, hidden, 3.5)

@@ -46,7 +46,7 @@ def test_a_taken_goal_is_replaced_by_the_nearest_free_pose() -> None:
     costs = taken(walls(), 1.0, 1.5, 0.3)
     goal = SE2(1.0, 1.5, 0.8)
     end = SE2.of(planner().plan(costs, START, goal)[-1])
-    assert 0.3 < end.distance(goal) < 0.4 and end.yaw == pytest.approx(goal.yaw)
+    assert 0.3 < end.distance(goal) < 0.5 and end.yaw == pytest.approx(goal.yaw)
 
 
 @given(st.floats(1.75, 1.95), st.floats(0.6, 2.2), st.floats(0.2, 0.4))
@@ -72,12 +72,16 @@ def test_without_sight_the_goal_is_occupied() -> None:
     assert SE2.of(blind.plan(costs, START, goal)[-1]).x > WALL
 
 
-def test_the_pose_taken_is_kept_while_it_is_as_good() -> None:
+def test_the_pose_stays_on_one_side_of_the_obstacle() -> None:
     goal, one = SE2(1.0, 1.5, 0.0), planner()
     before = SE2.of(one.plan(taken(walls(), 1.0, 1.5, 0.3), START, goal)[-1])
-    shrunk = taken(walls(), 1.0 - 0.06, 1.5, 0.28)  # the other side is nearer now
-    assert SE2.of(one.plan(shrunk, START, goal)[-1]) == before
-    assert SE2.of(planner().plan(shrunk, START, goal)[-1]) != before
+    assert before.distance(START) < goal.distance(START)  # on the robot's side
+    behind = SE2(1.2, 2.6, 0.0)
+    grown = taken(walls(), 1.0, 1.5, 0.34)
+    grown.cells[grown.cell(before.x, before.y)] = INSCRIBED
+    after = SE2.of(one.plan(grown, behind, goal)[-1])
+    assert after.distance(before) < 0.2
+    assert SE2.of(planner().plan(grown, behind, goal)[-1]).distance(before) > 0.4
     assert SE2.of(one.plan(walls(), START, goal)[-1]).distance(goal) < 1e-9  # free again
 
 

@@ -128,8 +128,8 @@ class PersonFollower:
     def _not_found(self, now: float) -> FollowStep:
         if now - self._seen_at < self.params.detection_timeout:
             return FollowStep(INITIAL_PERCEPTION, "Looking for the person to follow.")
-        whom = f"Person {self.number} is not in sight." if self.number else "Nobody stands ahead of me."
-        return FollowStep(INITIAL_PERCEPTION, whom, error_code=FAILED_TO_DETECT_OBJECT)
+        text = f"Person {self.number} is not in sight." if self.number else "Nobody stands ahead of me."
+        return FollowStep(INITIAL_PERCEPTION, text, error_code=FAILED_TO_DETECT_OBJECT)
 
     def _search(self, robot: SE2, person: TrackedPerson, hidden: float) -> FollowStep:
         """Drive to where the person was seen last, stand there and look round, and end after a time."""

@@ -21,7 +21,7 @@ MAX_FREE_COST = INSCRIBED - 1
 SMOOTHING_ITERATIONS = 20
 TAKEN = "the goal is taken; the robot drives to the nearest free pose with sight of it"
 STEADINESS = 0.15
-"""Distance by which another pose has to be nearer to a goal that is taken before it replaces the one before, m."""
+"""Difference of their distances to a goal that is taken up to which two poses are equally near to it, m."""
 MAX_SEARCHES = 12
 """Searches for a path on which the footprint does not collide; each excludes the places where the last one did."""
 
@@ -82,7 +82,7 @@ class GridPlanner:
         self._load_costmap(costmap)
         source = self._source_cell(costmap, start)
         # search to the goal, or to the nearest open cell within tolerance of it
-        goal_cell, candidates = self._flat_index(costmap, goal), self._goal_candidates(costmap, goal)
+        goal_cell, candidates = self._flat_index(costmap, goal), self._goal_candidates(costmap, start, goal)
         if not len(candidates):
             raise PlanningError(PlanningFailure.GOAL_OCCUPIED, goal)
         self._search(source, int(candidates[0]))
@@ -164,33 +164,37 @@ class GridPlanner:
         order = np.argsort(distance, kind="stable")
         return index[order[distance[order] <= radius_cells]].astype(np.int64)
 
-    def _goal_candidates(self, costmap: Costmap, goal: SE2) -> NDArray[np.int64]:
+    def _goal_candidates(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.int64]:
         """Return the open cells within tolerance of the goal: its own cell, then the others by distance."""
         cells = np.concatenate(
             ([self._flat_index(costmap, goal)], self._cells_within(costmap, goal, self.params.tolerance))
         )
         free = cells[self._weight[self._padded.reshape(-1)[cells]] > 0]
         if len(free) and free[0] != cells[0]:
-            free = self._seeing(costmap, goal, free)
+            free = self._seeing(costmap, start, goal, free)
         if not len(costmap.footprint):
             return free
         poses = [self._goal_at(costmap, goal, int(cell), exact=i == 0) for i, cell in enumerate(free)]
         return free[np.array([costmap.lethal_on_footprint(pose) == 0 for pose in poses], np.bool_)]
 
-    def _seeing(self, costmap: Costmap, goal: SE2, free: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the cells with sight of a goal that is taken, that of the plan before first if it is as good."""
+    def _seeing(self, costmap: Costmap, start: SE2, goal: SE2, free: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the cells with sight of a goal that is taken, one of the nearest first.
+
+        Of cells that are about equally near to the goal it is the one nearest to the pose of the plan before, or to
+        the start: marks at the edge of an obstacle come and go, and the robot must not drive round it each time.
+        """
         poses = [self._goal_at(costmap, goal, int(cell), exact=False) for cell in free]
         points = np.array([(pose.x, pose.y) for pose in poses])
         if self.walls is not None:
             seeing = has_sight(self.walls(), points, goal)
             free, points = free[seeing], points[seeing]
-        if self._taken is None or self._taken[0] != goal or not len(free):
+        if not len(free):
             return free
-        before = self._flat_index(costmap, self._taken[1])
-        nearest = float(np.hypot(*(points[0] - (goal.x, goal.y))))
-        if before in free and self._taken[1].distance(goal) <= nearest + STEADINESS:
-            free = np.concatenate(([before], free[free != before]))
-        return free
+        away = np.hypot(points[:, 0] - goal.x, points[:, 1] - goal.y)
+        before = self._taken[1] if self._taken is not None and self._taken[0] == goal else start
+        detour = np.hypot(points[:, 0] - before.x, points[:, 1] - before.y)
+        first = int(np.argmin(np.where(away <= away.min() + STEADINESS, detour, np.inf)))
+        return np.concatenate((free[first : first + 1], np.delete(free, first)))
 
     def _goal_at(self, costmap: Costmap, goal: SE2, cell: int, *, exact: bool) -> SE2:
         """Return the goal, or its heading at the centre of another cell."""

@@ -49,8 +49,8 @@ def send_follow(person: int, page: str) -> None:
     with WebUiClient(page) as robot:
         robot.send(Follow(person))
         await_refusal(robot)
-    whom = f"person {person}" if person else "the nearest person ahead"
-    console.print(f"Following {whom}; `chefbot drive cancel` ends it.")
+    who = f"person {person}" if person else "the nearest person ahead"
+    console.print(f"Following {who}; `chefbot drive cancel` ends it.")
 
 
 def _goal(target: list[str], robot: WebUiClient, when: When) -> OperatorCommand:

@@ -11,14 +11,14 @@ from tests.support.fake_robot import PLACES, fake_robot
 from tests.support.waiting import PATIENCE
 
 from chefbot.cli import running_robot
-from chefbot.cli.drive.goals import cancel_goal, press_stop, release_stop, send_goal
+from chefbot.cli.drive.goals import cancel_goal, press_stop, release_stop, send_follow, send_goal, send_patrol
 from chefbot.cli.drive.orders import confirm_step, order_delivery
 from chefbot.cli.map.save import save_running_map
 from chefbot.errors import UserError
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places
-from chefbot.ui.commands import Cancel, Deliver, Goal, GoPlace, Loaded, Resume, Stop
+from chefbot.ui.commands import Cancel, Deliver, Follow, Goal, GoPlace, Loaded, Patrol, Resume, Stop
 from chefbot.ui.layers import StopView
 
 
@@ -214,3 +214,29 @@ def test_release_names_the_press_that_it_releases() -> None:
         robot.server.set_layer("stop", StopView(stopped=True, pressed="17"))
         assert release_stop(robot.url) == 1
         assert robot.commands.get(timeout=PATIENCE) == Resume("17")
+
+
+def test_a_patrol_has_names_of_places_and_rounds(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        with pytest.raises(UserError, match="no named places"):
+            send_patrol(["kitchen"], 1, False, robot.url)
+        robot.show_places()
+        send_patrol(["kitchen", "2"], 0, False, robot.url)
+        assert robot.commands.get(timeout=PATIENCE) == Patrol(["kitchen", "table_2"], 0)
+        send_patrol(["1"], 3, True, robot.url)
+        assert robot.commands.get(timeout=PATIENCE) == Patrol(["table_1"], 3, True)
+        with pytest.raises(UserError, match="did you mean 'kitchen'"):
+            send_patrol(["kitchn"], 1, False, robot.url)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines == [
+        "Patrolling kitchen, table_2 until `chefbot drive cancel`.",
+        "Patrolling table_1 in 3 rounds.",
+    ]
+
+
+@pytest.mark.parametrize(("person", "words"), [(0, "the nearest person ahead"), (7, "person 7")])
+def test_follow_sends_the_number(person: int, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        send_follow(person, robot.url)
+        assert robot.commands.get(timeout=PATIENCE) == Follow(person)
+    assert capsys.readouterr().out.startswith(f"Following {words};")

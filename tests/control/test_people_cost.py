@@ -47,7 +47,7 @@ def test_the_cost_falls_with_the_distance(distance: float, more: float, variance
     assert cost(somebody, distance + more, 0.0) <= cost(somebody, distance, 0.0)
 
 
-def test_a_third_of_the_cost_is_left_where_personal_space_begins() -> None:
+def test_a_third_of_the_cost_is_left_at_personal_space() -> None:
     assert cost(person(0.0, 0.0), CONTACT + 0.45, 0.0) == pytest.approx(1 / 3, abs=0.02)
 
 
@@ -93,7 +93,7 @@ def test_the_robot_lets_somebody_cross_and_passes_behind(side: float) -> None:
     assert pose.x < 1.4  # it was still behind the line on which the person walked
 
 
-def test_the_robot_is_slower_towards_somebody_who_comes_towards_it() -> None:
+def test_the_robot_is_slower_towards_who_comes_towards_it() -> None:
     _, blind = drive_past(3.5, 0.1, -0.5, 0.0, 6.0, sees=False)
     _, seeing = drive_past(3.5, 0.1, -0.5, 0.0, 6.0, sees=True)
     assert seeing.x < 0.85 * blind.x

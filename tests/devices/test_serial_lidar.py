@@ -149,7 +149,7 @@ def test_a_silent_lidar_is_an_error_and_its_return_is_noticed(port: Path) -> Non
     plugged.unplug()
 
 
-def test_a_cable_that_was_out_is_found_again_at_another_port(port: Path) -> None:
+def test_a_lidar_is_found_again_at_another_port(port: Path) -> None:
     plugged = PluggedLidar("rplidar_c1", port)
     with Driver("rplidar_c1", port) as robot:
         robot.until(lambda: len(robot.scans) >= 2, "scans")

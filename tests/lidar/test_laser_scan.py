@@ -35,7 +35,7 @@ def test_each_beam_has_the_range_in_its_direction(count: int) -> None:
     assert (scan.ranges >= near.min(axis=0) - 0.01).all() and (scan.ranges <= near.max(axis=0) + 0.01).all()
 
 
-def test_the_time_increment_leads_from_the_first_beam_to_the_others() -> None:
+def test_the_time_increment_gives_each_beam_its_time() -> None:
     turn = turn_of(360)
     scan = scan_of(turn, LIDAR, "laser")
     times = scan.header.stamp.ns + np.arange(LIDAR.beams) * scan.time_increment * 1e9
@@ -55,7 +55,7 @@ def test_a_direction_without_samples_has_no_range() -> None:
     )
 
 
-def test_ranges_nearer_than_the_lidar_measures_are_unknown_and_farther_ones_free() -> None:
+def test_too_near_is_unknown_and_too_far_is_free() -> None:
     near = msgspec.structs.replace(LIDAR, range_min=1.3, range_max=2.1)
     scan = scan_of(turn_of(720), near, "laser")
     true = room(scan.angles.astype(float))
@@ -70,7 +70,7 @@ def test_a_lidar_that_sees_a_part_of_a_turn_leaves_out_the_rest() -> None:
     assert scan.ranges[90] == pytest.approx(2.0, abs=0.01)
 
 
-def test_angles_that_step_back_at_the_end_of_a_turn_make_no_short_turn() -> None:
+def test_angles_that_step_back_make_no_short_turn() -> None:
     clockwise = np.concatenate([np.linspace(0.0, 2.0 * math.pi, 100, endpoint=False)] * 3)
     clockwise[[100, 101, 200, 201]] -= 0.1  # the correction of near samples
     bearings = bearings_of(clockwise, math.pi)

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import pytest
+
+from chefbot.config import ConfigError
 from chefbot.maths.se2 import SE2
-from chefbot.storage.places import load_places, save_places
+from chefbot.storage.places import load_entries, load_places, save_places
 
 FILE = """# The ground floor.
 places:
@@ -46,3 +49,26 @@ def test_places_that_are_gone_are_removed(tmp_path: Path) -> None:
     path.write_text(FILE)
     save_places(path, {"kitchen": SE2(0.0, 1.0, 0.5 * math.pi)})
     assert list(load_places(path)) == ["kitchen"] and "beside the door" in path.read_text()
+
+
+def test_tolerances_of_a_place_are_read_and_kept(tmp_path: Path) -> None:
+    path = tmp_path / "a.places.yaml"
+    path.write_text(
+        "places:\n  dock: {x: 1 m, y: 0.2 m, yaw: 0 deg, xy_tolerance: 2 cm, yaw_tolerance: 2 deg}\n"
+    )
+    save_places(path, {"dock": SE2(2.0, 0.0, 0.0)})
+    assert path.read_text().endswith(
+        "  dock: {x: 2.000 m, y: 0.000 m, yaw: 0.0 deg, xy_tolerance: 2 cm, yaw_tolerance: 2 deg}\n"
+    )
+    dock = load_entries(path)["dock"]
+    assert (dock.xy_tolerance, dock.yaw_tolerance) == (0.02, math.radians(2.0))
+
+
+@pytest.mark.parametrize(
+    "key", ["xy_tolerance: 1 mm", "xy_tolerance: 2 deg", "xy_tolerance: .nan m", "yaw_tolerance: wide"]
+)
+def test_a_wrong_tolerance_is_one_sentence_with_its_key(tmp_path: Path, key: str) -> None:
+    path = tmp_path / "a.places.yaml"
+    path.write_text(f"places: {{dock: {{x: 1 m, y: 0 m, {key}}}}}\n")
+    with pytest.raises(ConfigError, match=rf"places\.dock\.{key.partition(':')[0]}"):
+        load_entries(path)

@@ -40,6 +40,10 @@ def test_every_command_round_trips_through_json() -> None:
         "id": "a-b-c",
         "pressed": "12",
         "n": 7,
+        "places": ["kitchen", "table_1"],
+        "rounds": 3,
+        "without_stops": True,
+        "person": 7,
     }
     for kind in KINDS:
         command = kind(**{field: samples[field] for field in kind.__struct_fields__})

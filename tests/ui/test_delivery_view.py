@@ -89,3 +89,15 @@ def test_unserved_tables_are_listed() -> None:
     assert "the place on the map" in status_messages.on_the_way("") and "table 1" in status_messages.at(
         "table_1"
     )
+
+
+@pytest.mark.parametrize("command", [do.Patrol(["kitchen"]), do.Follow(7)])
+def test_a_patrol_and_following_wait_for_the_end_of_a_round(command: do.OperatorCommand) -> None:
+    validate_command(command, PLACES, DeliveryStatus(state="idle"))
+    with pytest.raises(UserError, match="end it first"):
+        validate_command(command, PLACES, DeliveryStatus(state="driving"))
+
+
+def test_a_patrol_to_an_unknown_place_is_refused() -> None:
+    with pytest.raises(UserError, match="no place called bar"):
+        validate_command(do.Patrol(["kitchen", "bar"]), PLACES, DeliveryStatus(state="idle"))

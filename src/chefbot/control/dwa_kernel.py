@@ -148,6 +148,28 @@ def _braking_distance(v: float, present: float, ramp: float, period: float, acce
 
 
 @njit(cache=True, nogil=True)
+def _leaves(
+    cells: NDArray[np.uint8], end: Rollout, in_inscribed: bool, touched: int, corners: NDArray[np.float64]
+) -> bool:
+    """Return whether a trajectory ends outside the inscribed zone and with fewer lethal points on its footprint.
+
+    in_inscribed, touched: whether it begins in that zone, and with how many such points. True if it is blocked.
+    """
+    if end.blocked:
+        return True
+    if in_inscribed and cost_at(cells, end.x, end.y) >= INSCRIBED:
+        return False
+    return not (touched and lethal_on_edges(cells, end.x, end.y, end.yaw, corners) >= touched)
+
+
+@njit(cache=True, nogil=True)
+def _safe_speed(end: Rollout, max_speed: float, slowing: tuple[float, float]) -> float:
+    """Return the speed limit near obstacles and people, m/s, linear in the maximum cost of each."""
+    obstacles = slowing[0] * min(end.max_cost, MAX_COST) / MAX_COST
+    return max_speed * (1.0 - max(obstacles, slowing[1] * end.max_people))
+
+
+@njit(cache=True, nogil=True)
 def best_twist(
     cells: NDArray[np.uint8],
     resolution: float,
@@ -194,10 +216,7 @@ def best_twist(
         if end.blocked and (end.distance < braking_distance or v < MIN_FORWARD_SPEED):
             continue
         # from within the inscribed zone, or with an edge of the footprint in an obstacle: those that leave it
-        drives_on = v > MIN_FORWARD_SPEED and not end.blocked
-        if drives_on and in_inscribed and cost_at(cells, end.x, end.y) >= INSCRIBED:
-            continue
-        if drives_on and touched and lethal_on_edges(cells, end.x, end.y, end.yaw, corners) >= touched:
+        if v > MIN_FORWARD_SPEED and not _leaves(cells, end, in_inscribed, touched, corners):
             continue
         # pose error at the end, with the progress of the time that remains after reaching the goal
         along_track, cross_track, heading_error = _deviation(
@@ -209,10 +228,7 @@ def best_twist(
         score += (
             weights[3] * end.mean_cost / MAX_COST + weights[4] * abs(w - twist[1]) + weights[5] * end.people
         )
-        # speed limit near obstacles and people, linear in the maximum cost
-        obstacles = slowing[0] * min(end.max_cost, MAX_COST) / MAX_COST
-        safe_speed = max_speed * (1.0 - max(obstacles, slowing[1] * end.max_people))
-        score += OVERSPEED_WEIGHT * max(0.0, v - safe_speed)
+        score += OVERSPEED_WEIGHT * max(0.0, v - _safe_speed(end, max_speed, slowing))
         if score < min_score:
             best, min_score = i, score
     return best

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.control.controller import Controller, ControllerStatus
-from chefbot.control.goal_checkers import ProgressChecker
+from chefbot.control.final_approach import FinalApproach
+from chefbot.control.goal_checkers import GoalParams, ProgressChecker
 from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.control.trajectory import predicted_trajectory
 from chefbot.maths.costs import Costmap
-from chefbot.maths.se2 import SE2
+from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.nav2_msgs import FollowPath_Result
 from chefbot.robot.motion_limits import Limits
 
@@ -54,13 +55,18 @@ class PathFollower:
     """Follows a path until its end is reached, or until the robot is blocked or stuck.
 
     controller: computes the twists. replan: leads the path around obstacles in the local costmap. period: time
-    between two cycles, s. Paths, poses and costmaps are in one frame that does not jump.
+    between two cycles, s. final: takes over near a goal with tolerances of its own. Paths, poses and costmaps are in
+    one frame that does not jump.
     """
 
-    def __init__(self, controller: Controller, replan: Replan, period: float) -> None:
-        self._controller, self._replan, self._period = controller, replan, period
+    def __init__(
+        self, controller: Controller, replan: Replan, period: float, final: FinalApproach | None = None
+    ) -> None:
+        self._controller, self._replan, self._period, self._final = controller, replan, period, final
         self._progress = ProgressChecker()
-        self._goal = SE2(0.0, 0.0, 0.0)
+        self._goal = IDENTITY
+        self.frame = IDENTITY
+        """Pose of the path's frame in the costmap's; near a goal with tolerances the newest one is used."""
         self.given_path = np.zeros((0, 3))
         """The path (n, 3) as it was given."""
         self.path = self.given_path
@@ -74,15 +80,24 @@ class PathFollower:
         if len(self.path):
             controller.set_path(self.path, same_goal=False)
 
-    def set_path(self, path: NDArray[np.float64], frame: SE2, *, following: bool) -> bool:
+    def set_path(
+        self,
+        path: NDArray[np.float64],
+        frame: SE2,
+        *,
+        following: bool,
+        tolerance: GoalParams | None = None,
+    ) -> bool:
         """Set the path (n, 3), n >= 1, in a frame whose pose in the costmap's frame is `frame`.
 
         following: whether the previous path has not ended yet; a path to the same goal then replaces it, and the
-        checks for progress go on. Returns whether the goal is a new one.
+        checks for progress go on. tolerance: of this goal, if it has its own. Returns whether the goal is a new one.
         """
         goal = SE2.of(path[-1])
         same_goal = following and goal == self._goal
-        self._goal = goal
+        self._goal, self.frame = goal, frame
+        if not same_goal and self._final is not None:
+            self._final.reset(tolerance)
         if not same_goal:
             self._progress.reset()
             self._blocked_time, self._prediction = 0.0, None
@@ -119,7 +134,13 @@ class PathFollower:
         if path is not self.path:
             self._track(path, same_goal=True)
         # one cycle of the controller
-        v, w, status = self._controller.command(pose, twist, costmap, people)
+        goal = self.frame @ self._goal
+        if self._final is not None and self._final.is_active(pose, goal, costmap):
+            v, w, status = self._final.command(pose, twist, goal, costmap)
+        else:
+            v, w, status = self._controller.command(pose, twist, costmap, people)
+            if status is ControllerStatus.REACHED and self._final is not None and self._final.is_wanted:
+                status = ControllerStatus.BLOCKED
         blind = blind if v > 0.0 else ""
         result = self._judge(pose, status, blind)
         step = PathStep(0.0 if blind else v, w, v, result, status)

@@ -28,7 +28,10 @@ MAX_REAL_TIME_FACTOR = 4.0
 """Maximum real-time factor, so that the latency of the wire stays small beside the control period."""
 PROCESSES = {
     "slam": ("gmapping", "amcl"),
-    "navigation": ("people_tracker", "planner", "controller", "navigator", "explorer", "finder"),
+    "navigation": (
+        *("people_tracker", "planner", "controller", "navigator", "explorer", "finder"),
+        *("waypoint_follower", "pose_sequence", "following_server"),
+    ),
     "service": ("places", "map_file", "delivery", "page"),
 }
 """Nodes of each worker process; all others run with the simulator in the demo's own process: drivers,

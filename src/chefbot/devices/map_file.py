@@ -15,7 +15,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import Device, Out, topic
 from chefbot.storage.map_files import load_map
-from chefbot.storage.places import load_places, places_path
+from chefbot.storage.places import PlaceEntry, load_entries, places_path
 
 
 class MapFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -44,10 +44,14 @@ class MapFileDevice(Device):
         """Read a map and the places file beside it, if there is one."""
         self._grid = load_map(path)
         places_file = places_path(path)
-        self.named: dict[str, SE2] = load_places(places_file) if places_file.exists() else {}
+        self.named = load_entries(places_file) if places_file.exists() else {}
 
     def _publish(self) -> None:
         header = Header.of(self.now_ns, "map")
         self.map.publish(OccupancyGrid.of(header, self._grid))
-        places = (Place(name, PoseStamped(header, Pose.of(pose))) for name, pose in self.named.items())
-        self.places.publish(Places(tuple(places)))
+        self.places.publish(Places(tuple(_place(header, *named) for named in self.named.items())))
+
+
+def _place(header: Header, name: str, entry: PlaceEntry) -> Place:
+    pose = PoseStamped(header, Pose.of(SE2(entry.x, entry.y, entry.yaw)))
+    return Place(name, pose, entry.xy_tolerance or 0.0, entry.yaw_tolerance or 0.0)

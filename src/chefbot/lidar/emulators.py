@@ -98,7 +98,7 @@ class YdlidarEmulator(LidarEmulator):
 
     def __init__(self, model: ydlidar.YdlidarModel, turn_rate: float = 7.0) -> None:
         super().__init__(model.sample_rate, turn_rate)
-        self._model, self.scanning = model, model.talks_unasked
+        self._model, self.scanning = model, model.one_way
 
     @property
     def samples(self) -> int:
@@ -109,7 +109,7 @@ class YdlidarEmulator(LidarEmulator):
 
     def receive(self, data: bytes) -> bytes:
         """Start or stop."""
-        if not self._model.talks_unasked:
+        if not self._model.one_way:
             self.scanning = ydlidar.START in data or (self.scanning and ydlidar.STOP not in data)
         return b""
 

@@ -9,7 +9,7 @@ BITS_PER_BYTE = 10
 """Bits on the line per byte: start, eight data bits, stop."""
 
 
-class Frame(NamedTuple):
+class LidarFrame(NamedTuple):
     """A whole frame.
 
     began_ns: time at which its first byte began on the line, ns. follows: whether no byte was between it and the
@@ -49,11 +49,11 @@ class Framer:
         self.damaged = 0
         """Number of frames that were found to be damaged."""
 
-    def push(self, data: bytes, received_ns: int) -> list[Frame]:
+    def push(self, data: bytes, received_ns: int) -> list[LidarFrame]:
         """Return the frames that `data` completes, whose last byte was received at `received_ns`."""
         buffer, at = self._buffer, 0
         buffer += data
-        frames: list[Frame] = []
+        frames: list[LidarFrame] = []
         while (begin := self._layout.find(buffer, at)) >= 0:
             self._skipped |= begin > at
             at = begin
@@ -64,7 +64,7 @@ class Framer:
             frame = bytes(buffer[begin : begin + length]) if length > 0 else b""
             if frame and closed and self._layout.valid(frame):
                 began_ns = received_ns - round((len(buffer) - begin) * self._byte_ns)
-                frames.append(Frame(frame, began_ns, not self._skipped))
+                frames.append(LidarFrame(frame, began_ns, not self._skipped))
                 at, self._skipped = begin + length, False
             else:
                 self.damaged += length > 0

@@ -1,4 +1,4 @@
-"""LD06, LD19, STL-19P and STL-27L of LDROBOT: frames of twelve samples, sent without being asked.
+"""LD06, LD19, STL-19P and STL-27L of LDROBOT: frames of twelve samples, sent without a request.
 
 Frame, little-endian, 47 bytes: 54 2C | speed, degrees/s u16 | start angle, 0.01 degrees u16 | 12 x (range mm u16,
 intensity u8) | end angle u16 | time, ms u16 | CRC-8 of the bytes before (polynomial 0x4D, initial value 0, not
@@ -12,7 +12,7 @@ import struct
 
 import numpy as np
 
-from chefbot.lidar.framing import Frame, FrameFormat, Framer
+from chefbot.lidar.framing import FrameFormat, Framer, LidarFrame
 from chefbot.lidar.session import LidarSession
 from chefbot.lidar.turns import Samples, bearings_of
 
@@ -80,7 +80,7 @@ class Ld19Session(LidarSession):
         """Number of frames with a wrong checksum or angles that the speed does not allow."""
         return self._framer.damaged + self._implausible
 
-    def _decode(self, frame: Frame) -> Samples | None:
+    def _decode(self, frame: LidarFrame) -> Samples | None:
         _, speed, start, *points, end, _, _ = LAYOUT.unpack(frame.data)
         span = (end - start) % CENTIDEGREES
         if max(start, end) >= CENTIDEGREES or span > MAX_SPAN * 100.0 * speed * POINTS / self.sample_rate:

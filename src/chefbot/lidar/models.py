@@ -38,11 +38,11 @@ def _ydlidar(maker: str, model: YdlidarModel, dtr: bool | None = None) -> LidarM
 
 
 YDLIDARS: Mapping[str, YdlidarModel] = {
-    "ydlidar_x2": YdlidarModel(115_200, 3000.0, 0, triangulates=True, talks_unasked=True),
-    "ydlidar_x4": YdlidarModel(128_000, 5000.0, 0, triangulates=True, talks_unasked=False),
-    "ydlidar_g2": YdlidarModel(230_400, 5000.0, 1, triangulates=True, talks_unasked=False),
-    "ydlidar_g4": YdlidarModel(230_400, 9000.0, 0, triangulates=True, talks_unasked=False),
-    "ydlidar_tmini": YdlidarModel(230_400, 4000.0, 1, triangulates=False, talks_unasked=False),
+    "ydlidar_x2": YdlidarModel(115_200, 3000.0, 0, triangulates=True, one_way=True),
+    "ydlidar_x4": YdlidarModel(128_000, 5000.0, 0, triangulates=True, one_way=False),
+    "ydlidar_g2": YdlidarModel(230_400, 5000.0, 1, triangulates=True, one_way=False),
+    "ydlidar_g4": YdlidarModel(230_400, 9000.0, 0, triangulates=True, one_way=False),
+    "ydlidar_tmini": YdlidarModel(230_400, 4000.0, 1, triangulates=False, one_way=False),
 }
 LIDARS: Mapping[str, LidarModel] = {
     "ld06": _ld19("LDROBOT LD06", 230_400, 4500.0),

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chefbot.lidar.framing import Frame, FrameFormat, Framer
+from chefbot.lidar.framing import FrameFormat, Framer, LidarFrame
 from chefbot.lidar.rplidar_samples import (
     CAPSULES,
     FULL_TURN,
@@ -87,7 +87,7 @@ class ScanMode(NamedTuple):
 class RplidarSession(LidarSession):
     """Asks for model, health and typical mode, starts the scan in it, and decodes what comes.
 
-    baud: of the line. sample_ns: time between two samples where the lidar does not tell it, ns.
+    baud: of the line. sample_ns: time between two samples where the lidar does not report it, ns.
     """
 
     def __init__(self, baud: int, sample_ns: float) -> None:
@@ -96,9 +96,9 @@ class RplidarSession(LidarSession):
         self._model, self._description = -1, ""
         self._answers = bytearray()
         self._framer: Framer | None = None
-        self._previous: Frame | None = None
+        self._previous: LidarFrame | None = None
         self._damaged = 0
-        self._heard_ns = self._asked_ns = -1
+        self._sampled_ns = self._requested_ns = -1
         self._steps = [*self._SETUP]
 
     _SETUP = ("stop", "info", "health", "typical mode", "data type", "sample time", "motor", "scan")
@@ -111,7 +111,7 @@ class RplidarSession(LidarSession):
 
     @property
     def description(self) -> str:
-        """Model, firmware and serial number, once the lidar has told them."""
+        """Model, firmware and serial number, once the lidar has reported them."""
         return self._description
 
     @property
@@ -125,13 +125,13 @@ class RplidarSession(LidarSession):
 
     def data_to_send(self, now_ns: int) -> bytes:
         """Return the next request: each waits for the answer before, or for so long that there will be none."""
-        if not self._steps and now_ns - max(self._heard_ns, self._asked_ns) > SILENCE_NS:
+        if not self._steps and now_ns - max(self._sampled_ns, self._requested_ns) > SILENCE_NS:
             self._steps = [*self._SETUP]  # it was switched off and on
-            self._asked_ns = -1
-        if not self._steps or (self._asked_ns >= 0 and now_ns - self._asked_ns < ANSWER_PATIENCE_NS):
+            self._requested_ns = -1
+        if not self._steps or (self._requested_ns >= 0 and now_ns - self._requested_ns < ANSWER_PATIENCE_NS):
             return b""
         step = self._steps.pop(0)
-        self._asked_ns = now_ns
+        self._requested_ns = now_ns
         if step in ("stop", "scan"):
             self._framer = self._previous = None
             self._answers.clear()
@@ -170,7 +170,7 @@ class RplidarSession(LidarSession):
         parts = (self._decode(frame) for frame in self._framer.push(data, received_ns))
         samples = [part for part in parts if part is not None]
         if samples:
-            self._heard_ns = received_ns
+            self._sampled_ns = received_ns
         return samples
 
     def _take_answers(self) -> bytes:
@@ -193,7 +193,7 @@ class RplidarSession(LidarSession):
         return b""
 
     def _take_answer(self, kind: int, content: bytes) -> None:
-        self._asked_ns = -1  # the next request may follow
+        self._requested_ns = -1  # the next request may follow
         if kind == INFO and len(content) == 20:
             self._model = content[0]
             firmware = f"{content[2]}.{content[1]:02d}"
@@ -230,7 +230,7 @@ class RplidarSession(LidarSession):
         self._mode = self._mode._replace(data_type=kind)
         return True
 
-    def _decode(self, frame: Frame) -> Samples | None:
+    def _decode(self, frame: LidarFrame) -> Samples | None:
         """Return the samples of a packet, or of the capsule before it."""
         if self._mode.data_type == STANDARD:
             return self._samples(*decode_standard(frame.data), frame.began_ns)

@@ -69,11 +69,11 @@ def _even_angles(start: int, end: int, count: int) -> Angles:
 def decode_express(capsule: bytes, following: bytes) -> tuple[Angles, Ranges]:
     """Decode 32 samples: 16 cabins of two ranges with the low bits of their angle corrections, and the high bits."""
     cabins = np.frombuffer(capsule, np.dtype([("d", "<u2", 2), ("high", "u1")]), 16, 4)
-    words, high = cabins["d"].astype(np.int64), cabins["high"].astype(np.int64)
+    pairs, high = cabins["d"].astype(np.int64), cabins["high"].astype(np.int64)
     nibbles = np.column_stack([high & 0x0F, high >> 4])
-    correction = ((words & 3) << 4 | nibbles).reshape(-1) / 8.0
+    correction = ((pairs & 3) << 4 | nibbles).reshape(-1) / 8.0
     angles = _even_angles(start_angle(capsule), start_angle(following), 32)
-    return angles - np.radians(correction), metres((words & 0xFFFC).reshape(-1) / 4.0)
+    return angles - np.radians(correction), metres((pairs & 0xFFFC).reshape(-1) / 4.0)
 
 
 def decode_dense(capsule: bytes, following: bytes) -> tuple[Angles, Ranges]:
@@ -83,17 +83,17 @@ def decode_dense(capsule: bytes, following: bytes) -> tuple[Angles, Ranges]:
 
 
 def decode_ultra_dense(capsule: bytes, following: bytes) -> tuple[Angles, Ranges]:
-    """Decode 64 samples: 32 cabins of two words of 20 bits, whose lowest two are the scale of the range."""
+    """Decode 64 samples: 32 cabins of two values of 20 bits, whose lowest two are the scale of the range."""
     cabins = np.frombuffer(capsule, np.dtype([("low", "<u2", 2), ("high", "u1")]), 32, 10)
     high = cabins["high"].astype(np.int64)
-    words = (cabins["low"].astype(np.int64) | np.column_stack([high & 0x0F, high >> 4]) << 16).reshape(-1)
-    scale = words & 3
+    values = (cabins["low"].astype(np.int64) | np.column_stack([high & 0x0F, high >> 4]) << 16).reshape(-1)
+    scale = values & 3
     # bits of the range, mm per step, and the range of the first step, by scale
     mask, step, offset = (
         np.array(column)[scale]
         for column in ((0xFFC, 0x1FFC, 0x3FFC, 0x7FFC), (2, 3, 4, 5), (0, 2046, 8187, 24567))
     )
-    millimetres = ((words & mask) >> 2) * step + offset
+    millimetres = ((values & mask) >> 2) * step + offset
     angles = _even_angles(start_angle(capsule, 8), start_angle(following, 8), 64)
     return angles, metres(millimetres.astype(np.float64))
 
@@ -111,7 +111,7 @@ def _major(value: int) -> tuple[int, int]:
 
 
 def _lens_correction(millimetres: float) -> float:
-    """Return by how much the angle of a sample is less than even spacing says, rad."""
+    """Return by how much the angle of a sample is less than even spacing gives, rad."""
     if millimetres < 50.0:
         return math.radians(7.5)
     k = math.floor(98361 / (4.0 * millimetres))
@@ -124,10 +124,10 @@ def _signed(value: int) -> int:
 
 def decode_ultra(capsule: bytes, following: bytes) -> tuple[Angles, Ranges]:
     """Decode 96 samples: 32 cabins of a range and two predictions, from it and from the next cabin's range."""
-    words = np.frombuffer(capsule, "<u4", 32, 4).tolist()
-    words.append(int.from_bytes(following[4:8], "little"))
+    cabins = np.frombuffer(capsule, "<u4", 32, 4).tolist()
+    cabins.append(int.from_bytes(following[4:8], "little"))
     millimetres: list[float] = []
-    for word, after in pairwise(words):
+    for word, after in pairwise(cabins):
         (major, level), (later, later_level) = _major(word & 0xFFF), _major(after & 0xFFF)
         base, base_level = (major, level) if major else (later, later_level)
         first, second = _signed(word >> 12 & 0x3FF), _signed(word >> 22 & 0x3FF)

@@ -22,7 +22,7 @@ class LidarSession(ABC):
     def receive_data(self, data: bytes, received_ns: int) -> list[Samples]:
         """Return the samples in received bytes, of which the last was received at `received_ns`.
 
-        Raises LidarError if the lidar says that it is damaged.
+        Raises LidarError if the lidar reports that it is damaged.
         """
 
     @property
@@ -32,7 +32,7 @@ class LidarSession(ABC):
 
     @property
     def description(self) -> str:
-        """What the lidar has told of itself, such as model and firmware; empty for nothing."""
+        """What the lidar has reported about itself, such as model and firmware; empty for nothing."""
         return ""
 
     def stop_command(self) -> bytes:

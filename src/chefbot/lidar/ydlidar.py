@@ -2,7 +2,7 @@
 
 Packet, little-endian: AA 55 | CT u8 | LSN u8, samples | FSA u16 | LSA u16 | CS u16 | samples. CT bit 0: the first
 sample of a turn; CT >> 1: turns per second times ten, if not 0. Angles: (value >> 1) / 64 degrees, clockwise, evenly
-spaced. CS: exclusive or of 55AA and all other words. Source: YDLidar-SDK at 01cdda4,
+spaced. CS: exclusive or of 55AA and all other 16-bit values. Source: YDLidar-SDK at 01cdda4,
 doc/YDLidar-SDK-Communication-Protocol.md.
 """
 
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.lidar.framing import Frame, FrameFormat, Framer
+from chefbot.lidar.framing import FrameFormat, Framer, LidarFrame
 from chefbot.lidar.session import LidarSession
 from chefbot.lidar.turns import Samples, bearings_of
 
@@ -35,14 +35,14 @@ class YdlidarModel(NamedTuple):
 
     baud: of the line. sample_rate: samples a second. intensity_bytes: bytes of the intensity before each range.
     triangulates: whether ranges count quarters of a millimetre and angles need a correction, instead of millimetres.
-    talks_unasked: whether it begins to send by itself and takes no commands.
+    one_way: whether it begins to send by itself and takes no commands.
     """
 
     baud: int
     sample_rate: float
     intensity_bytes: int
     triangulates: bool
-    talks_unasked: bool
+    one_way: bool
 
 
 def angle_correction(ranges: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -72,11 +72,11 @@ def _format(intensity_bytes: int) -> FrameFormat:
 
 
 def checksum_of(packet: bytes, intensity_bytes: int) -> int:
-    """Return the exclusive or of the words of a packet, without its checksum."""
+    """Return the exclusive or of the 16-bit values of a packet, without its checksum."""
     head = np.frombuffer(packet, "<u2", 4)
     samples = np.frombuffer(packet, np.uint8, offset=HEAD.size).reshape(-1, 2 + intensity_bytes)
-    words = np.ascontiguousarray(samples[:, intensity_bytes:]).view("<u2")
-    checksum = int(np.bitwise_xor.reduce(head)) ^ int(np.bitwise_xor.reduce(words.reshape(-1)))
+    ranges = np.ascontiguousarray(samples[:, intensity_bytes:]).view("<u2")
+    checksum = int(np.bitwise_xor.reduce(head)) ^ int(np.bitwise_xor.reduce(ranges.reshape(-1)))
     if intensity_bytes:
         checksum ^= int(np.bitwise_xor.reduce(samples[:, 0]))
     return checksum
@@ -93,7 +93,7 @@ class YdlidarSession(LidarSession):
 
     def data_to_send(self, now_ns: int) -> bytes:
         """Return the request for a scan, and again after a second without packets."""
-        if self._model.talks_unasked or now_ns < self._due_ns:
+        if self._model.one_way or now_ns < self._due_ns:
             return b""
         self._due_ns = now_ns + REPEAT_NS
         return START
@@ -113,18 +113,18 @@ class YdlidarSession(LidarSession):
 
     def stop_command(self) -> bytes:
         """Return the request that ends the scan."""
-        return b"" if self._model.talks_unasked else STOP
+        return b"" if self._model.one_way else STOP
 
-    def _decode(self, frame: Frame) -> Samples | None:
+    def _decode(self, frame: LidarFrame) -> Samples | None:
         _, _, count, first, last, _ = HEAD.unpack_from(frame.data)
         if max(first >> 1, last >> 1) > FULL_TURN:
             self._implausible += 1
             return None
         model = self._model
         samples = np.frombuffer(frame.data, np.uint8, offset=HEAD.size).reshape(count, -1)
-        words = np.ascontiguousarray(samples[:, model.intensity_bytes :]).view("<u2").reshape(-1)
+        counts = np.ascontiguousarray(samples[:, model.intensity_bytes :]).view("<u2").reshape(-1)
         # triangulating models count quarters of a millimetre; with an intensity, its lowest bits are in the range
-        value = (words & 0xFFFC if model.intensity_bytes else words).astype(np.float64)
+        value = (counts & 0xFFFC if model.intensity_bytes else counts).astype(np.float64)
         metres = value / (4000.0 if model.triangulates else 1000.0)
         ranges = np.where(value > 0.0, metres, math.inf)
         # the angles are evenly spaced from the first to the last sample
@@ -152,7 +152,7 @@ def encode(
         values = values & 0xFFFC
     samples = np.zeros((len(values), 2 + model.intensity_bytes), np.uint8)
     samples[:, model.intensity_bytes :] = values.view(np.uint8).reshape(-1, 2)
-    words = [(round(math.degrees(angle) * 64.0) % FULL_TURN) << 1 | 1 for angle in (start, end)]
-    head = HEAD.pack(HEADER, int(first), len(values), *words, 0)
+    limits = [(round(math.degrees(angle) * 64.0) % FULL_TURN) << 1 | 1 for angle in (start, end)]
+    head = HEAD.pack(HEADER, int(first), len(values), *limits, 0)
     checksum = checksum_of(head[:-2] + b"\0\0" + samples.tobytes(), model.intensity_bytes)
     return head[:-2] + struct.pack("<H", checksum) + samples.tobytes()

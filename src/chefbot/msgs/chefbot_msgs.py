@@ -105,10 +105,14 @@ class LocalizationStatus(Message, frozen=True, eq=False):
 
 
 class Place(Message, frozen=True, eq=False):
-    """A named pose on the map."""
+    """A named pose on the map, and how exactly it has to be reached: m and rad, 0: as any other goal."""
+
+    BOUNDS = per_field(xy_tolerance=(0.0, 1.0), yaw_tolerance=(0.0, 3.15))
 
     name: String = ""
     pose: PoseStamped = PoseStamped()
+    xy_tolerance: Float64 = 0.0
+    yaw_tolerance: Float64 = 0.0
 
 
 class Places(Message, frozen=True, eq=False):
@@ -125,6 +129,25 @@ class Order(Message, frozen=True, eq=False):
 
     places: StringArray = ()
     id: String = ""
+
+
+class PatrolOrder(Message, frozen=True, eq=False):
+    """An order to drive to places, or through them without stopping.
+
+    `rounds`: how often; 0: until it is cancelled.
+    """
+
+    MAX_LENGTHS = per_field(places=1000)
+
+    places: StringArray = ()
+    rounds: Uint32 = 1
+    without_stops: Bool = False
+
+
+class FollowOrder(Message, frozen=True, eq=False):
+    """An order to follow a tracked person; 0: the nearest one ahead."""
+
+    person: Uint32 = 0
 
 
 class Errand(Message, frozen=True, eq=False):

@@ -1,4 +1,7 @@
-"""nav2_msgs: particle clouds and navigation actions as in Kilted; for other distributions see `editions`."""
+"""nav2_msgs: particle clouds and navigation actions as in Kilted; for other distributions see `editions`.
+
+FollowObject is that of Lyrical, as Kilted has none.
+"""
 # ruff: noqa: N801 (names on the wire)
 
 from __future__ import annotations
@@ -7,14 +10,19 @@ from chefbot.msgs.builtin_interfaces import Duration, Time
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.idl.action import define_action
 from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, per_field
-from chefbot.msgs.idl.message import Bool, Float32, Float64, Int16, Message, String, Uint8, Uint16
-from chefbot.msgs.nav_msgs import Path
+from chefbot.msgs.idl.message import Bool, Float32, Float64, Int16, Message, String, Uint8, Uint16, Uint32
+from chefbot.msgs.nav_msgs import Goals, Path
 from chefbot.msgs.std_msgs import Empty, Header
 
 MAX_SPIN = 1000.0
 """Largest rotation in place, rad."""
 MAX_PARTICLES = 100_000
 MAX_TREE_NODES = 10_000
+MAX_WAYPOINTS = 10_000
+PENDING, COMPLETED, SKIPPED, FAILED = range(4)
+"""Values of the field `waypoint_status` of WaypointStatus."""
+INITIAL_PERCEPTION, CONTROLLING, STOPPING, RETRY = range(1, 5)
+"""Values of the field `state` of FollowObject_Feedback."""
 _SPEED = {"speed": (-MAX_MAGNITUDE, MAX_MAGNITUDE)}
 
 
@@ -76,6 +84,107 @@ class NavigateToPose_Feedback(Message, frozen=True, eq=False):
     estimated_time_remaining: Duration = Duration()
     number_of_recoveries: Int16 = 0
     distance_remaining: Float32 = 0.0
+
+
+class WaypointStatus(Message, frozen=True, eq=False):
+    """Whether a waypoint was reached, and why not: PENDING, COMPLETED, SKIPPED or FAILED."""
+
+    waypoint_status: Uint8 = 0
+    waypoint_index: Uint32 = 0
+    waypoint_pose: PoseStamped = PoseStamped()
+    error_code: Uint16 = 0
+    error_msg: String = ""
+
+
+class MissedWaypoint(Message, frozen=True, eq=False):
+    """A waypoint that was not reached, as Jazzy reports it; newer distributions have WaypointStatus."""
+
+    index: Uint32 = 0
+    goal: PoseStamped = PoseStamped()
+    error_code: Uint16 = 0
+
+
+class NavigateThroughPoses_Goal(Message, frozen=True, eq=False):
+    """Navigate through poses without stopping at those before the last one, with an optional behavior tree."""
+
+    poses: Goals = Goals()
+    behavior_tree: String = ""
+
+
+class NavigateThroughPoses_Result(Message, frozen=True, eq=False):
+    """The error code of the navigation, 0 on success, a description, and which poses were passed."""
+
+    MAX_LENGTHS = per_field(waypoint_statuses=MAX_WAYPOINTS)
+
+    error_code: Uint16 = 0
+    error_msg: String = ""
+    waypoint_statuses: tuple[WaypointStatus, ...] = ()
+
+
+class NavigateThroughPoses_Feedback(Message, frozen=True, eq=False):
+    """Feedback as of NavigateToPose, with the number of poses that remain."""
+
+    MAX_LENGTHS = per_field(waypoint_statuses=MAX_WAYPOINTS)
+
+    current_pose: PoseStamped = PoseStamped()
+    navigation_time: Duration = Duration()
+    estimated_time_remaining: Duration = Duration()
+    number_of_recoveries: Int16 = 0
+    distance_remaining: Float32 = 0.0
+    number_of_poses_remaining: Int16 = 0
+    waypoint_statuses: tuple[WaypointStatus, ...] = ()
+
+
+class FollowWaypoints_Goal(Message, frozen=True, eq=False):
+    """Navigate to each waypoint in order, from `goal_index` on, and then `number_of_loops` times again."""
+
+    MAX_LENGTHS = per_field(poses=MAX_WAYPOINTS)
+
+    number_of_loops: Uint32 = 0
+    goal_index: Uint32 = 0
+    poses: tuple[PoseStamped, ...] = ()
+
+
+class FollowWaypoints_Result(Message, frozen=True, eq=False):
+    """The waypoints that were not reached, and an error code, 0 on success, with a description."""
+
+    MAX_LENGTHS = per_field(missed_waypoints=MAX_WAYPOINTS)
+
+    missed_waypoints: tuple[WaypointStatus, ...] = ()
+    error_code: Uint16 = 0
+    error_msg: String = ""
+
+
+class FollowWaypoints_Feedback(Message, frozen=True, eq=False):
+    """Index of the waypoint to which the robot drives."""
+
+    current_waypoint: Uint32 = 0
+
+
+class FollowObject_Goal(Message, frozen=True, eq=False):
+    """Follow an object whose pose is published on a topic, or a frame; `max_duration` 0 is without end."""
+
+    pose_topic: String = ""
+    tracked_frame: String = ""
+    max_duration: Duration = Duration()
+
+
+class FollowObject_Result(Message, frozen=True, eq=False):
+    """The elapsed time, an error code, 0 on success, how often the object was lost, and a description."""
+
+    total_elapsed_time: Duration = Duration()
+    error_code: Uint16 = 0
+    num_retries: Uint16 = 0
+    error_msg: String = ""
+
+
+class FollowObject_Feedback(Message, frozen=True, eq=False):
+    """What the robot does, the elapsed time, and how often the object was lost so far."""
+
+    state: Uint16 = 0
+    """INITIAL_PERCEPTION, CONTROLLING, STOPPING or RETRY."""
+    following_time: Duration = Duration()
+    num_retries: Uint16 = 0
 
 
 class ComputePathToPose_Goal(Message, frozen=True, eq=False):
@@ -203,6 +312,11 @@ class DriveOnHeading_Feedback(Message, frozen=True, eq=False):
 
 
 NavigateToPose = define_action(NavigateToPose_Goal, NavigateToPose_Result, NavigateToPose_Feedback)
+NavigateThroughPoses = define_action(
+    NavigateThroughPoses_Goal, NavigateThroughPoses_Result, NavigateThroughPoses_Feedback
+)
+FollowWaypoints = define_action(FollowWaypoints_Goal, FollowWaypoints_Result, FollowWaypoints_Feedback)
+FollowObject = define_action(FollowObject_Goal, FollowObject_Result, FollowObject_Feedback)
 ComputePathToPose = define_action(
     ComputePathToPose_Goal, ComputePathToPose_Result, ComputePathToPose_Feedback
 )

@@ -132,6 +132,15 @@ class Path(Message, frozen=True, eq=False):
         return Path(header, tuple(PoseStamped(header, Pose.of(SE2.of(pose))) for pose in poses))
 
 
+class Goals(Message, frozen=True, eq=False):
+    """Poses to navigate through, in order."""
+
+    MAX_LENGTHS = per_field(goals=MAX_POSES)
+
+    header: Header = Header()
+    goals: tuple[PoseStamped, ...] = ()
+
+
 class GetMap_Request(Message, frozen=True, eq=False):
     """A request for the current map."""
 

@@ -6,12 +6,8 @@ from collections.abc import Callable
 from functools import partial
 
 from chefbot.control.controller import Controller
-from chefbot.control.controller_params import (
-    CONTROL_PERIOD,
-    CONTROL_RATE,
-    LIVE_PARAMS,
-    LOCAL_PLAN_RATE,
-)
+from chefbot.control.controller_params import CONTROL_PERIOD, CONTROL_RATE, LIVE_PARAMS, LOCAL_PLAN_RATE
+from chefbot.control.final_approach import FinalApproach
 from chefbot.control.localization_watch import LocalizationWatch
 from chefbot.control.path_follower import FollowPathError, PathFollower, failed_path
 from chefbot.maths.costs import Costmap
@@ -24,6 +20,7 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.behavior_server import BehaviorServerNode
 from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.nodes.navigation.controller_params import ControllerNodeParams
+from chefbot.nodes.navigation.goal_tolerances import GoalTolerancesNode
 from chefbot.planning.local_replanning import local_planner, remaining_length, replan_locally
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.actions import action_server
@@ -34,7 +31,7 @@ from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 
-class ControllerNode(BehaviorServerNode):
+class ControllerNode(BehaviorServerNode, GoalTolerancesNode):
     """Serves follow_path and three motions in the frame `odom`.
 
     It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
@@ -53,7 +50,8 @@ class ControllerNode(BehaviorServerNode):
         """Create the local costmap, the controller and the sensor monitors."""
         super().start()
         replan = partial(replan_locally, planner=local_planner())
-        self._follower = PathFollower(self._make_controller(), replan, CONTROL_PERIOD)
+        final = FinalApproach(Limits.of(self.robot), CONTROL_PERIOD)
+        self._follower = PathFollower(self._make_controller(), replan, CONTROL_PERIOD, final)
         self._localization = LocalizationWatch()
         self._following: Future[FollowPath_Result] | None = None
         self._feedback: Callable[[FollowPath_Feedback], None] = lambda _: None
@@ -86,7 +84,8 @@ class ControllerNode(BehaviorServerNode):
         except TransformError as error:
             return failed_path(FollowPathError.NO_TRANSFORM, f"The path cannot be placed: {error}")
         following = self._following is not None and not self._following.done
-        if self._follower.set_path(goal.path.array, odom_T_path, following=following):
+        path, tolerance = goal.path.array, self._tolerance_of(goal.path)
+        if self._follower.set_path(path, odom_T_path, following=following, tolerance=tolerance):
             self._waiting.resume()
             self._publish_waiting()
         self._feedback, self._following = feedback, Future()
@@ -118,6 +117,7 @@ class ControllerNode(BehaviorServerNode):
             self._step_path(self._following, pose, costs)
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
+        self._place_goal(self._follower)
         present, blind = self.cmd_vel.last or Twist(), self._sensors.blind_ahead(pose, costs)
         twist = present.linear.x, present.angular.z
         step = self._follower.step(pose, twist, costs, blind, self._nearby_people())

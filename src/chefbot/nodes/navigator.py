@@ -12,6 +12,7 @@ from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header
+from chefbot.nodes.navigation.goal_pose import GoalError, goal_in_map
 from chefbot.nodes.navigation.tree_runner import TreeRunnerNode
 from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.coroutines import Cancelled
@@ -80,17 +81,23 @@ class NavigatorNode(TreeRunnerNode):
         if is_pressed(self.emergency_stop.last):
             return self._end(NO_VALID_CONTROL, REFUSED)
         self._restart_services()
+        self._publish_status("driving", "")
+        try:
+            pose = goal_in_map(goal.pose, self.tf)
+        except GoalError as error:
+            return self._end(error.code, str(error))
         self._progress.restart(self.now_ns)
         self._publish_feedback = lambda: feedback(
             self._progress.feedback(self.now_ns, self._current_pose(), self._recoveries)
         )
-        self.navigation_goal.publish(goal.pose)
+        self.navigation_goal.publish(pose)
         self._publish_feedback()
-        tree = self._trees.new_tree(goal.pose)
+        tree = self._trees.new_tree(pose)
         try:
             reached = await self._run(tree, lambda: self._trees.set_params(tree, self.params))
         except Cancelled:
-            self._publish_status("idle", "The goal was cancelled.")
+            if not self.navigate_to_pose.preempting:
+                self._publish_status("idle", "The goal was cancelled.")
             raise
         except BehaviorTreeError as error:
             return self._end(UNKNOWN, f"The behavior tree failed: {error}")
@@ -101,10 +108,9 @@ class NavigatorNode(TreeRunnerNode):
         return self._end(*(self._failure if self._failure[0] else (UNKNOWN, NO_ERROR)))
 
     def _end(self, code: int, sentence: str) -> nav2.NavigateToPose_Result:
-        """Publish the end of a goal and return its result; code 0 if it is reached."""
-        sentence = sentence if code else ""
-        self._publish_status("idle", sentence)
-        return nav2.NavigateToPose_Result(code, sentence)
+        """Publish the end of a goal and return its result; code 0 if it is reached, or a free pose near it."""
+        self._publish_status("idle", sentence if code else "")
+        return nav2.NavigateToPose_Result(code, sentence if code else self._goal_remark)
 
     def _current_pose(self) -> PoseStamped:
         try:

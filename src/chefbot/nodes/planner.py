@@ -15,6 +15,7 @@ from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, Co
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.causes.planner_causes import PlannerCausesNode
+from chefbot.nodes.navigation.goal_pose import GoalError, goal_in_map
 from chefbot.planning.global_planning import ERROR_CODES, NO_TRANSFORM, RETRY_WITHOUT_FAR_MARKS
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
@@ -54,6 +55,8 @@ class PlannerNode(PlannerCausesNode):
 
     def _make_planner(self) -> Planner:
         planner: Planner = load_plugin(self.params.plugin, GridPlanner, self.params.settings)
+        if isinstance(planner, GridPlanner):
+            planner.walls = lambda: self._costs.static_costs()
         return planner
 
     async def on_compute_path_to_pose(self, goal: ComputePathToPose_Goal, _: Any) -> ComputePathToPose_Result:
@@ -62,18 +65,22 @@ class PlannerNode(PlannerCausesNode):
             robot = self.tf.lookup("map", "base_link")
         except TransformError as error:
             return ComputePathToPose_Result(error_code=NO_TRANSFORM, error_msg=f"Not localized yet: {error}")
-        start = goal.start.pose.se2 if goal.use_start else robot
+        try:
+            start = goal_in_map(goal.start, self.tf).pose.se2 if goal.use_start else robot
+            target = goal_in_map(goal.goal, self.tf).pose.se2
+        except GoalError as error:
+            return ComputePathToPose_Result(error_code=error.code, error_msg=str(error))
         self._costs.clear_footprint(robot, keep=(DROP_OFFS,))
         try:
-            poses = self._find_path(robot, start, goal.goal.pose.se2)
+            poses = self._find_path(robot, start, target)
         except PlanningError as error:
             code = ERROR_CODES[error.failure]
-            self.report_failure(error, self._planner, start, goal.goal.pose.se2)
+            self.report_failure(error, self._planner, start, target)
             return ComputePathToPose_Result(error_code=code, error_msg=str(error))
         path = Path.of(Header.of(self.now_ns, "map"), poses)
         self.plan.publish(path)
-        self.report_plan(poses, goal.goal.pose.se2, robot)
-        return ComputePathToPose_Result(path)
+        self.report_plan(poses, target, robot)
+        return ComputePathToPose_Result(path, error_msg=self.report_taken_goal(poses, target))
 
     def _find_path(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Plan around all marks and, if that fails, without those out of sensor range, which may have left.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +12,16 @@ from numpy.typing import NDArray
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning import graph_search, smoothing
+from chefbot.planning.goal_sight import has_sight
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import PlanningError, PlanningFailure
 
 MAX_FREE_COST = INSCRIBED - 1
 """Highest cost of a cell in which the robot's centre may be."""
 SMOOTHING_ITERATIONS = 20
+TAKEN = "the goal is taken; the robot drives to the nearest free pose with sight of it"
+STEADINESS = 0.15
+"""Difference of their distances to a goal that is taken up to which two poses are equally near to it, m."""
 MAX_SEARCHES = 12
 """Searches for a path on which the footprint does not collide; each excludes the places where the last one did."""
 
@@ -26,13 +31,16 @@ class GridPlanner:
 
     No cell of the path has a cost of INSCRIBED or more. With the footprint of a robot that is no disc, no pose of the
     path collides, save those at the start: where one does, the search is repeated without the cells around it.
-    `remarks` are sentences about what the last `plan` had to relax: a start inside the inflation, a moved goal.
-    Reuses its working arrays between calls (13 bytes per cell).
+    For a goal that is taken it plans to the nearest free pose with sight of it; `walls` is the static map that no
+    sight leads through. `remarks` are sentences about what the last `plan` had to relax: a start inside the
+    inflation, a goal that is taken. Reuses its working arrays between calls (13 bytes per cell).
     """
 
     def __init__(self, params: PlannerParams | None = None) -> None:
         self.params = params or PlannerParams()
         self.remarks: tuple[str, ...] = ()
+        self.walls: Callable[[], Costmap] | None = None
+        self._taken: tuple[SE2, SE2] | None = None
         self._weight = cost_to_weight(self.params)
         self._padded = np.zeros((0, 0), np.uint8)
         self._weights = np.zeros(0, np.float32)
@@ -74,7 +82,7 @@ class GridPlanner:
         self._load_costmap(costmap)
         source = self._source_cell(costmap, start)
         # search to the goal, or to the nearest open cell within tolerance of it
-        goal_cell, candidates = self._flat_index(costmap, goal), self._goal_candidates(costmap, goal)
+        goal_cell, candidates = self._flat_index(costmap, goal), self._goal_candidates(costmap, start, goal)
         if not len(candidates):
             raise PlanningError(PlanningFailure.GOAL_OCCUPIED, goal)
         self._search(source, int(candidates[0]))
@@ -82,10 +90,12 @@ class GridPlanner:
         reached = candidates[np.isfinite(self._g[candidates])]
         if not len(reached):
             raise self._no_path_error(start, goal)
-        if reached[0] != goal_cell:
-            self.remarks += (
-                "the goal cannot be reached; the nearest place within tolerance is taken instead",
-            )
+        if reached[0] == goal_cell:
+            self._taken = None
+        else:
+            self._taken = goal, self._goal_at(costmap, goal, int(reached[0]), exact=False)
+            away = self._taken[1].distance(goal)
+            self.remarks += (f"{TAKEN}, {away:.2f} m from the goal",)
         return self._path(costmap, start, goal, int(reached[0]), exact=reached[0] == goal_cell)
 
     def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
@@ -154,16 +164,37 @@ class GridPlanner:
         order = np.argsort(distance, kind="stable")
         return index[order[distance[order] <= radius_cells]].astype(np.int64)
 
-    def _goal_candidates(self, costmap: Costmap, goal: SE2) -> NDArray[np.int64]:
+    def _goal_candidates(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.int64]:
         """Return the open cells within tolerance of the goal: its own cell, then the others by distance."""
         cells = np.concatenate(
             ([self._flat_index(costmap, goal)], self._cells_within(costmap, goal, self.params.tolerance))
         )
         free = cells[self._weight[self._padded.reshape(-1)[cells]] > 0]
+        if len(free) and free[0] != cells[0]:
+            free = self._seeing(costmap, start, goal, free)
         if not len(costmap.footprint):
             return free
         poses = [self._goal_at(costmap, goal, int(cell), exact=i == 0) for i, cell in enumerate(free)]
         return free[np.array([costmap.lethal_on_footprint(pose) == 0 for pose in poses], np.bool_)]
+
+    def _seeing(self, costmap: Costmap, start: SE2, goal: SE2, free: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the cells with sight of a goal that is taken, one of the nearest first.
+
+        Of cells that are about equally near to the goal it is the one nearest to the pose of the plan before, or to
+        the start: marks at the edge of an obstacle come and go, and the robot must not drive round it each time.
+        """
+        poses = [self._goal_at(costmap, goal, int(cell), exact=False) for cell in free]
+        points = np.array([(pose.x, pose.y) for pose in poses])
+        if self.walls is not None:
+            seeing = has_sight(self.walls(), points, goal)
+            free, points = free[seeing], points[seeing]
+        if not len(free):
+            return free
+        away = np.hypot(points[:, 0] - goal.x, points[:, 1] - goal.y)
+        before = self._taken[1] if self._taken is not None and self._taken[0] == goal else start
+        detour = np.hypot(points[:, 0] - before.x, points[:, 1] - before.y)
+        first = int(np.argmin(np.where(away <= away.min() + STEADINESS, detour, np.inf)))
+        return np.concatenate((free[first : first + 1], np.delete(free, first)))
 
     def _goal_at(self, costmap: Costmap, goal: SE2, cell: int, *, exact: bool) -> SE2:
         """Return the goal, or its heading at the centre of another cell."""

@@ -2,6 +2,7 @@
 
 places:
   table_3: {x: 4.2 m, y: 1.5 m, yaw: 90 deg}
+  dock: {x: 1.0 m, y: 0.2 m, yaw: 0 deg, xy_tolerance: 2 cm, yaw_tolerance: 2 deg}
 """
 
 from __future__ import annotations
@@ -26,14 +27,25 @@ from chefbot.storage.atomic_files import write_atomic
 
 Coordinate = Annotated[float, Meta(ge=-1e7, le=1e7, extra={"unit": "m"})]
 Heading = Annotated[float, Meta(ge=-7, le=7, extra={"unit": "rad"})]
+PositionTolerance = Annotated[float, Meta(ge=0.01, le=1.0, extra={"unit": "m"})]
+HeadingTolerance = Annotated[float, Meta(ge=0.01, le=3.15, extra={"unit": "rad"})]
+
+
+LINE_WIDTH = 200
+"""Characters up to which a place stays on one line of the file."""
 
 
 class PlaceEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A pose in the map frame."""
+    """A pose in the map frame, and how exactly it has to be reached, in the words of Nav2's goal checker.
+
+    Without tolerances those of the controller hold.
+    """
 
     x: Coordinate
     y: Coordinate
     yaw: Heading = 0.0
+    xy_tolerance: PositionTolerance | None = None
+    yaw_tolerance: HeadingTolerance | None = None
 
 
 class PlacesFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -47,15 +59,25 @@ def places_path(map_path: Path) -> Path:
     return map_path.with_suffix(".places.yaml")
 
 
+def entry_of(pose: SE2) -> PlaceEntry:
+    """Return a place without tolerances of its own."""
+    return PlaceEntry(x=pose.x, y=pose.y, yaw=pose.yaw)
+
+
+def load_entries(path: Path) -> dict[str, PlaceEntry]:
+    """Load the places by name; ConfigError with file and key if the file is invalid."""
+    return read_config(path, PlacesFile, "places file").places
+
+
 def load_places(path: Path) -> dict[str, SE2]:
     """Load the poses by name; ConfigError with file and key if the file is invalid."""
-    file = read_config(path, PlacesFile, "places file")
-    return {name: SE2(place.x, place.y, place.yaw) for name, place in file.places.items()}
+    return {name: SE2(place.x, place.y, place.yaw) for name, place in load_entries(path).items()}
 
 
 def save_places(path: Path, places: Mapping[str, SE2]) -> None:
     """Write the poses (map frame) into the places file atomically; comments and unchanged places are kept."""
     yaml = YAML()
+    yaml.width = LINE_WIDTH
     file, known = _loaded(path, yaml)
     entries, written = file["places"], {name: _entry(pose) for name, pose in known.items()}
     for name in [name for name in entries if name not in places]:

@@ -16,6 +16,12 @@ Angle = Annotated[float, msgspec.Meta(ge=-7, le=7, description="radians, counter
 Share = Annotated[float, msgspec.Meta(ge=-1, le=1, description="part of the robot's own limit")]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, description="name of a place or door")]
 Tables = Annotated[list[Name], msgspec.Meta(min_length=1, max_length=32)]
+Rounds = Annotated[
+    int, msgspec.Meta(ge=0, le=10_000, description="number of rounds; 0: until it is cancelled")
+]
+PersonNumber = Annotated[
+    int, msgspec.Meta(ge=0, lt=2**32, description="number that the tracker gave; 0: nobody's")
+]
 When = Literal["", "now", "after", "instead"]
 """When to drive during a delivery round: the round pauses, is completed first, or ends. Empty without a
 round."""
@@ -83,8 +89,22 @@ class GoPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="go_
     when: When = ""
 
 
+class Patrol(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="patrol"):
+    """Drive to these places in this order, or through them without stopping, in some rounds; 0: until Cancel."""
+
+    places: Tables
+    rounds: Rounds = 1
+    without_stops: bool = False
+
+
+class Follow(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="follow"):
+    """Follow a tracked person by number; 0: the nearest one ahead of the robot."""
+
+    person: PersonNumber = 0
+
+
 class Cancel(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="cancel"):
-    """Cancel the goal and all deliveries."""
+    """Cancel the goal, a patrol, the following and all deliveries."""
 
 
 class Stop(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="stop"):
@@ -160,14 +180,14 @@ class Kidnap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="kidn
 
 
 KINDS = (
-    *(Goal, InitialPose, Deliver, Loaded, Taken, NotTaken, Choose, GoPlace, Cancel),
+    *(Goal, InitialPose, Deliver, Loaded, Taken, NotTaken, Choose, GoPlace, Patrol, Follow, Cancel),
     *(Stop, Withdraw, Resume, MapSaved, Ping, Drive),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 
 AnyCommand = (
-    Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | GoPlace | Cancel
+    Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | GoPlace | Patrol | Follow | Cancel
     | Stop | Withdraw | Resume | MapSaved | Ping | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip

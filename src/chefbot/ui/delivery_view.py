@@ -49,6 +49,8 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         raise UserError(f"There is no place called {missing[0]}")
     if isinstance(command, do.Goal | do.GoPlace) and status.state in IN_ROUND and not command.when:
         raise UserError(ERRAND_NEEDS_WHEN[:1].upper() + ERRAND_NEEDS_WHEN[1:])
+    if isinstance(command, do.Patrol | do.Follow) and status.state in IN_ROUND:
+        raise UserError("A delivery round is active; end it first")
     if isinstance(command, do.Loaded | do.Taken | do.NotTaken):
         _check_confirmation(command, status)
 
@@ -56,6 +58,8 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
 def _place_names(command: do.OperatorCommand) -> tuple[str, ...]:
     if isinstance(command, do.GoPlace):
         return (command.name,)
+    if isinstance(command, do.Patrol):
+        return tuple(command.places)
     return tuple(command.tables) if isinstance(command, do.Deliver) else ()
 
 

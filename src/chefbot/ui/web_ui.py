@@ -33,7 +33,6 @@ from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.ui import commands as do
 from chefbot.ui import layers
-from chefbot.ui.access.audited_device import AuditedDevice
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.tls import load_tls
 from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
@@ -47,6 +46,7 @@ from chefbot.ui.message_conversion import (
     path_points,
     people_views,
 )
+from chefbot.ui.missions.mission_device import MissionDevice
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
@@ -58,7 +58,7 @@ REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
 
 
-class WebUiDevice(AuditedDevice):
+class WebUiDevice(MissionDevice):
     """One web UI for everything. Its publications are recorded like a sensor's, so a replay executes the same
     clicks."""
 
@@ -364,6 +364,8 @@ class WebUiDevice(AuditedDevice):
                 self.not_taken.publish(Empty())
             case do.Choose(choice):
                 self.round_choice.publish(String(choice))
+            case do.Patrol() | do.Follow():
+                self._execute_mission(command)
             case do.Cancel():
                 self._pending.cancel()
                 self.cancel.publish(Empty())

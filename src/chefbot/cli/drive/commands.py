@@ -60,9 +60,39 @@ def goto(
     send_goal(target, page, when)
 
 
+@drive_app.command("patrol")
+def patrol(
+    places: Annotated[list[str], typer.Argument(help="named places in order, such as kitchen 3 7")],
+    rounds: Annotated[
+        int, typer.Option(min=0, max=10_000, help="number of rounds; 0: until `chefbot drive cancel`")
+    ] = 1,
+    without_stops: Annotated[
+        bool, typer.Option("--without-stops", help="drive through the places; stop at the last one only")
+    ] = False,
+    page: Annotated[str, PAGE] = WEB_UI,
+) -> None:
+    """Drive to places one after the other, as often as wanted."""
+    from chefbot.cli.drive.goals import send_patrol
+
+    send_patrol(places, rounds, without_stops, page)
+
+
+@drive_app.command("follow")
+def follow(
+    person: Annotated[
+        int, typer.Argument(min=0, help="number of the person on the page; 0: the nearest one ahead")
+    ] = 0,
+    page: Annotated[str, PAGE] = WEB_UI,
+) -> None:
+    """Follow a person at 1 m until `chefbot drive cancel`, or until the robot has lost the person."""
+    from chefbot.cli.drive.goals import send_follow
+
+    send_follow(person, page)
+
+
 @drive_app.command("cancel")
 def cancel(page: Annotated[str, PAGE] = WEB_UI) -> None:
-    """Cancel the goal and all deliveries."""
+    """Cancel the goal, a patrol, the following and all deliveries."""
     from chefbot.cli.drive.goals import cancel_goal
 
     cancel_goal(page)

@@ -1,4 +1,4 @@
-"""`chefbot drive goto`, `cancel`, `stop` and `release`: commands for a running robot, by its web UI."""
+"""`chefbot drive goto`, `patrol`, `follow`, `cancel`, `stop` and `release`, by the web UI of a running robot."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from uuid import uuid4
 from rich.console import Console
 
 from chefbot.cli import running_robot
+from chefbot.cli.plural import number_of
 from chefbot.cli.running_robot import await_refusal, known_places
 from chefbot.errors import UserError
 from chefbot.storage.places import find_place
-from chefbot.ui.commands import Cancel, Goal, GoPlace, OperatorCommand, Resume, Stop, When
+from chefbot.ui.commands import Cancel, Follow, Goal, GoPlace, OperatorCommand, Patrol, Resume, Stop, When
 from chefbot.ui.web_ui_client import WebUiClient
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -28,6 +29,28 @@ def send_goal(target: list[str], page: str, when: When = "") -> None:
         robot.send(_goal(target, robot, when))
         await_refusal(robot)
     console.print(f"Driving to {' '.join(target)}; `chefbot drive cancel` cancels it.")
+
+
+def send_patrol(targets: list[str], rounds: int, without_stops: bool, page: str) -> None:
+    """Send a patrol over named places; raises UserError for an unknown place, or when the robot refuses it."""
+    with WebUiClient(page) as robot:
+        places = known_places(robot)
+        if not places:
+            raise UserError(f"the robot at {robot.url} has no named places to patrol")
+        names = [find_place(target, places) for target in targets]
+        robot.send(Patrol(names, rounds, without_stops))
+        await_refusal(robot)
+    often = "until `chefbot drive cancel`" if rounds == 0 else f"in {number_of(rounds, 'round')}"
+    console.print(f"Patrolling {', '.join(names)} {often}.")
+
+
+def send_follow(person: int, page: str) -> None:
+    """Let the robot follow a person; raises UserError when it refuses."""
+    with WebUiClient(page) as robot:
+        robot.send(Follow(person))
+        await_refusal(robot)
+    who = f"person {person}" if person else "the nearest person ahead"
+    console.print(f"Following {who}; `chefbot drive cancel` ends it.")
 
 
 def _goal(target: list[str], robot: WebUiClient, when: When) -> OperatorCommand:
@@ -55,11 +78,11 @@ def _numbers(texts: list[str]) -> list[float] | None:
 
 
 def cancel_goal(page: str) -> None:
-    """Cancel the goal and all deliveries."""
+    """Cancel the goal, a patrol, the following and all deliveries."""
     with WebUiClient(page) as robot:
         robot.send(Cancel())
         await_refusal(robot)
-    console.print("Goal and deliveries are cancelled.")
+    console.print("Goal, patrol, following and deliveries are cancelled.")
 
 
 def press_stop(page: str) -> int:

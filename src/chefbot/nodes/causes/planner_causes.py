@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.causes.detours import DetourDetector
+from chefbot.causes.detours import SAME_GOAL, DetourDetector
 from chefbot.causes.obstacles import CellCentre, blocked_index, nearest_lethal
 from chefbot.causes.reports import DETOUR, FAILURE, make_report
 from chefbot.maths.costs import Costmap
@@ -20,6 +20,8 @@ from chefbot.planning.planner import Planner, PlanningError, PlanningFailure
 
 class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
     """Base class of a node that plans on the global costmap and reports detours and failures."""
+
+    _taken_goal: tuple[SE2, SE2] | None = None
 
     @cached_property
     def _detours(self) -> DetourDetector:
@@ -38,6 +40,25 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         )
         sentence = f"The new plan leads {detour.deviation:.1f} m from the old one, which is blocked."
         self.report_once(make_report(DETOUR, "global plan", sentence, place, numbers))
+
+    def report_taken_goal(self, plan: NDArray[np.float64], goal: SE2) -> str:
+        """Report that a plan (n, 3) ends beside its goal, which is taken; return the sentence, empty if it does not.
+
+        It is reported once for a goal and the pose beside it.
+        """
+        end = SE2.of(plan[-1])
+        away = end.distance(goal)
+        if away <= SAME_GOAL:
+            self._taken_goal = None
+            return ""
+        sentence = f"The goal is taken: the robot drives to a free pose with sight of it, {away:.2f} m away."
+        if self._taken_goal != (goal, end):
+            self._taken_goal = goal, end
+            cell = nearest_lethal(self._costs.update(), goal.x, goal.y)
+            place = marked_place(self._costs, cell, "map", self.robot)
+            numbers = (Quantity("distance from the goal", away, "m"),)
+            self.report_once(make_report(DETOUR, "goal taken", sentence, place, numbers))
+        return sentence
 
     def report_failure(self, error: PlanningError, planner: Planner, start: SE2, goal: SE2) -> None:
         """Report that there is no plan, and the obstacle that closes the way or covers the goal."""

@@ -20,12 +20,16 @@ class PathRequestNode(RecoveryBehaviorsNode):
     """Calls compute_path_to_pose."""
 
     compute_path_to_pose = action_client(nav2.ComputePathToPose)
+    _goal_remark = ""
+    """What the planner reported about a goal to which it found a path: that it is taken."""
 
     async def _plan(self, goal: PoseStamped) -> nav2.ComputePathToPose_Result:
         """Return the planner's result, or an error if there is none in time."""
         planning = self.compute_path_to_pose.call(nav2.ComputePathToPose_Goal(goal))
         await wait_any(planning, self.sleep(PLANNER_TIMEOUT))
         if planning.done:
-            return planning.result()
+            result = planning.result()
+            self._goal_remark = "" if result.error_code else result.error_msg
+            return result
         planning.discard()
         return nav2.ComputePathToPose_Result(error_code=TIMEOUT, error_msg=PLANNER_SILENT)

@@ -32,6 +32,7 @@ class TreeServicesNode(PathRequestNode):
     def _restart_services(self) -> None:
         """Forget the failures and recoveries of the goal before."""
         self._failure: tuple[int, str] = (0, "")
+        self._goal_remark = ""
         self._recoveries = 0
 
     def _begin_recovery(self) -> None:
@@ -75,7 +76,7 @@ class NodeServices:
 
     def follow_path(self, path: object) -> Pending:
         """Follow a Path; the controller preempts the one before."""
-        self._node._publish_status("driving", "")
+        self._node._publish_status("driving", self._node._goal_remark)
         return self._node.follow_path.call(nav2.FollowPath_Goal(cast(Path, path)))
 
     def spin(self, angle: float, time_allowance: float) -> Pending:

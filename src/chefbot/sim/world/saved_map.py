@@ -19,6 +19,7 @@ from chefbot.sim.world.load import (
     shares_map_frame,
     with_drawn_places,
 )
+from chefbot.storage.places import entry_of
 
 
 class SavedMapParams(MapFileParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -45,7 +46,8 @@ class SavedMapDevice(MapFileDevice):
         self.read_map(map_to_localize_on(p.world, p.map))
         if shares_map_frame(p.world, p.map):
             world = load_any_world(p.world, self.robot, p.start, p.unknown)
-            self.named = with_drawn_places(world, self.robot, p.seed).places
+            drawn = with_drawn_places(world, self.robot, p.seed).places
+            self.named = {name: self.named.get(name, entry_of(pose)) for name, pose in drawn.items()}
 
 
 class StartPoseParams(InitialPoseParams, frozen=True, kw_only=True, forbid_unknown_fields=True):

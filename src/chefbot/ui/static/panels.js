@@ -23,6 +23,8 @@ export class Panels {
   wire() {
     $("cancel").onclick = () => this.send({ do: "cancel" });
     $("deliver").onclick = () => this.deliver();
+    $("patrol").onclick = () => this.send({ do: "patrol", places: this.chosen, rounds: 0 }) && this.choose([]);
+    $("follow").onclick = () => this.send({ do: "follow" });
     for (const tab of document.querySelectorAll("[data-tab]")) tab.onclick = () => this.open(tab.dataset.tab);
     byArrows($("tabs"), "[data-tab]");
   }
@@ -56,7 +58,7 @@ export class Panels {
       button.setAttribute("aria-pressed", String(turn > 0));
       button.textContent = turn && tables.length > 1 ? `${turn}. ${title(button.dataset.name)}` : title(button.dataset.name);
     }
-    $("deliver").disabled = tables.length === 0;
+    $("deliver").disabled = $("patrol").hidden = tables.length === 0;
     text("deliver", tables.length === 0 ? "Choose tables" : `Serve ${tables.length === 1 ? title(tables[0]) : `${tables.length} tables`}`);
   }
 

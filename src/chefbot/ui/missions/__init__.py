@@ -1,0 +1,1 @@
+"""Missions of the web UI besides deliveries."""

@@ -150,3 +150,13 @@ def test_a_long_run_takes_no_more_memory() -> None:
 def test_what_two_sentences_share_stands_once() -> None:
     assert joined("Recovery 1: no way.", "No way. The lidar.") == "Recovery 1: No way. The lidar."
     assert joined("Not served", "No way.") == "Not served. No way."
+
+
+def test_a_zone_is_named_and_is_no_obstacle_of_the_map() -> None:
+    chains = CauseChains()
+    chains.set_map(map_with_a_wall())
+    chains.people = (TrackedPoint(4, 3.0, 1.0),)
+    cause = process(chains, blocked(3.02, sensor="keep-out zone stairs", marked_ns=0))
+    assert (cause.obstacle, cause.person) == ("", -1)
+    assert cause.sentence == "No command. The keep-out zone stairs lies at x 3.02 m, y 1.00 m in map."
+    assert cause.chain[-1] == "keep-out zone stairs: x 3.02 m, y 1.00 m in map"

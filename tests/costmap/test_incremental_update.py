@@ -114,7 +114,7 @@ def test_one_scan_inflates_only_its_surroundings(monkeypatch: pytest.MonkeyPatch
     costs = LayeredCostmap(PARAMS, disc(RADIUS))
     costs.set_static(Grid(np.zeros((500, 500), np.int8), 0.1, 0.0, 0.0))
     costs.update()
-    monkeypatch.setattr("chefbot.costmap.master_costmap.inflate", record_size)
+    monkeypatch.setattr("chefbot.costmap.layers.inflate", record_size)
     costs.update()
     assert sizes == [], "nothing has changed"
     costs.mark_and_clear("laser", SE2(25.0, 25.0, 0.0), ANGLES, np.full(ANGLES.size, 1.0))

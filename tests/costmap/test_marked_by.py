@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from chefbot.costmap.conversions import CAMERA, LASER
-from chefbot.costmap.layered_costmap import STATIC, CellMark, LayeredCostmap
+from chefbot.costmap.layer import CellMark
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.layers import STATIC
 from chefbot.costmap.params import LOCAL_COSTMAP, CostmapParams
 from chefbot.costmap.ranger_marks import CONTACT, contact_radius, mark_contact
 from chefbot.maths.footprint import disc

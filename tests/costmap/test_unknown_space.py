@@ -9,13 +9,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.costmap.inflation import inflate
-from chefbot.costmap.master_costmap import MasterCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.unknown_space import cells_near_unknown
-from chefbot.costmap.update_window import CellWindow
-from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN
+from chefbot.maths.costs import FREE, LETHAL, UNKNOWN
+from chefbot.maths.footprint import disc
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
 
-TABLE = np.array([LETHAL, INSCRIBED, 200, 150, 100], np.uint8)
 SHAPE = (24, 30)
+
+
+def layered(static: np.ndarray, unseen: float, track: bool) -> LayeredCostmap:
+    """Return a costmap with cells of 1 m whose robot keeps `unseen` metres from unknown space."""
+    params = CostmapParams(padding=0.0, inflation_radius=4.0, track_unknown=track)
+    costs = LayeredCostmap(params, disc(max(unseen, 0.1)), avoid_unknown=unseen > 0.0)
+    occupancy = np.select([static == LETHAL, static == UNKNOWN], [100, -1], 0).astype(np.int8)
+    costs.set_static(Grid(occupancy, 1.0, 0.0, 0.0))
+    return costs
 
 
 @given(st.integers(0, 999), st.floats(1.0, 4.0))
@@ -49,23 +60,23 @@ def test_a_small_gap_is_ignored() -> None:
 def test_incremental_updates_equal_a_full_recalculation(seed: int, unseen: float, track: bool) -> None:
     rng = np.random.default_rng(seed)
     static = rng.choice(np.array([FREE, FREE, FREE, LETHAL, UNKNOWN], np.uint8), SHAPE)
-    layer = np.full(SHAPE, UNKNOWN, np.uint8)
-    costs = MasterCostmap(SHAPE, TABLE, unseen)
-    costs.update(static, [layer], track)
+    costs = layered(static, unseen, track)
+    costs.update()
+    marks = costs.layer("laser")
     for _ in range(5):
         r, c = int(rng.integers(0, 20)), int(rng.integers(0, 26))
-        layer[r : r + 3, c : c + 3] = rng.choice(np.array([FREE, LETHAL, UNKNOWN], np.uint8))
-        costs.touch(CellWindow(r, c, r + 3, c + 3))
-        costs.update(static, [layer], track)
-    full = MasterCostmap(SHAPE, TABLE, unseen)
-    full.update(static, [layer], track)
-    assert np.array_equal(costs.costs, full.costs)
+        marks[r : r + 3, c : c + 3] = rng.choice(np.array([FREE, LETHAL, UNKNOWN], np.uint8))
+        costs.note_change(SE2(c + 1.5, r + 1.5, 0.0), 2.2)
+        updated = costs.update()
+    full = layered(static, unseen, track)
+    full.layer("laser")[:] = marks
+    assert np.array_equal(updated.cells, full.update().cells)
 
 
 def test_layers_overwrite_free_space_and_fill_unknown_cells() -> None:
     static = np.array([[FREE, FREE, UNKNOWN, UNKNOWN, LETHAL]], np.uint8)
-    layer = np.array([[LETHAL, UNKNOWN, FREE, UNKNOWN, FREE]], np.uint8)
-    costs = MasterCostmap(static.shape, np.array([LETHAL], np.uint8), 0.0)
-    costs.update(static, [layer], True)
-    assert costs.costs.tolist() == [[LETHAL, FREE, FREE, UNKNOWN, LETHAL]]
+    costs = layered(static, 0.0, True)
+    costs.layer("laser")[:] = np.array([[LETHAL, UNKNOWN, FREE, UNKNOWN, FREE]], np.uint8)
+    costs.layers = costs.layers[:-1]  # without inflation
+    assert costs.update().cells.tolist() == [[LETHAL, FREE, FREE, UNKNOWN, LETHAL]]
     assert inflate(static, np.array([LETHAL], np.uint8))[0, 4] == LETHAL

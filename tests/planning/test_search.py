@@ -12,12 +12,14 @@ from scipy.ndimage import gaussian_filter
 from chefbot.planning.graph_search import search
 
 SIDE = 200
+NONE = np.zeros(0, np.uint8), np.zeros((1, 2))
+"""No one-way lanes."""
 
 
 def searched(weight: NDArray[np.float32], source: int, goal: int) -> tuple[NDArray[np.float32], int, int]:
     """Return cost-to-come, number of cells written, and number of expansions."""
     g, written = np.full(weight.size, np.inf, np.float32), np.empty(weight.size, np.int32)
-    return g, *search(weight.reshape(-1), 4.0, weight.shape[1], source, goal, g, written)
+    return g, *search(weight.reshape(-1), 4.0, weight.shape[1], source, goal, g, written, *NONE)
 
 
 def smooth_weights(seed: int) -> NDArray[np.float32]:

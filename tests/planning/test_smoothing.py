@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from chefbot.planning.smoothing import line_cost, pull, relax, resample, with_headings
 
+NONE = np.zeros(0, np.uint8), np.zeros((1, 2))
+"""No one-way lanes."""
 STRIDE = 22
 INNER = st.floats(1.001, 20.999)
 SEEDS = st.integers(0, 2**32 - 1)
@@ -25,7 +27,7 @@ def weights(seed: int) -> np.ndarray:
 
 
 def total(weight: np.ndarray, points: np.ndarray) -> float:
-    return sum(line_cost(weight, STRIDE, *a, *b) for a, b in pairwise(points))
+    return sum(line_cost(weight, STRIDE, *a, *b, *NONE) for a, b in pairwise(points))
 
 
 @given(SEEDS, INNER, INNER, INNER, INNER)
@@ -36,7 +38,7 @@ def test_line_cost_is_the_integral_of_the_weight(
     t = (np.arange(4000) + 0.5) / 4000
     columns, rows = np.floor(x0 + t * (x1 - x0)), np.floor(y0 + t * (y1 - y0))
     sampled = weight[(rows * STRIDE + columns).astype(int)].mean() * math.hypot(x1 - x0, y1 - y0)
-    assert line_cost(weight, STRIDE, x0, y0, x1, y1) == pytest.approx(sampled, rel=0.01, abs=0.05)
+    assert line_cost(weight, STRIDE, x0, y0, x1, y1, *NONE) == pytest.approx(sampled, rel=0.01, abs=0.05)
 
 
 @given(SEEDS, INNER, INNER, INNER, INNER)
@@ -44,15 +46,18 @@ def test_line_cost_is_the_same_in_both_directions(
     seed: int, x0: float, y0: float, x1: float, y1: float
 ) -> None:
     weight = weights(seed)
-    there, back = line_cost(weight, STRIDE, x0, y0, x1, y1), line_cost(weight, STRIDE, x1, y1, x0, y0)
+    there, back = (
+        line_cost(weight, STRIDE, x0, y0, x1, y1, *NONE),
+        line_cost(weight, STRIDE, x1, y1, x0, y0, *NONE),
+    )
     assert there == pytest.approx(back, rel=1e-6, abs=1e-6)
 
 
 def test_a_line_through_a_blocked_cell_has_infinite_cost() -> None:
     weight = weights(1)
     weight[10 * STRIDE + 10] = 0
-    assert line_cost(weight, STRIDE, 5.5, 10.5, 15.5, 10.5) == math.inf
-    assert line_cost(weight, STRIDE, 5.5, 11.5, 15.5, 11.5) < math.inf
+    assert line_cost(weight, STRIDE, 5.5, 10.5, 15.5, 10.5, *NONE) == math.inf
+    assert line_cost(weight, STRIDE, 5.5, 11.5, 15.5, 11.5, *NONE) < math.inf
 
 
 def staircase(n: int) -> np.ndarray:
@@ -67,7 +72,7 @@ def test_shortcuts_never_cost_more_than_the_chain(seed: int, n: int) -> None:
     centres = np.column_stack([chain % STRIDE + 0.5, chain // STRIDE + 0.5])
     g = np.full(weight.shape, np.inf, np.float32)
     g[chain] = np.concatenate([[0.0], np.cumsum([total(weight, centres[i : i + 2]) for i in range(n - 1)])])
-    kept = pull(weight, STRIDE, g, chain)
+    kept = pull(weight, STRIDE, g, chain, *NONE)
     assert kept[0] == 0 and kept[-1] == n - 1 and (np.diff(kept) > 0).all()
     assert total(weight, centres[kept]) <= float(g[chain[-1]]) * 1.001
 
@@ -78,7 +83,7 @@ def test_on_uniform_costs_the_staircase_becomes_one_line() -> None:
     chain = staircase(30)
     g = np.full(weight.size, np.inf, np.float32)
     g[chain] = np.arange(30)
-    assert len(pull(weight.reshape(-1), STRIDE, g, chain)) <= 3
+    assert len(pull(weight.reshape(-1), STRIDE, g, chain, *NONE)) <= 3
 
 
 @given(SEEDS, st.integers(2, 8), st.floats(0.05, 2.0))
@@ -97,7 +102,7 @@ def test_relaxation_never_raises_the_cost_and_keeps_the_ends(seed: int) -> None:
     rng = np.random.default_rng(seed)
     weight, points = weights(seed), rng.uniform(1.5, 20.5, (12, 2))
     before, ends, cost = points.copy(), points[[0, -1]].copy(), total(weight, points)
-    relax(weight, STRIDE, points, 3)
+    relax(weight, STRIDE, points, 3, *NONE)
     assert np.array_equal(points[[0, -1]], ends)
     assert total(weight, points) <= cost * (1 + 1e-6)
     assert not np.array_equal(points, before)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from chefbot.causes.reports import DETOUR, END, FAILURE, MAP, SLOW, STOP
+from chefbot.causes.reports import DETOUR, END, FAILURE, MAP, SLOW, STOP, is_zone
 from chefbot.causes.sentences import NOT_ON_MAP, ON_MAP, PERSON, joined, place_links, place_sentence
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -85,7 +85,7 @@ class CauseChains:
 
     def _identify(self, cause: Cause) -> Cause:
         """Name the obstacle: the nearest tracked person, or whether the static map has it."""
-        if not cause.located or cause.header.frame_id != "map":
+        if not cause.located or cause.header.frame_id != "map" or is_zone(cause.sensor):
             return cause
         x, y = cause.point.x, cause.point.y
         near = [(math.hypot(one.x - x, one.y - y), one.person) for one in self.people]

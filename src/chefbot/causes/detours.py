@@ -25,20 +25,31 @@ class PlannedDetour(NamedTuple):
     extra_length: float
 
 
+class NewGoals:
+    """Knows whether a goal is another one than the last."""
+
+    def __init__(self) -> None:
+        self._goal: SE2 | None = None
+
+    def is_new(self, goal: SE2) -> bool:
+        """Return whether a goal is not the last one, and keep it."""
+        before, self._goal = self._goal, goal
+        return before is None or before.distance(goal) > SAME_GOAL
+
+
 class DetourDetector:
     """Compares each plan with the one before."""
 
     def __init__(self) -> None:
         self._plan = np.zeros((0, 3))
-        self._goal: SE2 | None = None
+        self._goals = NewGoals()
 
     def process(
         self, plan: NDArray[np.float64], goal: SE2, robot: SE2, costs: Costmap
     ) -> PlannedDetour | None:
         """Return the detour of a new plan (n, 3) to `goal`, or None. All in the costmap's frame."""
-        before, same = self._plan, self._goal is not None and self._goal.distance(goal) <= SAME_GOAL
-        self._plan, self._goal = plan, goal
-        if not same or not len(before):
+        before, self._plan = self._plan, plan
+        if self._goals.is_new(goal) or not len(before):
             return None
         rest = before[int(np.argmin(np.hypot(before[:, 0] - robot.x, before[:, 1] - robot.y))) :]
         gaps = np.hypot(plan[::4, None, 0] - before[None, ::2, 0], plan[::4, None, 1] - before[None, ::2, 1])

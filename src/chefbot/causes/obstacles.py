@@ -56,6 +56,17 @@ def blocked_index(costs: Costmap, path: NDArray[np.float64]) -> int | None:
     return int(hits[0]) if len(hits) else None
 
 
+def opposed_lane(costs: Costmap, path: NDArray[np.float64]) -> str:
+    """Return the name of the first one-way lane against which a path (n, 3) leads, empty if there is none."""
+    if not costs.lanes.names or len(path) < 2:
+        return ""
+    rows = np.floor((path[:-1, 1] - costs.origin_y) / costs.resolution).astype(np.int64)
+    columns = np.floor((path[:-1, 0] - costs.origin_x) / costs.resolution).astype(np.int64)
+    opposed = costs.lanes.against(rows, columns, np.diff(path[:, :2], axis=0))
+    opposed = opposed[opposed > 0]
+    return costs.lanes.names[opposed[0] - 1] if len(opposed) else ""
+
+
 def remaining(path: NDArray[np.float64], pose: SE2, length: float = LOOK_AHEAD) -> NDArray[np.float64]:
     """Return the part of a path (n, 3) from its pose nearest to the robot on, at most `length` metres of it."""
     start = int(np.argmin(np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import msgspec
 
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.chefbot_msgs import Cause, Quantity
+from chefbot.msgs.chefbot_msgs import ZONE_TITLES, Cause, Quantity
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.std_msgs import Header
 
@@ -21,8 +21,13 @@ CONTACT, MAP = "contact", "map"
 """What else marks an obstacle: the robot touched it, or it is on the static map."""
 
 
+def is_zone(sensor: str) -> bool:
+    """Return whether what marked an obstacle is a zone of the map, such as "keep-out zone stairs"."""
+    return sensor.startswith(tuple(f"{title} " for title in ZONE_TITLES.values()))
+
+
 class MarkedPlace(NamedTuple):
-    """A place with an obstacle: what marked it, the frame, x and y in it (m), and the time of the mark or 0."""
+    """A place with an obstacle: sensor or zone that marked it, frame, x, y in it (m), and time of the mark or 0."""
 
     sensor: str
     frame: str

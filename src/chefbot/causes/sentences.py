@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.causes.reports import CONTACT, END, MAP, RANGER, TRACKER
+from chefbot.causes.reports import CONTACT, END, MAP, RANGER, TRACKER, is_zone
 from chefbot.msgs.chefbot_msgs import Cause
 
 PERSON, ON_MAP, NOT_ON_MAP = "person", "on the map", "not on the map"
@@ -35,6 +35,8 @@ def place_sentence(cause: Cause) -> str:
     where = f"at x {cause.point.x:.2f} m, y {cause.point.y:.2f} m in {cause.header.frame_id}"
     if cause.sensor == MAP:
         return f"The map has an obstacle {where}."
+    if is_zone(cause.sensor):
+        return f"The {cause.sensor} lies {where}."
     age = age_of_mark(cause)
     when = f", {age:.1f} s before" if age > FRESH else ""
     what = obstacle_phrase(cause)
@@ -52,6 +54,10 @@ def place_links(cause: Cause) -> tuple[str, ...]:
     if not cause.located:
         return ()
     at = f" at {cause.marked_at.ns / 1e9:.2f} s" if cause.marked_at.ns else ""
+    if is_zone(cause.sensor):
+        return (
+            f"{cause.sensor}: x {cause.point.x:.2f} m, y {cause.point.y:.2f} m in {cause.header.frame_id}",
+        )
     cell = f"{cause.sensor}: x {cause.point.x:.2f} m, y {cause.point.y:.2f} m in {cause.header.frame_id}, marked{at}"
     if not cause.obstacle:
         return (cell,)

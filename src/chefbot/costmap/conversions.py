@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -19,8 +18,11 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.robot.scan_plane import plane_of, through_plane
 from chefbot.robot.spec import Robot
 
+if TYPE_CHECKING:
+    from chefbot.costmap.layered_costmap import LayeredCostmap
+
 LASER, CAMERA, UPRIGHT, DROP_OFFS = "laser", "camera", "upright", "drop_offs"
-"""Names of the obstacle layers: obstacles in the planar scan; obstacles in the depth camera that the planar scan may
+"""Sources of marks: obstacles in the planar scan; obstacles in the depth camera that the planar scan may
 miss; obstacles in the camera that intersect the scan plane, so that the planar scan clears them once they left;
 drop-offs of the floor, which the camera alone clears."""
 UNSEEN_MARGIN = 0.15

@@ -1,45 +1,47 @@
-"""A layered costmap: static map, obstacle layer per sensor, and inflation."""
+"""A layered costmap: the static map, the marks of each sensor, and the layers that make costs of them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
-from typing import Any, NamedTuple
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap import raytrace
 from chefbot.costmap.inflation import cost_table
+from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
+from chefbot.costmap.layers import InflationLayer, StaticLayer, built_in_layers
 from chefbot.costmap.master_costmap import MasterCostmap
-from chefbot.costmap.obstacle_layer import ObstacleLayer, shifted
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.update_window import CellWindow
+from chefbot.costmap.ranger_marks import LASTING
+from chefbot.costmap.sensor_marks import SensorMarks, shifted
+from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.footprint import Footprint
 from chefbot.maths.grid import Grid
+from chefbot.maths.lanes import NO_LANES
+from chefbot.maths.polygon import GridGeometry
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.idl.message import Message
 
 _NO_FLOOR = np.empty(0)
-STATIC = "static"
-"""Name of the static map as what marked a cell."""
-
-
-class CellMark(NamedTuple):
-    """What marked a cell: the name of an obstacle layer or STATIC, and when it did so last, s (0 for the map)."""
-
-    source: str
-    time: float
+DECAY_PERIOD = 1.0
+"""Time between two searches for marks that have decayed, s."""
 
 
 class LayeredCostmap:
-    """A static map and one obstacle layer per sensor, combined and inflated on demand.
+    """A static map and the marks of each sensor, of which layers make costs on demand.
 
     A cell is lethal if it is lethal in the map or any layer. A source clears its own layer and, if given, one other
     (`also`), whose marks it would detect if they were still there. So the lidar, whose plane passes under the table,
     never clears the table edge that the camera marked, but does clear the leg of a person who has left. A mark stays
     until a beam clears it, the robot itself stands there, a recovery behavior clears it, or, with
     `params.decay_time`, no measurement has confirmed it for that time: a camera sees neither beside itself nor near.
+    In a costmap of the whole map that time runs only while the robot is within marking range of the mark, and could
+    see it, and not for what other sensors may not see.
 
     `wary`: the robot's centre keeps its radius from unknown space, as it does from obstacles. A sensor that looks
     ahead only does not see the corner beside it that the robot turns about.
@@ -56,14 +58,19 @@ class LayeredCostmap:
         *,
         rolling: bool = False,
         avoid_unknown: bool = False,
+        layers: Sequence[CostmapLayer] | None = None,
     ) -> None:
         self.params = params
         self.rolling = rolling
         self.wary = avoid_unknown
+        self.lanes = NO_LANES
         self._time = 0.0
+        self._decayed_at = -math.inf
+        self._sensor: SE2 | None = None
         if avoid_unknown:
             import scipy.ndimage  # noqa: F401 (the import takes 0.1 s and more: now, not in the first update)
         self._robot = robot
+        self.layers = tuple(built_in_layers(LayerSettings(params)) if layers is None else layers)
         n = max(1, round(params.size / params.resolution)) if rolling else 1
         self._reset_layers(params.resolution, 0.0, 0.0, n, n)
         if rolling:
@@ -75,8 +82,8 @@ class LayeredCostmap:
         """Set the geometry of the grid and reset all layers."""
         self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
         self.reconfigure(self.params)
-        self._static = np.full((height, width), UNKNOWN, np.uint8)
-        self._sources: dict[str, ObstacleLayer] = {}
+        self.static = np.full((height, width), UNKNOWN, np.uint8)
+        self.sources: dict[str, SensorMarks] = {}
 
     def reconfigure(self, params: CostmapParams) -> None:
         """Change the inflation and ranges and keep the obstacles; only parameters in `LIVE_PARAMS` may differ."""
@@ -87,7 +94,9 @@ class LayeredCostmap:
         cell = 0.0 if len(self._footprint) else self.resolution
         self.inscribed_radius = self._robot.inscribed_radius + params.padding + cell
         reach = max(params.inflation_radius, self.inscribed_radius)
-        self._table = cost_table(self.resolution, self.inscribed_radius, reach, params.cost_scaling_factor)
+        self.cost_table = cost_table(
+            self.resolution, self.inscribed_radius, reach, params.cost_scaling_factor
+        )
         self._combined: MasterCostmap | None = None  # recalculate everything
 
     def set_static(self, grid: Grid) -> None:
@@ -95,28 +104,28 @@ class LayeredCostmap:
         cells = np.where(grid.cells < 0, UNKNOWN, FREE).astype(np.uint8)
         cells[grid.cells >= self.params.occupied_threshold] = LETHAL
         old, old_x, old_y, same_resolution = (
-            self._sources,
+            self.sources,
             self.origin_x,
             self.origin_y,
             self.resolution == grid.resolution,
         )
         self._reset_layers(grid.resolution, grid.origin_x, grid.origin_y, grid.height, grid.width)
-        self._static = cells
+        self.static = cells
         if same_resolution:
             columns = round((old_x - grid.origin_x) / grid.resolution)
             rows = round((old_y - grid.origin_y) / grid.resolution)
-            self._sources = {name: layer.shifted(rows, columns, cells.shape) for name, layer in old.items()}
+            self.sources = {name: layer.shifted(rows, columns, cells.shape) for name, layer in old.items()}
 
     def move_to(self, x: float, y: float) -> None:
         """Centre the rolling window on the point (m) by whole cells; its content keeps its position in the frame."""
-        h, w = self._static.shape
+        h, w = self.static.shape
         column = int(np.floor(x / self.resolution)) - w // 2
         row = int(np.floor(y / self.resolution)) - h // 2
         dc = round(self.origin_x / self.resolution) - column
         dr = round(self.origin_y / self.resolution) - row
         if dr or dc:
-            self._static = shifted(self._static, dr, dc, (h, w), UNKNOWN)
-            self._sources = {name: layer.shifted(dr, dc, (h, w)) for name, layer in self._sources.items()}
+            self.static = shifted(self.static, dr, dc, (h, w), UNKNOWN)
+            self.sources = {name: layer.shifted(dr, dc, (h, w)) for name, layer in self.sources.items()}
             self._combined = None
         self.origin_x, self.origin_y = column * self.resolution, row * self.resolution
 
@@ -136,7 +145,7 @@ class LayeredCostmap:
         (nothing if not finite or <= 0) and marks where the range is finite. `also`: another layer, if it exists,
         that the beams clear but do not mark.
         """
-        p, layer = self.params, self._layer(source)
+        p, layer, self._sensor = self.params, self._layer(source), sensor
         start, end = (_NO_FLOOR, _NO_FLOOR) if floor is None else floor
         mark, clear = np.empty(len(ranges)), np.empty(len(ranges))
         longest = raytrace.limit_beams(ranges, start, end, p.marking_range, p.clearing_range, mark, clear)
@@ -152,10 +161,14 @@ class LayeredCostmap:
             mark,
             np.zeros(len(ranges)) if floor is None else start,
             clear,
-            self._sources.get(also_clear or source, layer).cells,
+            self.sources.get(also_clear or source, layer).cells,
             layer.marked_at,
             self._time,
         )
+
+    def note_all_changed(self) -> None:
+        """Note that a layer may have changed everywhere."""
+        self._combined = None
 
     def note_change(self, pose: SE2, radius: float) -> None:
         """Note that layers may have changed within `radius` metres of the pose."""
@@ -168,59 +181,73 @@ class LayeredCostmap:
         return CellWindow.around(row, column, radius / self.resolution)
 
     @property
+    def geometry(self) -> GridGeometry:
+        """Where the cells of the costmap lie."""
+        return GridGeometry(self.resolution, self.origin_x, self.origin_y, *self.shape)
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the costmap."""
-        height, width = self._static.shape
+        height, width = self.static.shape
         return height, width
 
     def obstacles(self, window: CellWindow, without: str) -> NDArray[np.bool_]:
         """Return which cells of a window are lethal in the static map or in any layer but one."""
-        lethal: NDArray[np.bool_] = self._static[window.slices] == LETHAL
-        for name, layer in self._sources.items():
+        lethal: NDArray[np.bool_] = self.static[window.slices] == LETHAL
+        for name, layer in self.sources.items():
             if name != without:
                 lethal = lethal | (layer.cells[window.slices] == LETHAL)
         return lethal
 
     def has_layer(self, source: str) -> bool:
         """Return whether the source has a layer."""
-        return source in self._sources
+        return source in self.sources
 
     def layer(self, source: str) -> NDArray[np.uint8]:
         """Return the layer of the source, created empty at its first scan; only LETHAL and FREE cells count."""
         return self._layer(source).cells
 
-    def _layer(self, source: str) -> ObstacleLayer:
-        if source not in self._sources:
-            self._sources[source] = ObstacleLayer.empty(self._static.shape)
-        return self._sources[source]
+    def _layer(self, source: str) -> SensorMarks:
+        if source not in self.sources:
+            self.sources[source] = SensorMarks.empty(self.static.shape, always_near=self.rolling)
+        return self.sources[source]
 
     def note_marks(self, source: str, cells: Any) -> None:
         """Note that the cells (an index into the layer) were marked now other than by `mark_and_clear`."""
         self._layer(source).marked_at[cells] = self._time
 
     def marked_by(self, x: float, y: float) -> CellMark | None:
-        """Return which source marked the cell at a point (m) last, else the static map, else None."""
+        """Return which source marked the cell at a point (m) last, else the zone or map that has it, else None."""
         row = math.floor((y - self.origin_y) / self.resolution)
         column = math.floor((x - self.origin_x) / self.resolution)
-        if not (0 <= row < self._static.shape[0] and 0 <= column < self._static.shape[1]):
+        if not (0 <= row < self.static.shape[0] and 0 <= column < self.static.shape[1]):
             return None
-        marks = [
-            CellMark(name, float(layer.marked_at[row, column]))
-            for name, layer in self._sources.items()
-            if layer.cells[row, column] == LETHAL
-        ]
-        if not marks and self._static[row, column] == LETHAL:
-            return CellMark(STATIC, 0.0)
-        return max(marks, key=lambda mark: mark.time, default=None)
+        marks = (layer.marked_by(self, row, column) for layer in reversed(self.layers))
+        return max((mark for mark in marks if mark is not None), key=lambda mark: mark.time, default=None)
 
     def set_time(self, time: float) -> None:
         """Set the time (s) of the marks that follow, and remove those that have decayed."""
         self._time = time
-        if self.params.decay_time <= 0.0:
+        if self.params.decay_time <= 0.0 or abs(time - self._decayed_at) < DECAY_PERIOD:
             return
-        for layer in self._sources.values():
-            if layer.remove_older(time - self.params.decay_time):
-                self._combined = None  # recalculate everything
+        self._decayed_at = time
+        for name, marks in self.sources.items():
+            removed = self._decay(name, marks)
+            if self._combined is not None and not removed.empty:
+                self._combined.touch(removed)
+
+    def _decay(self, name: str, marks: SensorMarks) -> CellWindow:
+        """Remove the marks of a source that have decayed, and return their window."""
+        decay = self.params.decay_time
+        if self.rolling:
+            return marks.remove_older(self._time - decay)
+        if self._sensor is None or name in LASTING:
+            return EMPTY_WINDOW
+        column = (self._sensor.x - self.origin_x) / self.resolution
+        row = (self._sensor.y - self.origin_y) / self.resolution
+        return marks.remove_missed(
+            row, column, self.params.marking_range / self.resolution, self._time, decay
+        )
 
     def clear_around(
         self, pose: SE2, radius: float, source: str | None = None, keep: Collection[str] = ()
@@ -228,7 +255,7 @@ class LayeredCostmap:
         """Clear the marks of all sources but `keep`, or only of `source`, within `radius` metres of the pose."""
         mask = self._disk_mask(pose, radius)
         self.note_change(pose, radius)
-        for name, layer in self._sources.items():
+        for name, layer in self.sources.items():
             if source in (None, name) and name not in keep:
                 layer.cells[mask] = UNKNOWN
 
@@ -240,7 +267,7 @@ class LayeredCostmap:
         """
         margin = self.resolution / math.sqrt(2.0)
         radius = max(self._robot.circumscribed_radius - margin, 0.0)
-        window = self.window_around(pose, radius).expanded(0, self._static.shape)
+        window = self.window_around(pose, radius).expanded(0, self.static.shape)
         if window.empty:
             return  # the robot is outside the costmap
         covered = self._disk_mask(pose, radius, window)
@@ -253,13 +280,13 @@ class LayeredCostmap:
         reach = radius + self.resolution / math.sqrt(2.0)
         for x, y in centres.tolist():
             pose = SE2(x, y, 0.0)
-            window = self.window_around(pose, reach).expanded(0, self._static.shape)
+            window = self.window_around(pose, reach).expanded(0, self.static.shape)
             if not window.empty:
                 self._unmark(self._disk_mask(pose, reach, window), window, keep)
 
     def _unmark(self, covered: NDArray[np.bool_], window: CellWindow, keep: Collection[str]) -> None:
         """Make marked cells of a window unknown where `covered`, in the layers of all sources but `keep`."""
-        for cells in (layer.cells for name, layer in self._sources.items() if name not in keep):
+        for cells in (layer.cells for name, layer in self.sources.items() if name not in keep):
             marked = covered & (cells[window.slices] == LETHAL)
             if marked.any():
                 cells[window.slices][marked] = UNKNOWN
@@ -268,41 +295,49 @@ class LayeredCostmap:
 
     def clear(self) -> None:
         """Clear all obstacle layers and keep the static map."""
-        self._sources = {}
+        self.sources = {}
         self._combined = None
 
+    def process(self, message: Message, frame: SE2) -> None:
+        """Pass a message, whose frame is at `frame` in the costmap, to the layers, which take what they know."""
+        for layer in self.layers:
+            layer.process(self, message, frame)
+
     def update(self) -> Costmap:
-        """Combine and inflate the layers where they have changed, and return a copy of the costs."""
+        """Combine the layers where they have changed, and return a copy of the costs."""
         if self._combined is None:
-            self._combined = self._new_master()
-        layers = [layer.cells for layer in self._sources.values()]
-        self._combined.update(self._static, layers, self.params.track_unknown)
-        costs = self._combined.costs.copy()
-        return Costmap(costs, self.resolution, self.origin_x, self.origin_y, self._footprint)
+            self._combined = self._new_master(self.layers)
+        self._combined.update(self)
+        return self._costmap(self._combined.costs.copy())
 
     def costs_without_far_marks(self, pose: SE2) -> Costmap:
         """Return the costs as `update` does, but without marks beyond the marking range of the pose."""
-        near = self._disk_mask(pose, self.params.marking_range)
-        sources = [layer.cells for layer in self._sources.values()]
-        layers = [np.where(near | (cells != LETHAL), cells, UNKNOWN) for cells in sources]
-        combined = self._new_master()
-        combined.update(self._static, layers, self.params.track_unknown)
-        return Costmap(combined.costs, self.resolution, self.origin_x, self.origin_y, self._footprint)
+        near, sources = self._disk_mask(pose, self.params.marking_range), self.sources
+        self.sources = {name: marks.only(near) for name, marks in sources.items()}
+        try:
+            combined = self._new_master(self.layers)
+            combined.update(self)
+        finally:
+            self.sources = sources
+        return self._costmap(combined.costs)
 
     def static_costs(self) -> Costmap:
-        """Return the costs of the static map alone, without the marks of any sensor."""
-        combined = self._new_master()
-        combined.update(self._static, [], self.params.track_unknown)
-        return Costmap(combined.costs, self.resolution, self.origin_x, self.origin_y, self._footprint)
+        """Return the costs of the static map alone, without the marks of any sensor and without zones."""
+        combined = self._new_master([x for x in self.layers if isinstance(x, (StaticLayer, InflationLayer))])
+        combined.update(self)
+        return replace(self._costmap(combined.costs), lanes=NO_LANES)
 
-    def _new_master(self) -> MasterCostmap:
+    def _new_master(self, layers: Sequence[CostmapLayer]) -> MasterCostmap:
         radius = self._robot.inscribed_radius / self.resolution if self.wary else 0.0
-        return MasterCostmap(self._static.shape, self._table, radius)
+        return MasterCostmap(self, layers, radius)
+
+    def _costmap(self, cells: NDArray[np.uint8]) -> Costmap:
+        return Costmap(cells, self.resolution, self.origin_x, self.origin_y, self._footprint, self.lanes)
 
     def _disk_mask(self, pose: SE2, radius: float, window: CellWindow | None = None) -> NDArray[np.bool_]:
         """Return which cells of the window, or of all, have their centre within `radius` metres of the pose."""
         rows, columns = window.slices if window is not None else (slice(None), slice(None))
-        h, w = self._static.shape
+        h, w = self.static.shape
         x = self.origin_x + (np.arange(w)[columns] + 0.5) * self.resolution - pose.x
         y = self.origin_y + (np.arange(h)[rows] + 0.5) * self.resolution - pose.y
         return x[None, :] ** 2 + y[:, None] ** 2 <= radius * radius
@@ -310,7 +345,7 @@ class LayeredCostmap:
     def _polygon_mask(self, pose: SE2, margin: float, window: CellWindow) -> NDArray[np.bool_]:
         """Return which cells of the window have their centre inside the footprint, `margin` metres from its edges."""
         rows, columns = window.slices
-        h, w = self._static.shape
+        h, w = self.static.shape
         x = self.origin_x + (np.arange(w)[columns] + 0.5) * self.resolution - pose.x
         y = self.origin_y + (np.arange(h)[rows] + 0.5) * self.resolution - pose.y
         inside = np.ones((len(y), len(x)), np.bool_)

@@ -1,65 +1,71 @@
-"""The master costmap: layers merged and inflated, incrementally where they have changed."""
+"""The master costmap: the costs of all layers, updated where they have changed."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-from chefbot.costmap.inflation import inflate
+from chefbot.costmap.layer import CostmapLayer
 from chefbot.costmap.unknown_space import cells_near_unknown
 from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
-from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN
+from chefbot.maths.costs import FREE, INSCRIBED, UNKNOWN
+
+if TYPE_CHECKING:
+    from chefbot.costmap.layered_costmap import LayeredCostmap
 
 
 class MasterCostmap:
-    """Merged and inflated costs (h, w) of the layers, bit-identical to a full recalculation at every update.
+    """Costs (h, w) of the layers, bit-identical to a full recalculation at every update.
 
-    table: cost by squared distance to the nearest obstacle, see `inflation.cost_table`. unseen_radius: distance in
-    cells that the robot's centre keeps from unknown space; 0 for none.
+    A layer with a reach, such as the inflation, needs the costs below it unchanged by itself: it writes into a copy
+    of its own. unseen_radius: distance in cells that the robot's centre keeps from unknown space; 0 for none.
     """
 
-    def __init__(self, shape: tuple[int, ...], table: NDArray[np.uint8], unseen_radius: float) -> None:
-        self._table = table
+    def __init__(self, costs: LayeredCostmap, layers: Sequence[CostmapLayer], unseen_radius: float) -> None:
+        self._layers = [(layer, layer.reach(costs)) for layer in layers]
         self._unseen_radius = unseen_radius
-        self._master = np.full(shape, FREE, np.uint8)
-        self._inflated = np.full(shape, FREE, np.uint8)
-        self._near_unknown = np.zeros(shape, np.bool_)
-        self.costs = np.full(shape, FREE, np.uint8) if unseen_radius else self._inflated
-        self._changed = CellWindow(0, 0, *shape)
+        spreading = sum(reach > 0 for _, reach in self._layers)
+        self._copies = [np.full(costs.shape, FREE, np.uint8) for _ in range(spreading + 1)]
+        self._near_unknown = np.zeros(costs.shape, np.bool_)
+        self.costs = np.full(costs.shape, FREE, np.uint8) if unseen_radius else self._copies[-1]
+        self._changed = CellWindow(0, 0, *costs.shape)
 
     def touch(self, window: CellWindow) -> None:
         """Add a window in which layers may have changed; cells outside the grid are ignored."""
-        self._changed = self._changed.union(window.expanded(0, self._master.shape))
+        self._changed = self._changed.union(window.expanded(0, self.costs.shape))
 
-    def update(
-        self, static: NDArray[np.uint8], layers: Iterable[NDArray[np.uint8]], track_unknown: bool
-    ) -> None:
-        """Update `costs` from the layers in the changed window."""
+    def update(self, costs: LayeredCostmap) -> None:
+        """Update `self.costs` from the layers in the changed window."""
         window, self._changed = self._changed, EMPTY_WINDOW
         if window.empty:
             return
-        old = self._master[window.slices]
-        new = _merge_layers(static, layers, window, track_unknown)
-        same_unknown = np.array_equal(old == UNKNOWN, new == UNKNOWN)
-        self._master[window.slices] = new
-        affected = self._inflate(window)
-        if self._unseen_radius:
-            self._add_unknown_margin(affected, same_unknown)
+        level, cells, changed = 0, self._copies[0], window
+        unknown = cells[changed.slices] == UNKNOWN if self._unseen_radius else None
+        cells[changed.slices] = UNKNOWN if costs.params.track_unknown else FREE
+        for layer, reach in self._layers:
+            if reach:
+                window = self._spread(costs, layer, reach, level, window)
+                level, cells = level + 1, self._copies[level + 1]
+            else:
+                layer.update_costs(costs, cells, window)
+        if unknown is not None:
+            same = np.array_equal(unknown, self._copies[0][changed.slices] == UNKNOWN)
+            self._add_unknown_margin(window, same)
 
-    def _inflate(self, window: CellWindow) -> CellWindow:
-        """Inflate around the window and return the affected window: changes spread by one inflation radius.
+    def _spread(
+        self, costs: LayeredCostmap, layer: CostmapLayer, reach: int, level: int, window: CellWindow
+    ) -> CellWindow:
+        """Update a layer with a reach, and return the window that it affects: changes spread by its reach.
 
-        The costs in there depend on cells another inflation radius away.
+        The costs in there depend on cells another reach away.
         """
-        radius = math.isqrt(len(self._table) - 1)
-        affected = window.expanded(radius, self._master.shape)
-        source = affected.expanded(radius, self._master.shape)
-        inflated = inflate(np.ascontiguousarray(self._master[source.slices]), self._table)
-        self._inflated[affected.slices] = inflated[affected.relative_to(source).slices]
+        affected = window.expanded(reach, self.costs.shape)
+        source = affected.expanded(reach, self.costs.shape)
+        cells, inner = self._copies[level][source.slices].copy(), affected.relative_to(source)
+        layer.update_costs(costs, cells, inner)
+        self._copies[level + 1][affected.slices] = cells[inner.slices]
         return affected
 
     def _add_unknown_margin(self, window: CellWindow, same_unknown: bool) -> None:
@@ -68,28 +74,8 @@ class MasterCostmap:
         The size of an unknown region depends on all of its cells.
         """
         if not same_unknown:
-            self._near_unknown = cells_near_unknown(self._master, self._unseen_radius)
-            window = CellWindow(0, 0, *self._master.shape)
-        costs = self._inflated[window.slices].copy()
+            self._near_unknown = cells_near_unknown(self._copies[0], self._unseen_radius)
+            window = CellWindow(0, 0, *self.costs.shape)
+        costs = self._copies[-1][window.slices].copy()
         costs[self._near_unknown[window.slices] & (costs < INSCRIBED)] = INSCRIBED
         self.costs[window.slices] = costs
-
-
-def _merge_layers(
-    static: NDArray[np.uint8], layers: Iterable[NDArray[np.uint8]], window: CellWindow, track_unknown: bool
-) -> NDArray[np.uint8]:
-    """Merge the layers over the static map in the window, without inflation."""
-    master = static[window.slices].copy()
-    for layer in layers:
-        _merge_layer(master.reshape(-1), np.ascontiguousarray(layer[window.slices]).reshape(-1))
-    if not track_unknown:
-        master[master == UNKNOWN] = FREE
-    return master
-
-
-@njit(cache=True, nogil=True)
-def _merge_layer(master: NDArray[np.uint8], layer: NDArray[np.uint8]) -> None:
-    """Merge a layer into the master: its obstacles overwrite, its free space replaces only unknown cells."""
-    for i in range(master.shape[0]):
-        if layer[i] == LETHAL or (layer[i] == FREE and master[i] == UNKNOWN):
-            master[i] = layer[i]

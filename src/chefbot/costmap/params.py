@@ -11,6 +11,18 @@ LIVE_PARAMS = ("padding", "inflation_radius", "cost_scaling_factor", "marking_ra
 """Parameters that `LayeredCostmap.retune` can change while the obstacle layers are kept."""
 
 
+LAYERS = (
+    "chefbot.costmap.layers:StaticLayer",
+    "chefbot.costmap.layers:ObstacleLayer",
+    "chefbot.costmap.layers:RangeSensorLayer",
+    "chefbot.costmap.zone_layers:KeepOutLayer",
+    "chefbot.costmap.layers:InflationLayer",
+    "chefbot.costmap.zone_layers:PreferredLayer",
+    "chefbot.costmap.zone_layers:OneWayLayer",
+)
+"""Layers of the planner's costmap, in order."""
+
+
 class CostmapParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of a layered costmap `LayeredCostmap`."""
 
@@ -34,8 +46,12 @@ class CostmapParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     decay_time: Annotated[
         float, Meta(ge=0.0, le=86400.0, description="time after which an unconfirmed mark goes, s; 0: never")
     ] = 0.0
+    layers: tuple[str, ...] = LAYERS
+    """`pkg.module:Class` of each layer in order, the lowest first; its constructor receives LayerSettings."""
 
 
-LOCAL_COSTMAP = CostmapParams(track_unknown=False, decay_time=60.0)
+GLOBAL_COSTMAP = CostmapParams(decay_time=60.0)
+"""The planner's costmap: of what is near enough to be seen it forgets what the local costmap forgets."""
+LOCAL_COSTMAP = CostmapParams(track_unknown=False, decay_time=60.0, layers=LAYERS[:5])
 """The local costmap: unknown space is free, because a camera sees little at once; the planner has the map. A mark
 lasts as long as the collision monitor remembers a measurement: the two must agree on what is in the way."""

@@ -9,20 +9,23 @@ between them.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.maths.costs import LETHAL, UNKNOWN
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.sensor_msgs import Range
 from chefbot.robot.spec import Robot
 
+if TYPE_CHECKING:
+    from chefbot.costmap.layered_costmap import LayeredCostmap
+
 RANGER, CONTACT = "ranger", "contact"
-"""Names of the obstacle layers: obstacles of the ranger's echoes, and obstacles that the robot has touched."""
+"""Sources of marks: obstacles of the ranger's echoes, and obstacles that the robot has touched."""
 LASTING = (RANGER, CONTACT)
-"""Layers of obstacles that other sensors may not see: only the ranger clears them, and the robot where it stands."""
+"""Sources of obstacles that other sensors may not see: only the ranger clears them, and the robot where it stands."""
 MARKING_RANGE = 1.0
 """Maximum distance of an echo that marks, m; beyond, its arc is too wide to distinguish a doorway from a wall."""
 DECAY_RANGE = 1.2

@@ -1,4 +1,4 @@
-"""Map server: publishes a saved map and its named places."""
+"""Map server: publishes a saved map, its named places and its zones."""
 
 from __future__ import annotations
 
@@ -9,31 +9,38 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import Place, Places
+from chefbot.msgs.chefbot_msgs import MapZones, Place, Places
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import Device, Out, topic
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import PlaceEntry, load_entries, places_path
+from chefbot.storage.zones import LoadedZones, load_zones, zones_path
 
 
 class MapFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the map server: the map's path."""
+    """Parameters of the map server: the paths of the map and of its zones."""
 
     map: Annotated[str, Meta(min_length=1, description="path of a ROS map file, NAME.yaml")]
+    zones: Annotated[
+        str, Meta(description="path of a zones file; empty: NAME.zones.yaml beside the map, if there is one")
+    ] = ""
 
 
 class MapFileDevice(Device):
-    """Publishes map and places once, with transient local durability for late-joining subscribers."""
+    """Publishes map, places and zones once, with transient local durability for late-joining subscribers."""
 
     params: MapFileParams
     map: Out[OccupancyGrid] = topic(latched=True)
     places: Out[Places] = topic(latched=True)
+    zones: Out[MapZones] = topic(latched=True)
 
     def start(self) -> None:
         """Read the files now, so that an error aborts the start; publish as soon as the event loop runs."""
         self.read()
+        loaded = self._load_zones()
+        self._zones, self.announcement = loaded.zones, " ".join(loaded.warnings)
         self.post(self._publish)
 
     def read(self) -> None:
@@ -42,14 +49,24 @@ class MapFileDevice(Device):
 
     def read_map(self, path: Path) -> None:
         """Read a map and the places file beside it, if there is one."""
-        self._grid = load_map(path)
+        self._path, self._grid = path, load_map(path)
         places_file = places_path(path)
         self.named = load_entries(places_file) if places_file.exists() else {}
+
+    def _load_zones(self) -> LoadedZones:
+        """Load the given zones file, else the one beside the map, else none."""
+        beside = zones_path(self._path)
+        if not (self.params.zones or beside.exists()):
+            return LoadedZones()
+        path = Path(self.params.zones) if self.params.zones else beside
+        places = {name: SE2(entry.x, entry.y, entry.yaw) for name, entry in self.named.items()}
+        return load_zones(path, self._grid, places)
 
     def _publish(self) -> None:
         header = Header.of(self.now_ns, "map")
         self.map.publish(OccupancyGrid.of(header, self._grid))
         self.places.publish(Places(tuple(_place(header, *named) for named in self.named.items())))
+        self.zones.publish(MapZones(header, self._zones))
 
 
 def _place(header: Header, name: str, entry: PlaceEntry) -> Place:

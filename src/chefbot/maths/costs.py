@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.footprint_collision import lethal_on_edges, lethal_while_rotating
+from chefbot.maths.lanes import NO_LANES, OneWayLanes
 from chefbot.maths.se2 import SE2
 
 FREE = 0
@@ -28,6 +29,8 @@ class Costmap(CellGrid):
     cells: NDArray[np.uint8]
     footprint: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     """Corners (n, 2) of the robot in base_link, m; empty for a disc, for which the costs of the cells suffice."""
+    lanes: OneWayLanes = NO_LANES
+    """One-way lanes, which only a planner obeys: a robot that tracks a path may have to back out."""
 
     def lethal_on_footprint(self, pose: SE2) -> int:
         """Return the number of points on the edges of the footprint at `pose` in lethal cells; 0 for a disc."""

@@ -32,6 +32,16 @@ MAX_TICKS = 2**53
 """Maximum tick count: above it a double cannot represent every integer."""
 MAX_WHEEL_SPEED = 1e4
 """Upper bound for the angular velocity of a wheel, rad/s."""
+MAX_ZONES, MAX_CORNERS = 1000, 1000
+"""Maximum number of zones of a map, and of corners of a zone."""
+KEEP_OUT, SLOW_ZONE, PREFERRED, ONE_WAY = "keep_out", "slow", "preferred", "one_way"
+"""Kinds of zones: no part of the robot enters; speed is limited; paths prefer it; driven in one direction only."""
+ZONE_TITLES = {
+    KEEP_OUT: "keep-out zone",
+    SLOW_ZONE: "slow zone",
+    PREFERRED: "preferred zone",
+    ONE_WAY: "one-way lane",
+}
 _NO_FLOATS = np.empty(0, np.float32)
 _ZERO_16 = np.zeros(16)
 _ZERO_16.flags.writeable = False
@@ -119,6 +129,45 @@ class Places(Message, frozen=True, eq=False):
     """All named places on the map."""
 
     places: tuple[Place, ...] = ()
+
+
+class MapZone(Message, frozen=True, eq=False):
+    """An area of the map with a rule for the robot: a polygon in the frame of the message, m."""
+
+    BOUNDS = per_field(speed=(0.0, MAX_MAGNITUDE), direction=(-MAX_MAGNITUDE, MAX_MAGNITUDE))
+    MAX_LENGTHS = per_field(corners=MAX_CORNERS)
+
+    name: String = ""
+    kind: String = ""
+    """keep_out, slow, preferred, one_way"""
+    corners: tuple[Point, ...] = ()
+    speed: Float64 = 0.0
+    """Maximum speed in a slow zone, m/s."""
+    direction: Float64 = 0.0
+    """Direction of a one-way lane, rad."""
+
+    @property
+    def title(self) -> str:
+        """Kind and name in words, such as "keep-out zone stairs"."""
+        return f"{ZONE_TITLES.get(self.kind, 'zone')} {self.name}"
+
+    @property
+    def array(self) -> NDArray[np.float64]:
+        """The corners (n, 2), m."""
+        return np.array([(corner.x, corner.y) for corner in self.corners]).reshape(-1, 2)
+
+
+class MapZones(Message, frozen=True, eq=False):
+    """All zones of the map."""
+
+    MAX_LENGTHS = per_field(zones=MAX_ZONES)
+
+    header: Header = Header()
+    zones: tuple[MapZone, ...] = ()
+
+    def of_kind(self, kind: str) -> tuple[MapZone, ...]:
+        """Return the zones of a kind, in their order."""
+        return tuple(zone for zone in self.zones if zone.kind == kind)
 
 
 class Order(Message, frozen=True, eq=False):
@@ -274,7 +323,7 @@ class Cause(Message, frozen=True, eq=False):
     check: String = ""
     """Check that failed, in words."""
     sensor: String = ""
-    """What marked the obstacle: lidar, depth camera, ultrasonic ranger, contact, map; empty for no obstacle."""
+    """What marked the obstacle: lidar, depth camera, ultrasonic ranger, contact, map, or a zone."""
     located: Bool = False
     """Whether `point` is known."""
     point: Point = Point()

@@ -62,6 +62,29 @@ class BehaviorTreeLog(Message, frozen=True, eq=False):
     event_log: tuple[BehaviorTreeStatusChange, ...] = ()
 
 
+class SpeedLimit(Message, frozen=True, eq=False):
+    """The maximum speed, m/s, or with `percentage` in percent of the robot's; 0 for no limit."""
+
+    BOUNDS = per_field(speed_limit=(0.0, MAX_MAGNITUDE))
+
+    header: Header = Header()
+    percentage: Bool = False
+    speed_limit: Float64 = 0.0
+
+
+class CostmapFilterInfo(Message, frozen=True, eq=False):
+    """What a filter mask means: the value of a cell is base + multiplier times its occupancy.
+
+    `type`: 0 keep-out and preferred areas, 1 speed in percent, 2 speed in m/s.
+    """
+
+    header: Header = Header()
+    type: Uint8 = 0
+    filter_mask_topic: String = ""
+    base: Float32 = 0.0
+    multiplier: Float32 = 0.0
+
+
 class NavigateToPose_Goal(Message, frozen=True, eq=False):
     """Navigate to a pose, with an optional behavior tree."""
 

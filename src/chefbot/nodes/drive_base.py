@@ -6,6 +6,7 @@ from __future__ import annotations
 from chefbot.control.kinematics import wheel_speeds
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.nav2_msgs import SpeedLimit
 from chefbot.msgs.sensor_msgs import Range
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.nodes.collision_monitor import COMMAND_PERIOD, COMMAND_RATE
@@ -18,6 +19,7 @@ from chefbot.safety.command_multiplexer import CommandMultiplexer, CommandSource
 from chefbot.safety.monitor_text import limited_text
 from chefbot.safety.motion_policy import Restriction
 from chefbot.safety.params import DriveBaseParams
+from chefbot.safety.speed_limit import fraction_within
 from chefbot.safety.velocity_limiter import VelocityLimiter
 
 HELD = "Let go of the controls to drive again: they were held while a sensor failed or the emergency stop was active."
@@ -26,8 +28,8 @@ HELD = "Let go of the controls to drive again: they were held while a sensor fai
 class DriveBaseNode(EmergencyStopNode):
     """Converts twists to wheel speeds: teleop overrides navigation, the emergency stop overrides both.
 
-    Velocity limits, ramps and the collision monitor apply to all. `cmd_vel` is the twist actually commanded. A
-    command that is not repeated is a stop.
+    Velocity limits, slow zones, ramps and the collision monitor apply to all. `cmd_vel` is the twist actually
+    commanded. A command that is not repeated is a stop.
     """
 
     live_params = ("limiter.*", "teleop_hold", "*margin", "monitor.slow", "monitor.memory", "monitor.seen")
@@ -37,6 +39,7 @@ class DriveBaseNode(EmergencyStopNode):
     process_lost: In[String]
     process_back: In[String]
     cliff: In[Range]
+    speed_limit: In[SpeedLimit]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
 
@@ -92,6 +95,7 @@ class DriveBaseNode(EmergencyStopNode):
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
         self.publish_remark(self._cliffs.take_remark(command.v, now_ns))
         allowed = self._allowed_fraction(command)
+        allowed *= fraction_within(self.speed_limit.last, allowed * command.v, self._limiter.limits.speed)
         target = self._cliffs.limit(allowed * command.v, now_ns), allowed * command.w
         v, w = self._limiter.step(*target, command.age(now_ns), COMMAND_PERIOD)
         checked = self._checked(v, w)

@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
-from chefbot.costmap.conversions import (
-    DROP_OFFS,
-    ObstacleMarking,
-    costmap_message,
-    mark_laser,
-    mark_obstacles,
-)
-from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.conversions import DROP_OFFS, costmap_message
 from chefbot.costmap.params import LIVE_PARAMS
 from chefbot.costmap.pose_jump import PoseJumpDetector
-from chefbot.costmap.ranger_marks import LASTING, contact_radius, mark_contact, mark_range
-from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.costmap.ranger_marks import LASTING
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.msgs.chefbot_msgs import MapZones, ObstacleScan
 from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header
+from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.nodes.navigation.people_marks import PeopleMarksNode
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
-from chefbot.scan.drop_offs import drop_range
 
 
 class GlobalCostmapNode(PeopleMarksNode):
@@ -42,17 +34,13 @@ class GlobalCostmapNode(PeopleMarksNode):
     obstacles: In[ObstacleScan]
     ultrasonic: In[Range]
     contact: In[PoseStamped]
+    zones: In[MapZones]
     clear_costmaps: In[Float64]
     costmap: Out[OccupancyGrid] = topic("global_costmap/costmap", latched=True)
 
     def start(self) -> None:
         """Create the global costmap, which is empty before the first map."""
-        self._costs = LayeredCostmap(
-            self.params.costmap,
-            self.robot.footprint,
-            avoid_unknown=self.robot.sensors.forward_sensing_only,
-        )
-        self._marking = ObstacleMarking.of(self.robot, drop_range(self.robot))
+        self._costs = make_costmap(self.params.costmap, self.robot, rolling=False)
         self._pose_jump = PoseJumpDetector()
 
     def reconfigure(self, params: Any) -> None:
@@ -62,33 +50,34 @@ class GlobalCostmapNode(PeopleMarksNode):
 
     def on_map(self, message: OccupancyGrid) -> None:
         """Set a new or grown static map."""
-        self._costs.set_static(message.grid)
+        self._costs.process(message, IDENTITY)
+
+    def on_zones(self, message: MapZones) -> None:
+        """Set the zones of the map."""
+        self._costs.process(message, IDENTITY)
 
     def on_scan(self, scan: LaserScan) -> None:
-        """Update the laser's obstacle layer with a scan."""
-        stamp = scan.header.stamp.ns
-        mark = partial(mark_laser, scan=scan)
-        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose, stamp))
+        """Pass a scan to the layers."""
+        self._place(scan, scan.header)
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
-        """Update the camera's obstacle layers with an obstacle scan."""
-        stamp = scan.header.stamp.ns
-        mark = partial(mark_obstacles, scan=scan, marking=self._marking)
-        self.tf.on_available("odom", scan.header.frame_id, stamp, lambda pose: self._mark(mark, pose, stamp))
+        """Pass an obstacle scan of the camera to the layers."""
+        self._place(scan, scan.header)
 
     def on_ultrasonic(self, echo: Range) -> None:
-        """Update the ranger's layer with an echo."""
-        mark = partial(mark_range, echo=echo)
-        frame, stamp = echo.header.frame_id, echo.header.stamp.ns
-        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark(mark, pose, stamp))
+        """Pass an echo to the layers."""
+        self._place(echo, echo.header)
 
     def on_contact(self, contact: PoseStamped) -> None:
-        """Mark what the robot has touched."""
-        mark, motion = partial(mark_contact, radius=contact_radius(self.robot)), contact.pose.se2
-        frame, stamp = contact.header.frame_id, contact.header.stamp.ns
-        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark(mark, pose @ motion, stamp))
+        """Pass to the layers what the robot has touched."""
+        self._place(contact, contact.header)
 
-    def _mark(self, mark: Callable[[LayeredCostmap, SE2], None], odom_T_sensor: SE2, stamp_ns: int) -> None:
+    def _place(self, message: Message, header: Header) -> None:
+        """Pass a message to the layers as soon as the odometry pose of its frame is known."""
+        stamp = header.stamp.ns
+        self.tf.on_available("odom", header.frame_id, stamp, lambda pose: self._mark(message, pose, stamp))
+
+    def _mark(self, message: Message, odom_T_sensor: SE2, stamp_ns: int) -> None:
         """Mark with the odometry pose at the time of the measurement and the latest map -> odom transform."""
         try:
             map_T_odom = self.tf.lookup("map", "odom")
@@ -98,7 +87,7 @@ class GlobalCostmapNode(PeopleMarksNode):
             if self._pose_jump.process(map_T_odom, odom_T_sensor):
                 self._costs.clear()
             self._costs.set_time(stamp_ns / 1e9)
-            mark(self._costs, map_T_odom @ odom_T_sensor)
+            self._costs.process(message, map_T_odom @ odom_T_sensor)
 
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Clear the marks within a radius (m) of the robot, but not those that other sensors do not see."""

@@ -4,30 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from chefbot.costmap.conversions import (
-    DROP_OFFS,
-    LASER,
-    ObstacleMarking,
-    costmap_message,
-    mark_laser,
-    mark_obstacles,
-)
-from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.conversions import DROP_OFFS, LASER, costmap_message
 from chefbot.costmap.params import LIVE_PARAMS
-from chefbot.costmap.ranger_marks import contact_radius, mark_contact, mark_range
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.chefbot_msgs import MapZones, ObstacleScan
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header, String
+from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.nodes.navigation.people_marks import PeopleMarksNode
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors
-from chefbot.scan.drop_offs import drop_range
 
 
 class LocalCostmapNode(PeopleMarksNode):
@@ -41,6 +32,7 @@ class LocalCostmapNode(PeopleMarksNode):
     obstacles: In[ObstacleScan]
     ultrasonic: In[Range]
     contact: In[PoseStamped]
+    zones: In[MapZones]
     clear_costmaps: In[Float64]
     base_standing: In[String] = topic("base/standing")
     monitor_reason: In[String] = topic("collision_monitor/reason")
@@ -50,9 +42,8 @@ class LocalCostmapNode(PeopleMarksNode):
 
     def start(self) -> None:
         """Create the empty costmap and the sensor monitors."""
-        self._costs = LayeredCostmap(self.params.costmap, self.robot.footprint, rolling=True)
+        self._costs = make_costmap(self.params.costmap, self.robot, rolling=True)
         self._sensors = ObstacleSensors(self.robot)
-        self._marking = ObstacleMarking.of(self.robot, drop_range(self.robot))
 
     def reconfigure(self, params: Any) -> None:
         """Apply new parameters to the costmap."""
@@ -72,7 +63,7 @@ class LocalCostmapNode(PeopleMarksNode):
 
     def _mark_laser(self, pose: SE2, scan: LaserScan) -> None:
         self._costs.set_time(scan.header.stamp.ns / 1e9)
-        mark_laser(self._costs, pose, scan)
+        self._costs.process(scan, pose)
         self._sensors.note_scan_marked(scan.header.stamp.ns)
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
@@ -83,19 +74,18 @@ class LocalCostmapNode(PeopleMarksNode):
 
     def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
         self._costs.set_time(scan.header.stamp.ns / 1e9)
-        mark_obstacles(self._costs, pose, scan, self._marking)
+        self._costs.process(scan, pose)
         self._sensors.note_obstacles_marked(scan.header.stamp.ns)
 
     def on_ultrasonic(self, echo: Range) -> None:
         """Update the ranger's layer with an echo."""
-        mark = lambda pose: mark_range(self._costs, pose, echo)  # noqa: E731
-        self.tf.on_available("odom", echo.header.frame_id, echo.header.stamp.ns, mark)
+        place = lambda pose: self._costs.process(echo, pose)  # noqa: E731
+        self.tf.on_available("odom", echo.header.frame_id, echo.header.stamp.ns, place)
 
     def on_contact(self, contact: PoseStamped) -> None:
         """Mark what the robot has touched."""
-        radius, motion = contact_radius(self.robot), contact.pose.se2
-        mark = lambda pose: mark_contact(self._costs, pose @ motion, radius)  # noqa: E731
-        self.tf.on_available("odom", contact.header.frame_id, contact.header.stamp.ns, mark)
+        place = lambda pose: self._costs.process(contact, pose)  # noqa: E731
+        self.tf.on_available("odom", contact.header.frame_id, contact.header.stamp.ns, place)
 
     def _publish_contact(self) -> None:
         """Publish that the robot did not move on a free path: something unseen is in its way."""
@@ -131,10 +121,19 @@ class LocalCostmapNode(PeopleMarksNode):
         """Move the costmap to the robot and return its costs."""
         self._costs.set_time(self.now_ns / 1e9)
         self._costs.move_to(*pose[:2])
+        self._place_zones()
         self._costs.clear_footprint(pose, keep=(DROP_OFFS,))  # its edge may be over one
         if self._costs.has_layer(DROP_OFFS):
             self._costs.clear_around(pose, self._costs.resolution, DROP_OFFS)
         return self._costs.update()
+
+    def _place_zones(self) -> None:
+        """Place the zones of the map where localization has them now; without it there are none to obey."""
+        try:
+            if self.zones.last is not None:
+                self._costs.process(self.zones.last, self.tf.lookup("odom", "map"))
+        except TransformError:
+            return
 
     @every(hz=1)
     def publish_health(self) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.conversions import DROP_OFFS
-from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result
 from chefbot.msgs.nav_msgs import Path
@@ -29,7 +29,7 @@ from chefbot.runtime.transform_buffer import TransformError
 class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the global costmap and of the planner plugin."""
 
-    costmap: CostmapParams = CostmapParams()
+    costmap: CostmapParams = GLOBAL_COSTMAP
     plugin: str = ""
     """`pkg.module:Class` of a custom planner; its constructor receives `settings`."""
     settings: PlannerParams = PlannerParams()
@@ -79,7 +79,7 @@ class PlannerNode(PlannerCausesNode):
             return ComputePathToPose_Result(error_code=code, error_msg=str(error))
         path = Path.of(Header.of(self.now_ns, "map"), poses)
         self.plan.publish(path)
-        self.report_plan(poses, target, robot)
+        self.report_plan(poses, self._planner, target, robot)
         return ComputePathToPose_Result(path, error_msg=self.report_taken_goal(poses, target))
 
     def _find_path(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:

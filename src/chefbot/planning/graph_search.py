@@ -9,6 +9,11 @@ Buckets are first in, first out: last in, first out would follow a long line of 
 entry makes obsolete. The octile distance is consistent because no weight is below 1; the search ends when the
 goal's bucket is empty, so the cost found is the minimum.
 
+`lane` is the number of the one-way lane of each cell, flat, or empty; `direction` (n, 2) is that of each lane, as
+in OneWayLanes. A step against a one-way lane is no step of the graph, like one that cuts a corner: its cost is
+infinite in that direction. That leaves the octile distance a lower bound, and the coordinate along a lane never
+decreases on a path.
+
 It is one kernel with unsigned indices, because passing arrays for every cell, or checking each index for a
 negative value, would cost more than the search itself.
 """
@@ -31,6 +36,8 @@ ROUND_UP = np.float32(1.0 + 1e-6)
 """Factor that makes a 32-bit sum no less than the exact one."""
 ROW_STEPS, COLUMN_STEPS = (0, 0, 1, -1, 1, 1, -1, -1), (1, -1, 0, 0, 1, -1, 1, -1)
 """Row and column offsets of the eight neighbours, the diagonal ones last."""
+AGAINST = 1e-6
+"""Cells against a lane's direction from which a step is against it: rounding of a direction across the lane."""
 
 
 @njit(cache=True, nogil=True)
@@ -85,17 +92,17 @@ def _improves(
 @njit(cache=True, nogil=True)
 def _open_list(
     cells: int, buckets: int, source: int, slot: int
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], int]:
     """Create a ring of `buckets` buckets, linked lists whose heads are the first entries; `source` is in `slot`.
 
-    Returns the cell and the successor (-1 for none) of each entry, and the last entry of each bucket. A cell is
-    inserted at most twice per neighbour, and memory never touched costs nothing.
+    Returns the cell and the successor (-1 for none) of each entry, the last entry of each bucket, and the number of
+    entries. A cell is inserted at most twice per neighbour, and memory never touched costs nothing.
     """
     link, tail = np.empty(buckets + 16 * cells, np.int32), np.arange(buckets).astype(np.int32)
     cell = np.empty(len(link), np.int32)
     link[: buckets + 1] = -1
     cell[buckets], link[slot], tail[slot] = source, buckets, buckets
-    return cell, link, tail
+    return cell, link, tail, buckets + 1
 
 
 @njit(cache=True, nogil=True)
@@ -109,6 +116,29 @@ def _neighbour_offsets(stride: int) -> tuple[NDArray[np.uint64], NDArray[np.uint
 def _cuts_corner(weight: NDArray[np.float32], first: np.uint64, second: np.uint64) -> bool:
     """Return whether a cell adjacent to a diagonal step is blocked."""
     return min(weight[first], weight[second]) == 0.0
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _against_lane(
+    lane: NDArray[np.uint8],
+    direction: NDArray[np.float64],
+    a: int,
+    b: int,
+    column_step: float,
+    row_step: float,
+) -> bool:
+    """Return whether a step from cell a to b leads against the lane of one of them.
+
+    lane: flat, number of the one-way lane of each cell. direction: (n, 2) of each lane, see OneWayLanes.
+    """
+    first, second = lane[a], lane[b]
+    return (
+        min(
+            direction[first, 0] * column_step + direction[first, 1] * row_step,
+            direction[second, 0] * column_step + direction[second, 1] * row_step,
+        )
+        < -AGAINST
+    )
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -149,12 +179,12 @@ def _improved_neighbours(
 @njit(cache=True, nogil=True)
 def search(
     weight: NDArray[np.float32], heaviest: float, stride: int, source: int, goal: int,
-    g: NDArray[np.float32], written: NDArray[np.int32],
+    g: NDArray[np.float32], written: NDArray[np.int32], lane: NDArray[np.uint8], direction: NDArray[np.float64],
 ) -> tuple[int, int]:  # fmt: skip
     """Compute the cost-to-come `g` from `source`: A* until `goal` is final or, if `goal` < 0, Dijkstra everywhere.
 
     weight: flat grid with a blocked border, rows of `stride` cells, none above `heaviest`. g: flat, filled with inf.
-    written: flat, receives each cell whose g was written. Returns how many were, and the number of expansions.
+    written: flat, gets the cells whose g was written. Returns their number, and that of expansions. lane: see top.
     """
     # bucket width and weight of the heuristic: A* with a goal, Dijkstra without
     scale, h_gain = (BUCKETS_PER_UNIT, np.float32(1.0)) if goal >= 0 else (np.float32(1.0), np.float32(0.0))
@@ -165,9 +195,8 @@ def search(
     goal_row, goal_column = np.int32(goal // stride), np.int32(goal % stride)
     # initialize the open list with the source, in the bucket of its estimate f = h
     bucket = int(h_gain * _octile(source // stride, source % stride, goal_row, goal_column) * scale)
-    cell, link, tail = _open_list(weight.shape[0], buckets, source, bucket & (buckets - 1))
-    g[source], written[0], n_written, n_expanded = 0.0, source, 1, 0
-    n_entries, free, n_open = buckets + 1, -1, 1
+    cell, link, tail, n_entries = _open_list(weight.shape[0], buckets, source, bucket & (buckets - 1))
+    g[source], written[0], n_written, n_expanded, free, n_open = 0.0, source, 1, 0, -1, 1
     while n_open > 0 and (goal < 0 or g[goal] * scale >= bucket):
         slot = bucket & (buckets - 1)
         while link[slot] >= 0:
@@ -187,6 +216,8 @@ def search(
                 k = better[np.uint64(i)]
                 n = at + offset[k]
                 if k > 3 and _cuts_corner(weight, at + above[k], at + beside[k]):
+                    continue
+                if lane.shape[0] > 0 and _against_lane(lane, direction, at, n, right[k], down[k]):
                     continue
                 # g(n) = g(at) + length * mean weight; f(n) = g(n) + h(n), never before the present bucket
                 g_old, g_new = g[n], cost + (HALF if k < 4 else HALF_DIAGONAL) * (here + weight[n])
@@ -209,8 +240,14 @@ def search(
 
 
 @njit(cache=True, nogil=True)
-def descend(weight: NDArray[np.float32], stride: int, goal: int, g: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the cells of the path from the source (g = 0) to `goal`, by steepest descent of g from the goal."""
+def descend(
+    weight: NDArray[np.float32], stride: int, goal: int, g: NDArray[np.float32],
+    lane: NDArray[np.uint8], direction: NDArray[np.float64],
+) -> NDArray[np.int64]:  # fmt: skip
+    """Return the cells of the path from the source (g = 0) to `goal`, by steepest descent of g from the goal.
+
+    lane, direction: as in `search`.
+    """
     steps = np.array([1, -1, stride, -stride, 1 + stride, -1 + stride, 1 - stride, -1 - stride])
     chain = [goal]
     at = goal
@@ -221,6 +258,8 @@ def descend(weight: NDArray[np.float32], stride: int, goal: int, g: NDArray[np.f
             n = at + steps[k]
             vertical, sideways = stride if k < 6 else -stride, 1 if k % 2 == 0 else -1
             if k > 3 and min(weight[at + vertical], weight[at + sideways]) == 0.0:
+                continue
+            if lane.shape[0] > 0 and _against_lane(lane, direction, n, at, -COLUMN_STEPS[k], -ROW_STEPS[k]):
                 continue
             cost = g[n] + (HALF if k < 4 else HALF_DIAGONAL) * (weight[at] + weight[n])
             if g[n] < g[at] and cost < min_cost:

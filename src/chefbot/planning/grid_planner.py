@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
+from chefbot.maths.lanes import NO_LANES, OneWayLanes
 from chefbot.maths.se2 import SE2
 from chefbot.planning import graph_search, smoothing
 from chefbot.planning.goal_sight import has_sight
@@ -33,7 +34,8 @@ class GridPlanner:
     path collides, save those at the start: where one does, the search is repeated without the cells around it.
     For a goal that is taken it plans to the nearest free pose with sight of it; `walls` is the static map that no
     sight leads through. `remarks` are sentences about what the last `plan` had to relax: a start inside the
-    inflation, a goal that is taken. Reuses its working arrays between calls (13 bytes per cell).
+    inflation, a goal that is taken. No step leads against a one-way lane. Reuses its working arrays between calls (13
+    bytes per cell).
     """
 
     def __init__(self, params: PlannerParams | None = None) -> None:
@@ -47,6 +49,7 @@ class GridPlanner:
         self._g = np.zeros(0, np.float32)
         self._written = np.zeros(0, np.int32)
         self._written_count = 0
+        self._load_lanes(NO_LANES)
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Return poses (n, 3) from `start` to `goal`, or to the nearest reachable cell within tolerance of it.
@@ -135,6 +138,12 @@ class GridPlanner:
             graph_search.clear(self._g, self._written, self._written_count)
         self._written_count = 0
         graph_search.pad(costmap.cells, LETHAL, self._padded)
+        self._load_lanes(costmap.lanes)
+
+    def _load_lanes(self, lanes: OneWayLanes) -> None:
+        """Set the lanes (number of each cell of the padded grid, directions), empty without lanes."""
+        number = np.pad(lanes.number, 1).reshape(-1) if lanes.number.any() else np.zeros(0, np.uint8)
+        self._lanes = number, lanes.directions
 
     def _source_cell(self, costmap: Costmap, start: SE2) -> int:
         """Return the start's cell; if it is blocked, open inscribed and unknown cells near it at the highest cost."""
@@ -207,7 +216,7 @@ class GridPlanner:
         graph_search.traversal_weights(self._padded.reshape(-1), self._weight, self._weights)
         heaviest, stride = float(self._weight.max()), self._padded.shape[1]
         self._written_count, _ = graph_search.search(
-            self._weights, heaviest, stride, source, goal, self._g, self._written
+            self._weights, heaviest, stride, source, goal, self._g, self._written, *self._lanes
         )
 
     def _no_path_error(self, start: SE2, goal: SE2) -> PlanningError:
@@ -220,29 +229,33 @@ class GridPlanner:
     def _path(self, costmap: Costmap, start: SE2, goal: SE2, end: int, *, exact: bool) -> NDArray[np.float64]:
         weight, stride = self._weights, self._padded.shape[1]
         # backtrack the cells and shorten them along straight lines
-        chain = graph_search.descend(weight, stride, end, self._g)
+        chain = graph_search.descend(weight, stride, end, self._g, *self._lanes)
         if self.params.smooth:
-            chain = chain[smoothing.pull(weight, stride, self._g, chain)]
+            chain = chain[smoothing.pull(weight, stride, self._g, chain, *self._lanes)]
         points = np.stack([chain % stride + 0.5, chain // stride + 0.5], axis=1)
         # replace the first and last cell centres by the exact start and goal
         if exact:
-            points = self._append_exact_end(points, self._to_padded_cells(costmap, goal))
-        points = self._append_exact_end(points[::-1], self._to_padded_cells(costmap, start))[::-1].copy()
+            points = self._with_exact_end(points, self._to_padded_cells(costmap, goal))
+        points = self._with_exact_end(points, self._to_padded_cells(costmap, start), at_start=True)
         if self.params.smooth:
             # round the corners of the evenly spaced path
             points = smoothing.resample(points, self.params.spacing / costmap.resolution)
-            smoothing.relax(weight, stride, points, SMOOTHING_ITERATIONS)
+            smoothing.relax(weight, stride, points, SMOOTHING_ITERATIONS, *self._lanes)
         # from cells of the padded grid to metres
         metres = (points - 1.0) * costmap.resolution + np.array([costmap.origin_x, costmap.origin_y])
         return smoothing.with_headings(metres, goal.yaw)
 
-    def _append_exact_end(self, points: NDArray[np.float64], end: tuple[float, float]) -> NDArray[np.float64]:
-        """Return the polyline (n, 2) with `end`, a point of its last cell, replacing or following its last point."""
+    def _with_exact_end(
+        self, points: NDArray[np.float64], end: tuple[float, float], *, at_start: bool = False
+    ) -> NDArray[np.float64]:
+        """Return the polyline (n, 2) with `end`, a point of its last (first) cell, instead of it or beside it."""
+        from_end = points if at_start else points[::-1]
         if len(points) > 1:
-            stride = self._padded.shape[1]
-            if smoothing.line_cost(self._weights, stride, *points[-2], *end) < math.inf:
-                points = points[:-1]
-        return np.concatenate([points, [end]])
+            ends = (end, from_end[1]) if at_start else (from_end[1], end)
+            cost = smoothing.line_cost(self._weights, self._padded.shape[1], *ends[0], *ends[1], *self._lanes)
+            from_end = from_end[1:] if cost < math.inf else from_end
+        with_end = np.concatenate([[end], from_end])
+        return with_end if at_start else with_end[::-1].copy()
 
 
 def _block(costmap: Costmap, pose: NDArray[np.float64]) -> None:

@@ -21,8 +21,12 @@ def line_cost(
     y0: float,
     x1: float,
     y1: float,
+    lane: NDArray[np.uint8],
+    direction: NDArray[np.float64],
 ) -> float:
     """Return the integral of the weight along a straight line, in cells; inf if it touches a blocked cell.
+
+    inf also where it leads against a one-way lane; lane, direction: as in `graph_search.search`.
 
     Traverses every cell that the line crosses (Amanatides & Woo 1987). weight: flat with a blocked border;
     x, y in cells of that grid; both ends must be on it.
@@ -41,6 +45,10 @@ def line_cost(
         w = weight[r * stride + c]
         if w == 0:
             return math.inf
+        if lane.shape[0] > 0:
+            number = lane[r * stride + c]
+            if direction[number, 0] * dx + direction[number, 1] * dy < -1e-6:
+                return math.inf
         # add the piece up to the next cell border or the end of the line
         t_next = min(next_c, next_r, 1.0)
         integral += (t_next - t) * length * w
@@ -62,6 +70,8 @@ def pull(
     stride: int,
     g: NDArray[np.float32],
     chain: NDArray[np.int64],
+    lane: NDArray[np.uint8],
+    direction: NDArray[np.float64],
 ) -> NDArray[np.int64]:
     """Return the indices into the cells `chain` of the corners that remain after shortcutting.
 
@@ -75,7 +85,10 @@ def pull(
         x0, y0 = chain[anchor] % stride + 0.5, chain[anchor] // stride + 0.5
         for j in range(anchor + 2, min(anchor + MAX_SHORTCUT_CELLS, chain.shape[0])):
             x1, y1 = chain[j] % stride + 0.5, chain[j] // stride + 0.5
-            if line_cost(weight, stride, x0, y0, x1, y1) > (g[chain[j]] - g[chain[anchor]]) * 1.0001:
+            if (
+                line_cost(weight, stride, x0, y0, x1, y1, lane, direction)
+                > (g[chain[j]] - g[chain[anchor]]) * 1.0001
+            ):
                 break
             furthest = j
         anchor = furthest
@@ -98,6 +111,8 @@ def relax(
     stride: int,
     points: NDArray[np.float64],
     sweeps: int,
+    lane: NDArray[np.uint8],
+    direction: NDArray[np.float64],
 ) -> None:
     """Move inner points (n, 2), in cells, towards the middle of their neighbours where that makes the path
     cheaper."""
@@ -110,8 +125,10 @@ def relax(
             if abs(nx - x) + abs(ny - y) < 1e-3:
                 continue
             # accept it only if the cost of the two segments does not rise
-            cost = line_cost(weight, stride, ax, ay, x, y) + line_cost(weight, stride, x, y, bx, by)
-            new = line_cost(weight, stride, ax, ay, nx, ny) + line_cost(weight, stride, nx, ny, bx, by)
+            before = line_cost(weight, stride, ax, ay, x, y, lane, direction)
+            cost = before + line_cost(weight, stride, x, y, bx, by, lane, direction)
+            before = line_cost(weight, stride, ax, ay, nx, ny, lane, direction)
+            new = before + line_cost(weight, stride, nx, ny, bx, by, lane, direction)
             if new <= cost and new < math.inf:
                 points[i, 0], points[i, 1] = nx, ny
 

@@ -80,6 +80,16 @@ class PersonView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     visible: bool
 
 
+class ZoneView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A zone of the map: its title, its kind as in chefbot_msgs/MapZone, its corners (m) in the map frame, and the
+    direction of a one-way lane (rad)."""
+
+    title: str
+    kind: str
+    corners: tuple[tuple[float, float], ...]
+    direction: float
+
+
 class DoorView(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A door of the simulated world; `open` is false only when it is fully closed."""
 
@@ -252,6 +262,10 @@ def _people(value: Sequence[PersonView]) -> tuple[PersonView, ...]:
     return tuple(_instance_of(PersonView)(person) for person in value)
 
 
+def _zones(value: Sequence[ZoneView]) -> tuple[ZoneView, ...]:
+    return tuple(_instance_of(ZoneView)(zone) for zone in value)
+
+
 def _text(value: str) -> str:
     if not isinstance(value, str):
         raise TypeError(f"expected a text, got {type(value).__name__}")
@@ -315,6 +329,7 @@ LAYERS: dict[str, Layer] = {
     "camera": Layer(CAMERA_PERIOD, _image, _encode_image),
     "status": Layer(FAST_PERIOD, _instance_of(StatusView), _ENCODE_JSON),
     "places": Layer(FAST_PERIOD, _places, _ENCODE_JSON),
+    "zones": Layer(MAP_PERIOD, _zones, _ENCODE_JSON),
     "delivery": Layer(FAST_PERIOD, _instance_of(DeliveryView), _ENCODE_JSON),
     "frames": Layer(FAST_PERIOD, _frames, _ENCODE_JSON),
     "fixed_frames": Layer(MAP_PERIOD, _frames, _ENCODE_JSON),

@@ -12,7 +12,7 @@ from chefbot.causes.sentences import effect_word
 from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs import MapZones, TrackedPeople, TrackedPerson
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     PoseStamped,
@@ -22,7 +22,7 @@ from chefbot.msgs.geometry_msgs import (
 )
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.sensor_msgs import JointState
-from chefbot.ui.layers import CauseView, DoorView, PersonView
+from chefbot.ui.layers import CauseView, DoorView, PersonView, ZoneView
 
 DIAGNOSTICS_AGE_NS = 5_000_000_000
 """Time after which a diagnostic that was not repeated is no longer displayed, ns."""
@@ -68,6 +68,19 @@ def _person_view(person: TrackedPerson, frame: SE2) -> PersonView:
         vy=velocity.y,
         deviation=deviation,
         visible=person.visible,
+    )
+
+
+def zone_views(zones: MapZones) -> tuple[ZoneView, ...]:
+    """Convert the zones of the map."""
+    return tuple(
+        ZoneView(
+            title=zone.title,
+            kind=zone.kind,
+            corners=tuple((corner.x, corner.y) for corner in zone.corners),
+            direction=zone.direction,
+        )
+        for zone in zones.zones
     )
 
 

@@ -14,6 +14,7 @@ from chefbot.msgs.chefbot_msgs import (
     EmergencyStopStatus,
     Errand,
     LocalizationStatus,
+    MapZones,
     NavigationStatus,
     ObstacleScan,
     Order,
@@ -45,6 +46,7 @@ from chefbot.ui.message_conversion import (
     door_views,
     path_points,
     people_views,
+    zone_views,
 )
 from chefbot.ui.missions.mission_device import MissionDevice
 from chefbot.ui.pending_requests import PendingRequests
@@ -59,8 +61,7 @@ REPEAT_HZ = 5
 
 
 class WebUiDevice(MissionDevice):
-    """One web UI for everything. Its publications are recorded like a sensor's, so a replay executes the same
-    clicks."""
+    """One web UI for everything; its publications are recorded, so a replay executes the same clicks."""
 
     # A flood may delay the page; remote driving ends by the base's own command timeout, which is shorter.
     max_silence = 0.5
@@ -88,6 +89,7 @@ class WebUiDevice(MissionDevice):
     navigation_status: In[NavigationStatus]
     delivery_status: In[DeliveryStatus]
     places: In[Places]
+    zones: In[MapZones]
     phase: In[String]
     diagnostics: In[DiagnosticArray]
     emergency_stop: In[Bool]
@@ -122,8 +124,7 @@ class WebUiDevice(MissionDevice):
         self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
         self._real_time_factor = RealTimeFactor(self.now_ns)
         self._diagnostics = RecentDiagnostics()
-        self._moving_frames: dict[str, layers.FrameView] = {}
-        self._fixed_frames: dict[str, layers.FrameView] = {}
+        self._moving_frames, self._fixed_frames = dict[str, layers.FrameView](), dict[str, layers.FrameView]()
         tls = load_tls(self.params.certificate)
         self._server = WebUiServer(
             self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot), self.audit, tls
@@ -194,9 +195,8 @@ class WebUiDevice(MissionDevice):
 
     def on_particle_cloud(self, message: ParticleCloud) -> None:
         """Display the particles of the localization."""
-        self._server.set_layer(
-            "particles", np.array([particle.pose.se2 for particle in message.particles]).reshape(-1, 3)
-        )
+        poses = np.array([particle.pose.se2 for particle in message.particles]).reshape(-1, 3)
+        self._server.set_layer("particles", poses)
 
     def on_tracked_people(self, message: TrackedPeople) -> None:
         """Display the tracked people."""
@@ -252,6 +252,10 @@ class WebUiDevice(MissionDevice):
         self._places = {place.name: place.pose.pose.se2 for place in message.places}
         self._server.set_layer("places", self._places)
 
+    def on_zones(self, message: MapZones) -> None:
+        """Display the zones of the map."""
+        self._server.set_layer("zones", zone_views(message))
+
     def on_diagnostics(self, message: DiagnosticArray) -> None:
         """Store diagnostics that are not OK, with the time of reception."""
         self._diagnostics.update(message, self.now_ns)
@@ -291,12 +295,9 @@ class WebUiDevice(MissionDevice):
 
     def _show_stop(self) -> None:
         status, pending = self.stop_status.last, self._pending
-        pressed = str(status.pressed_at.ns) if status else ""
+        presses, pressed = pending.presses.confirmed, str(status.pressed_at.ns) if status else ""
         self._last_stop = layers.StopView(
-            stopped=self._stopped,
-            requested=pending.stop,
-            confirmed=pending.presses.confirmed,
-            pressed=pressed,
+            stopped=self._stopped, requested=pending.stop, confirmed=presses, pressed=pressed
         )
         self._server.set_layer("stop", self._last_stop)
 

@@ -24,10 +24,12 @@ from chefbot.control.trajectory import TIME_STEP
 from chefbot.maths.costs import UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Cause, LocalizationStatus, Quantity
+from chefbot.msgs.nav2_msgs import SpeedLimit
 from chefbot.nodes.causes.reports import CauseReportsNode, marked_place
 from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.node import In
+from chefbot.safety.speed_limit import fraction_within
 
 SLOW_FRACTION = 0.6
 """Fraction of the speed that the way to the goal allows below which the controller drives slowly."""
@@ -47,6 +49,7 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
     """Base class of a node that drives by the local costmap and reports what in it stops or slows the robot."""
 
     localization_status: In[LocalizationStatus]
+    speed_limit: In[SpeedLimit]
 
     def report_waiting(self, reason: str) -> None:
         """Report that the robot stands because of a sensor or of localization, a sentence."""
@@ -93,6 +96,7 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
         limits = Limits.of(self.robot)
         to_goal = math.sqrt(limits.acceleration * pose.distance(SE2.of(follower.path[-1])))
         fast = min(limits.speed, to_goal)
+        fast *= fraction_within(self.speed_limit.last, fast, limits.speed)
         if not 0.02 < step.v < SLOW_FRACTION * fast:
             return None
         trajectory = follower.trajectory(limits, TRAJECTORY)

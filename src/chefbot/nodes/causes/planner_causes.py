@@ -7,14 +7,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.causes.detours import SAME_GOAL, DetourDetector
-from chefbot.causes.obstacles import CellCentre, blocked_index, nearest_lethal
-from chefbot.causes.reports import DETOUR, FAILURE, make_report
+from chefbot.causes.detours import MIN_DEVIATION, SAME_GOAL, DetourDetector, NewGoals
+from chefbot.causes.obstacles import CellCentre, blocked_index, nearest_lethal, opposed_lane
+from chefbot.causes.reports import DETOUR, FAILURE, is_zone, make_report
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Quantity
 from chefbot.nodes.causes.reports import CauseReportsNode, marked_place
 from chefbot.nodes.global_costmap import GlobalCostmapNode
+from chefbot.planning.grid_planner import path_length
 from chefbot.planning.planner import Planner, PlanningError, PlanningFailure
 
 
@@ -24,12 +25,18 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
     _taken_goal: tuple[SE2, SE2] | None = None
 
     @cached_property
+    def _zone_detours(self) -> NewGoals:
+        return NewGoals()
+
+    @cached_property
     def _detours(self) -> DetourDetector:
         return DetourDetector()
 
-    def report_plan(self, plan: NDArray[np.float64], goal: SE2, robot: SE2) -> None:
-        """Report that a plan (n, 3) is a detour, if it is one, and the obstacle on the plan before."""
+    def report_plan(self, plan: NDArray[np.float64], planner: Planner, goal: SE2, robot: SE2) -> None:
+        """Report that a plan (n, 3) is a detour, if it is one, and the zone or the obstacle on the plan before."""
         costs = self._costs.update()
+        if self._zone_detours.is_new(goal) and self.zones.last is not None and self.zones.last.zones:
+            self._report_zone_detour(plan, planner, costs, robot, goal)
         detour = self._detours.process(plan, goal, robot, costs)
         if detour is None:
             return
@@ -64,22 +71,45 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         """Report that there is no plan, and the obstacle that closes the way or covers the goal."""
         costs = self._costs.update()
         at = goal if error.failure is PlanningFailure.GOAL_OCCUPIED else start
-        cell = nearest_lethal(costs, at.x, at.y)
+        cell, lane = nearest_lethal(costs, at.x, at.y), ""
         if error.failure is PlanningFailure.NO_VALID_PATH:
-            cell = self._closing_cell(planner, costs, start, goal)
+            way = self._way_on_map(planner, start, goal)
+            cell, lane = _first_obstacle(costs, way), opposed_lane(costs, way)
         elif error.failure not in (PlanningFailure.GOAL_OCCUPIED, PlanningFailure.START_OCCUPIED):
             cell = None
         place = marked_place(self._costs, cell, "map", self.robot)
         sentence = f"{str(error)[0].upper()}{str(error)[1:]}."
+        if place is None and lane:
+            sentence += f" The one-way lane {lane} leads the other way."
         self.report_once(make_report(FAILURE, "global plan", sentence, place))
 
-    def _closing_cell(self, planner: Planner, costs: Costmap, start: SE2, goal: SE2) -> CellCentre | None:
-        """Return the first obstacle on the way that the static map alone leaves, None if it leaves none."""
+    def _report_zone_detour(
+        self, plan: NDArray[np.float64], planner: Planner, costs: Costmap, robot: SE2, goal: SE2
+    ) -> None:
+        """Report a zone that lies on the way that the static map alone leaves, if the plan is longer."""
+        way = self._way_on_map(planner, robot, goal)
+        extra = path_length(plan) - path_length(way)
+        place = marked_place(self._costs, _first_obstacle(costs, way), "map", self.robot)
+        if not len(way) or extra < MIN_DEVIATION:
+            return
+        place = place if place is not None and is_zone(place.sensor) else None
+        lane = opposed_lane(costs, way)
+        if place is None and not lane:
+            return
+        title = f"one-way lane {lane}" if place is None else place.sensor
+        sentence = f"The plan leads {extra:.1f} m farther because of the {title}."
+        numbers = (Quantity("extra length", extra, "m"),)
+        self.report_once(make_report(DETOUR, "global plan", sentence, place, numbers))
+
+    def _way_on_map(self, planner: Planner, start: SE2, goal: SE2) -> NDArray[np.float64]:
+        """Return the way (n, 3) that the static map alone leaves, without a pose if it leaves none."""
         try:
-            way = planner.plan(self._costs.static_costs(), start, goal)
+            return planner.plan(self._costs.static_costs(), start, goal)
         except PlanningError:
-            return None
-        blocked = blocked_index(costs, way)
-        return (
-            None if blocked is None else nearest_lethal(costs, float(way[blocked, 0]), float(way[blocked, 1]))
-        )
+            return np.zeros((0, 3))
+
+
+def _first_obstacle(costs: Costmap, way: NDArray[np.float64]) -> CellCentre | None:
+    """Return the first obstacle on a way (n, 3), None if there is none."""
+    blocked = blocked_index(costs, way) if len(way) else None
+    return None if blocked is None else nearest_lethal(costs, float(way[blocked, 0]), float(way[blocked, 1]))

@@ -8,10 +8,11 @@ import msgspec
 
 from chefbot.causes.episodes import Episodes
 from chefbot.causes.obstacles import CellCentre
-from chefbot.causes.reports import CAMERA, CONTACT, END, LIDAR, MAP, RANGER, MarkedPlace, stamped
+from chefbot.causes.reports import CAMERA, CONTACT, END, LIDAR, MAP, RANGER, MarkedPlace, is_zone, stamped
 from chefbot.costmap import ranger_marks
 from chefbot.costmap.conversions import LASER
-from chefbot.costmap.layered_costmap import STATIC, LayeredCostmap
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.layers import STATIC
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.robot.spec import Robot
 from chefbot.runtime.node import Node, Out
@@ -57,9 +58,11 @@ def marked_place(
 
 
 def _sensor(source: str, robot: Robot) -> str:
-    """Return the sensor of an obstacle layer; the planar scan of a robot without a lidar is its depth camera's."""
+    """Return the sensor or zone of a source of marks; without a lidar the planar scan is the depth camera's."""
     if source == STATIC:
         return MAP
+    if is_zone(source):
+        return source
     if source == ranger_marks.CONTACT:
         return CONTACT
     if source == ranger_marks.RANGER:

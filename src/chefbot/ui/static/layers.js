@@ -17,11 +17,19 @@ export const COLOURS = {
   costmap: () => "#e0592b",
   places: () => pick("#66716c", "#96a39d"),
   causes: () => pick("#be123c", "#fb7185"),
+  zones: () => pick("#b45309", "#f59e0b"),
+};
+
+const ZONE_COLOURS = {
+  keep_out: () => pick("#b91c1c", "#f87171"),
+  slow: () => COLOURS.zones(),
+  preferred: () => pick("#15803d", "#4ade80"),
+  one_way: () => pick("#1d4ed8", "#60a5fa"),
 };
 
 export const SWITCHES = [
   ["costmap", "Global costmap"], ["path", "Global plan"], ["local_path", "Local plan"], ["particles", "Particles"],
-  ["scan", "Laser scan"], ["obstacles", "Camera obstacles"], ["people", "People"], ["places", "Places"],
+  ["scan", "Laser scan"], ["obstacles", "Camera obstacles"], ["people", "People"], ["places", "Places"], ["zones", "Zones"],
   ["causes", "Causes"], ["truth", "Ground truth (simulation)"],
 ];
 
@@ -153,6 +161,39 @@ function places(context, view, list) {
   }
 }
 
+// An outline with the title in its middle, and the direction of a one-way lane.
+function zones(context, view, list) {
+  context.font = "12px system-ui, sans-serif";
+  context.textAlign = "center";
+  for (const zone of list) {
+    const corners = zone.corners.map(([x, y]) => view.px(x, y));
+    const x = corners.reduce((sum, corner) => sum + corner[0], 0) / corners.length;
+    const y = corners.reduce((sum, corner) => sum + corner[1], 0) / corners.length;
+    context.strokeStyle = context.fillStyle = (ZONE_COLOURS[zone.kind] ?? COLOURS.zones)();
+    context.lineWidth = 2;
+    context.setLineDash(zone.kind === "keep_out" ? [] : [7, 4]);
+    context.beginPath();
+    for (const corner of corners) context.lineTo(...corner);
+    context.closePath();
+    context.stroke();
+    context.save();
+    context.globalAlpha = zone.kind === "keep_out" ? 0.15 : 0.05;
+    context.fill();
+    context.restore();
+    context.setLineDash([]);
+    if (zone.kind === "one_way") laneArrow(context, x, y + 14, zone.direction);
+    context.lineWidth = 3;
+    context.strokeStyle = pick("#ffffffcc", "#121614cc");
+    context.strokeText(title(zone.title), x, y);
+    context.fillText(title(zone.title), x, y);
+  }
+}
+
+function laneArrow(context, x, y, direction) {
+  const dx = 14 * Math.cos(direction), dy = -14 * Math.sin(direction);
+  velocityArrow(context, x - dx, y - dy, x + dx, y + dy);
+}
+
 const BODY_RADIUS = 0.2; // m
 const ARROW_SECONDS = 1; // a velocity arrow ends where the person will be after that time
 
@@ -215,6 +256,7 @@ function causes(context, view, list) {
 export const PAINTERS = [
   ["map", gridPainter("map", mapColours)],
   ["costmap", gridPainter("costmap", costColours)],
+  ["zones", zones],
   ["particles", particles],
   ["path", line("path", 4)],
   ["local_path", line("local_path", 3)],

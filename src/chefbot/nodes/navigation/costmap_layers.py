@@ -1,0 +1,22 @@
+"""The costmap of a node with the layers that its parameters name."""
+
+from __future__ import annotations
+
+from chefbot.costmap.layer import CostmapLayer, LayerSettings
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.layers import StaticLayer
+from chefbot.costmap.params import CostmapParams
+from chefbot.robot.spec import Robot
+from chefbot.runtime.plugins import load_plugin
+from chefbot.scan.drop_offs import drop_range
+
+
+def make_costmap(params: CostmapParams, robot: Robot, *, rolling: bool) -> LayeredCostmap:
+    """Create the costmap of a robot, a window that follows it or as large as the map. UserError for a wrong layer.
+
+    In the costmap of the map, a robot that sees only ahead keeps its radius from unknown space.
+    """
+    settings = LayerSettings(params, robot, drop_range(robot))
+    layers: list[CostmapLayer] = [load_plugin(name, StaticLayer, settings) for name in params.layers]
+    wary = robot.sensors.forward_sensing_only and not rolling
+    return LayeredCostmap(params, robot.footprint, rolling=rolling, avoid_unknown=wary, layers=layers)

@@ -1,0 +1,51 @@
+"""Tests that the zones of the map are drawn in the web UI."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.support.web_ui import show_a_room
+from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
+
+from chefbot.msgs.chefbot_msgs import KEEP_OUT, ONE_WAY, MapZone, MapZones
+from chefbot.msgs.geometry_msgs import Point
+from chefbot.ui.layers import LAYERS, ZoneView
+from chefbot.ui.message_conversion import zone_views
+
+CORNERS = tuple(Point(x, y, 0.0) for x, y in ((3.0, 2.0), (5.0, 2.0), (5.0, 4.0)))
+RED = """(() => {
+  const { width, height } = canvas, data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) count += data[i] === 185 && data[i + 1] === 28 && data[i + 2] === 28;
+  return count;
+})()"""
+"""Number of pixels in the colour of keep-out zones."""
+
+
+def test_zones_are_converted_with_title_and_corners() -> None:
+    message = MapZones(zones=(MapZone("exit", ONE_WAY, CORNERS, 0.0, 1.5),))
+    expected = ZoneView(
+        title="one-way lane exit", kind="one_way", corners=((3.0, 2.0), (5.0, 2.0), (5.0, 4.0)), direction=1.5
+    )
+    assert zone_views(message) == (expected,)
+
+
+def test_the_layer_takes_nothing_but_zones() -> None:
+    zones = zone_views(MapZones(zones=(MapZone("stairs", KEEP_OUT, CORNERS),)))
+    assert LAYERS["zones"].validate(zones) == zones
+    with pytest.raises(TypeError):
+        LAYERS["zones"].validate(["stairs"])
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_zones_are_drawn(page: Any, tmp_path: Path) -> None:
+    show_a_room(page.server)
+    zones = (MapZone("stairs", KEEP_OUT, CORNERS),)
+    with open_tab(page.url, tmp_path, NO_GPU) as tab:
+        page.server.set_layer("zones", zone_views(MapZones(zones=zones)))
+        tab.wait_for(f"{RED} > 50")
+        page.server.set_layer("zones", ())
+        tab.wait_for(f"{RED} === 0")

@@ -22,6 +22,7 @@ from chefbot.msgs.idl.message import (
     Message,
     String,
     StringArray,
+    Uint8,
     Uint16,
     Uint32,
 )
@@ -33,6 +34,7 @@ MAX_TICKS = 2**53
 MAX_WHEEL_SPEED = 1e4
 """Upper bound for the angular velocity of a wheel, rad/s."""
 _NO_FLOATS = np.empty(0, np.float32)
+_NOBODY = np.empty(0, np.uint32)
 _ZERO_16 = np.zeros(16)
 _ZERO_16.flags.writeable = False
 
@@ -343,4 +345,41 @@ class Deliver_Feedback(Message, frozen=True, eq=False):
     description: String = ""
 
 
+class FindBlockage_Goal(Message, frozen=True, eq=False):
+    """Find what blocks the way to a pose, and where to wait until it is gone."""
+
+    goal: PoseStamped = PoseStamped()
+
+
+class FindBlockage_Result(Message, frozen=True, eq=False):
+    """What blocks the way, tracked people or something that is not on the map; all in the frame map."""
+
+    blocked: Bool = False
+    """Whether the shortest way is blocked by what may go away."""
+    people: Annotated[NDArray[np.uint32], "uint32[]"] = _NOBODY
+    """Numbers of the tracked people who block it; none if it is something else."""
+    way_around: Bool = False
+    """Whether there is a way around it."""
+    extra_length: Float64 = 0.0
+    """How much longer that is, m."""
+    distance: Float64 = 0.0
+    """Length of the free way up to it, m."""
+    point: Point = Point()
+    """The marked cell that blocks it, m."""
+    sensor: String = ""
+    """What marked the cell, as in Cause."""
+    marked_at: Time = Time()
+    waiting_pose: PoseStamped = PoseStamped()
+    """Where to wait: people can pass the robot there, if there is such a place."""
+    leaves_way_open: Bool = False
+    """Whether people can pass the robot there."""
+
+
+class FindBlockage_Feedback(Message, frozen=True, eq=False):
+    """Nothing: it takes a fraction of a second."""
+
+    structure_needs_at_least_one_member: Uint8 = 0
+
+
+FindBlockage = define_action(FindBlockage_Goal, FindBlockage_Result, FindBlockage_Feedback)
 Deliver = define_action(Deliver_Goal, Deliver_Result, Deliver_Feedback)

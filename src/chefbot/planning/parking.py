@@ -68,6 +68,10 @@ class ParkingSearch:
         """Return whether people pass a robot that stands on this cell, wherever they could without it."""
         return all(self._is_passable(row, column, width / 2.0) for width in PASSING_WIDTHS)
 
+    def leaves_way_open_at(self, x: float, y: float) -> bool:
+        """Return whether people pass a robot whose centre is at a point (m), wherever they could without it."""
+        return self.leaves_way_open(*self._grid.cell(x, y))
+
     def _candidates(self, lengths: NDArray[np.float32]) -> Iterator[tuple[int, int]]:
         rows, columns = np.nonzero(self._allowed & np.isfinite(lengths))
         order = np.argsort(lengths[rows, columns], kind="stable")

@@ -26,7 +26,9 @@ FIGURES: Mapping[str, RunFigure] = {
     "through": RunFigure("s", "time that the blocked door was free again until the robot was through"),
     "asked": RunFigure("s", "time from when the robot was held up until it asked to pass"),
     "given_up": RunFigure("", "1 if the goal was given up within 300 s of being held up, else 0"),
-    "doorway_share": RunFigure("", "share of the time with a goal and without motion that it stood in a doorway"),
+    "doorway_share": RunFigure(
+        "", "share of the time with a goal and without motion that it stood in a doorway"
+    ),
     "map_error_median": RunFigure("m", "median position error on the map that is being made"),
     "map_error_max": RunFigure("m", "largest position error on the map that is being made"),
     "localization_error_median": RunFigure("m", "median position error while localized"),

@@ -109,7 +109,9 @@ def pass_door(run: SimulatedRun) -> None:
     reached = drive_to(run, passage.goal)
     run.figures.update(observer.figures(reached, PATIENCE))
     if not reached:
-        raise TaskFailedError(f"{event} in {passage.door.name}: {passage.goal} was not reached: {run.goals[-1].reason}")
+        raise TaskFailedError(
+            f"{event} in {passage.door.name}: {passage.goal} was not reached: {run.goals[-1].reason}"
+        )
 
 
 def _gather(run: SimulatedRun, observer: DoorwayObserver, number: int) -> None:

@@ -155,7 +155,9 @@ class PullsChairs(SimulatedPerson):
                 yield
                 chair.target = 0.0 if out else TRAVEL
                 # A puller walks backwards with the chair; a pusher follows it.
-                yield from self.come_to(*chair.behind(chair.target), 0.08, 2.0 * TRAVEL / PULL_SPEED, PULL_SPEED)
+                yield from self.come_to(
+                    *chair.behind(chair.target), 0.08, 2.0 * TRAVEL / PULL_SPEED, PULL_SPEED
+                )
                 self.stand((chair.pose.x, chair.pose.y))
                 yield from self.pause(1.0)
                 chair.target = chair.out

@@ -39,7 +39,10 @@ class PeopleRequests:
     """
 
     def __init__(
-        self, scene: SimulatedPeople, doors: tuple[MovingDoor, ...], destination: Callable[[float, float], int]
+        self,
+        scene: SimulatedPeople,
+        doors: tuple[MovingDoor, ...],
+        destination: Callable[[float, float], int],
     ) -> None:
         self._scene, self._destination = scene, destination
         self._doors = {moving.door.name: moving for moving in doors}
@@ -65,7 +68,9 @@ class PeopleRequests:
         if name not in self._doors:
             raise UserError(f"people know no door {name[:60]!r}")
         if not 1 <= number <= min(len(persons), len(PLACES)):
-            raise UserError(f"{number} people cannot meet: there are {len(persons)}, at most {len(PLACES)} fit")
+            raise UserError(
+                f"{number} people cannot meet: there are {len(persons)}, at most {len(PLACES)} fit"
+            )
         middle = door_middle(self._doors[name])
         if name not in self._destinations:
             self._destinations[name] = self._destination(middle.x, middle.y)

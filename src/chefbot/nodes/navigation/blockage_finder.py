@@ -1,0 +1,100 @@
+"""Finds what blocks the way to a goal, and where to wait until it is gone."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.causes.obstacles import nearest_lethal
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.chefbot_msgs import FindBlockage, FindBlockage_Goal, FindBlockage_Result
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.causes.planner_causes import PlannerCausesNode
+from chefbot.nodes.causes.reports import marked_place
+from chefbot.planning.blockage import Blockage, WayCosts, find_blockage
+from chefbot.planning.parking import ParkingSearch
+from chefbot.planning.planner import Planner
+from chefbot.planning.waiting_place import find_waiting_place
+from chefbot.runtime.actions import action_server
+from chefbot.runtime.transform_buffer import TransformError
+
+PEOPLE_TIMEOUT_NS = 1_000_000_000
+"""Age from which the places of people count no more, ns."""
+
+
+class BlockageFinderNode(PlannerCausesNode):
+    """Base class of a node that plans on the global costmap and finds what blocks a way."""
+
+    find_blockage = action_server(FindBlockage)
+    _planner: Planner
+
+    def start(self) -> None:
+        """Start without a map."""
+        super().start()
+        self._search: tuple[OccupancyGrid, ParkingSearch] | None = None
+
+    async def on_find_blockage(self, goal: FindBlockage_Goal, _: Any) -> FindBlockage_Result:
+        """Return what blocks the way to the goal; nothing if the robot is not localized, or without a map."""
+        try:
+            robot = self.tf.lookup("map", "base_link")
+        except TransformError:
+            return FindBlockage_Result()
+        if self.map.last is None:
+            return FindBlockage_Result()
+        numbers, places = self._people()
+        costs = WayCosts(self._costs.update(), self._costs.static_costs())
+        radius, pose = self.robot.circumscribed_radius, goal.goal.pose.se2
+        blockage = find_blockage(self._planner, costs, robot, pose, places, radius)
+        if blockage is None:
+            return FindBlockage_Result()
+        return self._result(blockage, numbers[list(blockage.people)], costs, robot)
+
+    def _result(
+        self, blockage: Blockage, numbers: NDArray[np.uint32], costs: WayCosts, robot: SE2
+    ) -> FindBlockage_Result:
+        """Return the result with the marked cell and the place to wait."""
+        where = SE2.of(blockage.free[blockage.blocked])
+        cell = nearest_lethal(costs.marked, where.x, where.y)
+        mark = marked_place(self._costs, cell, "map", self.robot)
+        waiting = find_waiting_place(self._parking_search(), self._planner, costs.marked, robot, blockage)
+        around = math.isfinite(blockage.length)
+        return FindBlockage_Result(
+            blocked=True,
+            people=numbers,
+            way_around=around,
+            extra_length=blockage.length - blockage.free_length if around else 0.0,
+            distance=blockage.distance,
+            point=Point(*(cell or where[:2])),
+            sensor="" if mark is None else mark.sensor,
+            marked_at=Time.of(0 if mark is None else mark.marked_ns),
+            waiting_pose=PoseStamped(Header.of(self.now_ns, "map"), Pose.of(waiting.pose)),
+            leaves_way_open=waiting.leaves_way_open,
+        )
+
+    def _parking_search(self) -> ParkingSearch:
+        """Return the search on the present map."""
+        assert self.map.last is not None
+        if self._search is None or self._search[0] is not self.map.last:
+            self._search = self.map.last, ParkingSearch(self.map.last.grid, self.robot.circumscribed_radius)
+        return self._search[1]
+
+    def _people(self) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
+        """Return numbers (n,) and places (n, 2) of the people who are tracked now, in the frame map."""
+        tracked = self.tracked_people.last
+        nobody = np.empty(0, np.uint32), np.empty((0, 2))
+        if tracked is None or not tracked.people:
+            return nobody
+        if self.now_ns - tracked.header.stamp.ns > PEOPLE_TIMEOUT_NS:
+            return nobody
+        try:
+            frame = self.tf.lookup("map", tracked.header.frame_id)
+        except TransformError:
+            return nobody
+        places = np.array([[one.position.x, one.position.y] for one in tracked.people])
+        return np.array([one.id for one in tracked.people], np.uint32), frame.apply(places)

@@ -1,0 +1,153 @@
+"""Waits for a way that is blocked: says why, asks to pass, and compares waiting with the other way."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from chefbot.behavior.recovery import NavigatorParams
+from chefbot.behavior.waiting import StandingTimes, WaitDecision, WaitingPolicy, person_ahead
+from chefbot.causes.reports import DETOUR, STOP, MarkedPlace, make_report
+from chefbot.msgs.chefbot_msgs import (
+    Cause,
+    FindBlockage,
+    FindBlockage_Goal,
+    FindBlockage_Result,
+    TrackedPeople,
+)
+from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.msgs.nav2_msgs import ComputePathToPose_Result
+from chefbot.msgs.sound_play import SoundRequest, say
+from chefbot.nodes.causes.reports import CauseReportsNode
+from chefbot.nodes.navigation.path_request import PLANNER_TIMEOUT, PathRequestNode
+from chefbot.robot.motion_limits import max_speed
+from chefbot.runtime.actions import action_client
+from chefbot.runtime.coroutines import wait_any
+from chefbot.runtime.node import In, Out
+from chefbot.runtime.transform_buffer import TransformError
+
+NO_VALID_PATH = 208
+"""Error code of nav2_msgs/action/ComputePathToPose."""
+BLOCKED_PATHS = (205, 206, 208)
+"""Error codes of ComputePathToPose of ways that people may block: start or goal occupied, no valid path."""
+HELD_UP = (105, 106)
+"""Error codes of FollowPath of a robot that something near holds up: no progress, no valid control."""
+NEAR = 1.3
+"""Distance of a person before the robot who may hold it up, m."""
+STEP_ASIDE = 6.0
+"""Time for which the robot waits for a person before it although its plan leads past, s."""
+PERIOD = 1.0
+"""Time between two looks whether the way is free, s."""
+BLOCKED = "blocked way"
+"""Name of the check in causes."""
+
+
+class WayWaitingNode(PathRequestNode, CauseReportsNode):
+    """Base class of a node that waits for blocked ways."""
+
+    params: NavigatorParams
+    tracked_people: In[TrackedPeople]
+    find_blockage = action_client(FindBlockage)
+    robotsound: Out[SoundRequest]
+
+    @cached_property
+    def _standing(self) -> StandingTimes:
+        return StandingTimes()
+
+    @cached_property
+    def _policy(self) -> WaitingPolicy:
+        return WaitingPolicy(max_speed(self.robot))
+
+    _asked_ns: int | None = None
+
+    def on_tracked_people(self, message: TrackedPeople) -> None:
+        """Note since when everybody stands."""
+        self._standing.process(message)
+
+    def _may_be_blocked(self, error_code: int) -> bool:
+        """Return whether it is worth asking the planner what blocks the way after this error, 0 for none."""
+        return error_code in (*BLOCKED_PATHS, *HELD_UP) or (error_code == 0 and self._standing.anybody)
+
+    async def _look(self, goal: PoseStamped) -> FindBlockage_Result:
+        """Return what blocks the way; nothing if the planner does not answer."""
+        looking = self.find_blockage.call(FindBlockage_Goal(goal))
+        await wait_any(looking, self.sleep(PLANNER_TIMEOUT))
+        if looking.done:
+            return looking.result()
+        looking.discard()
+        return FindBlockage_Result()
+
+    async def _blocked_way(self, goal: PoseStamped, error_code: int) -> FindBlockage_Result | None:
+        """Return what the robot should wait for, or None."""
+        found = await self._look(goal)
+        self._policy.begin()
+        decision = self._decide(found)
+        if decision.waits:
+            return found
+        if found.blocked and found.way_around and decision.numbers and len(found.people) and error_code == 0:
+            self._report(DETOUR, decision, found, once=True)
+        if error_code in HELD_UP and self._person_ahead() is not None:
+            return found
+        return None
+
+    async def _wait_for_way(self, goal: PoseStamped, held_up: bool) -> ComputePathToPose_Result:
+        """Wait until the way is free or another one is quicker; an error if it takes too long.
+
+        held_up: whether somebody stands before the robot although its plan leads past.
+        """
+        began_ns = self.now_ns
+        try:
+            while True:
+                found = await self._look(goal)
+                decision = self._decide(found)
+                if decision.gives_up:
+                    return ComputePathToPose_Result(error_code=NO_VALID_PATH, error_msg=decision.sentence)
+                person = self._person_ahead() if held_up and not decision.waits else None
+                if person is not None and self.now_ns - began_ns < STEP_ASIDE * 1e9:
+                    decision = WaitDecision(True, sentence=f"Person {person} stands before me. I wait.")
+                if not decision.waits:
+                    return ComputePathToPose_Result()
+                self._report(STOP, decision, found)
+                asks = self._ask(began_ns)
+                self._publish_status("waiting", f"{decision.sentence} {asks}".rstrip())
+                await self.sleep(PERIOD)
+        finally:
+            self.report("way", None)
+
+    def _decide(self, found: FindBlockage_Result) -> WaitDecision:
+        return self._policy.decide(found, self._standing, self.now_ns / 1e9, self.params.waiting)
+
+    def _person_ahead(self) -> int | None:
+        """Return the number of the person before the robot's front, or None."""
+        tracked = self.tracked_people.last
+        if tracked is None:
+            return None
+        try:
+            robot = self.tf.lookup(tracked.header.frame_id, "base_link")
+        except TransformError:
+            return None
+        return person_ahead(tracked, robot, NEAR)
+
+    def _ask(self, began_ns: int) -> str:
+        """Ask to pass, if it is time, and return what was asked last."""
+        params, now_ns = self.params.waiting, self.now_ns
+        if not params.question or now_ns - began_ns < params.ask_after * 1e9:
+            return ""
+        if self._asked_ns is None or now_ns - self._asked_ns >= params.ask_period * 1e9:
+            self._asked_ns = now_ns
+            self.robotsound.publish(say(params.question))
+        return f"“{params.question}”"
+
+    def _report(
+        self, kind: str, decision: WaitDecision, found: FindBlockage_Result, *, once: bool = False
+    ) -> None:
+        """Report the decision with its numbers and the cell in the way."""
+        point, marked_ns = found.point, found.marked_at.ns
+        place = MarkedPlace(found.sensor, "map", point.x, point.y, marked_ns) if found.sensor else None
+        report: Cause = make_report(kind, BLOCKED, decision.sentence, place, decision.numbers)
+        if once:
+            self.report_once(report)
+        else:
+            self.report("way", report)
+
+    def _publish_status(self, state: str, reason: str) -> None:
+        """Publish what the node does, and why."""

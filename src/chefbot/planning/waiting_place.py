@@ -1,0 +1,74 @@
+"""Where a robot waits for a blocked way: before doorways and narrow places, where people can pass it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.costs import INSCRIBED, Costmap
+from chefbot.maths.se2 import SE2
+from chefbot.planning.blockage import Blockage
+from chefbot.planning.parking import ParkingSearch
+from chefbot.planning.planner import Planner, PlanningError
+
+STANDOFF = 0.8
+"""Length of the way that stays free before the first blocked pose, m: room for those who come out."""
+LOOK_BACK = 4.0
+"""Length of the way up to which the robot drives to make room, m."""
+APART = 1.0
+"""Distance of such a place from the blocked pose, m."""
+SPACING = 0.2
+"""Distance between two places on the way that are tried, m."""
+MAX_TRIALS = 150
+
+
+class WaitingPlace(NamedTuple):
+    """The pose to wait at, and whether people can pass the robot there."""
+
+    pose: SE2
+    leaves_way_open: bool
+
+
+def find_waiting_place(
+    search: ParkingSearch, planner: Planner, costs: Costmap, robot: SE2, blockage: Blockage
+) -> WaitingPlace:
+    """Return where to wait: the nearest place to the blockage on the way to it that leaves the way open.
+
+    If there is none ahead, the one that the robot gets to soonest; if there is none at all, where it is. It looks
+    towards the blockage. search: knows the static map.
+    """
+    on_way = _on_the_way(search, costs, blockage)
+    if on_way is not None:
+        return WaitingPlace(on_way, True)
+    blocked = SE2.of(blockage.free[blockage.blocked])
+    for row, column in _reachable(planner, costs, robot):
+        x, y = costs.centre(row, column)
+        if math.hypot(x - blocked.x, y - blocked.y) >= APART and search.leaves_way_open_at(x, y):
+            return WaitingPlace(SE2(x, y, math.atan2(blocked.y - y, blocked.x - x)), True)
+    return WaitingPlace(robot, False)
+
+
+def _on_the_way(search: ParkingSearch, costs: Costmap, blockage: Blockage) -> SE2 | None:
+    """Return the last place before the blockage that leaves the way open."""
+    free = blockage.free
+    length = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(free[:, :2], axis=0).T))))
+    last = length[blockage.blocked] - STANDOFF
+    for s in np.arange(max(last, 0.0) if last >= 0.0 else -1.0, -1e-9, -SPACING).tolist():
+        pose = SE2.of(free[int(np.searchsorted(length, s))])
+        if costs.at(pose.x, pose.y) < INSCRIBED and search.leaves_way_open_at(pose.x, pose.y):
+            return pose
+    return None
+
+
+def _reachable(planner: Planner, costs: Costmap, robot: SE2) -> NDArray[np.int64]:
+    """Return cells (n, 2), row and column, to which the robot gets soon, the nearest first."""
+    try:
+        potential = planner.potential(costs, robot)
+    except PlanningError:
+        return np.zeros((0, 2), np.int64)
+    cells = np.argwhere((potential <= LOOK_BACK) & (costs.cells < INSCRIBED))
+    order = np.argsort(potential[cells[:, 0], cells[:, 1]], kind="stable")
+    return cells[order[:: 1 + len(order) // MAX_TRIALS]]

@@ -13,9 +13,11 @@ from chefbot.msgs.chefbot_msgs import FindBlockage_Result, Quantity, TrackedPeop
 
 MOVED = 0.4
 """Distance from which somebody who stands counts as having gone elsewhere, m."""
+STOOD = 1.0
+"""Time from which somebody stands and does not only turn, s."""
 SAME_PLACE = 1.5
 """Distance up to which two blockages are the same one, m: people shift from foot to foot, and the robot sees more."""
-FORGOTTEN = 20.0
+FORGOTTEN = 60.0
 """Time after which a blockage at the same place is another one, s."""
 OBSTACLE_WAIT = 10.0
 """First time to wait for what is not known to be a person before a recovery behavior is tried, s; it doubles."""
@@ -50,7 +52,8 @@ class StandingTimes:
 
     def stood(self, person: int, now: float) -> float:
         """Return for how long a person has stood, s; 0 for one who walks or is not known."""
-        return now - self._since[person][0] if person in self._since else 0.0
+        stood = now - self._since[person][0] if person in self._since else 0.0
+        return stood if stood >= STOOD else 0.0
 
     @property
     def anybody(self) -> bool:
@@ -92,8 +95,7 @@ class WaitingPolicy:
         self._speed = speed
         self._place = (math.inf, math.inf)
         self._began = self._seen = -math.inf
-        self.attempts = 0
-        """Times that the robot has waited for an obstacle at this place before a recovery behavior."""
+        self._attempts = 0
         self._attempt_began: float | None = None
 
     def begin(self) -> None:
@@ -123,10 +125,10 @@ class WaitingPolicy:
         if math.isfinite(detour):
             return self._compare(people, stood, expected, detour, numbers)
         if self.waited(now) >= params.patience:
-            text = f"{_who(people)} in the way for {self.waited(now):.0f} s, and there is no other way."
+            text = f"{_who(people, stood)} I have waited {self.waited(now):.0f} s, and there is no other way."
             return WaitDecision(waits=False, gives_up=True, sentence=text, numbers=numbers)
         if people:
-            text = f"{_who(people)} in the way. I wait, about {expected:.0f} s; there is no other way."
+            text = f"{_who(people, stood)} I wait, perhaps {expected:.0f} s; there is no other way."
             return WaitDecision(waits=True, sentence=text, numbers=numbers)
         return self._wait_for_obstacle(now, numbers)
 
@@ -142,8 +144,8 @@ class WaitingPolicy:
         waits = bool(people) and stood > 0.0 and expected < detour
         chosen = "I wait" if waits else "I take the other way"
         text = (
-            f"{_who(people)} in the way for {stood:.0f} s, perhaps {expected:.0f} s more; "
-            f"the other way takes {detour:.0f} s longer. {chosen}."
+            f"{_who(people, stood)} Waiting takes perhaps {expected:.0f} s, the other way {detour:.0f} s longer: "
+            f"{chosen}."
         )
         return WaitDecision(waits=waits, sentence=text, numbers=numbers)
 
@@ -151,8 +153,8 @@ class WaitingPolicy:
         """Wait for what may be a door or a person that is not recognized, each time twice as long."""
         if self._attempt_began is None:
             self._attempt_began = now
-        if now - self._attempt_began >= OBSTACLE_WAIT * 2.0**self.attempts:
-            self.attempts, self._attempt_began = self.attempts + 1, None
+        if now - self._attempt_began >= OBSTACLE_WAIT * 2.0**self._attempts:
+            self._attempts, self._attempt_began = self._attempts + 1, None
             return WaitDecision(
                 waits=False, gives_up=True, sentence=f"{_who(())} in the way.", numbers=numbers
             )
@@ -163,14 +165,22 @@ class WaitingPolicy:
         """Begin anew with a blockage elsewhere, or with one after a free way."""
         place = found.point.x, found.point.y
         if math.dist(place, self._place) > SAME_PLACE or now - self._seen > FORGOTTEN:
-            self._began, self.attempts, self._attempt_began = now, 0, None
+            self._began = now
+        if now - self._seen > FORGOTTEN:
+            self._attempts = 0
         self._place, self._seen = place, now
 
 
-def _who(people: tuple[int, ...]) -> str:
-    """Return who is in the way, as the beginning of a sentence."""
+def _who(people: tuple[int, ...], stood: float) -> str:
+    """Return who is in the way and for how long (s), as a sentence."""
     if not people:
-        return "Something that is not on the map is"
-    if len(people) == 1:
-        return f"Person {people[0]} stands"
-    return f"People {', '.join(str(one) for one in people[:-1])} and {people[-1]} stand"
+        return "Something that is not on the map is in the way."
+    several = len(people) > 1
+    names = (
+        f"People {', '.join(str(one) for one in people[:-1])} and {people[-1]}"
+        if several
+        else f"Person {people[0]}"
+    )
+    if stood > 0.0:
+        return f"{names} {'have' if several else 'has'} stood in the way for {stood:.0f} s."
+    return f"{names} {'are' if several else 'is'} in the way."

@@ -224,7 +224,7 @@ class NavigationStatus(Message, frozen=True, eq=False):
 
     header: Header = Header()
     state: String = ""
-    """idle, driving, recovering, waiting (for a sensor: `reason` names it)"""
+    """idle, driving, recovering, waiting (for a sensor, or for a way that is blocked: `reason` names it)"""
     recoveries: Uint32 = 0
     reason: String = ""
 

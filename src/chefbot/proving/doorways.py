@@ -36,12 +36,15 @@ def closed_middle(door: Door) -> SE2:
 
 
 class DoorwayObserver:
-    """Observes the passage of one door from `start` on; blocks, released: whether the event goes on, or is over."""
+    """Observes the passage of one door; blocks, released: whether the event has begun, and whether it is over.
 
-    def __init__(self, run: SimulatedRun, door: Door, start: SE2) -> None:
+    side: sign of x of the goal's side, in the frame of the door's middle.
+    """
+
+    def __init__(self, run: SimulatedRun, door: Door, side: float) -> None:
         self._run, self.door = run, door
         self._middle = closed_middle(door)
-        self._side = math.copysign(1.0, self._middle.between(start).x)
+        self._side = side
         self._doorways = [(closed_middle(one), one.width) for one in run.world.doors]
         self.blocks = self.released = False
         self.distance = math.inf
@@ -78,7 +81,8 @@ class DoorwayObserver:
         self.distance = self._middle.distance(pose)
         stands = abs(twist.linear.x) < STANDING and abs(twist.angular.z) < STANDING_TURN
         self._stands_since = (self._stands_since or now) if stands and self._active else None
-        self._through = self._through or self._side * self._middle.between(pose).x < -BEYOND
+        x, y, _ = self._middle.between(pose)
+        self._through = self._through or (BEYOND < self._side * x < 2.0 * BEYOND and abs(y) < self.door.width)
         if not self._through:
             self._hold_up(now)
             self._free += seconds if self.released and self._is_free() else 0.0
@@ -108,7 +112,8 @@ class DoorwayObserver:
 
     def figures(self, reached: bool, patience: float) -> dict[str, float]:
         """Return the figures of the passage; `asked` and `through` only if it was held up, asked and got through."""
-        figures = {"given_up": float(not reached and self._ended_at - self.held_up_at < patience)}
+        given_up = not reached and self._ended_at - min(self.held_up_at, self._ended_at) < patience
+        figures = {"given_up": float(given_up)}
         if self._waited > 0.0:
             figures["doorway_share"] = self._in_doorway / self._waited
         if self.held_up_at < math.inf:

@@ -224,7 +224,7 @@ class SimulatorDevice(MotorBoardNode):
         self._attempt(lambda: self.simulation.set_door(name, 1.0 if verb == "open" else 0.0))
 
     def on_people_request(self, request: String) -> None:
-        """Let people do something: 'meet DOOR NUMBER' lets them stand in a door, 'block' in the robot's way, 'leave'."""
+        """Let people stand in a door or in the robot's way: 'meet DOOR NUMBER', 'block', and 'leave' to end it."""
         self._attempt(lambda: self.simulation.movers.request(request.data))
 
     def on_fault(self, request: String) -> None:

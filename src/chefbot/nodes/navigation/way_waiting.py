@@ -18,7 +18,7 @@ from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose_Result
 from chefbot.msgs.sound_play import SoundRequest, say
 from chefbot.nodes.causes.reports import CauseReportsNode
-from chefbot.nodes.navigation.path_request import PLANNER_TIMEOUT, PathRequestNode
+from chefbot.nodes.navigation.path_request import PathRequestNode
 from chefbot.robot.motion_limits import max_speed
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import wait_any
@@ -35,10 +35,14 @@ NEAR = 1.3
 """Distance of a person before the robot who may hold it up, m."""
 STEP_ASIDE = 6.0
 """Time for which the robot waits for a person before it although its plan leads past, s."""
+LOOK_TIMEOUT = 2.0
+"""Time in which the planner has to answer what blocks a way, s."""
 PERIOD = 1.0
 """Time between two looks whether the way is free, s."""
-BLOCKED = "blocked way"
-"""Name of the check in causes."""
+BLOCKED, ASKED = "blocked way", "blocked way, asked to pass"
+"""Names of the checks in causes."""
+NOTABLE_DETOUR = 1.0
+"""Extra length of a way around people from which it is reported, m."""
 
 
 class WayWaitingNode(PathRequestNode, CauseReportsNode):
@@ -70,7 +74,7 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
     async def _look(self, goal: PoseStamped) -> FindBlockage_Result:
         """Return what blocks the way; nothing if the planner does not answer."""
         looking = self.find_blockage.call(FindBlockage_Goal(goal))
-        await wait_any(looking, self.sleep(PLANNER_TIMEOUT))
+        await wait_any(looking, self.sleep(LOOK_TIMEOUT))
         if looking.done:
             return looking.result()
         looking.discard()
@@ -83,8 +87,8 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
         decision = self._decide(found)
         if decision.waits:
             return found
-        if found.blocked and found.way_around and decision.numbers and len(found.people) and error_code == 0:
-            self._report(DETOUR, decision, found, once=True)
+        if len(found.people) and found.way_around and found.extra_length >= NOTABLE_DETOUR:
+            self.report_once(_cause(DETOUR, BLOCKED, decision, found))
         if error_code in HELD_UP and self._person_ahead() is not None:
             return found
         return None
@@ -95,6 +99,7 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
         held_up: whether somebody stands before the robot although its plan leads past.
         """
         began_ns = self.now_ns
+        self._publish_status("driving", "")  # a recovery behavior is over
         try:
             while True:
                 found = await self._look(goal)
@@ -106,9 +111,10 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
                     decision = WaitDecision(True, sentence=f"Person {person} stands before me. I wait.")
                 if not decision.waits:
                     return ComputePathToPose_Result()
-                self._report(STOP, decision, found)
-                asks = self._ask(began_ns)
-                self._publish_status("waiting", f"{decision.sentence} {asks}".rstrip())
+                asked = self._ask(began_ns)
+                decision = decision._replace(sentence=f"{decision.sentence} {asked}".rstrip())
+                self.report("way", _cause(STOP, ASKED if asked else BLOCKED, decision, found))
+                self._publish_status("waiting", decision.sentence)
                 await self.sleep(PERIOD)
         finally:
             self.report("way", None)
@@ -135,19 +141,14 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
         if self._asked_ns is None or now_ns - self._asked_ns >= params.ask_period * 1e9:
             self._asked_ns = now_ns
             self.robotsound.publish(say(params.question))
-        return f"“{params.question}”"
-
-    def _report(
-        self, kind: str, decision: WaitDecision, found: FindBlockage_Result, *, once: bool = False
-    ) -> None:
-        """Report the decision with its numbers and the cell in the way."""
-        point, marked_ns = found.point, found.marked_at.ns
-        place = MarkedPlace(found.sensor, "map", point.x, point.y, marked_ns) if found.sensor else None
-        report: Cause = make_report(kind, BLOCKED, decision.sentence, place, decision.numbers)
-        if once:
-            self.report_once(report)
-        else:
-            self.report("way", report)
+        return f"I have asked: “{params.question}”"
 
     def _publish_status(self, state: str, reason: str) -> None:
         """Publish what the node does, and why."""
+
+
+def _cause(kind: str, check: str, decision: WaitDecision, found: FindBlockage_Result) -> Cause:
+    """Return the report of a decision with its numbers and the cell in the way."""
+    point, marked_ns = found.point, found.marked_at.ns
+    place = MarkedPlace(found.sensor, "map", point.x, point.y, marked_ns) if found.sensor else None
+    return make_report(kind, check, decision.sentence, place, decision.numbers)

@@ -30,34 +30,43 @@ GATHERING = 60.0
 """Time that people get to reach the door before the robot sets out, s."""
 ARRIVED = 3.0
 """Distance to the door at which the robot has arrived at it, m."""
+BESIDE = 0.6
+"""Distance to the middle of a door at which one side of it is looked at, m."""
 PATIENCE = 300.0
 """Time before which no goal may be given up, s."""
 
 
 class Passage(NamedTuple):
-    """A door, the pose on one side of it where the robot starts, and the place on the other where it goes."""
+    """A door, the pose on one side of it where the robot starts, and the place on the other where it goes.
+
+    side: sign of x of the goal's side, in the frame of the door's middle.
+    """
 
     door: Door
     start: SE2
     goal: str
+    side: float
 
 
 def draw_passage(world: World, robot: Robot, seed: int) -> Passage:
-    """Return a passage through a door without another way around it, drawn by the seed. UserError if there is none."""
+    """Return a passage through a door that is the only way, drawn by the seed. Raises UserError if there is none."""
     rng = np.random.default_rng([seed, 0xD002])
     floor = reachable(world, robot)
     sided = []
     for door in world.doors:
         doors = tuple(replace_open(one, 0.0) if one is door else one for one in world.doors)
-        sides = _sides(world, floor, reachable(replace(world, doors=doors), robot))
+        closed = reachable(replace(world, doors=doors), robot)
+        sides = _sides(world, floor, closed)
         if all(sides):
-            sided.append((door, sides))
+            sided.append((door, sides, closed))
     if not sided:
         raise UserError(f"world {world.name} has no door with places on both sides and no way around it")
-    door, sides = sided[int(rng.integers(len(sided)))]
+    door, sides, closed = sided[int(rng.integers(len(sided)))]
     one, other = (sides[i] for i in rng.permutation(2))
     start, goal = (_near_place(world, door, names, rng) for names in (one, other))
-    return Passage(door, world.places[start], goal)
+    ahead = _is_free(closed, closed_middle(door) @ SE2(BESIDE, 0.0, 0.0))
+    side = 1.0 if ahead == _is_free(closed, world.places[goal]) else -1.0
+    return Passage(door, world.places[start], goal, side)
 
 
 def replace_open(door: Door, fraction: float) -> Door:
@@ -100,7 +109,7 @@ def pass_door(run: SimulatedRun) -> None:
     assert isinstance(task, PassDoorTask)
     passage, event = draw_passage(run.world, run.system.robot, run.seed), event_of(task, run.seed)
     start_localized(run, unknown=False)
-    observer = DoorwayObserver(run, passage.door, passage.start)
+    observer = DoorwayObserver(run, passage.door, passage.side)
     run.system.loop.add_observer(observer)
     if event != "close":
         _gather(run, observer, {"talk": TALKERS, "crowd": task.crowd}.get(event, 1))

@@ -138,7 +138,7 @@ class SimulatedPeople:
         return any(moved)
 
     def request(self, text: str) -> None:
-        """Let people do what somebody asks for: 'meet DOOR NUMBER', 'block', 'leave'. Raises UserError if they cannot."""
+        """Let people do 'meet DOOR NUMBER', 'block' or 'leave'. Raises UserError if they cannot."""
         self._requests.process(text, self._persons)
 
     def circles(self) -> list[OccupiedCircle]:

@@ -155,10 +155,8 @@ class WaitingPolicy:
             self._attempt_began = now
         if now - self._attempt_began >= OBSTACLE_WAIT * 2.0**self._attempts:
             self._attempts, self._attempt_began = self._attempts + 1, None
-            return WaitDecision(
-                waits=False, gives_up=True, sentence=f"{_who(())} in the way.", numbers=numbers
-            )
-        text = f"{_who(())} in the way, and there is no other way. I wait."
+            return WaitDecision(waits=False, gives_up=True, sentence=_who((), 0.0), numbers=numbers)
+        text = f"{_who((), 0.0)} I wait; there is no other way."
         return WaitDecision(waits=True, sentence=text, numbers=numbers)
 
     def _note_place(self, found: FindBlockage_Result, now: float) -> None:

@@ -51,13 +51,14 @@ class PeopleRequests:
 
     def process(self, text: str, persons: list[SimulatedPerson]) -> None:
         """Process 'meet DOOR NUMBER', 'block' or 'leave'. Raises UserError for anything else."""
-        verb, *words = text.split()
+        verb, *words = text.split() or [""]
         if verb == "meet" and len(words) == 2 and words[1].isdecimal():
             self._meet(words[0], int(words[1]), persons)
         elif verb == "block" and not words:
-            for person in self._met or persons[:1]:
-                person.interrupt(stay_before_robot(person, lambda: True))
-                self._met = [*self._met, person] if person not in self._met else self._met
+            near = sorted(persons, key=lambda one: self._scene.robot_distance(*one.at))
+            self._met = self._met or near[:1]
+            for person in self._met:
+                person.interrupt(_block(person))
         elif verb == "leave" and not words:
             self._leave()
         else:
@@ -96,6 +97,13 @@ def _stand_at(person: SimulatedPerson, number: int, place: SE2, middle: SE2) -> 
             yield from person.come_to(place.x, place.y, AT_PLACE, 3.0)
         else:
             yield from person.travel(number, within=BEFORE)
+
+
+def _block(person: SimulatedPerson) -> Doing:
+    """Look for the robot, and stay before its front."""
+    while not person.scene.sees_robot(person.number):
+        yield from person.walk_until_seen()
+    yield from stay_before_robot(person, lambda: True)
 
 
 def stay_before_robot(person: SimulatedPerson, goes_on: Callable[[], bool]) -> Doing:

@@ -82,7 +82,7 @@ def test_it_waits_while_that_is_shorter_than_the_other_way(stood: float, extra: 
     assert f"the other way {extra / SPEED:.0f} s longer" in decision.sentence
 
 
-def test_nobody_waits_for_people_who_walk_if_there_is_another_way() -> None:
+def test_it_drives_around_people_who_walk() -> None:
     policy, times = WaitingPolicy(SPEED), StandingTimes()
     times.process(people(0.0, (2.0, 0.0), standing=False))
     assert not policy.decide(blockage(1, extra=20.0), times, 0.1, PARAMS).waits
@@ -108,7 +108,7 @@ def test_another_place_and_a_free_way_begin_patience_anew() -> None:
     assert policy.waited(200.0) == 0.0
 
 
-def test_recoveries_interrupt_the_wait_for_an_obstacle_ever_later() -> None:
+def test_recoveries_interrupt_waiting_ever_later() -> None:
     policy, times, now, stretches = WaitingPolicy(SPEED), StandingTimes(), 0.0, []
     for _ in range(3):
         policy.begin()

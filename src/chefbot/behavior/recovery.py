@@ -36,13 +36,13 @@ class WaitingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     typical_stay: Annotated[
         float, Meta(ge=1.0, le=600, description="how long somebody stays who has just stopped, s")
     ] = 10.0
-    ask_after: Annotated[
-        float, Meta(ge=0.0, le=600, description="how long to wait before it asks to pass, s")
+    request_after: Annotated[
+        float, Meta(ge=0.0, le=600, description="how long to wait before it requests to pass, s")
     ] = 3.0
-    ask_period: Annotated[float, Meta(ge=1.0, le=600, description="time between two questions, s")] = 15.0
-    question: Annotated[
-        str, Meta(max_length=200, description="what it says to ask; empty: it does not ask")
-    ] = "May I pass, please?"
+    request_period: Annotated[float, Meta(ge=1.0, le=600, description="time between two requests, s")] = 15.0
+    request: Annotated[str, Meta(max_length=200, description="spoken request to pass; empty: none")] = (
+        "May I pass, please?"
+    )
 
 
 class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -160,7 +160,7 @@ class WaitingPolicy:
         return WaitDecision(waits=True, sentence=text, numbers=numbers)
 
     def _note_place(self, found: FindBlockage_Result, now: float) -> None:
-        """Begin anew with a blockage elsewhere, or with one after a free way."""
+        """Restart the time of waiting at a blockage elsewhere, or after a free way."""
         place = found.point.x, found.point.y
         if math.dist(place, self._place) > SAME_PLACE or now - self._seen > FORGOTTEN:
             self._began = now

@@ -55,7 +55,7 @@ class IsWayBlocked(ActionLeaf):
 
 
 class WaitForWay(GoalAction):
-    """Waits until the way to `goal` is free or another one is quicker, and asks to pass; fails after its patience."""
+    """Waits until the way to `goal` is free or another one is quicker; requests to pass, and fails after a time."""
 
     services: WaitingServices
 

@@ -1,4 +1,4 @@
-"""sound_play: what the robot says, as the node `soundplay_node.py` of ROS hears it on the topic `robotsound`."""
+"""sound_play: sounds and speech, for the node `soundplay_node.py` of ROS on the topic `robotsound`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from chefbot.msgs.idl.message import Float32, Int8, Message, String
 
 
 class SoundRequest(Message, frozen=True, eq=False):
-    """A sound to play, or a text to say."""
+    """A sound to play, or a text to speak."""
 
     SAY: ClassVar[int] = -3
     PLAY_ONCE: ClassVar[int] = 1
@@ -18,11 +18,11 @@ class SoundRequest(Message, frozen=True, eq=False):
     volume: Float32 = 0.0
     """From 0 to 1."""
     arg: String = ""
-    """The text to say, or the file to play."""
+    """The text to speak, or the file to play."""
     arg2: String = ""
     """The voice, empty for the default one."""
 
 
-def say(text: str) -> SoundRequest:
-    """Return the request to say a text once."""
+def speech(text: str) -> SoundRequest:
+    """Return the request to speak a text once."""
     return SoundRequest(SoundRequest.SAY, SoundRequest.PLAY_ONCE, 1.0, text)

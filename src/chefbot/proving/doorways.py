@@ -1,4 +1,4 @@
-"""Measures a robot at a blocked door: when it asks, when it is through, and where it waits."""
+"""Measures a robot at a blocked door: when it requests to pass, when it is through, and where it waits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from chefbot.runtime.loop import Publication
 from chefbot.sim.world.furniture import door_pose
 
 SPEECH = "robotsound"
-"""Topic of what the robot says."""
+"""Topic of the robot's speech."""
 IN_DOOR = 0.9
 """Distance of a person to the middle of a door up to which it is not free, m."""
 OPEN = 0.95
@@ -51,7 +51,7 @@ class DoorwayObserver:
         """Distance of the robot to the middle of the door, m."""
         self.held_up_at = math.inf
         """Time from which the robot stands because of the door, s."""
-        self._asked_at = math.inf
+        self._requested_at = math.inf
         self._ended_at = math.inf
         self._stands_since: float | None = None
         self._free = self._waited = self._in_doorway = 0.0
@@ -64,10 +64,10 @@ class DoorwayObserver:
         return sum(self._middle.distance(one) <= distance for one in people)
 
     def __call__(self, publication: Publication) -> None:
-        """Measure with each ground truth; note what the robot says and when its goal ends."""
+        """Measure with each ground truth; note requests to pass and the end of the goal."""
         message = publication.message
         if publication.topic == SPEECH:
-            self._asked_at = min(self._asked_at, self._run.time)
+            self._requested_at = min(self._requested_at, self._run.time)
         elif isinstance(message, NavigationStatus):
             if self._active and message.state == "idle":
                 self._ended_at = min(self._ended_at, self._run.time)
@@ -111,14 +111,13 @@ class DoorwayObserver:
         return False
 
     def figures(self, reached: bool, patience: float) -> dict[str, float]:
-        """Return the figures of the passage; `asked` and `through` only if it was held up, asked and got through."""
+        """Return the figures of the passage; the two delays only if it was held up, and got through."""
         given_up = not reached and self._ended_at - min(self.held_up_at, self._ended_at) < patience
         figures = {"given_up": float(given_up)}
         if self._waited > 0.0:
             figures["doorway_share"] = self._in_doorway / self._waited
         if self.held_up_at < math.inf:
-            asked = max(0.0, self._asked_at - self.held_up_at)
-            figures["asked"] = asked
+            figures["request_delay"] = max(0.0, self._requested_at - self.held_up_at)
         if self._through and self.released:
-            figures["through"] = self._free
+            figures["passage_delay"] = self._free
         return {name: value for name, value in figures.items() if math.isfinite(value)}

@@ -23,8 +23,8 @@ FIGURES: Mapping[str, RunFigure] = {
     "min_clearance": RunFigure("m", "smallest distance of the moving robot to an obstacle", 1),
     "goals_reached": RunFigure("", "share of the goals that the robot truly reached, 0 to 1", 1),
     "recoveries": RunFigure("", "recovery behaviors"),
-    "through": RunFigure("s", "time that the blocked door was free again until the robot was through"),
-    "asked": RunFigure("s", "time from when the robot was held up until it asked to pass"),
+    "passage_delay": RunFigure("s", "time that the blocked door was free again until the robot was through"),
+    "request_delay": RunFigure("s", "time from when the robot was held up until it requested to pass"),
     "given_up": RunFigure("", "1 if the goal was given up within 300 s of being held up, else 0"),
     "doorway_share": RunFigure(
         "", "share of the time with a goal and without motion that it stood in a doorway"

@@ -1,4 +1,4 @@
-"""Waits for a way that is blocked: says why, asks to pass, and compares waiting with the other way."""
+"""Waits for a way that is blocked: reports why, requests to pass, and compares waiting with the other way."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from chefbot.msgs.chefbot_msgs import (
 )
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose_Result
-from chefbot.msgs.sound_play import SoundRequest, say
+from chefbot.msgs.sound_play import SoundRequest, speech
 from chefbot.nodes.causes.reports import CauseReportsNode
 from chefbot.nodes.navigation.path_request import PathRequestNode
 from chefbot.robot.motion_limits import max_speed
@@ -39,7 +39,7 @@ LOOK_TIMEOUT = 2.0
 """Time in which the planner has to answer what blocks a way, s."""
 PERIOD = 1.0
 """Time between two looks whether the way is free, s."""
-BLOCKED, ASKED = "blocked way", "blocked way, asked to pass"
+BLOCKED, REQUESTED = "blocked way", "blocked way, requested to pass"
 """Names of the checks in causes."""
 NOTABLE_DETOUR = 1.0
 """Extra length of a way around people from which it is reported, m."""
@@ -61,14 +61,14 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
     def _policy(self) -> WaitingPolicy:
         return WaitingPolicy(max_speed(self.robot))
 
-    _asked_ns: int | None = None
+    _requested_ns: int | None = None
 
     def on_tracked_people(self, message: TrackedPeople) -> None:
         """Note since when everybody stands."""
         self._standing.process(message)
 
     def _may_be_blocked(self, error_code: int) -> bool:
-        """Return whether it is worth asking the planner what blocks the way after this error, 0 for none."""
+        """Return whether the planner may know what blocks the way after this error, 0 for none."""
         return error_code in (*BLOCKED_PATHS, *HELD_UP) or (error_code == 0 and self._standing.anybody)
 
     async def _look(self, goal: PoseStamped) -> FindBlockage_Result:
@@ -111,9 +111,9 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
                     decision = WaitDecision(True, sentence=f"Person {person} stands before me. I wait.")
                 if not decision.waits:
                     return ComputePathToPose_Result()
-                asked = self._ask(began_ns)
-                decision = decision._replace(sentence=f"{decision.sentence} {asked}".rstrip())
-                self.report("way", _cause(STOP, ASKED if asked else BLOCKED, decision, found))
+                requested = self._request(began_ns)
+                decision = decision._replace(sentence=f"{decision.sentence} {requested}".rstrip())
+                self.report("way", _cause(STOP, REQUESTED if requested else BLOCKED, decision, found))
                 self._publish_status("waiting", decision.sentence)
                 await self.sleep(PERIOD)
         finally:
@@ -133,15 +133,15 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
             return None
         return person_ahead(tracked, robot, NEAR)
 
-    def _ask(self, began_ns: int) -> str:
-        """Ask to pass, if it is time, and return what was asked last."""
+    def _request(self, began_ns: int) -> str:
+        """Request to pass, if it is time, and return the request as a sentence."""
         params, now_ns = self.params.waiting, self.now_ns
-        if not params.question or now_ns - began_ns < params.ask_after * 1e9:
+        if not params.request or now_ns - began_ns < params.request_after * 1e9:
             return ""
-        if self._asked_ns is None or now_ns - self._asked_ns >= params.ask_period * 1e9:
-            self._asked_ns = now_ns
-            self.robotsound.publish(say(params.question))
-        return f"I have asked: “{params.question}”"
+        if self._requested_ns is None or now_ns - self._requested_ns >= params.request_period * 1e9:
+            self._requested_ns = now_ns
+            self.robotsound.publish(speech(params.request))
+        return f"Request: “{params.request}”"
 
     def _publish_status(self, state: str, reason: str) -> None:
         """Publish what the node does, and why."""

@@ -33,7 +33,7 @@ def door_middle(moving: MovingDoor) -> SE2:
 
 
 class PeopleRequests:
-    """Interrupts what people do; those who are met in a doorway stay until they are told to leave.
+    """Interrupts what people do; those who are met in a doorway stay until "leave".
 
     destination: returns the number of a destination at a point, which people can walk to.
     """
@@ -51,15 +51,15 @@ class PeopleRequests:
 
     def process(self, text: str, persons: list[SimulatedPerson]) -> None:
         """Process 'meet DOOR NUMBER', 'block' or 'leave'. Raises UserError for anything else."""
-        verb, *words = text.split() or [""]
-        if verb == "meet" and len(words) == 2 and words[1].isdecimal():
-            self._meet(words[0], int(words[1]), persons)
-        elif verb == "block" and not words:
+        verb, *arguments = text.split() or [""]
+        if verb == "meet" and len(arguments) == 2 and arguments[1].isdecimal():
+            self._meet(arguments[0], int(arguments[1]), persons)
+        elif verb == "block" and not arguments:
             near = sorted(persons, key=lambda one: self._scene.robot_distance(*one.at))
             self._met = self._met or near[:1]
             for person in self._met:
                 person.interrupt(_block(person))
-        elif verb == "leave" and not words:
+        elif verb == "leave" and not arguments:
             self._leave()
         else:
             raise UserError(f"people do not understand {text[:60]!r}: say {HELP}")

@@ -17,7 +17,7 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.planning.blockage import Blockage, WayCosts, find_blockage
 from chefbot.planning.grid_planner import GridPlanner
-from chefbot.planning.parking import ParkingSearch
+from chefbot.planning.parking import PERSON_WIDTH, ParkingSearch
 from chefbot.planning.waiting_place import STANDOFF, find_waiting_place
 
 RADIUS = 0.18
@@ -105,7 +105,8 @@ def test_it_waits_before_the_doorway_and_not_in_it(floor: Floor, x: float) -> No
     search = ParkingSearch(floor.grid, RADIUS)
     place = find_waiting_place(search, floor.planner, floor.layers.update(), robot, found)
     assert place.leaves_way_open and place.pose.x < 4.0 - 0.2
-    assert search.leaves_way_open_at(place.pose.x, place.pose.y)
+    cell = floor.grid.cell(place.pose.x, place.pose.y)
+    assert search.leaves_way_open(*cell, (PERSON_WIDTH,))
     if robot.x < 2.0:
         blocked = found.free[found.blocked]
         gap = math.dist((place.pose.x, place.pose.y), blocked[:2])

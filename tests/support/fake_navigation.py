@@ -82,7 +82,9 @@ class RecordedNavigation:
     def clear_costmaps(self, radius: float) -> PendingAction:
         return self._begin(f"clear {radius:g}")
 
-    def find_blocked_way(self, goal: object, error_code: int) -> PendingAction | None:
+    def find_blocked_way(
+        self, goal: object, error_code: int, find_waiting_pose: bool
+    ) -> PendingAction | None:
         return self._begin("look") if self.may_be_blocked else None
 
     def wait_for_way(self, goal: object, error_code: int) -> PendingAction:

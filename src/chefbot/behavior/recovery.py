@@ -40,7 +40,7 @@ class WaitingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         float, Meta(ge=0.0, le=600, description="how long to wait before it requests to pass, s")
     ] = 3.0
     request_period: Annotated[float, Meta(ge=1.0, le=600, description="time between two requests, s")] = 15.0
-    request: Annotated[str, Meta(max_length=200, description="spoken request to pass; empty: none")] = (
+    request: Annotated[str, Meta(max_length=200, description="request to pass, as speech; empty: none")] = (
         "May I pass, please?"
     )
 

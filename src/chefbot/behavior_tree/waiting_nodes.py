@@ -18,8 +18,8 @@ from chefbot.msgs.chefbot_msgs import FindBlockage_Result
 class WaitingServices(NavigationServices, Protocol):
     """What the leaves of a tree that waits need besides."""
 
-    def find_blocked_way(self, goal: object, error_code: int) -> Pending | None:
-        """Find what the robot should wait for on its way to a pose, after an error or 0 for none.
+    def find_blocked_way(self, goal: object, error_code: int, find_waiting_pose: bool) -> Pending | None:
+        """Find what the robot should wait for on its way to a pose, after an error or 0 for none, and where.
 
         The result is a `FindBlockage_Result`, or None if it should not wait. None: nothing can be in the way.
         """
@@ -44,7 +44,8 @@ class IsWayBlocked(ActionLeaf):
     def begin(self) -> Pending | None:
         """Find what blocks the way."""
         code = int(self.ports.number("error_code"))
-        return self._services.find_blocked_way(self.ports.value("goal"), code)
+        goal, where = self.ports.value("goal"), "waiting_pose" in self.ports.given
+        return self._services.find_blocked_way(goal, code, where)
 
     def finish(self, result: object) -> Status:
         """Write where to wait."""

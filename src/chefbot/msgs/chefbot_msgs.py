@@ -346,9 +346,11 @@ class Deliver_Feedback(Message, frozen=True, eq=False):
 
 
 class FindBlockage_Goal(Message, frozen=True, eq=False):
-    """Find what blocks the way to a pose, and where to wait until it is gone."""
+    """Find what blocks the way to a pose."""
 
     goal: PoseStamped = PoseStamped()
+    find_waiting_pose: Bool = False
+    """Whether to find where to wait until it is gone, too."""
 
 
 class FindBlockage_Result(Message, frozen=True, eq=False):
@@ -370,7 +372,7 @@ class FindBlockage_Result(Message, frozen=True, eq=False):
     """What marked the cell, as in Cause."""
     marked_at: Time = Time()
     waiting_pose: PoseStamped = PoseStamped()
-    """Where to wait: people can pass the robot there, if there is such a place."""
+    """Where to wait, if that was requested: people can pass the robot there, if there is such a place."""
     leaves_way_open: Bool = False
     """Whether people can pass the robot there."""
 

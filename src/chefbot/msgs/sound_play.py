@@ -8,7 +8,7 @@ from chefbot.msgs.idl.message import Float32, Int8, Message, String
 
 
 class SoundRequest(Message, frozen=True, eq=False):
-    """A sound to play, or a text to speak."""
+    """A sound to play, or a text for speech."""
 
     SAY: ClassVar[int] = -3
     PLAY_ONCE: ClassVar[int] = 1
@@ -18,11 +18,11 @@ class SoundRequest(Message, frozen=True, eq=False):
     volume: Float32 = 0.0
     """From 0 to 1."""
     arg: String = ""
-    """The text to speak, or the file to play."""
+    """The text, or the file to play."""
     arg2: String = ""
     """The voice, empty for the default one."""
 
 
 def speech(text: str) -> SoundRequest:
-    """Return the request to speak a text once."""
+    """Return the request for a text as speech, once."""
     return SoundRequest(SoundRequest.SAY, SoundRequest.PLAY_ONCE, 1.0, text)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.causes.obstacles import nearest_lethal
+from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import FindBlockage, FindBlockage_Goal, FindBlockage_Result
@@ -18,8 +20,9 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.causes.planner_causes import PlannerCausesNode
 from chefbot.nodes.causes.reports import marked_place
 from chefbot.planning.blockage import Blockage, WayCosts, find_blockage
+from chefbot.planning.global_planning import RETRY_WITHOUT_FAR_MARKS
 from chefbot.planning.parking import ParkingSearch
-from chefbot.planning.planner import Planner
+from chefbot.planning.planner import Planner, PlanningError
 from chefbot.planning.waiting_place import find_waiting_place
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.transform_buffer import TransformError
@@ -48,21 +51,38 @@ class BlockageFinderNode(PlannerCausesNode):
         if self.map.last is None:
             return FindBlockage_Result()
         numbers, places = self._people()
-        costs = WayCosts(self._costs.update(), self._costs.static_costs())
         radius, pose = self.robot.circumscribed_radius, goal.goal.pose.se2
+        costs = WayCosts(self._present_costs(robot, pose), self._costs.static_costs())
         blockage = find_blockage(self._planner, costs, robot, pose, places, radius)
         if blockage is None:
             return FindBlockage_Result()
-        return self._result(blockage, numbers[list(blockage.people)], costs, robot)
+        found = self._result(blockage, numbers[list(blockage.people)], costs)
+        if not goal.find_waiting_pose:
+            return found
+        waiting = find_waiting_place(self._parking_search(), self._planner, costs.marked, robot, blockage)
+        return msgspec.structs.replace(
+            found,
+            waiting_pose=PoseStamped(Header.of(self.now_ns, "map"), Pose.of(waiting.pose)),
+            leaves_way_open=waiting.leaves_way_open,
+        )
+
+    def _present_costs(self, robot: SE2, goal: SE2) -> Costmap:
+        """Return the costs that a plan to the goal is made on: without far marks if these close the way."""
+        costs = self._costs.update()
+        try:
+            self._planner.plan(costs, robot, goal)
+        except PlanningError as error:
+            if error.failure in RETRY_WITHOUT_FAR_MARKS:
+                return self._costs.costs_without_far_marks(robot)
+        return costs
 
     def _result(
-        self, blockage: Blockage, numbers: NDArray[np.uint32], costs: WayCosts, robot: SE2
+        self, blockage: Blockage, numbers: NDArray[np.uint32], costs: WayCosts
     ) -> FindBlockage_Result:
-        """Return the result with the marked cell and the place to wait."""
+        """Return the result with the marked cell."""
         where = SE2.of(blockage.free[blockage.blocked])
         cell = nearest_lethal(costs.marked, where.x, where.y)
         mark = marked_place(self._costs, cell, "map", self.robot)
-        waiting = find_waiting_place(self._parking_search(), self._planner, costs.marked, robot, blockage)
         around = math.isfinite(blockage.length)
         return FindBlockage_Result(
             blocked=True,
@@ -73,8 +93,6 @@ class BlockageFinderNode(PlannerCausesNode):
             point=Point(*(cell or where[:2])),
             sensor="" if mark is None else mark.sensor,
             marked_at=Time.of(0 if mark is None else mark.marked_ns),
-            waiting_pose=PoseStamped(Header.of(self.now_ns, "map"), Pose.of(waiting.pose)),
-            leaves_way_open=waiting.leaves_way_open,
         )
 
     def _parking_search(self) -> ParkingSearch:

@@ -99,11 +99,12 @@ class NodeServices:
         self._node._begin_recovery()
         return self._node._pending(self._node._clear_costmaps(radius))
 
-    def find_blocked_way(self, goal: object, error_code: int) -> Pending | None:
+    def find_blocked_way(self, goal: object, error_code: int, find_waiting_pose: bool) -> Pending | None:
         """Find what the robot should wait for."""
         if not self._node._may_be_blocked(error_code):
             return None
-        return self._node._pending(self._node._blocked_way(cast(PoseStamped, goal), error_code))
+        finding = self._node._blocked_way(cast(PoseStamped, goal), error_code, find_waiting_pose)
+        return self._node._pending(finding)
 
     def wait_for_way(self, goal: object, error_code: int) -> Pending:
         """Wait until the way is free or another one is quicker."""
@@ -111,7 +112,9 @@ class NodeServices:
         return self._node._pending(waiting)
 
     def is_at(self, pose: object) -> bool:
-        """Return whether the robot is at a PoseStamped in the frame map."""
+        """Return whether the robot is at a PoseStamped in the frame map; one without a frame is where it is."""
+        if not cast(PoseStamped, pose).header.frame_id:
+            return True
         try:
             robot = self._node.tf.lookup("map", "base_link")
         except TransformError:

@@ -71,18 +71,20 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
         """Return whether the planner may know what blocks the way after this error, 0 for none."""
         return error_code in (*BLOCKED_PATHS, *HELD_UP) or (error_code == 0 and self._standing.anybody)
 
-    async def _look(self, goal: PoseStamped) -> FindBlockage_Result:
+    async def _look(self, goal: PoseStamped, *, find_waiting_pose: bool = False) -> FindBlockage_Result:
         """Return what blocks the way; nothing if the planner does not answer."""
-        looking = self.find_blockage.call(FindBlockage_Goal(goal))
+        looking = self.find_blockage.call(FindBlockage_Goal(goal, find_waiting_pose))
         await wait_any(looking, self.sleep(LOOK_TIMEOUT))
         if looking.done:
             return looking.result()
         looking.discard()
         return FindBlockage_Result()
 
-    async def _blocked_way(self, goal: PoseStamped, error_code: int) -> FindBlockage_Result | None:
+    async def _blocked_way(
+        self, goal: PoseStamped, error_code: int, find_waiting_pose: bool
+    ) -> FindBlockage_Result | None:
         """Return what the robot should wait for, or None."""
-        found = await self._look(goal)
+        found = await self._look(goal, find_waiting_pose=find_waiting_pose)
         self._policy.begin()
         decision = self._decide(found)
         if decision.waits:
@@ -148,7 +150,9 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
 
 
 def _cause(kind: str, check: str, decision: WaitDecision, found: FindBlockage_Result) -> Cause:
-    """Return the report of a decision with its numbers and the cell in the way."""
+    """Return the report of a decision with its numbers, and the cell in the way unless that is somebody who walks."""
     point, marked_ns = found.point, found.marked_at.ns
-    place = MarkedPlace(found.sensor, "map", point.x, point.y, marked_ns) if found.sensor else None
+    stands = any(one.name == "stood" and one.value > 0.0 for one in decision.numbers)
+    located = bool(found.sensor) and (stands or not len(found.people))
+    place = MarkedPlace(found.sensor, "map", point.x, point.y, marked_ns) if located else None
     return make_report(kind, check, decision.sentence, place, decision.numbers)

@@ -119,6 +119,7 @@ class WaitingPolicy:
         detour = found.extra_length / self._speed if found.way_around else math.inf
         numbers = (
             Quantity("waited", self.waited(now), "s"),
+            Quantity("distance", found.distance, "m"),
             *((Quantity("stood", stood, "s"), Quantity("expected wait", expected, "s")) if people else ()),
             *((Quantity("detour", detour, "s"),) if math.isfinite(detour) else ()),
         )

@@ -373,8 +373,6 @@ class FindBlockage_Result(Message, frozen=True, eq=False):
     marked_at: Time = Time()
     waiting_pose: PoseStamped = PoseStamped()
     """Where to wait, if that was requested: people can pass the robot there, if there is such a place."""
-    leaves_way_open: Bool = False
-    """Whether people can pass the robot there."""
 
 
 class FindBlockage_Feedback(Message, frozen=True, eq=False):

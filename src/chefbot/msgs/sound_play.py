@@ -10,7 +10,7 @@ from chefbot.msgs.idl.message import Float32, Int8, Message, String
 class SoundRequest(Message, frozen=True, eq=False):
     """A sound to play, or a text for speech."""
 
-    SAY: ClassVar[int] = -3
+    SPEECH: ClassVar[int] = -3
     PLAY_ONCE: ClassVar[int] = 1
 
     sound: Int8 = 0
@@ -25,4 +25,4 @@ class SoundRequest(Message, frozen=True, eq=False):
 
 def speech(text: str) -> SoundRequest:
     """Return the request for a text as speech, once."""
-    return SoundRequest(SoundRequest.SAY, SoundRequest.PLAY_ONCE, 1.0, text)
+    return SoundRequest(SoundRequest.SPEECH, SoundRequest.PLAY_ONCE, 1.0, text)

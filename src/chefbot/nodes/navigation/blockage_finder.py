@@ -63,7 +63,6 @@ class BlockageFinderNode(PlannerCausesNode):
         return msgspec.structs.replace(
             found,
             waiting_pose=PoseStamped(Header.of(self.now_ns, "map"), Pose.of(waiting.pose)),
-            leaves_way_open=waiting.leaves_way_open,
         )
 
     def _present_costs(self, robot: SE2, goal: SE2) -> Costmap:

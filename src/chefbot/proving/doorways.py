@@ -26,6 +26,8 @@ HELD_UP = 1.0
 """Time for which the robot must stand before a door that is not free to be held up, s."""
 NEAR = 6.0
 """Distance to the door within which a robot that stands is held up by it, m."""
+BEFORE = 1.2
+"""Distance of a person before the robot who holds it up, m."""
 HALF_WALL = 0.08
 """Half the thickness of the wall of a doorway, m."""
 
@@ -84,18 +86,24 @@ class DoorwayObserver:
         x, y, _ = self._middle.between(pose)
         self._through = self._through or (BEYOND < self._side * x < 2.0 * BEYOND and abs(y) < self.door.width)
         if not self._through:
-            self._hold_up(now)
+            self._hold_up(now, pose)
             self._free += seconds if self.released and self._is_free() else 0.0
         if self._active and stands:
             self._waited += seconds
             self._in_doorway += seconds if self._stands_in_doorway(pose) else 0.0
 
-    def _hold_up(self, now: float) -> None:
+    def _hold_up(self, now: float, pose: SE2) -> None:
         since = self._stands_since
-        if since is None or now - since < HELD_UP or self.distance > NEAR or self._is_free():
+        if since is None or now - since < HELD_UP or self.distance > NEAR or not self.blocks:
             return
-        if self.blocks:
+        if not self._is_free() or self._people_before(pose):
             self.held_up_at = min(self.held_up_at, since)
+
+    def _people_before(self, pose: SE2) -> bool:
+        """Return whether somebody stands before the robot's front."""
+        simulation = self._run.safety.simulation
+        near = [pose.between(one) for one in (simulation.people if simulation else [])]
+        return any(one.x > 0.0 and math.hypot(one.x, one.y) <= BEFORE for one in near)
 
     def _is_free(self) -> bool:
         simulation = self._run.safety.simulation
@@ -111,13 +119,13 @@ class DoorwayObserver:
         return False
 
     def figures(self, reached: bool, patience: float) -> dict[str, float]:
-        """Return the figures of the passage; the two delays only if it was held up, and got through."""
+        """Return the figures of the passage; 0 for a delay that it did not have."""
         given_up = not reached and self._ended_at - min(self.held_up_at, self._ended_at) < patience
         figures = {"given_up": float(given_up)}
         if self._waited > 0.0:
             figures["doorway_share"] = self._in_doorway / self._waited
-        if self.held_up_at < math.inf:
-            figures["request_delay"] = max(0.0, self._requested_at - self.held_up_at)
-        if self._through and self.released:
+        held_up = self.held_up_at < math.inf
+        figures["request_delay"] = max(0.0, self._requested_at - self.held_up_at) if held_up else 0.0
+        if self._through:
             figures["passage_delay"] = self._free
         return {name: value for name, value in figures.items() if math.isfinite(value)}

@@ -37,6 +37,8 @@ STEP_ASIDE = 6.0
 """Time for which the robot waits for a person before it although its plan leads past, s."""
 LOOK_TIMEOUT = 2.0
 """Time in which the planner has to answer what blocks a way, s."""
+PAUSE_NS = 10_000_000_000
+"""Time between two waits up to which they count as one until the request to pass, ns."""
 PERIOD = 1.0
 """Time between two looks whether the way is free, s."""
 BLOCKED, REQUESTED = "blocked way", "blocked way, requested to pass"
@@ -62,6 +64,7 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
         return WaitingPolicy(max_speed(self.robot))
 
     _requested_ns: int | None = None
+    _waits_since_ns = _waited_ns = -PAUSE_NS - 1
 
     def on_tracked_people(self, message: TrackedPeople) -> None:
         """Note since when everybody stands."""
@@ -101,6 +104,8 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
         held_up: whether somebody stands before the robot although its plan leads past.
         """
         began_ns = self.now_ns
+        if began_ns - self._waited_ns > PAUSE_NS:
+            self._waits_since_ns = began_ns
         self._publish_status("driving", "")  # a recovery behavior is over
         try:
             while True:
@@ -113,7 +118,8 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
                     decision = WaitDecision(True, sentence=f"Person {person} stands before me. I wait.")
                 if not decision.waits:
                     return ComputePathToPose_Result()
-                requested = self._request(began_ns)
+                self._waited_ns = self.now_ns
+                requested = self._request()
                 decision = decision._replace(sentence=f"{decision.sentence} {requested}".rstrip())
                 self.report("way", _cause(STOP, REQUESTED if requested else BLOCKED, decision, found))
                 self._publish_status("waiting", decision.sentence)
@@ -135,10 +141,10 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
             return None
         return person_ahead(tracked, robot, NEAR)
 
-    def _request(self, began_ns: int) -> str:
+    def _request(self) -> str:
         """Request to pass, if it is time, and return the request as a sentence."""
         params, now_ns = self.params.waiting, self.now_ns
-        if not params.request or now_ns - began_ns < params.request_after * 1e9:
+        if not params.request or now_ns - self._waits_since_ns < params.request_after * 1e9:
             return ""
         if self._requested_ns is None or now_ns - self._requested_ns >= params.request_period * 1e9:
             self._requested_ns = now_ns

@@ -92,8 +92,8 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
         decision = self._decide(found)
         if decision.waits:
             return found
-        if len(found.people) and found.way_around and found.extra_length >= NOTABLE_DETOUR:
-            self.report_once(_cause(DETOUR, BLOCKED, decision, found))
+        notable = len(found.people) and found.way_around and found.extra_length >= NOTABLE_DETOUR
+        self.report("other way", _cause(DETOUR, BLOCKED, decision, found) if notable else None)
         if error_code in HELD_UP and self._person_ahead() is not None:
             return found
         return None

@@ -90,13 +90,19 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
         found = await self._look(goal, find_waiting_pose=find_waiting_pose)
         self._policy.begin()
         decision = self._decide(found)
+        notable = len(found.people) and found.way_around and found.extra_length >= NOTABLE_DETOUR
+        takes_other = notable and not decision.waits
+        self.report("other way", _cause(DETOUR, BLOCKED, decision, found) if takes_other else None)
         if decision.waits:
             return found
-        notable = len(found.people) and found.way_around and found.extra_length >= NOTABLE_DETOUR
-        self.report("other way", _cause(DETOUR, BLOCKED, decision, found) if notable else None)
-        if error_code in HELD_UP and self._person_ahead() is not None:
-            return found
-        return None
+        patient = self._waited_for < self.params.waiting.patience
+        return found if error_code in HELD_UP and patient and self._person_ahead() is not None else None
+
+    @property
+    def _waited_for(self) -> float:
+        """Time since the first of the waits that follow each other closely, s; 0 if the last one is long ago."""
+        paused = self.now_ns - self._waited_ns > PAUSE_NS
+        return 0.0 if paused else (self.now_ns - self._waits_since_ns) / 1e9
 
     async def _wait_for_way(self, goal: PoseStamped, held_up: bool) -> ComputePathToPose_Result:
         """Wait until the way is free or another one is quicker; an error if it takes too long.
@@ -104,8 +110,7 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
         held_up: whether somebody stands before the robot although its plan leads past.
         """
         began_ns = self.now_ns
-        if began_ns - self._waited_ns > PAUSE_NS:
-            self._waits_since_ns = began_ns
+        self._waits_since_ns = began_ns - round(1e9 * self._waited_for)
         self._publish_status("driving", "")  # a recovery behavior is over
         try:
             while True:
@@ -125,7 +130,7 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
                 self._publish_status("waiting", decision.sentence)
                 await self.sleep(PERIOD)
         finally:
-            self.report("way", None)
+            self.end_reports()
 
     def _decide(self, found: FindBlockage_Result) -> WaitDecision:
         return self._policy.decide(found, self._standing, self.now_ns / 1e9, self.params.waiting)
@@ -144,7 +149,7 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
     def _request(self) -> str:
         """Request to pass, if it is time, and return the request as a sentence."""
         params, now_ns = self.params.waiting, self.now_ns
-        if not params.request or now_ns - self._waits_since_ns < params.request_after * 1e9:
+        if not params.request or self._waited_for < params.request_after:
             return ""
         if self._requested_ns is None or now_ns - self._requested_ns >= params.request_period * 1e9:
             self._requested_ns = now_ns

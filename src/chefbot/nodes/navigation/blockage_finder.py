@@ -59,7 +59,7 @@ class BlockageFinderNode(PlannerCausesNode):
         found = self._result(blockage, numbers[list(blockage.people)], costs)
         if not goal.find_waiting_pose:
             return found
-        waiting = find_waiting_place(self._parking_search(), self._planner, costs.marked, robot, blockage)
+        waiting = find_waiting_place(self._parking_search(), self._planner, costs, robot, blockage)
         return msgspec.structs.replace(
             found,
             waiting_pose=PoseStamped(Header.of(self.now_ns, "map"), Pose.of(waiting.pose)),

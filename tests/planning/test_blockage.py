@@ -108,7 +108,11 @@ def test_it_waits_before_the_doorway_and_not_in_it(floor: Floor, x: float) -> No
     assert place.leaves_way_open and place.pose.x < 4.0 - 0.2
     cell = floor.grid.cell(place.pose.x, place.pose.y)
     assert search.leaves_way_open(*cell, (PERSON_WIDTH,))
+    blocked = found.free[found.blocked]
+    line = np.linspace((place.pose.x, place.pose.y), blocked[:2], 100)
+    assert (floor.grid.values(line[:, 0], line[:, 1], outside=0) == 0).all(), (
+        "no wall hides the blocked place"
+    )
     if robot.x < 2.0:
-        blocked = found.free[found.blocked]
         gap = math.dist((place.pose.x, place.pose.y), blocked[:2])
         assert STANDOFF - 0.1 <= gap <= STANDOFF + 1.5, "near enough to go on soon"

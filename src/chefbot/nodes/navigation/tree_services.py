@@ -34,7 +34,7 @@ class TreeServicesNode(WayWaitingNode):
 
     def _restart_services(self) -> None:
         """Forget the failures and recoveries of the goal before."""
-        self.end_reports()
+        self._restart_waiting()
         self._failure: tuple[int, str] = (0, "")
         self._recoveries = 0
 

@@ -59,9 +59,10 @@ class WayWaitingNode(PathRequestNode, CauseReportsNode):
     def _standing(self) -> StandingTimes:
         return StandingTimes()
 
-    @cached_property
-    def _policy(self) -> WaitingPolicy:
-        return WaitingPolicy(max_speed(self.robot))
+    def _restart_waiting(self) -> None:
+        """Begin a goal with all patience."""
+        self.end_reports()
+        self._policy = WaitingPolicy(max_speed(self.robot))
 
     _requested_ns: int | None = None
     _waits_since_ns = _waited_ns = -PAUSE_NS - 1

@@ -51,7 +51,7 @@ def find_waiting_place(
         return WaitingPlace(on_way, True)
     cells = _beside(planner, costs, robot, blockage.distance, view.blocked)
     for in_view in (True, False):
-        for row, column in cells:
+        for row, column in cells.tolist():
             x, y = costs.centre(row, column)
             if view.has(x, y) == in_view and search.leaves_way_open(row, column, (PERSON_WIDTH,)):
                 heading = math.atan2(view.blocked.y - y, view.blocked.x - x)

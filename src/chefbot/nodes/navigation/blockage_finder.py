@@ -41,6 +41,12 @@ class BlockageFinderNode(PlannerCausesNode):
         """Start without a map."""
         super().start()
         self._search: tuple[OccupancyGrid, ParkingSearch] | None = None
+        self._static: tuple[OccupancyGrid, Costmap] | None = None
+
+    def reconfigure(self, params: Any) -> None:
+        """Apply new parameters from the next request on."""
+        super().reconfigure(params)
+        self._static = None
 
     async def on_find_blockage(self, goal: FindBlockage_Goal, _: Any) -> FindBlockage_Result:
         """Return what blocks the way to the goal; nothing if the robot is not localized, or without a map."""
@@ -52,7 +58,7 @@ class BlockageFinderNode(PlannerCausesNode):
             return FindBlockage_Result()
         numbers, places = self._people()
         radius, pose = self.robot.circumscribed_radius, goal.goal.pose.se2
-        costs = WayCosts(self._present_costs(robot, pose), self._costs.static_costs())
+        costs = WayCosts(self._present_costs(robot, pose), self._static_costs())
         blockage = find_blockage(self._planner, costs, robot, pose, places, radius)
         if blockage is None:
             return FindBlockage_Result()
@@ -93,6 +99,13 @@ class BlockageFinderNode(PlannerCausesNode):
             sensor="" if mark is None else mark.sensor,
             marked_at=Time.of(0 if mark is None else mark.marked_ns),
         )
+
+    def _static_costs(self) -> Costmap:
+        """Return the costs of the present map, which are inflated once."""
+        assert self.map.last is not None
+        if self._static is None or self._static[0] is not self.map.last:
+            self._static = self.map.last, self._costs.static_costs()
+        return self._static[1]
 
     def _parking_search(self) -> ParkingSearch:
         """Return the search on the present map."""

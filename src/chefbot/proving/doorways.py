@@ -10,7 +10,7 @@ from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.proving.simulated_run import SimulatedRun
 from chefbot.runtime.loop import Publication
-from chefbot.sim.world.furniture import door_pose
+from chefbot.sim.world.doors import closed_middle
 
 SPEECH = "robotsound"
 """Topic of the robot's speech."""
@@ -30,11 +30,6 @@ BEFORE = 1.2
 """Distance of a person before the robot who holds it up, m."""
 HALF_WALL = 0.08
 """Half the thickness of the wall of a doorway, m."""
-
-
-def closed_middle(door: Door) -> SE2:
-    """Return the middle of the opening that a door closes, x along the way through it, in the world frame."""
-    return door_pose(door, 0.0) @ SE2(0.5 * door.width, 0.0, 0.5 * math.pi)
 
 
 class DoorwayObserver:

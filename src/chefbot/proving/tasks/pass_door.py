@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 
 from chefbot.buildings.world_file import Door
@@ -13,12 +14,14 @@ from chefbot.errors import UserError
 from chefbot.maths.grid import FREE, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.std_msgs import String
-from chefbot.proving.doorways import DoorwayObserver, closed_middle
+from chefbot.proving.doorways import DoorwayObserver
 from chefbot.proving.scenario_tasks import PassDoorTask
 from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
 from chefbot.proving.tasks.go import drive_to
 from chefbot.proving.tasks.localize import start_localized
 from chefbot.robot.spec import Robot
+from chefbot.runtime.loop import Publication
+from chefbot.sim.world.doors import closed_middle
 from chefbot.sim.world.floor_plan import reachable
 from chefbot.sim.world.world import World
 
@@ -54,7 +57,7 @@ def draw_passage(world: World, robot: Robot, seed: int) -> Passage:
     floor = reachable(world, robot)
     sided = []
     for door in world.doors:
-        doors = tuple(replace_open(one, 0.0) if one is door else one for one in world.doors)
+        doors = tuple(_opened(one, 0.0) if one is door else one for one in world.doors)
         closed = reachable(replace(world, doors=doors), robot)
         sides = _sides(world, floor, closed)
         if all(sides):
@@ -69,10 +72,8 @@ def draw_passage(world: World, robot: Robot, seed: int) -> Passage:
     return Passage(door, world.places[start], goal, side)
 
 
-def replace_open(door: Door, fraction: float) -> Door:
+def _opened(door: Door, fraction: float) -> Door:
     """Return the door opened by a fraction, 0..1."""
-    import msgspec
-
     return msgspec.structs.replace(door, open=fraction)
 
 
@@ -140,10 +141,10 @@ class _Hold:
         self._released = False
         observer.blocks = event != "close"
 
-    def __call__(self, publication: object) -> None:
+    def __call__(self, publication: Publication) -> None:
         """Begin as soon as the robot is near or held up, and end after the time."""
         run, observer = self._run, self._observer
-        if self._released or getattr(publication, "topic", "") != "ground_truth":
+        if self._released or publication.topic != "ground_truth":
             return
         if self._since is None:
             if observer.distance <= ARRIVED or observer.held_up_at < math.inf:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.sim.people.person import Doing, SimulatedPerson
-from chefbot.sim.world.doors import MovingDoor
-from chefbot.sim.world.furniture import PERSON_RADIUS, door_pose
+from chefbot.sim.world.doors import MovingDoor, closed_middle
+from chefbot.sim.world.furniture import PERSON_RADIUS
 
 if TYPE_CHECKING:
     from chefbot.sim.people.people import SimulatedPeople
@@ -24,12 +24,6 @@ AT_PLACE = 0.12
 BEFORE = 1.5
 """Distance to the middle of a doorway from which people go straight to their places, m."""
 HELP = "'meet DOOR NUMBER', 'block' or 'leave'"
-
-
-def door_middle(moving: MovingDoor) -> SE2:
-    """Return the middle of the opening that a door closes, x along the way through it."""
-    closed = door_pose(moving.door, 0.0)
-    return closed @ SE2(0.5 * moving.door.width, 0.0, 0.5 * math.pi)
 
 
 class PeopleRequests:
@@ -72,7 +66,7 @@ class PeopleRequests:
             raise UserError(
                 f"{number} people cannot meet: there are {len(persons)}, at most {len(PLACES)} fit"
             )
-        middle = door_middle(self._doors[name])
+        middle = closed_middle(self._doors[name].door)
         if name not in self._destinations:
             self._destinations[name] = self._destination(middle.x, middle.y)
         self._leave()

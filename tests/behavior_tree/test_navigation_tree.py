@@ -23,9 +23,11 @@ from chefbot.behavior.recovery import NavigatorParams, RecoveryParams
 from chefbot.behavior_tree.blackboard import BehaviorTreeError
 from chefbot.behavior_tree.navigation_tree import MAX_BYTES, NavigationTrees
 from chefbot.behavior_tree.tree import BehaviorTree
+from chefbot.msgs.chefbot_msgs import FindBlockage_Result
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose_Result, FollowPath_Result
 from chefbot.msgs.nav_msgs import Path as PathMessage
+from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
 
 LIDAR, CAMERA = load_robot("chefbot_lidar"), load_robot("chefbot")
@@ -153,6 +155,69 @@ def test_parameters_count_from_the_next_recovery_on() -> None:
     navigation.services.begun[-1].end()
     navigation.run(0.2)
     assert navigation.recoveries == ["clear 2", "back up 0.5"]
+
+
+def in_the_way() -> FindBlockage_Result:
+    return FindBlockage_Result(blocked=True, waiting_pose=PoseStamped(Header.of(0, "map")))
+
+
+def blocked_by_people(waits: int) -> Answer:
+    """Return an answer of a planner without a path, which finds people in the way for the first `waits` times."""
+    looks = iter([in_the_way()] * waits)
+
+    def answer(pending: PendingAction) -> None:
+        if pending.what == "look":
+            pending.end(next(looks, None))
+        elif pending.what == "wait for way":
+            pending.end(ComputePathToPose_Result())
+        elif pending.what != "follow":
+            pending.end(no_path() if pending.what == "plan" else None)
+
+    return answer
+
+
+@pytest.mark.parametrize("waits", [1, 50])
+def test_waiting_for_people_uses_no_recovery_up(waits: int) -> None:
+    navigation = Navigation(blocked_by_people(waits))
+    navigation.services.may_be_blocked = True
+    assert navigation.run(120.0) is Status.FAILURE
+    names = navigation.services.names()
+    assert names.count("wait for way") == waits and names[:3] == ["plan", "look", "wait for way"]
+    recoveries = [name for name in names if name not in ("plan", "look", "wait for way")]
+    assert recoveries == 2 * ROUND
+
+
+def test_a_robot_in_a_doorway_leaves_it_while_it_waits() -> None:
+    def answer(pending: PendingAction) -> None:
+        if pending.what == "look":
+            pending.end(in_the_way())
+        elif pending.what == "plan":
+            pending.end(no_path() if navigation.services.names().count("plan") == 1 else path_found())
+
+    navigation = Navigation(answer)
+    navigation.services.may_be_blocked, navigation.services.waits_well = True, False
+    assert navigation.run(1.0) is Status.RUNNING
+    assert navigation.services.names() == ["plan", "look", "wait for way", "plan", "follow"]
+    waiting, following = navigation.services.begun[2], navigation.services.begun[4]
+    navigation.services.may_be_blocked = False
+    waiting.end(ComputePathToPose_Result())
+    navigation.run(0.5)
+    assert following.discarded, "the way is free: it does not drive to the waiting pose any more"
+    assert navigation.services.names()[5:] == ["plan", "follow"]
+
+
+def test_it_stops_for_people_although_there_is_a_longer_way() -> None:
+    def answer(pending: PendingAction) -> None:
+        if pending.what in ("look", "plan"):
+            pending.end(in_the_way() if pending.what == "look" else path_found())
+
+    navigation = Navigation(answer)
+    navigation.run(0.5)
+    assert navigation.services.names() == ["plan", "follow"]
+    navigation.services.may_be_blocked = True
+    navigation.run(1.0)
+    assert navigation.services.names()[2:] == ["plan", "look", "look", "wait for way"]
+    assert navigation.services.begun[1].discarded
 
 
 @given(

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import FindBlockage, FindBlockage_Goal, FindBlockage_Result
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav2_msgs import (
     BackUp,
@@ -40,6 +41,7 @@ class NoPath(Node):
 
     params: NoParams
     compute_path_to_pose = action_server(ComputePathToPose)
+    find_blockage = action_server(FindBlockage)
     follow_path = action_server(FollowPath)
     spin = action_server(Spin)
     backup = action_server(BackUp)
@@ -47,6 +49,10 @@ class NoPath(Node):
     async def on_compute_path_to_pose(self, _: ComputePathToPose_Goal, __: Any) -> ComputePathToPose_Result:
         """Fail with NO_PATH."""
         return ComputePathToPose_Result(error_code=NO_PATH, error_msg="no path")
+
+    async def on_find_blockage(self, _: FindBlockage_Goal, __: Any) -> FindBlockage_Result:
+        """Find nothing that may go away."""
+        return FindBlockage_Result()
 
     async def on_follow_path(self, _: FollowPath_Goal, __: Any) -> FollowPath_Result:
         """Succeed at once."""

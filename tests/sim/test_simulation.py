@@ -301,9 +301,9 @@ def test_driving_into_a_person_is_a_collision() -> None:
 def test_sensors_see_chairs_where_people_pulled_them() -> None:
     spec = PeopleSpec(count=2, pull_chairs=1.0)
     sim = Simulation(load_robot("chefbot"), load_world("hotel"), seed=1, people=spec)
-    chairs = sim._movers._people.movable  # type: ignore[union-attr]
+    chairs = sim.movers._people.movable  # type: ignore[union-attr]
     assert chairs and not {shape.name for chair in chairs for shape in chair.solids} & {
-        shape.name for shape in sim._movers.fixed
+        shape.name for shape in sim.movers.fixed
     }
     chair = chairs[0]
     chair.target, home = TRAVEL, chair.pose

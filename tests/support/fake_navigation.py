@@ -38,7 +38,8 @@ class RecordedNavigation:
     def __init__(self, answer: Callable[[PendingAction], None] = unanswered) -> None:
         self.begun: list[PendingAction] = []
         self.failures: list[tuple[int, str]] = []
-        self.localized = True
+        self.localized = self.waits_well = True
+        self.may_be_blocked = False
         self._answer = answer
 
     def names(self) -> list[str]:
@@ -80,6 +81,17 @@ class RecordedNavigation:
 
     def clear_costmaps(self, radius: float) -> PendingAction:
         return self._begin(f"clear {radius:g}")
+
+    def find_blocked_way(
+        self, goal: object, error_code: int, find_waiting_pose: bool
+    ) -> PendingAction | None:
+        return self._begin("look") if self.may_be_blocked else None
+
+    def wait_for_way(self, goal: object, error_code: int) -> PendingAction:
+        return self._begin("wait for way")
+
+    def is_at(self, pose: object) -> bool:
+        return self.waits_well
 
 
 def path_found() -> ComputePathToPose_Result:

@@ -27,6 +27,24 @@ class RecoveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     rounds: Annotated[int, Meta(ge=1, le=100, description="times through the order before giving up")] = 2
 
 
+class WaitingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Parameters of waiting for people and other obstacles that may go away."""
+
+    patience: Annotated[
+        float, Meta(ge=0.0, le=86_400, description="how long to wait where there is no other way, s")
+    ] = 300.0
+    typical_stay: Annotated[
+        float, Meta(ge=1.0, le=600, description="how long somebody stays who has just stopped, s")
+    ] = 10.0
+    request_after: Annotated[
+        float, Meta(ge=0.0, le=600, description="how long to wait before it requests to pass, s")
+    ] = 3.0
+    request_period: Annotated[float, Meta(ge=1.0, le=600, description="time between two requests, s")] = 15.0
+    request: Annotated[str, Meta(max_length=200, description="request to pass, as speech; empty: none")] = (
+        "May I pass, please?"
+    )
+
+
 class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the navigator: its behavior tree, replanning and the recovery behaviors."""
 
@@ -40,3 +58,4 @@ class NavigatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
         1.0
     )
     recovery: RecoveryParams = RecoveryParams()
+    waiting: WaitingParams = WaitingParams()

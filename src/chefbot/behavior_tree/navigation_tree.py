@@ -9,8 +9,9 @@ from chefbot.behavior.recovery import BACK_UP_SPEED_FRACTION, NavigatorParams
 from chefbot.behavior_tree.blackboard import BehaviorTreeError
 from chefbot.behavior_tree.bt_xml import TreeFile, build_tree, read_tree_file
 from chefbot.behavior_tree.catalog import CONTROL_NODES, Catalog
-from chefbot.behavior_tree.navigation_nodes import NavigationServices, navigation_nodes
+from chefbot.behavior_tree.navigation_nodes import navigation_nodes
 from chefbot.behavior_tree.tree import BehaviorTree
+from chefbot.behavior_tree.waiting_nodes import WaitingServices, waiting_nodes
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.robot.motion_limits import max_speed
 from chefbot.robot.spec import Robot
@@ -44,8 +45,12 @@ class NavigationTrees:
     path: file of the tree; empty for the built-in one. BehaviorTreeError if the file has no tree that can run.
     """
 
-    def __init__(self, services: NavigationServices, robot: Robot, path: str) -> None:
-        self._catalog: Catalog = {**CONTROL_NODES, **navigation_nodes(services)}
+    def __init__(self, services: WaitingServices, robot: Robot, path: str) -> None:
+        self._catalog: Catalog = {
+            **CONTROL_NODES,
+            **navigation_nodes(services),
+            **waiting_nodes(services),
+        }
         self._back_up_speed = BACK_UP_SPEED_FRACTION * max_speed(robot)
         forward_only = not robot.sensors.covers_rear
         self._file = load_trees(Path(path)) if path else built_in_trees(forward_sensing_only=forward_only)
@@ -59,6 +64,7 @@ class NavigationTrees:
         """Return a tree that navigates to a goal."""
         tree = build_tree(self._file, self._catalog)
         tree.blackboard.set("goal", goal)
+        tree.blackboard.set("error_code", 0)
         return tree
 
     def set_params(self, tree: BehaviorTree, params: NavigatorParams) -> None:

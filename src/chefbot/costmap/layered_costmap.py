@@ -312,13 +312,21 @@ class LayeredCostmap:
 
     def costs_without_far_marks(self, pose: SE2) -> Costmap:
         """Return the costs as `update` does, but without marks beyond the marking range of the pose."""
-        near, sources = self._disk_mask(pose, self.params.marking_range), self.sources
-        self.sources = {name: marks.only(near) for name, marks in sources.items()}
+        near = self._disk_mask(pose, self.params.marking_range)
+        return self._costs_of({name: marks.only(near) for name, marks in self.sources.items()})
+
+    def costs_without_marks(self) -> Costmap:
+        """Return the costs as `update` does, but without the marks of any sensor: of the map and its zones."""
+        return self._costs_of({})
+
+    def _costs_of(self, marks: dict[str, SensorMarks]) -> Costmap:
+        """Return the costs of all layers with other marks than the present ones."""
+        present, self.sources = self.sources, marks
         try:
             combined = self._new_master(self.layers)
             combined.update(self)
         finally:
-            self.sources = sources
+            self.sources = present
         return self._costmap(combined.costs)
 
     def static_costs(self) -> Costmap:

@@ -6,10 +6,11 @@ NO_NAVIGATOR = 9000
 """Error code UNKNOWN of nav2_msgs/action/NavigateToPose; here: the navigator died or is not available."""
 NO_VALID_PATH = 208
 """NO_VALID_PATH of nav2_msgs/action/ComputePathToPose: an obstacle or a person blocks the only path."""
-BLOCKED_PATH_TIMEOUT, BLOCKED_RETRY_PERIOD = 120.0, 10.0
+BLOCKED_PATH_TIMEOUT, BLOCKED_RETRY_PERIOD = 1800.0, 10.0
 """Time for which a blocked path to the kitchen or home is retried, and period of the retries, s.
 
-A blocked table is skipped instead, because the robot can serve the next one."""
+The navigator waits for people for minutes in each of them. A blocked table is skipped instead, because the robot can
+serve the next one."""
 NAVIGATOR_TIMEOUT = 120.0
 """Time without a navigator after which a place counts as not reached, s: restarting a process may take a minute on a
 busy computer."""

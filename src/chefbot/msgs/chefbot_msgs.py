@@ -22,6 +22,7 @@ from chefbot.msgs.idl.message import (
     Message,
     String,
     StringArray,
+    Uint8,
     Uint16,
     Uint32,
 )
@@ -43,6 +44,7 @@ ZONE_TITLES = {
     ONE_WAY: "one-way lane",
 }
 _NO_FLOATS = np.empty(0, np.float32)
+_NOBODY = np.empty(0, np.uint32)
 _ZERO_16 = np.zeros(16)
 _ZERO_16.flags.writeable = False
 
@@ -294,7 +296,7 @@ class NavigationStatus(Message, frozen=True, eq=False):
 
     header: Header = Header()
     state: String = ""
-    """idle, driving, recovering, waiting (for a sensor: `reason` names it)"""
+    """idle, driving, recovering, waiting (for a sensor, or for a way that is blocked: `reason` names it)"""
     recoveries: Uint32 = 0
     reason: String = ""
 
@@ -415,4 +417,41 @@ class Deliver_Feedback(Message, frozen=True, eq=False):
     description: String = ""
 
 
+class FindBlockage_Goal(Message, frozen=True, eq=False):
+    """Find what blocks the way to a pose."""
+
+    goal: PoseStamped = PoseStamped()
+    find_waiting_pose: Bool = False
+    """Whether to find where to wait until it is gone, too."""
+
+
+class FindBlockage_Result(Message, frozen=True, eq=False):
+    """What blocks the way, tracked people or something that is not on the map; all in the frame map."""
+
+    blocked: Bool = False
+    """Whether the shortest way is blocked by what may go away."""
+    people: Annotated[NDArray[np.uint32], "uint32[]"] = _NOBODY
+    """Numbers of the tracked people who block it; none if it is something else."""
+    way_around: Bool = False
+    """Whether there is a way around it."""
+    extra_length: Float64 = 0.0
+    """How much longer that is, m."""
+    distance: Float64 = 0.0
+    """Length of the free way up to it, m."""
+    point: Point = Point()
+    """The marked cell that blocks it, m."""
+    sensor: String = ""
+    """What marked the cell, as in Cause."""
+    marked_at: Time = Time()
+    waiting_pose: PoseStamped = PoseStamped()
+    """Where to wait, if that was requested: people can pass the robot there, if there is such a place."""
+
+
+class FindBlockage_Feedback(Message, frozen=True, eq=False):
+    """Nothing: it takes a fraction of a second."""
+
+    structure_needs_at_least_one_member: Uint8 = 0
+
+
+FindBlockage = define_action(FindBlockage_Goal, FindBlockage_Result, FindBlockage_Feedback)
 Deliver = define_action(Deliver_Goal, Deliver_Result, Deliver_Feedback)

@@ -14,7 +14,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
-from chefbot.nodes.causes.planner_causes import PlannerCausesNode
+from chefbot.nodes.navigation.blockage_finder import BlockageFinderNode
 from chefbot.nodes.navigation.goal_pose import GoalError, goal_in_map
 from chefbot.planning.global_planning import ERROR_CODES, NO_TRANSFORM, RETRY_WITHOUT_FAR_MARKS
 from chefbot.planning.grid_planner import GridPlanner
@@ -35,10 +35,10 @@ class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     settings: PlannerParams = PlannerParams()
 
 
-class PlannerNode(PlannerCausesNode):
+class PlannerNode(BlockageFinderNode):
     """Serves compute_path_to_pose on the static map and the obstacle layers."""
 
-    live_params = (*PlannerCausesNode.live_params, "settings.*")
+    live_params = (*BlockageFinderNode.live_params, "settings.*")
     params: PlannerNodeParams
     compute_path_to_pose = action_server(ComputePathToPose)
     plan: Out[Path]

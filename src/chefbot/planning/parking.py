@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from chefbot.maths.grid import FREE, Grid
 from chefbot.maths.se2 import SE2
 
-PASSING_WIDTHS = (0.9, 0.6)
+PERSON_WIDTH = 0.6
+"""Width that a person needs to pass, m."""
+PASSING_WIDTHS = (0.9, PERSON_WIDTH)
 """Widths that stay free beside a parked robot if they were, m: a wheelchair (ISO 21542), a person."""
 WALL_GAP = 0.1
 """Distance of the parked robot from the wall, m."""
@@ -64,9 +66,9 @@ class ParkingSearch:
                 return ParkingPlace(pose, float(lengths[row, column]))
         return None
 
-    def leaves_way_open(self, row: int, column: int) -> bool:
-        """Return whether people pass a robot that stands on this cell, wherever they could without it."""
-        return all(self._is_passable(row, column, width / 2.0) for width in PASSING_WIDTHS)
+    def leaves_way_open(self, row: int, column: int, widths: tuple[float, ...] = PASSING_WIDTHS) -> bool:
+        """Return whether people of these widths (m) pass a robot on this cell, wherever they could without it."""
+        return all(self._is_passable(row, column, width / 2.0) for width in widths)
 
     def _candidates(self, lengths: NDArray[np.float32]) -> Iterator[tuple[int, int]]:
         rows, columns = np.nonzero(self._allowed & np.isfinite(lengths))

@@ -24,6 +24,12 @@ FIGURES: Mapping[str, RunFigure] = {
     "near_people": RunFigure("s", "time during which it drove towards somebody nearer than 0.45 m"),
     "goals_reached": RunFigure("", "share of the goals that the robot truly reached, 0 to 1", 1),
     "recoveries": RunFigure("", "recovery behaviors"),
+    "passage_delay": RunFigure("s", "time that the blocked door was free again until the robot was through"),
+    "request_delay": RunFigure("s", "time from when the robot was held up until it requested to pass"),
+    "given_up": RunFigure("", "1 if the goal was given up within 300 s of being held up, else 0"),
+    "doorway_share": RunFigure(
+        "", "share of the time with a goal and without motion that it stood in a doorway"
+    ),
     "map_error_median": RunFigure("m", "median position error on the map that is being made"),
     "map_error_max": RunFigure("m", "largest position error on the map that is being made"),
     "localization_error_median": RunFigure("m", "median position error while localized"),

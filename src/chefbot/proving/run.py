@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 from typing import NamedTuple
@@ -25,6 +26,7 @@ from chefbot.proving.scenario_tasks import (
     GoTask,
     LocalizeTask,
     MapLogTask,
+    PassDoorTask,
 )
 from chefbot.proving.simulated_run import SimulatedRun, Site, TaskFailedError
 from chefbot.proving.tasks.deliver import deliver
@@ -33,6 +35,7 @@ from chefbot.proving.tasks.explore import explore, map_figures
 from chefbot.proving.tasks.go import go
 from chefbot.proving.tasks.localize import localize
 from chefbot.proving.tasks.map_log import map_log
+from chefbot.proving.tasks.pass_door import draw_passage, pass_door
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import wall_ns
 from chefbot.sim.world.floor_plan import reachable
@@ -45,6 +48,7 @@ TASK_FUNCTIONS = {
     ExploreTask: explore,
     LocalizeTask: localize,
     GoTask: go,
+    PassDoorTask: pass_door,
     DeliverTask: deliver,
     DriveRandomlyTask: drive_randomly,
 }
@@ -149,6 +153,9 @@ def site_of(order: RunOrder, folder: Path) -> Site:
     if isinstance(scenario.task, LocalizeTask) and scenario.start is None:
         world = load_any_world(name, robot, str(list(_drawn_start(world, robot, order.seed))))
     world = with_drawn_places(world, robot, order.seed)
+    if isinstance(scenario.task, PassDoorTask):
+        start = draw_passage(world, robot, order.seed).start
+        world = replace(world, places={**world.places, "home": start})
     makes_map = isinstance(scenario.task, ExploreTask | DriveRandomlyTask)
     return Site(world, name, world.start if makes_map else IDENTITY)
 
@@ -193,6 +200,7 @@ def figures_of(run: SimulatedRun) -> dict[str, float]:
         if len(errors):
             figures[f"{name}_median"] = float(np.median(errors))
             figures[f"{name}_max"] = float(errors.max())
+    figures.update(run.figures)
     if isinstance(run.scenario.task, ExploreTask | DriveRandomlyTask):
         figures.update(map_figures(run))
     return figures

@@ -43,6 +43,23 @@ class GoTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     goals: Annotated[Count, Meta(description="number of places, drawn from the world's by the seed")] = 3
 
 
+class PassDoorTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="pass_door"):
+    """Drive through the only door of a room while it is blocked for a time, from an approximately known pose.
+
+    Start, door and goal are drawn by the seed, from the places on the two sides of the world's doors.
+    """
+
+    event: Annotated[
+        Literal["talk", "crowd", "close", "block", "any"],
+        Meta(
+            description="two people talk in the door, a crowd stands in it, it is closed, a person blocks the robot, "
+            "or one of these by the seed"
+        ),
+    ] = "any"
+    hold: Annotated[Seconds, Meta(description="time for which it lasts from the robot's arrival on")] = 60.0
+    crowd: Annotated[int, Meta(ge=1, le=6, description="people of a crowd")] = 4
+
+
 class DeliverTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="deliver"):
     """Fetch food in the kitchen, serve tables and return home, on the true map from an approximately known pose."""
 
@@ -58,12 +75,13 @@ class DriveRandomlyTask(
     careful: Annotated[bool, Meta(description="whether the driver turns away from what is ahead")] = True
 
 
-Task = ExploreTask | MapLogTask | LocalizeTask | GoTask | DeliverTask | DriveRandomlyTask
+Task = ExploreTask | MapLogTask | LocalizeTask | GoTask | PassDoorTask | DeliverTask | DriveRandomlyTask
 TASKS: tuple[type[msgspec.Struct], ...] = (
     ExploreTask,
     MapLogTask,
     LocalizeTask,
     GoTask,
+    PassDoorTask,
     DeliverTask,
     DriveRandomlyTask,
 )

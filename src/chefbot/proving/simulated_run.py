@@ -58,6 +58,8 @@ class SimulatedRun:
         self.start = site.map_frame.between(site.world.start)
         self.rng = np.random.default_rng([seed, 0x7A5C])
         self.goals: list[GoalRecord] = []
+        self.figures: dict[str, float] = {}
+        """Figures that only the task of the run measures."""
         self.fault = ""
         self.latest: dict[str, Message] = {}
         """Last message of each topic."""

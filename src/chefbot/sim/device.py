@@ -119,6 +119,7 @@ class SimulatorDevice(MotorBoardNode):
     params: SimulatorParams
     drop_box: In[PoseStamped] = topic("simulation/drop_box")
     door: In[String] = topic("simulation/door")
+    people_request: In[String] = topic("simulation/people")
     kidnap: In[PoseStamped] = topic("simulation/kidnap")
     fault: In[String] = topic("simulation/fault")
     scan: Out[LaserScan]
@@ -221,6 +222,10 @@ class SimulatorDevice(MotorBoardNode):
         """Open or close a door: 'open NAME' or 'close NAME'."""
         verb, _, name = request.data.partition(" ")
         self._attempt(lambda: self.simulation.set_door(name, 1.0 if verb == "open" else 0.0))
+
+    def on_people_request(self, request: String) -> None:
+        """Let people stand in a door or in the robot's way: 'meet DOOR NUMBER', 'block', and 'leave' to end it."""
+        self._attempt(lambda: self.simulation.movers.request(request.data))
 
     def on_fault(self, request: String) -> None:
         """Begin a fault of sim.faults now: 'FAULT TARGET KEY=VALUE', e.g. 'freeze lidar'; 'none lidar' ends it."""

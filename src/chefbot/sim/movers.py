@@ -8,6 +8,7 @@ from typing import Any
 from numpy.random import Generator
 
 from chefbot.buildings.people_spec import PeopleSpec
+from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.sim.people.bodies import Bodies, poses_of, write_poses
 from chefbot.sim.people.people import Habitat, RobotCircle, SimulatedPeople
@@ -89,6 +90,12 @@ class Movers:
     def people_circles(self) -> list[OccupiedCircle]:
         """Return the floor areas that the people occupy."""
         return [] if self._people is None else self._people.circles()
+
+    def request(self, text: str) -> None:
+        """Let people do what somebody asks for. Raises UserError if they cannot, or if there are none."""
+        if self._people is None:
+            raise UserError("there are no people in this world")
+        self._people.request(text)
 
     def add_solid(self, solid: SimulatedShape) -> None:
         """Let people see a new solid that stays where it is."""

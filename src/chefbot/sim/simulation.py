@@ -95,12 +95,12 @@ class Simulation:
         start_pose = world.start if start is None else start
         self._check_free(start_pose, "the robot's start", world.shapes_at_rest())
         spec = people_spec(world.people if people is None else people)
-        self._movers = Movers(world, spec, RobotCircle.of(start_pose, robot.circumscribed_radius), people_rng)
+        self.movers = Movers(world, spec, RobotCircle.of(start_pose, robot.circumscribed_radius), people_rng)
         self._contacts = ContactMonitor()
         self.wheel_faults = WheelFaults()
         self._lidar: RayCaster | None
         self._prepare_sensors(imu_rng)
-        self._nearby = NearbySolids(dataclasses.replace(world, static=self._movers.fixed), robot)
+        self._nearby = NearbySolids(dataclasses.replace(world, static=self.movers.fixed), robot)
         self._nearby.follow(start_pose.x, start_pose.y)
         self._compile(start_pose)
         self._previous_imu: NDArray[np.float64] = self._data.sensordata.copy()
@@ -146,7 +146,7 @@ class Simulation:
 
     def advance_movers(self, duration: float) -> None:
         """Advance people and doors by `duration` s; `step` does so at its time."""
-        self._movers.advance(duration, self._robot_circle(), self._data)
+        self.movers.advance(duration, self._robot_circle(), self._data)
 
     def wheel_ticks(self) -> tuple[int, int]:
         """Return the encoder counts (left, right) since the start: whole ticks, increasing forward."""
@@ -209,7 +209,7 @@ class Simulation:
         position, rotation = self._base_pose()
         mount = rotate_mount(camera.mount, self.as_built.camera_yaw)
         at = position + rotation @ np.array([mount.x, mount.y, mount.z])
-        shapes = concatenate(self._static, self._movers.shapes())
+        shapes = concatenate(self._static, self.movers.shapes())
         optical = rotation @ mount_rotation(mount) @ OPTICAL
         if self.as_built.camera_upside_down:
             optical = optical * np.array([-1.0, -1.0, 1.0])
@@ -243,11 +243,11 @@ class Simulation:
     @property
     def people(self) -> list[SE2]:
         """Poses of the people, x forward."""
-        return self._movers.people_poses()
+        return self.movers.people_poses()
 
     def solids(self) -> list[SimulatedShape]:
         """Return all solids where they are now, without the people."""
-        return [*self._movers.fixed, *self._dropped, *self._movers.doors_and_chairs()]
+        return [*self.movers.fixed, *self._dropped, *self.movers.doors_and_chairs()]
 
     def drop_box(self, x: float, y: float, size: tuple[float, float, float], bottom: float = 0.0) -> str:
         """Put a box (side lengths in metres) on the floor, or hang it `bottom` metres above it; return its name.
@@ -262,11 +262,11 @@ class Simulation:
         name = f"dropped_{len(self._dropped) + 1}"
         item = box(name, SE2(x, y, 0.0), bottom, size, (196, 150, 90))
         pose = self.truth().pose
-        for px, py, radius in [self._robot_disc(pose), *self._movers.people_circles()]:
+        for px, py, radius in [self._robot_disc(pose), *self.movers.people_circles()]:
             if clearance([item], px, py, 0.0, math.inf) < radius:
                 raise UserError(f"the box at ({x:.2f}, {y:.2f}) would fall on the robot or on a person")
         self._dropped.append(item)
-        self._movers.add_solid(item)
+        self.movers.add_solid(item)
         self._recompile()
         return name
 
@@ -276,7 +276,7 @@ class Simulation:
         Raises UserError if the pose is not free.
         """
         self._check_free(pose, "the place to set the robot down", self.solids())
-        for i, (x, y, radius) in enumerate(self._movers.people_circles()):
+        for i, (x, y, radius) in enumerate(self.movers.people_circles()):
             if math.dist(pose[:2], (x, y)) < self.robot.circumscribed_radius + radius:
                 raise UserError(
                     f"person_{i} stands where the robot is to be set down; wait or choose another place"
@@ -291,11 +291,11 @@ class Simulation:
         """Set a door's target, 0 (closed) .. 1 (open); it takes two seconds and stops for the robot."""
         if not 0.0 <= open_fraction <= 1.0:
             raise UserError(f"a door opens between 0 and 1, not {open_fraction}")
-        self._movers.doors[self.world.door(name).name].target = open_fraction
+        self.movers.doors[self.world.door(name).name].target = open_fraction
 
     def doors(self) -> dict[str, float]:
         """Return the current opening of each door by name, 0..1."""
-        return {name: door.open for name, door in self._movers.doors.items()}
+        return {name: door.open for name, door in self.movers.doors.items()}
 
     def remount(self, as_built: AsBuilt) -> None:
         """Turn the mounts of lidar and depth camera to those of `as_built`."""
@@ -321,7 +321,7 @@ class Simulation:
         self._static = concatenate(self._nearby.visible, dropped)
         slabs = floor_slabs(self.world.bounds, self.world.holes) if self.world.holes else []
         self._reflecting = concatenate(concatenate(self._nearby.reflecting, dropped), shape_arrays(slabs))
-        xml = world_mjcf(self.robot, solids, self._movers.mocap_bodies(), self.as_built, start, slabs)
+        xml = world_mjcf(self.robot, solids, self.movers.mocap_bodies(), self.as_built, start, slabs)
         self._model: Any = mujoco.MjModel.from_xml_string(xml)
         # Static solids are not calculated in every step; the robot itself never sleeps.
         self._model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
@@ -332,7 +332,7 @@ class Simulation:
         enable_drivers(self._model, self._drivers_enabled)
         self._wheels = [self._model.geom(f"wheel_{side}").id for side in ("left", "right")]
         self._contacts.watch(self._model)
-        self._movers.write(self._data)
+        self.movers.write(self._data)
         self.wheel_faults.install(self._model)
         mujoco.mj_forward(self._model, self._data)
         self._find_own_body()
@@ -365,7 +365,7 @@ class Simulation:
         self._model.geom_friction[self._wheels, 0] = friction * self.wheel_faults.friction
 
     def _ray_scene(self) -> RayScene:
-        return RayScene(concatenate(self._reflecting, self._movers.shapes()), not self.world.holes)
+        return RayScene(concatenate(self._reflecting, self.movers.shapes()), not self.world.holes)
 
     def _base_pose(self) -> BasePose:
         rotation = np.empty(9)

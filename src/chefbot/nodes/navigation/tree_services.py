@@ -11,14 +11,17 @@ from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point, PoseStamped
 from chefbot.msgs.nav_msgs import Path
-from chefbot.nodes.navigation.path_request import PathRequestNode
+from chefbot.nodes.navigation.way_waiting import HELD_UP, WayWaitingNode
 from chefbot.runtime.actions import action_client
+from chefbot.runtime.transform_buffer import TransformError
 
 PATIENCE_EXCEEDED = 104
 """Error code of nav2_msgs/action/FollowPath; here also: not localized in time."""
+AT_POSE = 0.25
+"""Distance up to which the robot is at a pose, m; as the default tolerance of Nav2's goal checkers."""
 
 
-class TreeServicesNode(PathRequestNode):
+class TreeServicesNode(WayWaitingNode):
     """Base class of a node whose behavior tree navigates. It keeps the last failure, and counts recoveries."""
 
     follow_path = action_client(nav2.FollowPath)
@@ -31,6 +34,7 @@ class TreeServicesNode(PathRequestNode):
 
     def _restart_services(self) -> None:
         """Forget the failures and recoveries of the goal before."""
+        self._restart_waiting()
         self._failure: tuple[int, str] = (0, "")
         self._goal_remark = ""
         self._recoveries = 0
@@ -38,9 +42,6 @@ class TreeServicesNode(PathRequestNode):
     def _begin_recovery(self) -> None:
         self._recoveries += 1
         self._publish_status("recovering", self._failure[1])
-
-    def _publish_status(self, state: str, reason: str) -> None:
-        """Publish what the node does, and why."""
 
 
 class NodeServices:
@@ -99,3 +100,25 @@ class NodeServices:
         """Clear obstacles within a radius in all costmaps."""
         self._node._begin_recovery()
         return self._node._pending(self._node._clear_costmaps(radius))
+
+    def find_blocked_way(self, goal: object, error_code: int, find_waiting_pose: bool) -> Pending | None:
+        """Find what the robot should wait for."""
+        if not self._node._may_be_blocked(error_code):
+            return None
+        finding = self._node._blocked_way(cast(PoseStamped, goal), error_code, find_waiting_pose)
+        return self._node._pending(finding)
+
+    def wait_for_way(self, goal: object, error_code: int) -> Pending:
+        """Wait until the way is free or another one is quicker."""
+        waiting = self._node._wait_for_way(cast(PoseStamped, goal), error_code in HELD_UP)
+        return self._node._pending(waiting)
+
+    def is_at(self, pose: object) -> bool:
+        """Return whether the robot is at a PoseStamped in the frame map; one without a frame is where it is."""
+        if not cast(PoseStamped, pose).header.frame_id:
+            return True
+        try:
+            robot = self._node.tf.lookup("map", "base_link")
+        except TransformError:
+            return False
+        return robot.distance(cast(PoseStamped, pose).pose.se2) <= AT_POSE

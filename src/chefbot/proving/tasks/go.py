@@ -25,12 +25,12 @@ def go(run: SimulatedRun) -> None:
         raise UserError(f"world {run.world.name} has no place to drive to besides the start")
     rounds = -(-run.scenario.task.goals // len(names))
     drawn = [names[i] for _ in range(rounds) for i in run.rng.permutation(len(names))]
-    missed = [name for name in drawn[: run.scenario.task.goals] if not _drive_to(run, name)]
+    missed = [name for name in drawn[: run.scenario.task.goals] if not drive_to(run, name)]
     if missed:
         raise TaskFailedError(f"not reached: {', '.join(missed)}")
 
 
-def _drive_to(run: SimulatedRun, name: str) -> bool:
+def drive_to(run: SimulatedRun, name: str) -> bool:
     """Send one goal, wait until the navigator is idle again, and record it."""
     began, goal = run.time, run.places[name]
     run.publish("goal_pose", PoseStamped(Header.of(run.system.loop.now_ns, "map"), Pose.of(goal)))

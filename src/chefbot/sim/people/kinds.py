@@ -9,6 +9,7 @@ from numpy.random import Generator
 
 from chefbot.sim.people.chairs import PULL_SPEED, TRAVEL, ChairTask
 from chefbot.sim.people.person import Doing, SimulatedPerson
+from chefbot.sim.people.requests import stay_before_robot
 from chefbot.sim.people.spots import DoorwaySpot
 from chefbot.sim.people.walkers import STAND
 from chefbot.sim.world.furniture import PERSON_RADIUS
@@ -28,8 +29,6 @@ SURPRISE = 2.0
 """Time for which a person stands before the robot after stepping out, s."""
 FOLLOW_DISTANCE = 0.6
 """Metres that a follower leaves between itself and the robot."""
-BLOCK_DISTANCE = 0.4
-"""Metres that somebody who blocks the robot leaves to it."""
 BLOCK, LEAVE_ALONE = (4.0, 10.0), (8.0, 20.0)
 """Times for which somebody blocks the robot, and then leaves it alone, s."""
 DOOR_WAIT = 4.0
@@ -147,19 +146,23 @@ class PullsChairs(SimulatedPerson):
     def _use(self, task: ChairTask) -> Doing:
         """Go behind the chair and pull it out, or push it in if it is out."""
         chair, task.user = task.chair, self.number
-        out = chair.out > 0.5 * TRAVEL
-        place = chair.behind(TRAVEL if out else 0.0)
-        arrived = yield from self.travel(task.out_destination if out else task.in_destination, within=0.5)
-        if arrived and (yield from self.come_to(*place, 0.08, 4.0)):
-            self.stand((chair.pose.x, chair.pose.y))
-            yield
-            chair.target = 0.0 if out else TRAVEL
-            # A puller walks backwards with the chair; a pusher follows it.
-            yield from self.come_to(*chair.behind(chair.target), 0.08, 2.0 * TRAVEL / PULL_SPEED, PULL_SPEED)
-            self.stand((chair.pose.x, chair.pose.y))
-            yield from self.pause(1.0)
-            chair.target = chair.out
-        task.user = None
+        try:
+            out = chair.out > 0.5 * TRAVEL
+            place = chair.behind(TRAVEL if out else 0.0)
+            arrived = yield from self.travel(task.out_destination if out else task.in_destination, within=0.5)
+            if arrived and (yield from self.come_to(*place, 0.08, 4.0)):
+                self.stand((chair.pose.x, chair.pose.y))
+                yield
+                chair.target = 0.0 if out else TRAVEL
+                # A puller walks backwards with the chair; a pusher follows it.
+                yield from self.come_to(
+                    *chair.behind(chair.target), 0.08, 2.0 * TRAVEL / PULL_SPEED, PULL_SPEED
+                )
+                self.stand((chair.pose.x, chair.pose.y))
+                yield from self.pause(1.0)
+                chair.target = chair.out
+        finally:
+            task.user = None
 
 
 class UsesDoors(SimulatedPerson):
@@ -227,13 +230,6 @@ class Blocker(SimulatedPerson):
     def _block(self) -> Doing:
         """Stay before the robot's front."""
         end = self.scene.now + float(self.rng.uniform(*BLOCK))
-        self.walkers.shy[self.number] = False
-        while self.scene.now < end and self.scene.sees_robot(self.number):
-            ahead = self.scene.robot_radius + PERSON_RADIUS + BLOCK_DISTANCE
-            x, y = self.scene.ahead_of_robot(ahead)
-            if math.dist(self.at, (x, y)) > 0.12 and self.scene.floor.free(x, y) > PERSON_RADIUS:
-                self.approach(x, y, self.scene.spec.fastest)
-            else:
-                self.stand(self.scene.robot_seen)
-            yield
-        self.walkers.shy[self.number] = self.scene.spec.avoid_robot
+        yield from stay_before_robot(
+            self, lambda: self.scene.now < end and self.scene.sees_robot(self.number)
+        )

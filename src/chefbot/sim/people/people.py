@@ -18,6 +18,7 @@ from chefbot.sim.people.chairs import CHAIR_NAME, CHAIR_RADIUS, ChairTask, choos
 from chefbot.sim.people.floor import DIGITS, Bounds, PeopleFloor, Point, solid_boxes
 from chefbot.sim.people.motion import step
 from chefbot.sim.people.placing import place_people
+from chefbot.sim.people.requests import PeopleRequests
 from chefbot.sim.people.spots import DIRECTIONS, DoorwaySpot, HidingPlace, door_sides, doorways, hiding_places
 from chefbot.sim.people.walkers import WALK, Floats, Surroundings, walkers_at
 from chefbot.sim.world.doors import MovingDoor
@@ -90,6 +91,7 @@ class SimulatedPeople:
         self._state_since = 0
         self._look_at_movers()
         self._persons = cast(self, rngs)
+        self._requests = PeopleRequests(self, self._doors, self.floor.add_destination)
 
     def _prepare_floor(self, habitat: Habitat, rng: Generator) -> None:
         """Build the floor and choose the chairs that people use."""
@@ -134,6 +136,10 @@ class SimulatedPeople:
         self._updates += 1
         self.now += duration
         return any(moved)
+
+    def request(self, text: str) -> None:
+        """Let people do 'meet DOOR NUMBER', 'block' or 'leave'. Raises UserError if they cannot."""
+        self._requests.process(text, self._persons)
 
     def circles(self) -> list[OccupiedCircle]:
         """Return the floor areas that the people occupy."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator as Script
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,6 +47,17 @@ class SimulatedPerson:
     def decide(self) -> None:
         """Go on in the script."""
         next(self._script)
+
+    def interrupt(self, request: Iterable[None]) -> None:
+        """Do what is requested instead of what the script is at, then begin with the own script again."""
+        self._script.close()
+        self.walkers.shy[self.number] = self.scene.spec.avoid_robot
+        self.stand()
+        self._script = self._after(request)
+
+    def _after(self, request: Iterable[None]) -> Doing:
+        yield from request
+        yield from self.steps()
 
     def steps(self) -> Doing:
         """Walk between destinations for ever."""

@@ -14,6 +14,11 @@ SPEED = 0.5  # share of the full travel per second
 GAP = 0.03  # m that a leaf keeps to a person or the robot
 
 
+def closed_middle(door: Door) -> SE2:
+    """Return the middle of the opening that a door closes, x along the way through it, in the world frame."""
+    return door_pose(door, 0.0) @ SE2(0.5 * door.width, 0.0, 0.5 * math.pi)
+
+
 class MovingDoor:
     """A door's leaf and its opening, 0 closed .. 1 open."""
 

@@ -1,0 +1,133 @@
+"""Finds what blocks the way to a goal, and where to wait until it is gone."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.causes.obstacles import nearest_lethal
+from chefbot.maths.costs import Costmap
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.chefbot_msgs import FindBlockage, FindBlockage_Goal, FindBlockage_Result, MapZones
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.causes.planner_causes import PlannerCausesNode
+from chefbot.nodes.causes.reports import marked_place
+from chefbot.planning.blockage import Blockage, WayCosts, find_blockage
+from chefbot.planning.global_planning import RETRY_WITHOUT_FAR_MARKS
+from chefbot.planning.parking import ParkingSearch
+from chefbot.planning.planner import Planner, PlanningError
+from chefbot.planning.waiting_place import find_waiting_place
+from chefbot.runtime.actions import action_server
+from chefbot.runtime.transform_buffer import TransformError
+
+PEOPLE_TIMEOUT_NS = 1_000_000_000
+"""Age from which the places of people count no more, ns."""
+
+
+class BlockageFinderNode(PlannerCausesNode):
+    """Base class of a node that plans on the global costmap and finds what blocks a way."""
+
+    find_blockage = action_server(FindBlockage)
+    _planner: Planner
+
+    def start(self) -> None:
+        """Start without a map."""
+        super().start()
+        self._search: tuple[OccupancyGrid, ParkingSearch] | None = None
+        self._unmarked: tuple[OccupancyGrid, MapZones | None, Costmap] | None = None
+
+    def reconfigure(self, params: Any) -> None:
+        """Apply new parameters from the next request on."""
+        super().reconfigure(params)
+        self._unmarked = None
+
+    async def on_find_blockage(self, goal: FindBlockage_Goal, _: Any) -> FindBlockage_Result:
+        """Return what blocks the way to the goal; nothing if the robot is not localized, or without a map."""
+        try:
+            robot = self.tf.lookup("map", "base_link")
+        except TransformError:
+            return FindBlockage_Result()
+        if self.map.last is None:
+            return FindBlockage_Result()
+        numbers, places = self._people()
+        radius, pose = self.robot.circumscribed_radius, goal.goal.pose.se2
+        costs = WayCosts(self._present_costs(robot, pose), self._costs_without_marks())
+        blockage = find_blockage(self._planner, costs, robot, pose, places, radius)
+        if blockage is None:
+            return FindBlockage_Result()
+        found = self._result(blockage, numbers[list(blockage.people)], costs)
+        if not goal.find_waiting_pose:
+            return found
+        waiting = find_waiting_place(self._parking_search(), self._planner, costs, robot, blockage)
+        return msgspec.structs.replace(
+            found,
+            waiting_pose=PoseStamped(Header.of(self.now_ns, "map"), Pose.of(waiting.pose)),
+        )
+
+    def _present_costs(self, robot: SE2, goal: SE2) -> Costmap:
+        """Return the costs that a plan to the goal is made on: without far marks if these close the way."""
+        costs = self._costs.update()
+        try:
+            self._planner.plan(costs, robot, goal)
+        except PlanningError as error:
+            if error.failure in RETRY_WITHOUT_FAR_MARKS:
+                return self._costs.costs_without_far_marks(robot)
+        return costs
+
+    def _result(
+        self, blockage: Blockage, numbers: NDArray[np.uint32], costs: WayCosts
+    ) -> FindBlockage_Result:
+        """Return the result with the marked cell."""
+        where = SE2.of(blockage.free[blockage.blocked])
+        cell = nearest_lethal(costs.marked, where.x, where.y)
+        mark = marked_place(self._costs, cell, "map", self.robot)
+        around = math.isfinite(blockage.length)
+        return FindBlockage_Result(
+            blocked=True,
+            people=numbers,
+            way_around=around,
+            extra_length=blockage.length - blockage.free_length if around else 0.0,
+            distance=blockage.distance,
+            point=Point(*(cell or where[:2])),
+            sensor="" if mark is None else mark.sensor,
+            marked_at=Time.of(0 if mark is None else mark.marked_ns),
+        )
+
+    def _costs_without_marks(self) -> Costmap:
+        """Return the costs of the present map and its zones, which are calculated once."""
+        grid, zones, known = self.map.last, self.zones.last, self._unmarked
+        assert grid is not None
+        if known is not None and known[0] is grid and known[1] is zones:
+            return known[2]
+        costs = self._costs.costs_without_marks()
+        self._unmarked = grid, zones, costs
+        return costs
+
+    def _parking_search(self) -> ParkingSearch:
+        """Return the search on the present map."""
+        assert self.map.last is not None
+        if self._search is None or self._search[0] is not self.map.last:
+            self._search = self.map.last, ParkingSearch(self.map.last.grid, self.robot.circumscribed_radius)
+        return self._search[1]
+
+    def _people(self) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
+        """Return numbers (n,) and places (n, 2) of the people who are tracked now, in the frame map."""
+        tracked = self.tracked_people.last
+        nobody = np.empty(0, np.uint32), np.empty((0, 2))
+        if tracked is None or not tracked.people:
+            return nobody
+        if self.now_ns - tracked.header.stamp.ns > PEOPLE_TIMEOUT_NS:
+            return nobody
+        try:
+            frame = self.tf.lookup("map", tracked.header.frame_id)
+        except TransformError:
+            return nobody
+        places = np.array([[one.position.x, one.position.y] for one in tracked.people])
+        return np.array([one.id for one in tracked.people], np.uint32), frame.apply(places)

@@ -15,9 +15,8 @@ from chefbot.msgs.chefbot_msgs import (
     FindBlockage_Goal,
     FindBlockage_Result,
     NavigationStatus,
-    TrackedPeople,
-    TrackedPerson,
 )
+from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.sound_play import SoundRequest

@@ -12,7 +12,7 @@ from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Vector3
 from chefbot.ui.layers import LAYERS, PersonView
 from chefbot.ui.message_conversion import people_views

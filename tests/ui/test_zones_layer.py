@@ -9,7 +9,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
-from chefbot.msgs.chefbot_msgs import KEEP_OUT, ONE_WAY, MapZone, MapZones
+from chefbot.msgs.chefbot_zones import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.ui.layers import LAYERS, ZoneView
 from chefbot.ui.message_conversion import zone_views

@@ -9,7 +9,8 @@ import numpy as np
 
 from chefbot.behavior.recovery import WaitingParams
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import FindBlockage_Result, Quantity, TrackedPeople
+from chefbot.msgs.chefbot_msgs import FindBlockage_Result, Quantity
+from chefbot.msgs.chefbot_people import TrackedPeople
 
 MOVED = 0.4
 """Distance from which somebody who stands counts as having gone elsewhere, m."""

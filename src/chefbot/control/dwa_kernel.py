@@ -192,10 +192,9 @@ def best_twist(
 
     pose, path, remaining: metres, relative to the origin of the costmap. twist: the present (v, w). accelerations:
     linear and angular. slowing: next to obstacles, and next to people, as fractions. weights: path, goal, heading,
-    obstacle, change, people. footprint: corners (n, 2), m. people: states (n, 7), in cells. contact: distance between
-    the centres of robot and person at contact, m. A twist is admissible if the robot can stop, after one more period,
-    before a collision; if it stands within the inscribed radius of an obstacle, or an edge of it in one, if the
-    trajectory leaves that zone without a lethal cell.
+    obstacle, change, people. footprint: corners (n, 2), m. people: states (n, 7), in cells. contact: of bodies, m.
+    A twist is admissible if the robot can stop, after one more period, before a collision; if it stands within the
+    inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone without a lethal cell.
     """
     x, y = pose[0] / resolution, pose[1] / resolution
     in_inscribed = cost_at(cells, x, y) >= INSCRIBED
@@ -225,9 +224,8 @@ def best_twist(
         along_track += v * (sim_time - end.time) * (0.0 if end.blocked else 1.0)
         # objective function: path, progress, heading, obstacles, change of turn rate, and people
         score = weights[0] * cross_track - weights[1] * along_track + weights[2] * heading_error
-        score += (
-            weights[3] * end.mean_cost / MAX_COST + weights[4] * abs(w - twist[1]) + weights[5] * end.people
-        )
+        score += weights[3] * end.mean_cost / MAX_COST
+        score += weights[4] * abs(w - twist[1]) + weights[5] * end.people
         score += OVERSPEED_WEIGHT * max(0.0, v - _safe_speed(end, max_speed, slowing))
         if score < min_score:
             best, min_score = i, score

@@ -9,7 +9,8 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import MapZones, Place, Places
+from chefbot.msgs.chefbot_msgs import Place, Places
+from chefbot.msgs.chefbot_zones import MapZones
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header

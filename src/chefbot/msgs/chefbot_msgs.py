@@ -9,9 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Vector3
+from chefbot.msgs.chefbot_people import TrackedPeople as TrackedPeople
+from chefbot.msgs.chefbot_people import TrackedPerson as TrackedPerson
+from chefbot.msgs.chefbot_zones import MapZone as MapZone
+from chefbot.msgs.chefbot_zones import MapZones as MapZones
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.idl.action import define_action
-from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, covariance, per_field, same_length
+from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, per_field, same_length
 from chefbot.msgs.idl.message import (
     Bool,
     Float32,
@@ -33,16 +37,6 @@ MAX_TICKS = 2**53
 """Maximum tick count: above it a double cannot represent every integer."""
 MAX_WHEEL_SPEED = 1e4
 """Upper bound for the angular velocity of a wheel, rad/s."""
-MAX_ZONES, MAX_CORNERS = 1000, 1000
-"""Maximum number of zones of a map, and of corners of a zone."""
-KEEP_OUT, SLOW_ZONE, PREFERRED, ONE_WAY = "keep_out", "slow", "preferred", "one_way"
-"""Kinds of zones: no part of the robot enters; speed is limited; paths prefer it; driven in one direction only."""
-ZONE_TITLES = {
-    KEEP_OUT: "keep-out zone",
-    SLOW_ZONE: "slow zone",
-    PREFERRED: "preferred zone",
-    ONE_WAY: "one-way lane",
-}
 _NO_FLOATS = np.empty(0, np.float32)
 _NOBODY = np.empty(0, np.uint32)
 _ZERO_16 = np.zeros(16)
@@ -131,45 +125,6 @@ class Places(Message, frozen=True, eq=False):
     """All named places on the map."""
 
     places: tuple[Place, ...] = ()
-
-
-class MapZone(Message, frozen=True, eq=False):
-    """An area of the map with a rule for the robot: a polygon in the frame of the message, m."""
-
-    BOUNDS = per_field(speed=(0.0, MAX_MAGNITUDE), direction=(-MAX_MAGNITUDE, MAX_MAGNITUDE))
-    MAX_LENGTHS = per_field(corners=MAX_CORNERS)
-
-    name: String = ""
-    kind: String = ""
-    """keep_out, slow, preferred, one_way"""
-    corners: tuple[Point, ...] = ()
-    speed: Float64 = 0.0
-    """Maximum speed in a slow zone, m/s."""
-    direction: Float64 = 0.0
-    """Direction of a one-way lane, rad."""
-
-    @property
-    def title(self) -> str:
-        """Kind and name in words, such as "keep-out zone stairs"."""
-        return f"{ZONE_TITLES.get(self.kind, 'zone')} {self.name}"
-
-    @property
-    def array(self) -> NDArray[np.float64]:
-        """The corners (n, 2), m."""
-        return np.array([(corner.x, corner.y) for corner in self.corners]).reshape(-1, 2)
-
-
-class MapZones(Message, frozen=True, eq=False):
-    """All zones of the map."""
-
-    MAX_LENGTHS = per_field(zones=MAX_ZONES)
-
-    header: Header = Header()
-    zones: tuple[MapZone, ...] = ()
-
-    def of_kind(self, kind: str) -> tuple[MapZone, ...]:
-        """Return the zones of a kind, in their order."""
-        return tuple(zone for zone in self.zones if zone.kind == kind)
 
 
 class Order(Message, frozen=True, eq=False):
@@ -356,37 +311,6 @@ class ExplorationStatus(Message, frozen=True, eq=False):
     frontiers: Uint32 = 0
     description: String = ""
     skipped_frontiers: StringArray = ()
-
-
-class TrackedPerson(Message, frozen=True, eq=False):
-    """A person with position (m) and velocity (m/s) in the frame of the message, and when it was seen last.
-
-    `covariance`: of x, y, vx, vy, row-major; it grows while the person is not seen. `confidence`: probability that it
-    is a person. `visible`: it was seen just now. `last_seen_position`: where that was, at the time `last_seen`.
-    """
-
-    BOUNDS = per_field(confidence=(0.0, 1.0))
-    RULES = (covariance("covariance", 4),)
-
-    id: Uint32 = 0
-    """Number of the person, which no other gets before the node starts again; 0 for nobody."""
-    position: Point = Point()
-    velocity: Vector3 = Vector3()
-    covariance: Annotated[NDArray[np.float64], "float64[16]"] = _ZERO_16
-    confidence: Float32 = 0.0
-    standing: Bool = False
-    visible: Bool = False
-    last_seen: Time = Time()
-    last_seen_position: Point = Point()
-
-
-class TrackedPeople(Message, frozen=True, eq=False):
-    """All people around the robot, in the order of their numbers."""
-
-    MAX_LENGTHS = per_field(people=1000)
-
-    header: Header = Header()
-    people: tuple[TrackedPerson, ...] = ()
 
 
 class Collision(Message, frozen=True, eq=False):

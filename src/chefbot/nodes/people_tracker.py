@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import ObstacleScan, TrackedPeople
+from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.chefbot_people import TrackedPeople
 from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.geometry_msgs import PoseArray
 from chefbot.msgs.nav_msgs import OccupancyGrid

@@ -20,7 +20,15 @@ from msgspec import Meta
 from chefbot.config import ConfigError, read_config
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import KEEP_OUT, MAX_CORNERS, MAX_ZONES, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone
+from chefbot.msgs.chefbot_zones import (
+    KEEP_OUT,
+    MAX_CORNERS,
+    MAX_ZONES,
+    ONE_WAY,
+    PREFERRED,
+    SLOW_ZONE,
+    MapZone,
+)
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.robot.quantities import Angle, Name
 from chefbot.storage.places import Coordinate

@@ -12,7 +12,8 @@ from chefbot.causes.sentences import effect_word
 from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import MapZones, TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_zones import MapZones
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     PoseStamped,

@@ -14,14 +14,14 @@ from chefbot.msgs.chefbot_msgs import (
     EmergencyStopStatus,
     Errand,
     LocalizationStatus,
-    MapZones,
     NavigationStatus,
     ObstacleScan,
     Order,
     Places,
-    TrackedPeople,
     WheelTicks,
 )
+from chefbot.msgs.chefbot_people import TrackedPeople
+from chefbot.msgs.chefbot_zones import MapZones
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
 from chefbot.msgs.nav2_msgs import ParticleCloud

@@ -107,8 +107,7 @@ def _copy_type(kind: type[Message], without: tuple[str, ...]) -> type[Message]:
         for name in _field_names(kind)
         if name not in without
     ]
-    package = kind.ROS_PACKAGE or kind.__module__.rpartition(".")[2]
-    return define_message(kind.__name__, fields, __name__, package)
+    return define_message(kind.__name__, fields, __name__, kind.ros_package())
 
 
 def _default(kind: Any, default: Any) -> Any:

@@ -47,7 +47,7 @@ class MessageField(NamedTuple):
 @cache
 def ros_type(kind: type[Message]) -> str:
     """Return the ROS name of a type, such as 'sensor_msgs/msg/LaserScan', from its module and class name."""
-    package = kind.ROS_PACKAGE or kind.__module__.rpartition(".")[2]
+    package = kind.ros_package()
     first = kind.__name__.partition("_")[2]
     if not first:
         folder = "msg"

@@ -59,6 +59,11 @@ class Message(msgspec.Struct, frozen=True, kw_only=False, eq=False):
         if rounds is not None:
             cls.__post_init__ = rounds  # type: ignore[attr-defined]
 
+    @classmethod
+    def ros_package(cls) -> str:
+        """Return the package of the type."""
+        return cls.ROS_PACKAGE or cls.__module__.rpartition(".")[2]
+
     def to_cdr(self) -> bytes:
         """Serialize to little-endian XCDR1 with the four-byte encapsulation header, as Fast-CDR does."""
         return encode(self)

@@ -13,8 +13,8 @@ from chefbot.msgs.chefbot_msgs import (
     DeliveryStatus,
     EmergencyStopStatus,
     NavigationStatus,
-    TrackedPeople,
 )
+from chefbot.msgs.chefbot_people import TrackedPeople
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import In, Node, NoParams, Out

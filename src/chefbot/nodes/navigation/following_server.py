@@ -7,7 +7,8 @@ from collections.abc import Callable
 from chefbot.maths.se2 import SE2
 from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.builtin_interfaces import Duration
-from chefbot.msgs.chefbot_msgs import FollowOrder, NavigationStatus, TrackedPeople
+from chefbot.msgs.chefbot_msgs import FollowOrder, NavigationStatus
+from chefbot.msgs.chefbot_people import TrackedPeople
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.nodes.navigation.target_driver import FRAME, TargetDriverNode

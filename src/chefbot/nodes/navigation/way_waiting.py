@@ -7,13 +7,8 @@ from functools import cached_property
 from chefbot.behavior.recovery import NavigatorParams
 from chefbot.behavior.waiting import StandingTimes, WaitDecision, WaitingPolicy, person_ahead
 from chefbot.causes.reports import DETOUR, STOP, MarkedPlace, make_report
-from chefbot.msgs.chefbot_msgs import (
-    Cause,
-    FindBlockage,
-    FindBlockage_Goal,
-    FindBlockage_Result,
-    TrackedPeople,
-)
+from chefbot.msgs.chefbot_msgs import Cause, FindBlockage, FindBlockage_Goal, FindBlockage_Result
+from chefbot.msgs.chefbot_people import TrackedPeople
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose_Result
 from chefbot.msgs.sound_play import SoundRequest, speech

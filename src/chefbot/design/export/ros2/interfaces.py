@@ -27,10 +27,10 @@ def interface_files() -> dict[str, str]:
 
 
 def _is_message(kind: object) -> bool:
-    """Whether a name of the module is a message of its own: not an imported one, not a part of an action."""
+    """Whether a name of the module is a message of the package: not one of another, not a part of an action."""
     if not (isinstance(kind, type) and issubclass(kind, Message)):
         return False
-    return kind.__module__ == chefbot_msgs.__name__ and "_" not in kind.__name__
+    return kind.ros_package() == "chefbot_msgs" and "_" not in kind.__name__
 
 
 def _commented(kind: type[Message]) -> str:

@@ -131,8 +131,8 @@ class ControllerNode(BehaviorServerNode, GoalTolerancesNode):
         if result.error_code and self._limit not in result.error_msg:
             result = failed_path(FollowPathError(result.error_code), f"{result.error_msg} {self._limit}")
         self._stop()
-        if result.error_code == FollowPathError.STUCK:
-            self._publish_contact()
+        if result.error_code == FollowPathError.STUCK and self.cmd_vel.last and self.cmd_vel.last.linear.x:
+            self._publish_contact()  # the base drives, but the robot does not move
         following.set_result(result)
 
     def _stop(self) -> None:

@@ -23,6 +23,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "chefbot.safety.stop_latch": _safety("stop_latch"),
     "chefbot.safety.command_multiplexer": _safety("command_multiplexer"),
     "chefbot.safety.velocity_limiter": _safety("velocity_limiter", "params"),
+    "chefbot.safety.speed_limit": _safety("speed_limit"),
     "chefbot.safety.cliff_stop": _safety("cliff_stop"),
     "chefbot.safety.params": _safety("params"),
     "chefbot.safety.monitor_text": _safety("monitor_text"),
@@ -37,7 +38,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "chefbot.safety.local_memory": _safety("local_memory", "memory_limits"),
     "chefbot.safety.collision_monitor": _safety("collision_monitor", "monitor_limits", "monitor_scans"),
     "chefbot.nodes.emergency_stop": _nodes("base_stop"),
-    "chefbot.nodes.drive_base": _nodes("drive_base", "base_stop"),
+    "chefbot.nodes.drive_base": _nodes("drive_base", "base_stop", "zones"),
     "chefbot.nodes.collision_monitor": _nodes("base_sensors", "base_stop", "drive_base"),
 }
 """By the name of the module, those with few mutants first. `chefbot.safety` itself holds no code."""

@@ -202,8 +202,8 @@ class Amcl:
         """Whether `pose` is reliable: unimodal and narrow, consistent with the scan, and not outperformed.
 
         One narrow cluster (criteria: particle_filter.CONVERGED_...), the map explains the scan, and no alternative
-        hypothesis explains the latest scans better.
+        hypothesis explains the latest scans clearly better.
         """
-        outperformed = self._hypothesis_test is not None and self._hypothesis_test.leads
+        outperformed = self._hypothesis_test is not None and self._hypothesis_test.outperforms
         consistent = self._filter.explained >= CONVERGED_EXPLAINED
         return self._filter.is_narrow and consistent and not outperformed

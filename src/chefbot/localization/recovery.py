@@ -94,6 +94,15 @@ class HypothesisTest:
         return self.lead > 0.0
 
     @property
+    def outperforms(self) -> bool:
+        """Whether it explains them so much better that the current hypothesis is not reliable.
+
+        A small lead is none: among people who stand about the robot some pose always fits a little better, and a
+        robot that stops for it gets no scans from elsewhere that would decide.
+        """
+        return self.lead > LOG_ODDS_THRESHOLD / 2.0
+
+    @property
     def lost(self) -> bool:
         """Whether the alternative has converged to a worse pose, so that another one should be initialized."""
         return self.lead < -LOG_ODDS_THRESHOLD

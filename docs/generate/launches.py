@@ -82,12 +82,12 @@ def ports_of(kind: type[Node]) -> list[Port]:
 
 def ros_type(message: Any) -> str:
     """Return the ROS 2 name of a message class, such as sensor_msgs/msg/LaserScan."""
-    return f"{message.__module__.rsplit('.', 1)[-1]}/msg/{message.__name__}"
+    return f"{message.ros_package()}/msg/{message.__name__}"
 
 
 def _action_type(action: Any) -> str:
     goal = action.goal
-    return f"{goal.__module__.rsplit('.', 1)[-1]}/action/{goal.__name__.removesuffix('_Goal')}"
+    return f"{goal.ros_package()}/action/{goal.__name__.removesuffix('_Goal')}"
 
 
 def parameters_of(struct: type[msgspec.Struct], prefix: str = "") -> Iterator[Parameter]:

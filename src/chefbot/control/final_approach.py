@@ -51,7 +51,7 @@ class FinalApproach:
     It turns to the point, drives straight to it at creeping speed, forwards or a short way backwards, turns to the
     goal's heading, and stands before it reports REACHED. If the pose estimate has moved out of tolerance meanwhile,
     it begins again. It is active only while the robot's centre may be anywhere on the straight way to the point;
-    otherwise the controller of the path goes on.
+    otherwise the controller of the path continues.
     """
 
     def __init__(self, limits: Limits, period: float) -> None:

@@ -50,7 +50,7 @@ NOBODY = NearbyPeople(np.zeros((0, 7)), 0.0)
 def person_cost(
     people: NDArray[np.float64], x: float, y: float, time: float, contact: float, proximity: float
 ) -> float:
-    """Return the cost, 0 to 1, of being at (x, y) in `time` seconds: that of whoever is expected nearest then.
+    """Return the cost, 0 to 1, of being at (x, y) in `time` seconds: that of the person who is expected nearest then.
 
     people: states (n, 7) as in `MotionState`. contact: distance between the centres at contact. proximity: standard
     deviation of the cost over the clearance. All lengths are in one unit. Constant velocity (Bar-Shalom, Li and

@@ -184,7 +184,7 @@ class LidarLine:
         self._thread.join()
 
     def send(self, data: bytes) -> None:
-        """Send bytes if the port is open; what is lost with the connection is asked for again after it."""
+        """Send bytes if the port is open; requests that are lost with the connection are repeated after it."""
         port = self._serial
         if port is None or not data:
             return

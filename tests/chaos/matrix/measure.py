@@ -20,6 +20,7 @@ from chefbot.proving.scenario import Scenario
 from chefbot.proving.worker import make_run_in_process
 
 MAX_SENTENCES = 3
+MAX_REASON = 160
 TEST_TIME = 1800.0
 """Time after which a test file counts as hanging, s."""
 
@@ -68,7 +69,15 @@ def run_tests(check: SuiteCheck) -> tuple[bool, bool, str, int]:
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder) / "report.xml"
         command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n0", "-k", check.select]
-        command += ["-o", "junit_logging=system-out", "--junitxml", str(report), *check.paths]
+        command += [
+            "-o",
+            "junit_family=xunit1",
+            "-o",
+            "junit_logging=system-out",
+            "--junitxml",
+            str(report),
+            *check.paths,
+        ]
         try:
             ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=TEST_TIME)
         except subprocess.TimeoutExpired:
@@ -79,7 +88,12 @@ def run_tests(check: SuiteCheck) -> tuple[bool, bool, str, int]:
     broken = [case for case in cases if case.find("failure") is not None or case.find("error") is not None]
     tried = len(cases) - sum(case.find("skipped") is not None for case in cases)
     if broken:
-        return False, False, f"{len(broken)} of {tried} fail: {broken[0].get('name')}", tried
+        return (
+            False,
+            False,
+            f"{len(broken)} of {tried} fail: {broken[0].get('name')}{reason(broken[0])}",
+            tried,
+        )
     figures = [
         line
         for case in cases
@@ -88,6 +102,13 @@ def run_tests(check: SuiteCheck) -> tuple[bool, bool, str, int]:
     ]
     sentence = "; ".join(filter(None, figures[:MAX_SENTENCES])) or f"{tried} tests pass"
     return tried > 0, tried > 0, sentence if tried else "all tests are skipped here", tried
+
+
+def reason(case: ET.Element) -> str:
+    """Return the first line of why a test failed, after a colon, or an empty string."""
+    fault = next((found for kind in ("failure", "error") if (found := case.find(kind)) is not None), None)
+    lines = (fault.get("message") or "").splitlines() if fault is not None else []
+    return f": {lines[0][:MAX_REASON]}" if lines else ""
 
 
 def make_run(scenario: Scenario, seed: int) -> tuple[bool, bool, str, int]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from chefbot.proving.scenario import Scenario
+from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
 from tests.chaos.launch_process import report
 from tests.chaos.matrix.__main__ import current_commit, safe_runs
@@ -53,6 +54,12 @@ def test_units_have_names_of_their_own_and_odd_seeds() -> None:
     ]
 
 
+def test_no_run_has_a_fault_of_a_sensor_that_the_robot_lacks() -> None:
+    without_lidar = [unit for unit in RUNS if load_robot(str(unit.work.robot)).sensors.lidar is None]  # type: ignore[union-attr]
+    assert without_lidar
+    assert not [unit.name for unit in without_lidar if "lidar" in unit.name.partition(":")[2]]
+
+
 def test_runs_name_nodes_of_the_launch() -> None:
     nodes = set(load_launch("waiter", {"map_file": "map.yaml", "robot": "chefbot"}).nodes)
     named = {fault.node for unit in RUNS for fault in unit.work.faults if hasattr(fault, "node")}  # type: ignore[union-attr]
@@ -77,7 +84,7 @@ def test_a_failing_test_is_not_safe(tmp_path: Path) -> None:
     assert run_tests(SuiteCheck(paths=[str(tmp_path / "test_two.py")])) == (
         False,
         False,
-        "1 of 2 fail: test_b",
+        "1 of 2 fail: test_b: assert False",
         2,
     )
     (tmp_path / "test_three.py").write_text("import pytest\ndef test_a(): pytest.skip('not here')\n")

@@ -11,9 +11,12 @@ import msgspec
 from tests.chaos.matrix.rows import Row, RunCheck, SoakCheck, SuiteCheck
 
 from chefbot.buildings.parameters import KINDS
+from chefbot.errors import UserError
 from chefbot.proving.scenario import Building, Scenario
 from chefbot.proving.scenario_tasks import Bounds, RunLimits
+from chefbot.robot.load import load_robot
 from chefbot.sim.faults.events import FaultEvent, LastingFault
+from chefbot.sim.faults.simulated_robot import check_robot_has
 
 FAULT_TIMES = (15.0, 30.0), (18.0, 33.0)
 """Begin and end of the first and the second fault of a run, s; by then the robot drives."""
@@ -50,6 +53,9 @@ def rotated(units: Sequence[Unit], commit: str) -> list[Unit]:
 def _runs(row: str, check: RunCheck) -> Iterator[Unit]:
     faults = list(combinations(check.faults, 2)) if check.pairs else [(fault,) for fault in check.faults]
     for robot, world, given in product(check.robots, check.worlds, faults):
+        events = tuple(_event(fault, *times) for fault, times in zip(given, FAULT_TIMES, strict=False))
+        if not _possible(robot, events):
+            continue
         name = f"{robot} in {world}: {' and '.join(map(_title, given))}" + (
             f", {check.people} people" if check.people else ""
         )
@@ -59,11 +65,21 @@ def _runs(row: str, check: RunCheck) -> Iterator[Unit]:
             robot=robot,
             people=check.people,
             task=check.task,
-            faults=tuple(_event(fault, *times) for fault, times in zip(given, FAULT_TIMES, strict=False)),
+            faults=events,
             limits=LIMITS,
             criteria={"contact_speed": Bounds(max=check.contact_speed)},
         )
         yield Unit(row, name, scenario, 1 + 2 * (zlib.crc32(name.encode()) % 500))
+
+
+def _possible(robot: str, events: Sequence[FaultEvent]) -> bool:
+    """Return whether the robot has the sensors of the faults."""
+    try:
+        for event in events:
+            check_robot_has(load_robot(robot), event)
+    except UserError:
+        return False
+    return True
 
 
 def _title(fault: dict[str, Any]) -> str:

@@ -17,6 +17,7 @@ from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header, String
 from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.nodes.navigation.people_marks import PeopleMarksNode
+from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors
@@ -59,10 +60,9 @@ class LocalCostmapNode(PeopleMarksNode):
     def on_scan(self, scan: LaserScan) -> None:
         """Update the laser's obstacle layer with a scan."""
         self._sensors.process_scan(scan, self.now_ns, self._pose())
-        stamp, frame = scan.header.stamp.ns, scan.header.frame_id
-        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_laser(pose, scan))
+        when_deskewed(self.tf, scan, scan.header.frame_id, self._mark_laser)
 
-    def _mark_laser(self, pose: SE2, scan: LaserScan) -> None:
+    def _mark_laser(self, scan: LaserScan, pose: SE2) -> None:
         self._costs.set_time(scan.header.stamp.ns / 1e9)
         self._costs.process(scan, pose)
         self._sensors.note_scan_marked(scan.header.stamp.ns)

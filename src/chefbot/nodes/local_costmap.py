@@ -26,7 +26,7 @@ from chefbot.safety.obstacle_sensors import ObstacleSensors
 class LocalCostmapNode(PeopleMarksNode):
     """Base class of a node with a rolling costmap around the robot, which its obstacle sensors mark and clear.
 
-    Its parameters have a field `costmap` of type CostmapParams.
+    Its parameters have the fields `costmap` of type CostmapParams and `optional_sensors`.
     """
 
     live_params = tuple(f"costmap.{name}" for name in LIVE_PARAMS)
@@ -45,7 +45,7 @@ class LocalCostmapNode(PeopleMarksNode):
     def start(self) -> None:
         """Create the empty costmap and the sensor monitors."""
         self._costs = make_costmap(self.params.costmap, self.robot, rolling=True)
-        self._sensors = ObstacleSensors(self.robot)
+        self._sensors = ObstacleSensors(self.robot, self.params.optional_sensors)
 
     def reconfigure(self, params: Any) -> None:
         """Apply new parameters to the costmap."""

@@ -71,10 +71,10 @@ class ProtocolProbe:
 
     @property
     def _is_other_device(self) -> bool:
-        return self._received >= MAX_OTHER_BYTES and not self.has_heard_a_board
+        return self._received >= MAX_OTHER_BYTES and not self.has_received_lines
 
     @property
-    def has_heard_a_board(self) -> bool:
+    def has_received_lines(self) -> bool:
         """Whether lines of a motor board of either protocol were received."""
         return self._board_lines > 0 or self._chapter_lines >= MIN_CHAPTER_LINES
 

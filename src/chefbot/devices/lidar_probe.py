@@ -44,7 +44,7 @@ class LidarProbe:
         self._received += len(data)
         if self._board is not None:
             self._board.receive_data(data, now_ns)
-            if self._board.has_heard_a_board:
+            if self._board.has_received_lines:
                 self._problem = "a motor board is there"
             return None
         try:

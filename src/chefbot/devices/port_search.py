@@ -40,7 +40,7 @@ class SerialDevice(NamedTuple, Generic[T]):
     """How a kind of device is opened and recognized.
 
     name: for messages. open: opens a port by its path, OSError if that fails. probe: returns a probe of an open
-    port that begins at a time, ns; its last argument says whether this is the only port that comes into question.
+    port that begins at a time, ns; its last argument is whether this is the only port that comes into question.
     close: called before the port is closed for good. rivals_ns: time for which a second device of the kind is looked
     for after the first was found, ns.
     """

@@ -17,7 +17,7 @@ class BoardWithBootLoader:
         self.resets = 0
 
     def reset(self, now_ns: int) -> None:
-        """Reset the board: its motors stop, its counters begin anew, and the boot loader runs."""
+        """Reset the board: its motors stop, its counters are zero, and the boot loader runs."""
         self.resets += 1
         self._board.firmware.power_cycle()
         self._boot_ends_ns = now_ns + BOOT_NS

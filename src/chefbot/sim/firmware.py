@@ -91,7 +91,7 @@ class Firmware:
         self._library.chefbot_board_cliffs(self._board, bits)
 
     def power_cycle(self) -> None:
-        """Switch the board off and on: its program begins anew."""
+        """Switch the board off and on: its program starts again."""
         self._library.chefbot_board_power_cycle(self._board)
 
     def write(self, data: bytes) -> int:

@@ -11,7 +11,7 @@ from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.runtime.node import In, Node, Out, every, topic
 
 MAX_SILENCE_NS = 2_000_000_000
-"""Time without a scan after which the operator is told, ns; it is looked at once a second."""
+"""Time without a scan after which it is reported, ns; it is looked at once a second."""
 
 
 class ScanListenerNode(Node):
@@ -23,13 +23,13 @@ class ScanListenerNode(Node):
 
     def start(self) -> None:
         """Begin to wait for scans."""
-        self._heard_ns, self._told = self.now_ns, False
+        self._received_ns, self._reported = self.now_ns, False
 
     def on_scan(self, scan: LaserScan) -> None:
         """Process a scan once odometry at its time is available."""
-        self._heard_ns = self.now_ns
-        if self._told:
-            self._told = False
+        self._received_ns = self.now_ns
+        if self._reported:
+            self._reported = False
             self.scan_remark.publish(String(f"{self.role} receives scans again."))
         if self.wants_scans:
             when_deskewed(self.tf, scan, "base_link", self.process_scan)
@@ -40,14 +40,13 @@ class ScanListenerNode(Node):
         return True
 
     def process_scan(self, scan: LaserScan, odom: SE2) -> None:
-        """Process a scan without skew, with the pose of base_link in odom at its stamp."""
-        raise NotImplementedError
+        """Process a scan without skew, with the pose of base_link in odom at its stamp; here it is ignored."""
 
     @every(hz=1)
     def look_for_scans(self) -> None:
-        """Tell the operator once if no scan comes."""
-        if not self._told and self.now_ns - self._heard_ns > MAX_SILENCE_NS:
-            self._told = True
+        """Report once that no scan comes."""
+        if not self._reported and self.now_ns - self._received_ns > MAX_SILENCE_NS:
+            self._reported = True
             self.scan_remark.publish(String(f"{self.role} {self._missing()}."))
 
     def _missing(self) -> str:

@@ -43,9 +43,7 @@ def swept(v: float, w: float, increment: float) -> LaserScan:
     ranges = [float(ranges_from(pose, angles[i : i + 1])[0]) for i, pose in enumerate(poses)]
     times = increment, PERIOD
     stamp = Header.of(5_000_000_000, "laser")
-    return LaserScan(
-        stamp, -math.pi, math.pi - STEP, STEP, *times, 0.1, 12.0, np.array(ranges, np.float32)
-    )
+    return LaserScan(stamp, -math.pi, math.pi - STEP, STEP, *times, 0.1, 12.0, np.array(ranges, np.float32))
 
 
 def poses_of(scan: LaserScan, v: float, w: float) -> list[SE2]:

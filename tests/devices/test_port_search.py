@@ -22,7 +22,7 @@ from chefbot.devices.serial_lidar import lidar_device
 from chefbot.devices.serial_ports import ports
 from chefbot.lidar.models import LIDARS
 from chefbot.sim.firmware import CONTROL_NS, Firmware
-from chefbot.sim.pseudo_terminal import PseudoTerminal
+from chefbot.sim.ports.pseudo_terminal import PseudoTerminal
 
 
 class PluggedBoard:

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.proving.simulated_run import TaskFailedError
-from chefbot.sim.hardware import TrueState
+from chefbot.sim.ports.hardware import TrueState
 from chefbot.ui.web_ui_client import ConnectionLostError, WebUiClient
 
 START_TIMEOUT, STOP_TIMEOUT = 90.0, 30.0

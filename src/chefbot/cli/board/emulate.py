@@ -45,7 +45,7 @@ def run_emulated_robot(robot: str, world: str, profile: str, seed: int, board: P
     Prints a line of JSON about the true state each 0.1 s. Standard input takes `unplug DEVICE` and `plug DEVICE`,
     the device being board or lidar. Raises UserError for invalid input.
     """
-    from chefbot.sim.hardware import HardwareOptions, run_hardware  # takes a second
+    from chefbot.sim.ports.hardware import HardwareOptions, run_hardware  # takes a second
 
     if not hasattr(os, "openpty"):
         raise UserError(

@@ -17,12 +17,12 @@ from typing import NamedTuple
 from chefbot.errors import UserError
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import wall_ns
-from chefbot.sim.boot_loader import BoardWithBootLoader
 from chefbot.sim.firmware import CONTROL_NS
 from chefbot.sim.lidar import TurningLidar
 from chefbot.sim.lidar_line import EmulatedLidar
 from chefbot.sim.motor_board import SimulatedMotorBoard
-from chefbot.sim.pseudo_terminal import PseudoTerminal
+from chefbot.sim.ports.boot_loader import BoardWithBootLoader
+from chefbot.sim.ports.pseudo_terminal import PseudoTerminal
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.load import load_any_world
 
@@ -46,7 +46,7 @@ class HardwareOptions(NamedTuple):
 
 
 class TrueState(NamedTuple):
-    """The state that no sensor tells: time, s, pose of the robot from its start (x, y, yaw), and its collisions."""
+    """What no sensor measures: time, s, pose of the robot from its start (x, y, yaw), and its collisions."""
 
     time: float
     pose: tuple[float, float, float]

@@ -25,8 +25,6 @@ from chefbot.ui.web_ui_client import ConnectionLostError, WebUiClient
 
 START_TIMEOUT, STOP_TIMEOUT = 90.0, 30.0
 """Time for programs to start and to end, s."""
-MAX_DOMAIN = 100
-"""Largest ROS domain; runs at the same time have different ones."""
 CHEFBOT = (sys.executable, "-m", "chefbot")
 
 
@@ -116,9 +114,16 @@ class RobotProcess:
         port = free_port()
         self.url = f"http://127.0.0.1:{port}"
         ports = [f"board_port:={hardware.board}", f"lidar_port:={hardware.lidar}", f"port:={port}"]
-        given = ["built:=true", f"robot:={setup.robot}", f"seed:={setup.seed}", *ports, *arguments]
-        environment = {**os.environ, "ROS_DOMAIN_ID": str(1 + os.getpid() % MAX_DOMAIN)}
-        environment["XDG_STATE_HOME"] = str(setup.folder / "state")
+        # one process, as several runs share a machine
+        given = [
+            "built:=true",
+            "wire:=off",
+            f"robot:={setup.robot}",
+            f"seed:={setup.seed}",
+            *ports,
+            *arguments,
+        ]
+        environment = {**os.environ, "XDG_STATE_HOME": str(setup.folder / "state")}
         self._output = (setup.folder / f"{launch}.log").open("w")
         self._process = subprocess.Popen(
             [*CHEFBOT, "launch", launch, *given],

@@ -156,17 +156,17 @@ class RobotProcess:
             raise TaskFailedError(f"the robot shows no {name} after {timeout:.0f} s")
         return value
 
-    def command(self, *arguments: str) -> None:
+    def command(self, group: str, verb: str, *arguments: str) -> None:
         """Run a command of chefbot for this robot. Raises TaskFailedError with its message if it fails."""
         done = subprocess.run(
-            [*CHEFBOT, *arguments, "--page", self.url],
+            [*CHEFBOT, group, verb, "--page", self.url, *arguments],
             env=self._environment,
             capture_output=True,
             text=True,
             check=False,
         )
         if done.returncode:
-            raise TaskFailedError(f"chefbot {' '.join(arguments)}: {(done.stdout + done.stderr).strip()}")
+            raise TaskFailedError(f"chefbot {group} {verb}: {(done.stdout + done.stderr).strip()}")
 
     def close(self) -> None:
         """End the launch as Ctrl-C does."""

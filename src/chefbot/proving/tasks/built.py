@@ -86,7 +86,9 @@ class BuiltDrive:
 
     def _drive(self, robot: RobotProcess, goal: SE2) -> None:
         hardware, began, reason = self.hardware, self.hardware.newest.time, ""
-        robot.command("drive", "goto", f"{goal.x:.3f}", f"{goal.y:.3f}", f"{math.degrees(goal.yaw):.1f}")
+        robot.command(
+            "drive", "goto", "--", f"{goal.x:.3f}", f"{goal.y:.3f}", f"{math.degrees(goal.yaw):.1f}"
+        )
 
         def arrived() -> bool:
             return hardware.pose.distance(goal) < ARRIVAL_TOLERANCE and hardware.stands(STANDING)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.lidar.models import LIDARS
 from chefbot.robot.load import load_robot, parse_robot
 from chefbot.robot.sensors import LIDAR_DRIVERS
@@ -34,6 +34,6 @@ def test_a_built_in_robot_names_its_lidar() -> None:
     ],
 )
 def test_a_wrong_key_is_one_sentence(keys: str, sentence: str) -> None:
-    with pytest.raises(UserError) as error:
+    with pytest.raises(ChefbotError) as error:
         parse_robot(robot_with(keys), Path("mine.yaml"))
     assert sentence in str(error.value) and "\n" not in str(error.value)

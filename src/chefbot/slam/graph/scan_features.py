@@ -1,0 +1,88 @@
+"""Surface points of a scan with their normals: what scan matching uses of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from chefbot.slam.scan_beams import Beams, thinned
+
+SPACING = np.float32(0.04)
+"""Minimum distance between neighbouring points, m."""
+_NEIGHBOURS = 3
+"""Number of points on each side that a normal is fitted to."""
+_GAP, _GAP_PER_RANGE = 0.15, 0.12
+"""Largest gap between neighbours on one surface, m, and its growth with the range: grazed walls are sparse."""
+_FLATNESS = 0.03
+"""Largest root mean square distance of the neighbours from their line, m."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScanFeatures:
+    """Points (n, 2) float32 in the base frame, m, in order of the beams, and their unit normals (n, 2) float32.
+
+    A normal of (0, 0) means that the neighbourhood is no line.
+    """
+
+    points: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    reach: float
+    """Distance in m within which nine tenths of the points lie."""
+
+    @staticmethod
+    def of(beams: Beams, max_range: float) -> ScanFeatures:
+        """Extract the points nearer than `max_range` m to the sensor."""
+        surfaces = beams.surfaces
+        offset = surfaces - beams.sensor
+        ranges = np.hypot(offset[:, 0], offset[:, 1])
+        near = ranges <= max_range
+        points = thinned(surfaces[near], SPACING)
+        distance = np.sort(np.hypot(points[:, 0], points[:, 1]))
+        reach = float(distance[int(0.9 * (len(distance) - 1))]) if len(distance) else 0.0
+        return ScanFeatures(points, normals_of(points, beams.sensor), reach)
+
+
+@njit(cache=True, nogil=True)
+def normals_of(points, sensor):  # type: ignore[no-untyped-def]
+    """Return the unit normals (n, 2) float32 of points (n, 2) in order of the beams; (0, 0) where none exists."""
+    n = len(points)
+    normals = np.zeros((n, 2), np.float32)
+    for i in range(n):
+        gap = _GAP + _GAP_PER_RANGE * math.hypot(points[i, 0] - sensor[0], points[i, 1] - sensor[1])
+        # Extent of the surface on both sides: until a gap or the maximum number of neighbours
+        first, last = i, i
+        while first > 0 and i - first < _NEIGHBOURS and _distance(points, first, first - 1) < gap:
+            first -= 1
+        while last < n - 1 and last - i < _NEIGHBOURS and _distance(points, last, last + 1) < gap:
+            last += 1
+        if last - first < 2:
+            continue
+        # Covariance of the neighbourhood
+        mean_x, mean_y, count = 0.0, 0.0, last - first + 1
+        for k in range(first, last + 1):
+            mean_x += points[k, 0] / count
+            mean_y += points[k, 1] / count
+        xx, xy, yy = 0.0, 0.0, 0.0
+        for k in range(first, last + 1):
+            dx, dy = points[k, 0] - mean_x, points[k, 1] - mean_y
+            xx += dx * dx / count
+            xy += dx * dy / count
+            yy += dy * dy / count
+        # Smaller eigenvalue: mean squared distance from the line
+        spread = math.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
+        smaller, larger = 0.5 * (xx + yy) - spread, 0.5 * (xx + yy) + spread
+        if smaller > _FLATNESS**2 or smaller > 0.1 * larger:
+            continue
+        # Direction of the line by the angle of the larger eigenvector, the normal is across
+        angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
+        normals[i, 0], normals[i, 1] = -math.sin(angle), math.cos(angle)
+    return normals
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _distance(points, a, b):  # type: ignore[no-untyped-def]
+    return math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])

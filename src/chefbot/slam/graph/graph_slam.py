@@ -81,7 +81,7 @@ class GraphSlam:
         submap = self.submaps[-1]
         submap.nodes.append(len(self.nodes))
         self.nodes.append(Node(self.scans, beams, features, self._odom.array(), len(self.submaps) - 1, pose, covariance))
-        submap.grid.add(features.points, pose)
+        submap.grid.add(features.outline, pose)
 
     def _next_submap(self) -> None:
         old = self.submaps[-1]
@@ -90,7 +90,7 @@ class GraphSlam:
         for k in old.nodes[len(old.nodes) // 2 :]:
             pose = origin.between(SE2.of(self.nodes[k].pose)).array()
             new.overlap.append((k, pose))
-            new.grid.add(self.nodes[k].features.points, pose)
+            new.grid.add(self.nodes[k].features.outline, pose)
         old.grid = None
         self.submaps.append(new)
         self.origins = np.vstack([self.origins, (SE2.of(self.origins[-1]) @ origin).array()])

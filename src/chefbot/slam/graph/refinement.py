@@ -14,6 +14,8 @@ SURFACE_NOISE = 0.03
 """Standard deviation of a point about a mean surface, m."""
 _WIDEST, _NARROWEST = 0.2, 0.06
 """Scale of the robust kernel in m at the first iteration and at the last."""
+_POINT_WEIGHT = 0.25
+"""Weight in each axis of a point that lies on no line."""
 _STOP_LINEAR, _STOP_ANGULAR = 1e-4, 2e-5
 
 
@@ -52,10 +54,7 @@ def linearized(points, normals, pose, scale, slot, sums, origin):  # type: ignor
     c, s = math.cos(pose[2]), math.sin(pose[2])
     height, width = slot.shape
     inliers = 0.0
-    j = np.empty(3)
     for i in range(len(points)):
-        if normals[i, 0] == 0.0 and normals[i, 1] == 0.0:
-            continue
         # Point and normal in the frame of the submap
         rx, ry = c * points[i, 0] - s * points[i, 1], s * points[i, 0] + c * points[i, 1]
         x, y = rx + pose[0], ry + pose[1]
@@ -65,7 +64,7 @@ def linearized(points, normals, pose, scale, slot, sums, origin):  # type: ignor
             continue
         # Nearest mean in the 5 x 5 cells around
         column, row = int(u), int(v)
-        best, residual = 1e9, 0.0
+        best, near_x, near_y = 1e9, 0.0, 0.0
         for b in range(max(row - 2, 0), min(row + 3, height)):
             for a in range(max(column - 2, 0), min(column + 3, width)):
                 k = slot[b, a]
@@ -73,16 +72,36 @@ def linearized(points, normals, pose, scale, slot, sums, origin):  # type: ignor
                     dx, dy = x - sums[k, 0] / sums[k, 2], y - sums[k, 1] / sums[k, 2]
                     distance = dx * dx + dy * dy
                     if distance < best:
-                        best, residual = distance, nx * dx + ny * dy
+                        best, near_x, near_y = distance, dx, dy
         if best > 9.0 * scale * scale:
             continue
-        # Geman-McClure weight; Jacobian of the distance along the normal
-        q = scale * scale / (scale * scale + residual * residual)
-        w = q * q
-        j[0], j[1], j[2] = nx, ny, ny * rx - nx * ry
-        for a in range(3):
-            g[a] += w * j[a] * residual
-            for b in range(3):
-                h[a, b] += w * j[a] * j[b]
-        inliers += w
+        if nx != 0.0 or ny != 0.0:
+            inliers += _accumulate(h, g, nx, ny, rx, ry, nx * near_x + ny * near_y, scale, 1.0)
+        else:
+            # A point of no line: its distance in both axes
+            inliers += _accumulate(h, g, 1.0, 0.0, rx, ry, near_x, scale, _POINT_WEIGHT)
+            inliers += _accumulate(h, g, 0.0, 1.0, rx, ry, near_y, scale, _POINT_WEIGHT)
     return h, g, inliers
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _accumulate(h, g, nx, ny, rx, ry, residual, scale, share):  # type: ignore[no-untyped-def]
+    """Add a residual along (nx, ny) of the point (rx, ry), rotated into the submap, and return its weight."""
+    # Geman-McClure weight
+    q = scale * scale / (scale * scale + residual * residual)
+    w = share * q * q
+    # Jacobian of the distance along the normal: by x, y and heading
+    turn = ny * rx - nx * ry
+    g[0] += w * nx * residual
+    g[1] += w * ny * residual
+    g[2] += w * turn * residual
+    h[0, 0] += w * nx * nx
+    h[0, 1] += w * nx * ny
+    h[0, 2] += w * nx * turn
+    h[1, 0] += w * nx * ny
+    h[1, 1] += w * ny * ny
+    h[1, 2] += w * ny * turn
+    h[2, 0] += w * nx * turn
+    h[2, 1] += w * ny * turn
+    h[2, 2] += w * turn * turn
+    return w

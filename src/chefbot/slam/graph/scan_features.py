@@ -13,23 +13,32 @@ from chefbot.slam.scan_beams import Beams, thinned
 
 SPACING = np.float32(0.04)
 """Minimum distance between neighbouring points, m."""
-_NEIGHBOURS = 3
-"""Number of points on each side that a normal is fitted to."""
+_NEIGHBOURS, _EXTENT = 3, 0.25
+"""Number of points on each side that a normal is fitted to, and their extent in m: the larger one decides."""
 _GAP, _GAP_PER_RANGE = 0.15, 0.12
 """Largest gap between neighbours on one surface, m, and its growth with the range: grazed walls are sparse."""
-_FLATNESS = 0.03
+_FLATNESS = 0.08
 """Largest root mean square distance of the neighbours from their line, m."""
+
+OUTLINE_SPACING = 0.1
+"""Spacing of the interpolated points, m."""
+_MAX_INTERPOLATED = 40
+"""Largest number of points between two neighbours."""
+_ACROSS = 0.2
+"""Largest cosine of the angle between a normal and its surface."""
 
 
 @dataclass(frozen=True, eq=False)
 class ScanFeatures:
     """Points (n, 2) float32 in the base frame, m, in order of the beams, and their unit normals (n, 2) float32.
 
-    A normal of (0, 0) means that the neighbourhood is no line.
+    A normal of (0, 0) means that the neighbourhood is no line. outline: (m, 2) float32, the points and, between
+    neighbours on one line, points every OUTLINE_SPACING: the surfaces that a later scan may see between the beams.
     """
 
     points: NDArray[np.float32]
     normals: NDArray[np.float32]
+    outline: NDArray[np.float32]
     reach: float
     """Distance in m within which nine tenths of the points lie."""
 
@@ -43,7 +52,8 @@ class ScanFeatures:
         points = thinned(surfaces[near], SPACING)
         distance = np.sort(np.hypot(points[:, 0], points[:, 1]))
         reach = float(distance[int(0.9 * (len(distance) - 1))]) if len(distance) else 0.0
-        return ScanFeatures(points, normals_of(points, beams.sensor), reach)
+        normals = normals_of(points, beams.sensor)
+        return ScanFeatures(points, normals, outline_of(points, normals, beams.sensor), reach)
 
 
 @njit(cache=True, nogil=True)
@@ -55,9 +65,13 @@ def normals_of(points, sensor):  # type: ignore[no-untyped-def]
         gap = _GAP + _GAP_PER_RANGE * math.hypot(points[i, 0] - sensor[0], points[i, 1] - sensor[1])
         # Extent of the surface on both sides: until a gap or the maximum number of neighbours
         first, last = i, i
-        while first > 0 and i - first < _NEIGHBOURS and _distance(points, first, first - 1) < gap:
+        while first > 0 and _distance(points, first, first - 1) < gap:
+            if i - first >= _NEIGHBOURS and _distance(points, first, i) >= _EXTENT:
+                break
             first -= 1
-        while last < n - 1 and last - i < _NEIGHBOURS and _distance(points, last, last + 1) < gap:
+        while last < n - 1 and _distance(points, last, last + 1) < gap:
+            if last - i >= _NEIGHBOURS and _distance(points, last, i) >= _EXTENT:
+                break
             last += 1
         if last - first < 2:
             continue
@@ -81,6 +95,39 @@ def normals_of(points, sensor):  # type: ignore[no-untyped-def]
         angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
         normals[i, 0], normals[i, 1] = -math.sin(angle), math.cos(angle)
     return normals
+
+
+@njit(cache=True, nogil=True)
+def outline_of(points, normals, sensor):  # type: ignore[no-untyped-def]
+    """Return the points (n, 2) and interpolated ones between neighbours on one line, (m, 2) float32."""
+    n, m = len(points), 0
+    outline = np.empty((n + _MAX_INTERPOLATED * max(n, 1), 2), np.float32)
+    for i in range(n):
+        outline[m, 0], outline[m, 1] = points[i, 0], points[i, 1]
+        m += 1
+        if i + 1 == n:
+            break
+        length = _distance(points, i, i + 1)
+        reach = math.hypot(points[i, 0] - sensor[0], points[i, 1] - sensor[1])
+        if length <= OUTLINE_SPACING or length > _GAP + _GAP_PER_RANGE * reach:
+            continue
+        # Both normals must be across the segment: the neighbours then lie on one line
+        dx, dy = (points[i + 1, 0] - points[i, 0]) / length, (points[i + 1, 1] - points[i, 1]) / length
+        if not _is_across(normals, i, dx, dy) or not _is_across(normals, i + 1, dx, dy):
+            continue
+        pieces = min(int(length / OUTLINE_SPACING) + 1, _MAX_INTERPOLATED)
+        for k in range(1, pieces):
+            t = np.float32(k / pieces)
+            outline[m, 0] = points[i, 0] + t * (points[i + 1, 0] - points[i, 0])
+            outline[m, 1] = points[i, 1] + t * (points[i + 1, 1] - points[i, 1])
+            m += 1
+    return outline[:m].copy()
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _is_across(normals, i, dx, dy):  # type: ignore[no-untyped-def]
+    nx, ny = normals[i, 0], normals[i, 1]
+    return (nx != 0.0 or ny != 0.0) and abs(nx * dx + ny * dy) < _ACROSS
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -18,6 +18,9 @@ from chefbot.slam.graph.params import GraphSlamParams
 from chefbot.slam.graph.scan_features import ScanFeatures
 from chefbot.slam.graph.submap import Match, Node, Submap
 from chefbot.slam.graph.surface_grid import SurfaceGrid
+from chefbot.slam.graph.submap_graph import SubmapGraph, MAX_DISTANCE
+from chefbot.slam.graph.submap_view import SubmapViews
+from chefbot.slam.graph.closures import find_closure
 from chefbot.slam.motion_model import OdometryStep
 from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
 from chefbot.slam.scan_beams import Beams, beams_of
@@ -34,7 +37,11 @@ class GraphSlam:
         self._odometry = OdometryModel(params)
         self.nodes: list[Node] = []
         self.submaps: list[Submap] = []
-        self.origins = np.zeros((0, 3))
+        self.graph = SubmapGraph(initial.array())
+        self._views = SubmapViews(params.max_cells)
+        self.candidates = []
+        self.accepted = []
+        self.searches = 0
         self._initial = initial
         self._odom: SE2 | None = None
         self._step = OdometryStep()
@@ -55,7 +62,6 @@ class GraphSlam:
         features = ScanFeatures.of(beams, self._params.match_range)
         if first:
             self.submaps.append(Submap(grid=SurfaceGrid(self._params.max_cells)))
-            self.origins = self._initial.array()[None]
             self._add(beams, features, np.zeros(3), np.zeros((3, 3)))
         else:
             self._track(beams, features)
@@ -93,15 +99,46 @@ class GraphSlam:
             new.grid.add(self.nodes[k].features.outline, pose)
         old.grid = None
         self.submaps.append(new)
-        self.origins = np.vstack([self.origins, (SE2.of(self.origins[-1]) @ origin).array()])
+        self.graph.append(origin.array(), self.nodes[-1].covariance)
         # The last node is in both
         self.nodes[-1].submap, self.nodes[-1].pose = len(self.submaps) - 1, np.zeros(3)
         old.nodes.pop()
         new.overlap.pop()
         new.nodes.append(len(self.nodes) - 1)
+        self._close_loops(len(self.submaps) - 2)
+
+    def _close_loops(self, query: int) -> None:
+        others = [k for k in range(query - 1) if np.hypot(*(self.graph.origins[k] - self.graph.origins[query])[:2]) < 40]
+        if not others: return
+        covs = self.graph.relative_covariances(query, others)
+        o = self.graph.origins
+        cands = []
+        for k, cov in zip(others, covs):
+            sig = math.sqrt(max(cov[0,0], cov[1,1]))
+            d = np.hypot(*(o[k]-o[query])[:2])
+            if d < 10 + 2*sig: cands.append((d/(10+2*sig), k, cov))
+        found = False
+        for _, k, cov in sorted(cands, key=lambda c: c[:2])[:8]:
+            self.searches += 1
+            a, b = self._views.get(k, self.submaps, self.nodes), self._views.get(query, self.submaps, self.nodes)
+            pred = SE2.of(o[k]).between(SE2.of(o[query])).array()
+            # covariance in the frame of the target: as seen from query, moved
+            sig = math.sqrt(max(cov[0,0],cov[1,1]))
+            c = find_closure(k, query, a, b, pred, np.diag([sig**2, sig**2, cov[2,2]]))
+            if c is None: continue
+            self.candidates.append(c)
+            if c.verdict.is_good: found = True
+        if found:
+            self.accepted = [c for c in self.candidates if c.verdict.is_good]
+            self.graph.close(self.accepted)
+            for _ in range(3):
+                dist = self.graph.closure_distances()
+                if (dist <= MAX_DISTANCE).all(): break
+                self.accepted = [c for c, d in zip(self.accepted, dist) if d <= MAX_DISTANCE]
+                self.graph.close(self.accepted)
 
     def poses(self) -> Array:
-        return np.array([(SE2.of(self.origins[n.submap]) @ SE2.of(n.pose)).array() for n in self.nodes])
+        return np.array([(SE2.of(self.graph.origins[n.submap]) @ SE2.of(n.pose)).array() for n in self.nodes])
 
     def trajectory(self):
         return [SE2.of(p) for p in self.poses()]

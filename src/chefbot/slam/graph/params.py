@@ -47,7 +47,7 @@ class GraphSlamParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     ] = 60.0
     submap_travel: Annotated[
         float, Meta(gt=0.1, le=200.0, description="travel after which the next submap begins, m")
-    ] = 6.0
+    ] = 12.0
     max_cells: Annotated[
         int,
         Meta(

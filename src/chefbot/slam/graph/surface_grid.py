@@ -24,6 +24,17 @@ _RADIUS = 3
 _SPARE = 40
 """Cells beyond what is needed when the grid grows."""
 _EMPTY = -1
+_TABLE_STEPS = 32.0
+"""Entries of the Gaussian's table per squared cell."""
+
+
+def _gaussian_table() -> NDArray[np.uint8]:
+    """Return the field's value by squared distance in cells, in steps of 1 / _TABLE_STEPS."""
+    squared = (np.arange(int(2 * (_RADIUS + 0.5) ** 2 * _TABLE_STEPS) + 2) + 0.5) / _TABLE_STEPS
+    return np.round(FIELD_MAX * np.exp(-0.5 * (CELL / SIGMA) ** 2 * squared)).astype(np.uint8)
+
+
+_TABLE = _gaussian_table()
 
 
 class SurfaceGrid:
@@ -56,7 +67,7 @@ class SurfaceGrid:
         if self._used + len(points) > len(self.sums):
             more = np.zeros((len(self.sums) + len(points), 3), np.float32)
             self.sums = np.concatenate([self.sums, more])
-        self._used = _insert(placed, self.origin, self.field, self.slot, self.sums, self._used)
+        self._used = _insert(placed, self.origin, self.field, self.slot, self.sums, self._used, _TABLE)
 
     def _grow(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
         if self._bounds.contains(low, high):
@@ -76,9 +87,8 @@ def transformed(points: NDArray[np.float32], pose: NDArray[np.float64]) -> NDArr
 
 
 @njit(cache=True, nogil=True)
-def _insert(points, origin, field, slot, sums, used):  # type: ignore[no-untyped-def]
+def _insert(points, origin, field, slot, sums, used, table):  # type: ignore[no-untyped-def]
     """Add points (n, 2), m, to the means and to the field; return the number of slots in use."""
-    scale = -0.5 * (CELL / SIGMA) ** 2
     for i in range(len(points)):
         x, y = (points[i, 0] - origin[0]) / CELL, (points[i, 1] - origin[1]) / CELL
         column, row = int(x), int(y)
@@ -95,7 +105,7 @@ def _insert(points, origin, field, slot, sums, used):  # type: ignore[no-untyped
         for r in range(row - _RADIUS, row + _RADIUS + 1):
             for c in range(column - _RADIUS, column + _RADIUS + 1):
                 dx, dy = c + 0.5 - x, r + 0.5 - y
-                value = np.uint8(FIELD_MAX * math.exp(scale * (dx * dx + dy * dy)) + 0.5)
+                value = table[int((dx * dx + dy * dy) * _TABLE_STEPS)]
                 if value > field[r, c]:
                     field[r, c] = value
     return used

@@ -14,6 +14,7 @@ from chefbot.errors import OdometryError, ScanError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.graph.odometry_model import OdometryModel, rotated
+from chefbot.slam.graph.pose_graph import Edges
 from chefbot.slam.graph.params import GraphSlamParams
 from chefbot.slam.graph.scan_features import ScanFeatures
 from chefbot.slam.graph.submap import Match, Node, Submap
@@ -42,6 +43,7 @@ class GraphSlam:
         self.candidates = []
         self.accepted = []
         self.searches = 0
+        self.steps = []
         self._initial = initial
         self._odom: SE2 | None = None
         self._step = OdometryStep()
@@ -79,6 +81,7 @@ class GraphSlam:
         self._odometry.observe(self._step, last.between(SE2.of(match.pose)), np.clip(certainty, 0, 1) if match.inliers > 0.5 else np.zeros(3))
         self.log.append((match.inliers, *np.sqrt(np.diag(posterior)), *self._odometry.scale, *(np.array(last.between(SE2.of(match.pose)))-np.array(self._step.motion))))
         self._add(beams, features, match.pose, posterior)
+        self.steps.append((self._step.motion.array(), self._odometry.covariance(self._step)))
         submap.travel += math.hypot(self._step.motion.x, self._step.motion.y)
         if submap.travel > self._params.submap_travel:
             self._next_submap()
@@ -139,6 +142,11 @@ class GraphSlam:
 
     def poses(self) -> Array:
         return np.array([(SE2.of(self.graph.origins[n.submap]) @ SE2.of(n.pose)).array() for n in self.nodes])
+
+    def odometry_edges(self) -> Edges:
+        n = len(self.nodes) - 1
+        return Edges(np.arange(n), np.arange(1, n + 1), np.array([m for m, _ in self.steps]),
+                     np.linalg.inv(np.array([c for _, c in self.steps])), np.full(n, np.inf))
 
     def trajectory(self):
         return [SE2.of(p) for p in self.poses()]

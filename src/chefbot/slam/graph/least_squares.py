@@ -56,14 +56,12 @@ def _diagonal(values: Array) -> csc_matrix:
 
 @njit(cache=True, nogil=True)
 def _error(a, b, z):  # type: ignore[no-untyped-def]
-    """Return the error (3,) of a measurement z of pose b in the frame of pose a, in the measured frame."""
+    """Return the error of a measurement z of pose b in the frame of pose a, in the axes of a."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     c, s = math.cos(a[2]), math.sin(a[2])
-    ex, ey = c * dx + s * dy - z[0], c * dy - s * dx - z[1]
-    c, s = math.cos(z[2]), math.sin(z[2])
     turn = b[2] - a[2] - z[2]
     turn -= 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi))
-    return c * ex + s * ey, c * ey - s * ex, turn
+    return c * dx + s * dy - z[0], c * dy - s * dx - z[1], turn
 
 
 @njit(cache=True, nogil=True)
@@ -94,7 +92,7 @@ def _linearize(poses, of, to, measured, information, kernel):  # type: ignore[no
         a, b, z, omega = poses[of[m]], poses[to[m]], measured[m], information[m]
         e[0], e[1], e[2] = _error(a, b, z)
         # Jacobian of the error by both poses
-        c, s = math.cos(a[2] + z[2]), math.sin(a[2] + z[2])
+        c, s = math.cos(a[2]), math.sin(a[2])
         dx, dy = b[0] - a[0], b[1] - a[1]
         j[0, 0], j[0, 1], j[0, 2] = -c, -s, -s * dx + c * dy
         j[1, 0], j[1, 1], j[1, 2] = s, -c, -c * dx - s * dy

@@ -24,7 +24,7 @@ _DAMPING, _MAX_DAMPING = 1e-6, 1e6
 class Edges:
     """Relative measurements: pose `to` seen from pose `of`.
 
-    of, to: (m,) int64. measured: (m, 3), m and rad. information: (m, 3, 3) in the measured frame. kernel: (m,)
+    of, to: (m,) int64. measured: (m, 3), m and rad. information: (m, 3, 3) in the axes of `of`. kernel: (m,)
     squared Mahalanobis distance from which the robust kernel lowers an edge's weight; inf for no kernel.
     """
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.slam.scan_beams import Beams, thinned
+from chefbot.slam.scan_beams import Beams
 
 SPACING = np.float32(0.04)
 """Minimum distance between neighbouring points, m."""
@@ -30,7 +30,8 @@ _ACROSS = 0.2
 
 @dataclass(frozen=True, eq=False)
 class ScanFeatures:
-    """Points (n, 2) float32 in the base frame, m, in order of the beams, and their unit normals (n, 2) float32.
+    """Points (n, 2) float32 in the base frame, m, in order of the beams, and their unit normals (n, 2)
+    float32, towards the sensor.
 
     A normal of (0, 0) means that the neighbourhood is no line. outline: (m, 2) float32, the points and, between
     neighbours on one line, points every OUTLINE_SPACING: the surfaces that a later scan may see between the beams.
@@ -42,18 +43,48 @@ class ScanFeatures:
     reach: float
     """Distance in m within which nine tenths of the points lie."""
 
+    bearings: NDArray[np.float32]
+    """Direction (n,) of each point from the sensor, rad, ascending over at most one turn."""
+    sensor: NDArray[np.float32]
+    """Position (2,) of the sensor in the base frame, m."""
+
     @staticmethod
     def of(beams: Beams, max_range: float) -> ScanFeatures:
         """Extract the points nearer than `max_range` m to the sensor."""
-        surfaces = beams.surfaces
-        offset = surfaces - beams.sensor
-        ranges = np.hypot(offset[:, 0], offset[:, 1])
-        near = ranges <= max_range
-        points = thinned(surfaces[near], SPACING)
+        surfaces, bearings = _ordered(beams.surfaces, beams.sensor, max_range)
+        points, kept = thinned_points(surfaces, SPACING)
+        normals = normals_of(points, beams.sensor)
+        outline = outline_of(points, normals, beams.sensor)
         distance = np.sort(np.hypot(points[:, 0], points[:, 1]))
         reach = float(distance[int(0.9 * (len(distance) - 1))]) if len(distance) else 0.0
-        normals = normals_of(points, beams.sensor)
-        return ScanFeatures(points, normals, outline_of(points, normals, beams.sensor), reach)
+        return ScanFeatures(points, normals, outline, reach, bearings[kept], beams.sensor)
+
+
+def _ordered(
+    surfaces: NDArray[np.float32], sensor: NDArray[np.float32], max_range: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the points (n, 2) within `max_range` m of the sensor and their bearings (n,), ascending.
+
+    The beams of a laser that is mounted upside down run clockwise.
+    """
+    offset = surfaces - sensor
+    near = np.hypot(offset[:, 0], offset[:, 1]) <= max_range
+    surfaces, offset = surfaces[near], offset[near]
+    bearings = np.unwrap(np.arctan2(offset[:, 1], offset[:, 0]))
+    order = np.argsort(bearings, kind="stable")
+    return surfaces[order], bearings[order].astype(np.float32)
+
+
+@njit(cache=True, nogil=True)
+def thinned_points(points, spacing):  # type: ignore[no-untyped-def]
+    """Return the points (m, 2) at least `spacing` m from the last one kept, and their indices (m,)."""
+    kept = np.empty(len(points), np.int64)
+    m = 0
+    for i in range(len(points)):
+        if m == 0 or _distance(points, i, kept[m - 1]) >= spacing:
+            kept[m] = i
+            m += 1
+    return points[kept[:m]], kept[:m].copy()
 
 
 @njit(cache=True, nogil=True)
@@ -93,7 +124,11 @@ def normals_of(points, sensor):  # type: ignore[no-untyped-def]
             continue
         # Direction of the line by the angle of the larger eigenvector, the normal is across
         angle = 0.5 * math.atan2(2.0 * xy, xx - yy)
-        normals[i, 0], normals[i, 1] = -math.sin(angle), math.cos(angle)
+        nx, ny = -math.sin(angle), math.cos(angle)
+        # Towards the sensor: both sides of a thin wall differ
+        if nx * (sensor[0] - points[i, 0]) + ny * (sensor[1] - points[i, 1]) < 0.0:
+            nx, ny = -nx, -ny
+        normals[i, 0], normals[i, 1] = nx, ny
     return normals
 
 

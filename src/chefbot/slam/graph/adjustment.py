@@ -28,6 +28,11 @@ class Adjustment:
 
     def __init__(self, features: list[ScanFeatures]) -> None:
         self._points = np.concatenate([f.points for f in features])
+        sensors = np.repeat([f.sensor for f in features], [len(f.points) for f in features], axis=0)
+        offset = self._points - sensors
+        self._directions = offset / np.maximum(np.hypot(offset[:, 0], offset[:, 1]), 1e-6)[:, None]
+        self.range_offset = 0.0
+        self.debug = []
         self._normals = np.concatenate([f.normals for f in features])
         self._bearings = np.concatenate([f.bearings for f in features])
         self._sensors = np.array([f.sensor for f in features])
@@ -49,12 +54,25 @@ class Adjustment:
         total = np.minimum(counts[:, 1], (self._begin[1:] - self._begin[:-1])[of])
         good = (counts[:, 0] >= _MIN_PAIRED) & (counts[:, 0] >= _MIN_SHARE * total)
         of, to, h, g, paired = of[good], to[good], h[good], g[good], counts[good, 0]
+        self._shift_ranges(h, g)
+        h, g = h[:, :3, :3], g[:, :3]
         # The minimum of each pair's quadratic, held where no surface decides
         step = -np.linalg.solve(h + 1e-3 * np.eye(3), g[:, :, None])[:, :, 0]
         weight = np.minimum(1.0, _BEAMS / paired) / _NOISE**2 * 2.0 / _PARTNERS
         information = h * weight[:, None, None]
         measured = _relative(poses[of], poses[to]) + step
         return Edges(of, to, measured, information, np.full(len(of), np.inf))
+
+    def _shift_ranges(self, h: Array, g: Array) -> None:
+        """Move all points along their beams by the offset that lets the pairs agree best, whatever their poses."""
+        cross = h[:, :3, 3]
+        inner = np.linalg.solve(h[:, :3, :3] + 1e-3 * np.eye(3), np.stack([cross, g[:, :3]], axis=2))
+        stiffness = (h[:, 3, 3] - (cross * inner[:, :, 0]).sum(axis=1)).sum()
+        slope = (g[:, 3] - (cross * inner[:, :, 1]).sum(axis=1)).sum()
+        step = -slope / stiffness
+        self.range_offset += step
+        self.debug.append((step, math.sqrt(_NOISE**2/stiffness)))
+        self._points += np.float32(step) * self._directions
 
 
 def partners(poses: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

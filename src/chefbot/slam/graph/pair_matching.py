@@ -22,13 +22,14 @@ _MAX_STEPS = 60
 
 @njit(cache=True, nogil=True)
 def linearize_pairs(of, to, poses, points, normals, bearings, begin, sensors, scale):  # type: ignore[no-untyped-def]
-    """Return for each pair J^T W J (m, 3, 3), J^T W r (m, 3), and the numbers of points, paired and in total (m, 2).
+    """Return for each pair J^T W J (m, 4, 4), J^T W r (m, 4), and the numbers of points, paired and in total (m, 2).
 
-    of, to: (m,) indices; the pose of scan `to` in the frame of scan `of` is varied. points, normals, bearings: of
+    of, to: (m,) indices. Varied are the pose of scan `to` in the frame of scan `of`, in the axes of that, and an
+    offset that all ranges share. points, normals, bearings: of
     all scans, scan k from begin[k] to begin[k + 1]. scale: width of the robust kernel, m.
     """
     m = len(of)
-    h, g, counts = np.zeros((m, 3, 3)), np.zeros((m, 3)), np.zeros((m, 2))
+    h, g, counts = np.zeros((m, 4, 4)), np.zeros((m, 4)), np.zeros((m, 2))
     for k in range(m):
         a, b = of[k], to[k]
         # Pose of scan `to` in the frame of scan `of`
@@ -37,15 +38,18 @@ def linearize_pairs(of, to, poses, points, normals, bearings, begin, sensors, sc
         x, y, yaw = c * dx + s * dy, c * dy - s * dx, poses[b, 2] - poses[a, 2]
         counts[k, 0] = _linearize(
             points[begin[a] : begin[a + 1]], normals[begin[a] : begin[a + 1]], bearings[begin[a] : begin[a + 1]],
-            sensors[a], points[begin[b] : begin[b + 1]], normals[begin[b] : begin[b + 1]], x, y, yaw, scale, h[k], g[k],
+            sensors[a], points[begin[b] : begin[b + 1]], normals[begin[b] : begin[b + 1]], sensors[b], x, y, yaw,
+            scale, h[k], g[k],
         )  # fmt: skip
         counts[k, 1] = begin[b + 1] - begin[b]
     return h, g, counts
 
 
 @njit(cache=True, nogil=True)
-def _linearize(points, normals, bearings, sensor, moved, moved_normals, x, y, yaw, scale, h, g):  # type: ignore[no-untyped-def]
-    """Add the normal equations of one pair to h (3, 3) and g (3,); return the number of paired points."""
+def _linearize(  # type: ignore[no-untyped-def]
+    points, normals, bearings, sensor, moved, moved_normals, moved_sensor, x, y, yaw, scale, h, g
+):
+    """Add the normal equations of one pair to h (4, 4) and g (4,); return the number of paired points."""
     c, s = math.cos(yaw), math.sin(yaw)
     paired = 0.0
     for i in range(len(moved)):
@@ -68,12 +72,22 @@ def _linearize(points, normals, bearings, sensor, moved, moved_normals, x, y, ya
                 continue
         elif moved_known:
             nx, ny = mx, my
+        # Difference of the directions of both beams: how a range offset parts the points
+        ux, uy = _direction(moved[i, 0] - moved_sensor[0], moved[i, 1] - moved_sensor[1])
+        vx, vy = _direction(points[near, 0] - sensor[0], points[near, 1] - sensor[1])
+        ux, uy = c * ux - s * uy - vx, s * ux + c * uy - vy
         if known or moved_known:
-            paired += _accumulate(h, g, nx, ny, rx, ry, nx * ex + ny * ey, scale, 1.0)
+            paired += _accumulate(h, g, nx, ny, rx, ry, ux, uy, nx * ex + ny * ey, scale, 1.0)
         else:
-            paired += _accumulate(h, g, 1.0, 0.0, rx, ry, ex, scale, _POINT_WEIGHT)
-            paired += _accumulate(h, g, 0.0, 1.0, rx, ry, ey, scale, _POINT_WEIGHT)
+            paired += _accumulate(h, g, 1.0, 0.0, rx, ry, ux, uy, ex, scale, _POINT_WEIGHT)
+            paired += _accumulate(h, g, 0.0, 1.0, rx, ry, ux, uy, ey, scale, _POINT_WEIGHT)
     return paired
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _direction(x, y):  # type: ignore[no-untyped-def]
+    length = max(math.hypot(x, y), 1e-6)
+    return x / length, y / length
 
 
 @njit(cache=True, nogil=True)
@@ -108,20 +122,15 @@ def _nearest(points, bearings, sensor, x, y):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _accumulate(h, g, nx, ny, rx, ry, residual, scale, share):  # type: ignore[no-untyped-def]
+def _accumulate(h, g, nx, ny, rx, ry, ux, uy, residual, scale, share):  # type: ignore[no-untyped-def]
+    """Add a residual along (nx, ny) of the point (rx, ry), rotated only, and return its weight."""
+    # Geman-McClure weight
     q = scale * scale / (scale * scale + residual * residual)
     w = share * q * q
-    turn = ny * rx - nx * ry
-    g[0] += w * nx * residual
-    g[1] += w * ny * residual
-    g[2] += w * turn * residual
-    h[0, 0] += w * nx * nx
-    h[0, 1] += w * nx * ny
-    h[0, 2] += w * nx * turn
-    h[1, 0] += w * nx * ny
-    h[1, 1] += w * ny * ny
-    h[1, 2] += w * ny * turn
-    h[2, 0] += w * nx * turn
-    h[2, 1] += w * ny * turn
-    h[2, 2] += w * turn * turn
+    # Jacobian of the distance along the normal: by x, y, heading and range offset
+    j = (nx, ny, ny * rx - nx * ry, nx * ux + ny * uy)
+    for a in range(4):
+        g[a] += w * j[a] * residual
+        for b in range(4):
+            h[a, b] += w * j[a] * j[b]
     return w

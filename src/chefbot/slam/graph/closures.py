@@ -51,7 +51,6 @@ class Closure:
     to: int
     measured: Array
     information: Array
-    verdict: Verdict
 
 
 def find_closure(
@@ -72,7 +71,7 @@ def find_closure(
         target.grid.origin,
     )  # fmt: skip
     verdict = verify(target, query, pose)
-    return Closure(of, to, pose, information, verdict)
+    return Closure(of, to, pose, information) if verdict.is_good else None
 
 
 def verify(target: SubmapView, query: SubmapView, pose: Array) -> Verdict:

@@ -1,6 +1,7 @@
 """Simultaneous localization and mapping with submaps and a pose graph.
 
-Hess, Kohler, Rapp, Andor: Real-Time Loop Closure in 2D LIDAR SLAM, ICRA 2016.
+Hess, Kohler, Rapp, Andor: Real-Time Loop Closure in 2D LIDAR SLAM, ICRA 2016. Each scan is matched against the
+submap under construction. Finished submaps are compared with earlier ones; closures bend the graph of their frames.
 """
 
 from __future__ import annotations
@@ -11,148 +12,227 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import OdometryError, ScanError
+from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.slam.graph.adjustment import Adjustment
+from chefbot.slam.graph.loop_closer import LoopCloser
 from chefbot.slam.graph.odometry_model import OdometryModel, rotated
-from chefbot.slam.graph.pose_graph import Edges
 from chefbot.slam.graph.params import GraphSlamParams
+from chefbot.slam.graph.pose_graph import Array, Edges
+from chefbot.slam.graph.range_calibration import RangeCalibration
 from chefbot.slam.graph.scan_features import ScanFeatures
 from chefbot.slam.graph.submap import Match, Node, Submap
+from chefbot.slam.graph.submap_graph import SubmapGraph
 from chefbot.slam.graph.surface_grid import SurfaceGrid
-from chefbot.slam.graph.submap_graph import SubmapGraph, MAX_DISTANCE
-from chefbot.slam.graph.submap_view import SubmapViews
-from chefbot.slam.graph.closures import find_closure
-from chefbot.slam.motion_model import OdometryStep
+from chefbot.slam.motion_model import OdometryStep, compose
 from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
-from chefbot.slam.scan_beams import Beams, beams_of
+from chefbot.slam.scan_beams import Beams, beams_of, with_range_offset
 
-Array = NDArray[np.float64]
 _MAX_COORDINATE = 1e6
+"""Limit of plausible odometry coordinates, m."""
 _MAX_JUMP = 100.0
+"""Distance between two scans in m that no robot drives: beyond it the odom frame must have been reset."""
+_SEARCHES_PER_SCAN = 2
+"""Number of loop searches after a scan: the time for one scan is bounded."""
+_MIN_INLIERS = 0.4
+"""Share of inliers from which a match shows how good odometry is."""
+_CALIBRATION_NODES = 5
+"""Number of latest nodes that a scan's ranges are compared with."""
 
 
 class GraphSlam:
+    """Simultaneous localization and mapping from laser scans and odometry (Hess et al. 2016).
+
+    sensor: pose of the laser in the base frame. initial: pose of the robot in the map frame at the first scan.
+    The result depends on the scans alone: nothing is drawn at random.
+    """
+
     def __init__(self, params: GraphSlamParams, sensor: SE2 = IDENTITY, initial: SE2 = IDENTITY) -> None:
         self._params = params
         self._sensor = sensor
         self._odometry = OdometryModel(params)
-        self.nodes: list[Node] = []
-        self.submaps: list[Submap] = []
-        self.graph = SubmapGraph(initial.array())
-        self._views = SubmapViews(params.max_cells)
-        self.candidates = []
-        self.accepted = []
-        self.searches = 0
-        self.steps = []
-        self._initial = initial
+        self._calibration = RangeCalibration()
+        self._nodes: list[Node] = []
+        self._submaps = [Submap(grid=SurfaceGrid(params.max_cells))]
+        self._graph = SubmapGraph(initial.array())
+        self._loops = LoopCloser(params.max_cells)
+        self._adjusted: Array | None = None
+        self._range_offset = 0.0
         self._odom: SE2 | None = None
+        self._processed_odom = IDENTITY
         self._step = OdometryStep()
-        self.scans = 0
-        self.log = []
 
-    def update(self, angles, ranges, odom: SE2, range_max: float = math.inf) -> bool:
-        first = self._odom is None
-        if not first:
+    def retune(self, params: GraphSlamParams) -> None:
+        """Replace thresholds, ranges and noise from the next scan on; the map's geometry must not change."""
+        self._params = params
+        self._odometry.retune(params)
+
+    def update(
+        self, angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2, range_max: float = math.inf
+    ) -> bool:
+        """Process a scan and return whether it was used: a scan is used after enough motion.
+
+        angles: (n,) rad in the laser frame. ranges: (n,) m. odom: pose of the robot in the odom frame. +inf and
+        ranges of at least `range_max` mean no return; NaN, -inf and ranges not above 0 are invalid (REP-117).
+
+        Raise OdometryError if the odometry is implausible, ScanError if the arrays differ in length, MapSizeError if
+        the map would become too large. Raise OdometryError also if odometry jumps; the robot then keeps its pose
+        in the map and the odom frame is taken as reset.
+        """
+        self._validate_input(angles, ranges, odom)
+        if self._odom is not None and (jump := self._odom.distance(odom)) > _MAX_JUMP:
+            # The odom frame was reset: keep the motion since the last processed scan
+            self._processed_odom = odom @ self._odom.between(self._processed_odom)
+            self._odom = odom
+            raise OdometryError(f"odometry jumped by {jump:.6g} m between two scans: treated as an odometry reset")
+        if self._odom is not None:
             self._step.add(self._odom.between(odom))
         self._odom = odom
-        m = self._step.motion
-        self.scans += 1
-        if not first and math.hypot(m.x, m.y) < self._params.linear_update and abs(m.yaw) < self._params.angular_update:
+        if self._nodes and not self._has_moved_enough():
             return False
+        # REP-117: a range beyond the maximum is no return
         ranges = np.where(ranges >= range_max, np.float32(np.inf), ranges)
         beams = beams_of(angles, ranges, self._sensor, self._params.max_range, self._params.clear_range)
-        features = ScanFeatures.of(beams, self._params.match_range)
-        if first:
-            self.submaps.append(Submap(grid=SurfaceGrid(self._params.max_cells)))
-            self._add(beams, features, np.zeros(3), np.zeros((3, 3)))
-        else:
-            self._track(beams, features)
+        self._process(beams)
+        self._processed_odom = odom
         self._step = OdometryStep()
         return True
 
-    def _track(self, beams, features):
-        last = SE2.of(self.nodes[-1].pose)
-        prior = last @ self._step.motion
-        covariance = rotated(self._odometry.covariance(self._step), last.yaw)
-        submap = self.submaps[-1]
-        match = submap.match(features, prior.array(), covariance, self._params.independent_beams)
+    @staticmethod
+    def _validate_input(angles: NDArray[np.float32], ranges: NDArray[np.float32], odom: SE2) -> None:
+        if not all(abs(v) < _MAX_COORDINATE for v in odom):
+            raise OdometryError(f"odometry {tuple(odom)} is implausible: check the encoders and the log")
+        if np.shape(angles) != np.shape(ranges) or np.ndim(ranges) != 1:
+            raise ScanError(
+                f"a scan has {np.shape(angles)} angles and {np.shape(ranges)} ranges: give one for each beam"
+            )
+
+    def _has_moved_enough(self) -> bool:
+        motion = self._step.motion
+        return (
+            math.hypot(motion.x, motion.y) >= self._params.linear_update
+            or abs(motion.yaw) >= self._params.angular_update
+        )
+
+    def _process(self, beams: Beams) -> None:
+        self._adjusted = None
+        features = ScanFeatures.of(beams, self._params.match_range, self._calibration.offset)
+        if not self._nodes:
+            self._add(beams, features, np.zeros(3), np.zeros((3, 3)))
+            return
+        # 1. Scan-to-submap matching, with odometry as the prior
+        prior, covariance = self._predict()
+        match = self._submaps[-1].match(features, prior.array(), covariance, self._params.independent_beams)
         posterior = np.linalg.inv(np.linalg.inv(covariance) + match.information)
-        certainty = 1.0 - np.diag(rotated(posterior, -last.yaw)) / np.diag(rotated(covariance, -last.yaw))
-        self._odometry.observe(self._step, last.between(SE2.of(match.pose)), np.clip(certainty, 0, 1) if match.inliers > 0.5 else np.zeros(3))
-        self.log.append((match.inliers, *np.sqrt(np.diag(posterior)), *self._odometry.scale, *(np.array(last.between(SE2.of(match.pose)))-np.array(self._step.motion))))
-        self._add(beams, features, match.pose, posterior)
-        self.steps.append((self._step.motion.array(), self._odometry.covariance(self._step)))
-        submap.travel += math.hypot(self._step.motion.x, self._step.motion.y)
-        if submap.travel > self._params.submap_travel:
-            self._next_submap()
+        # 2. Noise of odometry and offset of the ranges
+        self._learn(match, covariance, posterior)
+        # 3. The scan becomes a node and part of the submap
+        self._add(beams, features, match.pose, self._odometry.covariance(self._step))
+        latest = [node for node in self._nodes[-_CALIBRATION_NODES:] if node.submap == self._nodes[-1].submap]
+        self._calibration.observe([node.features for node in latest], np.array([node.pose for node in latest]))
+        # 4. A submap of full length is finished; loops are searched a few at a time
+        self._submaps[-1].travel += self._step.travel
+        if self._submaps[-1].travel >= self._params.submap_travel:
+            self._finish_submap(posterior)
+        self._loops.search(self._graph, self._submaps, self._nodes, _SEARCHES_PER_SCAN)
 
-    def _add(self, beams: Beams, features: ScanFeatures, pose: Array, covariance: Array) -> None:
-        submap = self.submaps[-1]
-        submap.nodes.append(len(self.nodes))
-        self.nodes.append(Node(self.scans, beams, features, self._odom.array(), len(self.submaps) - 1, pose, covariance))
-        submap.grid.add(features.outline, pose)
+    def _predict(self) -> tuple[SE2, Array]:
+        """Return the pose that odometry predicts in the current submap, and its covariance in the submap's axes."""
+        last = SE2.of(self._nodes[-1].pose)
+        return last @ self._step.motion, rotated(self._odometry.covariance(self._step), last.yaw)
 
-    def _next_submap(self) -> None:
-        old = self.submaps[-1]
-        origin = SE2.of(self.nodes[-1].pose)
-        new = Submap(grid=SurfaceGrid(self._params.max_cells))
-        for k in old.nodes[len(old.nodes) // 2 :]:
-            pose = origin.between(SE2.of(self.nodes[k].pose)).array()
-            new.overlap.append((k, pose))
-            new.grid.add(self.nodes[k].features.outline, pose)
-        old.grid = None
-        self.submaps.append(new)
-        self.graph.append(origin.array(), self.nodes[-1].covariance)
-        # The last node is in both
-        self.nodes[-1].submap, self.nodes[-1].pose = len(self.submaps) - 1, np.zeros(3)
-        old.nodes.pop()
-        new.overlap.pop()
-        new.nodes.append(len(self.nodes) - 1)
-        self._close_loops(len(self.submaps) - 2)
+    def _learn(self, match: Match, covariance: Array, posterior: Array) -> None:
+        """Compare odometry with a good match, in the axes of the last pose."""
+        if match.inliers < _MIN_INLIERS:
+            return
+        last = SE2.of(self._nodes[-1].pose)
+        before, after = (np.diag(rotated(c, -last.yaw)) for c in (covariance, posterior))
+        self._odometry.observe(self._step, last.between(SE2.of(match.pose)), np.clip(1.0 - after / before, 0.0, 1.0))
 
-    def _close_loops(self, query: int) -> None:
-        others = [k for k in range(query - 1) if np.hypot(*(self.graph.origins[k] - self.graph.origins[query])[:2]) < 40]
-        if not others: return
-        covs = self.graph.relative_covariances(query, others)
-        o = self.graph.origins
-        cands = []
-        for k, cov in zip(others, covs):
-            sig = math.sqrt(max(cov[0,0], cov[1,1]))
-            d = np.hypot(*(o[k]-o[query])[:2])
-            if d < 10 + 2*sig: cands.append((d/(10+2*sig), k, cov))
-        found = False
-        for _, k, cov in sorted(cands, key=lambda c: c[:2])[:8]:
-            self.searches += 1
-            a, b = self._views.get(k, self.submaps, self.nodes), self._views.get(query, self.submaps, self.nodes)
-            pred = SE2.of(o[k]).between(SE2.of(o[query])).array()
-            # covariance in the frame of the target: as seen from query, moved
-            sig = math.sqrt(max(cov[0,0],cov[1,1]))
-            c = find_closure(k, query, a, b, pred, np.diag([sig**2, sig**2, cov[2,2]]))
-            if c is None: continue
-            self.candidates.append(c)
-            if c.verdict.is_good: found = True
-        if found:
-            self.accepted = [c for c in self.candidates if c.verdict.is_good]
-            self.graph.close(self.accepted)
-            for _ in range(3):
-                dist = self.graph.closure_distances()
-                if (dist <= MAX_DISTANCE).all(): break
-                self.accepted = [c for c, d in zip(self.accepted, dist) if d <= MAX_DISTANCE]
-                self.graph.close(self.accepted)
+    def _add(self, beams: Beams, features: ScanFeatures, pose: Array, motion_covariance: Array) -> None:
+        submap = self._submaps[-1]
+        submap.nodes.append(len(self._nodes))
+        motion = self._step.motion.array()
+        self._nodes.append(Node(beams, features, len(self._submaps) - 1, pose, motion, motion_covariance))
+        submap.insert(features, pose)
 
-    def poses(self) -> Array:
-        return np.array([(SE2.of(self.graph.origins[n.submap]) @ SE2.of(n.pose)).array() for n in self.nodes])
+    def _finish_submap(self, covariance: Array) -> None:
+        """Begin a submap at the last node; the later half of the finished one's nodes overlaps."""
+        finished, last = self._submaps[-1], self._nodes[-1]
+        origin = SE2.of(last.pose)
+        submap = Submap(grid=SurfaceGrid(self._params.max_cells))
+        for k in finished.nodes[len(finished.nodes) // 2 :]:
+            pose = origin.between(SE2.of(self._nodes[k].pose)).array()
+            submap.insert(self._nodes[k].features, pose)
+            submap.overlap.append((k, pose))
+        # The last node is the first of the new submap
+        submap.overlap.pop()
+        submap.nodes.append(finished.nodes.pop())
+        finished.grid = None
+        self._submaps.append(submap)
+        self._graph.append(origin.array(), covariance)
+        last.submap, last.pose = len(self._submaps) - 1, np.zeros(3)
+        self._loops.enqueue(len(self._submaps) - 2, self._graph)
 
-    def odometry_edges(self) -> Edges:
-        n = len(self.nodes) - 1
-        return Edges(np.arange(n), np.arange(1, n + 1), np.array([m for m, _ in self.steps]),
-                     np.linalg.inv(np.array([c for _, c in self.steps])), np.full(n, np.inf))
+    def finish(self) -> None:
+        """Make all loop searches that are left and adjust all poses jointly: call it at the end of a recording."""
+        while self._loops.pending:
+            self._loops.search(self._graph, self._submaps, self._nodes, self._loops.pending)
+        if len(self._nodes) < 2:
+            return
+        adjustment = Adjustment([node.features for node in self._nodes])
+        self._adjusted = adjustment.adjusted(self._poses(), self._odometry_edges())
+        self._range_offset = adjustment.range_offset
 
-    def trajectory(self):
-        return [SE2.of(p) for p in self.poses()]
+    def _odometry_edges(self) -> Edges:
+        steps = self._nodes[1:]
+        index = np.arange(len(steps))
+        information = np.linalg.inv(np.array([node.motion_covariance for node in steps]))
+        motions = np.array([node.motion for node in steps])
+        return Edges(index, index + 1, motions, information, np.full(len(steps), np.inf))
+
+    def _poses(self) -> Array:
+        """Return the poses (n, 3) of the nodes in the map frame."""
+        if self._adjusted is not None:
+            return self._adjusted
+        if not self._nodes:
+            return np.zeros((0, 3))
+        origins = self._graph.origins[[node.submap for node in self._nodes]]
+        return compose(origins, np.array([node.pose for node in self._nodes]))
+
+    @property
+    def range_offset(self) -> float:
+        """The correction of all ranges that was found, m."""
+        return self._range_offset if self._adjusted is not None else self._calibration.offset
+
+    @property
+    def closures(self) -> int:
+        """Number of loop closures that are applied."""
+        return len(self._loops.closures)
+
+    @property
+    def map_T_odom(self) -> SE2:  # noqa: N802  REP-105's frames read left to right
+        """Pose of the odom frame in the map frame; updated by processed scans only."""
+        if not self._nodes:
+            return SE2.of(self._graph.origins[0])
+        last = self._nodes[-1]
+        pose = compose(self._graph.origins[last.submap][None], last.pose)[0]
+        x, y, yaw = self._adjusted[-1] if self._adjusted is not None else pose
+        return SE2(float(x), float(y), wrap(float(yaw))) @ self._processed_odom.inverse()
+
+    @property
+    def pose(self) -> SE2:
+        """Pose of the robot in the map frame at the latest odometry."""
+        return self.map_T_odom @ (IDENTITY if self._odom is None else self._odom)
+
+    def trajectory(self) -> list[SE2]:
+        """Return the poses of the robot in the map frame at all processed scans."""
+        return [SE2(x, y, wrap(yaw)) for x, y, yaw in self._poses().tolist()]
 
     def map(self) -> Grid:
+        """Return the occupancy grid of all scans at their present poses, cropped to the observed area."""
         canvas = OccupancyAccumulator(self._params.resolution, self._params.max_cells)
-        for node, pose in zip(self.nodes, self.poses(), strict=True):
-            canvas.add_scan(node.beams, pose)
+        for node, pose in zip(self._nodes, self._poses(), strict=True):
+            canvas.add_scan(with_range_offset(node.beams, self.range_offset), pose)
         return canvas.grid()

@@ -9,12 +9,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 if TYPE_CHECKING:
     from chefbot.slam.graph.pose_graph import Edges
 
 Array = NDArray[np.float64]
+_MIN_DIAGONAL = 1e-9
+"""Keeps a pose that no edge holds where it is."""
 
 
 def edge_costs(poses: Array, edges: Edges) -> Array:
@@ -40,18 +42,21 @@ def linearized(poses: Array, edges: Edges) -> tuple[csc_matrix, Array]:
 def solved(hessian: csc_matrix, gradient: Array, damping: float) -> Array:
     """Return the step (n, 3) that minimizes the damped quadratic; the first pose does not move."""
     free = hessian[3:, 3:]
-    diagonal = free.diagonal()
-    damped = free + _diagonal(damping * diagonal + 1e-9)
-    factor = splu(damped.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-                  options={"SymmetricMode": True})  # fmt: skip
+    index = np.arange(free.shape[0])
+    damped = free + csc_matrix((damping * free.diagonal() + _MIN_DIAGONAL, (index, index)))
     step = np.zeros(len(gradient))
-    step[3:] = factor.solve(-gradient[3:])
+    step[3:] = factorized(damped).solve(-gradient[3:])
     return step.reshape(-1, 3)
 
 
-def _diagonal(values: Array) -> csc_matrix:
-    index = np.arange(len(values))
-    return csc_matrix((values, (index, index)))
+def factorized(matrix: csc_matrix) -> SuperLU:
+    """Return the sparse factorization of a symmetric positive definite matrix, ordered by minimum degree."""
+    return splu(
+        matrix.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
 
 
 @njit(cache=True, nogil=True)

@@ -47,17 +47,27 @@ class ScanFeatures:
     """Direction (n,) of each point from the sensor, rad, ascending over at most one turn."""
     sensor: NDArray[np.float32]
     """Position (2,) of the sensor in the base frame, m."""
+    range_offset: float
+    """Correction that all ranges have got, m."""
 
     @staticmethod
-    def of(beams: Beams, max_range: float) -> ScanFeatures:
-        """Extract the points nearer than `max_range` m to the sensor."""
+    def of(beams: Beams, max_range: float, range_offset: float = 0.0) -> ScanFeatures:
+        """Extract the points nearer than `max_range` m to the sensor, with `range_offset` m added to their ranges."""
         surfaces, bearings = _ordered(beams.surfaces, beams.sensor, max_range)
+        surfaces = surfaces + np.float32(range_offset) * directions(surfaces, beams.sensor)
         points, kept = thinned_points(surfaces, SPACING)
         normals = normals_of(points, beams.sensor)
         outline = outline_of(points, normals, beams.sensor)
         distance = np.sort(np.hypot(points[:, 0], points[:, 1]))
         reach = float(distance[int(0.9 * (len(distance) - 1))]) if len(distance) else 0.0
-        return ScanFeatures(points, normals, outline, reach, bearings[kept], beams.sensor)
+        return ScanFeatures(points, normals, outline, reach, bearings[kept], beams.sensor, range_offset)
+
+
+def directions(points: NDArray[np.float32], sensor: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the unit vectors (n, 2) of the beams from the sensor (2,) or (n, 2) to points (n, 2)."""
+    offset = points - sensor
+    length = np.hypot(offset[:, 0], offset[:, 1])
+    return (offset / np.maximum(length, np.float32(1e-6))[:, None]).astype(np.float32)
 
 
 def _ordered(

@@ -27,18 +27,18 @@ _COARSE_POINTS = 120
 
 @dataclass(eq=False)
 class Node:
-    """A processed scan: beams for the map, features for matching, and where it was.
+    """A processed scan: its beams for the map, its features for matching, and where it was.
 
-    submap: index of the submap whose frame `pose` (3,) is in. odom: pose (3,) in the odom frame.
+    submap: index of the submap whose frame `pose` (3,) is in. motion, motion_covariance: odometry (3,) since the node
+    before and its covariance (3, 3), in the frame of that node.
     """
 
-    stamp_index: int
     beams: Beams
     features: ScanFeatures
-    odom: Array
     submap: int
     pose: Array
-    covariance: Array
+    motion: Array
+    motion_covariance: Array
 
 
 class Match(NamedTuple):
@@ -62,9 +62,15 @@ class Submap:
     grid: SurfaceGrid | None = None
     travel: float = 0.0
 
+    def insert(self, features: ScanFeatures, pose: Array) -> None:
+        """Add the surfaces of a scan at `pose` (3,) in this submap's frame."""
+        if self.grid is not None:
+            self.grid.add(features.outline, pose)
+
     def match(self, features: ScanFeatures, prior: Array, covariance: Array, beams: float) -> Match:
         """Match a scan near the odometry prior (3,) with its covariance (3, 3), in this submap's frame."""
-        assert self.grid is not None
+        if self.grid is None:
+            raise ValueError("a finished submap is not matched against")
         information = np.linalg.inv(covariance)
         points, normals = features.points, features.normals
         if not len(points):

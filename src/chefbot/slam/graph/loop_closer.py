@@ -1,0 +1,90 @@
+"""Closing of loops: which submaps are searched, which closures count, and which are taken back."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from chefbot.maths.se2 import SE2
+from chefbot.slam.graph.closures import Closure, find_closure
+from chefbot.slam.graph.consistency import Consistency
+from chefbot.slam.graph.pose_graph import Array
+from chefbot.slam.graph.submap import Node, Submap
+from chefbot.slam.graph.submap_graph import SubmapGraph
+from chefbot.slam.graph.submap_view import SubmapViews
+
+_OVERLAP = 10.0
+"""Distance of the frames of submaps that may see the same surfaces, m."""
+_MAX_CANDIDATES = 6
+"""Number of submaps that one is compared with."""
+_MAX_DISTANCE = 16.3
+"""Largest squared Mahalanobis distance of a closure after the optimization: 99.9 % of true ones."""
+
+
+class LoopCloser:
+    """Compares finished submaps with earlier ones and keeps the graph's closures."""
+
+    def __init__(self, max_cells: int) -> None:
+        self._views = SubmapViews(max_cells)
+        self._queue: deque[tuple[int, int]] = deque()
+        self._consistency = Consistency()
+        self.closures: list[Closure] = []
+        """The closures that are applied now."""
+        self.found = 0
+        """Number of verified closures, applied or not."""
+
+    def enqueue(self, query: int, graph: SubmapGraph) -> None:
+        """Note the earlier submaps that a finished one may overlap, the likeliest first."""
+        offset = graph.origins[: max(query - 1, 0), :2] - graph.origins[query, :2]
+        distance = np.hypot(offset[:, 0], offset[:, 1])
+        reachable = np.flatnonzero(distance < _OVERLAP + graph.farthest())
+        likely = []
+        for other, covariance in zip(reachable, graph.relative_covariances(query, reachable.tolist()), strict=True):
+            spread = _OVERLAP + 2.0 * math.sqrt(max(covariance[0, 0], covariance[1, 1]))
+            if distance[other] < spread:
+                likely.append((float(distance[other]) / spread, int(other)))
+        self._queue.extend((other, query) for _, other in sorted(likely)[:_MAX_CANDIDATES])
+
+    def search(self, graph: SubmapGraph, submaps: Sequence[Submap], nodes: Sequence[Node], limit: int) -> bool:
+        """Make at most `limit` searches of those noted; return whether the graph has changed."""
+        verified = 0
+        for _ in range(min(limit, len(self._queue))):
+            of, to = self._queue.popleft()
+            closure = self._find(of, to, graph, submaps, nodes)
+            if closure is not None:
+                self._consistency.add(closure, graph)
+                verified += 1
+        self.found += verified
+        if verified:
+            self._apply(graph)
+        return verified > 0
+
+    @property
+    def pending(self) -> int:
+        """Number of searches noted."""
+        return len(self._queue)
+
+    def _find(
+        self, of: int, to: int, graph: SubmapGraph, submaps: Sequence[Submap], nodes: Sequence[Node]
+    ) -> Closure | None:
+        target, query = (self._views.get(k, submaps, nodes) for k in (of, to))
+        predicted = SE2.of(graph.origins[of]).between(SE2.of(graph.origins[to])).array()
+        # Relative to the later submap the earlier one's place is uncertain by the same amount
+        (covariance,) = graph.relative_covariances(of, [to])
+        return find_closure(of, to, target, query, predicted, covariance)
+
+    def _apply(self, graph: SubmapGraph) -> None:
+        """Apply the consistent closures; take back what does not fit the optimized graph."""
+        closures = self._consistency.consistent()
+        graph.close(closures)
+        while len(closures):
+            distances: Array = graph.closure_distances()
+            worst = int(np.argmax(distances))
+            if distances[worst] <= _MAX_DISTANCE:
+                break
+            closures = [c for c, d in zip(closures, distances, strict=True) if d <= max(_MAX_DISTANCE, 0.5 * distances[worst])]
+            graph.close(closures)
+        self.closures = closures

@@ -17,7 +17,7 @@ from chefbot.slam.graph.surface_grid import CELL
 
 Array = NDArray[np.float64]
 _SIGMAS = 3.0
-_MIN_LINEAR, _MAX_LINEAR = 0.3, 15.0
+_MIN_LINEAR, _MAX_LINEAR = 0.3, 25.0
 _MIN_ANGULAR, _MAX_ANGULAR = 0.05, 0.6
 """Limits of the search window's half widths, m and rad."""
 _MIN_TURN, _MAX_TURN = 0.008, 0.03

@@ -173,7 +173,7 @@ class GraphSlam:
         self._submaps.append(submap)
         self._graph.append(origin.array(), covariance)
         last.submap, last.pose = len(self._submaps) - 1, np.zeros(3)
-        self._loops.enqueue(len(self._submaps) - 2, self._graph)
+        self._loops.enqueue(len(self._submaps) - 2, self._graph, self._submaps)
 
     def finish(self) -> None:
         """Make all loop searches that are left and adjust all poses jointly: call it at the end of a recording."""

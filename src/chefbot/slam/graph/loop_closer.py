@@ -16,10 +16,12 @@ from chefbot.slam.graph.submap import Node, Submap
 from chefbot.slam.graph.submap_graph import SubmapGraph
 from chefbot.slam.graph.submap_view import SubmapViews
 
-_OVERLAP = 10.0
-"""Distance of the frames of submaps that may see the same surfaces, m."""
-_MAX_CANDIDATES = 6
-"""Number of submaps that one is compared with."""
+_MIN_OVERLAP, _MAX_OVERLAP = 8.0, 20.0
+"""Limits of the distance of the frames of submaps that may see the same surfaces, m: half their reach."""
+_CERTAIN = 1.0
+"""Standard deviation in m up to which a relative position counts as known."""
+_MAX_CERTAIN, _MAX_UNCERTAIN = 6, 12
+"""Number of submaps at known and at uncertain relative positions that one is compared with."""
 _MAX_DISTANCE = 16.3
 """Largest squared Mahalanobis distance of a closure after the optimization: 99.9 % of true ones."""
 
@@ -36,17 +38,21 @@ class LoopCloser:
         self.found = 0
         """Number of verified closures, applied or not."""
 
-    def enqueue(self, query: int, graph: SubmapGraph) -> None:
+    def enqueue(self, query: int, graph: SubmapGraph, submaps: Sequence[Submap]) -> None:
         """Note the earlier submaps that a finished one may overlap, the likeliest first."""
         offset = graph.origins[: max(query - 1, 0), :2] - graph.origins[query, :2]
         distance = np.hypot(offset[:, 0], offset[:, 1])
-        reachable = np.flatnonzero(distance < _OVERLAP + graph.farthest())
-        likely = []
-        for other, covariance in zip(reachable, graph.relative_covariances(query, reachable.tolist()), strict=True):
-            spread = _OVERLAP + 2.0 * math.sqrt(max(covariance[0, 0], covariance[1, 1]))
-            if distance[other] < spread:
-                likely.append((float(distance[other]) / spread, int(other)))
-        self._queue.extend((other, query) for _, other in sorted(likely)[:_MAX_CANDIDATES])
+        reachable = np.flatnonzero(distance < _MAX_OVERLAP + graph.farthest())
+        covariances = graph.relative_covariances(query, reachable.tolist())
+        certain, uncertain = [], []
+        for other, covariance in zip(reachable.tolist(), covariances, strict=True):
+            overlap = np.clip(0.5 * (submaps[other].reach + submaps[query].reach) / 2.0, _MIN_OVERLAP, _MAX_OVERLAP)
+            deviation = math.sqrt(max(covariance[0, 0], covariance[1, 1]))
+            share = float(distance[other]) / (overlap + 2.0 * deviation)
+            if share < 1.0:
+                (certain if deviation < _CERTAIN else uncertain).append((share, other))
+        chosen = sorted(certain)[:_MAX_CERTAIN] + sorted(uncertain)[:_MAX_UNCERTAIN]
+        self._queue.extend((other, query) for _, other in chosen)
 
     def search(self, graph: SubmapGraph, submaps: Sequence[Submap], nodes: Sequence[Node], limit: int) -> bool:
         """Make at most `limit` searches of those noted; return whether the graph has changed."""

@@ -61,9 +61,12 @@ class Submap:
     overlap: list[tuple[int, Array]] = field(default_factory=list)
     grid: SurfaceGrid | None = None
     travel: float = 0.0
+    reach: float = 0.0
+    """Distance from the origin within which most of its surfaces lie, m."""
 
     def insert(self, features: ScanFeatures, pose: Array) -> None:
         """Add the surfaces of a scan at `pose` (3,) in this submap's frame."""
+        self.reach = max(self.reach, float(np.hypot(pose[0], pose[1])) + features.reach)
         if self.grid is not None:
             self.grid.add(features.outline, pose)
 

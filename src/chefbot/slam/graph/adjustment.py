@@ -12,6 +12,7 @@ from chefbot.slam.graph.pair_matching import linearize_pairs
 from chefbot.slam.graph.partners import PARTNERS, Indices, partners
 from chefbot.slam.graph.pose_graph import Array, Edges, optimized
 from chefbot.slam.graph.range_calibration import MAX_OFFSET, range_equation
+from chefbot.slam.graph.refinement import SURFACE_NOISE
 from chefbot.slam.graph.scan_features import ScanFeatures, directions
 
 _SCALES = (0.2, 0.15, 0.1, 0.08, 0.08, 0.08)
@@ -20,8 +21,6 @@ _NEW_PARTNERS = (0, 3)
 """Rounds before which partners are chosen."""
 _ITERATIONS = 3
 """Iterations of the solver in a round."""
-_SURFACE_NOISE = 0.03
-"""Standard deviation of a point, m."""
 _BEAMS = 60.0
 """A pair counts as at most so many independent points."""
 _MIN_POINTS, _MIN_SHARE = 15.0, 0.25
@@ -68,7 +67,7 @@ class Adjustment:
         self._shift_ranges(h, g)
         step = -np.linalg.solve(h[:, :3, :3] + _STIFFNESS * np.eye(3), g[:, :3, None])[:, :, 0]
         # A scan's information is shared by its pairs
-        scaled = np.minimum(1.0, _BEAMS / weight) / _SURFACE_NOISE**2 * (2.0 / PARTNERS)
+        scaled = np.minimum(1.0, _BEAMS / weight) / SURFACE_NOISE**2 * (2.0 / PARTNERS)
         information = h[:, :3, :3] * scaled[:, None, None]
         return Edges(of, to, relative(poses[of], poses[to]) + step, information, np.full(len(of), np.inf))
 

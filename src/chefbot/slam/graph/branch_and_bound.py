@@ -52,9 +52,12 @@ def _search(points, centre, turns, turn, radius, levels, origin, limit):  # type
     for k in range(count):
         c, s = math.cos(centre[2] + (k - turns) * turn), math.sin(centre[2] + (k - turns) * turn)
         for i in range(n):
-            x, y = c * points[i, 0] - s * points[i, 1] + centre[0], s * points[i, 0] + c * points[i, 1] + centre[1]
-            cells[k, i, 0] = int(math.floor((x - origin[0]) / CELL)) + margin
-            cells[k, i, 1] = int(math.floor((y - origin[1]) / CELL)) + margin
+            x, y = (
+                c * points[i, 0] - s * points[i, 1] + centre[0],
+                s * points[i, 0] + c * points[i, 1] + centre[1],
+            )
+            cells[k, i, 0] = math.floor((x - origin[0]) / CELL) + margin
+            cells[k, i, 1] = math.floor((y - origin[1]) / CELL) + margin
     # Blocks of the coarsest level that covers the window
     top = 0
     while top < LEVELS and (1 << top) < radius:
@@ -108,7 +111,13 @@ def _branch(stack, size, level, k, x, y, radius, cells, grid, best):  # type: ig
             while at > begin and stack[at - 1, 0] > bound:
                 stack[at] = stack[at - 1]
                 at -= 1
-            stack[at, 0], stack[at, 1], stack[at, 2], stack[at, 3], stack[at, 4] = bound, level, k, part_x, part_y
+            stack[at, 0], stack[at, 1], stack[at, 2], stack[at, 3], stack[at, 4] = (
+                bound,
+                level,
+                k,
+                part_x,
+                part_y,
+            )
             size += 1
     return size
 

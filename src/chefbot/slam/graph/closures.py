@@ -60,10 +60,14 @@ def find_closure(
 
     predicted: (3,) pose of `to` in the frame of `of` by the graph; covariance: (3, 3).
     """
-    linear = float(np.clip(_SIGMAS * np.sqrt(max(covariance[0, 0], covariance[1, 1])), _MIN_LINEAR, _MAX_LINEAR))
+    linear = float(
+        np.clip(_SIGMAS * np.sqrt(max(covariance[0, 0], covariance[1, 1])), _MIN_LINEAR, _MAX_LINEAR)
+    )
     angular = float(np.clip(_SIGMAS * np.sqrt(covariance[2, 2]), _MIN_ANGULAR, _MAX_ANGULAR))
     turn = float(np.clip(CELL / max(query.reach, CELL), _MIN_TURN, _MAX_TURN))
-    found = search(query.points, Window(predicted, linear, angular, turn), target.levels, target.grid.origin, _MIN_SCORE)
+    found = search(
+        query.points, Window(predicted, linear, angular, turn), target.levels, target.grid.origin, _MIN_SCORE
+    )
     if found is None:
         return None
     pose, information, _ = refine(

@@ -6,12 +6,11 @@ Merging, ICRA 2018: two closures and the path between them form a cycle, whose e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from chefbot.maths.se2 import SE2
 from chefbot.slam.graph.closures import Closure
+from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.pose_graph import Array
 from chefbot.slam.graph.submap_graph import SubmapGraph, closure_information
 
@@ -68,7 +67,9 @@ def _agree(a: Closure, b: Closure, chain: Array, total: Array) -> bool:
     at_b_to = at_a_to @ a_to.between(b_to)
     at_b_of = at_b_to @ SE2.of(b.measured).inverse()
     error = (at_b_of @ b_of.between(a_of)).array()
-    covariance = _moved(_covariance(a), at_a_to.array(), 0.0) + _moved(_covariance(b), at_b_to.array(), at_b_of.yaw)
+    covariance = _moved(_covariance(a), at_a_to.array(), 0.0) + _moved(
+        _covariance(b), at_b_to.array(), at_b_of.yaw
+    )
     for begin, end, start in ((a.to, b.to, at_a_to @ a_to.inverse()), (b.of, a.of, at_b_of @ b_of.inverse())):
         part = total[max(begin, end)] - total[min(begin, end)]
         covariance = covariance + _moved(part, start.array(), start.yaw)
@@ -76,7 +77,7 @@ def _agree(a: Closure, b: Closure, chain: Array, total: Array) -> bool:
 
 
 def _covariance(closure: Closure) -> Array:
-    return np.linalg.inv(closure_information(closure) + _WEAK * np.eye(3))
+    return inverse(closure_information(closure) + _WEAK * np.eye(3))
 
 
 def _moved(covariance: Array, position: Array, yaw: float) -> Array:

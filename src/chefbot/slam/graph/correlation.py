@@ -21,7 +21,7 @@ def correlate(points, prior, information, beams, window, steps, field, origin): 
     independent beams that the scan counts as. window: half widths in m and rad. steps: step in m and rad.
     """
     n = len(points)
-    linear, angular = int(math.ceil(window[0] / steps[0])), int(math.ceil(window[1] / steps[1]))
+    linear, angular = math.ceil(window[0] / steps[0]), math.ceil(window[1] / steps[1])
     best, best_value, best_score = prior.copy(), -1e300, 0.0
     column, row = np.empty(n, np.float64), np.empty(n, np.float64)
     height, width = field.shape

@@ -16,6 +16,7 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.graph.adjustment import Adjustment
+from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.loop_closer import LoopCloser
 from chefbot.slam.graph.odometry_model import OdometryModel, rotated
 from chefbot.slam.graph.params import GraphSlamParams
@@ -85,7 +86,9 @@ class GraphSlam:
             # The odom frame was reset: keep the motion since the last processed scan
             self._processed_odom = odom @ self._odom.between(self._processed_odom)
             self._odom = odom
-            raise OdometryError(f"odometry jumped by {jump:.6g} m between two scans: treated as an odometry reset")
+            raise OdometryError(
+                f"odometry jumped by {jump:.6g} m between two scans: treated as an odometry reset"
+            )
         if self._odom is not None:
             self._step.add(self._odom.between(odom))
         self._odom = odom
@@ -124,13 +127,15 @@ class GraphSlam:
         # 1. Scan-to-submap matching, with odometry as the prior
         prior, covariance = self._predict()
         match = self._submaps[-1].match(features, prior.array(), covariance, self._params.independent_beams)
-        posterior = np.linalg.inv(np.linalg.inv(covariance) + match.information)
+        posterior = inverse(inverse(covariance) + match.information)
         # 2. Noise of odometry and offset of the ranges
         self._learn(match, covariance, posterior)
         # 3. The scan becomes a node and part of the submap
         self._add(beams, features, match.pose, self._odometry.covariance(self._step))
         latest = [node for node in self._nodes[-_CALIBRATION_NODES:] if node.submap == self._nodes[-1].submap]
-        self._calibration.observe([node.features for node in latest], np.array([node.pose for node in latest]))
+        self._calibration.observe(
+            [node.features for node in latest], np.array([node.pose for node in latest])
+        )
         # 4. A submap of full length is finished; loops are searched a few at a time
         self._submaps[-1].travel += self._step.travel
         if self._submaps[-1].travel >= self._params.submap_travel:
@@ -148,7 +153,9 @@ class GraphSlam:
             return
         last = SE2.of(self._nodes[-1].pose)
         before, after = (np.diag(rotated(c, -last.yaw)) for c in (covariance, posterior))
-        self._odometry.observe(self._step, last.between(SE2.of(match.pose)), np.clip(1.0 - after / before, 0.0, 1.0))
+        self._odometry.observe(
+            self._step, last.between(SE2.of(match.pose)), np.clip(1.0 - after / before, 0.0, 1.0)
+        )
 
     def _add(self, beams: Beams, features: ScanFeatures, pose: Array, motion_covariance: Array) -> None:
         submap = self._submaps[-1]
@@ -188,7 +195,7 @@ class GraphSlam:
     def _odometry_edges(self) -> Edges:
         steps = self._nodes[1:]
         index = np.arange(len(steps))
-        information = np.linalg.inv(np.array([node.motion_covariance for node in steps]))
+        information = inverse(np.array([node.motion_covariance for node in steps]))
         motions = np.array([node.motion for node in steps])
         return Edges(index, index + 1, motions, information, np.full(len(steps), np.inf))
 

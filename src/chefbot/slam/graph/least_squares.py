@@ -59,6 +59,11 @@ def factorized(matrix: csc_matrix) -> SuperLU:
     )
 
 
+def inverse(matrices: Array) -> Array:
+    """Return the inverse of a matrix (3, 3), or of each of (m, 3, 3)."""
+    return np.asarray(np.linalg.inv(matrices), np.float64)
+
+
 @njit(cache=True, nogil=True)
 def _error(a, b, z):  # type: ignore[no-untyped-def]
     """Return the error of a measurement z of pose b in the frame of pose a, in the axes of a."""

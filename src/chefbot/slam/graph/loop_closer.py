@@ -44,9 +44,12 @@ class LoopCloser:
         distance = np.hypot(offset[:, 0], offset[:, 1])
         reachable = np.flatnonzero(distance < _MAX_OVERLAP + graph.farthest())
         covariances = graph.relative_covariances(query, reachable.tolist())
-        certain, uncertain = [], []
+        certain: list[tuple[float, int]] = []
+        uncertain: list[tuple[float, int]] = []
         for other, covariance in zip(reachable.tolist(), covariances, strict=True):
-            overlap = np.clip(0.5 * (submaps[other].reach + submaps[query].reach) / 2.0, _MIN_OVERLAP, _MAX_OVERLAP)
+            overlap = np.clip(
+                0.5 * (submaps[other].reach + submaps[query].reach) / 2.0, _MIN_OVERLAP, _MAX_OVERLAP
+            )
             deviation = math.sqrt(max(covariance[0, 0], covariance[1, 1]))
             share = float(distance[other]) / (overlap + 2.0 * deviation)
             if share < 1.0:
@@ -54,7 +57,9 @@ class LoopCloser:
         chosen = sorted(certain)[:_MAX_CERTAIN] + sorted(uncertain)[:_MAX_UNCERTAIN]
         self._queue.extend((other, query) for _, other in chosen)
 
-    def search(self, graph: SubmapGraph, submaps: Sequence[Submap], nodes: Sequence[Node], limit: int) -> bool:
+    def search(
+        self, graph: SubmapGraph, submaps: Sequence[Submap], nodes: Sequence[Node], limit: int
+    ) -> bool:
         """Make at most `limit` searches of those noted; return whether the graph has changed."""
         verified = 0
         for _ in range(min(limit, len(self._queue))):
@@ -86,11 +91,12 @@ class LoopCloser:
         """Apply the consistent closures; take back what does not fit the optimized graph."""
         closures = self._consistency.consistent()
         graph.close(closures)
-        while len(closures):
+        while closures:
             distances: Array = graph.closure_distances()
-            worst = int(np.argmax(distances))
-            if distances[worst] <= _MAX_DISTANCE:
+            # The worst go first: they may be what makes others look bad
+            limit = max(_MAX_DISTANCE, 0.5 * float(distances.max()))
+            if distances.max() <= _MAX_DISTANCE:
                 break
-            closures = [c for c, d in zip(closures, distances, strict=True) if d <= max(_MAX_DISTANCE, 0.5 * distances[worst])]
+            closures = [c for c, distance in zip(closures, distances, strict=True) if distance <= limit]
             graph.close(closures)
         self.closures = closures

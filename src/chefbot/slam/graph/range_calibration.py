@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.slam.graph.pair_matching import linearize_pairs
+from chefbot.slam.graph.refinement import SURFACE_NOISE
 from chefbot.slam.graph.scan_features import ScanFeatures
 
 Array = NDArray[np.float64]
@@ -25,14 +26,13 @@ _NODES = 150
 """Number of scans after which the offset is known well enough."""
 _CORRELATION = 20.0
 """Factor on the variance of a point: errors of neighbouring points and of their pairing are not independent."""
-_SURFACE_NOISE = 0.03
 
 
 class RangeCalibration:
     """Estimates the range offset while the first scans come in."""
 
     def __init__(self) -> None:
-        self._stiffness = _CORRELATION * (_SURFACE_NOISE / _PRIOR_DEVIATION) ** 2
+        self._stiffness = _CORRELATION * (SURFACE_NOISE / _PRIOR_DEVIATION) ** 2
         self._slope = 0.0
         self._seen = 0
 

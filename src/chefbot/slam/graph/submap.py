@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.slam.graph.correlation import correlate
+from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.refinement import refine
 from chefbot.slam.graph.scan_features import ScanFeatures
 from chefbot.slam.graph.surface_grid import CELL, SurfaceGrid
@@ -74,7 +75,7 @@ class Submap:
         """Match a scan near the odometry prior (3,) with its covariance (3, 3), in this submap's frame."""
         if self.grid is None:
             raise ValueError("a finished submap is not matched against")
-        information = np.linalg.inv(covariance)
+        information = inverse(covariance)
         points, normals = features.points, features.normals
         if not len(points):
             return Match(prior, np.zeros((3, 3)), 0.0)
@@ -83,10 +84,25 @@ class Submap:
         coarse = points[:: 1 + len(points) // _COARSE_POINTS]
         turn = min(max(CELL / max(features.reach, CELL), _MIN_TURN), _MAX_TURN)
         start, _ = correlate(
-            coarse, prior, information, beams, window, np.array([CELL, turn]), self.grid.field, self.grid.origin
+            coarse,
+            prior,
+            information,
+            beams,
+            window,
+            np.array([CELL, turn]),
+            self.grid.field,
+            self.grid.origin,
         )
         return Match(
             *refine(
-                points, normals, start, prior, information, beams, self.grid.slot, self.grid.sums, self.grid.origin
+                points,
+                normals,
+                start,
+                prior,
+                information,
+                beams,
+                self.grid.slot,
+                self.grid.sums,
+                self.grid.origin,
             )
         )

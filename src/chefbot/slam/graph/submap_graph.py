@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from chefbot.slam.graph.closures import Closure
-from chefbot.slam.graph.least_squares import factorized, linearized, squared_distances
+from chefbot.slam.graph.least_squares import factorized, inverse, linearized, squared_distances
 from chefbot.slam.graph.pose_graph import Array, Edges, optimized
 from chefbot.slam.motion_model import compose
 
@@ -36,7 +36,7 @@ class SubmapGraph:
         """Append a frame at the pose `relative` (3,) in the last one, with covariance (3, 3)."""
         last = len(self.origins) - 1
         covariance = _SEQUENCE_FACTOR * covariance + _SEQUENCE_FLOOR
-        edge = _edge(last, last + 1, relative, np.linalg.inv(covariance), np.inf)
+        edge = _edge(last, last + 1, relative, inverse(covariance), np.inf)
         self._sequence = Edges.concatenated([self._sequence, edge])
         self.covariances = np.concatenate([self.covariances, covariance[None]])
         self.origins = np.vstack([self.origins, compose(self.origins[-1:], relative)])
@@ -84,8 +84,8 @@ def closure_information(closure: Closure) -> Array:
 
 def softened(information: Array, floor: Array) -> Array:
     """Return the information (3, 3) after a covariance `floor` is added; directions without information stay so."""
-    inverse = np.linalg.inv(floor)
-    return inverse - inverse @ np.linalg.solve(inverse + information, inverse)
+    known = inverse(floor)
+    return known - known @ np.linalg.solve(known + information, known)
 
 
 def _edge(of: int, to: int, measured: Array, information: Array, kernel: float) -> Edges:

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.slam.cell_bounds import EMPTY_BOUNDS, CellBounds, cells_of
+from chefbot.slam.cell_bounds import EMPTY_BOUNDS, cells_of
 
 CELL = 0.1
 """Side of a cell, m."""
@@ -55,7 +55,7 @@ class SurfaceGrid:
     @property
     def origin(self) -> NDArray[np.float64]:
         """Corner (2,) of the first cell in m."""
-        return self._bounds.begin * CELL
+        return self._bounds.begin.astype(np.float64) * CELL
 
     def add(self, points: NDArray[np.float32], pose: NDArray[np.float64]) -> None:
         """Insert points (n, 2) taken at `pose` (3,) in the frame of the grid."""
@@ -76,7 +76,7 @@ class SurfaceGrid:
         self.field = self._bounds.copied_into(self.field, bounds)
         # Slots are shifted by one while copying, since new cells are zeros
         self.slot = self._bounds.copied_into(self.slot + 1, bounds) + _EMPTY
-        self._bounds: CellBounds = bounds
+        self._bounds = bounds
 
 
 def transformed(points: NDArray[np.float32], pose: NDArray[np.float64]) -> NDArray[np.float64]:

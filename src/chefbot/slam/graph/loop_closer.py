@@ -61,17 +61,19 @@ class LoopCloser:
         self, graph: SubmapGraph, submaps: Sequence[Submap], nodes: Sequence[Node], limit: int
     ) -> bool:
         """Make at most `limit` searches of those noted; return whether the graph has changed."""
-        verified = 0
-        for _ in range(min(limit, len(self._queue))):
-            of, to = self._queue.popleft()
-            closure = self._find(of, to, graph, submaps, nodes)
-            if closure is not None:
-                self._consistency.add(closure, graph)
-                verified += 1
-        self.found += verified
+        pairs = [self._queue.popleft() for _ in range(min(limit, len(self._queue)))]
+        closures = [self._find(of, to, graph, submaps, nodes) for of, to in pairs]
+        verified = [closure for closure in closures if closure is not None]
         if verified:
-            self._apply(graph)
-        return verified > 0
+            self.accept(verified, graph)
+        return bool(verified)
+
+    def accept(self, verified: Sequence[Closure], graph: SubmapGraph) -> None:
+        """Add verified closures and apply those of all that are consistent: some may be taken back."""
+        for closure in verified:
+            self._consistency.add(closure, graph)
+        self.found += len(verified)
+        self._apply(graph)
 
     @property
     def pending(self) -> int:

@@ -80,7 +80,7 @@ def test_a_closure_that_contradicts_the_others_is_left_out() -> None:
 
 def test_a_single_wrong_closure_is_taken_back_when_others_contradict() -> None:
     graph, closer = straight_graph(24), LoopCloser(10_000_000)
-    false = measured(graph, 0, 19, (1.0, -1.0, 0.1))
+    false = measured(graph, 0, 19, (0.15, -0.15, 0.03))
     closer.accept([false], graph)
     assert closer.closures == [false], "alone it fits what odometry allows"
     good = [measured(graph, k, 19 + k) for k in range(1, 5)]

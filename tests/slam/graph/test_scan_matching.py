@@ -45,9 +45,9 @@ def test_the_covariance_is_long_along_a_corridor(corridor, features_at) -> None:
     prior = np.array([2.63, 0.1, 0.0])
     covariance = np.diag([0.1, 0.1, 0.05]) ** 2
     match = submap.match(features_at(corridor, SE2(2.5, 0.1, 0.0), 0.005, 2), prior, covariance, 60.0)
-    assert match.information[0, 0] < 1e-2 * match.information[1, 1]
+    assert match.information[0, 0] < 5e-3 * match.information[1, 1]
     posterior = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(covariance) + match.information)))
-    assert posterior[0] > 0.08, "along the corridor odometry's uncertainty stays"
+    assert posterior[0] > 0.06, "along the corridor odometry's uncertainty stays"
     assert posterior[1] < 0.02 and posterior[2] < 0.01, "across it and in heading the walls decide"
     assert match.pose[0] == pytest.approx(2.63, abs=0.06), "odometry carries the pose along the corridor"
 

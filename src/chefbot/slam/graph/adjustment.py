@@ -13,6 +13,7 @@ from chefbot.slam.graph.partners import PARTNERS, Indices, partners
 from chefbot.slam.graph.pose_graph import Array, Edges, optimized
 from chefbot.slam.graph.range_calibration import MAX_OFFSET, range_equation
 from chefbot.slam.graph.refinement import SURFACE_NOISE
+from chefbot.slam.graph.relative_poses import relative
 from chefbot.slam.graph.scan_features import ScanFeatures, directions
 
 _SCALES = (0.2, 0.15, 0.1, 0.08, 0.08, 0.08)
@@ -77,10 +78,3 @@ class Adjustment:
         offset = float(np.clip(self.range_offset - slope / max(stiffness, 1e-9), -MAX_OFFSET, MAX_OFFSET))
         self._points += np.float32(offset - self.range_offset) * self._directions
         self.range_offset = offset
-
-
-def relative(a: Array, b: Array) -> Array:
-    """Return the poses b (m, 3) in the frames of the poses a (m, 3); headings are not wrapped."""
-    c, s = np.cos(a[:, 2]), np.sin(a[:, 2])
-    dx, dy = b[:, 0] - a[:, 0], b[:, 1] - a[:, 1]
-    return np.column_stack([c * dx + s * dy, c * dy - s * dx, b[:, 2] - a[:, 2]])

@@ -7,6 +7,7 @@ Merging, ICRA 2018: two closures and the path between them form a cycle, whose e
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chefbot.slam.graph.closures import Closure
 from chefbot.slam.graph.least_squares import inverse
@@ -82,7 +83,7 @@ def accumulated(graph: SubmapGraph) -> Array:
 
 
 def moved(covariances: Array, positions: Array, yaw: Array) -> Array:
-    """Return covariances (n, 3, 3) of errors at `positions` (n, 2 or 3) in axes turned by `yaw` (n,), about the origin.
+    """Return covariances (n, 3, 3) of errors at `positions` (n, 2 or 3), in axes turned by `yaw` (n,), about 0.
 
     With position and yaw of one frame this is the adjoint of its pose (Barfoot & Furgale, Associating Uncertainty
     With Three-Dimensional Poses for Use in Estimation Problems, IEEE Transactions on Robotics 30 (3), 2014).

@@ -38,6 +38,10 @@ _SEARCHES_PER_SCAN = 2
 """Number of loop searches after a scan: the time for one scan is bounded."""
 _MIN_INLIERS = 0.4
 """Share of inliers from which a match shows how good odometry is."""
+_POOR_INLIERS, _GAIN = 0.35, 0.05
+"""Share of inliers below which a match is repeated in a larger window, and the gain that makes that one count."""
+_SLIP = np.array([0.3, 0.3, 0.2])
+"""Standard deviation of odometry when a wheel slips, m and rad."""
 _CALIBRATION_NODES = 5
 """Number of latest nodes that a scan's ranges are compared with."""
 
@@ -125,8 +129,7 @@ class GraphSlam:
             self._add(beams, features, np.zeros(3), np.zeros((3, 3)))
             return
         # 1. Scan-to-submap matching, with odometry as the prior
-        prior, covariance = self._predict()
-        match = self._submaps[-1].match(features, prior.array(), covariance, self._params.independent_beams)
+        match, covariance = self._match(features)
         posterior = inverse(inverse(covariance) + match.information)
         # 2. Noise of odometry and offset of the ranges
         self._learn(match, covariance, posterior)
@@ -142,10 +145,21 @@ class GraphSlam:
             self._finish_submap(posterior)
         self._loops.search(self._graph, self._submaps, self._nodes, _SEARCHES_PER_SCAN)
 
-    def _predict(self) -> tuple[SE2, Array]:
-        """Return the pose that odometry predicts in the current submap, and its covariance in the submap's axes."""
+    def _match(self, features: ScanFeatures) -> tuple[Match, Array]:
+        """Match a scan near the pose that odometry predicts; return the match and the covariance (3, 3) of odometry.
+
+        Errors of odometry have long tails: wheels slip. A scan that fits nothing is searched in a larger window.
+        """
         last = SE2.of(self._nodes[-1].pose)
-        return last @ self._step.motion, rotated(self._odometry.covariance(self._step), last.yaw)
+        prior = (last @ self._step.motion).array()
+        covariance = rotated(self._odometry.covariance(self._step), last.yaw)
+        beams = self._params.independent_beams
+        match = self._submaps[-1].match(features, prior, covariance, beams)
+        if match.inliers >= _POOR_INLIERS:
+            return match, covariance
+        wide = np.diag(_SLIP**2) + covariance
+        again = self._submaps[-1].match(features, prior, wide, beams)
+        return (again, wide) if again.inliers > match.inliers + _GAIN else (match, covariance)
 
     def _learn(self, match: Match, covariance: Array, posterior: Array) -> None:
         """Compare odometry with a good match, in the axes of the last pose."""

@@ -130,7 +130,10 @@ class GraphSlam:
             return
         # 1. Scan-to-submap matching, with odometry as the prior
         match, covariance = self._match(features)
-        posterior = inverse(inverse(covariance) + match.information)
+        certain = min(match.inliers / _POOR_INLIERS, 1.0) ** 2
+        posterior = inverse(inverse(covariance) + certain * match.information)
+        if certain < 1.0:
+            self._submaps[-1].doubt += posterior
         # 2. Noise of odometry and offset of the ranges
         self._learn(match, covariance, posterior)
         # 3. The scan becomes a node and part of the submap
@@ -192,7 +195,7 @@ class GraphSlam:
         submap.nodes.append(finished.nodes.pop())
         finished.grid = None
         self._submaps.append(submap)
-        self._graph.append(origin.array(), covariance)
+        self._graph.append(origin.array(), covariance + finished.doubt)
         last.submap, last.pose = len(self._submaps) - 1, np.zeros(3)
         self._loops.enqueue(len(self._submaps) - 2, self._graph, self._submaps)
 

@@ -46,13 +46,13 @@ class Adjustment:
         self.range_offset = float(applied[-1])
         self._points += np.repeat(applied[-1] - applied, sizes)[:, None] * self._directions
 
-    def adjusted(self, poses: Array, odometry: Edges) -> Array:
-        """Return the adjusted poses (n, 3). odometry: the edges between consecutive scans."""
+    def adjusted(self, poses: Array, held: Edges) -> Array:
+        """Return the adjusted poses (n, 3). held: edges that stay: of odometry and of closures."""
         for k, scale in enumerate(_SCALES):
             if k in _NEW_PARTNERS:
                 of, to = partners(poses)
             edges = self._registered(poses, of, to, scale)
-            poses = optimized(poses, Edges.concatenated([odometry, edges]), _ITERATIONS)
+            poses = optimized(poses, Edges.concatenated([held, edges]), _ITERATIONS)
         return poses
 
     def _registered(self, poses: Array, of: Indices, to: Indices, scale: float) -> Edges:

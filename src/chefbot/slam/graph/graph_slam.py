@@ -20,11 +20,11 @@ from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.loop_closer import LoopCloser
 from chefbot.slam.graph.odometry_model import OdometryModel, rotated
 from chefbot.slam.graph.params import GraphSlamParams
-from chefbot.slam.graph.pose_graph import Array, Edges
+from chefbot.slam.graph.pose_graph import Array, Edges, edge
 from chefbot.slam.graph.range_calibration import RangeCalibration
 from chefbot.slam.graph.scan_features import ScanFeatures
 from chefbot.slam.graph.submap import Match, Node, Submap
-from chefbot.slam.graph.submap_graph import SubmapGraph
+from chefbot.slam.graph.submap_graph import KERNEL, SubmapGraph, closure_information
 from chefbot.slam.graph.surface_grid import SurfaceGrid
 from chefbot.slam.motion_model import OdometryStep, compose
 from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
@@ -130,7 +130,10 @@ class GraphSlam:
             return
         # 1. Scan-to-submap matching, with odometry as the prior
         match, covariance = self._match(features)
-        posterior = inverse(inverse(covariance) + match.information)
+        certain = min(match.inliers / _POOR_INLIERS, 1.0) ** 2
+        posterior = inverse(inverse(covariance) + certain * match.information)
+        if certain < 1.0:
+            self._submaps[-1].doubt += posterior
         # 2. Noise of odometry and offset of the ranges
         self._learn(match, covariance, posterior)
         # 3. The scan becomes a node and part of the submap
@@ -192,7 +195,7 @@ class GraphSlam:
         submap.nodes.append(finished.nodes.pop())
         finished.grid = None
         self._submaps.append(submap)
-        self._graph.append(origin.array(), covariance)
+        self._graph.append(origin.array(), covariance + finished.doubt)
         last.submap, last.pose = len(self._submaps) - 1, np.zeros(3)
         self._loops.enqueue(len(self._submaps) - 2, self._graph, self._submaps)
 
@@ -203,7 +206,8 @@ class GraphSlam:
         if len(self._nodes) < 2:
             return
         adjustment = Adjustment([node.features for node in self._nodes])
-        self._adjusted = adjustment.adjusted(self._poses(), self._odometry_edges())
+        held = Edges.concatenated([self._odometry_edges(), self._closure_edges()])
+        self._adjusted = adjustment.adjusted(self._poses(), held)
         self._range_offset = adjustment.range_offset
 
     def _odometry_edges(self) -> Edges:
@@ -212,6 +216,17 @@ class GraphSlam:
         information = inverse(np.array([node.motion_covariance for node in steps]))
         motions = np.array([node.motion for node in steps])
         return Edges(index, index + 1, motions, information, np.full(len(steps), np.inf))
+
+    def _closure_edges(self) -> Edges:
+        """Return the closures as edges between the first nodes of their submaps."""
+        parts = [Edges.empty()]
+        for closure in self._loops.closures:
+            a, b = (self._submaps[k].nodes[0] for k in (closure.of, closure.to))
+            start, end = SE2.of(self._nodes[a].pose), SE2.of(self._nodes[b].pose)
+            measured = start.inverse() @ SE2.of(closure.measured) @ end
+            information = rotated(closure_information(closure), -start.yaw)
+            parts.append(edge(a, b, measured.array(), information, KERNEL))
+        return Edges.concatenated(parts)
 
     def _poses(self) -> Array:
         """Return the poses (n, 3) of the nodes in the map frame."""

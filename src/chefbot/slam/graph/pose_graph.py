@@ -50,6 +50,11 @@ class Edges:
         return len(self.of)
 
 
+def edge(of: int, to: int, measured: Array, information: Array, kernel: float) -> Edges:
+    """Return a single edge: measured (3,), information (3, 3)."""
+    return Edges(np.array([of]), np.array([to]), measured[None], information[None], np.array([kernel]))
+
+
 def optimized(poses: Array, edges: Edges, iterations: int = _MAX_ITERATIONS) -> Array:
     """Return the poses (n, 3) of least cost; the first pose is held.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from chefbot.slam.graph.closures import Closure
 from chefbot.slam.graph.least_squares import factorized, inverse, linearized, squared_distances
-from chefbot.slam.graph.pose_graph import Array, Edges, optimized
+from chefbot.slam.graph.pose_graph import Array, Edges, edge, optimized
 from chefbot.slam.motion_model import compose
 
 _SEQUENCE_FACTOR = 4.0
@@ -16,7 +16,7 @@ _SEQUENCE_FLOOR = np.diag([0.03, 0.03, 0.008]) ** 2
 """Factor on and summand to the covariance of a submap in the one before: errors that scan matching does not see."""
 _CLOSURE_FLOOR = np.diag([0.02, 0.02, 0.004]) ** 2
 """Summand to the covariance of a closure, m^2 and rad^2."""
-_KERNEL = 9.0
+KERNEL = 9.0
 """Squared Mahalanobis distance at which the robust kernel halves the influence of a closure."""
 
 
@@ -36,15 +36,15 @@ class SubmapGraph:
         """Append a frame at the pose `relative` (3,) in the last one, with covariance (3, 3)."""
         last = len(self.origins) - 1
         covariance = _SEQUENCE_FACTOR * covariance + _SEQUENCE_FLOOR
-        edge = _edge(last, last + 1, relative, inverse(covariance), np.inf)
-        self._sequence = Edges.concatenated([self._sequence, edge])
+        added = edge(last, last + 1, relative, inverse(covariance), np.inf)
+        self._sequence = Edges.concatenated([self._sequence, added])
         self.covariances = np.concatenate([self.covariances, covariance[None]])
         self.origins = np.vstack([self.origins, compose(self.origins[-1:], relative)])
         self.chain = np.vstack([self.chain, compose(self.chain[-1:], relative)])
 
     def close(self, closures: Sequence[Closure]) -> None:
         """Replace all closures by these and optimize."""
-        parts = [_edge(c.of, c.to, c.measured, closure_information(c), _KERNEL) for c in closures]
+        parts = [edge(c.of, c.to, c.measured, closure_information(c), KERNEL) for c in closures]
         self._closures = Edges.concatenated([Edges.empty(), *parts])
         self.origins = optimized(self.origins, self._edges)
 
@@ -86,7 +86,3 @@ def softened(information: Array, floor: Array) -> Array:
     """Return the information (3, 3) after a covariance `floor` is added; directions without information stay so."""
     known = inverse(floor)
     return known - known @ np.linalg.solve(known + information, known)
-
-
-def _edge(of: int, to: int, measured: Array, information: Array, kernel: float) -> Edges:
-    return Edges(np.array([of]), np.array([to]), measured[None], information[None], np.array([kernel]))

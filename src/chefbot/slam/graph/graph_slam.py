@@ -40,8 +40,12 @@ _MIN_INLIERS = 0.4
 """Share of inliers from which a match shows how good odometry is."""
 _POOR_INLIERS, _GAIN = 0.35, 0.05
 """Share of inliers below which a match is repeated in a larger window, and the gain that makes that one count."""
+_NO_INLIERS = 0.2
+"""Share of inliers up to which a match gives no information at all."""
 _SLIP = np.array([0.3, 0.3, 0.2])
 """Standard deviation of odometry when a wheel slips, m and rad."""
+_ODOMETRY_KERNEL = 25.0
+"""Squared Mahalanobis distance at which the robust kernel halves the influence of a step of odometry."""
 _CALIBRATION_NODES = 5
 """Number of latest nodes that a scan's ranges are compared with."""
 
@@ -130,14 +134,14 @@ class GraphSlam:
             return
         # 1. Scan-to-submap matching, with odometry as the prior
         match, covariance = self._match(features)
-        certain = min(match.inliers / _POOR_INLIERS, 1.0) ** 2
+        certain = float(np.clip((match.inliers - _NO_INLIERS) / (_POOR_INLIERS - _NO_INLIERS), 0.0, 1.0))
         posterior = inverse(inverse(covariance) + certain * match.information)
         if certain < 1.0:
             self._submaps[-1].doubt += posterior
         # 2. Noise of odometry and offset of the ranges
         self._learn(match, covariance, posterior)
         # 3. The scan becomes a node and part of the submap
-        self._add(beams, features, match.pose, self._odometry.covariance(self._step))
+        self._add(beams, features, match.pose, rotated(covariance, -float(self._nodes[-1].pose[2])))
         latest = [node for node in self._nodes[-_CALIBRATION_NODES:] if node.submap == self._nodes[-1].submap]
         self._calibration.observe(
             [node.features for node in latest], np.array([node.pose for node in latest])
@@ -215,7 +219,7 @@ class GraphSlam:
         index = np.arange(len(steps))
         information = inverse(np.array([node.motion_covariance for node in steps]))
         motions = np.array([node.motion for node in steps])
-        return Edges(index, index + 1, motions, information, np.full(len(steps), np.inf))
+        return Edges(index, index + 1, motions, information, np.full(len(steps), _ODOMETRY_KERNEL))
 
     def _closure_edges(self) -> Edges:
         """Return the closures as edges between the first nodes of their submaps."""

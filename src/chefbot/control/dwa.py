@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.control.controller import ControllerCommand, ControllerStatus
-from chefbot.control.dwa_kernel import TIGHT_SPEED, best_twist, nearest_on_path
+from chefbot.control.dwa_kernel import best_twist, nearest_on_path
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.goal_checkers import GoalChecker, GoalParams
 from chefbot.control.people_cost import NOBODY, NearbyPeople
@@ -137,8 +137,7 @@ class DwaController:
         max_v = min(limits.speed, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * limits.acceleration * remaining))
         # quadratic spacing of w samples small turn rates more densely
         fraction = np.linspace(-1.0, 1.0, p.w_samples | 1)
-        v = np.append(np.linspace(0.0, max_v, p.v_samples), min(TIGHT_SPEED, max_v))
-        w = limits.angular_speed * fraction * np.abs(fraction)
+        v, w = np.linspace(0.0, max_v, p.v_samples), limits.angular_speed * fraction * np.abs(fraction)
         twists = np.stack(np.meshgrid(v, w, indexing="ij"), axis=-1).reshape(-1, 2)
         # keep twists within the speed limit of the outer wheel
         outer_wheel_speed = twists[:, 0] + np.abs(twists[:, 1]) * limits.separation / 2

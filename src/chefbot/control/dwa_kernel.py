@@ -10,15 +10,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.control.people_cost import PROXIMITY, person_cost
-from chefbot.maths.costs import INSCRIBED, LETHAL, TIGHT, UNKNOWN
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
 from chefbot.maths.footprint_collision import lethal_on_edges
 
 MAX_COST = 252.0
 """Highest cost of a cell outside the inscribed radius of an obstacle."""
 OVERSPEED_WEIGHT = 10.0
 """Penalty per m/s above the safe speed near obstacles; outweighs the progress gained by it."""
-TIGHT_SPEED = 0.045
-"""Speed in a tight passage, m/s: a contact at it, below 0.05, harms nobody."""
 TIME_STEP = 0.075
 """Time between two collision checks along a trajectory, s: less than a 5 cm cell at indoor speeds."""
 MIN_FORWARD_SPEED = 1e-3
@@ -168,8 +166,7 @@ def _leaves(
 def _safe_speed(end: Rollout, max_speed: float, slowing: tuple[float, float]) -> float:
     """Return the speed limit near obstacles and people, m/s, linear in the maximum cost of each."""
     obstacles = slowing[0] * min(end.max_cost, MAX_COST) / MAX_COST
-    limit = max_speed * (1.0 - max(obstacles, slowing[1] * end.max_people))
-    return min(limit, TIGHT_SPEED) if end.max_cost >= TIGHT else limit
+    return max_speed * (1.0 - max(obstacles, slowing[1] * end.max_people))
 
 
 @njit(cache=True, nogil=True)

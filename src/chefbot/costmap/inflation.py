@@ -13,38 +13,26 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.maths.costs import INSCRIBED, LETHAL, TIGHT, UNKNOWN
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
 
 BLOCK = 64
 """Cells of a row that are processed together."""
-MAX_TIGHT = INSCRIBED - 1
-"""Cost just outside the inscribed radius."""
 MAX_RADIUS_CELLS = 180
 """Maximum inflation radius in cells: twice its square must fit into 16 bits."""
 
 
 def cost_table(
-    resolution: float,
-    inscribed_radius: float,
-    inflation_radius: float,
-    cost_scaling_factor: float,
-    tight_radius: float = 0.0,
+    resolution: float, inscribed_radius: float, inflation_radius: float, cost_scaling_factor: float
 ) -> NDArray[np.uint8]:
     """Return the cost by squared distance in cells, up to the inflation radius (Nav2's InflationLayer::computeCost).
 
-    254 at 0, 253 up to `inscribed_radius`, from 252 down to TIGHT up to `tight_radius`, if that is larger, and from
-    there (TIGHT - 1) exp(-cost_scaling_factor (d - tight_radius)); radii and resolution in m, cost_scaling_factor in
-    1/m.
+    254 at 0, 253 up to `inscribed_radius`, then 252 exp(-cost_scaling_factor (d - inscribed_radius));
+    radii and resolution in m, cost_scaling_factor in 1/m.
     """
     radius = min(inflation_radius / resolution + 1e-9, MAX_RADIUS_CELLS)
     distance = np.sqrt(np.arange(int(radius * radius) + 1)) * resolution
-    tight_radius = max(tight_radius, inscribed_radius)
-    # a passage costs more the less room it leaves, so that paths and trajectories keep to its middle
-    room = (distance - inscribed_radius) / max(tight_radius - inscribed_radius, 1e-9)
-    tight = MAX_TIGHT - (MAX_TIGHT - TIGHT) * room
-    decayed = (TIGHT - 1) * np.exp(-cost_scaling_factor * np.maximum(distance - tight_radius, 0.0))
-    table = np.where(distance <= tight_radius, tight, decayed)
-    table = np.where(distance <= inscribed_radius, INSCRIBED, table)
+    decayed = (INSCRIBED - 1) * np.exp(-cost_scaling_factor * (distance - inscribed_radius))
+    table = np.where(distance <= inscribed_radius, INSCRIBED, np.minimum(decayed, INSCRIBED - 1))
     table[0] = LETHAL
     return table.astype(np.uint8)
 

@@ -89,15 +89,13 @@ class LayeredCostmap:
         """Change the inflation and ranges and keep the obstacles; only parameters in `LIVE_PARAMS` may differ."""
         self.params = params
         self._footprint = self._robot.polygon(params.padding)
-        # an obstacle is anywhere in its cell and the centre of a disc anywhere in its own: within two half cells a
-        # passage may be free, and costs the more the less room it leaves; a polygon is checked where it is, and the
-        # inscribed circle only excludes what no heading avoids
-        disc = not len(self._footprint)
-        self.inscribed_radius = self._robot.inscribed_radius + (0.0 if disc else params.padding)
-        tight = self.inscribed_radius + (params.padding + self.resolution if disc else 0.0)
-        reach = max(params.inflation_radius, tight)
+        # an obstacle fills its cell and a disc may be anywhere in its own: two half cells more; a polygon is checked
+        # where it is, and the inscribed circle only excludes what no heading avoids
+        cell = 0.0 if len(self._footprint) else self.resolution
+        self.inscribed_radius = self._robot.inscribed_radius + params.padding + cell
+        reach = max(params.inflation_radius, self.inscribed_radius)
         self.cost_table = cost_table(
-            self.resolution, self.inscribed_radius, reach, params.cost_scaling_factor, tight
+            self.resolution, self.inscribed_radius, reach, params.cost_scaling_factor
         )
         self._combined: MasterCostmap | None = None  # recalculate everything
 

@@ -15,8 +15,6 @@ from chefbot.maths.se2 import SE2
 FREE = 0
 INSCRIBED = 253
 """Inscribed cost: the inscribed circle of a robot centred here touches an obstacle."""
-TIGHT = 240
-"""Tight cost, up to 252: the robot fits, but with less room around it than its padding and a cell of the costmap."""
 LETHAL = 254
 UNKNOWN = 255
 
@@ -25,7 +23,7 @@ UNKNOWN = 255
 class Costmap(CellGrid):
     """A costmap of uint8 cells (height, width).
 
-    Costs: 0 free, 1..239 inflation, 240..252 tight, 253 inscribed, 254 lethal, 255 unknown.
+    Costs: 0 free, 1..252 inflation, 253 inscribed, 254 lethal, 255 unknown.
     """
 
     cells: NDArray[np.uint8]

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.maths.costs import INSCRIBED, LETHAL, TIGHT, UNKNOWN, Costmap
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.lanes import NO_LANES, OneWayLanes
 from chefbot.maths.se2 import SE2
 from chefbot.planning import graph_search, smoothing
@@ -19,8 +19,6 @@ from chefbot.planning.planner import PlanningError, PlanningFailure
 
 MAX_FREE_COST = INSCRIBED - 1
 """Highest cost of a cell in which the robot's centre may be."""
-TIGHT_WEIGHT, TIGHT_SLOPE = 2.0, 0.5
-"""Factor of the weight of a tight passage where it leaves most room, and what each unit of cost adds to it."""
 SMOOTHING_ITERATIONS = 20
 TAKEN = "the goal is taken; the robot drives to the nearest free pose with sight of it"
 STEADINESS = 0.15
@@ -268,13 +266,8 @@ def _block(costmap: Costmap, pose: NDArray[np.float64]) -> None:
 
 
 def cost_to_weight(params: PlannerParams) -> NDArray[np.float32]:
-    """Return the traversal weight by cost, (256,): 1 if free, 1 + cost_weight at 252, 0 if blocked.
-
-    In a tight passage it is TIGHT_WEIGHT times as much, and more towards its sides: where the map lets the robot pass,
-    the world may not, and it has to creep.
-    """
+    """Return the traversal weight by cost, (256,): 1 if free, 1 + cost_weight at 252, 0 if blocked."""
     weight = 1.0 + params.cost_weight * np.arange(256) / MAX_FREE_COST
-    weight[TIGHT:] *= TIGHT_WEIGHT + np.arange(256 - TIGHT) * TIGHT_SLOPE
     weight[INSCRIBED:] = 0.0
     if params.allow_unknown:
         weight[UNKNOWN] = 1.0 + params.unknown_weight

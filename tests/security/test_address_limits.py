@@ -93,6 +93,9 @@ def test_known_addresses_connect_more_often_for_a_while() -> None:
     assert sum(limits.may_connect("10.0.0.1", 10.0) for _ in range(1000)) == KNOWN_BURST
     assert sum(limits.may_connect("10.0.0.1", 1000.0) for _ in range(1000)) == BURST, "no longer known"
     assert sum(limits.may_connect("127.0.0.1", 0.0) for _ in range(1000)) == KNOWN_BURST
+    limits.add("owner", "127.0.0.1", 0.0)
+    limits.recognize("owner", 0.0)
+    assert sum(limits.may_connect("127.0.0.1", 1000.0) for _ in range(1000)) == KNOWN_BURST, "always known"
 
 
 def test_remembered_addresses_are_bounded() -> None:

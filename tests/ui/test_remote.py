@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import http.server
+import socket
 import threading
 from collections.abc import Iterator
 
@@ -15,7 +16,7 @@ from tests.support.waiting import PATIENCE
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui import protocol
+from chefbot.ui import protocol, web_ui_client
 from chefbot.ui.commands import Drive, Goal, Stop
 from chefbot.ui.layers import StatusView
 from chefbot.ui.server import WebUiServer
@@ -122,6 +123,15 @@ def other_server() -> Iterator[str]:
 def test_another_server_is_not_taken_for_a_robot(other_server: str) -> None:
     with pytest.raises(UserError, match="not a robot's web UI"):
         WebUiClient(other_server)
+
+
+def test_a_server_that_is_silent_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(web_ui_client, "CONNECT_TIMEOUT", 0.5)
+    with (
+        socket.create_server(("127.0.0.1", 0)) as silent,
+        pytest.raises(UserError, match=r"did not answer within 0\.5 s"),
+    ):
+        WebUiClient(f"http://127.0.0.1:{silent.getsockname()[1]}")
 
 
 def test_a_network_page_requires_its_token() -> None:

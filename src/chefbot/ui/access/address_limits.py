@@ -105,7 +105,8 @@ class AddressLimits(Generic[C]):
         group = self._strangers.pop(connection, None)
         if group is None:
             return []
-        self._address(group, now).known_until = now + KNOWN_TIME
+        address = self._address(group, now)
+        address.known_until = max(address.known_until, now + KNOWN_TIME)
         self._visitors[connection] = group
         if len(self._visitors) > MAX_VISITORS:
             return self._drop_oldest(self._visitors, _largest(self._visitors))

@@ -9,7 +9,7 @@ TESTERS ?= 2
 
 SMALL_SET := localize_home localize_hotel go_narrow go_hall drive_workshop deliver_hotel explore_home
 
-.PHONY: demo test test-fast test-long lint docs prove scoreboard chaos safety-gate safety-mutants bench fuzz fuzz-firmware fuzz-host lock check-lock audit sbom clean
+.PHONY: demo test test-fast test-long lint docs prove scoreboard chaos safety-gate safety-mutants bench bench-slam fuzz fuzz-firmware fuzz-host lock check-lock audit sbom clean
 
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
@@ -62,6 +62,11 @@ safety-mutants: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/python bench/run_all.py $(ARGS)
+
+# Both mapping algorithms on the recordings of ../shared/data/slam; writes bench/results/slam.md. `ARGS="--seeds 5"`
+bench-slam: $(VENV)/.dev
+	PYTHONPATH=src $(BIN)/python bench/bench_slam.py
+	PYTHONPATH=src $(BIN)/python bench/slam_logs.py $(ARGS)
 
 # Both ends of the board's line at once: the firmware under sanitizers, and the driver. `make fuzz SECONDS=3600`
 SECONDS ?= 60

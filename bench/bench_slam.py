@@ -1,5 +1,7 @@
 """Mapping by particle filter: the complete Intel log, the matcher's score, time by number of particles.
 
+`make bench-slam` then measures both algorithms on all recordings (slam_logs.py).
+
     python bench/bench_slam.py [FOLDER_WITH_THE_RECORDINGS]
 
 C++ figures: GMapping of ros-perception, -O2, two cores of an Intel Xeon, on the same log (at another

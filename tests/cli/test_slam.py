@@ -29,7 +29,7 @@ def log_of_a_round_room(path: Path, turns: int = 3) -> Path:
 
 def mapped(folder: Path) -> Path:
     log = log_of_a_round_room(folder / "room.log")
-    run_slam(log, folder / "out", particles=2, seed=1, max_range=10.0)
+    run_slam(log, folder / "out", "gmapping", particles=2, seed=1, max_range=10.0)
     return folder / "out"
 
 
@@ -55,7 +55,7 @@ def test_a_full_disk_leaves_all_old_results(
     monkeypatch.setattr(os, "fsync", full)
     log = log_of_a_round_room(tmp_path / "longer.log", turns=5)
     with pytest.raises(StorageError, match="No space left on device"):
-        run_slam(log, out, particles=2, seed=1, max_range=10.0)
+        run_slam(log, out, "gmapping", particles=2, seed=1, max_range=10.0)
     assert {path.name: path.read_bytes() for path in out.iterdir()} == before
 
 
@@ -69,5 +69,5 @@ def test_a_full_disk_leaves_all_old_results(
 def test_a_log_that_cannot_be_mapped_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
     (tmp_path / "room.log").write_text(text)
     with pytest.raises(UserError, match=sentence) as caught:
-        run_slam(tmp_path / "room.log", tmp_path / "out", particles=2, seed=1, max_range=math.inf)
+        run_slam(tmp_path / "room.log", tmp_path / "out", "gmapping", particles=2, seed=1, max_range=math.inf)
     assert isinstance(caught.value, ChefbotError) and not (tmp_path / "out").exists()

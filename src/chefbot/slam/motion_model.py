@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.odometry_noise import OdometryNoise
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.slam.params import GmappingParams
 
 LATERAL_NOISE_FACTOR = 0.3
 """Noise across the direction of travel as a fraction of that along it: `sxy` in motionmodel.cpp of
 openslam_gmapping."""
+
+
+class MotionNoise(Protocol):
+    """Parameters of a mapper, of which these describe the noise of odometry."""
+
+    @property
+    def odometry_noise(self) -> OdometryNoise:
+        """Noise per metre and per radian."""
+
+    @property
+    def min_translation_noise(self) -> float:
+        """Minimum of a step, m (standard deviation)."""
+
+    @property
+    def min_rotation_noise(self) -> float:
+        """Minimum of a step, rad (standard deviation)."""
 
 
 class OdometryStep:
@@ -31,7 +48,7 @@ class OdometryStep:
         self.travel += math.hypot(part.x, part.y)
         self.rotation += abs(part.yaw)
 
-    def variance(self, params: GmappingParams) -> NDArray[np.float64]:
+    def variance(self, params: MotionNoise) -> NDArray[np.float64]:
         """Return the variances (3,) of the error in x, y (m^2) and heading (rad^2).
 
         As in gmapping's motion model, standard deviations grow linearly with travel and rotation; errors

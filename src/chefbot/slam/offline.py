@@ -10,6 +10,7 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.slam.carmen import CarmenLogError, CarmenOdom, CarmenScan
 from chefbot.slam.gmapping import Gmapping
+from chefbot.slam.graph import GraphSlam, GraphSlamParams
 from chefbot.slam.no_return import NoReturn, detect_no_return
 from chefbot.slam.params import GmappingParams
 
@@ -25,15 +26,20 @@ class SlamResult:
     """Number of scans in the recording, processed or not."""
     no_return: NoReturn | None
     """Ranges that the recording's laser reports for no return; None if no value stands out."""
+    closures: int = 0
+    """Number of loop closures; the particle filter has none of its own."""
+    range_offset: float = 0.0
+    """Correction that all ranges have got, m; the particle filter takes ranges as they are."""
 
 
 def run_log(
     records: Iterable[CarmenOdom | CarmenScan],
-    params: GmappingParams,
+    params: GmappingParams | GraphSlamParams,
     progress: Callable[[int, int], None] | None = None,
 ) -> SlamResult:
-    """Map a recording; call `progress` after each scan with the numbers of scans done and in total.
+    """Map a recording with the algorithm whose parameters are given.
 
+    Call `progress` after each scan with the numbers of scans done and in total.
     The pose of the laser on the robot is that of the first scan, the map frame the robot's pose at that scan.
     Ranges from `max_range` on are no returns, and so are those that the log itself shows to be: each
     laser has its own number for them. Such beams mark no wall and clear the map up to `clear_range`. Raise
@@ -42,7 +48,8 @@ def run_log(
     scans = [record for record in records if isinstance(record, CarmenScan)]
     if not scans:
         raise CarmenLogError("the log holds no FLASER line: give a CARMEN log with laser scans")
-    slam = Gmapping(params, sensor=scans[0].odom.between(scans[0].laser))
+    sensor = scans[0].odom.between(scans[0].laser)
+    slam = Gmapping(params, sensor) if isinstance(params, GmappingParams) else GraphSlam(params, sensor)
     no_return = detect_no_return(scans)
     range_max = min(params.max_range, no_return.min_range if no_return else math.inf)
     stamps = []
@@ -51,7 +58,12 @@ def run_log(
             stamps.append(scan.stamp)
         if progress is not None:
             progress(done, len(scans))
-    return SlamResult(stamps, slam.trajectory(), slam.map(), len(scans), no_return)
+    if isinstance(slam, Gmapping):
+        return SlamResult(stamps, slam.trajectory(), slam.map(), len(scans), no_return)
+    slam.finish()
+    return SlamResult(
+        stamps, slam.trajectory(), slam.map(), len(scans), no_return, slam.closures, slam.range_offset
+    )
 
 
 def trajectory_tum(result: SlamResult) -> str:

@@ -44,7 +44,10 @@ def parse_relations(text: str) -> Array:
 def track_of_log(
     records: Sequence[CarmenOdom | CarmenScan], stamps: Sequence[float], poses: Sequence[SE2]
 ) -> Array:
-    """Return rows (t, x, y, yaw), one a record: the pose of the last processed scan and the odometry since."""
+    """Return rows (t, x, y, yaw), one a record: the pose of the last processed scan and the odometry since.
+
+    An odometry reading with the stamp of a processed scan is left out.
+    """
     processed = dict(zip(stamps, poses, strict=True))
     rows: list[list[float]] = []
     base: SE2 | None = None
@@ -52,6 +55,8 @@ def track_of_log(
     for record in records:
         if isinstance(record, CarmenScan) and record.stamp in processed:
             base, origin = processed[record.stamp], record.odom
+        elif record.stamp in processed:
+            continue  # the scan of this stamp has the better pose
         if base is not None:
             rows.append([record.stamp, *(base @ origin.between(record.odom))])
     return np.array(sorted(rows, key=lambda row: row[0])).reshape(-1, 4)

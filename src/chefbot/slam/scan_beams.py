@@ -75,6 +75,17 @@ def thinned(points, spacing):  # type: ignore[no-untyped-def]
     return kept[:n].copy()
 
 
+def with_range_offset(beams: Beams, offset: float) -> Beams:
+    """Return the beams with `offset` m added to the ranges of those that end on a surface."""
+    if offset == 0.0 or not len(beams.ends):
+        return beams
+    rays = beams.ends - beams.sensor
+    length = np.maximum(np.hypot(rays[:, 0], rays[:, 1]), np.float32(1e-6))
+    # No beam is turned round
+    stretch = np.where(beams.hit, np.maximum(1.0 + offset / length, 0.0), 1.0)
+    return Beams(beams.sensor, (beams.sensor + rays * stretch[:, None]).astype(np.float32), beams.hit)
+
+
 def reach(beams: Beams) -> float:
     """Return the distance in metres from the robot to the farthest end of a beam, or to the sensor."""
     max_range = np.hypot(beams.ends[:, 0], beams.ends[:, 1]).max() if len(beams.ends) else 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,13 @@ from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import PAGE, WEB_UI
 
 map_app = new_group("Maps: save (map_saver), build from a log (SLAM), compare.")
+
+
+class Algorithm(StrEnum):
+    """The mapping algorithms."""
+
+    GMAPPING = "gmapping"
+    GRAPH = "graph"
 
 
 @map_app.command("save")
@@ -28,8 +36,11 @@ def save(
 def slam(
     log: Annotated[Path, typer.Argument(help="a CARMEN log, .log or .log.gz")],
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/slam"),
-    particles: Annotated[int, typer.Option(min=1, max=1000, help="number of particles")] = 30,
-    seed: Annotated[int, typer.Option(min=0, help="random seed; same seed, same map")] = 1,
+    algorithm: Annotated[
+        Algorithm, typer.Option(help="particle filter (gmapping) or pose graph (graph)")
+    ] = Algorithm.GMAPPING,
+    particles: Annotated[int, typer.Option(min=1, max=1000, help="number of particles of gmapping")] = 30,
+    seed: Annotated[int, typer.Option(min=0, help="random seed of gmapping; same seed, same map")] = 1,
     max_range: Annotated[
         float, typer.Option(min=0.1, max=1000, help="longer ranges count as no return, m")
     ] = 80.0,
@@ -37,7 +48,7 @@ def slam(
     """Build a map from a recorded log: trajectory.tum, map.yaml, map.pgm and map.png."""
     from chefbot.cli.map.slam import run_slam
 
-    run_slam(log, out, particles, seed, max_range)
+    run_slam(log, out, algorithm.value, particles, seed, max_range)
 
 
 @map_app.command("compare")

@@ -11,6 +11,7 @@ from rich.progress import Progress
 from chefbot.errors import ChefbotError, UserError
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
+from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
 from chefbot.storage.atomic_files import make_folder
@@ -20,13 +21,17 @@ from chefbot.storage.map_files import map_png, save_map
 console = Console(highlight=False)
 
 
-def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float) -> None:
+def run_slam(path: Path, out: Path, algorithm: str, particles: int, seed: int, max_range: float) -> None:
     """Build a map from a CARMEN log with a progress display; write trajectory and map into `out`.
+
+    algorithm: "gmapping", the particle filter, which uses particles and seed, or "graph", the pose graph.
 
     Raises UserError if the log is invalid or the folder cannot be written.
     """
     records = parse(read_text(path))
-    params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
+    params: GmappingParams | GraphSlamParams = GraphSlamParams(max_range=max_range)
+    if algorithm == "gmapping":
+        params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
     began = wall_ns()
     try:
         result = _run(path, records, params)
@@ -40,10 +45,17 @@ def run_slam(path: Path, out: Path, particles: int, seed: int, max_range: float)
     if result.no_return is not None:
         minimum, share = result.no_return
         console.print(f"Ranges of {minimum:.2f} m and more count as no return: {share:.1%} of all beams.")
+    if isinstance(params, GraphSlamParams):
+        offset = f"{1e3 * result.range_offset:+.0f} mm"
+        console.print(
+            f"{result.closures} loop closures; {offset} on all ranges, as the scans themselves show."
+        )
     console.print(f"{len(result.poses)} scans, {took:.1f} s; {out}/map.yaml, map.png, trajectory.tum")
 
 
-def _run(path: Path, records: Iterator[CarmenOdom | CarmenScan], params: GmappingParams) -> SlamResult:
+def _run(
+    path: Path, records: Iterator[CarmenOdom | CarmenScan], params: GmappingParams | GraphSlamParams
+) -> SlamResult:
     """Run SLAM over the records with a progress bar."""
     with Progress(console=console) as progress:
         task = progress.add_task(f"mapping {path.name}", total=None)

@@ -1,0 +1,71 @@
+"""Odometry between scans: prediction and noise, both learned from the scan matches."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import SE2
+from chefbot.slam.graph.params import GraphSlamParams
+from chefbot.slam.motion_model import OdometryStep
+
+Array = NDArray[np.float64]
+_PRIOR_STEPS = 10.0
+"""Number of steps that the assumed noise counts as."""
+_MEMORY = 200.0
+"""Number of steps that the estimate remembers."""
+_MIN_SCALE, _MAX_SCALE = 0.05, 4.0
+"""Limits of the factor by which the assumed variance is scaled."""
+_OUTLIER = 9.0
+"""Largest share of one step in the estimate, in units of the variance."""
+
+
+class OdometryModel:
+    """Noise of odometry: the assumed one, scaled by the errors that scan matching finds.
+
+    The variances of translation and of heading are scaled apart. Only directions that a scan determines better
+    than odometry does count.
+    """
+
+    def __init__(self, params: GraphSlamParams) -> None:
+        self._params = params
+        self._scale = np.ones(3)
+        self._steps = np.full(3, _PRIOR_STEPS)
+
+    def retune(self, params: GraphSlamParams) -> None:
+        """Replace the assumed noise."""
+        self._params = params
+
+    def covariance(self, step: OdometryStep) -> Array:
+        """Return the covariance (3, 3) of a motion in the frame of the pose that it starts from."""
+        return np.diag(step.variance(self._params) * self._scale)
+
+    def observe(self, step: OdometryStep, matched: SE2, certainty: Array) -> None:
+        """Learn from a motion that scan matching found: `matched`, as a pose in the frame of the step's start.
+
+        certainty: (3,) share of the result that comes from the scan and not from odometry, 0 to 1.
+        """
+        variance = step.variance(self._params)
+        error = step.motion.array() - matched.array()
+        error[2] = wrap(error[2])
+        ratio = np.minimum(error**2 / variance, _OUTLIER * self._scale)
+        # Translation errors along and across share one factor
+        ratio[:2] = (certainty[:2] @ ratio[:2]) / max(float(certainty[:2].sum()), 1e-9)
+        self._steps = np.minimum(self._steps + 1.0, _MEMORY)
+        weight = np.array([certainty[:2].mean(), certainty[:2].mean(), certainty[2]]) / self._steps
+        self._scale = np.clip((1.0 - weight) * self._scale + weight * ratio, _MIN_SCALE, _MAX_SCALE)
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """Factors on the assumed standard deviations of translation and of heading."""
+        return math.sqrt(self._scale[0]), math.sqrt(self._scale[2])
+
+
+def rotated(covariance: Array, yaw: float) -> Array:
+    """Return the covariance (3, 3) of x, y, heading, expressed in a frame that is turned back by `yaw`."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return rotation @ covariance @ rotation.T

@@ -99,7 +99,7 @@ def test_a_damaged_file_is_one_sentence(name: str, folders: Path, tmp_path: Path
             assert "\n" not in str(error) and 20 < len(str(error)) < 400
             assert all(path.read_bytes() == old for path, old in kept.items() if path != folders / name)
         for path, old in kept.items():
-            if path.read_bytes() != old:
+            if not path.exists() or path.read_bytes() != old:  # an accepted card consumes a key
                 path.write_bytes(old)
     assert refused > 0.8 * MUTANTS
 

@@ -76,8 +76,8 @@ class WebUiClient:
             raise self._connection_lost() from None
         try:
             layer, value = decode(frame)
-        except ValueError:
-            raise _not_a_robot(self.url) from None
+        except ValueError as error:
+            raise _not_a_robot(self.url, error) from None
         if layer == "refused":
             raise UserError(f"the robot at {self.url} refused: {value}")
         self.latest[layer] = value
@@ -159,13 +159,13 @@ def _connect(url: str) -> ClientConnection:
                 f"the robot at {url} refused the connection: give the complete address with ?token= that it printed "
                 "at its start, or close another browser"
             ) from None
-        raise _not_a_robot(url) from None
+        raise _not_a_robot(url, error) from None
     except ssl.SSLError as error:
         raise UserError(f"the certificate of {url} is not trusted: {error.reason or error}") from None
     except TimeoutError:
         raise UserError(f"the server at {url} did not answer within {CONNECT_TIMEOUT:g} s; try again") from None
-    except (OSError, WebSocketException):
-        raise _not_a_robot(url) from None
+    except (OSError, WebSocketException) as error:
+        raise _not_a_robot(url, error) from None
 
 
 def _address(url: str) -> tuple[str, int, str, bool]:
@@ -180,5 +180,5 @@ def _address(url: str) -> tuple[str, int, str, bool]:
     return host, port, parse_qs(parts.query).get("token", [""])[0], parts.scheme == "https"
 
 
-def _not_a_robot(url: str) -> UserError:
-    return UserError(f"the server at {url} is not a robot's web UI; check host and port")
+def _not_a_robot(url: str, error: Exception) -> UserError:
+    return UserError(f"the server at {url} is not a robot's web UI ({error}); check host and port")

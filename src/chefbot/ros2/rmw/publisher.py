@@ -15,9 +15,10 @@ from chefbot.ros2.rmw.qos import KEEP_ALL, QoS
 from chefbot.ros2.rmw.session import RmwContext
 
 M = TypeVar("M", bound=Message)
-HEARTBEAT = 0.5
-"""Seconds within which a late-joining or lossy subscriber of a reliable latched topic detects missed samples
-(rmw_zenoh)."""
+HEARTBEAT = 1.0
+"""Period in seconds at which the last sequence number of a reliable latched topic is sent: a subscriber that finds
+that it missed samples queries them. It is sent as long as the publisher exists, since one heartbeat alone
+(`sporadic_heartbeat`) and the query of a late publisher may both be lost before a route to the subscriber stands."""
 
 
 class Publisher(Generic[M]):
@@ -67,7 +68,7 @@ def _declare(session: zenoh.Session, key: str, qos: QoS) -> Any:
         return session.declare_publisher(key, **settings)
     if qos.reliable:
         settings["sample_miss_detection"] = ext.MissDetectionConfig(
-            heartbeat=None, sporadic_heartbeat=HEARTBEAT
+            heartbeat=HEARTBEAT, sporadic_heartbeat=None
         )
     cache = ext.CacheConfig(max_samples=qos.depth)
     return ext.declare_advanced_publisher(session, key, cache=cache, publisher_detection=True, **settings)

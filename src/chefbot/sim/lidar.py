@@ -41,21 +41,35 @@ class TurningLidar:
 
         Solids are where they are now. Ranges of the robot's own body are among them, and the noise.
         """
+        return self.measure_along(*self.rays_at(bearings), times_ns)
+
+    def rays_at(self, bearings: Floats) -> tuple[Floats, Floats]:
+        """Return rays at bearings (n,), rad: unit vectors (n, 3) in base_link, and where the robot blocks them."""
         caster = self._simulation.lidar_caster
         assert caster is not None
-        (t0, (p0, r0)), (t1, (p1, r1)) = self._interval(times_ns)
-        part = (times_ns - t0) / max(t1 - t0, 1)
         rays = lidar_rays(self.lidar, bearings, self._simulation.as_built)
+        return rays, self._own_body(caster.own_body, bearings)
+
+    def measure_along(self, rays: Floats, own: Floats, times_ns: NDArray[np.int64]) -> Floats:
+        """Return the ranges (n,), as `measure`, of the rays and distances that `rays_at` returned."""
+        if not len(rays):
+            return np.empty(0)
+        caster = self._simulation.lidar_caster
+        assert caster is not None
+        (t0, (p0, r0)), (t1, (p1, r1)) = self._interval(int(times_ns[len(times_ns) // 2]))
+        part = (times_ns - t0) / max(t1 - t0, 1)
         # rotations a few hundredths of a radian apart: their mean is one but for the square of that
-        rotated = (1.0 - part)[:, None] * (rays @ r0.T) + part[:, None] * (rays @ r1.T)
-        rotated /= np.linalg.norm(rotated, axis=1)[:, None]
-        scene, ranges = self._simulation.ray_scene(), np.empty(len(bearings))
-        steps = 1 + int(np.linalg.norm(p1 - p0) * float(np.ptp(part)) / MAX_STEP) if len(part) else 1
-        for chosen in np.array_split(np.arange(len(bearings)), steps):
-            f = float(part[chosen].mean()) if len(chosen) else 0.0
-            origin = (1.0 - f) * (p0 + r0 @ caster.mount_position) + f * (p1 + r1 @ caster.mount_position)
-            ranges[chosen] = caster.light_along(scene, origin, np.ascontiguousarray(rotated[chosen]))
-        ranges = np.minimum(ranges, self._own_body(caster.own_body, bearings))
+        rotated = rays @ r0.T + part[:, None] * (rays @ (r1 - r0).T)
+        rotated /= np.sqrt(np.einsum("ij,ij->i", rotated, rotated))[:, None]
+        scene, ranges = self._simulation.ray_scene(), np.empty(len(rays))
+        begin, way = p0 + r0 @ caster.mount_position, (p1 - p0) + (r1 - r0) @ caster.mount_position
+        # rays of nearly the same time have one origin
+        steps = 1 + int(math.hypot(*way) * abs(part[-1] - part[0]) / MAX_STEP)
+        for step in range(steps):
+            chosen = slice(len(rays) * step // steps, len(rays) * (step + 1) // steps)
+            origin = begin + part[(chosen.start + chosen.stop) // 2] * way
+            ranges[chosen] = caster.light_along(scene, origin, rotated[chosen])
+        ranges = np.minimum(ranges, own)
         if self._simulation.profile != "perfect":
             ranges += self.lidar.noise * self._simulation.noise["lidar"].standard_normal(len(ranges))
         return ranges
@@ -69,13 +83,12 @@ class TurningLidar:
         own: Floats = np.where(inside, by_beam[beams.clip(0, self.lidar.beams - 1)], np.inf)
         return own
 
-    def _interval(self, times_ns: NDArray[np.int64]) -> tuple[tuple[int, BasePose], tuple[int, BasePose]]:
-        """Return the two poses, with their times, between which most of the times are."""
+    def _interval(self, time_ns: int) -> tuple[tuple[int, BasePose], tuple[int, BasePose]]:
+        """Return the two poses, with their times, between which a time is, or those nearest to it."""
         poses = list(self._poses)
         if len(poses) == 1:
             return poses[0], poses[0]
-        middle = float(times_ns.mean()) if len(times_ns) else float(poses[-1][0])
-        after = next((i for i in range(1, len(poses)) if poses[i][0] >= middle), len(poses) - 1)
+        after = next((i for i in range(1, len(poses)) if poses[i][0] >= time_ns), len(poses) - 1)
         return poses[after - 1], poses[after]
 
 
@@ -88,9 +101,11 @@ class SweptScan:
     def __init__(self, turning: TurningLidar, parts: int) -> None:
         self._turning, self._parts, self._part = turning, parts, 0
         lidar = turning.lidar
-        self._angles = lidar_angles(lidar)
+        angles = lidar_angles(lidar)
         # share of the turn at which each beam is measured: it begins at pi
-        self._shares = (math.pi - self._angles) / (2.0 * math.pi)
+        self._shares = (math.pi - angles) / (2.0 * math.pi)
+        self._beams = [self._beams_of(part / parts, (part + 1) / parts) for part in range(parts)]
+        self._rays = [turning.rays_at(angles[beams]) for beams in self._beams]
         self._ranges = np.full(lidar.beams, np.inf)
 
     @property
@@ -100,12 +115,16 @@ class SweptScan:
 
     def add(self, before_ns: int, now_ns: int) -> NDArray[np.float32] | None:
         """Measure the next part of the turn, between two times, ns; return the ranges (beams,) after the last one."""
-        low, high = self._part / self._parts, (self._part + 1) / self._parts
-        beams = np.flatnonzero((self._shares > low) & (self._shares <= high + 1e-9))[::-1]
+        beams, low = self._beams[self._part], self._part / self._parts
         times = before_ns + (self._shares[beams] - low) * self._parts * (now_ns - before_ns)
-        self._ranges[beams] = self._turning.measure(self._angles[beams], times.astype(np.int64))
+        rays, own = self._rays[self._part]
+        self._ranges[beams] = self._turning.measure_along(rays, own, times.astype(np.int64))
         self._part = (self._part + 1) % self._parts
         if self._part:
             return None
         lidar: Lidar = self._turning.lidar
         return to_rep117(self._ranges, lidar.range_min, lidar.range_max)
+
+    def _beams_of(self, low: float, high: float) -> NDArray[np.int64]:
+        """Return the beams that are measured between two shares of the turn, in the order of time."""
+        return np.flatnonzero((self._shares > low) & (self._shares <= high + 1e-9))[::-1]

@@ -18,6 +18,8 @@ from chefbot.sim.simulation import Simulation
 Floats = NDArray[np.float64]
 MAX_STEP = 0.01
 """Way of the robot during which all rays have one origin, m, about the noise of a range."""
+CARRIED = 1.0
+"""Distance between two poses beyond which the robot was carried from one to the other, m: no ray is between."""
 POSES = 4
 """Number of poses that are kept: samples of a packet may be older than the last one."""
 
@@ -34,7 +36,10 @@ class TurningLidar:
 
     def follow(self, now_ns: int) -> None:
         """Take the robot's present pose as that at a time, ns."""
-        self._poses.append((now_ns, self._simulation.base_pose()))
+        pose = self._simulation.base_pose()
+        if self._poses and math.dist(pose[0], self._poses[-1][1][0]) > CARRIED:
+            self._poses.clear()
+        self._poses.append((now_ns, pose))
 
     def measure(self, bearings: Floats, times_ns: NDArray[np.int64]) -> Floats:
         """Return the ranges (n,), m, at bearings (n,), rad, in the sensor frame at times (n,), ns; inf for nothing.

@@ -1,1 +1,0 @@
-"""The hardware of a simulated robot at pseudo-terminals, for programs of a built robot."""

@@ -163,7 +163,9 @@ def _connect(url: str) -> ClientConnection:
     except ssl.SSLError as error:
         raise UserError(f"the certificate of {url} is not trusted: {error.reason or error}") from None
     except TimeoutError:
-        raise UserError(f"the server at {url} did not answer within {CONNECT_TIMEOUT:g} s; try again") from None
+        raise UserError(
+            f"the server at {url} did not answer within {CONNECT_TIMEOUT:g} s; try again"
+        ) from None
     except (OSError, WebSocketException) as error:
         raise _not_a_robot(url, error) from None
 

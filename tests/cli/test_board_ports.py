@@ -14,7 +14,7 @@ from serial.tools import list_ports
 
 from chefbot.cli.board import ports
 from chefbot.cli.board.ports import BOARDS, serial_port_lines
-from chefbot.devices.board_ports import BOARD_VENDORS
+from chefbot.devices.serial_ports import BOARD_VENDORS
 
 RULE = re.compile(r'ATTRS\{idVendor\}=="([0-9a-f]{4})", ATTRS\{idProduct\}=="([0-9a-f]{4})"')
 ARDUINO, CLONE, STRANGER = (0x2341, 0x0042), (0x1A86, 0x7523), (0x1234, 0x00AB)

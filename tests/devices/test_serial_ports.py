@@ -12,9 +12,12 @@ from typing import Any
 
 import pytest
 
-from chefbot.devices import board_ports, board_search
+from chefbot.devices import port_search, serial_ports
 from chefbot.devices.board_node import MotorBoardNode
-from chefbot.devices.board_ports import (
+from chefbot.devices.motor_board import BOARD
+from chefbot.devices.port_search import PortSearch
+from chefbot.devices.serial_connection import ConnectionEvents, SerialConnection, is_missing_path
+from chefbot.devices.serial_ports import (
     BOARD_VENDORS,
     Port,
     explain,
@@ -25,11 +28,10 @@ from chefbot.devices.board_ports import (
     ports,
     receive,
 )
-from chefbot.devices.board_search import BoardSearch
-from chefbot.devices.serial_connection import AUTO, SerialConnection, is_missing_path
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
 from chefbot.msgs.std_msgs import String
+from chefbot.robot.sensors import AUTO
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs pseudo-terminals")
 ARDUINO = Port("/dev/ttyACM0", "Arduino", 0x2341, 0x42, "abc")
@@ -55,7 +57,7 @@ def pty() -> Iterator[tuple[int, str]]:
 def test_likely_boards_come_first_and_empty_ports_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     other = Port("/dev/a", "modem", 0x1234, 1, None)
     empty = Port("/dev/ttyS0", "n/a", None, None, None)
-    monkeypatch.setattr(board_ports.list_ports, "comports", lambda: listed(other, empty, ARDUINO))
+    monkeypatch.setattr(serial_ports.list_ports, "comports", lambda: listed(other, empty, ARDUINO))
     assert ports() == [ARDUINO, other]
     assert ARDUINO.vendor in BOARD_VENDORS
 
@@ -63,7 +65,7 @@ def test_likely_boards_come_first_and_empty_ports_are_left_out(monkeypatch: pyte
 def test_a_renumbered_device_is_found_by_its_usb_identity(monkeypatch: pytest.MonkeyPatch) -> None:
     moved = ARDUINO._replace(path="/dev/ttyACM7")
     swapped = Port("/dev/ttyACM0", "other", 0x2341, 0x42, "xyz")
-    monkeypatch.setattr(board_ports.list_ports, "comports", lambda: listed(swapped, moved))
+    monkeypatch.setattr(serial_ports.list_ports, "comports", lambda: listed(swapped, moved))
     assert find_same_device(ARDUINO) == moved
     plain = Port("/dev/pts/3", "", None, None, None)
     assert find_same_device(plain) == plain and plain.identity is None
@@ -74,7 +76,7 @@ def test_a_link_to_a_port_keeps_its_own_path(monkeypatch: pytest.MonkeyPatch, tm
     target.touch()
     link.symlink_to(target)
     device = ARDUINO._replace(path=str(target.resolve()))
-    monkeypatch.setattr(board_ports.list_ports, "comports", lambda: listed(device))
+    monkeypatch.setattr(serial_ports.list_ports, "comports", lambda: listed(device))
     assert port_at(str(link)) == device._replace(path=str(link))
     assert is_missing_path(str(tmp_path / "none")) and not is_missing_path(AUTO)
 
@@ -117,9 +119,9 @@ def test_a_search_ends_with_the_reason_of_each_port(
     pty: tuple[int, str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     clock = [10_000_000_000]
-    monkeypatch.setattr(board_search, "wall_ns", lambda: clock[0])
+    monkeypatch.setattr(port_search, "wall_ns", lambda: clock[0])
     missing = str(tmp_path / "none")
-    search = BoardSearch(lambda: [Port(path, "", None, None, None) for path in (pty[1], missing)])
+    search = PortSearch(BOARD, lambda: [Port(path, "", None, None, None) for path in (pty[1], missing)])
     try:
         assert search.step() is None and not search.exhausted
         for _ in range(100):
@@ -131,7 +133,7 @@ def test_a_search_ends_with_the_reason_of_each_port(
         assert pty[1] in search.reasons and missing in search.reasons
     finally:
         search.close()
-    assert BoardSearch(list).reasons == "no serial port has anything plugged in"
+    assert PortSearch(BOARD, list).reasons == "no serial port has anything plugged in"
 
 
 def test_a_connection_without_a_board_reports_it(tmp_path: Path) -> None:
@@ -144,7 +146,8 @@ def test_a_connection_without_a_board_reports_it(tmp_path: Path) -> None:
     def unexpected(*_: Any) -> None:
         raise AssertionError
 
-    link = SerialConnection(str(tmp_path / "none"), unexpected, unexpected, unexpected, report)
+    events = ConnectionEvents(unexpected, unexpected, unexpected, report)
+    link = SerialConnection(str(tmp_path / "none"), BOARD, events)
     assert not link.send(b"x")
     link.start()
     assert missing.wait(60.0)
@@ -156,7 +159,7 @@ def test_a_write_that_fails_is_no_success() -> None:
     def failing(_: bytes) -> int:
         raise OSError("gone")
 
-    link = SerialConnection(AUTO, *[lambda *_: None] * 4)  # type: ignore[arg-type]
+    link = SerialConnection(AUTO, BOARD, ConnectionEvents(*[lambda *_: None] * 4))
     for write, success in ((len, True), (lambda data: len(data) - 1, False), (failing, False)):
         port: Any = SimpleNamespace(write=write)
         link._serial = port

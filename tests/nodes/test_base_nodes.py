@@ -28,12 +28,14 @@ from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.nodes.navigation.recovery_behaviors import COSTMAP_REFRESH_TIME, RecoveryBehaviorsNode
 from chefbot.planning.params import PlannerParams
 from chefbot.runtime.node import NoParams, Out
+from chefbot.safety.params import SensorName
 
 
 class CostmapOnlyParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of a node with a local costmap alone."""
 
     costmap: CostmapParams = LOCAL_COSTMAP
+    optional_sensors: tuple[SensorName, ...] = ()
 
 
 class CostmapOnly(LocalCostmapNode):

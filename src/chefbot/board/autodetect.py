@@ -16,6 +16,9 @@ CHAPTER_DETECTION_NS = 1_500_000_000
 board."""
 MIN_CHAPTER_LINES = 20
 """Minimum number of lines of the chapter's protocol before it is detected."""
+MAX_OTHER_BYTES = 20_000
+"""Number of bytes without any line of a motor board after which another device is there: a lidar, which sends for
+ever, reaches it in a few seconds; what else boot loaders and operating systems print at their start is less."""
 DETECTION_TIMEOUT_NS = 12_000_000_000
 """Timeout of the detection, ns. Opening its port resets an Arduino Mega. A byte within the next second, for
 example from a program that looks for a modem, keeps its boot loader waiting for a new program until 5 s after
@@ -36,7 +39,7 @@ class ProtocolProbe:
     def __init__(self, token: int, now_ns: int) -> None:
         self._token, self._start_ns, self._handshake_ns = token, now_ns, now_ns - HANDSHAKE_PERIOD_NS
         self._splitter, self._chapter = LineSplitter(), ChapterReader()
-        self._chapter_lines = self._board_lines = 0
+        self._chapter_lines = self._board_lines = self._received = 0
         self.dialect: BoardProtocol | None = None
 
     def data_to_send(self, now_ns: int) -> bytes:
@@ -48,6 +51,7 @@ class ProtocolProbe:
 
     def receive_data(self, data: bytes, now_ns: int) -> BoardProtocol | None:
         """Process received bytes and return the detected protocol, None as long as it is unknown."""
+        self._received += len(data)
         for raw in self._splitter.push(data):
             line = parse(raw)
             # Our protocol: a valid checksum is evidence, an answer with our token is proof.
@@ -62,12 +66,23 @@ class ProtocolProbe:
         return self.dialect
 
     def timed_out(self, now_ns: int) -> bool:
-        """Return whether the timeout `DETECTION_TIMEOUT_NS` has passed without a verdict."""
-        return now_ns - self._start_ns >= DETECTION_TIMEOUT_NS
+        """Return whether the timeout `DETECTION_TIMEOUT_NS` has passed without a verdict, or another device sends."""
+        return self._is_other_device or now_ns - self._start_ns >= DETECTION_TIMEOUT_NS
+
+    @property
+    def _is_other_device(self) -> bool:
+        return self._received >= MAX_OTHER_BYTES and not self.has_received_lines
+
+    @property
+    def has_received_lines(self) -> bool:
+        """Whether lines of a motor board of either protocol were received."""
+        return self._board_lines > 0 or self._chapter_lines >= MIN_CHAPTER_LINES
 
     @property
     def failure_reason(self) -> str:
         """Describe what was received instead of an answer, as a sentence for the operator."""
         if self._board_lines:
             return "a board sends data but does not answer: is its RX wire connected?"
+        if self._is_other_device:
+            return "what sends there is no motor board: is it the lidar, or another baud rate?"
         return "no motor board answers there: is the firmware flashed (`chefbot board flash`)?"

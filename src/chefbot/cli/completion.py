@@ -53,7 +53,7 @@ def unknown_cells(incomplete: str) -> list[str]:
 
 def serial_ports(incomplete: str) -> list[tuple[str, str]]:
     """Return the serial ports of this computer, each with its description."""
-    from chefbot.devices.board_ports import ports
+    from chefbot.devices.serial_ports import ports
 
     return [(port.path, port.description) for port in ports() if port.path.startswith(incomplete)]
 

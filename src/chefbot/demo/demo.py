@@ -62,6 +62,7 @@ class DemoOptions(NamedTuple):
     lan: bool = False
     start: str = ""
     unknown: UnknownCells = "auto"
+    lidar_bytes: str = ""
 
 
 class Demo:
@@ -192,6 +193,7 @@ class Demo:
             "pictures": "0" if options.headless else "2",
             "seed": str(options.seed),
             "robot": options.robot,
+            "lidar_bytes": options.lidar_bytes,
         }
         accepted = load_launch(name).args
         values = {key: value for key, value in {**values, **arguments}.items() if key in accepted}

@@ -65,6 +65,16 @@ def chosen_tables(world: World, seed: int) -> list[str]:
     return [tables[i] for i in rng.choice(len(tables), min(TABLES, len(tables)), replace=False)]
 
 
+def driver_of(robot: str) -> str:
+    """Return the driver of a robot's lidar, by the robot's name or path. Raises UserError if there is none."""
+    lidar = load_robot(robot).sensors.lidar
+    if lidar is None or not lidar.driver:
+        raise UserError(
+            f"robot {robot} has no lidar with a driver (sensors.lidar.driver), whose bytes there are"
+        )
+    return lidar.driver
+
+
 def _speed(text: str) -> float:
     try:
         speed = 0.0 if text == "max" else float(text)

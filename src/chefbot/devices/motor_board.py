@@ -9,15 +9,18 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.board.autodetect import BoardProtocol
+from chefbot.board.autodetect import BoardProtocol, ProtocolProbe
 from chefbot.board.chapter_board import ChapterLink
 from chefbot.board.link import BoardLink, MotorBoardLink
 from chefbot.devices.board_node import MotorBoardNode
-from chefbot.devices.serial_connection import SerialConnection, is_missing_path
+from chefbot.devices.port_search import SerialDevice
+from chefbot.devices.serial_connection import ConnectionEvents, SerialConnection, is_missing_path
+from chefbot.devices.serial_ports import open_port
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray, DiagnosticStatus, KeyValue
 from chefbot.msgs.std_msgs import Bool, Header, String
+from chefbot.robot.sensors import AUTO
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Out, every, topic
 
@@ -29,12 +32,17 @@ SEARCH_TIMEOUT_NS = 6_000_000_000
 """Timeout after the start to find the board, ns; later it may be disconnected for any time."""
 
 
+BOARD: SerialDevice[BoardProtocol] = SerialDevice(
+    "motor board", open_port, lambda _, now_ns, __: ProtocolProbe(os.getpid(), now_ns)
+)
+
+
 class BoardParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the motor board's driver."""
 
     port: Annotated[
         str, Meta(min_length=1, description="a serial port's path, or auto: where a board answers")
-    ] = "auto"
+    ] = AUTO
 
 
 class MotorBoardDevice(MotorBoardNode):
@@ -64,13 +72,15 @@ class MotorBoardDevice(MotorBoardNode):
         self._stale_commands = self._failed_writes = 0
         self._start_ns = self.now_ns
         self.announcement = f"Motor board: looking for it, port {self.params.port}."
-        self._line = SerialConnection(
-            self.params.port,
+        events: ConnectionEvents[BoardProtocol] = ConnectionEvents(
             lambda path, dialect: self.post(lambda: self._on_open(path, dialect)),
             lambda data, at: self.post(lambda: self._on_data(data, at)),
             lambda reason: self.post(lambda: self._on_lost(reason)),
             lambda reason: self.post(lambda: self._on_missing(reason)),
         )
+        lidar = self.robot.sensors.lidar
+        others = frozenset((lidar.port,)) if lidar is not None and lidar.port != AUTO else frozenset[str]()
+        self._line = SerialConnection(self.params.port, BOARD, events, others)
         self._line.start()
 
     def stop(self) -> None:

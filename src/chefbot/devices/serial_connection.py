@@ -1,60 +1,79 @@
-"""A thread that finds the board, reads from it, and reconnects after its cable was disconnected."""
+"""A thread that finds a device at the serial ports, reads from it, and reconnects after a disconnection."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
+from typing import Generic, NamedTuple, TypeVar
 
 import serial
 
-from chefbot.board.autodetect import BoardProtocol
-from chefbot.devices.board_ports import Port, explain_disconnection, find_same_device, port_at, ports, receive
-from chefbot.devices.board_search import BoardSearch, FoundBoard
+from chefbot.devices.port_search import TURN, FoundDevice, PortSearch, SerialDevice
+from chefbot.devices.serial_ports import (
+    Port,
+    explain_disconnection,
+    find_same_device,
+    port_at,
+    ports,
+    receive,
+)
+from chefbot.robot.sensors import AUTO
 from chefbot.runtime.clock import wall_ns
 
-AUTO = "auto"
+T = TypeVar("T")
 MIN_PAUSE, MAX_PAUSE = 0.1, 0.8
-"""Pause between two attempts to find the board, s: it is doubled from the first to the second value."""
+"""Pause between two attempts to find the device, s: it is doubled from the first to the second value."""
+TURN_TIMEOUT = 0.1
+"""Time to wait for the searches of other devices before it is checked whether the connection ends, s."""
 
 
-class SerialConnection:
-    """A reconnecting serial link that calls back in its thread: `on_open(path, dialect)`, `on_data(data,
-    wall_ns)`, `on_lost(reason)`.
+class ConnectionEvents(NamedTuple, Generic[T]):
+    """Functions that a connection calls in its thread.
 
-    `on_missing(reason)` is called after each attempt that found no board. `send` may be called from one other
-    thread.
+    opened: with the path and what was recognized there. received: with bytes and the time, ns of the wall clock.
+    lost: with the reason. missing: with the reason, after each attempt that found no device.
     """
+
+    opened: Callable[[str, T], None]
+    received: Callable[[bytes, int], None]
+    lost: Callable[[str], None]
+    missing: Callable[[str], None]
+
+
+class SerialConnection(Generic[T]):
+    """A reconnecting serial link to a device. `send` may be called from one other thread."""
 
     def __init__(
         self,
         port: str,
-        on_open: Callable[[str, BoardProtocol], None],
-        on_data: Callable[[bytes, int], None],
-        on_lost: Callable[[str], None],
-        on_missing: Callable[[str], None],
+        device: SerialDevice[T],
+        events: ConnectionEvents[T],
+        others: frozenset[str] = frozenset(),
     ) -> None:
-        """`port`: a port's path, or `auto` for any port where a board answers."""
-        self._configured_port = port
-        self._on_open, self._on_data = on_open, on_data
-        self._on_lost, self._on_missing = on_lost, on_missing
+        """`port`: a port's path, or `auto` for any port where the device answers but those of `others`."""
+        self._configured_port, self._device, self._events = port, device, events
+        self._others = others
         self._last_port: Port | None = None
         self._serial: serial.Serial | None = None
         self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="board", daemon=True)
+        self._farewell = b""
+        self._thread = threading.Thread(target=self._run, name=device.name, daemon=True)
 
     def start(self) -> None:
-        """Start the thread that searches for the board."""
+        """Start the thread that searches for the device."""
         self._thread.start()
 
-    def close(self) -> None:
-        """End the thread and close the port."""
+    def close(self, farewell: bytes = b"") -> None:
+        """Send the last bytes, end the thread and close the port."""
+        self._farewell = farewell
         self._closing.set()
         self._thread.join()
 
     def send(self, data: bytes) -> bool:
-        """Write without blocking; return False if the data was not written completely: then the board
-        receives a damaged line."""
+        """Write without blocking; return False if the data was not written completely: then the device
+        receives a damaged message."""
         port = self._serial
         if port is None or not data:
             return port is not None
@@ -77,44 +96,57 @@ class SerialConnection:
             pause = MIN_PAUSE
             self._read(found)
 
-    def _find(self) -> FoundBoard | None:
-        search, found = BoardSearch(self._candidates), None
-        try:
+    def _find(self) -> FoundDevice[T] | None:
+        search = PortSearch(self._device, self._candidates, alone=self._configured_port != AUTO)
+        found = None
+        with ExitStack() as stack:
+            if self._configured_port == AUTO:
+                self._wait_for_turn(stack)
+            stack.callback(search.close)
             while found is None and not self._closing.is_set():
                 found = search.step()
                 if search.exhausted:
                     break
-        finally:
-            search.close()
         if found is not None:
             self._last_port = port_at(found.path)
         elif not self._closing.is_set():
-            self._on_missing(search.reasons)
+            self._events.missing(search.reasons)
         return found
 
+    def _wait_for_turn(self, stack: ExitStack) -> None:
+        while not self._closing.is_set():
+            if TURN.acquire(timeout=TURN_TIMEOUT):
+                stack.callback(TURN.release)
+                return
+
     def _candidates(self) -> list[Port]:
-        """Return the board's last known port first, wherever it is now; other ports with `auto` only."""
+        """Return the device's last known port first, wherever it is now; other ports with `auto` only."""
         last = [] if self._last_port is None else [find_same_device(self._last_port)]
         if self._configured_port != AUTO:
             return last or [port_at(self._configured_port)]
-        return [*last, *(port for port in ports() if port not in last)]
+        excluded = {str(Path(path).resolve()) for path in self._others}
+        return [*last, *(port for port in ports() if port not in last and port.path not in excluded)]
 
-    def _read(self, found: FoundBoard) -> None:
+    def _read(self, found: FoundDevice[T]) -> None:
         port = found.opened
-        self._on_open(found.path, found.dialect)
+        self._events.opened(found.path, found.recognized)
         self._serial = port
         reason = ""
         try:
             while not self._closing.is_set():
                 data = receive(port)
                 if data:
-                    self._on_data(data, wall_ns())
+                    self._events.received(data, wall_ns())
+            if self._farewell:
+                port.write(self._farewell)
+                port.flush()
+            self._device.close(port)
         except OSError as error:
-            reason = explain_disconnection(found.path, error)
+            reason = explain_disconnection(found.path, error, self._device.name)
         self._serial = None
         port.close()
         if not self._closing.is_set():
-            self._on_lost(reason)
+            self._events.lost(reason)
 
 
 def is_missing_path(port: str) -> bool:

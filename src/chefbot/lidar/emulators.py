@@ -203,10 +203,10 @@ class RplidarEmulator(LidarEmulator):
         )
 
 
-def emulator_of(driver: str) -> LidarEmulator:
-    """Return an emulator for a driver of LIDARS."""
+def emulator_of(driver: str, turn_rate: float = 10.0) -> LidarEmulator:
+    """Return an emulator for a driver of LIDARS that makes so many turns a second."""
     if driver in YDLIDARS:
-        return YdlidarEmulator(YDLIDARS[driver])
+        return YdlidarEmulator(YDLIDARS[driver], turn_rate)
     if driver.startswith("rplidar"):
         kinds = {
             "rplidar_a1": EXPRESS,
@@ -216,7 +216,7 @@ def emulator_of(driver: str) -> LidarEmulator:
         }
         session = LIDARS[driver].open()
         assert isinstance(session, rplidar.RplidarSession)
-        return RplidarEmulator(session.sample_rate, kinds.get(driver, DENSE))
+        return RplidarEmulator(session.sample_rate, kinds.get(driver, DENSE), turn_rate)
     session = LIDARS[driver].open()
     assert isinstance(session, ld19.Ld19Session)
-    return Ld19Emulator(session.sample_rate)
+    return Ld19Emulator(session.sample_rate, turn_rate)

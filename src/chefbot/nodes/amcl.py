@@ -16,14 +16,15 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.runtime.node import In, Node, Out, every, restored, topic
+from chefbot.nodes.scans.scan_listener import ScanListenerNode
+from chefbot.runtime.node import In, Out, every, restored, topic
 from chefbot.scan.usable_range import usable_range
 
 RESTORED_STD_XY, RESTORED_STD_YAW = 0.1, 0.1
 """Standard deviations of a pose restored after a restart, m and rad."""
 
 
-class AmclNode(Node):
+class AmclNode(ScanListenerNode):
     """Publishes the pose on the map, the particles and the transform map -> odom.
 
     Without an initial pose it starts with global localization; after a restart it continues from the last pose if
@@ -31,9 +32,9 @@ class AmclNode(Node):
     """
 
     live_params = ("update_min_*", "max_beams", "beam_independence")
+    role = "Localization"
     params: AmclParams
     map: In[OccupancyGrid]
-    scan: In[LaserScan]
     initialpose: In[PoseWithCovarianceStamped]
     reinitialize_global_localization: In[Empty]
     restored_status: In[LocalizationStatus] = restored("localization_status")
@@ -45,6 +46,7 @@ class AmclNode(Node):
 
     def start(self) -> None:
         """Start without a filter, which is created from the first map and scan."""
+        super().start()
         self._amcl: Amcl | None = None
         self._initial_pose: PoseWithCovarianceStamped | None = None
         self._current_map: OccupancyGrid | None = None
@@ -73,13 +75,13 @@ class AmclNode(Node):
         if self._amcl is not None:
             self._amcl.initialize_globally()
 
-    def on_scan(self, scan: LaserScan) -> None:
-        """Update the filter once odometry at the scan's time is available."""
-        if self.map.last is not None:
-            stamp = scan.header.stamp.ns
-            self.tf.on_available("odom", "base_link", stamp, lambda odom: self._update(scan, odom))
+    @property
+    def wants_scans(self) -> bool:
+        """Whether there is a map to compare scans with."""
+        return self.map.last is not None
 
-    def _update(self, scan: LaserScan, odom: SE2) -> None:
+    def process_scan(self, scan: LaserScan, odom: SE2) -> None:
+        """Update the filter."""
         laser = self.tf.lookup("base_link", scan.header.frame_id)
         if self._amcl is None:
             self._amcl = self._create_amcl(laser, odom)

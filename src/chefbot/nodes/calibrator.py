@@ -14,6 +14,7 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav2_msgs import DriveOnHeading, Spin
 from chefbot.msgs.sensor_msgs import Imu, LaserScan
 from chefbot.msgs.std_msgs import Bool, String
+from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Future
 from chefbot.runtime.node import In, Node, Out, every, topic
@@ -71,9 +72,7 @@ class CalibratorNode(Node):
     def on_scan(self, scan: LaserScan) -> None:
         """Process the scan once odometry at its time is available."""
         self._scan_ns = self.now_ns
-        self.tf.on_available(
-            "odom", scan.header.frame_id, scan.header.stamp.ns, lambda pose: self._process_scan(scan, pose)
-        )
+        when_deskewed(self.tf, scan, scan.header.frame_id, self._process_scan)
 
     def _process_scan(self, scan: LaserScan, odom_pose: SE2) -> None:
         tracker_pose = self._tracker.add(scan.angles, scan.ranges, odom_pose, scan.range_max)

@@ -11,6 +11,7 @@ from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticArray, Diagn
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.nodes.causes.motion_reasons import MotionReasonsNode
+from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.robot.motion_limits import max_speed
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
@@ -63,11 +64,11 @@ class CollisionMonitorNode(MotionReasonsNode):
         sensors, stamp_ns = self._policy.obstacle_sensors, scan.header.stamp.ns
         sensors.process_scan(scan, self.now_ns, self._pose()[0])
 
-        def place(sensor: SE2) -> None:
-            self._monitor.process_scan(scan, sensor)
+        def place(still: LaserScan, sensor: SE2) -> None:
+            self._monitor.process_scan(still, sensor)
             sensors.note_scan_marked(stamp_ns)
 
-        self.tf.on_available("odom", scan.header.frame_id, stamp_ns, place)
+        when_deskewed(self.tf, scan, scan.header.frame_id, place)
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
         """Take an obstacle scan into the memory as soon as its pose in odom is known."""

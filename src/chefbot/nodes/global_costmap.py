@@ -18,6 +18,7 @@ from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.nodes.navigation.people_marks import PeopleMarksNode
+from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 
@@ -59,7 +60,9 @@ class GlobalCostmapNode(PeopleMarksNode):
 
     def on_scan(self, scan: LaserScan) -> None:
         """Pass a scan to the layers."""
-        self._place(scan, scan.header)
+        stamp = scan.header.stamp.ns
+        mark = lambda still, pose: self._mark(still, pose, stamp)  # noqa: E731
+        when_deskewed(self.tf, scan, scan.header.frame_id, mark)
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
         """Pass an obstacle scan of the camera to the layers."""

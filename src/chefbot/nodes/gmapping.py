@@ -11,7 +11,8 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.runtime.node import In, Node, Out, every, restored, topic
+from chefbot.nodes.scans.scan_listener import ScanListenerNode
+from chefbot.runtime.node import In, Out, every, restored, topic
 from chefbot.scan.usable_range import usable_range
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
@@ -36,7 +37,7 @@ class GmappingNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     camera: GmappingParams = CAMERA
 
 
-class GmappingNode(Node):
+class GmappingNode(ScanListenerNode):
     """Publishes the map and the transform map -> odom; both frames initially coincide.
 
     So, as in ROS's slam_gmapping, the origin stays where the robot was switched on, however late the mapper starts.
@@ -44,8 +45,8 @@ class GmappingNode(Node):
     """
 
     live_params = ("*.*_update", "*.clear_range", "*_noise*", "*.resample_threshold")
+    role = "The mapper"
     params: GmappingNodeParams
-    scan: In[LaserScan]
     restored_map: In[OccupancyGrid] = restored("map")
     restored_tf: In[TFMessage] = restored("tf")
     map: Out[OccupancyGrid] = topic(latched=True)
@@ -53,6 +54,7 @@ class GmappingNode(Node):
 
     def start(self) -> None:
         """Start without a filter, which is created at the first scan with the sensor's mount."""
+        super().start()
         self._slam: Gmapping | None = None
         self._changed = False
 
@@ -62,12 +64,8 @@ class GmappingNode(Node):
         if self._slam is not None:
             self._slam.retune(self._settings())
 
-    def on_scan(self, scan: LaserScan) -> None:
-        """Update the map once odometry at the scan's time is available."""
-        stamp = scan.header.stamp.ns
-        self.tf.on_available("odom", "base_link", stamp, lambda odom: self._update(scan, odom))
-
-    def _update(self, scan: LaserScan, odom: SE2) -> None:
+    def process_scan(self, scan: LaserScan, odom: SE2) -> None:
+        """Update the map."""
         if self._slam is None:
             self._slam = self._create_slam(self.tf.lookup("base_link", scan.header.frame_id), odom)
         self._changed |= self._slam.update(scan.angles, scan.ranges, odom, scan.range_max)

@@ -17,6 +17,7 @@ from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header, String
 from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.nodes.navigation.people_marks import PeopleMarksNode
+from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.obstacle_sensors import ObstacleSensors
@@ -25,7 +26,7 @@ from chefbot.safety.obstacle_sensors import ObstacleSensors
 class LocalCostmapNode(PeopleMarksNode):
     """Base class of a node with a rolling costmap around the robot, which its obstacle sensors mark and clear.
 
-    Its parameters have a field `costmap` of type CostmapParams.
+    Its parameters have the fields `costmap` of type CostmapParams and `optional_sensors`.
     """
 
     live_params = tuple(f"costmap.{name}" for name in LIVE_PARAMS)
@@ -44,7 +45,7 @@ class LocalCostmapNode(PeopleMarksNode):
     def start(self) -> None:
         """Create the empty costmap and the sensor monitors."""
         self._costs = make_costmap(self.params.costmap, self.robot, rolling=True)
-        self._sensors = ObstacleSensors(self.robot)
+        self._sensors = ObstacleSensors(self.robot, self.params.optional_sensors)
 
     def reconfigure(self, params: Any) -> None:
         """Apply new parameters to the costmap."""
@@ -59,10 +60,9 @@ class LocalCostmapNode(PeopleMarksNode):
     def on_scan(self, scan: LaserScan) -> None:
         """Update the laser's obstacle layer with a scan."""
         self._sensors.process_scan(scan, self.now_ns, self._pose())
-        stamp, frame = scan.header.stamp.ns, scan.header.frame_id
-        self.tf.on_available("odom", frame, stamp, lambda pose: self._mark_laser(pose, scan))
+        when_deskewed(self.tf, scan, scan.header.frame_id, self._mark_laser)
 
-    def _mark_laser(self, pose: SE2, scan: LaserScan) -> None:
+    def _mark_laser(self, scan: LaserScan, pose: SE2) -> None:
         self._costs.set_time(scan.header.stamp.ns / 1e9)
         self._costs.process(scan, pose)
         self._sensors.note_scan_marked(scan.header.stamp.ns)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.chefbot_people import TrackedPeople
@@ -13,6 +11,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.people_msgs import People
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.people.observation import Observation, observe_obstacles, observe_scan
 from chefbot.people.params import PeopleTrackerParams
 from chefbot.people.people_messages import people_message, people_poses, tracked_people
@@ -52,22 +51,20 @@ class PeopleTrackerNode(Node):
     def on_scan(self, scan: LaserScan) -> None:
         """Track people in a scan; without a lidar it is a row of the depth image, whose obstacle scan has it all."""
         if self._has_lidar:
-            self._when_placed(scan.header, lambda pose: observe_scan(scan, pose), publish=True)
+            stamp = scan.header.stamp.ns
+            update = lambda still, pose: self._update(observe_scan(still, pose), stamp, publish=True)  # noqa: E731
+            when_deskewed(self.tf, scan, scan.header.frame_id, update)
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
         """Track people in an obstacle scan."""
-        publish = not self._has_lidar
-        self._when_placed(scan.header, lambda pose: observe_obstacles(scan, pose), publish=publish)
+        publish, stamp = not self._has_lidar, scan.header.stamp.ns
+        update = lambda pose: self._update(observe_obstacles(scan, pose), stamp, publish=publish)  # noqa: E731
+        self.tf.on_available(FRAME, scan.header.frame_id, stamp, update)
 
-    def _when_placed(self, header: Header, observe: Callable[[SE2], Observation], *, publish: bool) -> None:
-        """Update the tracks as soon as the sensor's pose is known."""
-        stamp = header.stamp.ns
-
-        def update(pose: SE2) -> None:
-            if self._tracker.update(observe(pose), stamp / 1e9, self._map_pose()) and publish:
-                self._publish()
-
-        self.tf.on_available(FRAME, header.frame_id, stamp, update)
+    def _update(self, observation: Observation, stamp_ns: int, *, publish: bool) -> None:
+        """Update the tracks with what is seen from the sensor's pose."""
+        if self._tracker.update(observation, stamp_ns / 1e9, self._map_pose()) and publish:
+            self._publish()
 
     def _publish(self) -> None:
         header = Header.of(round(self._tracker.time * 1e9), FRAME)

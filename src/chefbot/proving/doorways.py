@@ -23,7 +23,7 @@ BEYOND = 0.5
 STANDING, STANDING_TURN = 0.05, 0.1
 """Speeds below which the robot stands, m/s and rad/s."""
 HELD_UP = 1.0
-"""Time for which the robot must stand before a door that is not free to be held up, s."""
+"""Time from which a robot that stands waits, and before a door that is not free is held up, s."""
 NEAR = 6.0
 """Distance to the door within which a robot that stands is held up by it, m."""
 BEFORE = 1.2
@@ -83,7 +83,8 @@ class DoorwayObserver:
         if not self._through:
             self._hold_up(now, pose)
             self._free += seconds if self.released and self._is_free() else 0.0
-        if self._active and stands:
+        # a shorter pause is part of the motion
+        if self._stands_since is not None and now - self._stands_since >= HELD_UP:
             self._waited += seconds
             self._in_doorway += seconds if self._stands_in_doorway(pose) else 0.0
 
@@ -117,8 +118,7 @@ class DoorwayObserver:
         """Return the figures of the passage; 0 for a delay that it did not have."""
         given_up = not reached and self._ended_at - min(self.held_up_at, self._ended_at) < patience
         figures = {"given_up": float(given_up)}
-        if self._waited > 0.0:
-            figures["doorway_share"] = self._in_doorway / self._waited
+        figures["doorway_share"] = self._in_doorway / self._waited if self._waited else 0.0
         held_up = self.held_up_at < math.inf
         figures["request_delay"] = max(0.0, self._requested_at - self.held_up_at) if held_up else 0.0
         if self._through:

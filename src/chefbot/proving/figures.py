@@ -28,7 +28,7 @@ FIGURES: Mapping[str, RunFigure] = {
     "request_delay": RunFigure("s", "time from when the robot was held up until it requested to pass"),
     "given_up": RunFigure("", "1 if the goal was given up within 300 s of being held up, else 0"),
     "doorway_share": RunFigure(
-        "", "share of the time with a goal and without motion that it stood in a doorway"
+        "", "share of the time that it waited with a goal, each time over 1 s, that it was in a doorway"
     ),
     "map_error_median": RunFigure("m", "median position error on the map that is being made"),
     "map_error_max": RunFigure("m", "largest position error on the map that is being made"),

@@ -16,10 +16,11 @@ from chefbot.buildings.world_text import world_text
 from chefbot.launcher.session import session
 from chefbot.maths.grid import FREE, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.proving.record import LOG_NAME, RunRecord, machine
+from chefbot.proving.record import LOG_NAME, GoalRecord, RunRecord, machine
 from chefbot.proving.run_order import RunOrder, start_text
 from chefbot.proving.scenario import Building, Scenario
 from chefbot.proving.scenario_tasks import (
+    BuiltTask,
     DeliverTask,
     DriveRandomlyTask,
     ExploreTask,
@@ -29,6 +30,7 @@ from chefbot.proving.scenario_tasks import (
     PassDoorTask,
 )
 from chefbot.proving.simulated_run import SimulatedRun, Site, TaskFailedError
+from chefbot.proving.tasks.built import drive_built
 from chefbot.proving.tasks.deliver import deliver
 from chefbot.proving.tasks.drive import drive_randomly
 from chefbot.proving.tasks.explore import explore, map_figures
@@ -63,6 +65,7 @@ class Outcome(NamedTuple):
     figures: dict[str, float]
     run: SimulatedRun | None = None
     path: Sequence[tuple[float, float, float]] = ()
+    goals: Sequence[GoalRecord] = ()
 
 
 def make_run(order: RunOrder, folder: Path) -> RunRecord:
@@ -77,6 +80,8 @@ def make_run(order: RunOrder, folder: Path) -> RunRecord:
     if isinstance(task, MapLogTask):
         figures, path = map_log(task, order.seed, folder)
         outcome = Outcome("", figures, None, path)
+    elif isinstance(task, BuiltTask):
+        outcome = _drive_built(order, folder)
     else:
         outcome = _simulate(order, folder)
     broken = broken_criteria(scenario, outcome.figures)
@@ -89,7 +94,7 @@ def make_run(order: RunOrder, folder: Path) -> RunRecord:
         success=not failure,
         failure=failure,
         figures={name: round(value, 6) for name, value in outcome.figures.items() if math.isfinite(value)},
-        goals=run.goals if run else [],
+        goals=run.goals if run else list(outcome.goals),
         path=run.safety.path if run else list(outcome.path),
         incidents=run.safety.incidents if run else [],
         plan=map_png(_coarse(run.safety.obstacles)) if run else b"",
@@ -143,6 +148,12 @@ def _simulate(order: RunOrder, folder: Path) -> Outcome:
         faults = system.faults.counts if system.faults else {}
     fault = run.fault or next(iter(faults), "")
     return Outcome(f"a node failed: {fault}" if fault else failure, figures_of(run), run)
+
+
+def _drive_built(order: RunOrder, folder: Path) -> Outcome:
+    site = site_of(order, folder)
+    failure, left = drive_built(order, site.world, site.name, folder)
+    return Outcome(failure, left.figures, None, left.path, left.goals)
 
 
 def site_of(order: RunOrder, folder: Path) -> Site:

@@ -75,7 +75,25 @@ class DriveRandomlyTask(
     careful: Annotated[bool, Meta(description="whether the driver turns away from what is ahead")] = True
 
 
-Task = ExploreTask | MapLogTask | LocalizeTask | GoTask | PassDoorTask | DeliverTask | DriveRandomlyTask
+class BuiltTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="built"):
+    """The final run of the book's chapter on a built robot: map, save, restart, localize, drive to goals.
+
+    In real time. Board and lidar are emulated at pseudo-terminals; the robot's processes know nothing of a simulator.
+    """
+
+    goals: Annotated[Count, Meta(description="number of goals, drawn on the reachable floor by the seed")] = 2
+
+
+Task = (
+    ExploreTask
+    | MapLogTask
+    | LocalizeTask
+    | GoTask
+    | PassDoorTask
+    | DeliverTask
+    | DriveRandomlyTask
+    | BuiltTask
+)
 TASKS: tuple[type[msgspec.Struct], ...] = (
     ExploreTask,
     MapLogTask,
@@ -84,6 +102,7 @@ TASKS: tuple[type[msgspec.Struct], ...] = (
     PassDoorTask,
     DeliverTask,
     DriveRandomlyTask,
+    BuiltTask,
 )
 
 

@@ -16,6 +16,15 @@ from chefbot.robot.quantities import (
 )
 from chefbot.robot.section import Housing, Mount, RobotSection
 
+AUTO = "auto"
+"""Serial port of a device that is searched at all ports."""
+LIDAR_DRIVERS = (
+    *("ld06", "ld19", "stl19p", "stl27l"),
+    *("rplidar_a1", "rplidar_a2", "rplidar_a2m12", "rplidar_a3"),
+    *("rplidar_c1", "rplidar_s1", "rplidar_s2", "rplidar_s3"),
+    *("ydlidar_x2", "ydlidar_x4", "ydlidar_g2", "ydlidar_g4", "ydlidar_tmini"),
+)
+"""Models of lidars with a driver (chefbot.lidar.models)."""
 FULL_TURN_TOLERANCE = 1e-6
 """Difference from a full turn that is rounding, rad."""
 
@@ -136,6 +145,10 @@ class Lidar(RobotSection, frozen=True, kw_only=True):
     range_max: Annotated[float, Meta(gt=0, le=200, extra={"unit": "m"})]
     noise: Annotated[float, Meta(ge=0, le=1, extra={"unit": "m"})]
     """Standard deviation of a range."""
+    driver: str = ""
+    """Model that the built robot has, one of LIDAR_DRIVERS; without it, its scans come from another machine."""
+    port: Annotated[str, Meta(min_length=1)] = AUTO
+    """Serial port of the built robot's lidar, best a path in /dev/serial/by-id; auto: where such a lidar sends."""
 
     @property
     def full_turn(self) -> bool:

@@ -15,6 +15,7 @@ from chefbot.robot.geometry.solids import payload, solids
 from chefbot.robot.materials import MATERIALS
 from chefbot.robot.motion_limits import max_wheel_speed
 from chefbot.robot.section import Mount, MountingPosition
+from chefbot.robot.sensors import AUTO, LIDAR_DRIVERS
 from chefbot.robot.spec import Robot
 
 Contradiction = tuple[bool, str, str]
@@ -194,7 +195,16 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
         key = "sensors.depth_camera"
         yield camera.field_of_view > 2.6, f"{key}.field_of_view", "above 149 degrees is no camera"
         yield camera.width * camera.height > 4_000_000, f"{key}.width", "above 4 megapixels"
-    blind = camera is None and sensors.lidar is None
+    lidar = sensors.lidar
+    if lidar is not None:
+        unknown = f"unknown {lidar.driver!r}{name_hint(lidar.driver, LIDAR_DRIVERS)}"
+        yield lidar.driver not in ("", *LIDAR_DRIVERS), "sensors.lidar.driver", unknown
+        yield (
+            lidar.port != AUTO and not lidar.driver,
+            "sensors.lidar.driver",
+            "is missing beside sensors.lidar.port",
+        )
+    blind = camera is None and lidar is None
     yield blind, "sensors", "neither depth_camera nor lidar: the robot could not see"
 
 

@@ -2,7 +2,9 @@
 
 description: Drive a simulated robot with the keyboard.
 args: {robot: chefbot, world: hotel}
-include: [simulator, base]
+include: [navigation]
+simulated: {include: [simulator, base]}
+built: {include: [built_robot]}
 nodes:
   teleop: {kind: chefbot.nodes.teleop:TeleopNode, params: {...}, remap: {cmd_vel: cmd_vel_teleop}}
 """
@@ -66,14 +68,37 @@ runs as fast as possible. `namespace` is the ROS namespace there (empty: in a fl
 none)."""
 
 
-class LaunchFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+BUILT = "built"
+"""Argument of launches that have a part for the built robot: whether that part runs, in wall time, instead of the one
+for the simulated robot."""
+
+
+class LaunchPart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a launch has for the simulated robot only, or for the built one only; its includes come first."""
+
+    args: dict[str, ArgValue] = {}
+    include: list[str] = []
+    nodes: dict[str, NodeEntry] = {}
+
+
+class LaunchFile(LaunchPart, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A launch file as it is written."""
 
     description: str = ""
     clock: ClockKind = "simulation"
-    args: dict[str, ArgValue] = {}
-    include: list[str] = []
-    nodes: dict[str, NodeEntry] = {}
+    simulated: LaunchPart = LaunchPart()
+    built: LaunchPart | None = None
+    """Part for the built robot; None: the launch has no argument `built`."""
+
+    def for_robot(self, built: bool) -> LaunchPart:
+        """Return the launch with its part for the built or the simulated robot."""
+        part = (self.built or LaunchPart()) if built else self.simulated
+        args = {**part.args, **self.args}
+        return LaunchPart(
+            args=args if self.built is None else {**args, BUILT: built},
+            include=[*part.include, *self.include],
+            nodes={**part.nodes, **self.nodes},
+        )
 
 
 class Launch(msgspec.Struct, frozen=True, kw_only=True):
@@ -117,7 +142,8 @@ def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> La
     UserError with file and key if the launch or an argument is invalid.
     """
     path = find_launch(name_or_path)
-    defaults = {**STANDARD_ARGS, **_collect_arguments(path, [])}
+    built = _parse_argument(path.stem, BUILT, (given or {}).get(BUILT, "false"), False)
+    defaults = {**STANDARD_ARGS, **_collect_arguments(path, [], bool(built))}
     arguments = dict(defaults)
     for key, text in (given or {}).items():
         if key not in defaults:
@@ -126,7 +152,8 @@ def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> La
     arguments = {key: _expand_home(path.stem, key, value) for key, value in arguments.items()}
     file = _read(path, arguments)
     nodes = {node: entry for node, entry in _nodes(path, arguments).items() if not entry.disabled}
-    return Launch(name=path.stem, description=file.description, clock=file.clock, args=arguments, nodes=nodes)
+    clock = "wall" if arguments.get(BUILT) else file.clock
+    return Launch(name=path.stem, description=file.description, clock=clock, args=arguments, nodes=nodes)
 
 
 def find_launch(name_or_path: str) -> Path:
@@ -161,20 +188,22 @@ def node_params(kind: type[Node], params: Mapping[str, Any], where: str) -> msgs
 def _read(path: Path, arguments: Mapping[str, ArgValue]) -> LaunchFile:
     where = f"launch file {path}"
     content = parse_yaml(read_bytes(path, "launch file"), where)
+    if isinstance(content, dict):  # the other part has other arguments
+        content.pop("simulated" if arguments.get(BUILT) else "built", None)
     return build(_substitute(content, arguments, where), LaunchFile, where)
 
 
-def _collect_arguments(path: Path, including: list[Path]) -> dict[str, ArgValue]:
+def _collect_arguments(path: Path, including: list[Path], built: bool) -> dict[str, ArgValue]:
     """Return the arguments of the file and its includes; the including file's defaults take precedence."""
     if path in including:
         raise UserError(f"launch file {path} includes itself")
     where = f"launch file {path}"
     content = parse_yaml(read_bytes(path, "launch file"), where)
-    file = build(_without_nodes(content), LaunchFile, where)
+    part = build(_without_nodes(content), LaunchFile, where).for_robot(built)
     arguments: dict[str, ArgValue] = {}
-    for name in file.include:
-        arguments.update(_collect_arguments(find_launch(name), [*including, path]))
-    return {**arguments, **file.args}
+    for name in part.include:
+        arguments.update(_collect_arguments(find_launch(name), [*including, path], built))
+    return {**arguments, **part.args}
 
 
 def _nodes(path: Path, arguments: Mapping[str, ArgValue]) -> dict[str, NodeEntry]:
@@ -182,11 +211,12 @@ def _nodes(path: Path, arguments: Mapping[str, ArgValue]) -> dict[str, NodeEntry
 
     Disabled nodes are included, as an including file may override them.
     """
-    file, where = _read(path, arguments), f"launch file {path}"
+    where = f"launch file {path}"
+    part = _read(path, arguments).for_robot(bool(arguments.get(BUILT)))
     nodes: dict[str, NodeEntry] = {}
-    for name in file.include:
+    for name in part.include:
         nodes.update(_nodes(find_launch(name), arguments))
-    for name, entry in file.nodes.items():
+    for name, entry in part.nodes.items():
         nodes[name] = entry if entry.kind else _override(nodes, name, entry, where)
     return nodes
 
@@ -234,9 +264,10 @@ def _substitute(value: Any, arguments: Mapping[str, ArgValue], where: str) -> An
 
 def _without_nodes(value: Any) -> Any:
     """Return the file without its nodes, as they can only be parsed once the arguments are known."""
-    if isinstance(value, dict) and isinstance(value.get("nodes"), dict):
-        return {**value, "nodes": {}}
-    return value
+    if not isinstance(value, dict):
+        return value
+    parts = {key: _without_nodes(value[key]) for key in ("simulated", "built") if key in value}
+    return {**value, **parts, **({"nodes": {}} if isinstance(value.get("nodes"), dict) else {})}
 
 
 def _parse_argument(launch: str, key: str, text: str, default: ArgValue) -> ArgValue:

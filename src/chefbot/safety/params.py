@@ -12,6 +12,10 @@ from chefbot.safety.velocity_limiter import VelocityLimiterParams
 SMALLER_IS_SAFER, LARGER_IS_SAFER = {"safer": "smaller"}, {"safer": "larger"}
 
 
+SensorName = Literal["lidar", "depth camera", "ultrasonic ranger"]
+"""An obstacle sensor by its name in sentences for the operator."""
+
+
 class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Margins and times of the collision monitor; all distances of braking follow from the robot file."""
 
@@ -69,7 +73,7 @@ class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_u
             extra=SMALLER_IS_SAFER,
         ),
     ] = 30.0
-    optional_sensors: tuple[Literal["lidar", "depth camera", "ultrasonic ranger"], ...] = ()
+    optional_sensors: tuple[SensorName, ...] = ()
     """Sensors of the robot file that need not be connected: they count from their first message on."""
 
 

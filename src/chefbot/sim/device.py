@@ -11,7 +11,7 @@ from msgspec import Meta
 
 from chefbot.buildings.people_spec import MAX_PEOPLE, PeopleSpec
 from chefbot.devices.board_node import MotorBoardNode
-from chefbot.errors import UserError
+from chefbot.errors import UserError, name_hint
 from chefbot.maths.se2 import IDENTITY
 from chefbot.msgs.chefbot_msgs import Collision, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
@@ -25,7 +25,7 @@ from chefbot.msgs.geometry_msgs import (
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import CameraInfo, Image, JointState, LaserScan
 from chefbot.msgs.std_msgs import Bool, Header, String
-from chefbot.robot.sensors import Lidar
+from chefbot.robot.sensors import LIDAR_DRIVERS
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.sim.board import SimulatedBoard
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
@@ -33,7 +33,7 @@ from chefbot.sim.faults.events import SimulatorFault
 from chefbot.sim.faults.schedule import parse_request
 from chefbot.sim.faults.simulated_robot import SimulatedRobotFaults
 from chefbot.sim.faults.topic_sensors import faulty_camera, faulty_lidar
-from chefbot.sim.rays import lidar_angles
+from chefbot.sim.lidar_scans import SimulatedScans
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.load import UnknownParam, WorldName, load_any_world, shares_map_frame
 
@@ -100,6 +100,18 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
             description="factor on the errors of wheels, floor and gyro that the profile draws; 0: none",
         ),
     ] = 1.0
+    lidar: Annotated[
+        Literal["sweep", "snapshot"],
+        Meta(
+            description="sweep: it turns while the robot moves, as real ones; snapshot: all beams at one time"
+        ),
+    ] = "sweep"
+    lidar_bytes: Annotated[
+        str,
+        Meta(
+            description="model of an emulated lidar whose bytes are decoded by its driver; empty: scans directly"
+        ),
+    ] = ""
     picture_hz: Annotated[
         float, Meta(ge=0, le=10, description="rate of colour images for display, Hz; 0: none")
     ] = 2.0
@@ -162,6 +174,7 @@ class SimulatorDevice(MotorBoardNode):
         )
         self._faults.schedule.advance(self.now_ns)
         self._start_camera(seed)
+        self._start_lidar()
         if self.robot.sensors.lidar is None:
             self.scan.unadvertise()
         if not world.doors:
@@ -188,6 +201,18 @@ class SimulatorDevice(MotorBoardNode):
         else:
             for port in (self.depth, self.camera_info, self.picture):
                 port.unadvertise()
+
+    def _start_lidar(self) -> None:
+        lidar = self.robot.sensors.lidar
+        self._scans: SimulatedScans | None = None
+        if lidar is not None:
+            mode = self.params.lidar_bytes or self.params.lidar
+            if self.params.lidar_bytes not in ("", *LIDAR_DRIVERS):
+                hint = name_hint(mode, LIDAR_DRIVERS)
+                raise UserError(f"lidar_bytes: there is no driver {mode!r} for a lidar{hint}")
+            self._scans = SimulatedScans(self.simulation, mode, self.now_ns, BOARD_HZ)
+        elif self.params.lidar_bytes:
+            raise UserError(f"robot {self.robot.name} has no lidar: lidar_bytes needs one")
 
     def stop(self) -> None:
         """Stop the device and the camera's thread."""
@@ -256,8 +281,9 @@ class SimulatorDevice(MotorBoardNode):
         self._faults.schedule.advance(self.now_ns)
         self._tick += 1
         sensors = self.robot.sensors
-        if sensors.lidar is not None and self._due(sensors.lidar.rate):
-            self._lidar_output.send(self._laser_scan(sensors.lidar), self.now_ns)
+        if self._scans is not None:
+            for scan in self._scans.advance(self.now_ns):
+                self._send_scan(scan)
         if sensors.depth_camera is not None and self._due(sensors.depth_camera.rate):
             self._start_frame()
         if self._due(HEALTH_HZ):
@@ -274,21 +300,11 @@ class SimulatorDevice(MotorBoardNode):
     def _header(self, frame: str, clock_jump_ns: int = 0) -> Header:
         return Header.of(max(0, self.now_ns + clock_jump_ns), frame)
 
-    def _laser_scan(self, lidar: Lidar) -> LaserScan:
-        angles = lidar_angles(lidar)
-        step = float(angles[1] - angles[0])
-        limits = (lidar.range_min, lidar.range_max)
-        ranges = self.simulation.lidar()
-        period = 1.0 / lidar.rate
-        return LaserScan(
-            self._header("laser", self._lidar_output.clock_jump_ns),
-            float(angles[0]),
-            float(angles[-1]),
-            step,
-            0.0,
-            period,
-            *limits,
-            ranges,
+    def _send_scan(self, scan: LaserScan) -> None:
+        """Publish a scan, with the error of the clock that stamps it."""
+        stamp_ns = max(0, scan.header.stamp.ns + self._lidar_output.clock_jump_ns)
+        self._lidar_output.send(
+            msgspec.structs.replace(scan, header=Header.of(stamp_ns, "laser")), self.now_ns
         )
 
     def _publish_truth(self) -> None:

@@ -90,6 +90,10 @@ class Firmware:
         """Set which cliff sensors see no floor, a bit each."""
         self._library.chefbot_board_cliffs(self._board, bits)
 
+    def power_cycle(self) -> None:
+        """Switch the board off and on: its program starts again."""
+        self._library.chefbot_board_power_cycle(self._board)
+
     def write(self, data: bytes) -> int:
         """Write bytes from the computer, processed in the next step; return how many the buffer took."""
         return int(self._library.chefbot_board_write(self._board, data, len(data)))

@@ -49,11 +49,11 @@ def rotate_mount(mount: Mount, yaw: float) -> Mount:
     return msgspec.structs.replace(mount, yaw=mount.yaw + yaw)
 
 
-def lidar_rays(lidar: Lidar, mount: Mount | None = None, *, upside_down: bool = False) -> NDArray[np.float64]:
-    """Return (beams, 3) unit vectors in base_link; `mount` overrides the drawn one with the actual one."""
-    angles = -lidar_angles(lidar) if upside_down else lidar_angles(lidar)
+def lidar_rays(lidar: Lidar, bearings: NDArray[np.float64], as_built: AsBuilt) -> NDArray[np.float64]:
+    """Return (n, 3) unit vectors in base_link of a lidar, as it is mounted, at bearings (n,), rad, in its frame."""
+    angles = -bearings if as_built.lidar_upside_down else bearings
     flat = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
-    return flat @ mount_rotation(mount or lidar.mount).T
+    return flat @ mount_rotation(rotate_mount(lidar.mount, as_built.lidar_yaw)).T
 
 
 def cone_rays(ultrasonic: Ultrasonic) -> NDArray[np.float64]:
@@ -67,11 +67,10 @@ def cone_rays(ultrasonic: Ultrasonic) -> NDArray[np.float64]:
     return np.array(rays) @ mount_rotation(ultrasonic.mount).T
 
 
-def lidar_caster(lidar: Lidar, as_built: AsBuilt) -> RayCaster:
-    """Return the bundle of rays of a lidar as it is mounted."""
-    mount = rotate_mount(lidar.mount, as_built.lidar_yaw)
-    rays = lidar_rays(lidar, mount, upside_down=as_built.lidar_upside_down)
-    return RayCaster(mount, rays, lidar.range_max + 1.0)
+def lidar_rays_of(lidar: Lidar, as_built: AsBuilt) -> RayCaster:
+    """Return the bundle of rays of a lidar's scan as it is mounted."""
+    rays = lidar_rays(lidar, lidar_angles(lidar), as_built)
+    return RayCaster(lidar.mount, rays, lidar.range_max + 1.0)
 
 
 class RayScene(NamedTuple):
@@ -98,6 +97,20 @@ class RayCaster:
         that a mirror reflects measures the length of the way to what it meets then.
         """
         return self._cast(scene, base, math.cos(MAX_GLASS_ANGLE))[0]
+
+    def light_along(
+        self, scene: RayScene, origin: NDArray[np.float64], rays: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return (n,) distances as `light`, of other rays (n, 3) from an origin (3,), both in the world."""
+        kind, centre, half, yaw, _, material = scene.shapes
+        solids = kind, centre, half, yaw, material
+        cosine = math.cos(MAX_GLASS_ANGLE)
+        return cast_rays(solids, scene.flat_floor, origin, rays, self._max_range, cosine)[0]
+
+    @property
+    def mount_position(self) -> NDArray[np.float64]:
+        """Position of the sensor in base_link (3,), m."""
+        return self._mount_position
 
     def echoes(self, scene: RayScene, base: BasePose) -> NDArray[np.float64]:
         """Return (n,) distances to the first hit, m, for ultrasound: surfaces hit at too flat an angle give inf."""

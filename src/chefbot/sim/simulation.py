@@ -35,7 +35,7 @@ from chefbot.sim.rays import (
     RayCaster,
     RayScene,
     cone_rays,
-    lidar_caster,
+    lidar_rays_of,
     mount_rotation,
     rotate_mount,
     to_rep117,
@@ -85,7 +85,7 @@ class Simulation:
         self.as_built = draw_as_built(profile, build_rng, odometry_error)
         self._odometry_error = odometry_error
         self._grip = draw_floor_friction(profile, grip_rng, odometry_error)
-        self._noise = {"imu": imu_rng, "lidar": lidar_rng, "ultrasonic": sonar_rng}
+        self.noise = {"imu": imu_rng, "lidar": lidar_rng, "ultrasonic": sonar_rng}
         self.battery = SimulatedBattery(robot)
         self._motors = Motors.of(robot)
         self._duty, self._drivers_enabled = (0.0, 0.0), True
@@ -98,7 +98,7 @@ class Simulation:
         self.movers = Movers(world, spec, RobotCircle.of(start_pose, robot.circumscribed_radius), people_rng)
         self._contacts = ContactMonitor()
         self.wheel_faults = WheelFaults()
-        self._lidar: RayCaster | None
+        self.lidar_caster: RayCaster | None
         self._prepare_sensors(imu_rng)
         self._nearby = NearbySolids(dataclasses.replace(world, static=self.movers.fixed), robot)
         self._nearby.follow(start_pose.x, start_pose.y)
@@ -167,31 +167,27 @@ class Simulation:
         reading: NDArray[np.float64] = self._previous_imu + self._data.sensordata
         reading *= 0.5
         if self.profile != "perfect":
-            self._imu_errors.apply(reading, self._noise["imu"])
+            self._imu_errors.apply(reading, self.noise["imu"])
         return reading[:3], reading[3:]
 
     def lidar(self) -> NDArray[np.float32]:
-        """Return (beams,) ranges in metres at `rays.lidar_angles`, all taken at the current time.
-
-        A range is inf where nothing is seen and -inf where something is too close (REP-117).
-        """
+        """Return (beams,) ranges in metres at `rays.lidar_angles`, all taken now; by REP-117 (inf, -inf)."""
         lidar = self.robot.sensors.lidar
-        if lidar is None or self._lidar is None:
+        if lidar is None or self.lidar_caster is None:
             raise UserError(f"robot {self.robot.name} has no lidar")
-        ranges = self._lidar.light(self._ray_scene(), self._base_pose())
-        # Beams that the robot's own body blocks end there.
-        ranges = np.minimum(ranges, self._lidar.own_body)
+        ranges = self.lidar_caster.light(self.ray_scene(), self.base_pose())
+        ranges = np.minimum(ranges, self.lidar_caster.own_body)
         if self.profile != "perfect":
-            ranges = ranges + lidar.noise * self._noise["lidar"].standard_normal(lidar.beams)
+            ranges = ranges + lidar.noise * self.noise["lidar"].standard_normal(lidar.beams)
         return to_rep117(ranges, lidar.range_min, lidar.range_max)
 
     def echo(self) -> float:
         """Return the distance to the nearest surface that reflects ultrasound, m; inf if there is none."""
         if self._ultrasonic is None:
             raise UserError(f"robot {self.robot.name} has no ultrasonic ranger")
-        nearest = float(self._ultrasonic.echoes(self._ray_scene(), self._base_pose()).min())
+        nearest = float(self._ultrasonic.echoes(self.ray_scene(), self.base_pose()).min())
         if self.profile != "perfect":
-            nearest += ULTRASONIC_NOISE * float(self._noise["ultrasonic"].standard_normal())
+            nearest += ULTRASONIC_NOISE * float(self.noise["ultrasonic"].standard_normal())
         return nearest
 
     def ultrasonic(self) -> float:
@@ -206,7 +202,7 @@ class Simulation:
         if camera is None:
             raise UserError(f"robot {self.robot.name} has no depth camera")
         # Camera frame: base_link pose, then mount as built, then optical frame.
-        position, rotation = self._base_pose()
+        position, rotation = self.base_pose()
         mount = rotate_mount(camera.mount, self.as_built.camera_yaw)
         at = position + rotation @ np.array([mount.x, mount.y, mount.z])
         shapes = concatenate(self._static, self.movers.shapes())
@@ -301,7 +297,7 @@ class Simulation:
         """Turn the mounts of lidar and depth camera to those of `as_built`."""
         self.as_built, lidar = as_built, self.robot.sensors.lidar
         if lidar is not None:
-            self._lidar = lidar_caster(lidar, as_built)
+            self.lidar_caster = lidar_rays_of(lidar, as_built)
             self._find_own_body()
 
     def _prepare_sensors(self, rng: Generator) -> None:
@@ -311,7 +307,7 @@ class Simulation:
         self.gyro_scale = draw_gyro_scale(self.as_built, rng, error)
         self._imu_errors = ImuErrors.of(sensors.imu, self.gyro_scale, self.gyro_offset, error)
         lidar, ranger = sensors.lidar, sensors.ultrasonic
-        self._lidar = None if lidar is None else lidar_caster(lidar, self.as_built)
+        self.lidar_caster = None if lidar is None else lidar_rays_of(lidar, self.as_built)
         if ranger is not None:
             self._ultrasonic = RayCaster(ranger.mount, cone_rays(ranger), ranger.range_max + 1.0)
 
@@ -338,8 +334,8 @@ class Simulation:
         self._find_own_body()
 
     def _find_own_body(self) -> None:
-        if self._lidar is not None:
-            self._lidar.find_own_body(self._model, self._data, self._base_pose())
+        if self.lidar_caster is not None:
+            self.lidar_caster.find_own_body(self._model, self._data, self.base_pose())
 
     def _recompile(self) -> None:
         """Compile the model with the solids of now, and restore the dynamic state."""
@@ -364,10 +360,12 @@ class Simulation:
         friction = tyre * self.as_built.friction * self._grip.factor(x, y)
         self._model.geom_friction[self._wheels, 0] = friction * self.wheel_faults.friction
 
-    def _ray_scene(self) -> RayScene:
+    def ray_scene(self) -> RayScene:
+        """Return the solids that reflect light and sound, where they are now."""
         return RayScene(concatenate(self._reflecting, self.movers.shapes()), not self.world.holes)
 
-    def _base_pose(self) -> BasePose:
+    def base_pose(self) -> BasePose:
+        """Return position (3,) m and rotation (3, 3) of base_link in the world."""
         rotation = np.empty(9)
         mujoco.mju_quat2Mat(rotation, self._data.qpos[3:7])
         return self._data.qpos[:3].copy(), rotation.reshape(3, 3)

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from chefbot.board.autodetect import ProtocolProbe
 from chefbot.cli.board.serial_port import opened_port
-from chefbot.devices.board_ports import explain_disconnection
+from chefbot.devices.serial_ports import explain_disconnection
 from chefbot.errors import UserError
 from chefbot.runtime.clock import wall_ns
 

@@ -77,8 +77,24 @@ def emulate(
         "runs/board"
     ),
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
+    world: Annotated[
+        str,
+        typer.Option(
+            help="drive a simulated robot in this world, with its lidar", autocompletion=completion.worlds
+        ),
+    ] = "",
+    lidar: Annotated[
+        Path, typer.Option(help="path at which the port of the emulated lidar is opened, in a world")
+    ] = Path("runs/lidar"),
+    profile: Annotated[str, typer.Option(help="realism in a world: real, perfect or assembled")] = "real",
+    seed: Annotated[int, typer.Option(min=0, help="random seed of the simulated robot in a world")] = 1,
 ) -> None:
-    """Emulate a board: run the firmware on this computer, with modelled motors, at a pseudo-terminal."""
-    from chefbot.cli.board.emulate import run_emulator
+    """Emulate a board: run the firmware on this computer, with modelled motors, at a pseudo-terminal.
 
+    With --world, board and lidar are those of a robot in a simulated world, and lines on the true state are printed.
+    """
+    from chefbot.cli.board.emulate import run_emulated_robot, run_emulator
+
+    if world:
+        raise typer.Exit(run_emulated_robot(robot, world, profile, seed, link, lidar))
     raise typer.Exit(run_emulator(robot, link))

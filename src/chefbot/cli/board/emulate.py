@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from pathlib import Path
 
 from rich.console import Console
 
 from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
+from chefbot.signals import stop_on_signals
 from chefbot.sim.firmware import serve
 from chefbot.storage.atomic_files import make_folder
 
@@ -35,6 +37,36 @@ def run_emulator(name_or_path: str, link: Path) -> int:
     )
     sys.stdout.flush()
     return serve(robot, link)
+
+
+def run_emulated_robot(robot: str, world: str, profile: str, seed: int, board: Path, lidar: Path) -> int:
+    """Run the hardware of a simulated robot at two pseudo-terminals until Ctrl-C; returns the exit code.
+
+    Prints a line of JSON about the true state each 0.1 s. Standard input takes `unplug DEVICE` and `plug DEVICE`,
+    the device being board or lidar. Raises UserError for invalid input.
+    """
+    from chefbot.sim.ports.hardware import HardwareOptions, run_hardware  # takes a second
+
+    if not hasattr(os, "openpty"):
+        raise UserError(
+            "serial ports can be emulated on Linux and macOS only; `chefbot demo --bytes` needs none"
+        )
+    if profile not in ("real", "perfect", "assembled"):
+        raise UserError(f"--profile {profile} must be real, perfect or assembled")
+    for link in (board, lidar):
+        make_folder(link.parent)
+        _check_free(link)
+    _detach_from_terminal()
+    ended = threading.Event()
+    options = HardwareOptions(load_robot(robot), world, profile, seed, board, lidar)
+    with stop_on_signals(ended.set):
+        run_hardware(options, ended, _print_line)
+    return 0
+
+
+def _print_line(line: str) -> None:
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
 
 
 def _check_free(link: Path) -> None:

@@ -12,10 +12,10 @@ from typing import NamedTuple
 from rich.console import Console
 
 import chefbot
-from chefbot.devices.board_ports import BOARD_VENDORS, ports
-from chefbot.devices.serial_connection import AUTO
+from chefbot.devices.serial_ports import BOARD_VENDORS, ports
 from chefbot.errors import UserError, name_hint
 from chefbot.robot.load import built_in_robots, find_robot, load_robot
+from chefbot.robot.sensors import AUTO
 
 console = Console(highlight=False, soft_wrap=True)
 

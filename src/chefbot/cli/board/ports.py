@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from chefbot.devices.board_ports import BOARD_VENDORS, Port, ports
+from chefbot.devices.serial_ports import BOARD_VENDORS, Port, ports
 
 try:
     import grp

@@ -19,9 +19,9 @@ from chefbot.board.chapter_messages import parse_chapter
 from chefbot.board.framing import LineSplitter
 from chefbot.board.messages import parse
 from chefbot.board.pretty_print import describe, describe_chapter
-from chefbot.devices.board_ports import explain, explain_disconnection, open_port, ports
-from chefbot.devices.serial_connection import AUTO
+from chefbot.devices.serial_ports import explain, explain_disconnection, open_port, ports
 from chefbot.errors import UserError
+from chefbot.robot.sensors import AUTO
 from chefbot.runtime.clock import wall_ns
 from chefbot.storage.atomic_files import make_folder, os_errors_as_storage_errors
 

@@ -27,6 +27,9 @@ def demo(
     lan: Annotated[bool, LAN] = False,
     start: Annotated[str, START] = "",
     unknown: Annotated[str, UNKNOWN] = "auto",
+    bytes_: Annotated[
+        bool, typer.Option("--bytes", help="decode the bytes of an emulated lidar by the robot's driver")
+    ] = False,
 ) -> None:
     """See a robot map a hotel, localize on the map and deliver food.
 
@@ -34,7 +37,7 @@ def demo(
     writes a report.
     """
     from chefbot.demo.demo import DemoOptions
-    from chefbot.demo.run import run_demo
+    from chefbot.demo.run import driver_of, run_demo
     from chefbot.sim.world.load import unknown_cells
 
     options = DemoOptions(
@@ -51,6 +54,7 @@ def demo(
         lan,
         start,
         unknown_cells(unknown),
+        driver_of(robot) if bytes_ else "",
     )
     raise typer.Exit(run_demo(options))
 

@@ -1,4 +1,4 @@
-"""Serial ports: lists them, ranks likely motor boards first, opens and reads one."""
+"""Serial ports: lists them, ranks those of likely motor boards first, opens and reads one."""
 
 from __future__ import annotations
 
@@ -61,11 +61,11 @@ def port_at(path: str) -> Port:
 def find_same_device(device: Port) -> Port:
     """Return the port where `device` is connected now: after a renumbering its path may belong to another
     device."""
-    if device.identity is not None:
-        for port in ports():
-            if port.identity == device.identity:
-                return port
-    return device
+    if device.identity is None:
+        return device
+    same = [port for port in ports() if port.identity == device.identity]
+    # some adapters all have the same serial number: then the one at the same path
+    return next((port for port in same if port.path == device.path), same[0] if same else device)
 
 
 def open_port(path: str) -> serial.Serial:

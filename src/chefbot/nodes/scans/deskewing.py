@@ -1,0 +1,38 @@
+"""Scans with the pose of a frame at their time, without the skew of a lidar that turns while the robot moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.runtime.transform_buffer import TransformBuffer, TransformError
+from chefbot.scan.deskewing import deskewed, knot_times
+
+FIXED_FRAME = "odom"
+"""Frame in which the motion during a scan is known: that of the map jumps."""
+
+
+def when_deskewed(
+    tf: TransformBuffer, scan: LaserScan, frame: str, action: Callable[[LaserScan, SE2], None]
+) -> None:
+    """Call `action` with the scan without skew and the pose of `frame` in odom at its stamp, once both are known.
+
+    A scan from before the first odometry is given as it is.
+    """
+    times = knot_times(scan)
+
+    def place(_: SE2) -> None:
+        action(_deskewed(tf, scan, times), tf.lookup(FIXED_FRAME, frame, times[0]))
+
+    if len(times) == 1:
+        tf.on_available(FIXED_FRAME, frame, times[0], lambda pose: action(scan, pose))
+    else:
+        tf.on_available(FIXED_FRAME, frame, max(times[0], times[-1]), place)
+
+
+def _deskewed(tf: TransformBuffer, scan: LaserScan, times: list[int]) -> LaserScan:
+    try:
+        return deskewed(scan, [tf.lookup(FIXED_FRAME, scan.header.frame_id, time_ns) for time_ns in times])
+    except TransformError:
+        return scan

@@ -1,0 +1,71 @@
+"""The simulated lidar behind its serial line: what its driver decodes are the bytes of an emulated model."""
+
+from __future__ import annotations
+
+from collections import deque
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.lidar.emulators import emulator_of
+from chefbot.lidar.laser_scan import scan_of
+from chefbot.lidar.models import LIDARS
+from chefbot.lidar.turns import Samples, TurnAssembler
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.sim.lidar import Floats, TurningLidar
+
+BITS_PER_BYTE = 10
+"""Bits on the line per byte: start, eight data bits, stop."""
+
+
+class EmulatedLidar:
+    """An emulated model that measures the simulated world, and takes as long for its bytes as its line does."""
+
+    def __init__(self, driver: str, turning: TurningLidar, now_ns: int) -> None:
+        self._turning, self.model = turning, LIDARS[driver]
+        self._lidar = emulator_of(driver, turning.lidar.rate)
+        self._sampled_ns = float(now_ns)
+        self._sent: deque[tuple[int, bytes]] = deque()
+
+    def receive(self, data: bytes, now_ns: int) -> None:
+        """Take requests; the answers follow at once."""
+        answer = self._lidar.receive(data) if data else b""
+        if answer:
+            self._sent.append((now_ns, answer))
+
+    def bytes_until(self, now_ns: int) -> list[tuple[int, bytes]]:
+        """Measure up to a time, ns; return what has arrived by then, with the times of the last bytes."""
+        period_ns = 1e9 / self._lidar.sample_rate
+        while self._sampled_ns + self._lidar.samples * period_ns <= now_ns:
+            times = self._sampled_ns + period_ns * (1.0 + np.arange(self._lidar.samples))
+            frame = self._lidar.next_frame(partial(self._measure, times.astype(np.int64)))
+            self._sampled_ns = float(times[-1])
+            if frame:
+                line_ns = len(frame) * BITS_PER_BYTE * 1e9 / self.model.baud
+                self._sent.append((round(self._sampled_ns + line_ns), frame))
+        arrived = []
+        while self._sent and self._sent[0][0] <= now_ns:
+            arrived.append(self._sent.popleft())
+        return arrived
+
+    def _measure(self, times_ns: NDArray[np.int64], bearings: Floats) -> Floats:
+        ranges = self._turning.measure(bearings, times_ns)
+        return np.where(ranges > self._turning.lidar.range_max, np.inf, ranges)
+
+
+class LidarLine:
+    """An emulated lidar with the driver's half of the line: requests, decoding, turns and scans."""
+
+    def __init__(self, driver: str, turning: TurningLidar, now_ns: int) -> None:
+        self._turning, self._lidar = turning, EmulatedLidar(driver, turning, now_ns)
+        self._session, self._turns = self._lidar.model.open(), TurnAssembler()
+
+    def advance(self, now_ns: int) -> list[LaserScan]:
+        """Let the lidar and its driver run up to a time, ns; return the scans of the turns that ended."""
+        self._lidar.receive(self._session.data_to_send(now_ns), now_ns)
+        parts: list[Samples] = []
+        for received_ns, data in self._lidar.bytes_until(now_ns):
+            parts += self._session.receive_data(data, received_ns)
+        turns = [turn for part in parts for turn in self._turns.push(part)]
+        return [scan_of(turn, self._turning.lidar, "laser") for turn in turns]

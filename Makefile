@@ -63,7 +63,7 @@ safety-mutants: $(VENV)/.dev
 bench: $(VENV)/.dev
 	$(BIN)/python bench/run_all.py $(ARGS)
 
-# Both mapping algorithms on the recordings of ../shared/data/slam; writes bench/results/slam.md. `ARGS="--seeds 5"`
+# Both mapping algorithms on the recordings in $CHEFBOT_SHARED; writes bench/results/slam.md. `ARGS="--seeds 5"`
 bench-slam: $(VENV)/.dev
 	PYTHONPATH=src $(BIN)/python bench/bench_slam.py
 	PYTHONPATH=src $(BIN)/python bench/slam_logs.py $(ARGS)

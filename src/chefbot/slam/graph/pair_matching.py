@@ -25,8 +25,8 @@ def linearize_pairs(of, to, poses, points, normals, bearings, begin, sensors, sc
     """Return for each pair J^T W J (m, 4, 4), J^T W r (m, 4), and the numbers of points, paired and in total (m, 2).
 
     of, to: (m,) indices. Varied are the pose of scan `to` in the frame of scan `of`, in the axes of that, and an
-    offset that all ranges share. points, normals, bearings: of
-    all scans, scan k from begin[k] to begin[k + 1]. scale: width of the robust kernel, m.
+    offset that all ranges share. points, normals, bearings: of all scans, scan k from begin[k] to begin[k + 1].
+    scale: width of the robust kernel, m.
     """
     m = len(of)
     h, g, counts = np.zeros((m, 4, 4)), np.zeros((m, 4)), np.zeros((m, 2))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.robot.sensors import Lidar
-from chefbot.sim.rays import BasePose, lidar_angles, lidar_rays, to_rep117
+from chefbot.sim.rays import BasePose, RayCaster, lidar_angles, lidar_rays, to_rep117
 from chefbot.sim.simulation import Simulation
 
 Floats = NDArray[np.float64]
@@ -48,19 +48,23 @@ class TurningLidar:
         """
         return self.measure_along(*self.rays_at(bearings), times_ns)
 
+    @property
+    def caster(self) -> RayCaster:
+        """Casts the lidar's rays as it is mounted now: another one after `Simulation.remount`."""
+        caster = self._simulation.lidar_caster
+        assert caster is not None, "the robot has a lidar"
+        return caster
+
     def rays_at(self, bearings: Floats) -> tuple[Floats, Floats]:
         """Return rays at bearings (n,), rad: unit vectors (n, 3) in base_link, and where the robot blocks them."""
-        caster = self._simulation.lidar_caster
-        assert caster is not None
         rays = lidar_rays(self.lidar, bearings, self._simulation.as_built)
-        return rays, self._own_body(caster.own_body, bearings)
+        return rays, self._own_body(self.caster.own_body, bearings)
 
     def measure_along(self, rays: Floats, own: Floats, times_ns: NDArray[np.int64]) -> Floats:
         """Return the ranges (n,), as `measure`, of the rays and distances that `rays_at` returned."""
         if not len(rays):
             return np.empty(0)
-        caster = self._simulation.lidar_caster
-        assert caster is not None
+        caster = self.caster
         (t0, (p0, r0)), (t1, (p1, r1)) = self._interval(int(times_ns[len(times_ns) // 2]))
         part = (times_ns - t0) / max(t1 - t0, 1)
         # rotations a few hundredths of a radian apart: their mean is one but for the square of that
@@ -106,11 +110,11 @@ class SweptScan:
     def __init__(self, turning: TurningLidar, parts: int) -> None:
         self._turning, self._parts, self._part = turning, parts, 0
         lidar = turning.lidar
-        angles = lidar_angles(lidar)
+        self._angles = lidar_angles(lidar)
         # share of the turn at which each beam is measured: it begins at pi
-        self._shares = (math.pi - angles) / (2.0 * math.pi)
+        self._shares = (math.pi - self._angles) / (2.0 * math.pi)
         self._beams = [self._beams_of(part / parts, (part + 1) / parts) for part in range(parts)]
-        self._rays = [turning.rays_at(angles[beams]) for beams in self._beams]
+        self._aim()
         self._ranges = np.full(lidar.beams, np.inf)
 
     @property
@@ -122,6 +126,8 @@ class SweptScan:
         """Measure the next part of the turn, between two times, ns; return the ranges (beams,) after the last one."""
         beams, low = self._beams[self._part], self._part / self._parts
         times = before_ns + (self._shares[beams] - low) * self._parts * (now_ns - before_ns)
+        if self._turning.caster is not self._caster:  # the lidar was mounted otherwise
+            self._aim()
         rays, own = self._rays[self._part]
         self._ranges[beams] = self._turning.measure_along(rays, own, times.astype(np.int64))
         self._part = (self._part + 1) % self._parts
@@ -129,6 +135,11 @@ class SweptScan:
             return None
         lidar: Lidar = self._turning.lidar
         return to_rep117(self._ranges, lidar.range_min, lidar.range_max)
+
+    def _aim(self) -> None:
+        """Compute the rays of each part as the lidar is mounted now."""
+        self._caster = self._turning.caster
+        self._rays = [self._turning.rays_at(self._angles[beams]) for beams in self._beams]
 
     def _beams_of(self, low: float, high: float) -> NDArray[np.int64]:
         """Return the beams that are measured between two shares of the turn, in the order of time."""

@@ -101,7 +101,7 @@ def measure(name: str, algorithm: str, seed: int) -> dict[str, float]:
     return (
         figures
         | errors_of(name, records, result)
-        | {"closures": result.closures, "offset": result.range_offset}
+        | {"closures": len(result.closures), "offset": result.range_offset}
     )
 
 

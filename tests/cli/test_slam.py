@@ -39,6 +39,15 @@ def test_the_results_lie_in_the_folder(tmp_path: Path) -> None:
     assert len((out / "trajectory.tum").read_text().splitlines()) == 3
 
 
+@pytest.mark.parametrize("algorithm", ["gmapping", "graph"])
+def test_a_report_has_figures_and_pictures(algorithm: str, tmp_path: Path) -> None:
+    log = log_of_a_round_room(tmp_path / "<room>.log", turns=9)
+    run_slam(log, tmp_path / "out", algorithm, particles=2, seed=1, max_range=10.0, report=True)
+    report = (tmp_path / "out" / "report.html").read_text()
+    assert "&lt;room&gt;.log" in report and "<room>" not in report
+    assert "9, 9 of them used" in report and report.count("data:image/png;base64,") >= 3
+
+
 @pytest.mark.parametrize("write", range(6))
 def test_a_full_disk_leaves_all_old_results(
     write: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -37,7 +37,7 @@ def test_a_recording_without_scans_is_rejected() -> None:
 
 def test_tum_lines_have_unit_quaternions() -> None:
     grid = Grid(np.zeros((1, 1), np.int8), 0.05, 0.0, 0.0)
-    result = SlamResult([1.0, 2.5], [SE2(1.0, 2.0, 0.5), SE2(0.0, -1.0, 3.0)], grid, 2, None)
+    result = SlamResult([1.0, 2.5], [SE2(1.0, 2.0, 0.5), SE2(0.0, -1.0, 3.0)], grid, 2, None, [])
     rows = np.array([line.split() for line in trajectory_tum(result).splitlines()], float)
     assert rows[:, 0].tolist() == [1.0, 2.5]
     assert np.hypot(rows[:, 6], rows[:, 7]) == pytest.approx([1.0, 1.0])

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.slam.carmen import CarmenLogError, CarmenOdom, CarmenScan
 from chefbot.slam.gmapping import Gmapping
-from chefbot.slam.graph import GraphSlam, GraphSlamParams
+from chefbot.slam.graph import ClosureResidual, GraphSlam, GraphSlamParams
 from chefbot.slam.no_return import NoReturn, detect_no_return
 from chefbot.slam.params import GmappingParams
 
@@ -26,8 +26,10 @@ class SlamResult:
     """Number of scans in the recording, processed or not."""
     no_return: NoReturn | None
     """Ranges that the recording's laser reports for no return; None if no value stands out."""
-    closures: int = 0
-    """Number of loop closures; the particle filter has none of its own."""
+    odometry: list[SE2]
+    """Poses of the processed scans by odometry alone, from the identity on."""
+    closures: list[ClosureResidual] = field(default_factory=list)
+    """Loop closures between processed scans; the particle filter has none of its own."""
     range_offset: float = 0.0
     """Correction that all ranges have got, m; the particle filter takes ranges as they are."""
 
@@ -52,17 +54,22 @@ def run_log(
     slam = Gmapping(params, sensor) if isinstance(params, GmappingParams) else GraphSlam(params, sensor)
     no_return = detect_no_return(scans)
     range_max = min(params.max_range, no_return.min_range if no_return else math.inf)
-    stamps = []
+    used = []
     for done, scan in enumerate(scans, 1):
         if slam.update(scan.angles, scan.ranges, scan.odom, range_max=range_max):
-            stamps.append(scan.stamp)
+            used.append(scan)
         if progress is not None:
             progress(done, len(scans))
-    if isinstance(slam, Gmapping):
-        return SlamResult(stamps, slam.trajectory(), slam.map(), len(scans), no_return)
-    slam.finish()
+    if isinstance(slam, GraphSlam):
+        slam.finish()
     return SlamResult(
-        stamps, slam.trajectory(), slam.map(), len(scans), no_return, slam.closures, slam.range_offset
+        [scan.stamp for scan in used],
+        slam.trajectory(),
+        slam.map(),
+        len(scans),
+        no_return,
+        [scans[0].odom.between(scan.odom) for scan in used],
+        *((slam.closures(), slam.range_offset) if isinstance(slam, GraphSlam) else ()),
     )
 
 

@@ -44,11 +44,14 @@ def slam(
     max_range: Annotated[
         float, typer.Option(min=0.1, max=1000, help="longer ranges count as no return, m")
     ] = 80.0,
+    report: Annotated[
+        bool, typer.Option("--report", help="write report.html: closures, residuals, time, memory")
+    ] = False,
 ) -> None:
     """Build a map from a recorded log: trajectory.tum, map.yaml, map.pgm and map.png."""
     from chefbot.cli.map.slam import run_slam
 
-    run_slam(log, out, algorithm.value, particles, seed, max_range)
+    run_slam(log, out, algorithm.value, particles, seed, max_range, report=report)
 
 
 @map_app.command("compare")

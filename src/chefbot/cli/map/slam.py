@@ -8,6 +8,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from chefbot.cli.map.slam_costs import SlamCosts
+from chefbot.cli.map.slam_report import report_page
 from chefbot.errors import ChefbotError, UserError
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
@@ -21,10 +23,20 @@ from chefbot.storage.map_files import map_png, save_map
 console = Console(highlight=False)
 
 
-def run_slam(path: Path, out: Path, algorithm: str, particles: int, seed: int, max_range: float) -> None:
+def run_slam(
+    path: Path,
+    out: Path,
+    algorithm: str,
+    particles: int,
+    seed: int,
+    max_range: float,
+    *,
+    report: bool = False,
+) -> None:
     """Build a map from a CARMEN log with a progress display; write trajectory and map into `out`.
 
-    algorithm: "gmapping", the particle filter, which uses particles and seed, or "graph", the pose graph.
+    algorithm: "gmapping", the particle filter, which uses particles and seed, or "graph", the pose graph. report:
+    whether `report.html` is written, too.
 
     Raises UserError if the log is invalid or the folder cannot be written.
     """
@@ -32,33 +44,40 @@ def run_slam(path: Path, out: Path, algorithm: str, particles: int, seed: int, m
     params: GmappingParams | GraphSlamParams = GraphSlamParams(max_range=max_range)
     if algorithm == "gmapping":
         params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
-    began = wall_ns()
+    began, costs = wall_ns(), SlamCosts()
     try:
-        result = _run(path, records, params)
+        result = _run(path, records, params, costs)
     except ChefbotError as error:
         raise UserError(f"log {path}: {error}") from None
     took = (wall_ns() - began) / 1e9
     make_folder(out)
-    trajectory = (out / "trajectory.tum", trajectory_tum(result).encode())
-    picture = (out / "map.png", map_png(result.grid))
-    save_map(out / "map", result.grid, companions=(trajectory, picture))
+    companions = {"trajectory.tum": trajectory_tum(result).encode(), "map.png": map_png(result.grid)}
+    if report:
+        companions["report.html"] = report_page(path, params, result, costs).encode()
+    save_map(out / "map", result.grid, companions=[(out / name, data) for name, data in companions.items()])
     if result.no_return is not None:
         minimum, share = result.no_return
         console.print(f"Ranges of {minimum:.2f} m and more count as no return: {share:.1%} of all beams.")
     if isinstance(params, GraphSlamParams):
         offset = f"{1e3 * result.range_offset:+.0f} mm"
         console.print(
-            f"{result.closures} loop closures; {offset} on all ranges, as the scans themselves show."
+            f"{len(result.closures)} loop closures; {offset} on all ranges, as the scans themselves show."
         )
-    console.print(f"{len(result.poses)} scans, {took:.1f} s; {out}/map.yaml, map.png, trajectory.tum")
+    console.print(f"{len(result.poses)} scans, {took:.1f} s; {out}/map.yaml, {', '.join(companions)}")
 
 
 def _run(
-    path: Path, records: Iterator[CarmenOdom | CarmenScan], params: GmappingParams | GraphSlamParams
+    path: Path,
+    records: Iterator[CarmenOdom | CarmenScan],
+    params: GmappingParams | GraphSlamParams,
+    costs: SlamCosts,
 ) -> SlamResult:
-    """Run SLAM over the records with a progress bar."""
+    """Run SLAM over the records with a progress bar and note the costs of each scan."""
     with Progress(console=console) as progress:
         task = progress.add_task(f"mapping {path.name}", total=None)
-        return run_log(
-            records, params, lambda done, total: progress.update(task, completed=done, total=total)
-        )
+
+        def after_scan(done: int, total: int) -> None:
+            costs.add()
+            progress.update(task, completed=done, total=total)
+
+        return run_log(records, params, after_scan)

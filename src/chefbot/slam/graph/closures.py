@@ -43,6 +43,15 @@ class SubmapFit(NamedTuple):
         return max(self.explained) >= MIN_EXPLAINED and min(self.agreement) >= MIN_AGREEMENT
 
 
+class ClosureResidual(NamedTuple):
+    """A closure between two scans, by their numbers, and what is left of it at their final poses, m and rad."""
+
+    of: int
+    to: int
+    linear: float
+    angular: float
+
+
 @dataclass(frozen=True, eq=False)
 class Closure:
     """A measured pose (3,) of submap `to` in the frame of submap `of`, and its information (3, 3)."""

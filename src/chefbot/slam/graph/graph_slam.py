@@ -16,6 +16,7 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.graph.adjustment import Adjustment
+from chefbot.slam.graph.closures import ClosureResidual
 from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.loop_closer import LoopCloser
 from chefbot.slam.graph.odometry_model import OdometryModel, rotated
@@ -246,10 +247,14 @@ class GraphSlam:
         """The correction of all ranges that was found, m."""
         return self._range_offset if self._adjusted is not None else self._calibration.offset
 
-    @property
-    def closures(self) -> int:
-        """Number of loop closures that are applied."""
-        return len(self._loops.closures)
+    def closures(self) -> list[ClosureResidual]:
+        """Return the loop closures that are applied, between processed scans."""
+        edges, poses = self._closure_edges(), self._poses()
+        residuals = []
+        for of, to, measured in zip(edges.of.tolist(), edges.to.tolist(), edges.measured, strict=True):
+            error = SE2.of(measured).between(SE2.of(poses[of]).between(SE2.of(poses[to])))
+            residuals.append(ClosureResidual(of, to, math.hypot(error.x, error.y), abs(wrap(error.yaw))))
+        return residuals
 
     @property
     def map_T_odom(self) -> SE2:  # noqa: N802  REP-105's frames read left to right

@@ -80,4 +80,6 @@ def _run(
             costs.add()
             progress.update(task, completed=done, total=total)
 
-        return run_log(records, params, after_scan)
+        result = run_log(records, params, after_scan)
+    costs.end()
+    return result

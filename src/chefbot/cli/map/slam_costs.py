@@ -21,6 +21,8 @@ class SlamCosts:
     """Wall time of each scan, s."""
     memory: list[tuple[int, float]] = field(default_factory=list)
     """Number of scans done and resident memory in MB; empty on systems without /proc."""
+    finish_seconds: float = 0.0
+    """Wall time after the last scan, for the last closures, the joint adjustment and the map, s."""
     _last_ns: int = field(default_factory=wall_ns)
 
     def add(self) -> None:
@@ -28,10 +30,15 @@ class SlamCosts:
         now = wall_ns()
         self.seconds.append((now - self._last_ns) / 1e9)
         if len(self.seconds) % MEMORY_PERIOD == 1:
-            self.read_memory()
+            self._read_memory()
         self._last_ns = wall_ns()
 
-    def read_memory(self) -> None:
+    def end(self) -> None:
+        """Note the end of the run."""
+        self.finish_seconds = (wall_ns() - self._last_ns) / 1e9
+        self._read_memory()
+
+    def _read_memory(self) -> None:
         """Note the resident memory."""
         if _STATM.exists():
             pages = int(_STATM.read_text().split()[1])

@@ -56,7 +56,7 @@ def summary(result: SlamResult, costs: SlamCosts) -> dict[str, str]:
         "Loop closures": str(len(result.closures)),
         "Correction of all ranges": f"{1e3 * result.range_offset:+.0f} mm",
         "No return": "no value stands out",
-        "Time": f"{sum(costs.seconds):.1f} s",
+        "Time": f"{sum(costs.seconds):.1f} s for the scans, {costs.finish_seconds:.1f} s at the end",
         "Time of one scan": (
             f"median {np.median(milliseconds):.1f} ms, 99th percentile {np.percentile(milliseconds, 99):.1f} ms, "
             f"longest {milliseconds.max():.0f} ms"
@@ -89,7 +89,14 @@ def _closures(result: SlamResult) -> str:
 
 
 def _parameters(params: GmappingParams | GraphSlamParams) -> dict[str, str]:
-    return {name: f"{value:g}" for name, value in msgspec.structs.asdict(params).items()}
+    """Return the parameters by name; those of a group are named GROUP.NAME."""
+    rows = {}
+    for name, value in msgspec.to_builtins(params).items():
+        group = (
+            {f"{name}.{key}": one for key, one in value.items()} if isinstance(value, dict) else {name: value}
+        )
+        rows.update({key: f"{one:g}" for key, one in group.items()})
+    return rows
 
 
 def _table(rows: dict[str, str]) -> str:

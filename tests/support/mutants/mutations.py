@@ -157,6 +157,8 @@ def _is_number(value: object) -> bool:
 
 
 def _other_number(value: float, rng: Random) -> float:
+    if not -1e300 < value < 1e300:  # NaN and what no float holds
+        return rng.choice((-value, 0))
     return rng.choice((-value, value * 1e6, value * 1e-6, value + 1, 0, int(value), value * 1e300))
 
 

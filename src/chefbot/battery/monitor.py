@@ -25,7 +25,7 @@ DOUBT_MARGIN = 0.8
 
 
 class BatteryLevel(Enum):
-    """What the charge allows."""
+    """What the battery's charge allows the robot to do."""
 
     OK = "ok"
     WARN = "warn"
@@ -68,7 +68,7 @@ class BatteryMemory(NamedTuple):
 
 
 class BatteryMonitor:
-    """Watches a pack.
+    """Estimates a battery pack's charge and consumption, and the level that follows from them.
 
     prior: consumption by the robot's sizing. log: what an earlier run has learnt. continued: whether the robot was
     switched on all the time since then.

@@ -58,7 +58,7 @@ class StandingTimes:
 
     @property
     def anybody(self) -> bool:
-        """Whether anybody is tracked."""
+        """Whether at least one person is tracked."""
         return bool(self._since)
 
 

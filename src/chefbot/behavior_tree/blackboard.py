@@ -53,7 +53,7 @@ class Blackboard:
         return home._values.get(name)
 
     def set(self, key: str, value: object) -> None:
-        """Write a value."""
+        """Write a value at a key, or at the key to which it is remapped."""
         home, name = self._home_of(key)
         home._values[name] = value
 

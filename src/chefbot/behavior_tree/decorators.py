@@ -64,7 +64,7 @@ class CountingDecorator(Decorator):
     _count = 0
 
     def reset(self) -> None:
-        """Count from zero again."""
+        """Set the count of the child's runs to zero."""
         self._count = 0
 
     def decide(self) -> Status:

@@ -43,7 +43,7 @@ class ConditionLeaf(Leaf):
         """Return whether the condition is true."""
 
     def update(self) -> Status:
-        """Return SUCCESS or FAILURE."""
+        """Return SUCCESS if the condition holds, else FAILURE."""
         return Status.SUCCESS if self.holds() else Status.FAILURE
 
 
@@ -63,7 +63,7 @@ class ActionLeaf(Leaf):
         """Return the status that the result stands for, and write the outputs."""
 
     def initialise(self) -> None:
-        """Begin the action."""
+        """Begin the action at the first tick."""
         self.feedback_message = ""
         self.pending = self.begin()
 

@@ -52,7 +52,7 @@ class NavigationServices(Protocol):
         """Back up; the result is a `CodedResult`."""
 
     def wait(self, seconds: float) -> Pending:
-        """Stand for a time."""
+        """Stand still for a time; the result has no error code."""
 
     def clear_costmaps(self, radius: float) -> Pending:
         """Clear obstacles within a radius in all costmaps; done once the sensors have marked what is there."""
@@ -107,7 +107,7 @@ class ComputePathToPose(GoalAction):
     """Plans a path to `goal` and writes it to `path`."""
 
     def begin(self) -> Pending:
-        """Ask the planner."""
+        """Request a path to `goal` from the planner."""
         return self.services.compute_path(self.ports.value("goal"))
 
     def finish(self, result: object) -> Status:
@@ -140,24 +140,24 @@ class SpinLeaf(ServiceAction):
     """Rotates in place by `spin_dist`."""
 
     def begin(self) -> Pending:
-        """Ask the behavior server."""
+        """Send `spin_dist` (rad) to the behavior server."""
         return self.services.spin(self.ports.number("spin_dist"), self.ports.number("time_allowance"))
 
 
 class BackUp(ServiceAction):
-    """Backs up by `backup_dist`."""
+    """Backs up by `backup_dist` (m) at `backup_speed` (m/s)."""
 
     def begin(self) -> Pending:
-        """Ask the behavior server."""
+        """Send distance, speed and time allowance to the behavior server."""
         numbers = (self.ports.number(one) for one in ("backup_dist", "backup_speed", "time_allowance"))
         return self.services.back_up(*numbers)
 
 
 class Wait(ServiceAction):
-    """Stands for `wait_duration`."""
+    """Stands still for `wait_duration` seconds."""
 
     def begin(self) -> Pending:
-        """Begin to wait."""
+        """Start a wait of `wait_duration` seconds."""
         return self.services.wait(self.ports.number("wait_duration"))
 
 
@@ -165,15 +165,15 @@ class ClearCostmapAroundRobot(ServiceAction):
     """Clears the costmaps within `reset_distance` of the robot."""
 
     def begin(self) -> Pending:
-        """Clear them."""
+        """Request clearing within `reset_distance` (m) of the robot."""
         return self.services.clear_costmaps(self.ports.number("reset_distance"))
 
 
 class ClearEntireCostmap(ServiceAction):
-    """Clears the costmaps."""
+    """Clears all marked obstacles from the costmaps."""
 
     def begin(self) -> Pending:
-        """Clear them."""
+        """Request that the costmaps are cleared entirely."""
         return self.services.clear_costmaps(ENTIRE_COSTMAP)
 
 
@@ -181,7 +181,7 @@ class Relocalize(GoalAction):
     """Rotates in place until localization has converged."""
 
     def begin(self) -> Pending:
-        """Begin to rotate."""
+        """Start rotating in place for relocalization."""
         return self.services.relocalize()
 
 
@@ -246,7 +246,7 @@ class PluginSelector(Leaf):
         self._plugin = plugin
 
     def update(self) -> Status:
-        """Write the plugin's name."""
+        """Write the name of the default plugin to the output port."""
         self.ports.write(f"selected_{self._plugin}", self.ports.text(f"default_{self._plugin}"))
         return Status.SUCCESS
 

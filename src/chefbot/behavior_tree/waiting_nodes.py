@@ -48,7 +48,7 @@ class IsWayBlocked(ActionLeaf):
         return self._services.find_blocked_way(goal, code, where)
 
     def finish(self, result: object) -> Status:
-        """Write where to wait."""
+        """Write the waiting pose if the way is blocked, else fail."""
         if not isinstance(result, FindBlockage_Result):
             return Status.FAILURE
         self.ports.write("waiting_pose", result.waiting_pose)
@@ -61,7 +61,7 @@ class WaitForWay(GoalAction):
     services: WaitingServices
 
     def begin(self) -> Pending:
-        """Begin to wait."""
+        """Start to wait for the way to `goal`."""
         return self.services.wait_for_way(self.ports.value("goal"), int(self.ports.number("error_code")))
 
 

@@ -62,7 +62,7 @@ class CauseChains:
         """The people that are tracked now, in the frame map."""
 
     def set_map(self, grid: Grid) -> None:
-        """Set the static map."""
+        """Set the static map, with which the places of causes are compared."""
         self._map = grid
 
     def process(self, report: Cause, frame: SE2 | None, robot: SE2 | None) -> Cause | None:

@@ -20,7 +20,7 @@ class CauseSpan(NamedTuple):
 
     @property
     def began_ns(self) -> int:
-        """When it began, ns."""
+        """Time at which the cause began, ns."""
         return self.cause.header.stamp.ns
 
     @property

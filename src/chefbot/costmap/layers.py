@@ -42,7 +42,7 @@ class StaticLayer(CostmapLayer):
             costs.set_static(message.grid)
 
     def update_costs(self, costs: LayeredCostmap, cells: NDArray[np.uint8], window: CellWindow) -> None:
-        """Write the map."""
+        """Write the static map into the window; unknown cells become free unless they are tracked."""
         static = costs.static[window.slices]
         if costs.params.track_unknown:
             cells[window.slices] = static
@@ -69,7 +69,7 @@ class ObstacleLayer(CostmapLayer):
             mark_obstacles(costs, frame, message, self._marking)
 
     def update_costs(self, costs: LayeredCostmap, cells: NDArray[np.uint8], window: CellWindow) -> None:
-        """Merge the sources."""
+        """Merge the marks of all sources but ranger and contact into the window."""
         merge_sources(costs, _others(costs), cells, window)
 
     def marked_by(self, costs: LayeredCostmap, row: int, column: int) -> CellMark | None:
@@ -91,7 +91,7 @@ class RangeSensorLayer(CostmapLayer):
             mark_contact(costs, frame @ message.pose.se2, self._contact_radius)
 
     def update_costs(self, costs: LayeredCostmap, cells: NDArray[np.uint8], window: CellWindow) -> None:
-        """Merge the sources."""
+        """Merge the marks of ranger and contact into the window."""
         merge_sources(costs, LASTING, cells, window)
 
     def marked_by(self, costs: LayeredCostmap, row: int, column: int) -> CellMark | None:

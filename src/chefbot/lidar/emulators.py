@@ -76,11 +76,11 @@ class Ld19Emulator(LidarEmulator):
 
     @property
     def samples(self) -> int:
-        """Samples of a frame."""
+        """Number of samples of a frame."""
         return ld19.POINTS
 
     def receive(self, data: bytes) -> bytes:  # noqa: ARG002 (interface)
-        """Ignore everything."""
+        """Ignore all bytes: an LD19 takes no requests."""
         return b""
 
     def _encode(self, angles: NDArray[np.float64], ranges: NDArray[np.float64]) -> bytes:
@@ -108,7 +108,7 @@ class YdlidarEmulator(LidarEmulator):
         return max(1, min(self.SAMPLES, math.ceil((2.0 * math.pi - self.angle) / self._step)))
 
     def receive(self, data: bytes) -> bytes:
-        """Start or stop."""
+        """Start or stop scanning on request, unless the model is one-way; there are no answers."""
         if not self._model.one_way:
             self.scanning = ydlidar.START in data or (self.scanning and ydlidar.STOP not in data)
         return b""
@@ -149,7 +149,7 @@ class RplidarEmulator(LidarEmulator):
         return 8 if self._type == STANDARD else CAPSULES[self._type].samples
 
     def receive(self, data: bytes) -> bytes:
-        """Answer requests."""
+        """Execute the complete requests received so far and return their answers."""
         self._received += data
         answers = b""
         while len(self._received) >= 2:

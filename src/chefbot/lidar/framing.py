@@ -10,7 +10,7 @@ BITS_PER_BYTE = 10
 
 
 class LidarFrame(NamedTuple):
-    """A whole frame.
+    """A complete frame with a valid checksum.
 
     began_ns: time at which its first byte began on the line, ns. follows: whether no byte was between it and the
     frame before.

@@ -31,7 +31,7 @@ FULL_TURN = 360 * 64
 
 
 class YdlidarModel(NamedTuple):
-    """How a model counts.
+    """Serial line, rate and data format of a YDLIDAR model.
 
     baud: of the line. sample_rate: samples a second. intensity_bytes: bytes of the intensity before each range.
     triangulates: whether ranges count quarters of a millimetre and angles need a correction, instead of millimetres.

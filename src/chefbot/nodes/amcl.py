@@ -81,7 +81,7 @@ class AmclNode(ScanListenerNode):
         return self.map.last is not None
 
     def process_scan(self, scan: LaserScan, odom: SE2) -> None:
-        """Update the filter."""
+        """Update the particle filter with a scan; publish map->odom and, after a filter update, the pose."""
         laser = self.tf.lookup("base_link", scan.header.frame_id)
         if self._amcl is None:
             self._amcl = self._create_amcl(laser, odom)

@@ -65,7 +65,7 @@ class GmappingNode(ScanListenerNode):
             self._slam.retune(self._settings())
 
     def process_scan(self, scan: LaserScan, odom: SE2) -> None:
-        """Update the map."""
+        """Update the particle filter and its map with a scan; publish map->odom."""
         if self._slam is None:
             self._slam = self._create_slam(self.tf.lookup("base_link", scan.header.frame_id), odom)
         self._changed |= self._slam.update(scan.angles, scan.ranges, odom, scan.range_max)

@@ -40,7 +40,7 @@ class PeopleTrackerNode(Node):
     diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
-        """Begin without people."""
+        """Create the tracker, which has no tracks yet."""
         self._tracker = PeopleTracker(self.params)
         self._has_lidar = self.robot.sensors.lidar is not None
 

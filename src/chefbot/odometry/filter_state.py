@@ -68,7 +68,7 @@ class FilterState(NamedTuple):
 
     @property
     def monitors(self) -> dict[Source, SensorMonitor]:
-        """Fault monitors by source."""
+        """Fault monitors of all sensors by source."""
         monitors = {Source.WHEELS: SensorMonitor.of_wheels(self.wheels_ns)}
         records = zip(IMU_SOURCES, self.monitor_records, strict=True)
         return monitors | {source: SensorMonitor.of(record) for source, record in records}

@@ -58,7 +58,7 @@ class Candidates(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Number m of candidates."""
+        """Number of candidates (m in the shapes above)."""
         return self.segments.size
 
     def selected(self, chosen: NDArray[np.int64]) -> Candidates:

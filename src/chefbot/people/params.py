@@ -9,7 +9,7 @@ from msgspec import Meta
 
 
 class PeopleTrackerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the `PeopleTracker`."""
+    """Parameters of tracking people in scans, of the `PeopleTracker`."""
 
     max_range: Annotated[
         float, Meta(ge=0.5, le=30.0, description="distance up to which people are looked for, m")

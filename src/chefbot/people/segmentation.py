@@ -42,7 +42,7 @@ class Segments(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Number m of segments."""
+        """Number of segments (m in the shapes above)."""
         return len(self.first)
 
     def selected(self, mask: NDArray[np.bool_] | NDArray[np.int64]) -> Segments:

@@ -79,7 +79,7 @@ class PersonTrack:
 
     @property
     def standing(self) -> bool:
-        """Whether the person stands."""
+        """Whether the person has been slow for STANDING_TIME."""
         return self.time - self.standing_since >= STANDING_TIME
 
     @property

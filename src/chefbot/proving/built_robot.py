@@ -101,7 +101,7 @@ class HardwareProcess:
         return still and now.time - since[0].time > 0.8 * seconds
 
     def close(self) -> None:
-        """End the hardware."""
+        """End the process of the emulated hardware."""
         end_process(self._process)
         self._thread.join(STOP_TIMEOUT)
         self._errors.close()

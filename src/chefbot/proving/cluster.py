@@ -132,7 +132,7 @@ class DaskCluster:
                 )
 
     def close(self) -> None:
-        """Close the connection."""
+        """Close the connection to the scheduler, if there is one."""
         if self.client is not None:
             self.client.close(timeout=2)
             self.client = None

@@ -50,7 +50,7 @@ class ProveOptions(NamedTuple):
 
 
 def list_scenarios() -> None:
-    """Print the built-in scenarios."""
+    """Print name, robot and description of the built-in scenarios."""
     for name in built_in_scenarios():
         scenario = load_scenario(name)
         console.print(f"{name:22} {scenario.robot_name:18} {scenario.description}")

@@ -81,7 +81,7 @@ class SimulatedRun:
 
     @property
     def time(self) -> float:
-        """Simulated time, s."""
+        """Simulated time since the run began, s."""
         return self.system.loop.now_ns / 1e9
 
     @property

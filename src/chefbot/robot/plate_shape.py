@@ -41,7 +41,7 @@ class RoundPlate(NamedTuple):
         return self.radius - math.hypot(x, y)
 
     def loop(self) -> Loop:
-        """Return the edge."""
+        """Return the edge of the plate as a closed curve in base_link, m."""
         return circle(self.radius)
 
     def __str__(self) -> str:
@@ -68,7 +68,7 @@ class RectangularPlate(NamedTuple):
         return min(self.front - x, self.back + x, self.half_width - abs(y))
 
     def loop(self) -> Loop:
-        """Return the edge."""
+        """Return the edge of the plate as a closed curve in base_link, m."""
         length = self.front + self.back
         return rectangle(length, 2.0 * self.half_width, (self.front - self.back) / 2.0)
 

@@ -30,7 +30,7 @@ class RangerMonitor:
         return self._last is not None
 
     def process_echo(self, echo: Range, now_ns: int) -> None:
-        """Process a message."""
+        """Process an echo that was received at `now_ns`."""
         last, finite = self._last, math.isfinite(echo.range)
         repeats = finite and last is not None and last.range == echo.range
         self._equal = self._equal + 1 if repeats else 0

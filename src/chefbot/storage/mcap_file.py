@@ -41,13 +41,13 @@ class ByteStream(Protocol):
     """A stream that counts its position."""
 
     def write(self, data: bytes) -> int:
-        """Write all the data."""
+        """Write all data and return their number of bytes."""
 
     def tell(self) -> int:
         """Return the number of bytes written so far."""
 
     def flush(self) -> None:
-        """Flush the stream."""
+        """Write buffered data to the underlying file."""
 
 
 class McapFile:

@@ -45,7 +45,7 @@ class ServiceManager:
         return True
 
     def close(self) -> None:
-        """Close the socket."""
+        """Close the socket to the service manager."""
         self._socket.close()
 
 

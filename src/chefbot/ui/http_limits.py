@@ -28,7 +28,7 @@ class GuardedHttp(H11Protocol):
     peer: Peer
 
     def connection_made(self, transport: asyncio.Transport) -> None:
-        """Accept the connection."""
+        """Register a new connection with its peer and start its stall check."""
         super().connection_made(transport)
         self.peer = self.app_state["peer"]
         self.peer.transport = transport
@@ -96,7 +96,7 @@ class _StallCheck:
         self._schedule()
 
     def stop(self) -> None:
-        """End the checks."""
+        """Stop checking whether the peer reads."""
         self._timer.cancel()
 
     def _schedule(self) -> None:

@@ -199,7 +199,7 @@ class WebUiDevice(MissionDevice):
         self._server.set_layer("particles", poses)
 
     def on_tracked_people(self, message: TrackedPeople) -> None:
-        """Display the tracked people."""
+        """Display the tracked people in the map frame."""
         pose = self._lookup("map", message.header.frame_id)
         if pose is not None:
             self._server.set_layer("people", people_views(message, pose))

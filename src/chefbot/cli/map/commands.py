@@ -15,7 +15,7 @@ map_app = new_group("Maps: save (map_saver), build from a log (SLAM), compare.")
 
 
 class Algorithm(StrEnum):
-    """The mapping algorithms."""
+    """A mapping algorithm that `chefbot map slam` runs."""
 
     GMAPPING = "gmapping"
     GRAPH = "graph"

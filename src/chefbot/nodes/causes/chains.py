@@ -40,7 +40,7 @@ class CausesNode(Node):
     causes: Out[Cause]
 
     def start(self) -> None:
-        """Start without causes."""
+        """Start without causes and without known statuses."""
         self._chains, self._statuses = CauseChains(), StatusReports()
 
     def on_map(self, message: OccupancyGrid) -> None:
@@ -56,7 +56,7 @@ class CausesNode(Node):
         self._publish(self._statuses.navigation(status, self.now_ns))
 
     def on_stop_status(self, status: EmergencyStopStatus) -> None:
-        """Report the emergency stop."""
+        """Report that the emergency stop was pressed or released."""
         self._publish(self._statuses.emergency_stop(status, self.now_ns))
 
     def on_battery_status(self, status: BatteryStatus) -> None:

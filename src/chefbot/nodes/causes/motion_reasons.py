@@ -28,7 +28,7 @@ class MotionReasonsNode(CauseReportsNode):
     reason: Out[String] = topic("collision_monitor/reason", latched=True)
 
     def start(self) -> None:
-        """Start without a reason."""
+        """Start with no reason for limited motion."""
         self._reasons = ReasonKeeper()
 
     def explain(self, sentence: str) -> None:

@@ -39,7 +39,7 @@ class BlockageFinderNode(PlannerCausesNode):
     _planner: Planner
 
     def start(self) -> None:
-        """Start without a map."""
+        """Start without a search; the first request creates it for the map."""
         super().start()
         self._search: tuple[OccupancyGrid, ParkingSearch] | None = None
         self._unmarked: tuple[OccupancyGrid, MapZones | None, Costmap] | None = None

@@ -52,7 +52,7 @@ class FollowingServerNode(TargetDriverNode):
     phase: Out[String]
 
     def start(self) -> None:
-        """Start without a person."""
+        """Start without a person to follow."""
         super().start()
         self._sentence = ""
 

@@ -17,7 +17,7 @@ TIMEOUT = 207
 
 
 class PathRequestNode(RecoveryBehaviorsNode):
-    """Calls compute_path_to_pose."""
+    """Base class of a node that requests paths by compute_path_to_pose."""
 
     compute_path_to_pose = action_client(nav2.ComputePathToPose)
     _goal_remark = ""

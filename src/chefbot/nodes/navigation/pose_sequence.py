@@ -43,7 +43,7 @@ class PoseSequenceNode(Node):
     navigate_to_pose = action_client(nav2.NavigateToPose)
 
     def start(self) -> None:
-        """Start without poses."""
+        """Start without poses to drive through."""
         self._run: PosesToPass | None = None
         self._last = nav2.NavigateToPose_Feedback()
         self._passed: Future[None] = Future()

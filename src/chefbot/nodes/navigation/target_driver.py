@@ -35,7 +35,7 @@ class TargetDriverNode(Node):
     spin = action_client(nav2.Spin)
 
     def start(self) -> None:
-        """Start without a target."""
+        """Start without a target to drive to."""
         self._planning: Future[Any] | None = None
         self._following: Future[Any] | None = None
         self._turning: Future[Any] | None = None

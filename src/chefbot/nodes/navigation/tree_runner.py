@@ -25,7 +25,7 @@ class TreeRunnerNode(TreeServicesNode):
     behavior_tree_log: Out[BehaviorTreeLog]
 
     def start(self) -> None:
-        """Start without a tree."""
+        """Start with no running behavior tree."""
         super().start()
         self._wake: Future[None] = Future()
         self._watched: list[Pending] = []

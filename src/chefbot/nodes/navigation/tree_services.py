@@ -27,7 +27,7 @@ class TreeServicesNode(WayWaitingNode):
     follow_path = action_client(nav2.FollowPath)
 
     def start(self) -> None:
-        """Start without a failure."""
+        """Create the tree's services, and clear failures and recoveries."""
         super().start()
         self.services = NodeServices(self)
         self._restart_services()
@@ -81,18 +81,18 @@ class NodeServices:
         return self._node.follow_path.call(nav2.FollowPath_Goal(cast(Path, path)))
 
     def spin(self, angle: float, time_allowance: float) -> Pending:
-        """Rotate in place."""
+        """Rotate in place by an angle, as a recovery behavior."""
         self._node._begin_recovery()
         return self._node.spin.call(nav2.Spin_Goal(angle, Duration.of(time_allowance)))
 
     def back_up(self, distance: float, speed: float, time_allowance: float) -> Pending:
-        """Back up."""
+        """Back up by a distance, as a recovery behavior."""
         self._node._begin_recovery()
         goal = nav2.BackUp_Goal(Point(-distance), speed, Duration.of(time_allowance))
         return self._node._pending(self._node._back_up(goal))
 
     def wait(self, seconds: float) -> Pending:
-        """Stand for a time."""
+        """Stand still for a time, as a recovery behavior."""
         self._node._begin_recovery()
         return self._node.sleep(seconds)
 

@@ -46,7 +46,7 @@ class ZonesNode(CauseReportsNode):
     speed_info: Out[CostmapFilterInfo] = topic("speed_costmap_filter_info", latched=True)
 
     def start(self) -> None:
-        """Start without a limit."""
+        """Start without a published speed limit; read the robot's own limits."""
         self._limits, self._published = Limits.of(self.robot), 0.0
 
     def on_map(self, _: OccupancyGrid) -> None:

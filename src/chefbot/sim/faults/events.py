@@ -125,7 +125,7 @@ class WheelStall(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class Bump(InjectedFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="bump"):
-    """The robot is shoved."""
+    """The robot is shoved: a short horizontal force acts on its centre of mass."""
 
     impulse: Annotated[float, Meta(gt=0, le=100, description="impulse, N s, spread over 0.1 s")] = 3.0
     direction: Annotated[

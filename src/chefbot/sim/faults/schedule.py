@@ -90,7 +90,7 @@ class FaultSchedule(Generic[F]):
                 self.begin(event)
 
     def begin(self, event: F) -> None:
-        """Begin an event now."""
+        """Begin an event now; if that is impossible, a remark gives the reason."""
         lasting = isinstance(event, LastingFault)
         if lasting:
             self.active.append(event)

@@ -166,7 +166,7 @@ class PullsChairs(SimulatedPerson):
 
 
 class UsesDoors(SimulatedPerson):
-    """Opens and closes doors."""
+    """Opens a closed door or closes an open one from time to time."""
 
     def steps(self) -> Doing:
         """Use a door, then walk about, for ever."""

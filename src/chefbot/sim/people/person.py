@@ -85,7 +85,7 @@ class SimulatedPerson:
 
     @property
     def at(self) -> tuple[float, float]:
-        """Position, m."""
+        """Position of the person in the map frame, m."""
         x, y = self.walkers.position[self.number].tolist()
         return x, y
 

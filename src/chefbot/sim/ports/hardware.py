@@ -115,13 +115,13 @@ class EmulatedHardware:
             self.ports[device] = PseudoTerminal(self._paths[device])
 
     def truth(self) -> TrueState:
-        """Return the true state."""
+        """Return the simulated time, the true pose relative to the start, and the collisions so far."""
         collisions = self._simulation.collisions()
         x, y, yaw = self._start.between(self._simulation.truth().pose)
         return TrueState(self.now_ns / 1e9, (x, y, yaw), collisions.episodes, ", ".join(collisions.names))
 
     def close(self) -> None:
-        """Unplug everything."""
+        """Unplug board and lidar: both ports disappear."""
         for device in list(self.ports):
             self.unplug(device)
 

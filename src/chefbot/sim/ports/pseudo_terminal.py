@@ -56,6 +56,6 @@ class PseudoTerminal:
             return
 
     def close(self) -> None:
-        """Unplug the device."""
+        """Close the port and remove its link, as an unplugged device does."""
         self.link.unlink(missing_ok=True)
         os.close(self._port)

@@ -77,7 +77,7 @@ class LoopCloser:
 
     @property
     def pending(self) -> int:
-        """Number of searches noted."""
+        """Number of searches that have not been made yet."""
         return len(self._queue)
 
     def _find(

@@ -36,7 +36,7 @@ class OdometryModel:
         self._steps = np.full(3, _PRIOR_STEPS)
 
     def retune(self, params: GraphSlamParams) -> None:
-        """Replace the assumed noise."""
+        """Replace the assumed noise; the scale that was learned stays."""
         self._params = params
 
     def covariance(self, step: OdometryStep) -> Array:

@@ -36,7 +36,7 @@ class Edges:
 
     @staticmethod
     def empty() -> Edges:
-        """Return no edges."""
+        """Return an empty set of edges (m = 0)."""
         none = np.zeros(0, np.int64)
         return Edges(none, none, np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0))
 

@@ -54,7 +54,7 @@ class SubmapView:
 
 
 class SubmapViews:
-    """The views used last."""
+    """A cache of the views of finished submaps; it keeps the most recently used ones."""
 
     def __init__(self, max_cells: int) -> None:
         self._max_cells = max_cells

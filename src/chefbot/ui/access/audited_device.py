@@ -22,7 +22,7 @@ class AuditedDevice(Device):
     remark: Out[String] = topic("page/remark")
 
     def start(self) -> None:
-        """Open the log."""
+        """Open the audit log of the robot."""
         super().start()
         self.audit = AuditLog(audit_path(self.robot.name), self._warn)
 

@@ -129,7 +129,7 @@ class _Acceptor:
             self._loop.add_reader(self._listener.fileno(), self._accept)
 
     def close(self) -> None:
-        """Stop accepting connections."""
+        """Stop accepting connections and cancel handshakes in progress."""
         self._loop.remove_reader(self._listener.fileno())
         for handshake in self._handshakes:
             handshake.cancel()

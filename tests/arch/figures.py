@@ -19,6 +19,8 @@ FILES = sorted(SOURCE.rglob("*.py"))
 KERNEL_FOLDERS = ("odometry", "slam", "localization", "control", "planning", "costmap")
 """Folders whose kernels and filters read like the paper's box: with a comment a step."""
 MAX_NODE_LINES, MAX_FLAT_FILES, FEWEST_WORDS = 150, 25, 5
+FEWEST_COMMENTS = 5.0
+"""Comments per 100 code lines that the kernels have at least."""
 
 
 def parse(path: Path) -> ast.Module:
@@ -95,20 +97,38 @@ def class_names() -> dict[str, list[str]]:
     return found
 
 
-def public_docstrings() -> Iterator[tuple[str, str]]:
-    """Place and docstring of each public class, function and method."""
-    for path in FILES:
-        tree = parse(path)
-        bodies = [tree.body, *(node.body for node in tree.body if isinstance(node, ast.ClassDef))]
-        for node in (node for body in bodies for node in body):
-            public = isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))
-            if public and not node.name.startswith("_") and (text := ast.get_docstring(node)):
-                yield f"{path.relative_to(SOURCE)}:{node.lineno} {node.name}", text
+def public_docstrings(tree: ast.Module) -> Iterator[tuple[str, str]]:
+    """Line with name, and docstring, of each public class, function and method of a module."""
+    bodies = [tree.body, *(node.body for node in tree.body if isinstance(node, ast.ClassDef))]
+    for node in (node for body in bodies for node in body):
+        public = isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))
+        if public and not node.name.startswith("_") and (text := ast.get_docstring(node)):
+            yield f"{node.lineno} {node.name}", text
+
+
+def is_fragment(docstring: str) -> bool:
+    """Whether the first paragraph of a docstring has fewer than FEWEST_WORDS words."""
+    return len(docstring.split("\n\n")[0].split()) < FEWEST_WORDS
 
 
 def fragments() -> list[str]:
-    """Places of public docstrings whose first sentence has fewer than FEWEST_WORDS words."""
-    return [place for place, text in public_docstrings() if len(text.split("\n\n")[0].split()) < FEWEST_WORDS]
+    """Places of public docstrings whose first paragraph is no sentence."""
+    return [
+        f"{path.relative_to(SOURCE)}:{place}"
+        for path in FILES
+        for place, text in public_docstrings(parse(path))
+        if is_fragment(text)
+    ]
+
+
+NO_CODE = (
+    tokenize.COMMENT,
+    tokenize.NL,
+    tokenize.NEWLINE,
+    tokenize.INDENT,
+    tokenize.DEDENT,
+    tokenize.ENDMARKER,
+)
 
 
 def comments_per_100_lines(paths: list[Path]) -> float:
@@ -126,7 +146,7 @@ def comments_per_100_lines(paths: list[Path]) -> float:
         for token in tokenize.generate_tokens(io.StringIO(text).readline):
             if token.type == tokenize.COMMENT and not re.match(r"#\s*(noqa|type:|fmt:)", token.string):
                 comments += 1
-            elif token.type not in (tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT):
+            elif token.type not in NO_CODE:
                 lines.add(token.start[0])
         code += len(lines - documented)
     return 100.0 * comments / code
@@ -154,7 +174,9 @@ def flat_folders() -> dict[str, int]:
 
 
 def long_nodes() -> dict[str, int]:
-    lines = {path.name: len(path.read_text().splitlines()) for path in (SOURCE / "nodes").glob("*.py")}
+    """Files of nodes, also in the folders below, with more than MAX_NODE_LINES lines."""
+    nodes = SOURCE / "nodes"
+    lines = {str(path.relative_to(nodes)): len(path.read_text().splitlines()) for path in nodes.rglob("*.py")}
     return {name: count for name, count in sorted(lines.items()) if count > MAX_NODE_LINES}
 
 

@@ -9,9 +9,10 @@ import pytest
 import chefbot.nodes
 
 MAX_LINES = 150
-FILES = sorted(Path(chefbot.nodes.__file__).parent.glob("*.py"))
+FOLDER = Path(chefbot.nodes.__file__).parent
+FILES = sorted(FOLDER.rglob("*.py"))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(FOLDER)))
 def test_a_node_file_is_short(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= MAX_LINES

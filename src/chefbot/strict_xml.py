@@ -1,4 +1,4 @@
-"""A parser for XML of strangers: no entities, not nested too deeply, not too many parts."""
+"""A parser for XML from untrusted sources: no entities, limited depth and size."""
 
 from __future__ import annotations
 

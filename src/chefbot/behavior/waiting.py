@@ -1,4 +1,4 @@
-"""When a robot whose way is blocked waits, takes another way, or gives up: expected times, compared."""
+"""Whether a robot whose way is blocked waits, takes another way or gives up, by comparing expected times."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class StandingTimes:
         self._since: dict[int, tuple[float, float, float]] = {}
 
     def process(self, message: TrackedPeople) -> None:
-        """Process the people of a message, in a frame that does not jump."""
+        """Process the people of a message, in a continuous frame such as odom."""
         now, before = message.header.stamp.ns / 1e9, self._since
         self._since = {}
         for one in message.people:
@@ -63,7 +63,7 @@ class StandingTimes:
 
 
 def person_ahead(people: TrackedPeople, robot: SE2, reach: float) -> int | None:
-    """Return the number of the nearest person before the robot's front, within `reach` metres, or None.
+    """Return the number of the nearest person in front of the robot, within `reach` metres, or None.
 
     robot: its pose in the frame of the people.
     """
@@ -90,7 +90,7 @@ GO_ON = WaitDecision(waits=False)
 
 
 class WaitingPolicy:
-    """Decides about one blockage after the other; it remembers how long the robot has waited at each place."""
+    """Decides about each blockage in turn; it remembers how long the robot has waited at each place."""
 
     def __init__(self, speed: float) -> None:
         self._speed = speed
@@ -100,7 +100,7 @@ class WaitingPolicy:
         self._attempt_began: float | None = None
 
     def begin(self) -> None:
-        """Begin a stretch of waiting, after which a recovery behavior may follow."""
+        """Begin a period of waiting, after which a recovery behavior may follow."""
         self._attempt_began = None
 
     def waited(self, now: float) -> float:
@@ -110,7 +110,7 @@ class WaitingPolicy:
     def decide(
         self, found: FindBlockage_Result, standing: StandingTimes, now: float, params: WaitingParams
     ) -> WaitDecision:
-        """Return what to do about the blockage that was found, at a time (s)."""
+        """Return whether to wait for the blockage that was found at a time (s), or to give up."""
         if not found.blocked:
             return GO_ON
         self._note_place(found, now)
@@ -142,7 +142,7 @@ class WaitingPolicy:
         detour: float,
         numbers: tuple[Quantity, ...],
     ) -> WaitDecision:
-        """Compare the times of waiting and of the other way; nobody waits for people who walk."""
+        """Compare the times of waiting and of the other way; the robot does not wait for people who walk."""
         waits = bool(people) and stood > 0.0 and expected < detour
         chosen = "I wait" if waits else "I take the other way"
         text = (
@@ -152,7 +152,7 @@ class WaitingPolicy:
         return WaitDecision(waits=waits, sentence=text, numbers=numbers)
 
     def _wait_for_obstacle(self, now: float, numbers: tuple[Quantity, ...]) -> WaitDecision:
-        """Wait for what may be a door or a person that is not recognized, each time twice as long."""
+        """Wait for what may be a door or an unrecognized person, twice as long each time."""
         if self._attempt_began is None:
             self._attempt_began = now
         if now - self._attempt_began >= OBSTACLE_WAIT * 2.0**self._attempts:

@@ -49,7 +49,7 @@ class WaypointRun:
 
     @property
     def fault(self) -> str:
-        """Why no waypoint can be driven to; empty if one can."""
+        """Why there is no waypoint to drive to; empty if there is one."""
         if not self._poses:
             return "The list of waypoints is empty."
         if self.index >= len(self._poses):
@@ -62,13 +62,13 @@ class WaypointRun:
         return self._poses[self.index]
 
     def reached(self) -> bool:
-        """Count the waypoint as reached and go on to the next; return whether there is one."""
+        """Count the waypoint as reached and advance to the next; return whether there is one."""
         self._reached += 1
         self._reached_now += 1
         return self._advance()
 
     def missed(self, error_code: int, error_msg: str) -> bool:
-        """Count the waypoint as missed and go on to the next; return whether there is one."""
+        """Count the waypoint as missed and advance to the next; return whether there is one."""
         self._missed[self.index] = WaypointStatus(FAILED, self.index, self.pose, error_code, error_msg)
         return self._advance()
 
@@ -116,7 +116,7 @@ class PosesToPass:
         return len(self._poses) - self.index
 
     def passes(self, robot: SE2, path_length: float) -> bool:
-        """Return whether the robot passes the next pose, `path_length` metres before it, and go on if so."""
+        """Return whether the next pose counts as passed, `path_length` metres before it, and advance if so."""
         near = robot.distance(self.pose.pose.se2) <= self._radius
         if self.remaining <= 1 or not near or path_length > PASSING_PATH_FACTOR * self._radius:
             return False

@@ -1,7 +1,7 @@
 """Reads and writes behavior trees in the XML of BehaviorTree.CPP 4, as Nav2 and Groot use it.
 
-Both forms of an element are read: `<Sequence name="...">` and `<Control ID="Sequence" name="...">`. What this reader
-does not know is refused by name: node types, attributes, scripts and included files.
+Both forms of an element are read: `<Sequence name="...">` and `<Control ID="Sequence" name="...">`. Unknown node
+types and attributes, scripts and included files are errors that name them.
 """
 
 from __future__ import annotations

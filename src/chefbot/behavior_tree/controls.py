@@ -40,7 +40,7 @@ class ControlNode(Composite):
         """Tick children and return the status of the node."""
 
     def tick(self) -> Iterator[Behaviour]:
-        """Tick the children that it is the turn of."""
+        """Tick the children whose turn it is."""
         self.status = Status.RUNNING
         status = self.decide()
         if status is not Status.RUNNING:
@@ -139,7 +139,7 @@ class RoundRobin(ControlNode):
         self._index = self._failed = 0
 
     def decide(self) -> Status:
-        """Return the status of the child that it is the turn of; after a failure the next child has its turn."""
+        """Return the status of the child whose turn it is; after a failure the next child has its turn."""
         while self._failed < len(self.children):
             status = self._tick_child(self._index)
             if status is Status.RUNNING:

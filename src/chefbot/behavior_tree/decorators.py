@@ -20,7 +20,7 @@ class Decorator(ControlNode):
 
 
 class Inverter(Decorator):
-    """Succeeds if its child fails, and the other way round."""
+    """Succeeds if its child fails, and fails if it succeeds."""
 
     def decide(self) -> Status:
         """Return the opposite of the child's status."""
@@ -57,7 +57,7 @@ class KeepRunningUntilFailure(Decorator):
 
 
 class CountingDecorator(Decorator):
-    """Base class of a decorator that begins its child again a number of times; -1 is without end."""
+    """Base class of a decorator that restarts its child a number of times; -1 for no limit."""
 
     _port = ""
     _end = Status.FAILURE
@@ -68,7 +68,7 @@ class CountingDecorator(Decorator):
         self._count = 0
 
     def decide(self) -> Status:
-        """Return `_end` as soon as the child does, and else the child's status after it has ended often enough."""
+        """Return `_end` as soon as the child does, else the child's status once it has ended often enough."""
         status = self._tick_only_child()
         if status is Status.RUNNING:
             return Status.RUNNING

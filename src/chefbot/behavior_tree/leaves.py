@@ -18,10 +18,10 @@ class Pending(Protocol):
     done: bool
 
     def result(self) -> object:
-        """Return the result once it is done, or raise what ended it."""
+        """Return the result once it is done, or raise the exception that ended it."""
 
     def discard(self) -> None:
-        """Cancel it: nobody needs the result any more."""
+        """Cancel it: the result is no longer needed."""
 
     def add_done_callback(self, waiter: Callable[[], None]) -> None:
         """Call `waiter` when it is done."""
@@ -48,7 +48,7 @@ class ConditionLeaf(Leaf):
 
 
 class ActionLeaf(Leaf):
-    """Base class of a leaf that begins something with its first tick and is running until that is done."""
+    """Base class of a leaf that starts an action at its first tick and is running until that is done."""
 
     def __init__(self, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)

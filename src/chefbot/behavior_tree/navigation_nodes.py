@@ -43,7 +43,7 @@ class NavigationServices(Protocol):
         """Plan a path to a pose; the result is a `ComputePathToPose_Result`."""
 
     def follow_path(self, path: object) -> Pending:
-        """Follow a path instead of the one before; the result is a `CodedResult`."""
+        """Follow a path in place of the previous one; the result is a `CodedResult`."""
 
     def spin(self, angle: float, time_allowance: float) -> Pending:
         """Rotate in place; the result is a `CodedResult`."""
@@ -119,7 +119,7 @@ class ComputePathToPose(GoalAction):
 
 
 class FollowPath(GoalAction):
-    """Follows `path`; when that changes, the controller goes over to the new one without a stop."""
+    """Follows `path`; when that changes, the controller switches to the new one without stopping."""
 
     _path: object = None
 
@@ -198,7 +198,7 @@ class IsLocalized(ConditionLeaf):
 
 
 class WouldARecoveryHelp(ConditionLeaf):
-    """Holds if `error_code` is one that a recovery behavior may mend; not without an error."""
+    """Holds if a recovery behavior may help against `error_code`; not for 0, no error."""
 
     def __init__(self, services: NavigationServices, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)
@@ -216,14 +216,14 @@ class GoalUpdated(ConditionLeaf):
     _goal: object = None
 
     def holds(self) -> bool:
-        """Return whether the goal is another one than at the tick before."""
+        """Return whether the goal differs from that of the previous tick."""
         goal = self.ports.blackboard.find("goal")
         before, self._goal = self._goal, goal
         return before is not None and goal is not before
 
 
 class TimeExpired(ConditionLeaf):
-    """Holds when `seconds` have passed since its first tick, and since it held last."""
+    """Holds each time `seconds` have passed since its first tick, or since it last held."""
 
     _since_ns: int | None = None
 
@@ -239,7 +239,7 @@ class TimeExpired(ConditionLeaf):
 
 
 class PluginSelector(Leaf):
-    """Writes the default of a selector, as nothing else can be selected."""
+    """Writes the default of a selector: there is nothing else to select."""
 
     def __init__(self, plugin: str, name: str, ports: NodePorts) -> None:
         super().__init__(name, ports)

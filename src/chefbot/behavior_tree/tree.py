@@ -13,7 +13,7 @@ from chefbot.behavior_tree.leaves import ActionLeaf, Pending
 
 
 class NodeState(NamedTuple):
-    """A node of a tree, for people to look at: how deep it is, its type and name, and its status in lower case."""
+    """A node of a tree for display: its depth, type and name, and its status in lower case."""
 
     depth: int
     type: str

@@ -16,7 +16,7 @@ from chefbot.msgs.chefbot_msgs import FindBlockage_Result
 
 
 class WaitingServices(NavigationServices, Protocol):
-    """What the leaves of a tree that waits need besides."""
+    """What the leaves of a tree that waits need in addition."""
 
     def find_blocked_way(self, goal: object, error_code: int, find_waiting_pose: bool) -> Pending | None:
         """Find what the robot should wait for on its way to a pose, after an error or 0 for none, and where.

@@ -25,15 +25,16 @@ UPSTREAM = {
     "controller": ("base",),
 }
 """Nodes whose checks are behind those of a node."""
-GRAVITY = {FAILURE: 3, STOP: 2, DETOUR: 1, SLOW: 0}
+SEVERITY = {FAILURE: 3, STOP: 2, DETOUR: 1, SLOW: 0}
 OCCUPIED_PERCENT = 65
 """Occupancy from which a cell of the static map is an obstacle, percent; as in the costmap."""
 MAP_REACH = 0.15
 """Distance from an obstacle of the static map up to which a place is one of it, m: three cells of error of pose."""
 PERSON_REACH = 0.5
-"""Distance from the middle of a tracked person up to which a mark is hers, m: half her width and a stride's lag."""
+"""Distance from the middle of a tracked person up to which a mark belongs to that person, m: half a width and the
+lag of a stride."""
 ROOTS = ("localization", "emergency stop", "battery charge", "heartbeat", "cancelled goal", "sensor data")
-"""Checks behind which there is no other: they say themselves what is wrong."""
+"""Checks that have no other cause behind them: their sentences name what is wrong."""
 MAX_KEPT = 200
 """Causes that are kept to be linked."""
 
@@ -52,7 +53,7 @@ class _Kept(NamedTuple):
 
 
 class CauseChains:
-    """Gives each report its number, what is behind it, what its obstacle is, and the sentence of its chain."""
+    """Adds to each report its number, the cause behind it, its obstacle, and the sentence of the chain."""
 
     def __init__(self) -> None:
         self._map: Grid | None = None
@@ -66,7 +67,7 @@ class CauseChains:
         self._map = grid
 
     def process(self, report: Cause, frame: SE2 | None, robot: SE2 | None) -> Cause | None:
-        """Return the cause with its chain; None for the end of what never began.
+        """Return the cause with its chain; None for an end without a begin.
 
         frame: pose of the report's frame in the frame map, None if it is not known. robot: its pose in the frame map.
         """
@@ -117,7 +118,7 @@ class CauseChains:
         )
 
     def _behind(self, cause: Cause) -> Cause | None:
-        """Return the gravest, then the latest cause of an upstream node that holds, or has held a moment ago."""
+        """Return the most severe, then the latest cause of an upstream node that holds or held a moment ago."""
         now_ns, nodes = cause.header.stamp.ns, UPSTREAM.get(cause.node, ())
 
         def holds(kept: _Kept) -> bool:
@@ -126,7 +127,7 @@ class CauseChains:
             return ended_ns is None or now_ns - ended_ns <= LINK_NS
 
         found = [kept.cause for kept in self._kept.values() if kept.cause.node in nodes and holds(kept)]
-        return max(found, key=lambda one: (GRAVITY.get(one.kind, 0), one.id), default=None)
+        return max(found, key=lambda one: (SEVERITY.get(one.kind, 0), one.id), default=None)
 
     def _end(self, report: Cause) -> Cause | None:
         """Return the end of the latest open cause of the same check."""

@@ -26,7 +26,7 @@ class PlannedDetour(NamedTuple):
 
 
 class NewGoals:
-    """Knows whether a goal is another one than the last."""
+    """Detects whether a goal differs from the last one."""
 
     def __init__(self) -> None:
         self._goal: SE2 | None = None

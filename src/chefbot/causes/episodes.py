@@ -1,4 +1,4 @@
-"""Episodes of what a node finds again and again: one report when it begins, one when it changes, one at its end."""
+"""Episodes of what a node finds repeatedly: one report when it begins, one when it changes, one at its end."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Episodes:
         return [*ending, found]
 
     def end_all(self) -> list[Cause]:
-        """End all episodes, as of a goal that is over, and return their ends."""
+        """End all episodes, as at the end of a goal, and return their ends."""
         return [self._end(subject) for subject in list(self._open)]
 
     def _end(self, subject: str) -> Cause:
@@ -62,7 +62,7 @@ class Episodes:
 
 
 def _differs(open_now: _Open, found: Cause, now_ns: int) -> bool:
-    """Return whether what is found now is another episode than the open one."""
+    """Return whether what is found now is a different episode from the open one."""
     before = open_now.report
     if RANKS.get(found.kind, 0) > RANKS.get(before.kind, 0):
         return True

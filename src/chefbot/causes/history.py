@@ -8,8 +8,8 @@ from typing import NamedTuple
 from chefbot.causes.reports import DETOUR, END, FAILURE, SLOW, STOP
 from chefbot.msgs.chefbot_msgs import Cause
 
-GRAVITY = {STOP: 2, SLOW: 1, DETOUR: 0}
-"""How grave the effects are that last; a failure does not."""
+SEVERITY = {STOP: 2, SLOW: 1, DETOUR: 0}
+"""Severity of the effects that last; a failure does not."""
 
 
 class CauseSpan(NamedTuple):
@@ -62,6 +62,6 @@ class CauseHistory:
 
     @property
     def present(self) -> Cause | None:
-        """The cause that holds now: of several the gravest, and of these the newest; None if there is none."""
+        """The cause that holds now: of several the newest of the most severe ones; None if there is none."""
         holding = [span.cause for span in self._spans.values() if span.ended_ns is None]
-        return max(holding, key=lambda one: (GRAVITY.get(one.kind, 0), one.id), default=None)
+        return max(holding, key=lambda one: (SEVERITY.get(one.kind, 0), one.id), default=None)

@@ -68,7 +68,7 @@ def opposed_lane(costs: Costmap, path: NDArray[np.float64]) -> str:
 
 
 def remaining(path: NDArray[np.float64], pose: SE2, length: float = LOOK_AHEAD) -> NDArray[np.float64]:
-    """Return the part of a path (n, 3) from its pose nearest to the robot on, at most `length` metres of it."""
+    """Return the part of a path (n, 3) that begins at its pose nearest to the robot, at most `length` metres long."""
     start = int(np.argmin(np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)))
     ahead = path[start:]
     steps = np.hypot(*np.diff(ahead[:, :2], axis=0).T)

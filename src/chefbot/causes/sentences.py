@@ -1,4 +1,4 @@
-"""Chains of causes in words."""
+"""Sentences that describe causes and their chains."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def effect_word(cause: Cause) -> str:
 
 
 def joined(own: str, behind: str) -> str:
-    """Return the sentence of a check, and behind it that of its cause; what is in both stands once."""
+    """Return the sentence of a check followed by that of its cause, without repeating what is in both."""
     head, _, detail = own.partition(": ")
     known = detail.rstrip(".").lower()
     if known and behind.lower().startswith(known):

@@ -62,7 +62,7 @@ class StatusReports:
         return self._change("battery", found, now_ns)
 
     def lost_process(self, process: str, now_ns: int) -> list[Cause]:
-        """Report that a process does not respond, empty for that all do."""
+        """Report that a process does not respond; an empty name ends the report."""
         text = f"The process {process} does not respond; the robot stands until it is back."
         return self._change("supervisor", make_report(STOP, "heartbeat", text) if process else None, now_ns)
 

@@ -30,7 +30,7 @@ class NearbyPeople(NamedTuple):
     contact: float
 
     def in_cells(self, pose: SE2, distance: float, seconds: float, costmap: Costmap) -> NDArray[np.float64]:
-        """Return the states of those who matter, with lengths in cells of the costmap.
+        """Return the states of the people within reach, with lengths in cells of the costmap.
 
         distance: that the robot can drive from `pose`, m, within so many seconds.
         """

@@ -1,4 +1,4 @@
-"""A layered costmap: the static map, the marks of each sensor, and the layers that make costs of them."""
+"""A layered costmap: the static map, the marks of each sensor, and the layers that compute costs from them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ DECAY_PERIOD = 1.0
 
 
 class LayeredCostmap:
-    """A static map and the marks of each sensor, of which layers make costs on demand.
+    """A static map and the marks of each sensor, from which layers compute costs on demand.
 
     A cell is lethal if it is lethal in the map or any layer. A source clears its own layer and, if given, one other
     (`also`), whose marks it would detect if they were still there. So the lidar, whose plane passes under the table,

@@ -31,7 +31,7 @@ STATIC = "static"
 
 
 class StaticLayer(CostmapLayer):
-    """The static map, over which all others write."""
+    """The static map, which all other layers overwrite."""
 
     def __init__(self, settings: LayerSettings) -> None:
         """Take the map from the costmap: it determines the size of all layers."""

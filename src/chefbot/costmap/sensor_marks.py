@@ -37,7 +37,7 @@ class SensorMarks(NamedTuple):
         return SensorMarks(shifted(self.cells, rows, columns, shape, UNKNOWN), marked_at, near_since)
 
     def only(self, where: NDArray[np.bool_]) -> SensorMarks:
-        """Return the marks in the cells `where` (h, w), with all that was seen free."""
+        """Return the marks in the cells `where` (h, w), and all cells that were seen free."""
         return self._replace(cells=np.where(where | (self.cells != LETHAL), self.cells, UNKNOWN))
 
     def remove_older(self, time: float) -> CellWindow:

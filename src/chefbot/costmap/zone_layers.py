@@ -48,7 +48,7 @@ class ZoneLayer(CostmapLayer):
         costs.note_all_changed()
 
     def _moved(self, costs: LayeredCostmap, frame: SE2) -> bool:
-        """Return whether any cell of the costmap is over another place of the zones' frame than before."""
+        """Return whether any cell of the costmap now covers a different place in the zones' frame."""
         if frame == self._frame:
             return False
         height, width = costs.shape

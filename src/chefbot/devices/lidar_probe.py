@@ -10,8 +10,9 @@ from chefbot.lidar.models import LidarModel
 from chefbot.lidar.session import LidarError
 
 LISTENING_NS = 2_500_000_000
-"""Time for which a port is only read, at the baud rate of motor boards, before a lidar that must be asked is asked
-there, ns: the boot loader of an Arduino Mega takes a byte in its first second for a new program."""
+"""Time for which a port is only read, at the baud rate of motor boards, before a
+lidar that needs requests gets them, ns: the boot loader of an Arduino Mega takes a byte in its first second for a new
+program."""
 MIN_SAMPLES = 100
 """Samples by which a lidar is recognized."""
 TIMEOUT_NS = 6_000_000_000
@@ -22,7 +23,7 @@ class LidarProbe:
     """Recognizes a lidar of one model by samples with valid checksums, and returns its description then.
 
     port: the open port, at the baud rate of the lidar. alone: whether it is the port that the robot's owner names, so
-    that the lidar is asked at once.
+    that requests are sent at once.
     """
 
     def __init__(self, model: LidarModel, port: serial.Serial, now_ns: int, *, alone: bool) -> None:

@@ -144,7 +144,7 @@ class PortSearch(Generic[T]):
         self._rejected[path] = reason
 
     def _reject_all(self) -> None:
-        """Reject several devices of the kind: which of them is the robot's is for its owner to say."""
+        """Reject several devices of the kind: the owner has to name the port of the robot's device."""
         places = " and at ".join(sorted(one.path for one in self._found))
         reason = f"there is a {self._device.name} at {places}: name the port of the robot's"
         for one in self._found:

@@ -46,7 +46,7 @@ class LidarEmulator(ABC):
 
     @abstractmethod
     def receive(self, data: bytes) -> bytes:
-        """Take requests and return the answers."""
+        """Process requests and return the answers."""
 
     @abstractmethod
     def _encode(self, angles: NDArray[np.float64], ranges: NDArray[np.float64]) -> bytes:
@@ -67,7 +67,7 @@ class LidarEmulator(ABC):
 
 
 class Ld19Emulator(LidarEmulator):
-    """An LD19 or its kin; it scans as soon as it has power."""
+    """An LD19 or a lidar with its protocol; it scans as soon as it has power."""
 
     def __init__(self, sample_rate: float, turn_rate: float = 10.0) -> None:
         super().__init__(sample_rate, turn_rate)
@@ -91,7 +91,7 @@ class Ld19Emulator(LidarEmulator):
 
 
 class YdlidarEmulator(LidarEmulator):
-    """A YDLIDAR of a model."""
+    """An emulated YDLIDAR of a given model."""
 
     SAMPLES = 40
     """Samples of a packet, but of the first one of a turn: that has one."""

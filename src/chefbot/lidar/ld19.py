@@ -68,7 +68,7 @@ FORMAT = FrameFormat(
 
 
 class Ld19Session(LidarSession):
-    """Samples of a lidar that talks as soon as it turns.
+    """Samples of a lidar that sends as soon as it turns.
 
     baud: of the line. sample_rate: samples a second.
     """

@@ -13,7 +13,7 @@ from chefbot.lidar.ydlidar import YdlidarModel, YdlidarSession
 
 
 class LidarModel(NamedTuple):
-    """How to talk with a lidar.
+    """How to communicate with a lidar.
 
     maker: and models, for people. baud: of the line. open: begins the talk after the port was opened. dtr: level of
     the line DTR on which the adapter lets the motor run, None if it does not matter.

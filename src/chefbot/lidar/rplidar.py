@@ -85,7 +85,7 @@ class ScanMode(NamedTuple):
 
 
 class RplidarSession(LidarSession):
-    """Asks for model, health and typical mode, starts the scan in it, and decodes what comes.
+    """Requests model, health and typical mode, starts the scan in that mode, and decodes its packets.
 
     baud: of the line. sample_ns: time between two samples where the lidar does not report it, ns.
     """
@@ -124,7 +124,7 @@ class RplidarSession(LidarSession):
         return request(STOP) + self._motor(0, 0)
 
     def data_to_send(self, now_ns: int) -> bytes:
-        """Return the next request: each waits for the answer before, or for so long that there will be none."""
+        """Return the next request: each waits for the answer to the previous one, or for its timeout."""
         if not self._steps and now_ns - max(self._sampled_ns, self._requested_ns) > SILENCE_NS:
             self._steps = [*self._SETUP]  # it was switched off and on
             self._requested_ns = -1

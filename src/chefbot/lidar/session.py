@@ -8,11 +8,11 @@ from chefbot.lidar.turns import Samples
 
 
 class LidarError(Exception):
-    """A lidar has answered that it does not work."""
+    """A lidar reports that it is defective."""
 
 
 class LidarSession(ABC):
-    """The talk with one lidar since its port was opened: requests, answers and samples, on bytes alone."""
+    """The session with one lidar since its port was opened: bytes in, requests and samples out."""
 
     @abstractmethod
     def data_to_send(self, now_ns: int) -> bytes:

@@ -83,7 +83,7 @@ def checksum_of(packet: bytes, intensity_bytes: int) -> int:
 
 
 class YdlidarSession(LidarSession):
-    """Starts the scan, unless the lidar talks by itself, and decodes its packets."""
+    """Starts the scan, unless the model is one-way, and decodes its packets."""
 
     def __init__(self, model: YdlidarModel) -> None:
         self._model = model

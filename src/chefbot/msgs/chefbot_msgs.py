@@ -372,7 +372,7 @@ class FindBlockage_Result(Message, frozen=True, eq=False):
 
 
 class FindBlockage_Feedback(Message, frozen=True, eq=False):
-    """Nothing: it takes a fraction of a second."""
+    """Empty: the search takes a fraction of a second."""
 
     structure_needs_at_least_one_member: Uint8 = 0
 

@@ -185,7 +185,7 @@ class FollowWaypoints_Feedback(Message, frozen=True, eq=False):
 
 
 class FollowObject_Goal(Message, frozen=True, eq=False):
-    """Follow an object whose pose is published on a topic, or a frame; `max_duration` 0 is without end."""
+    """Follow an object whose pose is published on a topic, or a frame; `max_duration` 0: no limit."""
 
     pose_topic: String = ""
     tracked_frame: String = ""

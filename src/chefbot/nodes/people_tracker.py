@@ -45,11 +45,11 @@ class PeopleTrackerNode(Node):
         self._has_lidar = self.robot.sensors.lidar is not None
 
     def on_map(self, message: OccupancyGrid) -> None:
-        """Take the map, whose obstacles are no people."""
+        """Set the map, whose obstacles are not people."""
         self._tracker.set_map(message.grid)
 
     def on_scan(self, scan: LaserScan) -> None:
-        """Track people in a scan; without a lidar it is a row of the depth image, whose obstacle scan has it all."""
+        """Track people in a scan of a lidar; without one the obstacle scans of the depth camera are used."""
         if self._has_lidar:
             stamp = scan.header.stamp.ns
             update = lambda still, pose: self._update(observe_scan(still, pose), stamp, publish=True)  # noqa: E731
@@ -82,7 +82,7 @@ class PeopleTrackerNode(Node):
 
     @every(hz=1)
     def publish_health(self) -> None:
-        """Publish whether the tracker could use all that it got."""
+        """Publish whether the tracker could use all messages that it received."""
         warning = self._tracker.take_warning()
         status = DiagnosticStatus(WARN if warning else OK, "people tracker", warning or "People are tracked.")
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, FRAME), (status,)))

@@ -38,7 +38,7 @@ MIN_BROAD = 0.1
 
 
 class Candidates(NamedTuple):
-    """m segments that may be of people.
+    """m segments that may be legs or bodies of people.
 
     segments: their features. position: (m, 2) estimated centre of the leg or body in the tracking frame, m. broad:
     (m,) wider than the legs of furniture. leg: (m,) as wide as a leg. body: (m,) as wide as both legs, from so far

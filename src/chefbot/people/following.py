@@ -43,7 +43,7 @@ class FollowingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
 
 class FollowStep(NamedTuple):
-    """What to do now: Nav2's state, the pose to drive to, whether to look round, and a sentence; an error ends it."""
+    """What to do now: Nav2's state, pose to drive to, whether to look around, and a sentence; an error ends it."""
 
     state: int
     sentence: str
@@ -132,7 +132,7 @@ class PersonFollower:
         return FollowStep(INITIAL_PERCEPTION, text, error_code=FAILED_TO_DETECT_OBJECT)
 
     def _search(self, robot: SE2, person: TrackedPerson, hidden: float) -> FollowStep:
-        """Drive to where the person was seen last, stand there and look round, and end after a time."""
+        """Drive to where the person was seen last, stop there and look around, and end after a time."""
         if hidden >= self.params.detection_timeout + self.params.search_timeout:
             text = f"I have lost person {self.number} and did not find it in {hidden:.0f} s."
             return FollowStep(RETRY, text, error_code=FAILED_TO_DETECT_OBJECT)

@@ -21,7 +21,7 @@ class Observation(NamedTuple):
     """n beams from one point, in the order of their angles.
 
     sensor: pose in the tracking frame. angles: (n,) rad. ranges: (n,) distance of the return, m, NaN for none. start,
-    end: (n,) interval of each beam in which nothing is, m; empty, with end 0, if that is unknown. upright: (n,)
+    end: (n,) interval of each beam that is free, m; empty, with end 0, if that is unknown. upright: (n,)
     whether the return may belong to a person by its height.
     """
 

@@ -74,7 +74,7 @@ class PersonTrack:
 
     @property
     def likely(self) -> bool:
-        """Whether it is a person or may well be one, so that its returns are no background."""
+        """Whether it is a person or may well be one, so that its returns are not background."""
         return self.confirmed or self.evidence > LIKELY
 
     @property
@@ -95,7 +95,7 @@ class PersonTrack:
         self.time = max(time, self.time)
 
     def take(self, state: MotionState, seen: Measurement) -> None:
-        """Take the state after a measurement, and its evidence."""
+        """Set the state after a measurement and add its evidence."""
         self.state = state
         self.last_seen = Sighting(seen.x, seen.y, self.time)
         self.measurements += 1
@@ -118,12 +118,12 @@ class PersonTrack:
         return evidence if evidence > 0.0 else STILL
 
     def _moves(self) -> bool:
-        """Return whether it moves beyond doubt."""
+        """Return whether it certainly moves."""
         state = self.state
         sure = state.speed > max(MOVING_SPEED, 2.0 * math.sqrt(state.speed_variance))
         return sure and state.distance(self.first.x, self.first.y) > MOVED
 
     @property
     def over(self) -> bool:
-        """Whether the evidence is against it."""
+        """Whether the evidence is against a person."""
         return self.evidence <= REFUTED or (not self.confirmed and self.evidence <= 0.5 * REFUTED)

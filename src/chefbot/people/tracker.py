@@ -73,7 +73,7 @@ class PeopleTracker:
         return sorted((track for track in self.tracks if track.confirmed), key=lambda track: track.id)
 
     def set_map(self, grid: Grid) -> None:
-        """Set or replace the static map, whose obstacles are no people."""
+        """Set or replace the static map, whose obstacles are not people."""
         self._background.set_map(grid)
 
     def update(self, observation: Observation, time: float, map_T_frame: SE2 | None = None) -> bool:
@@ -163,7 +163,7 @@ class PeopleTracker:
                 track.take(measurement_update(track.state, moved.x, moved.y, variance), moved)
 
     def _note_unseen(self, observation: Observation, owner: NDArray[np.int64]) -> None:
-        """Count against a track what was seen free of it; where something hides it, only its covariance grows."""
+        """Lower the evidence of tracks whose place was seen free; an occluded one only grows in covariance."""
         seen = set(owner.tolist())
         for i, track in enumerate(self.tracks):
             if i not in seen:

@@ -1,4 +1,4 @@
-"""Places that people have left: whatever sensors have marked there was the person."""
+"""Places that people have left: the marks of sensors there were the person."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MAX_DEVIATION = 0.15
 class PeopleTrails:
     """Where each person was seen, until it is seen elsewhere.
 
-    Places of somebody who was lost stay marked: it may still be there.
+    Places of a person who was lost stay marked: the person may still be there.
     """
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class PeopleTrails:
         return np.array(gone, np.float64).reshape(-1, 2)
 
     def _advance(self, person: TrackedPerson, now: list[Point]) -> list[Point]:
-        """Add a person's position to its trail, and take off and return what it has left."""
+        """Add a person's position to its trail; remove and return the positions that it has left."""
         here, places = _position(person), self._trails.setdefault(person.id, [])
         if places and math.dist(places[-1], here) > MAX_STEP:
             places.clear()

@@ -1,4 +1,4 @@
-"""Sight of a goal: which cells near a goal that is taken are on its side of the walls."""
+"""Line of sight to a goal: which cells near an occupied goal are on its side of the walls."""
 
 from __future__ import annotations
 

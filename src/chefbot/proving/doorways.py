@@ -96,7 +96,7 @@ class DoorwayObserver:
             self.held_up_at = min(self.held_up_at, since)
 
     def _people_before(self, pose: SE2) -> bool:
-        """Return whether somebody stands before the robot's front."""
+        """Return whether a person stands in front of the robot."""
         simulation = self._run.safety.simulation
         near = [pose.between(one) for one in (simulation.people if simulation else [])]
         return any(one.x > 0.0 and math.hypot(one.x, one.y) <= BEFORE for one in near)

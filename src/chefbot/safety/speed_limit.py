@@ -6,7 +6,7 @@ from chefbot.msgs.nav2_msgs import SpeedLimit
 
 
 def fraction_within(limit: SpeedLimit | None, v: float, max_speed: float) -> float:
-    """Return the largest fraction of a forward speed v that keeps a limit; speeds in m/s, a limit of 0 is none."""
+    """Return the largest fraction of a forward speed v that keeps a limit; speeds in m/s, 0 for no limit."""
     if limit is None or limit.speed_limit <= 0.0:
         return 1.0
     speed = limit.speed_limit / 100.0 * max_speed if limit.percentage else limit.speed_limit

@@ -1,4 +1,4 @@
-"""What is wrong with the zones of a map: polygons that are none, lanes against each other, places in a keep-out."""
+"""Checks the zones of a map: invalid polygons, contradicting lanes, places in keep-out zones."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def check_zones(zones: tuple[MapZone, ...], grid: Grid | None, places: Mapping[s
 
 
 def _shape(zone: MapZone) -> Polygon:
-    """Return a zone's polygon; ZoneError if it is none."""
+    """Return a zone's polygon; ZoneError if it is invalid."""
     from shapely import Polygon  # takes a quarter of a second, and only maps with zones need it
 
     if len(zone.corners) < 3:

@@ -1,4 +1,4 @@
-"""The speed that slow zones leave a robot, which brakes before it enters one."""
+"""Speed limits of slow zones; the robot brakes before it enters one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ REACTION_TIME = 0.4
 
 
 class ZoneLimit(NamedTuple):
-    """The maximum speed of the moment, m/s, and the slow zone that it is of."""
+    """The present maximum speed, m/s, and the slow zone that sets it."""
 
     speed: float
     zone: MapZone

@@ -1,4 +1,4 @@
-"""`chefbot drive goto`, `patrol`, `follow`, `cancel`, `stop` and `release`, by the web UI of a running robot."""
+"""`chefbot drive goto`, `patrol`, `follow`, `cancel`, `stop` and `release`, through the web UI of a running robot."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def odometry_picture(result: SlamResult) -> bytes:
 
 
 def residuals_picture(result: SlamResult) -> bytes:
-    """Draw (PNG) what is left of each closure at the final poses."""
+    """Draw the residual of each closure at the final poses (PNG)."""
     figure, (linear, angular) = _figure(3.2, columns=2)
     scans = [max(closure.of, closure.to) for closure in result.closures]
     linear.plot(scans, [1e2 * closure.linear for closure in result.closures], ".", color=CLOSURE)

@@ -42,7 +42,7 @@ def report_page(
 
 
 def summary(result: SlamResult, costs: SlamCosts) -> dict[str, str]:
-    """Return the figures of the run, in words, by name."""
+    """Return the figures of the run as text, by name."""
     grid, milliseconds = result.grid, 1e3 * np.array(costs.seconds)
     path = np.array([(pose.x, pose.y) for pose in result.poses])
     rows = {

@@ -70,7 +70,7 @@ def _draw_map(axes: Any, grid: Grid) -> None:
 
 
 def _frame(axes: Any, grid: Grid | None, spans: list[CauseSpan]) -> None:
-    """Show what the map knows, or the places alone without a map."""
+    """Limit the picture to the known part of the map, or to the places if there is no map."""
     points = [(s.cause.robot.position.x, s.cause.robot.position.y) for s in spans]
     points += [(s.cause.point.x, s.cause.point.y) for s in spans if s.cause.located]
     if grid is not None and (grid.cells >= 0).any():

@@ -1,4 +1,4 @@
-"""The causes, the map and the robot's way in the log of a run."""
+"""The causes, the map and the robot's path in the log of a run."""
 
 from __future__ import annotations
 

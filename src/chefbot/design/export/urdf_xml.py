@@ -1,4 +1,4 @@
-"""URDF files of strangers, as XML."""
+"""URDF files from untrusted sources, as XML."""
 
 from __future__ import annotations
 

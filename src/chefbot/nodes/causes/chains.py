@@ -84,7 +84,7 @@ class CausesNode(Node):
                 self.causes.publish(cause)
 
     def _people(self, now_ns: int) -> tuple[TrackedPoint, ...]:
-        """Return where the people are who are tracked at a time, in the frame map; none while nobody tracks them."""
+        """Return the places of the people tracked at a time, in the frame map; none if the tracker is silent."""
         tracked = self.tracked_people.last
         if tracked is None or now_ns - tracked.header.stamp.ns > PEOPLE_TIMEOUT_NS:
             return ()

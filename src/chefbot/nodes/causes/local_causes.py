@@ -1,4 +1,4 @@
-"""Why the controller waits, slows down, brakes, or leads the path aside: the cells that are in the way."""
+"""Why the controller waits, slows down, brakes, or deviates from the path: the cells that are in the way."""
 
 from __future__ import annotations
 

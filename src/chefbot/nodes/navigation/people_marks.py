@@ -46,7 +46,7 @@ class PeopleMarksNode(Node):
         self._costs.clear_discs(frame.apply(places), BODY_RADIUS, keep=(DROP_OFFS, *LASTING))
 
     def _nearby_people(self) -> NearbyPeople:
-        """Return the people around in the frame of the costmap, nobody if the tracker is silent."""
+        """Return the people around in the frame of the costmap; none if the tracker is silent."""
         message, contact = self.tracked_people.last, self.robot.circumscribed_radius + BODY_RADIUS
         age = (self.now_ns - message.header.stamp.ns) / 1e9 if message is not None else math.inf
         if message is None or not 0.0 <= age <= MAX_AGE:

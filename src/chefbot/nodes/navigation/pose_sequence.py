@@ -62,7 +62,7 @@ class PoseSequenceNode(Node):
 
     @every(hz=CHECK_RATE)
     def check_passing(self) -> None:
-        """Go on to the next pose once the robot is near the present one."""
+        """Advance to the next pose once the robot is near the present one."""
         if self._run is None or not self._last.current_pose.header.frame_id:
             return
         try:
@@ -77,7 +77,7 @@ class PoseSequenceNode(Node):
         goal: nav2.NavigateThroughPoses_Goal,
         feedback: Callable[[nav2.NavigateThroughPoses_Feedback], None],
     ) -> nav2.NavigateThroughPoses_Result:
-        """Drive through the poses; one to which no way leads ends the action."""
+        """Drive through the poses; one that cannot be reached ends the action."""
         if not goal.poses.goals:
             return nav2.NavigateThroughPoses_Result(UNKNOWN, "The list of poses is empty.")
         try:

@@ -28,7 +28,7 @@ TURN_TIME = 20.0
 
 
 class TargetDriverNode(Node):
-    """Base class of a node that drives to moving targets, or looks round."""
+    """Base class of a node that drives to moving targets, or looks around."""
 
     compute_path_to_pose = action_client(nav2.ComputePathToPose)
     follow_path = action_client(nav2.FollowPath)
@@ -42,7 +42,7 @@ class TargetDriverNode(Node):
         self._begin()
 
     def _begin(self) -> None:
-        """Forget what was before."""
+        """Reset the state of the last target."""
         self._target: SE2 | None = None
         self._turns = 0
         self._failing_since_ns: int | None = None
@@ -50,7 +50,7 @@ class TargetDriverNode(Node):
         self._diverted = False
 
     def _drive_to(self, target: SE2) -> None:
-        """Drive to a pose in FRAME, by a new plan if it is another one than before."""
+        """Drive to a pose in FRAME, with a new plan if it differs from the last one."""
         self._stop_turning()
         if self._planning is not None or (self._target is not None and _same(self._target, target)):
             return
@@ -113,13 +113,13 @@ class TargetDriverNode(Node):
             turning.discard()
 
     def _halt(self) -> None:
-        """Stop everything."""
+        """Stop planning, following and turning."""
         self._stand()
         self._stop_turning()
 
 
 def _result(future: Future[Any]) -> Any:
-    """Return the result of an action, None if another client's goal took its place."""
+    """Return the result of an action, None if another client's goal preempted it."""
     try:
         return future.result()
     except Cancelled:

@@ -1,4 +1,4 @@
-"""The services of a navigation tree, by the clients of the navigator."""
+"""The services of a navigation tree, implemented with the navigator's action clients."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class TreeServicesNode(WayWaitingNode):
 
 
 class NodeServices:
-    """The services of `navigation_nodes`, by one node."""
+    """Implements the services of `navigation_nodes` with one node."""
 
     def __init__(self, node: TreeServicesNode) -> None:
         self._node = node
@@ -114,7 +114,7 @@ class NodeServices:
         return self._node._pending(waiting)
 
     def is_at(self, pose: object) -> bool:
-        """Return whether the robot is at a PoseStamped in the frame map; one without a frame is where it is."""
+        """Return whether the robot is at a PoseStamped in the frame map; a pose without a frame counts as reached."""
         if not cast(PoseStamped, pose).header.frame_id:
             return True
         try:

@@ -83,7 +83,7 @@ class WayWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
     async def _wait_for_way(self, goal: PoseStamped, held_up: bool) -> ComputePathToPose_Result:
         """Wait until the way is free or another one is quicker; an error if it takes too long.
 
-        held_up: whether somebody stands before the robot although its plan leads past.
+        held_up: whether a person stands in front of the robot although its plan leads past.
         """
         began_ns = self.now_ns
         self._requests.begin(began_ns)
@@ -112,7 +112,7 @@ class WayWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
         return self._policy.decide(found, self._standing, self.now_ns / 1e9, self.params.waiting)
 
     def _person_ahead(self) -> int | None:
-        """Return the number of the person before the robot's front, or None."""
+        """Return the number of the person in front of the robot, or None."""
         tracked = self.tracked_people.last
         if tracked is None:
             return None

@@ -1,4 +1,4 @@
-"""The waypoint follower: drives to one waypoint after the other, by action or as a patrol over places of the map."""
+"""The waypoint follower: drives to waypoints in order, by action or as a patrol over places of the map."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Laser scans as nodes take them: without skew, and missed when they do not come."""
+"""Laser scans for nodes: without skew, and with a report when none arrive."""

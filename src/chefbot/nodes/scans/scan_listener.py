@@ -1,4 +1,4 @@
-"""Base class of nodes that cannot work without scans: each scan with its odometry, and a sentence when none come."""
+"""Base class of nodes that need scans: each scan with its odometry, and a sentence when none arrive."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ScanListenerNode(Node):
 
     @every(hz=1)
     def look_for_scans(self) -> None:
-        """Report once that no scan comes."""
+        """Report once that no scan arrives."""
         if not self._reported and self.now_ns - self._received_ns > MAX_SILENCE_NS:
             self._reported = True
             self.scan_remark.publish(String(f"{self.role} {self._missing()}."))

@@ -31,7 +31,7 @@ MIN_DRIVE = 3.0
 
 
 class BuiltRun(NamedTuple):
-    """What a run has left: figures, path and goals."""
+    """Results of a run: figures, path and goals."""
 
     figures: dict[str, float]
     path: list[tuple[float, float, float]]
@@ -56,7 +56,7 @@ class BuiltDrive:
         self.hardware = HardwareProcess(self._setup)
 
     def run(self) -> None:
-        """Do everything. Raises TaskFailedError for what was not done."""
+        """Run all steps. Raises TaskFailedError for a step that failed."""
         hardware = self.hardware
         hardware.wait(lambda: bool(hardware.states), "the hardware did not start", GOAL_TIMEOUT)
         self._map_the_building()
@@ -118,7 +118,7 @@ class BuiltDrive:
         return float(np.hypot(*np.diff(places, axis=0).T).sum()) if len(places) > 1 else 0.0
 
     def result(self) -> BuiltRun:
-        """Return what the run has left."""
+        """Return the results of the run."""
         states = self.hardware.states
         figures = {
             "time": states[-1].time if states else 0.0,
@@ -150,7 +150,7 @@ def drawn_goals(world: World, robot: Robot, rng: np.random.Generator, count: int
 
 
 def drive_built(order: RunOrder, world: World, name: str, folder: Path) -> tuple[str, BuiltRun]:
-    """Make the run; return a sentence if it failed, and what it has left. Raises UserError if it cannot begin."""
+    """Make the run; return a sentence if it failed, and its results. Raises UserError if it cannot begin."""
     failure = ""
     drive = BuiltDrive(order, world, name, folder)
     with closing(drive.hardware):

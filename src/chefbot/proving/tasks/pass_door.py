@@ -100,7 +100,7 @@ def _near_place(world: World, door: Door, names: list[str], rng: np.random.Gener
 
 
 def event_of(task: PassDoorTask, seed: int) -> str:
-    """Return what blocks the door in a run: odd and even seeds have all events alike."""
+    """Return what blocks the door in a run: odd and even seeds cover all events equally."""
     return EVENTS[seed // 2 % len(EVENTS)] if task.event == "any" else task.event
 
 

@@ -49,7 +49,7 @@ class SimulatedPerson:
         next(self._script)
 
     def interrupt(self, request: Iterable[None]) -> None:
-        """Do what is requested instead of what the script is at, then begin with the own script again."""
+        """Execute a request in place of the script's present step, then restart the person's own script."""
         self._script.close()
         self.walkers.shy[self.number] = self.scene.spec.avoid_robot
         self.stand()

@@ -94,14 +94,14 @@ def _stand_at(person: SimulatedPerson, number: int, place: SE2, middle: SE2) -> 
 
 
 def _block(person: SimulatedPerson) -> Doing:
-    """Look for the robot, and stay before its front."""
+    """Look for the robot, and stay in front of it."""
     while not person.scene.sees_robot(person.number):
         yield from person.walk_until_seen()
     yield from stay_before_robot(person, lambda: True)
 
 
 def stay_before_robot(person: SimulatedPerson, goes_on: Callable[[], bool]) -> Doing:
-    """Stay before the robot's front while `goes_on`."""
+    """Stay in front of the robot while `goes_on`."""
     scene = person.scene
     person.walkers.shy[person.number] = False
     while goes_on():

@@ -54,7 +54,7 @@ def find_file(kind: str, name_or_path: str, built_in: dict[str, Path], error: ty
 def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:
     """Read a file; ConfigError if it is missing, unreadable, no file, or longer than `limit` bytes.
 
-    A named pipe or a device is refused: reading it could wait for ever, or never end.
+    A named pipe or a device is refused: reading it could wait forever, or never end.
     """
     try:
         data = _read_file(path, limit)

@@ -25,9 +25,11 @@ def parse_xml(data: bytes, where: str, error: type[ChefbotError], subject: str) 
         nonlocal depth, parts
         depth, parts = depth + 1, parts + 1 + len(attributes)
         if parts > MAX_PARTS:
-            raise error(f"{where}: has more than {MAX_PARTS} elements and attributes; that is no {subject}")
+            raise error(
+                f"{where}: has more than {MAX_PARTS} elements and attributes; that is not a {subject}"
+            )
         if depth > MAX_DEPTH:
-            raise error(f"{where}: elements are nested more than {MAX_DEPTH} deep; that is no {subject}")
+            raise error(f"{where}: elements are nested more than {MAX_DEPTH} deep; that is not a {subject}")
 
     def end(_tag: str) -> None:
         nonlocal depth

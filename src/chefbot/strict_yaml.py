@@ -1,4 +1,4 @@
-"""A YAML loader for files of strangers: no anchors, no duplicate keys, no types of Python, not too many values."""
+"""A YAML loader for untrusted files: no anchors, no duplicate keys, no types of Python, not too many values."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ WORDS = Words(
         "speak", "spoken", "wish", "wishes", "sane", "hump", "guesses", "rim", "last words",
         "life before", "next life", "second life", "who comes late", "those who come late",
         "as fast as may be", "of all chance", "forth and back", "the board's line", "to the byte",
-        "next seconds",
+        "next seconds", "for ever", "gravest", "are nobody",
     ),
 )
 # fmt: on

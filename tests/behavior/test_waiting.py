@@ -80,7 +80,7 @@ def test_it_waits_while_that_is_shorter_than_the_other_way(stood: float, extra: 
     numbers = {one.name: one.value for one in decision.numbers}
     assert numbers["expected wait"] == pytest.approx(10.0 + stood, abs=0.2)
     assert numbers["detour"] == pytest.approx(extra / SPEED)
-    assert f"the other way {extra / SPEED:.0f} s longer" in decision.sentence
+    assert f"the other path {extra / SPEED:.0f} s longer" in decision.sentence
 
 
 def test_it_drives_around_people_who_walk() -> None:

@@ -20,7 +20,7 @@ def report(people: tuple[int, ...], stood: float, sensor: str = "lidar") -> Caus
         sensor=sensor,
         marked_at=Time.of(5),
     )
-    return blocked_way_report(STOP, BLOCKED, "I wait.", (Quantity("stood", stood, "s"),), found)
+    return blocked_way_report(STOP, BLOCKED, "Waiting.", (Quantity("stood", stood, "s"),), found)
 
 
 @pytest.mark.parametrize(

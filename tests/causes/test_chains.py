@@ -103,7 +103,7 @@ def test_what_ended_long_ago_is_not_behind_anything() -> None:
         stamped(msgspec.structs.replace(stop, kind=END), "controller", 4 * SECOND), IDENTITY, ROBOT
     )
     assert ended is not None and ended.id == 1 and ended.numbers[0].value == pytest.approx(3.0)
-    assert ended.sentence.startswith("Over after 3.0 s: No command.")
+    assert ended.sentence.startswith("Ended after 3.0 s: No command.")
     recovery = make_report(STOP, "recovery", "Recovery 1: x.")
     assert process(chains, recovery, "navigator", 4 * SECOND + LINK_NS).because == 1
     alone = process(chains, recovery, "navigator", 4 * SECOND + LINK_NS + 1)
@@ -134,7 +134,7 @@ def test_a_place_in_odom_is_moved_to_the_map() -> None:
 def test_old_marks_contacts_and_the_map_have_their_own_sentences() -> None:
     chains = CauseChains()
     old = process(chains, blocked(2.0, marked_ns=SECOND), now_ns=61 * SECOND)
-    assert old.sentence.endswith("in map, 60.0 s before.")
+    assert old.sentence.endswith("in map, 60.0 s earlier.")
     assert "The robot touched an obstacle" in process(chains, blocked(2.0, sensor=CONTACT)).sentence
     assert "The map has an obstacle" in process(chains, blocked(2.0, sensor=MAP, marked_ns=0)).sentence
     assert "in its cone" in process(chains, blocked(2.0, sensor="ultrasonic ranger")).sentence

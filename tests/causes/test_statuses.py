@@ -39,10 +39,10 @@ def test_each_recovery_begins_and_ends_once() -> None:
     ) == [[], [], [recovery], [], [end, recovery], [], [end], []]
 
 
-def test_a_goal_given_up_is_a_failure_but_no_cancelled_one() -> None:
+def test_an_aborted_goal_is_a_failure_but_a_cancelled_one_is_not() -> None:
     statuses = StatusReports()
-    given_up = navigation(statuses, ("driving", 0, ""), ("idle", 8, "No way."), ("idle", 8, "No way."))
-    assert given_up == [[], [(FAILURE, "navigator", "goal given up")], []]
+    aborted = navigation(statuses, ("driving", 0, ""), ("idle", 8, "No way."), ("idle", 8, "No way."))
+    assert aborted == [[], [(FAILURE, "navigator", "goal aborted")], []]
     cancelled = navigation(statuses, ("driving", 0, ""), ("idle", 0, CANCELLED), ("driving", 0, ""))
     assert cancelled[1:] == [
         [(STOP, "navigator", "cancelled goal")],

@@ -22,7 +22,7 @@ def test_a_bad_robot_is_reported_before_a_folder_is_made(tmp_path: Path) -> None
 def test_a_file_in_the_place_of_the_link_is_kept(tmp_path: Path) -> None:
     link = tmp_path / "board"
     link.write_text("mine")
-    with pytest.raises(UserError, match=f"{link} exists already and is no link"):
+    with pytest.raises(UserError, match=f"{link} exists already and is not a link"):
         run_emulator("chefbot", link)
     assert link.read_text() == "mine"
 

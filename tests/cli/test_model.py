@@ -95,9 +95,9 @@ REFUSED: list[tuple[Format, str, bool, str, str]] = [
     ("stl", "pole", False, "/dev/full", "cannot be made"),
     ("stl", "pole", False, "x" * 300, "cannot be"),
     ("glb", "pole", False, "x" * 300 + ".glb", "cannot be"),
-    ("glb", "pole", False, "device.glb", "no file"),
+    ("glb", "pole", False, "device.glb", "not a file"),
     ("stl", "pole", False, "file/below", "cannot be made"),
-    ("glb", "pole", False, "folder.glb", "no file"),
+    ("glb", "pole", False, "folder.glb", "not a file"),
 ]
 
 

@@ -51,7 +51,7 @@ def test_an_unknown_package_is_one_sentence(disk: Path, monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize("name", ["", ".", "..", "../share/desk", "desk/..", "/etc", "desk\n", "desk\0"])
 def test_a_name_that_leads_to_another_folder_is_refused(name: str, disk: Path) -> None:
-    with pytest.raises(UserError, match="is no name of a package"):
+    with pytest.raises(UserError, match="is not a package name"):
         find(name, disk)
 
 
@@ -65,6 +65,6 @@ def test_a_damaged_manifest_is_reported_with_its_path(disk: Path) -> None:
 def test_the_home_of_a_file_is_the_nearest_manifest(disk: Path) -> None:
     file = disk / "ws" / "arm" / "urdf" / "arm.urdf"
     assert home_package(file) == disk / "ws" / "arm"
-    (disk / "ws" / "arm" / "urdf" / "package.xml").mkdir()  # a folder is no manifest
+    (disk / "ws" / "arm" / "urdf" / "package.xml").mkdir()  # a folder is not a manifest
     assert home_package(file) == disk / "ws" / "arm"
     assert home_package(disk / "ros" / "share" / "x.urdf") == disk / "ros" / "share"

@@ -93,7 +93,7 @@ def test_a_port_that_does_not_open_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="is not there"):
         opened_port(str(tmp_path / "none"))
     (tmp_path / "file").touch()
-    with pytest.raises(UserError, match="is no serial port"):
+    with pytest.raises(UserError, match="is not a serial port"):
         opened_port(str(tmp_path / "file"))
 
 

@@ -79,12 +79,12 @@ FAULTS = {
     ),
     "no shape": (robot('<link name="a"><collision><geometry/></collision></link>'), "0 shapes"),
     "no such shape": (
-        robot('<link name="a"><visual><geometry><cone radius="1"/></geometry></visual></link>'), "no shape of URDF",
+        robot('<link name="a"><visual><geometry><cone radius="1"/></geometry></visual></link>'), "not a URDF shape",
     ),
     "mesh missing": (meshed("gone.stl"), r"mesh gone\.stl does not exist"),
     "mesh of a missing package": (meshed("package://nowhere/a.stl"), "package nowhere is not found"),
     "mesh on the net": (meshed("http://example.com/a.stl"), "only package:// and file://"),
-    "mesh is a folder": (meshed("."), "is no file"),
+    "mesh is a folder": (meshed("."), "is not a file"),
     "mesh with a zero byte": (meshed("file:///a%00b"), "cannot be read"),
 }  # fmt: skip
 
@@ -111,7 +111,7 @@ def test_a_mesh_behind_circular_symlinks_is_reported(tmp_path: Path) -> None:
 def test_a_named_pipe_as_a_mesh_does_not_block(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.stl")
     (tmp_path / "given.urdf").write_text(meshed("a.stl"))
-    with pytest.raises(ChefbotError, match="is no file"):
+    with pytest.raises(ChefbotError, match="is not a file"):
         check_given(tmp_path / "given.urdf")
 
 

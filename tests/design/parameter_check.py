@@ -36,7 +36,7 @@ def _faults(where: str, component: str, params: Params, distribution: str) -> It
         elif name == "plugin":
             continue
         elif name not in known:
-            yield f"{where}: {name!r} is no parameter{name_hint(name, known)}"
+            yield f"{where}: {name!r} is not a parameter{name_hint(name, known)}"
         elif kind(value) != known[name]:
             yield f"{where}: {name} must be {known[name]}, {value!r} is {kind(value)}"
     yield from (f"{where}: {one!r} is listed and not described" for one in _listed(component, params))

@@ -95,7 +95,7 @@ def test_switching_the_board_off_ends_the_monitor(
     monkeypatch.setattr(sys, "stdout", Output(["e motion"], emulated.close))
     assert run(monkeypatch, "board", "monitor", str(emulated.path), "--seconds", f"{PATIENCE:g}") == 2
     error = capsys.readouterr().err
-    assert "broke: its cable is out, it is switched off" in error and error.count("\n") == 1
+    assert "broke: its cable is unplugged, it is switched off" in error and error.count("\n") == 1
 
 
 def test_the_header_is_that_of_the_robot(
@@ -119,9 +119,9 @@ def test_doctor_prints_a_udev_rule_without_world_access(
     ("line", "sentence"),
     [
         (["board", "monitor", "/no/port"], "/no/port is not there"),
-        (["board", "log", "/dev/null", "--out", "{tmp}/x"], "/dev/null is no serial port"),
-        (["board", "monitor", "{tmp}"], "is no serial port"),
-        (["board", "emulate", "--link", "{tmp}"], "exists already and is no link"),
+        (["board", "log", "/dev/null", "--out", "{tmp}/x"], "/dev/null is not a serial port"),
+        (["board", "monitor", "{tmp}"], "is not a serial port"),
+        (["board", "emulate", "--link", "{tmp}"], "exists already and is not a link"),
         (["board", "flash", "--board", "mege"], "did you mean 'mega'?"),
         (["board", "flash", "--board", "mega", "--robot", "chefbt"], "did you mean 'chefbot'?"),
         (["robot", "export", "firmware", "no.yaml"], "no.yaml"),

@@ -105,7 +105,7 @@ def test_of_two_lidars_the_owner_must_name_one(plugged: Callable[[str, str], Any
 
 def test_a_lidar_in_place_of_the_board_is_recognized(plugged: Callable[[str, str], Any]) -> None:
     lidar = plugged("ld19", "a")
-    assert "no motor board: is it the lidar" in found(BOARD)
+    assert "not from a motor board: is it the lidar" in found(BOARD)
     assert lidar.received == b""
 
 

@@ -97,7 +97,7 @@ def test_each_error_of_a_port_has_its_remedy(code: int, part: str) -> None:
 
 
 def test_a_lost_port_is_explained() -> None:
-    assert "cable is out" in explain_disconnection("/dev/x", OSError(errno.EIO, "Input/output error"))
+    assert "cable is unplugged" in explain_disconnection("/dev/x", OSError(errno.EIO, "Input/output error"))
     assert "odd" in explain_disconnection("/dev/x", OSError("odd"))
 
 

@@ -121,7 +121,7 @@ def test_keep_out_and_slow_zones_are_obeyed(tmp_path: Path) -> None:
         assert min(limit for limit in drives.limits if limit) == SLOW
         sentences = " ".join(cause.sentence for cause in drives.causes)
         assert "because of the keep-out zone buffet" in sentences
-        assert "Slow zone ramp allows 0.15 m/s." in sentences
+        assert "Slow zone ramp limits the speed to 0.15 m/s." in sentences
         assert drives.masks["keepout_filter_mask"].at(4.5, 1.0) == 100
         assert drives.masks["speed_filter_mask"].at(4.5, 6.0) == 100
 

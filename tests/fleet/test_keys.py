@@ -156,7 +156,7 @@ def test_without_keys_nothing_listens_and_tls_is_refused() -> None:
     "text", ["robot1", "udp/robot1:1", "tls/", "tls/a b", "tls/robot1:port", "tls/x:7447/y"]
 )
 def test_an_invalid_endpoint_is_one_sentence(text: str) -> None:
-    with pytest.raises(UserError, match="is no endpoint"):
+    with pytest.raises(UserError, match="is not an endpoint"):
         endpoint(text)
 
 

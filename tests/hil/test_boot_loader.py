@@ -121,7 +121,7 @@ def test_board_is_found_in_each_of_a_hundred_starts(board: MegaWithBootLoader, t
 def reconnect(mega: UsbMega, driven: Driven) -> None:
     """Pull the cable, plug it in again and wait until the driver has found the board."""
     mega.pull()
-    driven.until(lambda: "its cable is out" in driven.health, "the loss")
+    driven.until(lambda: "its cable is unplugged" in driven.health, "the loss")
     mega.plug()
     wait_until_found(mega, driven)
 

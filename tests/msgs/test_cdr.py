@@ -83,7 +83,7 @@ def test_services_and_actions_are_found_by_name() -> None:
     assert service_type("std_srvs/srv/SetBool").request.__name__ == "SetBool_Request"
     navigate = action_type("nav2_msgs/action/NavigateToPose")
     assert service_type("nav2_msgs/action/NavigateToPose_SendGoal") is navigate.send_goal_service
-    with pytest.raises(KeyError, match="is no service type"):
+    with pytest.raises(KeyError, match="is not a service type"):
         service_type("std_msgs/msg/String")
     with pytest.raises(KeyError, match="no type is called"):
         action_type("nav2_msgs/action/Fly")

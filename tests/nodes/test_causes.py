@@ -39,11 +39,11 @@ def test_statuses_become_causes_with_one_number_each() -> None:
     assert kinds(causes) == [
         ("stop", "base", "emergency stop"),
         ("end", "base", "emergency stop"),
-        ("failure", "navigator", "goal given up"),
+        ("failure", "navigator", "goal aborted"),
     ]
     assert [cause.id for cause in causes] == [1, 1, 2]
     assert causes[1].numbers[0].name == "duration"
-    assert causes[2].sentence.startswith("The goal is given up: No way.")
+    assert causes[2].sentence.startswith("The goal was aborted: No way.")
 
 
 def ring(runner: NodeRunner, distance: float, seconds: float) -> None:

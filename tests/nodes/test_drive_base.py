@@ -72,7 +72,7 @@ def test_a_lost_process_stops_the_wheels_at_once() -> None:
     base.run(1.0, "cmd_vel_nav", 0.3)
     base.send("process_lost", String("slam"))
     assert base.speed == 0.0 and base.messages("wheel_speeds")[-1].left == 0.0
-    assert base.texts("base/remark") == ["slam does not respond; the robot stands until it is back."]
+    assert base.texts("base/remark") == ["slam does not respond; the robot stops until it responds again."]
     base.run(1.0, "cmd_vel_nav", 0.3)
     assert base.speed == 0.0
     base.run(0.5, "cmd_vel_teleop", 0.1)

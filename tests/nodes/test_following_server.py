@@ -117,7 +117,7 @@ def test_a_walking_person_is_followed_at_a_metre() -> None:
     assert robot.outcome is None and max(distances[50:]) < 1.8 and min(distances) > 0.9
     robot.walk(lambda _: (7.5, 4.0), 10.0)
     assert robot.driver.pose.distance(SE2(7.5, 4.0, 0.0)) == pytest.approx(1.0, abs=0.3)
-    assert robot.phase == "Person 7 stands; I wait."
+    assert robot.phase == "Person 7 stands; waiting."
 
 
 def test_a_lost_person_ends_with_an_error_after_looking_round() -> None:
@@ -130,7 +130,7 @@ def test_a_lost_person_ends_with_an_error_after_looking_round() -> None:
     assert robot.outcome.status == STATUS_ABORTED and robot.driver.turns == 3
     assert (robot.outcome.result.error_code, robot.outcome.result.num_retries) == (FAILED_TO_DETECT_OBJECT, 1)
     phases = [one.data for one in robot.messages("phase")]
-    assert "I have lost person 7: I stand and look round." in phases
+    assert "Lost person 7; looking around." in phases
     states = {one.feedback.state for one in robot.messages("follow_object/_action/feedback")}
     assert {nav2.CONTROLLING, nav2.RETRY} <= states
 
@@ -164,7 +164,7 @@ def end_by(robot: Following, topic: str, message: Any) -> Any:
 def test_operators_and_other_goals_end_the_following(topic: str, message: Any) -> None:
     robot = Following()
     assert end_by(robot, topic, message).status == STATUS_CANCELED
-    assert robot.phase == "The following is cancelled."
+    assert robot.phase == "Following was cancelled."
 
 
 def test_a_path_of_another_client_ends_the_following() -> None:

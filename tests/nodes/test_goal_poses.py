@@ -79,15 +79,15 @@ def at(x: float, y: float, frame: str = "map") -> PoseStamped:
 @pytest.mark.parametrize(
     ("goal", "code", "words"),
     [
-        (at(math.nan, 0.0), GOAL_OUTSIDE_MAP, "The goal is no pose on the map"),
-        (at(math.inf, 0.0), GOAL_OUTSIDE_MAP, "The goal is no pose on the map"),
-        (at(1e300, 0.0), GOAL_OUTSIDE_MAP, "The goal is no pose on the map"),
+        (at(math.nan, 0.0), GOAL_OUTSIDE_MAP, "The goal is not a pose on the map"),
+        (at(math.inf, 0.0), GOAL_OUTSIDE_MAP, "The goal is not a pose on the map"),
+        (at(1e300, 0.0), GOAL_OUTSIDE_MAP, "The goal is not a pose on the map"),
         (at(50.0, 0.0), GOAL_OUTSIDE_MAP, "outside the map"),
         (at(1.0, 0.0, "kitchen_table"), TF_ERROR, "in the frame 'kitchen_table'"),
         (
             PoseStamped(Header.of(0, "map"), Pose(Point(), Quaternion(0.0, 0.0, 0.0, 0.0))),
             GOAL_OUTSIDE_MAP,
-            "The goal is no pose on the map",
+            "The goal is not a pose on the map",
         ),
     ],
     ids=["nan", "infinite", "huge", "outside", "frame", "rotation"],
@@ -120,7 +120,7 @@ def test_a_taken_goal_ends_beside_it_and_this_is_reported() -> None:
     outcome = navigate(nodes, at(1.0, 0.0))
     assert (outcome.status, outcome.result.error_code) == (STATUS_SUCCEEDED, 0)
     assert outcome.result.error_msg.startswith(
-        "The goal is taken: the robot drives to a free pose with sight"
+        "The goal is occupied: the robot drives to a free pose with sight"
     )
     controller: Any = nodes.system.nodes["controller"]
     assert 0.2 < controller.ends[-1].distance(SE2(1.0, 0.0, 0.0)) < 0.5

@@ -90,7 +90,7 @@ def test_a_zone_that_slows_the_robot_down_is_a_cause() -> None:
     assert runner.sentences() == "", "it stands"
     runner.loop.publish("cmd_vel_nav", Twist.of(0.4, 0.0), "controller")
     runner.run(0.3)
-    assert runner.sentences() == "Slow zone ramp allows 0.15 m/s."
+    assert runner.sentences() == "Slow zone ramp limits the speed to 0.15 m/s."
 
 
 def test_the_base_keeps_the_limit_for_every_source() -> None:
@@ -171,13 +171,13 @@ def test_a_lane_that_closes_the_way_is_named() -> None:
     runner = planner(zone("exit", ONE_WAY, SOUTH, direction=west), zone("stairs", KEEP_OUT, NORTH))
     assert plan(runner, EAST).error_code == 208
     (cause,) = [one for one in runner.messages("cause_reports") if one.kind == "failure"]
-    assert cause.sentence.endswith("The one-way lane exit leads the other way.")
+    assert cause.sentence.endswith("The one-way lane exit leads in the opposite direction.")
 
 
 def test_a_detour_because_of_a_lane_is_reported() -> None:
     runner = planner(zone("exit", ONE_WAY, SOUTH, direction=3.14159265))
     assert plan(runner, EAST).path.array[:, 1].max() > 3.5
-    assert "farther because of the one-way lane exit." in runner.sentences()
+    assert "longer because of the one-way lane exit." in runner.sentences()
 
 
 def test_the_map_server_finds_the_zones_beside_the_map(tmp_path: Path) -> None:

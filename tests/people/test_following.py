@@ -61,7 +61,7 @@ def test_the_nearest_person_ahead_is_chosen() -> None:
     assert follower.number == 3
 
 
-@pytest.mark.parametrize(("number", "words"), [(0, "Nobody stands ahead"), (9, "Person 9 is not in sight")])
+@pytest.mark.parametrize(("number", "words"), [(0, "No person is ahead"), (9, "Person 9 is not in sight")])
 def test_nobody_to_follow_ends_in_words(number: int, words: str) -> None:
     follower = PersonFollower(PARAMS, number, 0.0)
     behind = people(person(1, -2.0, 0.0))
@@ -85,7 +85,7 @@ def test_a_hidden_person_is_looked_for_then_given_up() -> None:
     assert (step.state, follower.retries) == (RETRY, 1)
     assert step.target is not None and (step.target.x, step.target.y) == (3.0, 0.0)
     there = follower.step(SE2(2.8, 0.0, 0.0), hidden, 9.0)
-    assert there.look_round and there.target is None and "lost person 7" in there.sentence
+    assert there.look_round and there.target is None and "Lost person 7" in there.sentence
     end = follower.step(SE2(2.8, 0.0, 0.0), hidden, 1.0 + PARAMS.detection_timeout + PARAMS.search_timeout)
     assert end.error_code == FAILED_TO_DETECT_OBJECT and "did not find it" in end.sentence
 

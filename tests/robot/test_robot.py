@@ -134,7 +134,7 @@ def test_the_chefbot_meets_the_requirements_of_its_chapter():
         ("places", "battery__plate", 5, "there is no plate 5"),
         ("equipment", "0__place__plate", 6, "equipment[0].place.plate"),
         ("sensors", "depth_camera__range_min", "9 m", "not below range_max"),
-        ("sensors", "depth_camera__field_of_view", "170 deg", "no camera"),
+        ("sensors", "depth_camera__field_of_view", "170 deg", "not a camera"),
         ("sensors", "depth_camera__width", 1_000_000, "megapixels"),
         ("sensors", "depth_camera__mount__x", "80 cm", "outside the body"),
         ("sensors", "ultrasonic__mount__z", "90 cm", "between floor and top"),

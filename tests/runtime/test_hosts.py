@@ -35,7 +35,7 @@ def test_unknown_machines_are_named() -> None:
     check_host(launch, "", "robot1", may_be_robot=True)
     with pytest.raises(UserError, match=r"nothing runs on host 'nucc'.*did you mean 'nuc'"):
         check_host(launch, "nucc", "nucc", may_be_robot=True)
-    with pytest.raises(UserError, match=r"alice is no robot.*laptop, nuc"):
+    with pytest.raises(UserError, match=r"alice is not a robot.*laptop, nuc"):
         check_host(launch, "", "alice", may_be_robot=False)
     with pytest.raises(UserError, match="no node of it has `host:`"):
         check_host(load_launch("explore"), "nuc", "nuc", may_be_robot=True)

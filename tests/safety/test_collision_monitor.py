@@ -184,7 +184,7 @@ def test_unseen_ground_is_not_free_for_backing() -> None:
     assert back.fraction == pytest.approx(CREEP_SPEED / 0.14), "its own body was there a moment ago"
     begin = one.check(-0.14, 0.0, SE2(0.0, 0.0, 0.0), 4 * SECOND, LATENCY)
     assert begin.fraction == 0.0
-    assert begin.limit == "no sensor has seen the ground behind the robot of late"
+    assert begin.limit == "no sensor has recently seen the ground behind the robot"
     later = one.check(-0.14, 0.0, here, 60 * SECOND, LATENCY)
     assert later.fraction == 0.0, "somebody may have come since"
 
@@ -203,7 +203,7 @@ def test_a_robot_that_sees_ahead_drives_slowly_on_unseen_ground() -> None:
     assert one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction == 1.0
     later = one.check(0.35, 0.0, IDENTITY, 60 * SECOND, LATENCY)
     assert later.fraction == pytest.approx(0.5)
-    assert later.limit == "no sensor has seen the ground ahead of the robot of late"
+    assert later.limit == "no sensor has recently seen the ground ahead of the robot"
     assert monitor(LIDAR).check(-0.35, 0.0, IDENTITY, SECOND, LATENCY).fraction == 1.0, (
         "its lidar covers the rear"
     )

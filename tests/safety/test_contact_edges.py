@@ -165,7 +165,7 @@ def test_on_the_spot_the_corners_sweep_a_ring(sign: float) -> None:
 
 @pytest.mark.parametrize(("depth", "seen"), [(0.074, False), (0.076, True)])
 def test_what_lies_deep_inside_is_a_part_of_the_robot(depth: float, seen: bool) -> None:
-    """Half of the inscribed radius and less: a pole in front of the lidar does not stop the robot for ever."""
+    """Half of the inscribed radius and less: a pole in front of the lidar does not stop the robot forever."""
     for point in ([depth, 0.0], [depth * 0.6, depth * 0.8], [depth * 0.6, -depth * 0.8]):
         time, index = first_contact(np.array([point]), 0.3, 0.0, RADIUS, DISC, 0.15)
         assert (time, index) == ((0.0, 0) if seen else (math.inf, -1))

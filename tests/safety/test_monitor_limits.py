@@ -228,7 +228,7 @@ def test_a_rectangle_turns_slowly_over_unseen_ground() -> None:
     assert one.check(0.0, 1.0, IDENTITY, SECOND, LATENCY) == FREE
     fast = one.check(0.0, 2.0, IDENTITY, SECOND, LATENCY)
     assert (
-        0.5 < fast.fraction < 1.0 and fast.limit == "no sensor has seen the ground beside the robot of late"
+        0.5 < fast.fraction < 1.0 and fast.limit == "no sensor has recently seen the ground beside the robot"
     )
     one.process_scan(scan(2.0), SE2(5.0, 5.0, 0.0))
     assert CREEP_SPEED < one.check(0.0, 2.0, IDENTITY, SECOND, LATENCY).fraction < 0.5

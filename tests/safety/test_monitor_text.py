@@ -44,7 +44,7 @@ def test_directions_are_eighths_of_a_turn(bearing: float, words: str) -> None:
 def test_unseen_ground_lies_where_the_robot_drives() -> None:
     ends = ("behind", "beside", "ahead of")
     assert [unseen_text(v) for v in (-0.1, 0.0, 0.1)] == [
-        f"no sensor has seen the ground {end} the robot of late" for end in ends
+        f"no sensor has recently seen the ground {end} the robot" for end in ends
     ]
 
 

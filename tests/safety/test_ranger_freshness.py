@@ -40,7 +40,7 @@ def test_a_frozen_ranger_is_told_from_one_without_noise() -> None:
     assert repeat(exact, 1.5, begin, 5 * FROZEN_ECHOES) == "", "a simulated ranger without noise is healthy"
     now = begin + 100 * (FROZEN_ECHOES + 1)
     assert repeat(noisy, 1.5, now - 100, 1) == (
-        "The ultrasonic ranger is frozen: it sends the same range again and again."
+        "The ultrasonic ranger is frozen: it keeps sending the same range."
     )
     noisy.process_echo(echo(math.inf, now), now * MS)
     assert noisy.fault(now * MS) == "", "nothing in range repeats on a working ranger"

@@ -47,7 +47,7 @@ def free_ahead(costmap: Costmap, pose: SE2, distance: float) -> bool:
     """Return whether the robot can drive straight by `distance` metres (negative: backwards) without a collision.
 
     From within the inscribed zone it may drive as long as it meets no lethal cell and does not enter that zone again.
-    Unknown cells are not free. The edges of a footprint that is no disc must not meet more lethal cells than before.
+    Unknown cells are not free. The edges of a polygonal footprint must not meet more lethal cells than before.
     """
     steps = max(1, math.ceil(abs(distance) / (costmap.resolution / 2)))
     previous, touched = costmap.at(pose.x, pose.y), costmap.lethal_on_footprint(pose)

@@ -51,7 +51,7 @@ class RelocalizationStep(Enum):
 
     SPIN = "rotate by one step"
     YIELD = "wait while another motion is active"
-    LOCALIZED = "go on to the goal"
+    LOCALIZED = "continue to the goal"
     FAILED = "abort the goal"
 
 

@@ -86,7 +86,7 @@ class WaitDecision(NamedTuple):
     numbers: tuple[Quantity, ...] = ()
 
 
-GO_ON = WaitDecision(waits=False)
+PROCEED = WaitDecision(waits=False)
 
 
 class WaitingPolicy:
@@ -112,7 +112,7 @@ class WaitingPolicy:
     ) -> WaitDecision:
         """Return whether to wait for the blockage that was found at a time (s), or to give up."""
         if not found.blocked:
-            return GO_ON
+            return PROCEED
         self._note_place(found, now)
         people = tuple(int(one) for one in found.people)
         stood = max((standing.stood(one, now) for one in people), default=0.0)
@@ -127,10 +127,10 @@ class WaitingPolicy:
         if math.isfinite(detour):
             return self._compare(people, stood, expected, detour, numbers)
         if self.waited(now) >= params.patience:
-            text = f"{_who(people, stood)} I have waited {self.waited(now):.0f} s, and there is no other way."
+            text = f"{_who(people, stood)} Waited {self.waited(now):.0f} s, and there is no other path."
             return WaitDecision(waits=False, gives_up=True, sentence=text, numbers=numbers)
         if people:
-            text = f"{_who(people, stood)} I wait, perhaps {expected:.0f} s; there is no other way."
+            text = f"{_who(people, stood)} Waiting, for about {expected:.0f} s; there is no other path."
             return WaitDecision(waits=True, sentence=text, numbers=numbers)
         return self._wait_for_obstacle(now, numbers)
 
@@ -144,9 +144,9 @@ class WaitingPolicy:
     ) -> WaitDecision:
         """Compare the times of waiting and of the other way; the robot does not wait for people who walk."""
         waits = bool(people) and stood > 0.0 and expected < detour
-        chosen = "I wait" if waits else "I take the other way"
+        chosen = "waiting" if waits else "taking the other path"
         text = (
-            f"{_who(people, stood)} Waiting takes perhaps {expected:.0f} s, the other way {detour:.0f} s longer: "
+            f"{_who(people, stood)} Waiting takes about {expected:.0f} s, the other path {detour:.0f} s longer: "
             f"{chosen}."
         )
         return WaitDecision(waits=waits, sentence=text, numbers=numbers)
@@ -158,7 +158,7 @@ class WaitingPolicy:
         if now - self._attempt_began >= OBSTACLE_WAIT * 2.0**self._attempts:
             self._attempts, self._attempt_began = self._attempts + 1, None
             return WaitDecision(waits=False, gives_up=True, sentence=_who((), 0.0), numbers=numbers)
-        text = f"{_who((), 0.0)} I wait; there is no other way."
+        text = f"{_who((), 0.0)} Waiting; there is no other path."
         return WaitDecision(waits=True, sentence=text, numbers=numbers)
 
     def _note_place(self, found: FindBlockage_Result, now: float) -> None:

@@ -144,7 +144,7 @@ class NodePorts:
         """Return the value of an input that is a number."""
         value = self.value(name)
         if not isinstance(value, int | float):
-            raise BehaviorTreeError(f"{self.where}: {name} is {value!r}, which is no number")
+            raise BehaviorTreeError(f"{self.where}: {name} is {value!r}, which is not a number")
         return float(value)
 
     def text(self, name: str) -> str:

@@ -102,9 +102,7 @@ class _Builder:
                 f"{self._file.where}: there is no tree with the ID {name!r}{name_hint(name, self._file.trees)}"
             )
         if name in inside:
-            raise BehaviorTreeError(
-                f"{self._file.where}: the tree {name!r} contains itself, which has no end"
-            )
+            raise BehaviorTreeError(f"{self._file.where}: the tree {name!r} contains itself")
         element = self._file.trees[name]
         if len(element) != 1:
             raise BehaviorTreeError(

@@ -33,7 +33,7 @@ def load_trees(path: Path) -> TreeFile:
     """Return the trees of a file; BehaviorTreeError if it cannot be read or is none."""
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise BehaviorTreeError(f"{path}: has more than {MAX_BYTES} bytes; that is no behavior tree")
+            raise BehaviorTreeError(f"{path}: has more than {MAX_BYTES} bytes, too many for a behavior tree")
         return read_tree_file(path.read_bytes(), str(path))
     except OSError as error:
         raise BehaviorTreeError(f"{path}: cannot be read: {error.strerror}") from None

@@ -17,8 +17,8 @@ board."""
 MIN_CHAPTER_LINES = 20
 """Minimum number of lines of the chapter's protocol before it is detected."""
 MAX_OTHER_BYTES = 20_000
-"""Number of bytes without any line of a motor board after which another device is there: a lidar, which sends for
-ever, reaches it in a few seconds; what else boot loaders and operating systems print at their start is less."""
+"""Number of bytes without any line of a motor board after which another device is there: a lidar, which sends
+forever, reaches it in a few seconds; what else boot loaders and operating systems print at their start is less."""
 DETECTION_TIMEOUT_NS = 12_000_000_000
 """Timeout of the detection, ns. Opening its port resets an Arduino Mega. A byte within the next second, for
 example from a program that looks for a modem, keeps its boot loader waiting for a new program until 5 s after
@@ -84,5 +84,5 @@ class ProtocolProbe:
         if self._board_lines:
             return "a board sends data but does not answer: is its RX wire connected?"
         if self._is_other_device:
-            return "what sends there is no motor board: is it the lidar, or another baud rate?"
+            return "the data there are not from a motor board: is it the lidar, or another baud rate?"
         return "no motor board answers there: is the firmware flashed (`chefbot board flash`)?"

@@ -91,7 +91,7 @@ class ParameterServices:
         call.respond(rcl.DescribeParameters_Response(tuple(descriptors)))
 
     def _set(self, call: ServiceCall[Any, Any]) -> None:
-        """Set the parameters one after the other; respond when the last is done."""
+        """Set the parameters in order; respond when the last is done."""
         self._set_next(call, list(call.request.parameters), [])
 
     def _set_next(

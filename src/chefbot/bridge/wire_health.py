@@ -16,7 +16,7 @@ from chefbot.ros2.rmw.graph import Graph
 CMD_VEL = "cmd_vel"
 """Topic that the drive base publishes its command on, and does not subscribe to."""
 RECENT_NS = 10_000_000_000
-"""Time for which a loss is a warning, ns; it stays in the count: a burst at a launch's start is no lasting
+"""Time for which a loss is a warning, ns; it stays in the count: a burst at a launch's start is not a lasting
 fault."""
 MAX_VALUES = 50
 """Maximum number of values in a diagnostic status."""

@@ -114,7 +114,7 @@ def warehouse(n: Numbers, rng: Generator) -> list[Room]:
 
 
 def home(n: Numbers, rng: Generator) -> list[Room]:
-    """A rectangle cut in two again and again, until the rooms are small."""
+    """A rectangle that is repeatedly cut in two, until the rooms are small."""
     whole = Rectangle(0.0, 0.0, n["width"], n["depth"])
     parts = sorted(_halved(whole, n["smallest_room"], rng), key=lambda part: -part.area)
     uses = [Use.LIVING, Use.DINING, Use.KITCHEN, *[Use.BEDROOM, Use.STORE, Use.OFFICE] * len(parts)]

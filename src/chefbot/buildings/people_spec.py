@@ -28,7 +28,7 @@ class PeopleSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     groups: Annotated[float, Meta(ge=0, le=1, description="share that walks in groups")] = 0.0
     group_size: Annotated[int, Meta(ge=2, le=5, description="number of people in a group")] = 2
     step_out: Annotated[
-        float, Meta(ge=0, le=1, description="share that steps out from behind a corner before the robot")
+        float, Meta(ge=0, le=1, description="share that steps out from behind a corner in front of the robot")
     ] = 0.0
     pull_chairs: Annotated[
         float, Meta(ge=0, le=1, description="share that pulls chairs out and pushes them in")

@@ -142,7 +142,7 @@ class CauseChains:
                     header=Header.of(now_ns, cause.header.frame_id),
                     kind=END,
                     numbers=(Quantity("duration", seconds, "s"),),
-                    sentence=f"Over after {seconds:.1f} s: {cause.sentence}",
+                    sentence=f"Ended after {seconds:.1f} s: {cause.sentence}",
                 )
         return None
 

@@ -38,7 +38,7 @@ def place_sentence(cause: Cause) -> str:
     if is_zone(cause.sensor):
         return f"The {cause.sensor} lies {where}."
     age = age_of_mark(cause)
-    when = f", {age:.1f} s before" if age > FRESH else ""
+    when = f", {age:.1f} s earlier" if age > FRESH else ""
     what = obstacle_phrase(cause)
     if cause.sensor == TRACKER:
         return f"{what[0].upper()}{what[1:]} is {where}{when}."

@@ -34,8 +34,8 @@ class StatusReports:
         before, self._navigation = self._navigation, status
         reports = []
         if before.state != "idle" and status.state == "idle" and status.reason not in ("", CANCELLED):
-            given_up = make_report(FAILURE, "goal given up", f"The goal is given up: {status.reason}")
-            reports.append(stamped(given_up, "navigator", now_ns))
+            aborted = make_report(FAILURE, "goal aborted", f"The goal was aborted: {status.reason}")
+            reports.append(stamped(aborted, "navigator", now_ns))
         if status.state == "waiting":
             return reports  # the controller reports for what it waits
         found = None
@@ -63,7 +63,7 @@ class StatusReports:
 
     def lost_process(self, process: str, now_ns: int) -> list[Cause]:
         """Report that a process does not respond; an empty name ends the report."""
-        text = f"The process {process} does not respond; the robot stands until it is back."
+        text = f"The process {process} does not respond; the robot stops until it responds again."
         return self._change("supervisor", make_report(STOP, "heartbeat", text) if process else None, now_ns)
 
     def delivery(self, status: DeliveryStatus, now_ns: int) -> list[Cause]:

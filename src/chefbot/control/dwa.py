@@ -2,7 +2,7 @@
 
 Every twist within the velocity limits is sampled, and its trajectory begins with the acceleration ramp that leads
 to it. The paper's dynamic window (the velocities reachable within one period) thereby holds in each trajectory's
-first period, but a robot with low acceleration is not judged as if it had to stay in that window for ever.
+first period, but a robot with low acceleration is not judged as if it had to stay in that window forever.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class DwaController:
     """Follows a path within the robot's limits and commands only velocities from which it can stop in time.
 
     With a large heading error it rotates in place; at the goal it rotates to the goal's heading and stays REACHED.
-    A robot that is no disc rotates in place only where its footprint is free on the way.
+    A robot that is not a disc rotates in place only where its footprint is free on the way.
     """
 
     def __init__(
@@ -189,6 +189,6 @@ class DwaController:
 def _can_rotate(pose: SE2, angle: float, costmap: Costmap) -> bool:
     """Return whether the footprint is free while the robot rotates in place by `angle`, or as free as it is now.
 
-    The other way round is no alternative: in more than half a turn the four corners sweep the same ring.
+    The other way round is not an alternative: in more than half a turn the four corners sweep the same ring.
     """
     return costmap.lethal_while_rotating(pose, angle) <= costmap.lethal_on_footprint(pose)

@@ -41,7 +41,7 @@ class WaitingState:
         """Wait for another `dt` seconds; return a message once the timeout has passed, else an empty string."""
         self.reason = reason
         self._waited += dt
-        return f"{reason} I waited {WAIT_TIMEOUT:.0f} s." if self._waited >= WAIT_TIMEOUT else ""
+        return f"{reason} Waited {WAIT_TIMEOUT:.0f} s." if self._waited >= WAIT_TIMEOUT else ""
 
     def resume(self) -> None:
         """End the waiting and reset the timeout."""

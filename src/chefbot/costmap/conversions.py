@@ -26,7 +26,7 @@ LASER, CAMERA, UPRIGHT, DROP_OFFS = "laser", "camera", "upright", "drop_offs"
 miss; obstacles in the camera that intersect the scan plane, so that the planar scan clears them once they left;
 drop-offs of the floor, which the camera alone clears."""
 UNSEEN_MARGIN = 0.15
-"""Distance before the robot's front at which a drop-off is marked whose edge the camera has not seen, m."""
+"""Distance from the robot's front at which a drop-off is marked whose edge the camera has not seen, m."""
 _COST_TO_OCCUPANCY = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)
 """Occupancy in percent, as in nav_msgs/OccupancyGrid, by cost; -1 for UNKNOWN."""
 

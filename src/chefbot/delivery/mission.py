@@ -140,7 +140,7 @@ class DeliveryRound:
             self._go_to_next_place()
 
     def skip(self) -> None:
-        """Skip the table, where nobody takes the food, and go on to the next place."""
+        """Skip the table, where nobody takes the food, and continue to the next place."""
         if self.status.state == "waiting":
             self._add_missed(status_messages.not_taken(self.status.place))
             self._go_to_next_place()

@@ -42,7 +42,7 @@ EXPLORATION_TIME_PER_AREA = 5.0
 FIRST_MAP_NS = 2_500_000_000
 """Time until there is a first map, before anything is planned on it, ns of the robot's time."""
 LOG_PERIOD = 60_000_000_000
-"""Period of progress lines where the output is no terminal, ns of the robot's time."""
+"""Period of progress lines where the output is not a terminal, ns of the robot's time."""
 console = Console(highlight=False)
 
 

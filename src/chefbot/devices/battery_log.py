@@ -16,7 +16,7 @@ from chefbot.runtime.node import Device, In, Out, topic
 from chefbot.storage.atomic_files import StorageError, make_folder, write_atomic
 
 MAX_SIZE = 10_000
-"""Size of a file above which it is no log, bytes."""
+"""Size of a file above which it is not a log, bytes."""
 BROKEN = "{}: {}; the battery's consumption is that of the robot's sizing until it is learnt again."
 
 

@@ -67,5 +67,5 @@ class LidarProbe:
         if self._problem:
             return self._problem
         if self._received:
-            return f"what sends there is no {name}: is it another device, or another model?"
-        return f"no {name} sends there: does it turn, and is its driver the right one?"
+            return f"the data there are not from a {name}: is it another device, or another model?"
+        return f"no data from a {name} there: does it rotate, and is its driver the right one?"

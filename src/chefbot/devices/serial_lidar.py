@@ -28,7 +28,7 @@ SILENCE_NS = 1_000_000_000
 RIVALS_NS = 1_000_000_000
 """Time for which a second lidar of the model is looked for after the first was found, ns."""
 MIN_SAMPLES = 20
-"""Samples of a turn below which it is no scan."""
+"""Samples of a turn below which it is not a scan."""
 
 
 NO_DRIVER = (
@@ -152,7 +152,7 @@ class SerialLidarDevice(Device):
         if self._problem:
             level, text = ERROR, f"{self._problem[0].upper()}{self._problem[1:]}."
         elif silent * 1e9 > SILENCE_NS:
-            level, text = ERROR, f"The lidar has sent no whole turn for {silent:.0f} s."
+            level, text = ERROR, f"The lidar has sent no complete turn for {silent:.0f} s."
         elif damaged:
             level, text = WARN, f"{damaged} packets of the lidar were damaged in the last second."
         values = (

@@ -87,7 +87,9 @@ def explain_disconnection(path: str, error: Exception, device: str = "board") ->
     """Explain why the open port of a device can no longer be read or written."""
     gone = getattr(error, "errno", None) in (errno.EIO, errno.ENXIO, errno.ENODEV)
     gone = gone or "returned no data" in str(error) or "Errno 5" in str(error)  # texts of pyserial's errors
-    cause = "its cable is out, it is switched off, or another program reads there too" if gone else str(error)
+    cause = (
+        "its cable is unplugged, it is switched off, or another program uses the port" if gone else str(error)
+    )
     return f"the connection to the {device} at {path} broke: {cause}"
 
 
@@ -99,9 +101,7 @@ def explain(path: str, error: Exception, device: str = "board") -> str:
     if code in (errno.EAGAIN, errno.EWOULDBLOCK) or "exclusively lock" in str(error):
         return f"{path} is in use by another program: close it"
     if code in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
-        return (
-            f"{path} is not there: plug the {device} in, or look at `chefbot doctor` for the ports there are"
-        )
+        return f"{path} is not there: plug the {device} in, or see `chefbot doctor` for a list of the ports"
     if code == errno.EISDIR or f"({errno.ENOTTY}," in str(error):  # text of pyserial's error
-        return f"{path} is no serial port: look at `chefbot doctor` for the ports there are"
+        return f"{path} is not a serial port: see `chefbot doctor` for a list of the ports"
     return f"{path} cannot be opened: {error}"

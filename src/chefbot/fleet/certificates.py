@@ -59,7 +59,7 @@ class CertificateId(NamedTuple):
 
 
 def split_common_name(text: str) -> CertificateId:
-    """Return the parts of a common name; the serial is empty if it is no member's."""
+    """Return the parts of a common name; the serial is empty if it is not a member's."""
     name, _, serial = text.partition(".")
     return CertificateId(name, serial)
 
@@ -75,7 +75,7 @@ def key_pem(key: PrivateKey) -> bytes:
 
 
 def read_key(pem: bytes, where: str) -> PrivateKey:
-    """Load a private key from PEM. Raises UserError if it is no key on the curve P-256."""
+    """Load a private key from PEM. Raises UserError if it is not a key on the curve P-256."""
     try:
         key = load_pem_private_key(pem, None)
     except _UNREADABLE:
@@ -135,7 +135,7 @@ def read_request(pem: bytes, where: str) -> x509.CertificateSigningRequest:
     except _UNREADABLE:
         valid = False
     if not valid:
-        raise UserError(f"{where} is no whole request of `chefbot fleet request`; make it again")
+        raise UserError(f"{where} is not a complete request of `chefbot fleet request`; make it again")
     if not _is_p256(public):
         raise UserError(
             f"{where} is a request for a key of another kind than P-256; make it with `chefbot fleet request`"
@@ -155,7 +155,7 @@ def member_certificate(
     Of the request only its public key is used. It must come from `read_request`, which checks its signature
     and its kind of key.
     """
-    serial = secrets.randbits(SERIAL_BITS) or 1  # zero is no serial number
+    serial = secrets.randbits(SERIAL_BITS) or 1  # zero is not a serial number
     subject = _name(CertificateId(name, _serial_text(serial)).common_name)
     names = [x509.DNSName(name.replace("_", "-")), x509.DNSName(f"{name.replace('_', '-')}.local")]
     uses = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]

@@ -263,7 +263,7 @@ class Keyring:
 
 
 def request_fingerprint(request: Path) -> str:
-    """Return the fingerprint of a request's key. Raises UserError if it is no request."""
+    """Return the fingerprint of a request's key. Raises UserError if it is not a request."""
     return fingerprint(_load_request(request))
 
 

@@ -77,7 +77,7 @@ class Fleet(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         remaining = dict(self.members)
         removed = remaining.pop(name, None)
         if removed is None:
-            raise UserError(f"{name} is no member of fleet {self.name}{name_hint(name, self.members)}")
+            raise UserError(f"{name} is not a member of fleet {self.name}{name_hint(name, self.members)}")
         return Fleet(self.name, self.number + 1, remaining, (*self.retired_keys, removed.key))
 
     def is_valid(self, certificate: CertificateId) -> bool:
@@ -161,7 +161,7 @@ def read_card(path: Path) -> tuple[Card, Fleet]:
         card = msgspec.json.decode(read_bytes(path, "card", MAX_CARD_BYTES), type=Card)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         raise UserError(
-            f"{path} is no card of a fleet; `chefbot fleet sign` on the authority's machine writes one"
+            f"{path} is not a card of a fleet; `chefbot fleet sign` on the authority's machine writes one"
         ) from None
     return card, card.members(str(path))
 

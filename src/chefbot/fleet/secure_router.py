@@ -59,7 +59,7 @@ def endpoint(text: str) -> str:
     """
     match = _ENDPOINT.fullmatch(text)
     if match is None:
-        raise UserError(f"{text!r} is no endpoint; write tls/HOST or tls/HOST:{PORT}")
+        raise UserError(f"{text!r} is not an endpoint; write tls/HOST or tls/HOST:{PORT}")
     protocol, host, port = match.groups()
     return f"{protocol}/{host}:{port or PORT}"
 

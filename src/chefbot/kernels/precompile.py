@@ -92,7 +92,7 @@ class KernelCompilation:
         )
 
     def _run_worker(self) -> None:
-        """Pass the groups to one worker process, one after the other."""
+        """Pass the groups to one worker process, one at a time."""
         try:
             with _worker() as compile_group:
                 while not self._queue.empty():

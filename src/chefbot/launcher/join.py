@@ -166,7 +166,7 @@ def watch_robot(
     """Watch the robot: when it has been restarted, set the yielded event and call `stop`.
 
     Its odometry, its map and simulated time begin again then, so the state of the nodes here is of no use. A
-    link that is lost for a while is no restart.
+    link that is lost for a while is not a restart.
     """
     namespace = str(meeting.launch.args["namespace"]) or "/"
     restarted, leaving = threading.Event(), threading.Event()

@@ -99,7 +99,7 @@ def run(order: WorkerSpec, stdin: LaunchInput) -> None:
 def _request_signal_at_parent_death() -> None:
     """Request SIGCONT at the parent's death (Linux only).
 
-    A stopped process does not see the end of its input and would otherwise stay for ever.
+    A stopped process does not see the end of its input and would otherwise stay forever.
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))

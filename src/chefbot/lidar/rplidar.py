@@ -202,7 +202,7 @@ class RplidarSession(LidarSession):
             )
         elif kind == HEALTH and len(content) == 3 and content[0] == DAMAGED:
             code = int.from_bytes(content[1:], "little")
-            raise LidarError(f"the lidar reports that it is damaged, code {code}: switch it off and on")
+            raise LidarError(f"the lidar reports a fault, code {code}: switch it off and on")
         elif kind == CONFIGURATION and len(content) > 4:
             self._take_setting(int.from_bytes(content[:4], "little"), int.from_bytes(content[4:8], "little"))
 

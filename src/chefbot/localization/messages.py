@@ -29,7 +29,7 @@ def status_message(amcl: Amcl, stamp_ns: int) -> LocalizationStatus:
     """Return whether the filter has converged, its confidence and its standard deviations (m, rad)."""
     spread = position_spread(amcl.covariance)
     yaw = math.sqrt(max(amcl.covariance[2, 2], 0.0))
-    sentence = f"I know where I am to {spread:.2f} m." if amcl.converged else "Not localized yet."
+    sentence = f"Localized to within {spread:.2f} m." if amcl.converged else "Not localized yet."
     count = len(amcl.particles)
     header = Header.of(stamp_ns, "map")
     return LocalizationStatus(header, amcl.converged, amcl.confidence, spread, yaw, count, sentence)

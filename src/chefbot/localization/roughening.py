@@ -71,7 +71,7 @@ def _bin_moments(
 def roughen(
     particles: NDArray[np.float64], distinct: float, bins: PoseBins, rng: np.random.Generator
 ) -> None:
-    """Spread copies apart in place; `distinct` is the share of the particles (n, 3) that are no copies.
+    """Spread copies apart in place; `distinct` is the share of the particles (n, 3) that are not copies.
 
     A bin with several distinct particles keeps its mean and variance: they are shrunk towards the mean by
     what the kernel adds (Liu & West 2001, Combined parameter and state estimation, equation 10.3.8).

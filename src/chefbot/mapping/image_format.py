@@ -16,7 +16,7 @@ from PIL import Image
 from chefbot.config import ConfigError
 
 MAX_CELLS = 100_000_000
-"""Maximum number of cells: 500 m by 500 m at 5 cm; larger is no map of a building."""
+"""Maximum number of cells: 500 m by 500 m at 5 cm; larger is not a map of a building."""
 MAX_COLOUR_CELLS = 25_000_000
 """Maximum number of pixels with colours or transparency, which need several times the memory of grey ones."""
 SMALL_CELLS, MAX_CELLS_PER_BYTE = 20_000_000, 500

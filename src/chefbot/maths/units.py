@@ -23,7 +23,7 @@ def _registry() -> Any:
 
 
 class UnitError(ChefbotError):
-    """A text that is no quantity in the unit that is expected."""
+    """A text that is not a quantity in the unit that is expected."""
 
 
 def to_si(text: str, unit: str) -> float:

@@ -128,7 +128,7 @@ class Places(Message, frozen=True, eq=False):
 
 
 class Order(Message, frozen=True, eq=False):
-    """An order to deliver food to places, one after the other.
+    """An order to deliver food to places, in order.
 
     A second message with the same `id` is the same order; orders with an empty `id` are always distinct.
     """

@@ -72,7 +72,7 @@ class DriveBaseNode(EmergencyStopNode):
         """Stop at once, without a ramp; navigation counts again when the process is back, teleoperation before."""
         self._commands.lose_process(process.data)
         self._halt()
-        self.publish_remark(f"{process.data} does not respond; the robot stands until it is back.")
+        self.publish_remark(f"{process.data} does not respond; the robot stops until it responds again.")
 
     def on_process_back(self, process: String) -> None:
         """Accept navigation again once no process is missing."""

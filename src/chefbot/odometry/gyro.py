@@ -172,7 +172,7 @@ def _update_or_reject(
             return
         interval.part[0]["contradicted"] = True
         slip(interval, rotation.innovation)
-        add_heading(interval, spike_angle)  # the readings left out before were no spike
+        add_heading(interval, spike_angle)  # the readings left out before were not a spike
     # Measurement update
     apply_update(interval, np.array([rotation.innovation]), rotation.H, np.array([[rotation.noise]]), ALL)
     note_use(monitor)

@@ -23,7 +23,7 @@ LEG_GAP = 0.04
 LEG_DISTANCE = (0.12, 0.45)
 """Distance of the two legs of a person, m; at most half a step."""
 CHAIN_GAP, MAX_CHAIN = 0.3, 1.5
-"""Distance of neighbouring segments up to which they are of one thing, and extent up to which that is no wall, m."""
+"""Distance of neighbouring segments up to which they belong together, and maximum extent that is not a wall, m."""
 MAP_MARGIN, MAP_MARGIN_GROWTH = 0.1, 0.02
 """Distance from an obstacle of the map within which a return belongs to it, m, and its growth with the range, rad."""
 NEAR = 2.5
@@ -34,7 +34,7 @@ hidden, m."""
 LEG_DEVIATION, SINGLE_LEG_DEVIATION = 0.06, 0.11
 """Standard deviation of a person's position from two legs or a body, and from one leg, m."""
 MIN_BROAD = 0.1
-"""Width from which a segment of several returns is no thin leg of furniture, m."""
+"""Width from which a segment of several returns is not a thin leg of furniture, m."""
 
 
 class Candidates(NamedTuple):

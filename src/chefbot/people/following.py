@@ -32,13 +32,13 @@ class FollowingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     """Parameters of following a person, with Nav2's names as far as it has them."""
 
     desired_distance: Annotated[
-        float, Meta(ge=0.5, le=5.0, description="distance that is kept from the person, m")
+        float, Meta(ge=0.5, le=5.0, description="distance to keep from the person, m")
     ] = 1.0
     detection_timeout: Annotated[
-        float, Meta(ge=0.2, le=60.0, description="time without sight after which a person is lost, s")
+        float, Meta(ge=0.2, le=60.0, description="time out of sight after which a person counts as lost, s")
     ] = 2.0
     search_timeout: Annotated[
-        float, Meta(ge=1.0, le=600.0, description="time for which a lost person is looked for, s")
+        float, Meta(ge=1.0, le=600.0, description="time to search for a lost person, s")
     ] = 30.0
 
 
@@ -97,7 +97,7 @@ class PersonFollower:
         return person
 
     def _again(self, visible: dict[int, TrackedPerson], now: float) -> int:
-        """Return the number of somebody new who is where the lost person can be by now; 0 for nobody."""
+        """Return the number of a new person who is where the lost one can be by now; 0 for nobody."""
         assert self._seen is not None
         gate = min(GATE + WALKING_SPEED * (now - self._seen_at), MAX_GATE)
         last = self._seen.position
@@ -115,7 +115,7 @@ class PersonFollower:
         near = away <= self.params.desired_distance + distance
         self._standing = near and abs(wrap(bearing - robot.yaw)) <= angle
         if self._standing:
-            return FollowStep(STOPPING, f"Person {self.number} stands; I wait.")
+            return FollowStep(STOPPING, f"Person {self.number} stands; waiting.")
         target = SE2(robot.x, robot.y, bearing) if near else self._beside(robot, person)
         return FollowStep(CONTROLLING, f"Following person {self.number}.", target)
 
@@ -128,23 +128,23 @@ class PersonFollower:
     def _not_found(self, now: float) -> FollowStep:
         if now - self._seen_at < self.params.detection_timeout:
             return FollowStep(INITIAL_PERCEPTION, "Looking for the person to follow.")
-        text = f"Person {self.number} is not in sight." if self.number else "Nobody stands ahead of me."
+        text = f"Person {self.number} is not in sight." if self.number else "No person is ahead of the robot."
         return FollowStep(INITIAL_PERCEPTION, text, error_code=FAILED_TO_DETECT_OBJECT)
 
     def _search(self, robot: SE2, person: TrackedPerson, hidden: float) -> FollowStep:
         """Drive to where the person was seen last, stop there and look around, and end after a time."""
         if hidden >= self.params.detection_timeout + self.params.search_timeout:
-            text = f"I have lost person {self.number} and did not find it in {hidden:.0f} s."
+            text = f"Lost person {self.number} and found nobody in {hidden:.0f} s."
             return FollowStep(RETRY, text, error_code=FAILED_TO_DETECT_OBJECT)
         away, bearing = _polar(robot, person)
         self._arrived = self._arrived or away <= ARRIVED or hidden > self.params.search_timeout / 2.0
         if self._arrived:
-            return FollowStep(
-                RETRY, f"I have lost person {self.number}: I stand and look round.", look_round=True
-            )
+            return FollowStep(RETRY, f"Lost person {self.number}; looking around.", look_round=True)
         heading = math.atan2(person.velocity.y, person.velocity.x) if not person.standing else bearing
         target = SE2(person.position.x, person.position.y, heading)
-        return FollowStep(RETRY, f"Person {self.number} is out of sight: I drive to where it was.", target)
+        return FollowStep(
+            RETRY, f"Person {self.number} is out of sight; driving to its last position.", target
+        )
 
 
 def followed_person(tracked_frame: str) -> int | None:

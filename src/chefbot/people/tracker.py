@@ -110,7 +110,7 @@ class PeopleTracker:
             return True
         self._late += 1
         self._warning = (
-            f"A sensor message is {self.time - time:.1f} s older than those before; it is ignored."
+            f"A sensor message is {self.time - time:.1f} s older than the newest one; it is ignored."
         )
         if self._late >= RESET_AFTER:
             self._reset(time)  # the clock was set back
@@ -125,7 +125,7 @@ class PeopleTracker:
         )
         if found.size <= MAX_CANDIDATES:
             return found
-        self._warning = f"{found.size} things may be legs of people; the nearest {MAX_CANDIDATES} are used."
+        self._warning = f"{found.size} segments may be legs; only the nearest {MAX_CANDIDATES} are used."
         return found.nearest(MAX_CANDIDATES)
 
     def _associate(self, candidates: Candidates, lag: float) -> NDArray[np.int64]:

@@ -10,7 +10,7 @@ entry makes obsolete. The octile distance is consistent because no weight is bel
 goal's bucket is empty, so the cost found is the minimum.
 
 `lane` is the number of the one-way lane of each cell, flat, or empty; `direction` (n, 2) is that of each lane, as
-in OneWayLanes. A step against a one-way lane is no step of the graph, like one that cuts a corner: its cost is
+in OneWayLanes. A step against a one-way lane is not a step of the graph, like one that cuts a corner: its cost is
 infinite in that direction. That leaves the octile distance a lower bound, and the coordinate along a lane never
 decreases on a path.
 

@@ -20,7 +20,7 @@ from chefbot.planning.planner import PlanningError, PlanningFailure
 MAX_FREE_COST = INSCRIBED - 1
 """Highest cost of a cell in which the robot's centre may be."""
 SMOOTHING_ITERATIONS = 20
-TAKEN = "the goal is taken; the robot drives to the nearest free pose with sight of it"
+TAKEN = "the goal is occupied; the robot drives to the nearest free pose with sight of it"
 STEADINESS = 0.15
 """Difference of their distances to a goal that is taken up to which two poses are equally near to it, m."""
 MAX_SEARCHES = 12
@@ -30,7 +30,7 @@ MAX_SEARCHES = 12
 class GridPlanner:
     """Plans minimum-cost paths, through unknown cells only if allowed.
 
-    No cell of the path has a cost of INSCRIBED or more. With the footprint of a robot that is no disc, no pose of the
+    No cell of the path has a cost of INSCRIBED or more. With a polygonal footprint, no pose of the
     path collides, save those at the start: where one does, the search is repeated without the cells around it.
     For a goal that is taken it plans to the nearest free pose with sight of it; `walls` is the static map that no
     sight leads through. `remarks` are sentences about what the last `plan` had to relax: a start inside the

@@ -1,4 +1,4 @@
-"""Places where a robot may stand for long and blocks nobody, on an occupancy grid.
+"""Places where a robot can stand for a long time without blocking people, on an occupancy grid.
 
 A parking place lies at a wall, away from the places where people are served, and the way past it stays open: where
 people of a given width could walk between two sides of it before, they still can. That test finds doorways, narrow
@@ -58,7 +58,7 @@ class ParkingSearch:
     def nearest(self, lengths: NDArray[np.float32]) -> ParkingPlace | None:
         """Return the nearest place by the lengths (h, w) of the ways, inf where there is none; None without one.
 
-        The robot looks away from the wall, so that it sees who comes.
+        The robot looks away from the wall, so that it sees people approach.
         """
         for row, column in self._candidates(lengths):
             if self.leaves_way_open(row, column):

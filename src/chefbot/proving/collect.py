@@ -19,7 +19,7 @@ Collected = Callable[[RunRecord, bytes], None]
 
 
 class LostRunError(ChefbotError):
-    """A run whose result was lost again and again."""
+    """A run whose result was lost repeatedly."""
 
 
 def collect(cluster: DaskCluster, orders: Iterable[RunOrder], add: Collected) -> None:

@@ -27,7 +27,7 @@ HELD_UP = 1.0
 NEAR = 6.0
 """Distance to the door within which a robot that stands is held up by it, m."""
 BEFORE = 1.2
-"""Distance of a person before the robot who holds it up, m."""
+"""Distance within which a person in front of the robot holds it up, m."""
 HALF_WALL = 0.08
 """Half the thickness of the wall of a doorway, m."""
 

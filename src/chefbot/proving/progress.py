@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from chefbot.proving.record import RunRecord
 
 LINE_PERIOD = 30.0
-"""Period of progress lines where the output is no terminal, s."""
+"""Period of progress lines where the output is not a terminal, s."""
 
 
 class RunProgress:

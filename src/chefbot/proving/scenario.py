@@ -142,7 +142,9 @@ def parse_seeds(text: str, where: str) -> list[int]:
             raise UserError(f"{where} {text[:60]!r}: give seeds as 1..20, 7 or 1..5,9")
         first, last = int(match[1]), int(match[2] or match[1])
         if last < first or last - first >= MAX_SEEDS or last >= 2**31:
-            raise UserError(f"{where} {text[:60]!r}: {part.strip()} is no range of at most {MAX_SEEDS} seeds")
+            raise UserError(
+                f"{where} {text[:60]!r}: {part.strip()} is not a range of at most {MAX_SEEDS} seeds"
+            )
         seeds += range(first, last + 1)
     return sorted(set(seeds))
 

@@ -38,7 +38,7 @@ class LocalizeTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class GoTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="go"):
-    """Drive to places on the true map, one after the other, from an approximately known pose."""
+    """Drive to places on the true map, in order, from an approximately known pose."""
 
     goals: Annotated[Count, Meta(description="number of places, drawn from the world's by the seed")] = 3
 

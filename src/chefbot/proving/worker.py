@@ -47,7 +47,9 @@ def make_run_in_process(packed: bytes) -> RunResult:
             if record is not None:
                 break
             record = _supervised(order, packed, folder)
-        record = record or crashed(order, f"killed {MAX_KILLS} times from outside; perhaps memory is short")
+        record = record or crashed(
+            order, f"killed {MAX_KILLS} times from outside; the machine may be out of memory"
+        )
         log = folder / LOG_NAME
         return RunResult(msgspec.json.encode(record), log.read_bytes() if log.exists() else b"")
 
@@ -63,7 +65,7 @@ def check_code(expected: str) -> None:
 
 def _supervised(order: RunOrder, packed: bytes, folder: Path) -> RunRecord | None:
     """Run the child process and end it at its limits; return None if somebody else killed it, as Linux does without
-    memory: that is no result of the run.
+    memory: that is not a result of the run.
     """
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(

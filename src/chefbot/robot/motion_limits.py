@@ -66,7 +66,7 @@ def one_plane_warning(robot: Robot) -> str:
         return ""
     return (
         "The lidar sees one plane only: no table tops, hanging boards, low boxes or drop-offs; "
-        f"without a depth camera I drive at most {max_speed(robot):.2f} m/s."
+        f"without a depth camera the robot drives at most {max_speed(robot):.2f} m/s."
     )
 
 

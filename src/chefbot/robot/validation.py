@@ -193,7 +193,7 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
     camera = sensors.depth_camera
     if camera is not None:
         key = "sensors.depth_camera"
-        yield camera.field_of_view > 2.6, f"{key}.field_of_view", "above 149 degrees is no camera"
+        yield camera.field_of_view > 2.6, f"{key}.field_of_view", "above 149 degrees is not a camera"
         yield camera.width * camera.height > 4_000_000, f"{key}.width", "above 4 megapixels"
     lidar = sensors.lidar
     if lidar is not None:

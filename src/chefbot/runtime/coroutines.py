@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar
 T = TypeVar("T")
 
 
-class Cancelled(Exception):  # noqa: N818 (it is no error)
+class Cancelled(Exception):  # noqa: N818 (it is not an error)
     """Raised in a task at its `await` when the task is cancelled."""
 
 
@@ -34,7 +34,7 @@ class Future(Generic[T]):
         self._finish(None, error)
 
     def discard(self) -> None:
-        """Drop all waiters and notify the producer of the value that nobody needs it any more."""
+        """Drop all waiters and notify the producer of the value that it is no longer needed."""
         if not self.done and self._on_cancel is not None:
             self._on_cancel()
         self._waiters.clear()

@@ -44,6 +44,6 @@ def check_host(launch: Launch, requested: str, machine: str, *, may_be_robot: bo
         )
     if hosts and not requested and machine not in hosts and not may_be_robot:
         raise UserError(
-            f"launch {launch.name}: {machine} is no robot and nothing has it as its host; "
+            f"launch {launch.name}: {machine} is not a robot and nothing has it as its host; "
             f"say --host with one of {', '.join(sorted(hosts))}"
         )

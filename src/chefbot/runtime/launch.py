@@ -168,7 +168,7 @@ def find_launch(name_or_path: str) -> Path:
 
 
 def node_class(kind: str, where: str) -> type[Node]:
-    """Import the node class that a launch file names; UserError if there is none or it is no node."""
+    """Import the node class that a launch file names; UserError if there is none or it is not a node."""
     entry_point_values = {point.name: point.value for point in entry_points(group="chefbot.nodes")}
     module, _, name = entry_point_values.get(kind, kind).partition(":")
     try:

@@ -93,7 +93,7 @@ class NodeContainer:
             self._create(type(node), node.name, node.params, node.context.remap).start()
 
     def _on_lost(self, message: Message) -> None:
-        """Abort the goals of a node that does not run any more, for whose results others would wait for ever."""
+        """Abort the goals of a node that does not run any more, for whose results others would wait forever."""
         assert isinstance(message, String)
         if message.data in self.nodes:
             self._abort_goals(self.nodes[message.data])

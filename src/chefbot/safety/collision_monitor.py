@@ -30,7 +30,7 @@ CONE_POINTS = 5
 """Points across the cone of the ultrasonic ranger: the direction of the surface is not measured."""
 TOLERATED_GAP = 2
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays.
-Ahead, over ground not seen of late, it is half the body's width: on an arc a camera does not look over the ground
+Ahead, over ground not seen recently, it is half the body's width: on an arc a camera does not look over the ground
 before the inner side."""
 EVER = 0
 """The oldest time of which ground counts as seen at any time, ns."""
@@ -200,7 +200,7 @@ class CollisionMonitor:
         return FREE
 
     def _check_ground(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
-        """Check that the ground was seen of late: else the robot does not back up, and moves on slowly otherwise.
+        """Check that the ground was seen recently: else the robot does not back up, and otherwise moves slowly.
 
         Ahead it is enough that a sensor looks over it, as a camera does not see the floor near the body. Where none
         ever has, as beside a robot that was just switched on, it creeps.

@@ -46,9 +46,9 @@ def obstacle_text(point: SensedPoint, zones: Zones) -> str:
 
 
 def unseen_text(v: float) -> str:
-    """Return how ground that no sensor has seen of late limits a twist of the forward speed `v`, m/s."""
+    """Return how ground that no sensor has seen recently limits a twist of the forward speed `v`, m/s."""
     where = "behind" if v < -MOVES_BACKWARD else "beside" if v < MOVES_BACKWARD else "ahead of"
-    return f"no sensor has seen the ground {where} the robot of late"
+    return f"no sensor has recently seen the ground {where} the robot"
 
 
 def limited_text(limit: str, commanded: tuple[float, float], left: tuple[float, float]) -> str:

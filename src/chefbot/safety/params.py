@@ -51,7 +51,7 @@ class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_u
         Meta(
             ge=0.05,
             le=1.0,
-            description="fraction of the maximum speed near obstacles and over ground not seen of late",
+            description="fraction of the maximum speed near obstacles and over ground not seen recently",
             extra=SMALLER_IS_SAFER,
         ),
     ] = 0.5

@@ -52,5 +52,5 @@ class RangerMonitor:
         if now_ns - last.header.stamp.ns > limit:
             return f"The {TITLE}'s data come late: they are more than {limit / 1e9:.1f} s old."
         if self._noisy and self._equal >= FROZEN_ECHOES:
-            return f"The {TITLE} is frozen: it sends the same range again and again."
+            return f"The {TITLE} is frozen: it keeps sending the same range."
         return ""

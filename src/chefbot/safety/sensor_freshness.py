@@ -137,7 +137,7 @@ class ObstacleSensorMonitor:
         if now_ns - last.stamp_ns > limit:
             return f"The {self.title}'s data come late: they are {self._limit_text} old."
         if now_ns - self._changed_ns > limit and self._should_differ(pose):
-            return f"The {self.title} is frozen: it sends the same data again and again."
+            return f"The {self.title} is frozen: it keeps sending the same data."
         if now_ns - self._placed_ns > limit:
             return f"The {self.title}'s data cannot be placed: no transform leads from their frame to odom."
         return ""

@@ -46,7 +46,7 @@ class CameraModel:
         return CameraModel(camera.width, camera.height, f, f, cx, cy, camera.range_min, camera.range_max)
 
     def check(self, depth: Depth) -> None:
-        """Raise ScanError if an image has another size than the camera or is no depth image."""
+        """Raise ScanError if an image has another size than the camera or is not a depth image."""
         if depth.shape != (self.height, self.width):
             raise ScanError(
                 f"depth image of shape {depth.shape}, but the camera has {self.height} rows"

@@ -46,7 +46,7 @@ NOISE_DEVIATIONS = 3.0
 
 
 def slope_limit(robot: Robot, pitch_tolerance: float) -> float:
-    """Return the gradient of the steepest floor that is no drop-off, for a camera pitched by up to the tolerance,
+    """Return the gradient of the steepest floor that is not a drop-off, for a camera pitched by up to the tolerance,
     rad."""
     return math.tan(robot.drive.max_slope) + pitch_tolerance
 

@@ -1,4 +1,4 @@
-"""All that moves in a world besides the robot: doors, people, and the chairs that people use."""
+"""Everything that moves in a world except the robot: doors, people, and the chairs that people use."""
 
 from __future__ import annotations
 

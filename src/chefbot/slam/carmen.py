@@ -67,7 +67,7 @@ def parse(log: str | Iterable[str]) -> Iterator[CarmenOdom | CarmenScan]:
 
 
 def _lines(text: str) -> Iterator[str]:
-    """Yield the lines one after the other: a list of them would need many times the memory of the text."""
+    """Yield the lines one at a time: a list of them would need many times the memory of the text."""
     return (line[0] for line in _LINE.finditer(text))
 
 

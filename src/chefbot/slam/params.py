@@ -50,7 +50,8 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         float, Meta(ge=0.0001, le=0.1, description="minimum heading noise per step, rad")
     ] = 0.01
     independent_beams: Annotated[
-        float, Meta(ge=1.0, le=1000.0, description="a scan counts as at most so many independent beams")
+        float,
+        Meta(ge=1.0, le=1000.0, description="maximum number of independent beams that a scan counts as"),
     ] = 30.0
     resample_threshold: Annotated[
         float,
@@ -58,8 +59,6 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = 0.5
     max_cells: Annotated[
         int,
-        Meta(
-            ge=10_000, le=1_000_000_000, description="the map's rectangle may not hold more cells than this"
-        ),
+        Meta(ge=10_000, le=1_000_000_000, description="maximum number of cells of the map's rectangle"),
     ] = 64_000_000
     seed: Annotated[int, Meta(ge=0, description="random seed; the same seed gives the same map")] = 1

@@ -1,4 +1,4 @@
-"""Reading of MCAP files of strangers by the mcap library, with limits for what a small file can unpack to.
+"""Reading of untrusted MCAP files with the mcap library, with limits for what a small file can unpack to.
 
 The library takes the sizes in a file as they are: it reserves as much memory as a record claims to have, and unpacks
 a chunk to whatever is in it. Here both are limited before anything is read or unpacked.

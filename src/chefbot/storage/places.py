@@ -106,7 +106,7 @@ def _loaded(path: Path, yaml: YAML) -> tuple[CommentedMap, dict[str, SE2]]:
 def _problem(error: YAMLError) -> str:
     """Return in one line what the parser does not accept, as a tab between two words."""
     problem, mark = getattr(error, "problem", None), getattr(error, "problem_mark", None)
-    return f"{problem or 'it is no plain YAML'}{f' in line {mark.line + 1}' if mark else ''}"
+    return f"{problem or 'it is not plain YAML'}{f' in line {mark.line + 1}' if mark else ''}"
 
 
 def _entry(pose: SE2) -> CommentedMap:

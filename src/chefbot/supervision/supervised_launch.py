@@ -67,7 +67,7 @@ class SupervisedLaunch:
         return not self.stopping and time.monotonic() - self._reported_at > limit
 
     def has_crashed(self, code: int) -> bool:
-        """Return whether an end with this exit code is no orderly one."""
+        """Return whether an end with this exit code is not an orderly one."""
         return not self.stopping and code not in ORDERLY_CODES
 
     def _receive(self) -> list[str]:

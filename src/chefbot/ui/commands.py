@@ -20,7 +20,7 @@ Rounds = Annotated[
     int, msgspec.Meta(ge=0, le=10_000, description="number of rounds; 0: until it is cancelled")
 ]
 PersonNumber = Annotated[
-    int, msgspec.Meta(ge=0, lt=2**32, description="number that the tracker gave; 0: nobody's")
+    int, msgspec.Meta(ge=0, lt=2**32, description="the tracker's number of the person; 0: none")
 ]
 When = Literal["", "now", "after", "instead"]
 """When to drive during a delivery round: the round pauses, is completed first, or ends. Empty without a
@@ -213,7 +213,7 @@ def parse_command(text: str) -> OperatorCommand:
 
 
 def _explain(text: str, fault: str) -> str:
-    """Explain why a well-formed JSON text is no valid command."""
+    """Explain why a well-formed JSON text is not a valid command."""
     try:
         name = _TAG_DECODER.decode(text).do[:64]
     except (msgspec.DecodeError, RecursionError):

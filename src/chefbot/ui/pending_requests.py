@@ -22,7 +22,7 @@ class PendingRequests:
     restarting.
 
     A release is published once: a late copy must not release an emergency stop that was pressed since. Orders
-    are published one after the other, each until its `id` is confirmed, so that none is lost and none is
+    are published in order, each until its `id` is confirmed, so that none is lost and none is
     served twice. Nothing is published by methods that process a confirmation.
     """
 

@@ -283,7 +283,7 @@ def _uvicorn(app: Any, tls: Tls | None) -> GuardedServer:
         loop="asyncio",
         lifespan="off",
         log_config=None,
-        log_level="error",  # an invalid request is no fault of this program
+        log_level="error",  # an invalid request is not a fault of this program
         access_log=False,
         proxy_headers=False,
         server_header=False,

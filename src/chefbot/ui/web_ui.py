@@ -140,7 +140,7 @@ class WebUiDevice(MissionDevice):
         super().stop()
 
     def on_emergency_stop(self, stopped: Bool) -> None:
-        """Update the state of the emergency stop as the drive base reports it, whoever requested it."""
+        """Update the state of the emergency stop as the drive base reports it, no matter who requested it."""
         self._stopped = stopped.data
         if stopped.data:
             self._pending.confirm_stop()

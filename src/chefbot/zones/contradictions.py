@@ -64,7 +64,7 @@ def _shape(zone: MapZone) -> Polygon:
 def _check_lanes(lanes: list[MapZone], shapes: Mapping[str, Polygon]) -> None:
     """Raise ZoneError if two one-way lanes overlap: no step there would obey both."""
     if len(lanes) > MAX_LANES:
-        raise ZoneError(f"{len(lanes)} one-way lanes are more than {MAX_LANES}")
+        raise ZoneError(f"there are {len(lanes)} one-way lanes; at most {MAX_LANES} are supported")
     for a, b in combinations(lanes, 2):
         common = shapes[a.name].intersection(shapes[b.name])
         if common.area > OVERLAP_AREA:
@@ -72,7 +72,7 @@ def _check_lanes(lanes: list[MapZone], shapes: Mapping[str, Polygon]) -> None:
             between = abs(math.degrees(math.remainder(b.direction - a.direction, math.tau)))
             raise ZoneError(
                 f"the one-way lanes {a.name} and {b.name} overlap at x {at.x:.2f} m, y {at.y:.2f} m, and their "
-                f"directions differ by {between:.0f} deg; let one end where the other begins"
+                f"directions differ by {between:.0f} deg; end one where the other begins"
             )
 
 

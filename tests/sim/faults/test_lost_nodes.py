@@ -73,7 +73,7 @@ def test_the_robot_stands_says_why_and_arrives_later(fault: NodeFault) -> None:
     stood = drive.run(LOST_S + STOPPED_S)
     assert drive.run(BACK_S).distance(stood) < 0.01
     name = getattr(fault, "node", "")
-    expected = f"{name} does not respond; the robot stands until it is back." if name else SILENT
+    expected = f"{name} does not respond; the robot stops until it responds again." if name else SILENT
     assert expected in drive.sentences
     assert drive.run(END_S).distance(GOAL) < 0.35
 

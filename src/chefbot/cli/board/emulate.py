@@ -74,7 +74,7 @@ def _check_free(link: Path) -> None:
     if not link.exists():
         return
     if not link.is_symlink():
-        raise UserError(f"{link} exists already and is no link; choose another --link")
+        raise UserError(f"{link} exists already and is not a link; choose another --link")
     raise UserError(
         f"{link} leads to {link.resolve()}, where another board may be: end it, remove the link, or choose "
         "another --link"

@@ -71,7 +71,7 @@ def patrol(
     ] = False,
     page: Annotated[str, PAGE] = WEB_UI,
 ) -> None:
-    """Drive to places one after the other, as often as wanted."""
+    """Drive to places in order, in one or more rounds."""
     from chefbot.cli.drive.goals import send_patrol
 
     send_patrol(places, rounds, without_stops, page)

@@ -61,7 +61,7 @@ def run_slam(
     if isinstance(params, GraphSlamParams):
         offset = f"{1e3 * result.range_offset:+.0f} mm"
         console.print(
-            f"{len(result.closures)} loop closures; {offset} on all ranges, as the scans themselves show."
+            f"{len(result.closures)} loop closures; correction of all ranges {offset}, estimated from the scans."
         )
     console.print(f"{len(result.poses)} scans, {took:.1f} s; {out}/map.yaml, {', '.join(companions)}")
 

@@ -50,7 +50,7 @@ def summary(result: SlamResult, costs: SlamCosts) -> dict[str, str]:
         "Length of the trajectory": f"{np.hypot(*np.diff(path, axis=0).T).sum():.1f} m",
         "Map": (
             f"{grid.width * grid.resolution:.1f} m x {grid.height * grid.resolution:.1f} m, "
-            f"{grid.resolution:g} m a cell"
+            f"{grid.resolution:g} m per cell"
         ),
         "Observed area": f"{(grid.cells >= 0).sum() * grid.resolution**2:.0f} m²",
         "Loop closures": str(len(result.closures)),
@@ -83,7 +83,7 @@ def _closures(result: SlamResult) -> str:
     head = "<tr><th>scan</th><th>to scan</th><th>distance</th><th>angle</th></tr>"
     return (
         f"{_picture('Residuals of the loop closures', residuals_picture(result))}"
-        f"<p>The largest of {len(result.closures)}; scans are counted among the used ones.</p>"
+        f"<p>The largest of {len(result.closures)}; scan numbers count the used scans only.</p>"
         f"<table>{head}{rows}</table>"
     )
 

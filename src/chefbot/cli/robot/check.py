@@ -15,7 +15,7 @@ from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.load import load_robot
 
 WIDTH = 110
-"""Number of columns where the output is no terminal."""
+"""Number of columns where the output is not a terminal."""
 PLAIN = {"m^3": ("cm^3", 1e6), "": ("%", 100.0)}
 """Unit to the unit that is shown, and its number per unit, for units that `units` does not convert."""
 

@@ -30,7 +30,7 @@ from chefbot.robot.spec import Robot
 from chefbot.storage.atomic_files import make_folder, write_atomic
 
 WIDTH = 100
-"""Number of columns where the output is no terminal."""
+"""Number of columns where the output is not a terminal."""
 MAX_DEPENDENT_CHANGES = 20
 """Maximum number of dependent changes, after which the search for a passing design ends."""
 _NUMBER = re.compile(r"[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?")
@@ -146,7 +146,7 @@ def _overridden(path: Path, given: dict[str, str]) -> _Draft:
 
 
 def _quantity(name: str, value: str) -> str:
-    """Return `6` as `6 kg`. Raises UserError for a text that is no quantity of the option's unit."""
+    """Return `6` as `6 kg`. Raises UserError for a text that is not a quantity of the option's unit."""
     option = OPTIONS[name]
     text = f"{value} {option.unit}" if _NUMBER.fullmatch(value.strip()) else value
     try:

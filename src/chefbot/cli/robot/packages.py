@@ -20,7 +20,7 @@ def package_folder(name: str, path: Path, where: str) -> Path:
     Raises UserError if there is none; `where` begins its sentence.
     """
     if not _NAME.fullmatch(name):
-        raise UserError(f"{where}: {name!r} is no name of a package")
+        raise UserError(f"{where}: {name!r} is not a package name")
     above = [folder for folder in path.resolve().parents if _is_package(folder, name)]
     installed = [Path(p) / "share" / name for p in os.environ.get("AMENT_PREFIX_PATH", "").split(":") if p]
     found = [*above, *(folder for folder in installed if folder.is_dir())]

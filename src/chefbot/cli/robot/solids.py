@@ -150,13 +150,13 @@ def _png(robot: Robot, chosen: Item | None) -> bytes:
 
 
 def _write(path: Path, data: bytes) -> None:
-    """Write a file; refuse a path that exists and is no file, such as a device."""
+    """Write a file; refuse a path that exists and is not a file, such as a device."""
     try:
         is_other = path.exists() and not path.is_file()
     except OSError as error:
         raise UserError(f"{path} cannot be written: {error.strerror}") from None
     if is_other:
-        raise UserError(f"{path} cannot be written: it exists and is no file")
+        raise UserError(f"{path} cannot be written: it exists and is not a file")
     write_into_folder(path, data)
 
 

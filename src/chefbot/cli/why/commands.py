@@ -14,7 +14,7 @@ def why(
     ] = None,
     last: Annotated[int, typer.Option(min=1, help="how many causes, the newest")] = 20,
     everything: Annotated[bool, typer.Option("--all", help="all causes of the run")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="print the chains as JSON, one a line")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print the chains as JSON, one per line")] = False,
     picture: Annotated[
         Path | None, typer.Option(help="also draw the places on the map, as PNG", show_default=False)
     ] = None,

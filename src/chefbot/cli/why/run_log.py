@@ -50,7 +50,7 @@ def find_log(given: Path | None) -> Path:
 
 
 def read_run(path: Path) -> RunCauses:
-    """Read the causes of a log. Raises UserError for a file that is no log, and for one without causes."""
+    """Read the causes of a log. Raises UserError for a file that is not a log, and for one without causes."""
     try:
         bag = read_bag(path)
         _check_type(bag, path)

@@ -1,6 +1,6 @@
 """A Drawing as DXF R2010: layers, true arcs and circles, real dimensions; the same drawing gives the same bytes.
 
-ezdxf is imported by whoever imports this module, so nothing but the verb and its tests does.
+Importing this module imports ezdxf, so that only the verb and its tests do it.
 """
 
 from __future__ import annotations

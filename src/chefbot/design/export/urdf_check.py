@@ -36,7 +36,7 @@ class Branch(NamedTuple):
 def check_urdf(root: ET.Element, where: str) -> list[Branch]:
     """Return the tree, root first. UrdfError with the first fault that is found."""
     if root.tag != "robot":
-        raise UrdfError(f"{where}: its outermost element is <{root.tag}>, not <robot>; that is no URDF")
+        raise UrdfError(f"{where}: its outermost element is <{root.tag}>, not <robot>; that is not URDF")
     links = _links(root, where)
     joints = _joints(root, links, where)
     for name, link in links.items():
@@ -167,7 +167,7 @@ def _check_size(shape: ET.Element, at: str) -> None:
             raise UrdfError(f"{at}: a mesh names no file")
         return
     if shape.tag not in SIZES:
-        raise UrdfError(f"{at}: <{shape.tag}> is no shape of URDF{name_hint(shape.tag, (*SIZES, 'mesh'))}")
+        raise UrdfError(f"{at}: <{shape.tag}> is not a URDF shape{name_hint(shape.tag, (*SIZES, 'mesh'))}")
     counts = {key: 3 if key == "size" else 1 for key in SIZES[shape.tag]}
     sizes = _numbers(shape, counts, at)
     if set(sizes) != set(counts) or min(value for values in sizes.values() for value in values) <= 0.0:

@@ -9,7 +9,7 @@ from chefbot.strict_xml import parse_xml
 
 
 class UrdfError(DesignError):
-    """A URDF that is no valid description of one robot; the message names file and element."""
+    """A URDF that is not a valid description of one robot; the message names file and element."""
 
 
 def parse_urdf_xml(data: bytes, where: str) -> ET.Element:

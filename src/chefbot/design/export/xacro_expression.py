@@ -217,7 +217,7 @@ class _Evaluation:
     def _call(self, node: ast.Call) -> Any:
         function = self._any(node.func)
         if not isinstance(function, Function):
-            raise RefusedError(f"'{ast.unparse(node.func):.80}' is no function that may be called")
+            raise RefusedError(f"'{ast.unparse(node.func):.80}' is not a permitted function")
         given = [self.value(argument) for argument in node.args]
         named = {keyword.arg: self.value(keyword.value) for keyword in node.keywords if keyword.arg}
         if len(named) != len(node.keywords):
@@ -245,7 +245,7 @@ def _bounded(value: Any) -> Any:
     if isinstance(value, (list, tuple, dict)) and len(value) > MAX_ITEMS:
         raise RefusedError(f"a list is longer than {MAX_ITEMS} items")
     if isinstance(value, dict) and not _is_plain(value):
-        raise RefusedError("a namespace of functions is no value")
+        raise RefusedError("a namespace of functions is not a value")
     return value
 
 

@@ -28,14 +28,14 @@ class RefusedError(DesignError):
 def filled(form: str, values: Any) -> str:
     """Return `form % values`. Raises RefusedError for a form with widths from elsewhere, or very wide."""
     if len(_PERCENT.findall(form)) > MAX_FIELDS or "%" in _PERCENT.sub("", form):
-        raise RefusedError(f"'{form:.40}' is no plain format; widths have up to three digits")
+        raise RefusedError(f"'{form:.40}' is not a plain format; widths have up to three digits")
     return form % values
 
 
 def formatted(value: Any, spec: str) -> str:
     """Return `value` in Python's format specification, as in f'{value:.3f}'. Raises RefusedError for a wide one."""
     if not _SPEC.fullmatch(spec):
-        raise RefusedError(f"':{spec:.40}' is no plain format; widths have up to three digits")
+        raise RefusedError(f"':{spec:.40}' is not a plain format; widths have up to three digits")
     return format(value, spec)
 
 
@@ -44,7 +44,7 @@ def _format(form: str, *values: Any, **named: Any) -> str:
     for _, field, spec, conversion in parts:
         plain = field is None or (_FIELD.fullmatch(field) and _SPEC.fullmatch(spec or ""))
         if not plain or conversion not in (None, "s", "r"):
-            raise RefusedError(f"'{form:.40}' is no plain format; it has fields without attributes")
+            raise RefusedError(f"'{form:.40}' is not a plain format; it has fields without attributes")
     if len(parts) > MAX_FIELDS:
         raise RefusedError(f"'{form:.40}' has more than {MAX_FIELDS} fields")
     return form.format(*values, **named)

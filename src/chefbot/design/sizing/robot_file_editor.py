@@ -24,7 +24,7 @@ class Change(NamedTuple):
 
 
 def changed(text: str, changes: list[Change]) -> str:
-    """Return `text` with the changes, one after the other; a missing key is added.
+    """Return `text` with the changes, made in order; a missing key is added.
 
     A section that becomes a name (`motor: pololu_37d_70`) loses its inner lines; the comment behind a changed
     value is removed, because it belongs to the old one.
@@ -60,7 +60,7 @@ def _loaded(yaml: YAML, text: str) -> Any:
         return yaml.load(text)
     except YAMLError as error:
         line = f" in line {mark.line + 1}" if (mark := getattr(error, "problem_mark", None)) else ""
-        problem = getattr(error, "problem", None) or "it is no plain YAML"
+        problem = getattr(error, "problem", None) or "it is not plain YAML"
         raise DesignError(f"the robot file cannot be changed: {problem}{line}") from None
 
 

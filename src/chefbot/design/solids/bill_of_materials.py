@@ -18,7 +18,7 @@ from chefbot.robot.spec import Robot
 SAME = 7
 """Digits in which equal pieces agree; left and right ones are rotated."""
 ALL, ASSEMBLY = "all", "assembly"
-"""Names that are no parts and can be selected like one."""
+"""Names that are not parts and can be selected like one."""
 HEAD = "part,count,what,material,mass_each_kg,mass_kg,x_mm,y_mm,z_mm,price_each,price"
 
 

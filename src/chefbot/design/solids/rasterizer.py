@@ -125,6 +125,6 @@ def _groups(sizes: Ints) -> Iterator[slice]:
 
 
 def _counting(counts: Ints) -> Ints:
-    """0, 1, ... n-1 for every n of counts, one after the other."""
+    """Concatenation of 0, 1, ... n-1 for every n of counts."""
     starts = np.cumsum(counts) - counts
     return np.arange(int(counts.sum())) - np.repeat(starts, counts)

@@ -31,7 +31,7 @@ _FORMATS = {
 
 
 class CdrError(ChefbotError):
-    """Bytes that are no valid message of the type, or values that do not fit their fields."""
+    """Bytes that are not a valid message of the type, or values that do not fit their fields."""
 
 
 def encode(message: Message) -> bytes:

@@ -21,7 +21,7 @@ exact: list[float | None] = [None]
 
 
 def float32_fields(kind: type[Message]) -> list[str]:
-    """Return the names of a type's float32 fields that are no arrays."""
+    """Return the names of a type's float32 fields that are not arrays."""
     return [field.name for field in fields_of(kind) if field.element == "float32" and not field.is_array]
 
 

@@ -16,7 +16,7 @@ def message_type(name: str) -> type[Message]:
     """Return the class of a message type such as 'sensor_msgs/msg/LaserScan'; KeyError if unknown."""
     interface = _find(name)
     if not (isinstance(interface, type) and issubclass(interface, Message)):
-        raise KeyError(f"{name} is no message type")
+        raise KeyError(f"{name} is not a message type")
     return interface
 
 
@@ -32,7 +32,7 @@ def service_type(name: str) -> Service[Any, Any]:
         return action.send_goal_service if part == "SendGoal" else action.get_result_service
     interface = _find(name)
     if not isinstance(interface, Service):
-        raise KeyError(f"{name} is no service type")
+        raise KeyError(f"{name} is not a service type")
     return interface
 
 
@@ -41,7 +41,7 @@ def action_type(name: str) -> Action[Any, Any, Any]:
     """Return the types of an action such as 'nav2_msgs/action/NavigateToPose'; KeyError if unknown."""
     interface = _find(name)
     if not isinstance(interface, Action):
-        raise KeyError(f"{name} is no action type")
+        raise KeyError(f"{name} is not an action type")
     return interface
 
 

@@ -21,7 +21,7 @@ from chefbot.runtime.node import In, Node, NoParams, Out
 from chefbot.runtime.transform_buffer import TransformError
 
 PEOPLE_TIMEOUT_NS = 1_000_000_000
-"""Age from which the places of people count no more, ns: nobody tracks them."""
+"""Age from which the places of people no longer count, ns: the tracker is silent."""
 
 
 class CausesNode(Node):

@@ -125,7 +125,7 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
         x, y = people.states[row, :2].tolist()
         place = MarkedPlace(TRACKER, self.costmap_frame, x, y, self.now_ns)
         numbers = (Quantity("speed", step.v, "m/s"), Quantity("possible speed", fast, "m/s"))
-        sentence = f"The controller drives at {step.v:.2f} m/s near somebody."
+        sentence = f"The controller drives at {step.v:.2f} m/s near a person."
         return make_report(SLOW, "speed near people", sentence, place, numbers)
 
     def _detour(self, follower: PathFollower, pose: SE2, costs: Costmap) -> Cause | None:
@@ -138,7 +138,7 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
         if away < NOTABLE_DEVIATION or first is None:
             return None
         place = self._place(nearest_lethal(costs, float(given[first, 0]), float(given[first, 1])))
-        sentence = f"The controller leads the path {away:.2f} m aside."
+        sentence = f"The controller deviates {away:.2f} m from the path."
         return make_report(DETOUR, "local path", sentence, place, (Quantity("deviation", away, "m"),))
 
     def _place(self, cell: CellCentre | None) -> MarkedPlace | None:

@@ -14,7 +14,7 @@ from chefbot.safety.collision_monitor import CheckedTwist
 from chefbot.safety.monitor_text import STOPPED, ReasonKeeper, SensedPoint
 
 NOTABLE = 0.9
-"""Fraction of the commanded motion from which less is no slow-down worth a report."""
+"""Fraction of the commanded motion from which less is not a slow-down worth a report."""
 MONITOR, CONDITION = "collision monitor", "sensor data"
 """Checks: an obstacle or unseen ground on the way of the twist; a fault of a sensor."""
 

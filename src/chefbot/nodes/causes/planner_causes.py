@@ -45,7 +45,7 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
             Quantity("deviation", detour.deviation, "m"),
             Quantity("extra length", detour.extra_length, "m"),
         )
-        sentence = f"The new plan leads {detour.deviation:.1f} m from the old one, which is blocked."
+        sentence = f"The new plan deviates {detour.deviation:.1f} m from the old one, which is blocked."
         self.report_once(make_report(DETOUR, "global plan", sentence, place, numbers))
 
     def report_taken_goal(self, plan: NDArray[np.float64], goal: SE2) -> str:
@@ -58,7 +58,9 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         if away <= SAME_GOAL:
             self._taken_goal = None
             return ""
-        sentence = f"The goal is taken: the robot drives to a free pose with sight of it, {away:.2f} m away."
+        sentence = (
+            f"The goal is occupied: the robot drives to a free pose with sight of it, {away:.2f} m away."
+        )
         if self._taken_goal != (goal, end):
             self._taken_goal = goal, end
             cell = nearest_lethal(self._costs.update(), goal.x, goal.y)
@@ -80,7 +82,7 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         place = marked_place(self._costs, cell, "map", self.robot)
         sentence = f"{str(error)[0].upper()}{str(error)[1:]}."
         if place is None and lane:
-            sentence += f" The one-way lane {lane} leads the other way."
+            sentence += f" The one-way lane {lane} leads in the opposite direction."
         self.report_once(make_report(FAILURE, "global plan", sentence, place))
 
     def _report_zone_detour(
@@ -97,7 +99,7 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         if place is None and not lane:
             return
         title = f"one-way lane {lane}" if place is None else place.sensor
-        sentence = f"The plan leads {extra:.1f} m farther because of the {title}."
+        sentence = f"The plan is {extra:.1f} m longer because of the {title}."
         numbers = (Quantity("extra length", extra, "m"),)
         self.report_once(make_report(DETOUR, "global plan", sentence, place, numbers))
 

@@ -93,7 +93,7 @@ class FollowingServerNode(TargetDriverNode):
         try:
             return self._end(await self._run(number, goal.max_duration.seconds, feedback))
         except Cancelled:
-            self._publish_phase("The following is cancelled.")
+            self._publish_phase("Following was cancelled.")
             raise
         finally:
             self._halt()
@@ -137,7 +137,7 @@ class FollowingServerNode(TargetDriverNode):
             self._halt()
 
     def _end(self, result: nav2.FollowObject_Result) -> nav2.FollowObject_Result:
-        self._publish_phase(result.error_msg or "The following has ended.")
+        self._publish_phase(result.error_msg or "Following has ended.")
         return result
 
     def _publish_phase(self, sentence: str) -> None:

@@ -32,7 +32,7 @@ def goal_in_map(goal: PoseStamped, transforms: TransformBuffer) -> PoseStamped:
         check(goal)
     except InvalidMessageError as error:
         outside = ERROR_CODES[PlanningFailure.GOAL_OUTSIDE_MAP]
-        raise GoalError(outside, f"The goal is no pose on the map: {error}.") from None
+        raise GoalError(outside, f"The goal is not a pose on the map: {error}.") from None
     frame = goal.header.frame_id
     if frame in ("", MAP):
         return goal

@@ -65,7 +65,7 @@ class TargetDriverNode(Node):
         self._planning = None
         result = _result(planning)
         if result is None or result.error_code:
-            self._note_failure(result.error_msg if result else "Another goal takes the planner.")
+            self._note_failure(result.error_msg if result else "Another goal preempted the planner.")
             return
         following = self._following = self.follow_path.call(nav2.FollowPath_Goal(result.path))
         following.add_done_callback(lambda: self._followed(following))

@@ -28,7 +28,7 @@ BLOCKED_PATHS = (205, 206, 208)
 HELD_UP = (105, 106)
 """Error codes of FollowPath of a robot that something near holds up: no progress, no valid control."""
 NEAR = 1.3
-"""Distance of a person before the robot who may hold it up, m."""
+"""Distance within which a person in front of the robot may hold it up, m."""
 STEP_ASIDE = 6.0
 """Time for which the robot waits for a person before it although its plan leads past, s."""
 PERIOD = 1.0
@@ -96,7 +96,9 @@ class WayWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
                     return ComputePathToPose_Result(error_code=NO_VALID_PATH, error_msg=decision.sentence)
                 person = self._person_ahead() if held_up and not decision.waits else None
                 if person is not None and self.now_ns - began_ns < STEP_ASIDE * 1e9:
-                    decision = WaitDecision(True, sentence=f"Person {person} stands before me. I wait.")
+                    decision = WaitDecision(
+                        True, sentence=f"Person {person} stands in front of the robot. Waiting."
+                    )
                 if not decision.waits:
                     return ComputePathToPose_Result()
                 self._requests.wait(self.now_ns)

@@ -81,7 +81,7 @@ class WaypointFollowerNode(Node):
         try:
             return self._end(await self._drive(run, len(goal.poses), feedback))
         except Cancelled:
-            self.phase.publish(String("The waypoints are cancelled."))
+            self.phase.publish(String("The waypoints were cancelled."))
             raise
 
     async def _drive(

@@ -99,6 +99,6 @@ class ZonesNode(CauseReportsNode):
             self.report("motion", None)
             return
         title = limit.zone.title
-        sentence = f"{title[0].upper()}{title[1:]} allows {limit.zone.speed:.2f} m/s."
+        sentence = f"{title[0].upper()}{title[1:]} limits the speed to {limit.zone.speed:.2f} m/s."
         numbers = (Quantity("speed limit", limit.zone.speed, "m/s"),)
         self.report("motion", make_report(SLOW, title, sentence, numbers=numbers))

@@ -1,4 +1,4 @@
-"""Task `go`: drive to places on the true map, one after the other."""
+"""Task `go`: drive to places on the true map, in order."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class ZenohToDdsRoute:
     def _flush(self) -> None:
         """Forward the messages that arrived before their publisher was known."""
         for _ in range(len(self._early)):
-            with contextlib.suppress(RmwError, CdrError):  # it was no valid message of this type
+            with contextlib.suppress(RmwError, CdrError):  # it was not a valid message of this type
                 self._receive(*self._early.popleft())
 
     def _receive(self, cdr: bytes, attachment: Attachment) -> None:

@@ -11,7 +11,7 @@ DOMAIN_VARIABLE, PORT_VARIABLE = "ROS_DOMAIN_ID", "CHEFBOT_WIRE_PORT"
 
 
 def domain_from_environment() -> int:
-    """Return ROS_DOMAIN_ID, or 0 if unset; raises SessionError when it is no valid domain."""
+    """Return ROS_DOMAIN_ID, or 0 if unset; raises SessionError when it is not a valid domain."""
     return _number(DOMAIN_VARIABLE, 0, MAX_DOMAIN, 0)
 
 

@@ -93,12 +93,12 @@ def parse_token(text: str) -> Token:
         raise RmwError(f"{text!r} is not a liveliness token: a field is missing or empty")
     _, domain, zid, nid, entity_id, kind, enclave, namespace, name = fields[:_NODE_FIELDS]
     if not (domain.isascii() and domain.isdigit() and len(domain) <= 4):
-        raise RmwError(f"{text!r} is not a liveliness token: {domain!r} is no domain")
+        raise RmwError(f"{text!r} is not a liveliness token: {domain!r} is not a domain")
     node = NodeId(int(domain), zid, nid, _demangle(namespace), name, _demangle(enclave))
     if kind == NODE:
         return Token(node)
     if kind not in _ENDS:
-        raise RmwError(f"{text!r} is not a liveliness token: {kind!r} is no kind of end")
+        raise RmwError(f"{text!r} is not a liveliness token: {kind!r} is not a kind of end")
     if len(fields) < _END_FIELDS:
         raise RmwError(
             f"{text!r} is not a liveliness token: an end has {_END_FIELDS} fields, not {len(fields)}"

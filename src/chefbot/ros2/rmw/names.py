@@ -35,7 +35,7 @@ class InterfaceType(NamedTuple):
     def dds(self) -> str:
         """DDS name of the type: 'sensor_msgs::msg::dds_::LaserScan_'."""
         if not _ROS.fullmatch(self.name):
-            raise RmwError(f"{self.name!r} is no ROS type name")
+            raise RmwError(f"{self.name!r} is not a ROS type name")
         package, folder, name = self.name.split("/")
         return f"{package}::{folder}::dds_::{name}_"
 
@@ -56,7 +56,7 @@ def ros_name(dds: str) -> str:
     """
     match = _DDS.fullmatch(dds)
     if match is None:
-        raise RmwError(f"{dds!r} is no DDS type name")
+        raise RmwError(f"{dds!r} is not a DDS type name")
     return "/".join(match.groups())
 
 
@@ -76,14 +76,14 @@ def resolve(name: str, namespace: str = "/", node: str = "") -> str:
 def check_node_name(name: str) -> str:
     """Return the name if it is a valid node name; raises RmwError otherwise."""
     if not _NODE.fullmatch(name):
-        raise RmwError(f"{name!r} is no node name: letters, digits and _, no digit first")
+        raise RmwError(f"{name!r} is not a node name: letters, digits and _, no digit first")
     return name
 
 
 def check_namespace(namespace: str) -> str:
     """Return the namespace if it is '/' or a full name; raises RmwError otherwise."""
     if namespace != "/" and not _NAME.fullmatch(namespace):
-        raise RmwError(f"{namespace!r} is no namespace: '/' or '/name'")
+        raise RmwError(f"{namespace!r} is not a namespace: '/' or '/name'")
     return namespace
 
 

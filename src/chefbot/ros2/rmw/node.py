@@ -73,7 +73,7 @@ class RmwNode:
     ) -> Subscription:
         """Create a subscription that calls `callback(message)` in a Zenoh thread.
 
-        Data that is no valid message of the type is counted and rejected.
+        Data that is not a valid message of the type is counted and rejected.
         """
 
         def on_sample(data: bytes, _: bytes) -> None:

@@ -146,5 +146,5 @@ def _parts(qos: QoS) -> list[list[str]]:
 
 def _number(text: str, qos_text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 20):
-        raise RmwError(f"{qos_text!r} is not a QoS: {text!r} is no number")
+        raise RmwError(f"{qos_text!r} is not a QoS: {text!r} is not a number")
     return int(text)

@@ -50,7 +50,7 @@ class RmwContext:
         tune_malloc()
         self.domain = domain
         self.rejected = ErrorCounter()
-        """Counts of received data that was no valid message of its type, by reason; for diagnostics."""
+        """Counts of received data that was not a valid message of its type, by reason; for diagnostics."""
         self._port = port
         self._numbers = count()
         self._closing = threading.Event()

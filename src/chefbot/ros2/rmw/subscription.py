@@ -1,4 +1,4 @@
-"""A subscription compatible with rmw_zenoh; data that is no message of its type is counted and rejected."""
+"""A subscription compatible with rmw_zenoh; data that is not a message of its type is counted and rejected."""
 
 from __future__ import annotations
 

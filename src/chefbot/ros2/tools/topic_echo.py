@@ -178,7 +178,7 @@ def _steps(path: str) -> Iterator[tuple[str, int]]:
 
 
 def _plain_part(value: Any, max_elements: int | None) -> Any:
-    """Convert a value that is no message to plain data: a number, a string or a list."""
+    """Convert a value that is not a message to plain data: a number, a string or a list."""
     if isinstance(value, tuple):
         return [
             message_to_dict(element, max_elements) if isinstance(element, Message) else element

@@ -187,7 +187,7 @@ class NodeHung(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class Slow(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="slow"):
-    """Each callback of a node takes longer, one after the other; or each message of a link comes later."""
+    """Each callback of a node takes longer, so that they queue; or each message of a link comes later."""
 
     node: Annotated[str, Meta(max_length=64, description="name of the node; or else `link`")] = ""
     link: Annotated[str, Meta(max_length=64, description="node at one end of the link; or else `node`")] = ""

@@ -16,7 +16,7 @@ from chefbot.sim.world.furniture import PERSON_RADIUS
 LEAF_GAP = 0.04
 """Metres that a body keeps to the centre line of a door leaf."""
 ROBOT_GAP, SHY_GAP = 0.025, 0.16
-"""Metres at which a person stops before the robot, and one who avoids it."""
+"""Metres at which a person stops in front of the robot, and one who avoids it."""
 BRAKING_TIME = 0.4
 """Time constant with which a person who avoids the robot brakes before it, s."""
 LARGEST_STEP = 0.2

@@ -26,7 +26,7 @@ HIDE = 40.0
 STEP_OUT_DISTANCE = 2.0
 """Distance of the robot to the corner at which a person steps out, m."""
 SURPRISE = 2.0
-"""Time for which a person stands before the robot after stepping out, s."""
+"""Time for which a person stands in front of the robot after stepping out, s."""
 FOLLOW_DISTANCE = 0.6
 """Metres that a follower leaves between itself and the robot."""
 BLOCK, LEAVE_ALONE = (4.0, 10.0), (8.0, 20.0)
@@ -44,7 +44,7 @@ class Talker(SimulatedPerson):
     meeting: DoorwaySpot | None = None
 
     def steps(self) -> Doing:
-        """Walk about, then talk, for ever."""
+        """Walk about, then talk, forever."""
         leads = self.partner is None or self.number < self.partner.number
         while True:
             if leads:
@@ -105,7 +105,7 @@ class StepsOut(SimulatedPerson):
     """Waits behind a corner and steps out when the robot comes by."""
 
     def steps(self) -> Doing:
-        """Hide and step out, for ever; walk about where there is no corner."""
+        """Hide and step out, forever; walk about where there is no corner."""
         while True:
             spots = self.scene.hiding_places
             if spots:
@@ -135,7 +135,7 @@ class PullsChairs(SimulatedPerson):
     """Pulls chairs out and pushes them in."""
 
     def steps(self) -> Doing:
-        """Move a chair, then walk about, for ever."""
+        """Move a chair, then walk about, forever."""
         while True:
             free = [chair for chair in self.scene.chairs if chair.user is None]
             if free:
@@ -169,7 +169,7 @@ class UsesDoors(SimulatedPerson):
     """Opens a closed door or closes an open one from time to time."""
 
     def steps(self) -> Doing:
-        """Use a door, then walk about, for ever."""
+        """Use a door, then walk about, forever."""
         while True:
             if self.scene.door_sides:
                 sides = self.scene.door_sides
@@ -190,7 +190,7 @@ class Follower(SimulatedPerson):
     """Follows the robot as long as it sees it, and walks about otherwise."""
 
     def steps(self) -> Doing:
-        """Follow, or look for the robot, for ever."""
+        """Follow, or look for the robot, forever."""
         while True:
             yield from self.walk_until_seen()
             if self.scene.sees_robot(self.number):
@@ -218,7 +218,7 @@ class Blocker(SimulatedPerson):
     """Stands in the robot's way for fun."""
 
     def steps(self) -> Doing:
-        """Block the robot when it comes in sight, leave it alone for a while, for ever."""
+        """Block the robot when it comes in sight, leave it alone for a while, forever."""
         while True:
             yield from self.walk_until_seen()
             if self.scene.sees_robot(self.number):
@@ -228,7 +228,7 @@ class Blocker(SimulatedPerson):
                 yield from self.walk_about()
 
     def _block(self) -> Doing:
-        """Stay before the robot's front."""
+        """Stay in front of the robot."""
         end = self.scene.now + float(self.rng.uniform(*BLOCK))
         yield from stay_before_robot(
             self, lambda: self.scene.now < end and self.scene.sees_robot(self.number)

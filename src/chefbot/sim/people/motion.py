@@ -37,7 +37,7 @@ STUCK_SHARE = 0.15
 
 @njit(cache=True, nogil=True)
 def step(w: Walkers, s: Surroundings, duration: float, number: int) -> None:
-    """Advance all people by `duration` s. Whoever does not overlap an obstacle or another before does not after.
+    """Advance all people by `duration` s. People who overlap nothing before do not overlap anything after.
 
     number: count of the steps before; people look for their way in turn.
     """

@@ -60,7 +60,7 @@ class SimulatedPerson:
         yield from self.steps()
 
     def steps(self) -> Doing:
-        """Walk between destinations for ever."""
+        """Walk between destinations forever."""
         while True:
             yield from self.walk_about()
 

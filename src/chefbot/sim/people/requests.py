@@ -56,12 +56,12 @@ class PeopleRequests:
         elif verb == "leave" and not arguments:
             self._leave()
         else:
-            raise UserError(f"people do not understand {text[:60]!r}: say {HELP}")
+            raise UserError(f"people have no request {text[:60]!r}; use {HELP}")
 
     def _meet(self, name: str, number: int, persons: list[SimulatedPerson]) -> None:
         """Let the people who are nearest to a door stand in it."""
         if name not in self._doors:
-            raise UserError(f"people know no door {name[:60]!r}")
+            raise UserError(f"the world has no door {name[:60]!r}")
         if not 1 <= number <= min(len(persons), len(PLACES)):
             raise UserError(
                 f"{number} people cannot meet: there are {len(persons)}, at most {len(PLACES)} fit"

@@ -78,7 +78,7 @@ class MapWalls:
         )
 
     def around_walls(self) -> Grid:
-        """Return the map with all that is no wall as free, unknown or not."""
+        """Return the map with all that is not a wall as free, unknown or not."""
         cells = np.where(self.solid, OCCUPIED, FREE).astype(np.int8)
         return dataclasses.replace(self._grid, cells=cells)
 

@@ -21,13 +21,13 @@ class GraphSlamParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
         float, Meta(ge=0.0, le=3.15, description="a scan is processed after this much rotation, rad")
     ] = 0.2
     max_range: Annotated[
-        float, Meta(gt=0.0, le=200.0, description="returns further than this mark no cell, m")
+        float, Meta(gt=0.0, le=200.0, description="returns farther than this mark no cell, m")
     ] = 80.0
     clear_range: Annotated[
         float, Meta(ge=0.0, le=200.0, description="a beam without return clears the map up to here, m")
     ] = 3.0
     match_range: Annotated[
-        float, Meta(gt=0.0, le=200.0, description="returns further than this are not matched, m")
+        float, Meta(gt=0.0, le=200.0, description="returns farther than this are not matched, m")
     ] = 40.0
     odometry_noise: OdometryNoise = OdometryNoise(
         translation_from_translation=0.1,
@@ -43,14 +43,13 @@ class GraphSlamParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
         float, Meta(ge=0.0001, le=0.1, description="minimum heading noise per step, rad")
     ] = 0.01
     independent_beams: Annotated[
-        float, Meta(ge=1.0, le=1000.0, description="a scan counts as at most so many independent beams")
+        float,
+        Meta(ge=1.0, le=1000.0, description="maximum number of independent beams that a scan counts as"),
     ] = 60.0
     submap_travel: Annotated[
         float, Meta(gt=0.1, le=200.0, description="travel after which the next submap begins, m")
     ] = 12.0
     max_cells: Annotated[
         int,
-        Meta(
-            ge=10_000, le=1_000_000_000, description="the map's rectangle may not hold more cells than this"
-        ),
+        Meta(ge=10_000, le=1_000_000_000, description="maximum number of cells of the map's rectangle"),
     ] = 64_000_000

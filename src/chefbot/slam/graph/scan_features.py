@@ -33,7 +33,7 @@ class ScanFeatures:
     """Points (n, 2) float32 in the base frame, m, in order of the beams, and their unit normals (n, 2)
     float32, towards the sensor.
 
-    A normal of (0, 0) means that the neighbourhood is no line. outline: (m, 2) float32, the points and, between
+    A normal of (0, 0) means that the neighbourhood is not a line. outline: (m, 2) float32, the points and, between
     neighbours on one line, points every OUTLINE_SPACING: the surfaces that a later scan may see between the beams.
     """
 

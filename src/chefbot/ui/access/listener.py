@@ -30,7 +30,7 @@ _RESET = struct.pack("ii", 1, 0)
 
 
 class LogLimit(logging.Filter):
-    """Passes LOG_BURST records, and then one in each LOG_PERIOD: strangers must not fill the disk by the log."""
+    """Passes LOG_BURST records, and then one in each LOG_PERIOD: unknown peers must not fill the disk."""
 
     def __init__(self) -> None:
         super().__init__()

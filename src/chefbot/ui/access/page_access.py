@@ -8,7 +8,7 @@ from chefbot.ui.server import WebUiServer
 from chefbot.ui.web_ui_params import WebUiParams
 
 NOT_ENCRYPTED = (
-    "Warning: not encrypted. Whoever reads this network's traffic can read the token and drive the robot; "
+    "Warning: not encrypted. Anyone who reads this network's traffic can read the token and drive the robot; "
     "set the page's parameter `certificate`, or use a network whose users you trust."
 )
 

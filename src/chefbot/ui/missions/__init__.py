@@ -1,1 +1,1 @@
-"""Missions of the web UI besides deliveries."""
+"""Missions of the web UI in addition to deliveries."""

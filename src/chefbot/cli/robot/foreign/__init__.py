@@ -1,1 +1,1 @@
-"""Robot descriptions of strangers: URDF, and xacro that a confined process expands."""
+"""Robot descriptions from untrusted sources: URDF, and xacro that a confined process expands."""

@@ -47,7 +47,7 @@ def _check_mesh(name: str, path: Path, where: str) -> None:
     file = _mesh_file(name, path, where)
     try:
         if file.exists() and (not file.is_file() or file.stat().st_size == 0):  # opening a pipe would block
-            raise UserError(f"{where}: mesh {name} is no file, or is empty")
+            raise UserError(f"{where}: mesh {name} is not a file, or is empty")
         file.open("rb").close()
     except FileNotFoundError:
         raise UserError(f"{where}: mesh {name} does not exist (looked for {file})") from None

@@ -121,7 +121,7 @@ class _Sandbox:
                 " environment; write ${...} or an <xacro:arg>"
             )
         raise UserError(
-            f"{text:.80} is no substitution of xacro; there are arg, find, dirname, cwd and optenv"
+            f"{text:.80} is not a substitution of xacro; there are arg, find, dirname, cwd and optenv"
         )
 
     @staticmethod

@@ -59,7 +59,7 @@ class PackageFiles:
         self._number, self._bytes = self._number + 1, self._bytes + len(data)
         if self._number > MAX_FILES or self._bytes > MAX_ALL_BYTES:
             raise UserError(
-                f"it reads more than {MAX_FILES} files, or {MAX_ALL_BYTES} bytes; that is no robot"
+                f"it reads more than {MAX_FILES} files, or {MAX_ALL_BYTES} bytes; that is not a robot"
             )
         return GivenFile(str(file), data)
 

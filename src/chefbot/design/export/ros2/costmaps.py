@@ -47,7 +47,7 @@ def _common(figures: Figures) -> Tree:
 
 
 def _footprint(figures: Figures) -> Tree:
-    """Return the polygon of a robot that is no disc, which Nav2 then uses instead of the radius."""
+    """Return the polygon of a robot that is not a disc, which Nav2 then uses instead of the radius."""
     points = figures.polygon
     return {"footprint": Explained(points, "plates and wheels, in base_link")} if points else {}
 

@@ -87,7 +87,7 @@ def test_a_link_to_a_port_keeps_its_own_path(monkeypatch: pytest.MonkeyPatch, tm
         (errno.EACCES, "chefbot doctor"),
         (errno.EAGAIN, "in use"),
         (errno.ENOENT, "is not there"),
-        (errno.EISDIR, "no serial port"),
+        (errno.EISDIR, "not a serial port"),
         (errno.EIO, "cannot be opened"),
     ],
 )

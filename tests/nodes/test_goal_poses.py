@@ -1,4 +1,4 @@
-"""Goals as they come: not a number, in other frames, outside the map, taken; and the next goal after each."""
+"""Goals as they come: not a number, in other frames, outside the map, occupied; and the next goal after each."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def test_a_goal_in_the_robots_frame_is_transformed_once() -> None:
     assert shown.header.frame_id == "map"
 
 
-def test_a_taken_goal_ends_beside_it_and_this_is_reported() -> None:
+def test_an_occupied_goal_ends_beside_it_and_this_is_reported() -> None:
     nodes = room(occupied=(1.0, 0.0))
     outcome = navigate(nodes, at(1.0, 0.0))
     assert (outcome.status, outcome.result.error_code) == (STATUS_SUCCEEDED, 0)
@@ -126,7 +126,7 @@ def test_a_taken_goal_ends_beside_it_and_this_is_reported() -> None:
     assert 0.2 < controller.ends[-1].distance(SE2(1.0, 0.0, 0.0)) < 0.5
     driving = [one.reason for one in nodes.messages("navigation_status") if one.state == "driving"]
     assert driving[-1] == outcome.result.error_msg
-    causes = [one for one in nodes.messages("cause_reports") if one.check == "goal taken"]
+    causes = [one for one in nodes.messages("cause_reports") if one.check == "goal occupied"]
     assert len(causes) == 2 and causes[0].sensor == "map" and causes[0].located
     assert navigate(nodes, at(0.0, 1.0)).result.error_msg == ""
 
@@ -134,7 +134,7 @@ def test_a_taken_goal_ends_beside_it_and_this_is_reported() -> None:
 def test_a_goal_in_a_wall_far_from_any_floor_is_given_up() -> None:
     nodes = room()
     outcome = navigate(nodes, at(1.99, 1.99))
-    assert outcome.result.error_code == 0 and "taken" in outcome.result.error_msg
+    assert outcome.result.error_code == 0 and "occupied" in outcome.result.error_msg
 
 
 def test_a_goal_without_a_frame_is_on_the_map() -> None:

@@ -80,7 +80,7 @@ class PlannerNode(BlockageFinderNode):
         path = Path.of(Header.of(self.now_ns, "map"), poses)
         self.plan.publish(path)
         self.report_plan(poses, self._planner, target, robot)
-        return ComputePathToPose_Result(path, error_msg=self.report_taken_goal(poses, target))
+        return ComputePathToPose_Result(path, error_msg=self.report_occupied_goal(poses, target))
 
     def _find_path(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Plan around all marks and, if that fails, without those out of sensor range, which may have left.

@@ -134,7 +134,7 @@ class PersonFollower:
     def _search(self, robot: SE2, person: TrackedPerson, hidden: float) -> FollowStep:
         """Drive to where the person was seen last, stop there and look around, and end after a time."""
         if hidden >= self.params.detection_timeout + self.params.search_timeout:
-            text = f"Lost person {self.number} and found nobody in {hidden:.0f} s."
+            text = f"Lost person {self.number} and did not find it in {hidden:.0f} s."
             return FollowStep(RETRY, text, error_code=FAILED_TO_DETECT_OBJECT)
         away, bearing = _polar(robot, person)
         self._arrived = self._arrived or away <= ARRIVED or hidden > self.params.search_timeout / 2.0

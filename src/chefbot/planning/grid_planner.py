@@ -20,9 +20,9 @@ from chefbot.planning.planner import PlanningError, PlanningFailure
 MAX_FREE_COST = INSCRIBED - 1
 """Highest cost of a cell in which the robot's centre may be."""
 SMOOTHING_ITERATIONS = 20
-TAKEN = "the goal is occupied; the robot drives to the nearest free pose with sight of it"
+OCCUPIED = "the goal is occupied; the robot drives to the nearest free pose with sight of it"
 STEADINESS = 0.15
-"""Difference of their distances to a goal that is taken up to which two poses are equally near to it, m."""
+"""Difference of their distances to an occupied goal up to which two poses are equally near to it, m."""
 MAX_SEARCHES = 12
 """Searches for a path on which the footprint does not collide; each excludes the places where the last one did."""
 
@@ -32,9 +32,9 @@ class GridPlanner:
 
     No cell of the path has a cost of INSCRIBED or more. With a polygonal footprint, no pose of the
     path collides, save those at the start: where one does, the search is repeated without the cells around it.
-    For a goal that is taken it plans to the nearest free pose with sight of it; `walls` is the static map that no
+    For an occupied goal it plans to the nearest free pose with sight of it; `walls` is the static map that no
     sight leads through. `remarks` are sentences about what the last `plan` had to relax: a start inside the
-    inflation, a goal that is taken. No step leads against a one-way lane. Reuses its working arrays between calls (13
+    inflation, an occupied goal. No step leads against a one-way lane. Reuses its working arrays between calls (13
     bytes per cell).
     """
 
@@ -98,7 +98,7 @@ class GridPlanner:
         else:
             self._taken = goal, self._goal_at(costmap, goal, int(reached[0]), exact=False)
             away = self._taken[1].distance(goal)
-            self.remarks += (f"{TAKEN}, {away:.2f} m from the goal",)
+            self.remarks += (f"{OCCUPIED}, {away:.2f} m from the goal",)
         return self._path(costmap, start, goal, int(reached[0]), exact=reached[0] == goal_cell)
 
     def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
@@ -187,7 +187,7 @@ class GridPlanner:
         return free[np.array([costmap.lethal_on_footprint(pose) == 0 for pose in poses], np.bool_)]
 
     def _seeing(self, costmap: Costmap, start: SE2, goal: SE2, free: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the cells with sight of a goal that is taken, one of the nearest first.
+        """Return the cells with sight of an occupied goal, one of the nearest first.
 
         Of cells that are about equally near to the goal it is the one nearest to the pose of the plan before, or to
         the start: marks at the edge of an obstacle come and go, and the robot must not drive round it each time.

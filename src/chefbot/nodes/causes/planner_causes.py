@@ -22,7 +22,7 @@ from chefbot.planning.planner import Planner, PlanningError, PlanningFailure
 class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
     """Base class of a node that plans on the global costmap and reports detours and failures."""
 
-    _taken_goal: tuple[SE2, SE2] | None = None
+    _occupied_goal: tuple[SE2, SE2] | None = None
 
     @cached_property
     def _zone_detours(self) -> NewGoals:
@@ -48,25 +48,25 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         sentence = f"The new plan deviates {detour.deviation:.1f} m from the old one, which is blocked."
         self.report_once(make_report(DETOUR, "global plan", sentence, place, numbers))
 
-    def report_taken_goal(self, plan: NDArray[np.float64], goal: SE2) -> str:
-        """Report that a plan (n, 3) ends beside its goal, which is taken; return the sentence, empty if it does not.
+    def report_occupied_goal(self, plan: NDArray[np.float64], goal: SE2) -> str:
+        """Report that a plan (n, 3) ends beside its occupied goal; return the sentence, empty if it does not.
 
         It is reported once for a goal and the pose beside it.
         """
         end = SE2.of(plan[-1])
         away = end.distance(goal)
         if away <= SAME_GOAL:
-            self._taken_goal = None
+            self._occupied_goal = None
             return ""
         sentence = (
             f"The goal is occupied: the robot drives to a free pose with sight of it, {away:.2f} m away."
         )
-        if self._taken_goal != (goal, end):
-            self._taken_goal = goal, end
+        if self._occupied_goal != (goal, end):
+            self._occupied_goal = goal, end
             cell = nearest_lethal(self._costs.update(), goal.x, goal.y)
             place = marked_place(self._costs, cell, "map", self.robot)
             numbers = (Quantity("distance from the goal", away, "m"),)
-            self.report_once(make_report(DETOUR, "goal taken", sentence, place, numbers))
+            self.report_once(make_report(DETOUR, "goal occupied", sentence, place, numbers))
         return sentence
 
     def report_failure(self, error: PlanningError, planner: Planner, start: SE2, goal: SE2) -> None:

@@ -21,7 +21,7 @@ class PathRequestNode(RecoveryBehaviorsNode):
 
     compute_path_to_pose = action_client(nav2.ComputePathToPose)
     _goal_remark = ""
-    """What the planner reported about a goal to which it found a path: that it is taken."""
+    """What the planner reported about a goal to which it found a path: that it is occupied."""
 
     async def _plan(self, goal: PoseStamped) -> nav2.ComputePathToPose_Result:
         """Return the planner's result, or an error if there is none in time."""

@@ -1,4 +1,4 @@
-"""Goals that are taken: the nearest free pose with sight of the goal."""
+"""Goals that are occupied: the nearest free pose with sight of the goal."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def planner(tolerance: float = 0.5) -> GridPlanner:
 START = SE2(0.5, 0.5, 0.0)
 
 
-def test_a_taken_goal_is_replaced_by_the_nearest_free_pose() -> None:
+def test_an_occupied_goal_is_replaced_by_the_nearest_free_pose() -> None:
     costs = taken(walls(), 1.0, 1.5, 0.3)
     goal = SE2(1.0, 1.5, 0.8)
     end = SE2.of(planner().plan(costs, START, goal)[-1])

@@ -60,7 +60,7 @@ class SimulatedPerson:
         yield from self.steps()
 
     def steps(self) -> Doing:
-        """Walk between destinations forever."""
+        """Walk from destination to destination, forever."""
         while True:
             yield from self.walk_about()
 

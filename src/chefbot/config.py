@@ -8,6 +8,7 @@ import operator
 import os
 import re
 import stat
+from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar, cast
 
@@ -123,13 +124,19 @@ def parse_yaml(data: bytes, where: str) -> Any:
 
 def build(value: Any, kind: type[T], where: str) -> T:
     """Convert plain data to the struct type `kind`, checking units, bounds and unknown keys."""
-    plain = _to_si(value, types.type_info(kind), where, "")
+    plain = _to_si(value, _type_info(kind), where, "")
     try:
         return msgspec.convert(plain, kind, strict=True)
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at `$")
         key = path.rstrip("`").lstrip(".")
         raise ConfigError(f"{where}: {key + ': ' if key else ''}{message}") from None
+
+
+@cache
+def _type_info(kind: type) -> types.Type:
+    """Return msgspec's description of a type, which takes longer to make than most files to read."""
+    return types.type_info(kind)
 
 
 def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:

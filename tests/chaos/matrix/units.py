@@ -15,6 +15,7 @@ from chefbot.errors import UserError
 from chefbot.proving.scenario import Building, Scenario
 from chefbot.proving.scenario_tasks import Bounds, RunLimits
 from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
 from chefbot.sim.faults.events import FaultEvent, LastingFault
 from chefbot.sim.faults.simulated_robot import check_robot_has
 
@@ -52,9 +53,10 @@ def rotated(units: Sequence[Unit], commit: str) -> list[Unit]:
 
 def _runs(row: str, check: RunCheck) -> Iterator[Unit]:
     faults = list(combinations(check.faults, 2)) if check.pairs else [(fault,) for fault in check.faults]
+    robots = {robot: load_robot(robot) for robot in check.robots}
     for robot, world, given in product(check.robots, check.worlds, faults):
         events = tuple(_event(fault, *times) for fault, times in zip(given, FAULT_TIMES, strict=False))
-        if not _possible(robot, events):
+        if not _possible(robots[robot], events):
             continue
         name = f"{robot} in {world}: {' and '.join(map(_title, given))}" + (
             f", {check.people} people" if check.people else ""
@@ -72,11 +74,11 @@ def _runs(row: str, check: RunCheck) -> Iterator[Unit]:
         yield Unit(row, name, scenario, 1 + 2 * (zlib.crc32(name.encode()) % 500))
 
 
-def _possible(robot: str, events: Sequence[FaultEvent]) -> bool:
+def _possible(robot: Robot, events: Sequence[FaultEvent]) -> bool:
     """Return whether the robot has the sensors of the faults."""
     try:
         for event in events:
-            check_robot_has(load_robot(robot), event)
+            check_robot_has(robot, event)
     except UserError:
         return False
     return True

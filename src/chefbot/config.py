@@ -124,7 +124,7 @@ def parse_yaml(data: bytes, where: str) -> Any:
 
 def build(value: Any, kind: type[T], where: str) -> T:
     """Convert plain data to the struct type `kind`, checking units, bounds and unknown keys."""
-    plain = _to_si(value, _type_info(kind), where, "")
+    plain = _to_si(value, _type_info(cast(Any, kind)), where, "")
     try:
         return msgspec.convert(plain, kind, strict=True)
     except msgspec.ValidationError as error:

@@ -17,6 +17,13 @@ def test_many(case): pass
 
 @pytest.mark.parametrize("case", range(3))
 def test_all(case): pass
+
+@pytest.mark.rotated("drives")
+def test_forwards(): pass
+
+@pytest.mark.rotated("drives")
+@pytest.mark.parametrize("case", range(2))
+def test_backwards(case): pass
 """
 
 
@@ -25,7 +32,7 @@ def test_every_case_runs_with_some_commit() -> None:
     assert chosen == set(range(5))
 
 
-def test_one_case_of_a_rotated_test_runs(tmp_path: Path) -> None:
+def test_one_case_of_a_rotated_test_or_group_runs(tmp_path: Path) -> None:
     (tmp_path / "test_it.py").write_text(SUITE)
     repository = Path(__file__).parents[2]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "tests.conftest", "-c", "pyproject.toml"]
@@ -35,7 +42,7 @@ def test_one_case_of_a_rotated_test_runs(tmp_path: Path) -> None:
         "HOME": str(tmp_path),
         "PYTHONPATH": f"{repository}:{repository}/src",
     }
-    for rotate, passed in (("1", "4 passed, 3 deselected"), ("0", "7 passed")):
+    for rotate, passed in (("1", "5 passed, 5 deselected"), ("0", "10 passed")):
         done = subprocess.run(
             command, cwd=repository, env={**environment, VARIABLE: rotate}, capture_output=True, text=True
         )

@@ -50,6 +50,7 @@ def refusal(network: Network, *words: str) -> str:
     return said
 
 
+@pytest.mark.rotated("launches on several machines")
 def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     robot = network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")
     join = ("--join", f"tls/{network.address('robot1')}")
@@ -93,6 +94,7 @@ def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     assert "The robot was restarted" in end(there)
 
 
+@pytest.mark.rotated("launches on several machines")
 def test_slam_and_web_ui_of_one_launch_run_on_another_machine(network: Network) -> None:
     same = ("launch", "several_machines", *ROBOT, "slam:=alice", "screen:=alice")
     robot = network.chefbot("robot1", *same)
@@ -106,6 +108,7 @@ def test_slam_and_web_ui_of_one_launch_run_on_another_machine(network: Network) 
     assert "did you mean 'alice'" in refusal(network, *same[1:], "--host", "alise")
 
 
+@pytest.mark.rotated("launches on several machines")
 def test_keyboard_teleop_runs_on_another_machine(network: Network) -> None:
     network.chefbot("robot1", "launch", "chefbot_empty_world", "robot:=chefbot_lidar", "pictures:=0")
     page = network.page_user("robot1")

@@ -83,6 +83,7 @@ def test_two_thousand_random_messages_do_not_stop_navigation(room: Path, seed: i
     assert result["goal_distance"] < ARRIVED, result
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize(("launch", "robot"), CASES)
 def test_random_messages_end_and_block_no_launch(launch: str, robot: str, room: Path) -> None:

@@ -6,6 +6,7 @@ import pytest
 from tests.devices.host_fuzz import RUN_BYTES, fuzz
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_ten_million_random_bytes_from_the_board_do_no_harm(seed: int) -> None:

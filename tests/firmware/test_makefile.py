@@ -12,6 +12,7 @@ import pytest
 from tests.firmware.host_board import make, need
 
 
+@pytest.mark.rotated("firmware under sanitizers")
 def test_unit_tests_pass_under_sanitizers() -> None:
     need("make", "g++")
     assert re.search(r"\d+ tests, 0 failed", make("unit"))
@@ -28,6 +29,7 @@ def test_safety_code_is_fully_covered() -> None:
     assert "100.0 % of lines, 100.0 % of branches" in make("coverage")
 
 
+@pytest.mark.rotated("firmware under sanitizers")
 @pytest.mark.slow
 def test_ten_million_fuzzed_bytes_do_no_harm() -> None:
     need("make", "g++")

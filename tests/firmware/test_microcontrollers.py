@@ -148,6 +148,7 @@ def scenario(both: EmulatorAndHost, seconds: float, seed: int) -> None:
         both.step()
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 def test_microcontrollers_reproduce_ticks_states_and_messages(emulator: BoardEmulator) -> None:
     both = EmulatorAndHost(emulator)

@@ -60,6 +60,7 @@ def kill(process: subprocess.Popen[bytes]) -> None:
     process.wait(PATIENCE)
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("fault", [kill, suspend])
 def test_a_dead_or_hanging_host_program_stops_the_wheels(
     bench: BoardBench,

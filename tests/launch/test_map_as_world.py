@@ -33,6 +33,7 @@ def room_map(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize("given", [{}, {"start": "[0.4, 0.3, 2.0]"}], ids=["most room", "start"])
 def test_localization_and_ground_truth_share_the_map_frame(given: dict[str, str], room_map: Path) -> None:

@@ -83,6 +83,7 @@ def damaged(stream: bytes, rng: np.random.Generator) -> bytes:
     return bytes(out)
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("driver", DRIVERS)
 def test_damaged_bytes_never_make_a_wrong_range(driver: str) -> None:
     wrong = total = 0

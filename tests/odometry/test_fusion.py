@@ -40,7 +40,7 @@ def run(seed, commands, faults, with_gyro):
     return odometry, reading.truth, estimate
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("consistency of the odometry's covariance")
 @pytest.mark.slow
 @pytest.mark.parametrize(("metres", "diameter", "slip"), [(2.0, 0.003, 0.003), (8.0, 0.0005, 0.006)])
 def test_covariance_from_wheels_is_consistent(metres, diameter, slip):
@@ -53,6 +53,7 @@ def test_covariance_from_wheels_is_consistent(metres, diameter, slip):
     assert abs(mean - 3.0) < 4.0 * math.sqrt(6.0 / 150)
 
 
+@pytest.mark.rotated("consistency of the odometry's covariance")
 @pytest.mark.slow
 def test_covariance_with_gyro_is_consistent():
     """The filter may be somewhat conservative, as the simulated bias has no random walk."""
@@ -62,6 +63,7 @@ def test_covariance_with_gyro_is_consistent():
     assert 1.5 < mean < 3.0 + 4.0 * math.sqrt(6.0 / 60)
 
 
+@pytest.mark.rotated("consistency of the odometry's covariance")
 @pytest.mark.slow
 def test_a_gyro_improves_the_heading_several_times():
     commands = hotel_drive(metres=20.0)
@@ -148,6 +150,7 @@ def test_the_yaw_of_a_carried_robot_follows_the_gyro():
     assert estimate.pose.yaw == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.rotated("consistency of the odometry's covariance")
 @pytest.mark.slow
 def test_covariance_stays_positive_semidefinite_over_an_hour():
     ekf, rng, left, right = SynchronousEkf(ROBOT), np.random.default_rng(3), 0, 0

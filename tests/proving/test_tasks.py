@@ -31,6 +31,7 @@ def run(text: str, folder: Path, seed: int = 1) -> RunRecord:
     return make_run(run_orders(scenario, folder, [seed])[0], folder / "run")
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize("task", SCENARIOS)
 def test_a_run_of_each_task_succeeds(tmp_path: Path, task: str) -> None:

@@ -75,6 +75,7 @@ def test_a_method_may_lose_its_call_of_the_base_class(tmp_path: Path) -> None:
         )
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("module", MODULES)
 def test_mutants_are_programs_and_leave_no_trace(module: str) -> None:
     source = path_of(module).read_text()

@@ -38,6 +38,7 @@ def square_error(profile: str, seed: int, side: float, sign: float) -> float:
     return origin.between(sim.truth().pose).distance(driver.pose)
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
 def test_perfect_odometry_closes_a_ten_metre_square(sign: float) -> None:
     assert square_error("perfect", 0, 10.0, sign) < 0.02

@@ -1,7 +1,8 @@
 """Tests of long cases of which each run of the suite makes one, chosen by the commit.
 
 `@pytest.mark.rotated` on a parametrized test: `make test` runs one of its cases, another with each commit, and says
-so in the header; `make test-long`, and pytest by itself, run all.
+so in the header; `make test-long`, and pytest by itself, run all. Tests marked `rotated("a group")` are the cases of
+that group, in whichever files they stand.
 """
 
 from __future__ import annotations
@@ -36,12 +37,17 @@ def chosen_case(test: str, count: int, commit: str) -> int:
     return int.from_bytes(hashlib.sha256(f"{commit} {test}".encode()).digest()[:8], "big") % count
 
 
+def group_of(item: pytest.Item, marker: pytest.Mark) -> str:
+    """Return the name of the cases to which a rotated test belongs."""
+    return str(marker.args[0]) if marker.args else item.nodeid.partition("[")[0]
+
+
 def split(items: list[pytest.Item], commit: str) -> tuple[list[pytest.Item], list[pytest.Item]]:
     """Return the tests that run with a commit, in their order, and those that do not."""
     cases: dict[str, list[pytest.Item]] = defaultdict(list)
     for item in items:
-        if item.get_closest_marker("rotated"):
-            cases[item.nodeid.partition("[")[0]].append(item)
+        if marker := item.get_closest_marker("rotated"):
+            cases[group_of(item, marker)].append(item)
     kept = {id(group[chosen_case(test, len(group), commit)]) for test, group in cases.items()}
     runs = [item for item in items if not item.get_closest_marker("rotated") or id(item) in kept]
     return runs, [item for item in items if item.get_closest_marker("rotated") and id(item) not in kept]

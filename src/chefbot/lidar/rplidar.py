@@ -250,7 +250,3 @@ class RplidarSession(LidarSession):
         # the last sample was taken when the packet began on the line
         ages = np.rint(np.arange(len(angles) - 1, -1, -1) * self._mode.sample_ns).astype(np.int64)
         return Samples(bearings_of(angles, ZERO), ranges, began_ns - ages)
-
-
-MAX_ANSWER = 256
-"""Size of the largest single answer, bytes."""

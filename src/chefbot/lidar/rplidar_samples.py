@@ -140,7 +140,7 @@ def decode_ultra(capsule: bytes, following: bytes) -> tuple[Angles, Ranges]:
 
 
 class CapsuleFormat(NamedTuple):
-    """A kind of capsule: its size, its samples, where its checksum begins to count, and how it is decoded."""
+    """A kind of capsule: its size, its samples, how it is decoded, and where the angle of its first sample is."""
 
     size: int
     samples: int

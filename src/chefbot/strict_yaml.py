@@ -90,7 +90,8 @@ else:
     _Loader = _PythonLoader  # type: ignore[assignment,misc]
 
 for _kind in ("int", "float"):  # PyYAML calls what is registered, not the method of this name
-    _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", getattr(_Loader, f"construct_yaml_{_kind}"))
+    for _loader in (_PythonLoader, _Loader):
+        _loader.add_constructor(f"tag:yaml.org,2002:{_kind}", getattr(_loader, f"construct_yaml_{_kind}"))
 
 
 def load_strict(text: str) -> Any:

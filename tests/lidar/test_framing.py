@@ -21,7 +21,7 @@ FORMAT = FrameFormat(
     length=lambda buffer, begin: 0 if begin + 1 == len(buffer) else buffer[begin + 1] or -1,
     valid=lambda frame: len(frame) > 2 and checksum(frame[:-1]) == frame[-1],
 )
-"""AA | length | payload | checksum. No byte but the first has its highest bit set, so that none seems to begin a frame."""
+"""AA | length | payload | checksum: only the first byte has its highest bit set, so that no other begins a frame."""
 
 
 def checksum(data: bytes) -> int:

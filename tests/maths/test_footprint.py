@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry import LinearRing, box
 
-from chefbot.maths.costs import LETHAL, Costmap
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.footprint import Footprint, disc
+from chefbot.maths.footprint_collision import lethal_on_edges, lethal_while_rotating
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import built_in_robots, load_robot
 
@@ -102,3 +103,67 @@ def test_many_turns_are_checked_as_one() -> None:
     costs = costmap([(SIDE // 2, column) for column in range(SIDE)])
     assert costs.lethal_while_rotating(pose, 1e12) == costs.lethal_while_rotating(pose, turn)
     assert costs.lethal_while_rotating(pose, -1e12) == costs.lethal_while_rotating(pose, -turn)
+
+
+ODD = st.integers(-700, 700).map(lambda k: 0.0137 * k + 0.00123)
+"""Numbers that put no point of an edge on the border of a cell."""
+POLYGONS = st.lists(st.tuples(ODD, ODD), min_size=3, max_size=6).map(np.array)
+GRIDS = st.integers(0, 2**32).map(
+    lambda seed: np.random.default_rng(seed).choice([0, INSCRIBED, LETHAL, UNKNOWN], (12, 9)).astype(np.uint8)
+)
+
+
+def points_on_edges(x: float, y: float, yaw: float, corners: np.ndarray) -> np.ndarray:
+    """Return the points (n, 2) at which edges are looked at: from each corner on, at most half a cell apart."""
+    turn = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
+    placed = corners @ turn + (x, y)
+    edges = []
+    for begin, end in zip(placed, np.roll(placed, -1, axis=0), strict=True):
+        count = max(1, math.ceil(2.0 * float(np.linalg.norm(end - begin))))
+        edges.append(begin + np.arange(count)[:, None] / count * (end - begin))
+    return np.vstack(edges)
+
+
+@given(GRIDS, ODD, ODD, ODD, POLYGONS)
+def test_only_points_in_lethal_cells_of_the_costmap_count(
+    cells: np.ndarray, x: float, y: float, yaw: float, corners: np.ndarray
+) -> None:
+    expected = 0
+    for px, py in points_on_edges(x, y, yaw, corners):
+        inside = 0 <= px < cells.shape[1] and 0 <= py < cells.shape[0]
+        expected += bool(inside and cells[int(py), int(px)] == LETHAL)
+    assert lethal_on_edges(cells, x, y, yaw, corners) == expected
+
+
+@given(GRIDS, ODD, ODD, ODD, POLYGONS)
+def test_a_costmap_and_a_robot_turned_together_collide_alike(
+    cells: np.ndarray, x: float, y: float, yaw: float, corners: np.ndarray
+) -> None:
+    turned = np.ascontiguousarray(np.rot90(cells, -1))  # a quarter counter-clockwise: rows count upwards
+    found = lethal_on_edges(turned, cells.shape[0] - y, x, yaw + math.pi / 2, corners)
+    assert found == lethal_on_edges(cells, x, y, yaw, corners)
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(0.1, 6.0), st.floats(0.05, 0.95), st.floats(1.0, 14.0))
+def test_what_an_arm_sweeps_over_is_found(yaw: float, angle: float, share: float, radius: float) -> None:
+    arm, middle = np.array([[0.0, 0.0], [15.0, 0.0]]), 20.5
+    for sign in (1, -1):
+        cells = np.zeros((41, 41), np.uint8)
+        at = yaw + sign * share * angle
+        cells[math.floor(middle + radius * math.sin(at)), math.floor(middle + radius * math.cos(at))] = LETHAL
+        row, column = np.argwhere(cells == LETHAL)[0]
+        to_cell = math.atan2(row + 0.5 - middle, column + 0.5 - middle)
+        passed = sign * (to_cell - yaw) % (2.0 * math.pi)
+        if passed <= angle:  # over the centre of the cell
+            assert lethal_while_rotating(cells, middle, middle, yaw, sign * angle, arm) > 0
+        width = 0.75 / math.hypot(row + 0.5 - middle, column + 0.5 - middle)
+        if angle + width < passed < 2.0 * math.pi - width:
+            assert lethal_while_rotating(cells, middle, middle, yaw, sign * angle, arm) == 0
+
+
+@given(GRIDS, ODD, ODD, ODD, POLYGONS)
+def test_a_rotation_by_nothing_is_the_pose_itself(
+    cells: np.ndarray, x: float, y: float, yaw: float, corners: np.ndarray
+) -> None:
+    found = lethal_while_rotating(cells, x, y, yaw, 0.0, corners)
+    assert found == lethal_on_edges(cells, x, y, yaw, corners)

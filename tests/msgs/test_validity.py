@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
+from chefbot.msgs.chefbot_zones import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import (
     Point,
@@ -28,6 +29,7 @@ from chefbot.msgs.geometry_msgs import (
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import NavigateToPose_Goal
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path
+from chefbot.msgs.people_msgs import People, Person
 from chefbot.msgs.sensor_msgs import BatteryState, Image, Imu, JointState, LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.msgs.tf2_msgs import TFMessage
@@ -64,6 +66,14 @@ def image(**changes: Any) -> Image:
 
 def path(*places: tuple[float, float]) -> Message:
     return Path(Header(), tuple(PoseStamped(Header(), Pose(Point(x, y))) for x, y in places))
+
+
+def zones(kind: str, count: int, corners: int = 3) -> Message:
+    return MapZones(Header(), tuple(MapZone(str(i), kind, (Point(),) * corners) for i in range(count)))
+
+
+def person(**changes: Any) -> Message:
+    return People(Header(), (replace(Person("anna", reliability=1.0), **changes),))
 
 
 FULL_SCAN, LINE = np.ones(360, np.float32), np.eye(6)
@@ -114,6 +124,11 @@ REFUSED: list[tuple[Message, str]] = [
     (path((0.0, 0.0), (9e5, 0.0)), "poses lead over 900000 m"),
     (JointState(Header(), ("a", "b"), np.zeros(3)), "position has 3 elements, name has 2"),
     (Range(Header(), 0, 0.5, 4.0, 0.02, 1.0), "min_range is 4, above max_range"),
+    (zones(KEEP_OUT, 1, corners=2), "zones.corners has 2 elements, at least 3 are needed"),
+    (zones(ONE_WAY, 256), "zones holds 256 one-way lanes, at most 255 can be used"),
+    (person(reliability=1.01), "people.reliability is 1.01, it must lie between 0 and 1"),
+    (person(tagnames=("age",)), "people.tags has 0 elements, tagnames has 1"),
+    (People(people=(Person(),) * 1001), "people has 1001 elements, at most 1000 can be used"),
 ]
 ACCEPTED: list[Message] = [
     scan(),
@@ -136,6 +151,9 @@ ACCEPTED: list[Message] = [
     TFMessage((TRANSFORM,)),
     path(),
     path((0.0, 0.0), (100.0, 0.0)),
+    zones(ONE_WAY, 255),
+    zones(KEEP_OUT, 256),
+    person(tagnames=("age", "role"), tags=("7", "guest")),
 ]
 
 

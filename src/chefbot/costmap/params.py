@@ -8,7 +8,7 @@ import msgspec
 from msgspec import Meta
 
 LIVE_PARAMS = ("padding", "inflation_radius", "cost_scaling_factor", "marking_range", "clearing_range")
-"""Parameters that `LayeredCostmap.retune` can change while the obstacle layers are kept."""
+"""Parameters that `LayeredCostmap.reconfigure` can change while the obstacle layers are kept."""
 
 
 LAYERS = (

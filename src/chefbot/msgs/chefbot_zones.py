@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.lanes import MAX_LANES
 from chefbot.msgs.geometry_msgs import Point
-from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, per_field
+from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, min_length, per_field
 from chefbot.msgs.idl.message import Float64, Message, String
 from chefbot.msgs.std_msgs import Header
 
@@ -29,6 +30,7 @@ class MapZone(Message, frozen=True, eq=False):
 
     BOUNDS = per_field(speed=(0.0, MAX_MAGNITUDE), direction=(-MAX_MAGNITUDE, MAX_MAGNITUDE))
     MAX_LENGTHS = per_field(corners=MAX_CORNERS)
+    RULES = (min_length(3, "corners"),)
 
     name: String = ""
     kind: String = ""
@@ -50,12 +52,18 @@ class MapZone(Message, frozen=True, eq=False):
         return np.array([(corner.x, corner.y) for corner in self.corners]).reshape(-1, 2)
 
 
+def _check_lanes(message: MapZones) -> str:
+    count = len(message.of_kind(ONE_WAY))
+    return "" if count <= MAX_LANES else f"zones holds {count} one-way lanes, at most {MAX_LANES} can be used"
+
+
 class MapZones(Message, frozen=True, eq=False):
     """All zones of the map."""
 
     ROS_PACKAGE = "chefbot_msgs"
 
     MAX_LENGTHS = per_field(zones=MAX_ZONES)
+    RULES = (_check_lanes,)
 
     header: Header = Header()
     zones: tuple[MapZone, ...] = ()

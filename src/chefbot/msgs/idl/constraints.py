@@ -82,6 +82,19 @@ def max_length(limit: int, *names: str) -> Rule:
     return check
 
 
+def min_length(least: int, *names: str) -> Rule:
+    """Require that these arrays have at least so many elements."""
+
+    def check(message: Any) -> str:
+        for name in names:
+            n = len(getattr(message, name))
+            if n < least:
+                return f"{name} has {n} elements, at least {least} are needed"
+        return ""
+
+    return check
+
+
 def covariance(name: str, side: int, *, may_be_unknown: bool = False) -> Rule:
     """Require a covariance matrix: variances >= 0, symmetric, positive semidefinite.
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from py_trees.common import Status
 from tests.support.scripted_trees import leaf, run, scripted
+
+from chefbot.behavior_tree.controls import RecoveryNode, halt
 
 SCRIPTS = st.text("SFR", min_size=1, max_size=6)
 
@@ -121,6 +124,162 @@ def test_a_rate_controller_begins_its_child_at_its_rate() -> None:
     tree.halt()
     run(tree, 1)
     assert leaf(tree, "plan").ticks == 6, "after a stop it begins at once"
+
+
+def test_a_rate_controller_waits_after_a_success_only() -> None:
+    tree = scripted('<RateController hz="2"><Leaf name="plan" script="SFFS"/></RateController>')
+    assert run(tree, 9) == "SRRRRFFSR", "what fails before its time is over is tried at the next tick"
+
+
+SEVERAL = st.lists(SCRIPTS, min_size=1, max_size=4)
+
+
+@given(SEVERAL, st.integers(-1, 5), st.integers(-1, 5))
+def test_a_parallel_ends_when_its_counts_decide(scripts: list[str], needed: int, fatal: int) -> None:
+    leaves = "".join(f'<Leaf name="{i}" script="{script}"/>' for i, script in enumerate(scripts))
+    tree = scripted(f'<Parallel success_count="{needed}" failure_count="{fatal}">{leaves}</Parallel>')
+    needed, fatal = (len(scripts) if count < 0 else count for count in (needed, fatal))
+    for tick in range(6):
+        # what each child has ended with by this tick: its first letter that is not R
+        ends = [script.ljust(7, script[-1])[: tick + 1].lstrip("R")[:1] for script in scripts]
+        succeeded, failed = ends.count("S"), ends.count("F")
+        hopeless = len(scripts) - failed < needed
+        expected = "S" if succeeded >= needed else "F" if failed >= fatal or hopeless else "R"
+        assert run(tree, 1) == expected
+        for i, script in enumerate(scripts):
+            lasts = script.ljust(7, script[-1]).find(ends[i]) + 1 if ends[i] else tick + 1
+            assert leaf(tree, str(i)).ticks == lasts, "what has ended is not ticked again"
+        if expected != "R":
+            break
+
+
+@given(st.integers(0, 5), st.integers(0, 5))
+def test_a_recovery_node_tries_once_more_than_it_recovers(retries: int, failures: int) -> None:
+    script = "F" * failures + "S"
+    tree = scripted(
+        f'<RecoveryNode number_of_retries="{retries}"><Leaf name="main" script="{script}"/>'
+        '<Leaf name="recovery"/></RecoveryNode>'
+    )
+    assert run(tree, 1) == ("S" if failures <= retries else "F")
+    recoveries = min(retries, failures)
+    assert (leaf(tree, "main").ticks, leaf(tree, "recovery").ticks) == (recoveries + 1, recoveries)
+
+
+def test_a_stopped_recovery_node_begins_with_its_first_child() -> None:
+    tree = scripted(
+        '<RecoveryNode number_of_retries="2"><Leaf name="main" script="FFR"/>'
+        '<Leaf name="recovery" script="SR"/></RecoveryNode>'
+    )
+    assert run(tree, 1) == "R"
+    node = next(one for one in tree.root.iterate() if isinstance(one, RecoveryNode))
+    assert node.retries == 1
+    tree.halt()
+    assert node.retries == 0 and leaf(tree, "recovery").stops == 1
+    run(tree, 1)
+    assert leaf(tree, "main").ticks == 3
+
+
+@given(SEVERAL)
+def test_a_round_robin_fails_only_when_all_fail_in_a_row(scripts: list[str]) -> None:
+    leaves = "".join(f'<Leaf name="{i}" script="{script}"/>' for i, script in enumerate(scripts))
+    tree = scripted(f"<RoundRobin>{leaves}</RoundRobin>")
+    turn, ticks, failed = 0, [0] * len(scripts), 0
+    for _ in range(8):
+        result = ""
+        while not result:
+            letter = scripts[turn].ljust(60, scripts[turn][-1])[ticks[turn]]
+            ticks[turn] += 1
+            failed = failed + 1 if letter == "F" else 0 if letter == "S" else failed
+            turn = (turn + (letter != "R")) % len(scripts)
+            result = "F" if failed == len(scripts) else letter.replace("F", "")
+        turn, failed = (0, 0) if result == "F" else (turn, failed)
+        assert run(tree, 1) == result
+        assert [leaf(tree, str(i)).ticks for i in range(len(scripts))] == ticks
+
+
+@given(SEVERAL)
+def test_a_pipeline_reaches_a_child_when_all_before_it_succeeded(scripts: list[str]) -> None:
+    leaves = "".join(f'<Leaf name="{i}" script="{script}"/>' for i, script in enumerate(scripts))
+    tree = scripted(f"<PipelineSequence>{leaves}</PipelineSequence>")
+    reached, ticks = 0, [0] * len(scripts)
+    for _ in range(8):
+        expected = "S"
+        for i, script in enumerate(scripts):
+            letter = script.ljust(60, script[-1])[ticks[i]]
+            ticks[i] += 1
+            if letter == "F" or (letter == "R" and i >= reached):
+                expected = letter
+                reached = i
+                break
+        assert run(tree, 1) == expected
+        assert [leaf(tree, str(i)).ticks for i in range(len(scripts))] == ticks
+        reached = reached if expected == "R" else 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "port", "ends"), [("Repeat", "num_cycles", "F"), ("RetryUntilSuccessful", "num_attempts", "S")]
+)
+@given(SCRIPTS, st.integers(-1, 4))
+def test_a_repetition_counts_what_has_ended(kind: str, port: str, ends: str, script: str, limit: int) -> None:
+    tree = scripted(f'<{kind} {port}="{limit}"><Leaf name="x" script="{script}"/></{kind}>')
+    other, count, expected = "S" if ends == "F" else "F", 0, ""
+    for letter in script.ljust(12, script[-1]):
+        count += letter == other
+        if limit == 0 or count == limit:
+            letter, count = other, 0
+        elif letter == other:
+            letter = "R"
+        count = 0 if letter == ends else count
+        expected += letter
+    assert run(tree, 12) == expected
+    assert leaf(tree, "x").ticks == (0 if limit == 0 else 12)
+
+
+def test_a_repetition_whose_number_becomes_zero_stops_its_child() -> None:
+    tree = scripted('<Repeat num_cycles="{n}"><Leaf name="x" script="R"/></Repeat>')
+    tree.blackboard.set("n", 3)
+    assert run(tree, 2) == "RR"
+    tree.blackboard.set("n", 0)
+    assert run(tree, 1) == "S" and leaf(tree, "x").stops == 1
+
+
+@pytest.mark.parametrize(
+    ("body", "first", "again"),
+    [
+        ('<Timeout msec="250"><Leaf script="RSR"/></Timeout>', "RS", "RRRF"),
+        ('<Timeout msec="250"><Leaf script="R"/></Timeout>', "RRRF", "RRRF"),
+        ('<Delay delay_msec="250"><Leaf/></Delay>', "RRRS", "RRRS"),
+    ],
+)
+def test_times_count_anew_after_an_end_and_after_a_stop(body: str, first: str, again: str) -> None:
+    tree = scripted(body)
+    assert run(tree, len(first)) == first
+    assert run(tree, 2, start_s=10.0) == again[:2]
+    tree.halt()
+    assert run(tree, 4, start_s=20.0) == again
+
+
+def test_a_timeout_stops_its_child_and_a_late_success_counts() -> None:
+    tree = scripted('<Timeout msec="200"><Leaf name="x" script="R"/></Timeout>')
+    assert run(tree, 3) == "RRF" and leaf(tree, "x").stops == 1
+    assert run(scripted('<Timeout msec="200"><Leaf script="RRS"/></Timeout>'), 3) == "RRS"
+
+
+def test_a_single_trigger_may_run_again_after_a_stop() -> None:
+    tree = scripted('<SingleTrigger><Leaf name="x" script="RFRS"/></SingleTrigger>')
+    assert run(tree, 4) == "RFFF" and leaf(tree, "x").ticks == 2
+    halt(tree.root)
+    assert run(tree, 3) == "RSF"
+
+
+def test_a_halted_node_is_as_before_its_first_tick() -> None:
+    tree = scripted('<Sequence><Leaf name="x" script="R"/></Sequence>')
+    halt(tree.root)
+    run(tree, 1)
+    for _ in range(2):
+        halt(tree.root)
+        assert tree.root.status is leaf(tree, "x").status is Status.INVALID
+    assert leaf(tree, "x").stops == 1, "the second time there was nothing to stop"
 
 
 BODIES = st.recursive(

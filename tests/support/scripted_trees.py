@@ -42,9 +42,9 @@ def scripted(body: str) -> BehaviorTree:
     return build_tree(read_tree_file(text.encode(), "t.xml"), CATALOG)
 
 
-def run(tree: BehaviorTree, ticks: int, period_s: float = 0.1) -> str:
+def run(tree: BehaviorTree, ticks: int, period_s: float = 0.1, start_s: float = 0.0) -> str:
     """Return the letters of the root's statuses."""
-    return "".join(LETTER[tree.tick(round(k * period_s * 1e9))] for k in range(ticks))
+    return "".join(LETTER[tree.tick(round((start_s + k * period_s) * 1e9))] for k in range(ticks))
 
 
 def leaf(tree: BehaviorTree, name: str) -> Scripted:

@@ -158,7 +158,7 @@ class RoundRobin(ControlNode):
 class Parallel(ControlNode):
     """Ticks all children that have not ended; succeeds with `success_count` of them, fails with `failure_count`.
 
-    A count of -1 stands for all children.
+    It also fails as soon as too many have failed for a success. A count of -1 stands for all children.
     """
 
     def decide(self) -> Status:
@@ -168,9 +168,10 @@ class Parallel(ControlNode):
                 self._tick_child(index)
         succeeded = sum(child.status is Status.SUCCESS for child in self.children)
         failed = sum(child.status is Status.FAILURE for child in self.children)
-        if succeeded >= self._count("success_count"):
+        needed = self._count("success_count")
+        if succeeded >= needed:
             return self._finish(Status.SUCCESS)
-        if failed >= self._count("failure_count") or succeeded + failed == len(self.children):
+        if failed >= self._count("failure_count") or len(self.children) - failed < needed:
             return self._finish(Status.FAILURE)
         return Status.RUNNING
 

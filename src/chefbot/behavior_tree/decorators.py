@@ -57,10 +57,13 @@ class KeepRunningUntilFailure(Decorator):
 
 
 class CountingDecorator(Decorator):
-    """Base class of a decorator that restarts its child a number of times; -1 for no limit."""
+    """Base class of a decorator that restarts its child a number of times; -1 for no limit.
+
+    With 0 it ends at once, as after the last restart, and the child is not ticked.
+    """
 
     _port = ""
-    _end = Status.FAILURE
+    _end, _used_up = Status.FAILURE, Status.SUCCESS
     _count = 0
 
     def reset(self) -> None:
@@ -69,12 +72,15 @@ class CountingDecorator(Decorator):
 
     def decide(self) -> Status:
         """Return `_end` as soon as the child does, else the child's status once it has ended often enough."""
+        limit = int(self.ports.number(self._port))
+        if limit == 0:
+            self._restart_child()
+            return self._used_up
         status = self._tick_only_child()
         if status is Status.RUNNING:
             return Status.RUNNING
         self._restart_child()
         self._count += 1
-        limit = int(self.ports.number(self._port))
         if status is self._end or (0 <= limit <= self._count):
             self._count = 0
             return status
@@ -84,13 +90,14 @@ class CountingDecorator(Decorator):
 class Repeat(CountingDecorator):
     """Repeats its child `num_cycles` times, as long as it succeeds."""
 
-    _port, _end = "num_cycles", Status.FAILURE
+    _port = "num_cycles"
 
 
 class RetryUntilSuccessful(CountingDecorator):
     """Tries its child up to `num_attempts` times, until it succeeds."""
 
-    _port, _end = "num_attempts", Status.SUCCESS
+    _port = "num_attempts"
+    _end, _used_up = Status.SUCCESS, Status.FAILURE
 
 
 class TimedDecorator(Decorator):

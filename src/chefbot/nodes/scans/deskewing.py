@@ -18,12 +18,17 @@ def when_deskewed(
 ) -> None:
     """Call `action` with the scan without skew and the pose of `frame` in odom at its stamp, once both are known.
 
-    A scan from before the first odometry is given as it is.
+    A scan of which the first odometry saw the stamp only is given as it is; without a pose at its stamp it is left
+    out.
     """
     times = knot_times(scan)
 
     def place(_: SE2) -> None:
-        action(_deskewed(tf, scan, times), tf.lookup(FIXED_FRAME, frame, times[0]))
+        try:
+            pose = tf.lookup(FIXED_FRAME, frame, times[0])
+        except TransformError:
+            return  # it began before the first odometry
+        action(_deskewed(tf, scan, times), pose)
 
     if len(times) == 1:
         tf.on_available(FIXED_FRAME, frame, times[0], lambda pose: action(scan, pose))

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.support.nodes import NodeRunner
 
-from chefbot.maths.se2 import SE2
+from chefbot.behavior.recovery import NavigatorParams, WaitingParams
+from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.chefbot_msgs import (
     Cause,
@@ -17,10 +19,12 @@ from chefbot.msgs.chefbot_msgs import (
     NavigationStatus,
 )
 from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
-from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.sound_play import SoundRequest
 from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.navigation.way_waiting import LOOK_TIMEOUT, NEAR, STEP_ASIDE, WayWaitingNode
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock
@@ -138,3 +142,234 @@ def test_the_quicker_of_two_ways_is_chosen_with_its_numbers(
     decided = [one for one in causes if one.check == "blocked way" and one.kind in ("stop", "detour")][-1]
     assert decided.kind == ("stop" if waits else "detour")
     assert {"waited", "stood", "expected wait", "detour"} <= {one.name for one in decided.numbers}
+
+
+# ---- the base class alone
+
+GOAL = PoseStamped(Header.of(0, "map"), Pose.of(SE2(5.0, 0.0, 0.0)))
+AGAIN = NavigatorParams(waiting=WaitingParams(request_after=3.0, request_period=5.0))
+
+
+class Waiter(WayWaitingNode):
+    """A node that waits when a test lets it; it keeps the results and the statuses that it publishes."""
+
+    params: NavigatorParams
+
+    def start(self) -> None:
+        super().start()
+        self.results: list[Any] = []
+        self.states: list[tuple[str, str]] = []
+        self._restart_waiting()
+
+    @every(hz=10)
+    def pass_time(self) -> None:
+        """Let the time of the loop go on."""
+
+    def wait(self, *, held_up: bool = False) -> None:
+        self.spawn(self._keep(self._wait_for_way(GOAL, held_up)))
+
+    def look(self, error_code: int = 0) -> None:
+        self.spawn(self._keep(self._blocked_way(GOAL, error_code, False)))
+
+    async def _keep(self, work: Any) -> None:
+        self.results.append(await work)
+
+    def _publish_status(self, state: str, reason: str) -> None:
+        self.states.append((state, reason))
+
+
+class Ways(Node):
+    """A planner that finds what a test sets in the way."""
+
+    params: NoParams
+    find_blockage = action_server(FindBlockage)
+    found = FindBlockage_Result()
+
+    async def on_find_blockage(self, _: FindBlockage_Goal, __: Any) -> FindBlockage_Result:
+        return self.found
+
+
+class Way(NodeRunner):
+    """A robot at the origin of odom, which looks along x, and a planner that knows what is in its way."""
+
+    def __init__(self, *, planner: bool = True, params: NavigatorParams | None = None) -> None:
+        nodes = {"waiter": f"{__name__}:Waiter"} | ({"planner": f"{__name__}:Ways"} if planner else {})
+        super().__init__(nodes, {})
+        self.waiter: Any = self.system.nodes["waiter"]
+        self.planner: Any = self.system.nodes.get("planner")
+        if params is not None:
+            self.waiter.params = params
+        transform = TransformStamped.of(0, "odom", "base_link", IDENTITY)
+        self.loop.publish("tf_static", TFMessage((transform,)), "test")
+        self.run(0.0)
+
+    def block(self, *people: int, extra_length: float = -1.0, sensor: str = "lidar") -> None:
+        self.planner.found = FindBlockage_Result(
+            blocked=True, people=np.array(people, np.uint32), way_around=extra_length >= 0.0,
+            extra_length=max(extra_length, 0.0), point=Point(2.0), sensor=sensor,
+        )  # fmt: skip
+
+    def free(self) -> None:
+        self.planner.found = FindBlockage_Result()
+
+    def stand(self, x: float, seconds: float, *, number: int = 3, standing: bool = True) -> None:
+        """Let a person stand ahead of the robot for some seconds."""
+        for _ in range(round(10 * seconds)):
+            person = TrackedPerson(number, Point(x), standing=standing)
+            message = TrackedPeople(Header.of(self.loop.now_ns, "odom"), (person,))
+            self.loop.publish("tracked_people", message, "tracker")
+            self.run(0.1)
+
+    @property
+    def requested(self) -> list[float]:
+        return [one.time_ns / 1e9 for one in self.published if isinstance(one.message, SoundRequest)]
+
+    @property
+    def causes(self) -> list[Cause]:
+        return [one for one in self.messages("cause_reports") if one.kind != "end"]
+
+
+@pytest.mark.parametrize(
+    ("code", "alone", "among_people"),
+    [
+        (0, False, True),
+        (205, True, True),
+        (206, True, True),
+        (208, True, True),
+        (105, True, True),
+        (106, True, True),
+        (204, False, False),
+        (104, False, False),
+        (202, False, False),
+    ],
+)
+def test_only_some_errors_may_be_people_in_the_way(code: int, alone: bool, among_people: bool) -> None:
+    way = Way()
+    assert way.waiter._may_be_blocked(code) == alone
+    way.stand(9.0, 0.1)
+    assert way.waiter._may_be_blocked(code) == among_people
+
+
+def test_a_planner_that_does_not_answer_finds_nothing() -> None:
+    way = Way(planner=False)
+    way.waiter.look()
+    way.run(LOOK_TIMEOUT - 0.2)
+    assert way.waiter.results == []
+    way.run(0.4)
+    assert way.waiter.results == [None]
+    assert len(way.messages("find_blockage/_action/cancel_goal")) == 1
+
+
+@pytest.mark.parametrize(("error", "x", "waits"), [
+    (105, NEAR - 0.1, True), (106, NEAR - 0.1, True), (105, NEAR + 0.1, False), (105, -0.5, False),
+    (208, NEAR - 0.1, False),
+])  # fmt: skip
+def test_somebody_before_a_held_up_robot_is_waited_for(error: int, x: float, waits: bool) -> None:
+    way = Way()
+    way.stand(x, 0.1)
+    way.waiter.look(error)
+    way.run(0.1)
+    assert (way.waiter.results[0] is not None) == waits, "although the plan is free"
+
+
+def test_a_step_aside_is_waited_for_some_seconds() -> None:
+    way = Way()
+    way.stand(0.8, 0.1)
+    way.waiter.wait(held_up=True)
+    way.stand(0.8, STEP_ASIDE - 0.5)
+    assert way.waiter.results == []
+    assert ("waiting", "Person 3 stands before me. I wait.") in way.waiter.states
+    way.stand(0.8, 2.0)
+    assert way.waiter.results[0].error_code == 0, "then it tries to go on"
+
+
+def test_the_wait_ends_with_the_way_and_its_causes() -> None:
+    way = Way()
+    way.block(3)
+    way.stand(2.0, 1.5)
+    way.waiter.wait()
+    way.stand(2.0, 2.5)
+    assert way.waiter.results == [] and [one.check for one in way.causes] == ["blocked way"]
+    way.free()
+    way.stand(2.0, 1.1)
+    assert way.waiter.results[0].error_code == 0
+    assert [one.kind for one in way.messages("cause_reports")][-1] == "end"
+    assert way.waiter.states[0] == ("driving", ""), "a recovery behavior is over"
+
+
+def test_a_wait_without_another_way_ends_with_the_patience() -> None:
+    params = NavigatorParams(waiting=WaitingParams(patience=10.0))
+    way = Way(params=params)
+    way.block(3)
+    way.waiter.wait()
+    way.stand(2.0, 9.5)
+    assert way.waiter.results == []
+    way.stand(2.0, 2.0)
+    (result,) = way.waiter.results
+    assert result.error_code == NO_PATH and "there is no other way" in result.error_msg
+
+
+def test_requests_are_repeated_at_their_period() -> None:
+    way = Way(params=AGAIN)
+    way.block(3)
+    way.stand(2.0, 1.5)
+    way.waiter.wait()
+    way.stand(2.0, 15.0)
+    assert way.requested == pytest.approx([4.5, 9.5, 14.5], abs=0.15)
+    assert [one.check for one in way.causes] == ["blocked way", "blocked way, requested to pass"]
+    assert "Request: “May I pass, please?”" in way.waiter.states[-1][1]
+
+
+def test_without_a_text_nothing_is_requested() -> None:
+    way = Way(params=NavigatorParams(waiting=WaitingParams(request="", request_after=0.0)))
+    way.block(3)
+    way.waiter.wait()
+    way.stand(2.0, 5.0)
+    assert way.requested == [] and "Request" not in way.waiter.states[-1][1]
+
+
+@pytest.mark.parametrize(("pause", "requests"), [(4.0, 1), (12.0, 0)])
+def test_waits_that_follow_closely_count_as_one(pause: float, requests: int) -> None:
+    way = Way(params=AGAIN)
+    way.block(3)
+    way.waiter.wait()
+    way.stand(2.0, 2.0)
+    way.free()
+    way.stand(2.0, pause)
+    way.block(3)
+    way.waiter.wait()
+    way.stand(2.0, 1.5)
+    assert len(way.requested) == requests, "the first wait was 2 s, the request comes after 3 s"
+
+
+def test_the_other_way_around_people_is_a_cause_if_it_is_long() -> None:
+    for extra_length, notable in ((0.9, False), (1.1, True)):
+        way = Way()
+        way.stand(2.0, 20.0)
+        way.block(3, extra_length=extra_length)
+        way.waiter.look()
+        way.run(0.1)
+        assert way.waiter.results == [None]
+        assert [one.kind for one in way.causes] == (["detour"] if notable else [])
+
+
+@pytest.mark.parametrize(
+    ("people", "standing", "sensor", "located"),
+    [
+        ((3,), True, "lidar", True),
+        ((3,), False, "lidar", False),
+        ((), True, "lidar", True),
+        ((), True, "", False),
+    ],
+)
+def test_a_cause_names_the_cell_unless_somebody_walks_there(
+    people: tuple[int, ...], standing: bool, sensor: str, located: bool
+) -> None:
+    way = Way()
+    way.stand(2.0, 3.0, standing=standing)
+    way.block(*people, sensor=sensor)
+    way.waiter.wait()
+    way.run(0.2)
+    (cause,) = way.causes
+    assert cause.kind == "stop" and cause.located == located
+    assert not located or (cause.sensor, cause.header.frame_id, cause.point.x) == ("lidar", "map", 2.0)

@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from chefbot.control.controller_params import CONTROL_PERIOD, CONTROL_RATE, LIVE_PARAMS, ControllerParams
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.goal_checkers import GoalParams
+from chefbot.costmap.params import LOCAL_COSTMAP
+from chefbot.nodes.navigation.controller_params import ControllerNodeParams
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 
@@ -49,3 +51,23 @@ def test_each_live_parameter_exists() -> None:
     for pattern in LIVE_PARAMS:
         head, _, tail = pattern.partition("*")
         assert any(name.startswith(head) and name.endswith(tail) for name in names), pattern
+
+
+def test_the_parameters_of_the_node_contain_those_of_the_controller() -> None:
+    given = {"speed": 0.5, "optional_sensors": ["lidar"], "costmap": {"inflation_radius": 0.3}}
+    params = msgspec.convert(given, ControllerNodeParams)
+    assert (params.speed, params.optional_sensors) == (0.5, ("lidar",))
+    assert params.costmap.inflation_radius == 0.3
+    defaults = ControllerNodeParams()
+    assert defaults.costmap == LOCAL_COSTMAP and not defaults.costmap.track_unknown
+    assert {name: getattr(defaults, name) for name in ControllerParams.__struct_fields__} == {
+        name: getattr(ControllerParams(), name) for name in ControllerParams.__struct_fields__
+    }
+
+
+@pytest.mark.parametrize(
+    "given", [{"optional_sensors": ["lydar"]}, {"costmap": {"padding": -0.1}}, {"costmaps": {}}]
+)
+def test_parameters_that_the_node_does_not_have_are_refused(given: dict[str, object]) -> None:
+    with pytest.raises(msgspec.ValidationError):
+        msgspec.convert(given, ControllerNodeParams)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.support.nodes import NodeRunner
+from tests.support.nodes import ROBOT, NodeRunner
 
 from chefbot.costmap.conversions import CAMERA, DROP_OFFS, LASER
 from chefbot.costmap.layered_costmap import LayeredCostmap
@@ -22,6 +22,9 @@ from chefbot.msgs.geometry_msgs import Point, TransformStamped, Vector3
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.navigation.people_marks import MAX_AGE, PeopleMarksNode
+from chefbot.people.trails import BODY_RADIUS
+from chefbot.runtime.node import NoParams, every
 
 PLACE = (1.2, 0.3)
 NODES = {"controller": "controller:ControllerNode", "planner": "planner:PlannerNode"}
@@ -108,3 +111,68 @@ def test_people_are_where_they_walked_since_the_message(age: float, x: float | N
     node: Any = runner.system.nodes["controller"]
     states = node._nearby_people().states
     assert len(states) == 0 if x is None else states[0, :4] == pytest.approx([x, 0.0, 0.5, 0.0])
+
+
+class Watcher(PeopleMarksNode):
+    """The base class with a costmap that notes what is cleared in it."""
+
+    params: NoParams
+
+    def start(self) -> None:
+        self.cleared: list[tuple[list[list[float]], float]] = []
+        self._costs: Any = self
+
+    def clear_discs(self, places: np.ndarray, radius: float, keep: tuple[str, ...]) -> None:
+        assert set(keep) >= {DROP_OFFS, CONTACT}
+        self.cleared.append((places.tolist(), radius))
+
+    @every(hz=10)
+    def pass_time(self) -> None:
+        """Let the time of the loop go on."""
+
+
+class Watch(NodeRunner):
+    """A watcher whose frame odom is turned by 90 degrees against the map."""
+
+    def __init__(self, *, localized: bool = True) -> None:
+        super().__init__({"watcher": f"{__name__}:Watcher"}, {})
+        self.node: Any = self.system.nodes["watcher"]
+        if localized:
+            transform = TransformStamped.of(0, "map", "odom", SE2(1.0, 0.0, math.pi / 2))
+            self.loop.publish("tf_static", TFMessage((transform,)), "test")
+        self.run(1.0)
+
+    def see(self, *people: TrackedPerson, age: float = 0.0) -> None:
+        stamp = Header.of(self.loop.now_ns - round(age * 1e9), "map")
+        self.loop.publish("tracked_people", TrackedPeople(stamp, people), "tracker")
+        self.run(0.0)
+
+
+def test_what_is_left_is_cleared_in_the_frame_of_the_costmap() -> None:
+    watch = Watch()
+    for x in (1.0, 1.3, 1.7):
+        watch.see(*person_at(x, 0.0).people)
+    ((places, radius),) = watch.node.cleared
+    assert places == [pytest.approx([0.0, 0.0])] and radius == BODY_RADIUS, "x 1 m on the map is the origin"
+
+
+def test_without_localization_nothing_is_cleared_and_nobody_near() -> None:
+    watch = Watch(localized=False)
+    for x in (1.0, 1.3, 1.7):
+        watch.see(*person_at(x, 0.0).people)
+    assert watch.node.cleared == [] and len(watch.node._nearby_people().states) == 0
+
+
+@pytest.mark.parametrize(
+    ("age", "known"), [(0.0, True), (0.9 * MAX_AGE, True), (1.1 * MAX_AGE, False), (-0.1, False)]
+)
+def test_people_of_another_time_are_not_known_to_be_near(age: float, known: bool) -> None:
+    watch = Watch()
+    assert len(watch.node._nearby_people().states) == 0, "before the first message"
+    watch.see(walker(3.0, 0.4), age=age)
+    nearby = watch.node._nearby_people()
+    assert len(nearby.states) == known
+    if known:
+        assert nearby.contact == pytest.approx(ROBOT.circumscribed_radius + BODY_RADIUS)
+        # along -y of the costmap, which is +x of the map, and on by the age
+        assert nearby.states[0, :4] == pytest.approx([0.0, -(2.0 + 0.4 * age), 0.0, -0.4], abs=1e-6)

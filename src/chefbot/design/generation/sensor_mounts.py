@@ -105,7 +105,7 @@ def _lidar(robot: Robot, n: Mapping[str, float], plate: int) -> Lidar:
     )
     return Lidar(
         mount=Mount(x=0.0 if full else _front(robot, LIDAR_HOUSING), z=z), housing=LIDAR_HOUSING,
-        rate=n["lidar_rate"], beams=round(angle / n["lidar_step"]) + (0 if full else 1),
+        rate=n["lidar_rate"], beams=round(angle / n["lidar_step"]) + (0 if angle == 360.0 else 1),
         field_of_view=_radians(angle), range_min=LIDAR_RANGE_MIN, range_max=n["lidar_range"],
         noise=n["lidar_noise"],
     )  # fmt: skip

@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 
 from chefbot.cli.app import main
+from chefbot.cli.robot.generate import run_generate
+from chefbot.errors import UserError
+from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.load import load_robot
 
 
@@ -52,4 +55,21 @@ def test_bad_input_is_one_sentence(
     error = capsys.readouterr().err
     assert message in " ".join(error.split())
     assert "Traceback" not in error
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_summary_has_the_figures_of_the_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "robot.yml"
+    run_generate(5, ["eyes=2", "payload=1.5"], out)
+    robot = load_robot(str(out))
+    printed = capsys.readouterr().out
+    assert printed.startswith(f"robot_5: radius {robot.circumscribed_radius:.3f} m, ")
+    assert f"{unloaded_mass(robot):.2f} kg and 1.50 kg of payload" in printed
+    assert "lidar of " in printed and "depth camera of " in printed and printed.endswith(f"robot in {out}\n")
+
+
+@pytest.mark.parametrize("name", ["robot", "robot.json", "yaml"])
+def test_a_robot_file_is_yaml(name: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"a robot file is YAML; give a name that ends in \.yaml"):
+        run_generate(1, [], tmp_path / name)
     assert not list(tmp_path.iterdir())

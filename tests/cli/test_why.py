@@ -5,13 +5,19 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
+from chefbot.causes.history import CauseSpan
 from chefbot.causes.reports import END, STOP
+from chefbot.cli.why import picture, reasons
+from chefbot.cli.why.commands import why
+from chefbot.cli.why.picture import MARGIN, write_picture
 from chefbot.cli.why.reasons import print_reasons
-from chefbot.cli.why.run_log import find_log
+from chefbot.cli.why.run_log import RunCauses, find_log
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.msgs.builtin_interfaces import Time
@@ -159,3 +165,61 @@ def test_without_places_there_is_no_picture(tmp_path: Path) -> None:
     log = write_log(tmp_path / "run.mcap", [("causes", unplaced)])
     with pytest.raises(UserError, match="no causes with a place on a map"):
         print_reasons(log, 20, False, tmp_path / "why.png")
+
+
+class Drawn:
+    """The axes of the picture that is drawn."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        frame = picture._frame
+        self.axes: Any = None
+
+        def keep(axes: Any, *arguments: Any) -> None:
+            self.axes = axes
+            frame(axes, *arguments)
+
+        monkeypatch.setattr(picture, "_frame", keep)
+
+    @property
+    def limits(self) -> tuple[float, ...]:
+        return (*self.axes.get_xlim(), *self.axes.get_ylim())
+
+
+def placed(number: int, robot: tuple[float, float], obstacle: tuple[float, float] | None) -> CauseSpan:
+    at = Pose(Point(*robot))
+    one = msgspec.structs.replace(cause(number, number), robot=at, located=obstacle is not None)
+    return CauseSpan(msgspec.structs.replace(one, point=Point(*(obstacle or (99.0, 99.0)))), None)
+
+
+SPANS = [placed(1, (1.0, 2.0), (2.0, 5.0)), placed(2, (-3.0, 0.5), None)]
+
+
+def test_the_picture_shows_all_places_with_a_margin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = Drawn(monkeypatch)
+    write_picture(tmp_path / "a.png", RunCauses(Path("run"), SPANS, None, 0, ""), SPANS)
+    assert drawn.limits == pytest.approx((-3.0 - MARGIN, 2.0 + MARGIN, 0.5 - MARGIN, 5.0 + MARGIN))
+    labels = [text.get_text() for text in drawn.axes.texts]
+    assert labels == ["1", "2"], "the numbers of the causes, where the robot was"
+
+
+def test_the_picture_shows_what_the_map_knows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = Drawn(monkeypatch)
+    cells = np.full((100, 200), -1, np.int8)
+    cells[20:60, 10:190] = 0
+    grid = Grid(cells, 0.1, -5.0, -2.0)
+    write_picture(tmp_path / "a.png", RunCauses(Path("run"), SPANS, grid, 0, ""), SPANS)
+    expected = (-4.0 - MARGIN, 14.0 + MARGIN, 0.0 - MARGIN, 5.0 + MARGIN)
+    assert drawn.limits == pytest.approx(expected), "known cells, and the obstacle above them"
+    (image,) = drawn.axes.get_images()
+    assert tuple(image.get_extent()) == pytest.approx((-5.0, 15.0, -2.0, 8.0))
+    unknown = Grid(np.full((10, 10), -1, np.int8), 0.1, 50.0, 50.0)
+    write_picture(tmp_path / "a.png", RunCauses(Path("run"), SPANS, unknown, 0, ""), SPANS)
+    assert drawn.limits[1] == pytest.approx(2.0 + MARGIN), "an unknown map shows nothing"
+
+
+def test_options_say_which_causes_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[object, ...]] = []
+    monkeypatch.setattr(reasons, "print_reasons", lambda *arguments: asked.append(arguments))
+    why(Path("run"), 5, False, True, None)
+    why(None, 20, True, False, Path("a.png"))
+    assert asked == [(Path("run"), 5, True, None), (None, None, False, Path("a.png"))]

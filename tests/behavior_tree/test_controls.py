@@ -9,6 +9,7 @@ from py_trees.common import Status
 from tests.support.scripted_trees import leaf, run, scripted
 
 from chefbot.behavior_tree.controls import RecoveryNode, halt
+from chefbot.behavior_tree.decorators import CountingDecorator, Repeat, RetryUntilSuccessful
 
 SCRIPTS = st.text("SFR", min_size=1, max_size=6)
 
@@ -233,6 +234,15 @@ def test_a_repetition_counts_what_has_ended(kind: str, port: str, ends: str, scr
         expected += letter
     assert run(tree, 12) == expected
     assert leaf(tree, "x").ticks == (0 if limit == 0 else 12)
+
+
+@pytest.mark.parametrize(("kind", "script", "end"), [(Repeat, "S", "S"), (RetryUntilSuccessful, "F", "F")])
+def test_a_stopped_repetition_counts_from_zero(kind: type[CountingDecorator], script: str, end: str) -> None:
+    name = kind.__name__
+    tree = scripted(f'<{name} {kind._port}="3"><Leaf script="{script}"/></{name}>')
+    assert run(tree, 2) == "RR"
+    tree.halt()
+    assert run(tree, 6) == f"RR{end}RR{end}"
 
 
 def test_a_repetition_whose_number_becomes_zero_stops_its_child() -> None:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from tests.support.processes import children_of, is_alive
 from tests.support.waiting import PATIENCE, in_time, wait_for
 
 from chefbot.config import ConfigError
+from chefbot.launcher.service_unit import RESTART_STEPS
 from chefbot.msgs.action_msgs import STATUS_SUCCEEDED
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal
 from chefbot.msgs.std_msgs import Float64, String
@@ -24,7 +26,8 @@ from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.launch import Launch, NodeEntry, load_launch, split_by_process
-from chefbot.supervision.supervisor import PERIOD, Supervisor, WorkerSpec
+from chefbot.supervision.restart_delay import MAX_RESTART_DELAY, MIN_RESTART_DELAY
+from chefbot.supervision.supervisor import PERIOD, Supervisor, WorkerSpec, _Child
 
 LAUNCH = """
 description: Counting here, doubling and cooking elsewhere.
@@ -64,6 +67,15 @@ def test_a_crashing_process_restarts_with_growing_delay() -> None:
         "process a restarted",
     ]
     assert lives[3][0] - lives[2][0] >= 1.0
+
+
+def test_the_delay_doubles_up_to_its_maximum_and_stays_there() -> None:
+    child = _Child(order("a"))
+    delays = [child.back_off() for _ in range(10)]
+    assert delays[0] == MIN_RESTART_DELAY and delays[-3:] == [MAX_RESTART_DELAY] * 3
+    growing = [delay for delay in delays if delay < MAX_RESTART_DELAY]
+    assert all(b == pytest.approx(2.0 * a) for a, b in pairwise(growing))
+    assert len(growing) == RESTART_STEPS, "systemd restarts a launch as often before the longest delay"
 
 
 def test_a_launch_without_workers_keeps_no_spare() -> None:

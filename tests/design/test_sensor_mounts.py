@@ -10,7 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.design.generation.parameters import BOTH, CAMERA, LIDAR, NUMBERS
-from chefbot.design.generation.sensor_mounts import CLEAR, IMU_HEIGHT, sensors_of
+from chefbot.design.generation.sensor_mounts import (
+    ABOVE_BOXES,
+    ABOVE_RANGER,
+    CLEAR,
+    IMU_HEIGHT,
+    sensors_of,
+)
 from chefbot.design.sizing.dependent_dimensions import with_radius
 from chefbot.robot.geometry import layout
 from chefbot.robot.load import load_robot
@@ -48,6 +54,14 @@ def box(sensor: Lidar | DepthCamera | Ultrasonic) -> tuple[list[float], list[flo
     ]
 
 
+def below(sensor: Lidar | DepthCamera | Ultrasonic, plate: int) -> float:
+    """Return the height that stays free for the equipment of a plate, counted from 0, below a sensor."""
+    if isinstance(sensor, Ultrasonic):
+        return 0.0
+    ahead = isinstance(sensor, DepthCamera) or sensor.field_of_view <= math.pi
+    return ABOVE_RANGER if ahead else ABOVE_BOXES[plate + 1]
+
+
 @settings(max_examples=50)
 @given(DRAWN)
 def test_housings_lie_between_two_plates_and_within_their_edge(n: dict[str, float]) -> None:
@@ -58,7 +72,7 @@ def test_housings_lie_between_two_plates_and_within_their_edge(n: dict[str, floa
             continue
         low, high = box(sensor)
         plate = max(k for k, z in enumerate(undersides) if low[2] > z)
-        assert low[2] >= undersides[plate] + robot.plates.thickness + CLEAR - ROUNDING
+        assert low[2] >= undersides[plate] + robot.plates.thickness + CLEAR + below(sensor, plate) - ROUNDING
         assert high[2] <= undersides[plate + 1] - CLEAR + ROUNDING
         farthest = max(math.hypot(x, y) for x in (low[0], high[0]) for y in (low[1], high[1]))
         assert farthest <= n["radius"] - CLEAR + ROUNDING

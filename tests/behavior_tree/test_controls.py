@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from py_trees.common import Status
 from tests.support.scripted_trees import leaf, run, scripted
@@ -135,6 +135,7 @@ def test_a_rate_controller_waits_after_a_success_only() -> None:
 SEVERAL = st.lists(SCRIPTS, min_size=1, max_size=4)
 
 
+@settings(max_examples=50)
 @given(SEVERAL, st.integers(-1, 5), st.integers(-1, 5))
 def test_a_parallel_ends_when_its_counts_decide(scripts: list[str], needed: int, fatal: int) -> None:
     leaves = "".join(f'<Leaf name="{i}" script="{script}"/>' for i, script in enumerate(scripts))
@@ -154,6 +155,7 @@ def test_a_parallel_ends_when_its_counts_decide(scripts: list[str], needed: int,
             break
 
 
+@settings(max_examples=50)
 @given(st.integers(0, 5), st.integers(0, 5))
 def test_a_recovery_node_tries_once_more_than_it_recovers(retries: int, failures: int) -> None:
     script = "F" * failures + "S"
@@ -180,6 +182,7 @@ def test_a_stopped_recovery_node_begins_with_its_first_child() -> None:
     assert leaf(tree, "main").ticks == 3
 
 
+@settings(max_examples=50)
 @given(SEVERAL)
 def test_a_round_robin_fails_only_when_all_fail_in_a_row(scripts: list[str]) -> None:
     leaves = "".join(f'<Leaf name="{i}" script="{script}"/>' for i, script in enumerate(scripts))
@@ -198,6 +201,7 @@ def test_a_round_robin_fails_only_when_all_fail_in_a_row(scripts: list[str]) -> 
         assert [leaf(tree, str(i)).ticks for i in range(len(scripts))] == ticks
 
 
+@settings(max_examples=50)
 @given(SEVERAL)
 def test_a_pipeline_reaches_a_child_when_all_before_it_succeeded(scripts: list[str]) -> None:
     leaves = "".join(f'<Leaf name="{i}" script="{script}"/>' for i, script in enumerate(scripts))
@@ -220,6 +224,7 @@ def test_a_pipeline_reaches_a_child_when_all_before_it_succeeded(scripts: list[s
 @pytest.mark.parametrize(
     ("kind", "port", "ends"), [("Repeat", "num_cycles", "F"), ("RetryUntilSuccessful", "num_attempts", "S")]
 )
+@settings(max_examples=50)
 @given(SCRIPTS, st.integers(-1, 4))
 def test_a_repetition_counts_what_has_ended(kind: str, port: str, ends: str, script: str, limit: int) -> None:
     tree = scripted(f'<{kind} {port}="{limit}"><Leaf name="x" script="{script}"/></{kind}>')

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.cli.given_numbers import given_numbers
@@ -14,6 +14,7 @@ from chefbot.errors import UserError
 NAMES = st.text("abcxyz_", min_size=1, max_size=8)
 
 
+@settings(max_examples=40)
 @given(st.dictionaries(NAMES, st.floats(allow_nan=False, allow_infinity=False), max_size=5))
 def test_numbers_that_are_written_are_read(numbers: dict[str, float]) -> None:
     assert given_numbers([f"{name}={value!r}" for name, value in numbers.items()], "a=1") == numbers

@@ -51,7 +51,7 @@ def test_a_replay_of_nothing_is_a_sentence(tmp_path: Path) -> None:
         replay.run_replay(tmp_path / "none.mcap", True)
 
 
-def test_a_supervised_launch_is_the_same_command_without_the_option(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_supervised_launch_runs_the_command_without_option(monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[list[str]] = []
     monkeypatch.setattr(sys, "argv", ["chefbot", "launch", "robot", "--supervised", "a:=--x", "--host", "b"])
     monkeypatch.setattr(supervised, "run_supervised", lambda words, _: started.append(words) or 7)
@@ -59,7 +59,7 @@ def test_a_supervised_launch_is_the_same_command_without_the_option(monkeypatch:
     assert started == [["launch", "robot", "a:=--x", "--host", "b"]]
 
 
-def test_sentences_of_a_supervised_launch_are_printed_as_they_are(
+def test_sentences_of_a_supervised_launch_are_no_markup(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(

@@ -114,6 +114,12 @@ def test_the_worst_closures_are_listed_first() -> None:
 # ---- pictures
 
 
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few pixels are drawn quickly."""
+    monkeypatch.setattr("chefbot.cli.map.slam_pictures.DPI", 50)
+
+
 GRIDS = st.tuples(st.integers(1, 9), st.integers(1, 9), st.integers(0, 999)).map(
     lambda t: np.random.default_rng(t[2]).choice(np.array([-1, 0, 40, 100], np.int8), t[:2])
 )
@@ -128,18 +134,20 @@ def test_a_reduced_map_keeps_its_walls(cells: np.ndarray, step: int) -> None:
         assert value == block.max()
 
 
-def test_the_map_is_dark_where_it_is_occupied_and_red_at_closures() -> None:
+def test_the_map_is_dark_at_walls_and_red_at_closures() -> None:
     walls = np.zeros((90, 100), np.int8)
     walls[:, :50] = 100
     plain = picture(map_picture(result_of(closures=0, cells=walls)))
     dark = plain.sum(axis=2) < 60
     assert dark.mean() > 0.2 and np.nonzero(dark)[1].mean() < 0.5 * plain.shape[1], "the left half"
     closed = picture(map_picture(result_of(cells=walls)))
-    red, green, blue = (closed[..., k] for k in range(3))
-    assert ((red > 180) & (green < 110) & (blue < 90)).sum() > 50 and (plain != closed).any()
+    red_plain, red_closed = (
+        int((image[..., 0] - image[..., 1:].max(axis=2) > 50).sum()) for image in (plain, closed)
+    )
+    assert red_plain == 0 and red_closed > 20
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (3, 400), (4001, 10)])
+@pytest.mark.parametrize("shape", [(1, 1), (4001, 10)])
 def test_maps_of_any_shape_are_drawn(shape: tuple[int, int]) -> None:
     image = picture(map_picture(result_of(cells=np.zeros(shape, np.int8))))
     height, width, _ = image.shape

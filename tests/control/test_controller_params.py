@@ -53,7 +53,7 @@ def test_each_live_parameter_exists() -> None:
         assert any(name.startswith(head) and name.endswith(tail) for name in names), pattern
 
 
-def test_the_parameters_of_the_node_contain_those_of_the_controller() -> None:
+def test_parameters_of_the_node_contain_the_controllers() -> None:
     given = {"speed": 0.5, "optional_sensors": ["lidar"], "costmap": {"inflation_radius": 0.3}}
     params = msgspec.convert(given, ControllerNodeParams)
     assert (params.speed, params.optional_sensors) == (0.5, ("lidar",))

@@ -87,7 +87,7 @@ CHANGES = st.lists(
 )
 
 
-@settings(max_examples=40)
+@settings(max_examples=30)
 @given(ORDERS, CHANGES, st.booleans())
 def test_windows_give_the_costs_of_a_full_calculation(
     layers: list[Paint | Spread], changes: list[tuple[int, int, int, int]], track_unknown: bool
@@ -119,7 +119,7 @@ def test_nothing_is_calculated_where_nothing_changed() -> None:
     assert len(changed) and (np.abs(changed - (6, 8)) <= 2).all(), "within the reach of the one cell"
 
 
-@settings(max_examples=15)
+@settings(max_examples=10)
 @given(st.integers(0, 999), CHANGES)
 def test_the_margin_of_unknown_space_follows_what_is_seen(
     seed: int, changes: list[tuple[int, int, int, int]]

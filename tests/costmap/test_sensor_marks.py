@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.costmap.sensor_marks import SensorMarks, shifted
@@ -28,6 +28,7 @@ def marked(marks: SensorMarks) -> set[tuple[int, int]]:
     return {(row, column) for row, column in np.argwhere(marks.cells == LETHAL).tolist()}
 
 
+@settings(max_examples=40)
 @given(SEEDS, OFFSETS, OFFSETS, SIDES, SIDES)
 def test_every_cell_keeps_its_place_when_the_grid_moves(
     seed: int, rows: int, columns: int, height: int, width: int
@@ -42,6 +43,7 @@ def test_every_cell_keeps_its_place_when_the_grid_moves(
             assert value == (array[at] if inside else fill)
 
 
+@settings(max_examples=40)
 @given(SEEDS, OFFSETS, OFFSETS, st.booleans())
 def test_marks_move_with_their_times(seed: int, rows: int, columns: int, always_near: bool) -> None:
     marks = random_marks(seed, always_near=always_near)
@@ -55,6 +57,7 @@ def test_marks_move_with_their_times(seed: int, rows: int, columns: int, always_
     assert moved.near_since.shape == ((0, 0) if always_near else SHAPE)
 
 
+@settings(max_examples=40)
 @given(SEEDS)
 def test_a_selection_keeps_what_was_seen_free(seed: int) -> None:
     marks, where = random_marks(seed), np.random.default_rng(seed + 1).random(SHAPE) < 0.5
@@ -72,6 +75,7 @@ def window_of(cells: set[tuple[int, int]]) -> CellWindow:
     return CellWindow(min(rows), min(columns), max(rows) + 1, max(columns) + 1)
 
 
+@settings(max_examples=40)
 @given(SEEDS, st.integers(-1, 21))
 def test_only_marks_from_before_a_time_go(seed: int, time: int) -> None:
     marks = random_marks(seed)
@@ -88,6 +92,7 @@ PLACES = st.lists(st.tuples(st.sampled_from([1.0, 9.0]), st.booleans()), min_siz
 """Column of the robot, near or far, and whether its sensor confirms the mark, second by second."""
 
 
+@settings(max_examples=40)
 @given(PLACES, st.sampled_from([1.0, 3.0, 7.0]))
 def test_a_mark_goes_after_a_time_nearby_without_confirmation(
     places: list[tuple[float, bool]], decay: float

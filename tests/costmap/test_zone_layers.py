@@ -58,7 +58,7 @@ POLYGONS = st.lists(st.floats(0.05, 0.9), min_size=3, max_size=7).map(
 FRAMES = st.builds(SE2, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0))
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(POLYGONS, FRAMES)
 def test_keep_out_cells_are_those_that_the_zone_touches(
     corners: list[tuple[float, float]], frame: SE2
@@ -75,7 +75,7 @@ def test_keep_out_cells_are_those_that_the_zone_touches(
             assert cells[row, column] == FREE
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(POLYGONS, FRAMES)
 def test_only_inside_preferred_zones_the_cost_stays(corners: list[tuple[float, float]], frame: SE2) -> None:
     costs = costmap(PreferredLayer)

@@ -62,7 +62,7 @@ def below(sensor: Lidar | DepthCamera | Ultrasonic, plate: int) -> float:
     return ABOVE_RANGER if ahead else ABOVE_BOXES[plate + 1]
 
 
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(DRAWN)
 def test_housings_lie_between_two_plates_and_within_their_edge(n: dict[str, float]) -> None:
     robot, sensors = plated(n), sensors_of(plated(n), n)
@@ -78,7 +78,7 @@ def test_housings_lie_between_two_plates_and_within_their_edge(n: dict[str, floa
         assert farthest <= n["radius"] - CLEAR + ROUNDING
 
 
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(DRAWN)
 def test_the_sensors_are_those_that_were_drawn(n: dict[str, float]) -> None:
     robot, sensors = plated(n), sensors_of(plated(n), n)
@@ -95,7 +95,7 @@ def test_the_sensors_are_those_that_were_drawn(n: dict[str, float]) -> None:
     assert math.degrees(sensors.imu.gyro_bias) == pytest.approx(n["gyro_bias"], abs=1e-4)
 
 
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(DRAWN)
 def test_the_beams_of_a_lidar_have_the_step_between_them(n: dict[str, float]) -> None:
     lidar = sensors_of(plated(n), {**n, "eyes": LIDAR}).lidar

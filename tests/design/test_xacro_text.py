@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.design.export.xacro_text import (
@@ -25,6 +25,7 @@ SPECS = st.text("<>^=+- #0123456789,_.bcdeEfFgGnosxX%é", max_size=7)
 TEXTS = st.text("ab_ .1A", max_size=12)
 
 
+@settings(max_examples=40)
 @given(VALUES, SPECS)
 def test_a_format_is_pythons_or_refused(value: object, spec: str) -> None:
     try:
@@ -67,6 +68,7 @@ FORMS = st.lists(
 ).map("".join)
 
 
+@settings(max_examples=40)
 @given(FORMS, st.lists(VALUES, max_size=4))
 def test_a_percent_form_is_pythons_or_refused(form: str, values: list[Any]) -> None:
     for given_values in (tuple(values), {"a": 1}):
@@ -125,6 +127,7 @@ CALLS: dict[str, tuple[Any, ...]] = {
 }  # fmt: skip
 
 
+@settings(max_examples=40)
 @given(TEXTS)
 def test_methods_of_texts_are_those_of_python(text: str) -> None:
     assert set(TEXT_METHODS) == {*CALLS, "format", "join", "index"}

@@ -33,7 +33,7 @@ def test_at_the_port_that_the_owner_names_it_asks_at_once(driver: str) -> None:
 
 
 @pytest.mark.parametrize("driver", ASKED)
-def test_where_a_board_may_be_it_listens_first_at_the_boards_rate(driver: str) -> None:
+def test_where_a_board_may_be_it_listens_first_at_its_rate(driver: str) -> None:
     probe, port = probe_of(driver, alone=False)
     assert port.baudrate == BAUD
     for now_ns in range(START_NS, START_NS + LISTENING_NS, 100_000_000):

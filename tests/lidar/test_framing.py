@@ -7,7 +7,7 @@ from itertools import accumulate
 from operator import xor
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.lidar.framing import FrameFormat, Framer, LidarFrame
@@ -48,6 +48,7 @@ def pushed(stream: bytes, cuts: list[int]) -> tuple[list[LidarFrame], Framer]:
     return found, framer
 
 
+@settings(max_examples=40)
 @given(FRAMES, CUTS)
 def test_frames_and_their_times_do_not_depend_on_the_reads(frames: list[bytes], cuts: list[int]) -> None:
     found, framer = pushed(b"".join(frames), cuts)
@@ -58,6 +59,7 @@ def test_frames_and_their_times_do_not_depend_on_the_reads(frames: list[bytes], 
     assert framer.damaged == 0
 
 
+@settings(max_examples=40)
 @given(FRAMES, FRAMES, QUIET.filter(bool), CUTS)
 def test_a_gap_costs_the_frame_before_it(
     before: list[bytes], after: list[bytes], gap: bytes, cuts: list[int]
@@ -70,6 +72,7 @@ def test_a_gap_costs_the_frame_before_it(
     assert framer.damaged == 1, "the frame behind which no other began"
 
 
+@settings(max_examples=40)
 @given(st.lists(QUIET.map(frame_of), min_size=4, max_size=8), st.data())
 def test_one_changed_byte_costs_its_frame_and_no_other(frames: list[bytes], data: st.DataObject) -> None:
     hit = data.draw(st.integers(1, len(frames) - 1))

@@ -236,7 +236,7 @@ def test_a_capsule_is_decoded_with_the_one_behind_it() -> None:
     assert np.diff(first.times_ns) == pytest.approx(50_000, abs=1)
 
 
-def test_the_beginning_of_a_scan_does_not_continue_the_one_before() -> None:
+def test_the_first_capsule_of_a_scan_continues_none() -> None:
     found = received(dense(0.0, 1.0), dense(8.0, 2.0, begins=True), dense(16.0, 3.0))
     assert [float(samples.ranges[0]) for samples in found] == [2.0]
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LinearRing, box
 
@@ -124,6 +124,7 @@ def points_on_edges(x: float, y: float, yaw: float, corners: np.ndarray) -> np.n
     return np.vstack(edges)
 
 
+@settings(max_examples=40)
 @given(GRIDS, ODD, ODD, ODD, POLYGONS)
 def test_only_points_in_lethal_cells_of_the_costmap_count(
     cells: np.ndarray, x: float, y: float, yaw: float, corners: np.ndarray
@@ -135,6 +136,7 @@ def test_only_points_in_lethal_cells_of_the_costmap_count(
     assert lethal_on_edges(cells, x, y, yaw, corners) == expected
 
 
+@settings(max_examples=40)
 @given(GRIDS, ODD, ODD, ODD, POLYGONS)
 def test_a_costmap_and_a_robot_turned_together_collide_alike(
     cells: np.ndarray, x: float, y: float, yaw: float, corners: np.ndarray
@@ -144,6 +146,7 @@ def test_a_costmap_and_a_robot_turned_together_collide_alike(
     assert found == lethal_on_edges(cells, x, y, yaw, corners)
 
 
+@settings(max_examples=40)
 @given(st.floats(-math.pi, math.pi), st.floats(0.1, 6.0), st.floats(0.05, 0.95), st.floats(1.0, 14.0))
 def test_what_an_arm_sweeps_over_is_found(yaw: float, angle: float, share: float, radius: float) -> None:
     arm, middle = np.array([[0.0, 0.0], [15.0, 0.0]]), 20.5
@@ -161,6 +164,7 @@ def test_what_an_arm_sweeps_over_is_found(yaw: float, angle: float, share: float
             assert lethal_while_rotating(cells, middle, middle, yaw, sign * angle, arm) == 0
 
 
+@settings(max_examples=40)
 @given(GRIDS, ODD, ODD, ODD, POLYGONS)
 def test_a_rotation_by_nothing_is_the_pose_itself(
     cells: np.ndarray, x: float, y: float, yaw: float, corners: np.ndarray

@@ -178,7 +178,7 @@ def test_the_place_to_wait_is_before_the_door_and_looks_at_it() -> None:
     assert abs(math.atan2(2.0 - at.y, DOOR - at.x) - at.yaw) < 0.3
 
 
-def test_a_goal_closed_by_marks_out_of_sight_is_planned_without_them() -> None:
+def test_marks_out_of_sight_do_not_close_the_way() -> None:
     """The door was seen closed from near, and the robot is far from it now."""
     rooms = closed_door()
     assert rooms.find().blocked

@@ -165,7 +165,7 @@ def test_a_blocked_controller_names_the_obstacle_on_its_path() -> None:
     assert place(cause) == pytest.approx((0.725, 0.025)) and cause.marked_at.ns == 1_500_000_000
 
 
-def test_a_blocked_controller_without_an_obstacle_ahead_names_the_nearest() -> None:
+def test_with_nothing_on_the_path_the_nearest_obstacle_is_named() -> None:
     drive = Drive()
     drive.mark(LASER, (-0.31, 0.02), (0.0, 0.6))
     cause = one(drive.follow(0.0, ControllerStatus.BLOCKED))
@@ -249,7 +249,7 @@ def test_an_obstacle_far_beside_slows_nobody_down() -> None:
     assert drive.follow(0.1, cycles=10) == []
 
 
-def test_a_person_near_the_trajectory_is_named_before_an_obstacle() -> None:
+def test_a_person_near_the_trajectory_comes_before_an_obstacle() -> None:
     drive = Drive()
     drive.mark(LASER, (0.1, 0.32))
     cause = one(drive.follow(0.1, cycles=8, person=(0.3, 0.6)))

@@ -55,7 +55,7 @@ def path_to(*poses: SE2, frame: str = "map") -> Path:
     return Path(header, tuple(PoseStamped(header, Pose.of(pose)) for pose in poses))
 
 
-def test_a_place_gives_its_tolerances_to_the_paths_that_end_there(node: Any) -> None:
+def test_a_place_gives_its_tolerances_to_paths_that_end_there(node: Any) -> None:
     tell_places(node)
     assert node._tolerance_of(path_to(TABLE, DOCK)) == GoalParams(xy_tolerance=0.02, yaw_tolerance=0.03)
     assert node._tolerance_of(path_to(DOCK, KITCHEN)) is None, "it only leads past"

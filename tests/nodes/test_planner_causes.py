@@ -242,7 +242,7 @@ def test_outside_the_map_no_obstacle_is_named(failure: PlanningFailure) -> None:
     assert not hall.fail(failure).located
 
 
-def test_without_a_way_the_first_obstacle_of_the_maps_way_is_named() -> None:
+def test_without_a_way_the_first_obstacle_on_the_maps_is_named() -> None:
     hall = Hall()
     hall.mark(4.02, 2.02)
     hall.mark(3.02, 2.02)

@@ -108,7 +108,7 @@ def test_a_scan_that_began_before_the_first_odometry_is_left_out() -> None:
     assert len(odometry.given) == 1
 
 
-def test_a_scan_whose_last_beams_were_before_the_odometry_keeps_its_skew() -> None:
+def test_beams_from_before_the_odometry_keep_the_skew() -> None:
     odometry, scan = Odometry(), scan_at(1.1, -0.1)
     odometry.mount()
     odometry.request(scan)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Point, Polygon
 
@@ -30,6 +30,7 @@ def extent(plate: RoundPlate | RectangularPlate, a: tuple[float, float], b: tupl
     return float(polygon(plate).intersection(LineString([a, b])).length)
 
 
+@settings(max_examples=40)
 @given(PLATES)
 def test_the_edge_reaches_as_far_as_the_plate_says(plate: RoundPlate | RectangularPlate) -> None:
     left, low, right, high = polygon(plate).bounds
@@ -45,6 +46,7 @@ def test_the_edge_encloses_the_area_of_the_shape() -> None:
     assert (moments.x / moments.area, moments.y) == pytest.approx((0.1, 0.0)), "its middle is before the axle"
 
 
+@settings(max_examples=40)
 @given(PLATES, PLACES)
 def test_the_width_at_a_place_is_that_of_the_polygon(plate: RoundPlate | RectangularPlate, x: float) -> None:
     half = plate.half_width_at(x)
@@ -53,6 +55,7 @@ def test_the_width_at_a_place_is_that_of_the_polygon(plate: RoundPlate | Rectang
         assert 2.0 * half == pytest.approx(extent(plate, (x, -3.0), (x, 3.0)), abs=10 * CLOSE)
 
 
+@settings(max_examples=40)
 @given(PLATES, PLACES)
 def test_the_front_at_a_place_is_that_of_the_polygon(plate: RoundPlate | RectangularPlate, y: float) -> None:
     front = plate.front_at(y)
@@ -61,6 +64,7 @@ def test_the_front_at_a_place_is_that_of_the_polygon(plate: RoundPlate | Rectang
         assert front == pytest.approx(extent(plate, (0.0, y), (3.0, y)), abs=10 * CLOSE)
 
 
+@settings(max_examples=40)
 @given(PLATES, PLACES, PLACES)
 def test_the_room_is_the_distance_to_the_edge_inside(
     plate: RoundPlate | RectangularPlate, x: float, y: float

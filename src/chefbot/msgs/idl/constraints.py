@@ -82,14 +82,14 @@ def max_length(limit: int, *names: str) -> Rule:
     return check
 
 
-def min_length(least: int, *names: str) -> Rule:
+def min_length(minimum: int, *names: str) -> Rule:
     """Require that these arrays have at least so many elements."""
 
     def check(message: Any) -> str:
         for name in names:
             n = len(getattr(message, name))
-            if n < least:
-                return f"{name} has {n} elements, at least {least} are needed"
+            if n < minimum:
+                return f"{name} has {n} elements, at least {minimum} are needed"
         return ""
 
     return check

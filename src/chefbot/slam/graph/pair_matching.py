@@ -100,20 +100,23 @@ def _nearest(points, bearings, sensor, x, y):  # type: ignore[no-untyped-def]
     distance = math.hypot(dx, dy)
     bearing = math.atan2(dy, dx)
     # Bearing within the turn that the scan's bearings lie in
-    bearing += 2.0 * math.pi * math.ceil((bearings[0] - bearing) / (2.0 * math.pi) - 0.05)
+    bearing += 2.0 * math.pi * math.ceil((bearings[0] - bearing) / (2.0 * math.pi))
     low = np.searchsorted(bearings, bearing)
     limit = _REACH + _REACH_PER_RANGE * distance
     # Points further away in bearing than the limit allows cannot be near
     span = math.pi if distance <= limit else math.asin(limit / distance)
-    best, index = limit * limit, -1
-    for i in range(low, min(low + _MAX_STEPS, n)):
-        if bearings[i] - bearing > span:
+    best, index, steps = limit * limit, -1, min(_MAX_STEPS, n)
+    # Upwards past the end of a full turn to its beginning, and downwards the other way round
+    for k in range(low, low + steps):
+        i, turn = (k, 0.0) if k < n else (k - n, 2.0 * math.pi)
+        if bearings[i] + turn - bearing > span:
             break
         ex, ey = x - points[i, 0], y - points[i, 1]
         if ex * ex + ey * ey < best:
             best, index = ex * ex + ey * ey, i
-    for i in range(low - 1, max(low - 1 - _MAX_STEPS, -1), -1):
-        if bearing - bearings[i] > span:
+    for k in range(low - 1, low - 1 - steps, -1):
+        i, turn = (k, 0.0) if k >= 0 else (k + n, 2.0 * math.pi)
+        if bearing - bearings[i] + turn > span:
             break
         ex, ey = x - points[i, 0], y - points[i, 1]
         if ex * ex + ey * ey < best:

@@ -10,8 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from chefbot.errors import ChefbotError, OdometryError, ScanError
-from chefbot.maths.se2 import SE2
-from chefbot.slam.graph import GraphSlam, GraphSlamParams
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.slam.graph.graph_slam import GraphSlam
+from chefbot.slam.graph.params import GraphSlamParams
 
 
 def map_drive(world, truth, odom, angles, noise=0.01, offset=0.0, seed=1, params=None) -> GraphSlam:
@@ -120,3 +121,66 @@ def test_before_the_first_scan_the_map_is_unknown() -> None:
     assert slam.pose == pytest.approx(SE2(1.0, 2.0, 0.3))
     assert slam.map().cells.tolist() == [[-1]]
     slam.finish()
+
+
+def are_used(slam: GraphSlam, world, angles, poses) -> list[bool]:
+    """Return for scans at poses, with perfect odometry, which were used."""
+    return [slam.update(angles, world.ranges(pose, angles, 20.0), pose) for pose in poses]
+
+
+def test_a_scan_is_used_after_enough_motion(ring, angles) -> None:
+    start, params = SE2(3.0, 1.3, 0.0), GraphSlamParams(linear_update=0.5, angular_update=0.3)
+    ahead = [start @ SE2(x, 0.0, 0.0) for x in (0.0, 0.3, 0.49, 0.51, 0.9, 1.02)]
+    assert are_used(GraphSlam(params), ring, angles, ahead) == [True, False, False, True, False, True]
+    turns = [start @ SE2(0.0, 0.0, yaw) for yaw in (0.0, -0.29, -0.31, 0.0)]
+    assert are_used(GraphSlam(params), ring, angles, turns) == [True, False, True, True]
+    back_and_forth = [start @ SE2(x, 0.0, 0.0) for x in (0.0, 0.4, 0.0, 0.4)]
+    assert are_used(GraphSlam(params), ring, angles, back_and_forth) == [True, False, False, False]
+
+
+def test_other_parameters_count_from_the_next_scan_on(ring, angles) -> None:
+    slam, start = GraphSlam(GraphSlamParams(linear_update=0.5)), SE2(3.0, 1.3, 0.0)
+    assert are_used(slam, ring, angles, [start, start @ SE2(0.3, 0.0, 0.0)]) == [True, False]
+    slam.retune(GraphSlamParams(linear_update=0.2))
+    assert are_used(slam, ring, angles, [start @ SE2(0.31, 0.0, 0.0)]) == [True]
+
+
+def test_between_scans_the_pose_follows_odometry(ring, angles, drive) -> None:
+    slam, odom = (
+        GraphSlam(GraphSlamParams(linear_update=2.0), initial=SE2(5.0, 6.0, 0.7)),
+        SE2(-3.0, 2.0, 1.0),
+    )
+    first, *rest = drive(1)[:8]
+    slam.update(angles, ring.ranges(first, angles, 20.0), odom)
+    before = slam.map_T_odom
+    for pose in rest:
+        motion = first.between(pose)
+        assert not slam.update(angles, ring.ranges(pose, angles, 20.0), odom @ motion)
+        assert slam.map_T_odom == before
+        assert slam.pose == pytest.approx(SE2(5.0, 6.0, 0.7) @ motion)
+    assert slam.trajectory() == [pytest.approx(SE2(5.0, 6.0, 0.7))]
+
+
+@pytest.mark.parametrize("far", [math.inf, 25.0, 30.0])
+def test_without_any_return_the_way_is_that_of_odometry(angles, far: float) -> None:
+    slam = GraphSlam(GraphSlamParams(submap_travel=1.0), initial=SE2(1.0, -2.0, 0.5))
+    odom = [SE2(0.3 * k, 0.1 * k, 0.2 * k) for k in range(12)]
+    for pose in odom:
+        assert slam.update(angles, np.full(len(angles), far, np.float32), pose, range_max=25.0)
+    slam.finish()
+    expected = [SE2(1.0, -2.0, 0.5) @ pose for pose in odom]
+    assert [tuple(pose) for pose in slam.trajectory()] == [pytest.approx(tuple(pose)) for pose in expected]
+    assert slam.closures() == [] and slam.range_offset == 0.0
+    assert slam.map().at(*expected[0][:2]) < 25, "the beams clear the floor"
+
+
+@pytest.mark.parametrize("mount", [IDENTITY, SE2(0.25, -0.1, 0.6), SE2(-0.3, 0.0, math.pi)])
+def test_the_mount_of_the_laser_does_not_matter(ring, drive, odometry, angles, mount: SE2) -> None:
+    truth = drive(1)[:60]
+    slam, wheels = GraphSlam(GraphSlamParams(), sensor=mount), odometry(truth, 6, 0.05, 0.05, 0.03)
+    for pose, wheel in zip(truth, wheels, strict=True):
+        slam.update(angles, ring.ranges(pose @ mount, angles, 20.0), wheel)
+    slam.finish()
+    end = truth[0].between(truth[-1])
+    assert wheels[-1].distance(end) > 0.2
+    assert slam.pose.distance(end) < 0.05

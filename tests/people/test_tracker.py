@@ -44,6 +44,14 @@ def test_furniture_and_walls_are_nobody(seed: int) -> None:
     assert walk.tracker.people == []
 
 
+@pytest.mark.parametrize("scale", [0.5, 1.0, 1.5, 2.0])
+def test_the_bare_walls_of_a_hall_are_nobody(scale: float) -> None:
+    tracker, rng = PeopleTracker(PeopleTrackerParams()), np.random.default_rng(1)
+    for k in range(100):
+        tracker.update(observe_scan(scan_of(scale * ranges_of([], rng)), ORIGIN), PERIOD * k)
+    assert tracker.tracks == []
+
+
 def test_legs_on_an_obstacle_of_the_map_are_nobody() -> None:
     cells = np.zeros((200, 200), np.int8)
     cells[95:105, 135:145] = 100  # around (2, 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -100,7 +101,10 @@ def find_candidates(
     free_after: time (s) after which a place was free if it is new that something is there.
     """
     few = (segments.returns < 2) & (segments.range < NEAR)
-    mask = (segments.width <= MAX_WIDTH) & (segments.range <= max_range) & (segments.upright >= 0.5) & ~few
+    # The ends of a wall all around the sensor are neighbours.
+    around = segments.returns * observation.spacing > math.pi
+    mask = (segments.width <= MAX_WIDTH) & (segments.range <= max_range) & (segments.upright >= 0.5)
+    mask &= ~few & ~around
     kept = segments.selected(mask)
     apart = _chain_extents(observation, segments)[mask] <= MAX_CHAIN
     was_free, stays = background.was_free(kept.centre, free_after)
@@ -120,9 +124,10 @@ def find_candidates(
 
 
 def _chain_extents(observation: Observation, segments: Segments) -> Floats:
-    """Return for each segment (m,) the extent of the chain of neighbouring segments that it is in, m.
+    """Return for each segment (m,) how far the chain of neighbouring segments that it is in extends from its first
+    return, m.
 
-    A wall seen at a small angle falls into many segments.
+    A wall seen at a small angle falls into many segments, and those around the sensor end where they begin.
     """
     if not segments.size:
         return np.zeros(0)
@@ -131,8 +136,8 @@ def _chain_extents(observation: Observation, segments: Segments) -> Floats:
     gaps = np.hypot(*(first[1:] - last[:-1]).T)
     chain = np.concatenate([[0], np.cumsum(gaps > CHAIN_GAP)])
     begins = np.searchsorted(chain, np.arange(chain[-1] + 1))
-    ends = np.append(begins[1:], len(chain)) - 1
-    return np.asarray(np.hypot(*(last[ends] - first[begins]).T)[chain])
+    away = np.hypot(*(last - first[begins][chain]).T)
+    return np.asarray(np.maximum.reduceat(away, begins)[chain])
 
 
 def _behind(sensor: SE2, segments: Segments, depth: float) -> Floats:

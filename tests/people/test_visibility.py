@@ -39,16 +39,16 @@ def test_a_place_is_free_if_beams_end_behind_it(place, end: float, sensor) -> No
         assert free == (1.0 if distance + BODY < end else 0.0)
 
 
-@given(PLACES, st.floats(-math.pi, math.pi))
-def test_one_beam_that_ends_before_it_hides_a_place(place, bearing: float) -> None:
+@given(PLACES, st.floats(-math.pi, math.pi), st.floats(-5.0, 5.0))
+def test_one_beam_that_ends_before_it_hides_a_place(place, bearing: float, yaw: float) -> None:
     distance, towards = place
+    sensor = SE2(1.0, -2.0, yaw)
+    at = sensor @ SE2(distance * math.cos(towards), distance * math.sin(towards), 0.0)
     end = np.full(BEAMS, 9.0)
     end[round((bearing + math.pi) / math.radians(1.0)) % BEAMS] = 0.2
     away = abs(math.remainder(bearing - towards, 2.0 * math.pi))
     half = max(math.atan2(HALF_WIDTH, distance), math.radians(1.0))
-    free = seen_free(
-        observation(TURN, end), state(distance * math.cos(towards), distance * math.sin(towards))
-    )
+    free = seen_free(observation(TURN, end, sensor=sensor), state(at.x, at.y))
     if away < half - math.radians(0.6):
         assert free == 0.0, "the beam crosses the place"
     elif away > half + math.radians(1.6):

@@ -54,6 +54,7 @@ def test_someone_steps_out_from_behind_a_corner() -> None:
     scene.run(25.0)
     hidden = scene.people.walkers.position[0].copy()
     assert any(math.dist(hidden, place[:2]) < 0.5 for place, _ in scene.people.hiding_places)
+    assert not scene.people.floor.in_sight(*hidden, *scene.people.robot_seen)
     positions = scene.run(14.0, (0.4, 0.0))[:, 0]
     out = min(
         np.hypot(*(positions - (place.out_x, place.out_y)).T).min()

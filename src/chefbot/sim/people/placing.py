@@ -49,7 +49,7 @@ def _place(
             x, y = (c + float(rng.uniform(-GROUP_REACH, GROUP_REACH)) for c in near)
             if not floor.is_clear(*near, x, y, PERSON_RADIUS):
                 continue
-        gap = min(math.dist((x, y), (px, py)) - radius for px, py, radius in circles)
+        gap = min((math.dist((x, y), (px, py)) - radius for px, py, radius in circles), default=math.inf)
         if gap > PERSON_RADIUS + PERSONAL_SPACE and floor.fits(x, y):
             return x, y
     raise UserError(f"there is no room for person {number + 1} in this world; reduce the number of people")

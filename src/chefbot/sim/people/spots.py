@@ -11,7 +11,14 @@ from numba import njit
 from numpy.random import Generator
 
 from chefbot.maths.se2 import SE2
-from chefbot.sim.people.distance_field import Field, Floats, distance_at, free_range
+from chefbot.sim.people.distance_field import (
+    Field,
+    Floats,
+    away_from_obstacle,
+    distance_at,
+    free_range,
+    line_is_clear,
+)
 from chefbot.sim.people.floor import DIGITS, PeopleFloor
 from chefbot.sim.world.doors import MovingDoor
 from chefbot.sim.world.furniture import PERSON_RADIUS
@@ -33,6 +40,13 @@ HIDING_FREE = (0.26, 0.5)
 """Distances to the wall at which a person hides behind a corner, m."""
 CORNER_NEAR, CORNER_DEPTH = 0.9, 1.5
 """Largest distance to the edge of a corner, and the least depth of the floor behind it, m."""
+PAST_WALL = 0.3
+"""Distance behind the front of the nearest wall that is seen past its edge, m; along a wall without an edge nothing
+is."""
+OUT = 0.6
+"""Distance beyond the edge to which a person steps out, m."""
+OUT_DIRECTIONS = 3
+"""Directions in which it may do so, from that past the edge on away from the wall."""
 
 
 class DoorwaySpot(NamedTuple):
@@ -77,10 +91,8 @@ def hiding_places(floor: PeopleFloor, rng: Generator, count: int) -> list[Hiding
         if len(chosen) == count:
             break
         x, y = points[k].tolist()
-        ox, oy = out[k].tolist()
-        apart = all(math.dist((x, y), other[:2]) > 1.0 for other in chosen)
-        if apart and floor.is_clear(x, y, ox, oy, PERSON_RADIUS):
-            chosen.append(HidingPlace(x, y, ox, oy))
+        if all(math.dist((x, y), other[:2]) > 1.0 for other in chosen):
+            chosen.append(HidingPlace(x, y, *out[k].tolist()))
     return chosen
 
 
@@ -143,17 +155,34 @@ def _find_corners(field: Field, frame: Floats, points: Floats, directions: Float
     ranges = np.empty(count)
     for k in range(len(points)):
         x, y = points[k]
-        if not HIDING_FREE[0] <= distance_at(field, frame, x, y) <= HIDING_FREE[1]:
+        wall = distance_at(field, frame, x, y)
+        if not HIDING_FREE[0] <= wall <= HIDING_FREE[1]:
             continue
+        wx, wy = away_from_obstacle(field, frame, x, y)
         for n in range(count):
             ranges[n] = free_range(
                 field, frame, x, y, directions[n, 0], directions[n, 1], CORNER_NEAR + CORNER_DEPTH
             )
         # An edge: a near range beside a far one, on either side.
         for n in range(2 * count):
-            near, far = n % count, (n + 1 if n < count else n - 1) % count
-            if ranges[near] < CORNER_NEAR and ranges[far] > ranges[near] + CORNER_DEPTH:
-                reach = ranges[near] + 0.6
-                out[k, 0] = x + reach * directions[far, 0]
-                out[k, 1] = y + reach * directions[far, 1]
-                break
+            turn = 1 if n < count else -1
+            near, far = n % count, (n + turn) % count
+            past_wall = -ranges[far] * (wx * directions[far, 0] + wy * directions[far, 1]) - wall
+            is_edge = ranges[near] < CORNER_NEAR and ranges[far] > ranges[near] + CORNER_DEPTH
+            if is_edge and past_wall >= PAST_WALL:
+                turns = [(far + more * turn) % count for more in range(OUT_DIRECTIONS)]
+                if _step_out(field, frame, x, y, ranges[near] + OUT, directions[np.array(turns)], out[k]):
+                    break
+
+
+@njit(cache=True, nogil=True)
+def _step_out(
+    field: Field, frame: Floats, x: float, y: float, reach: float, directions: Floats, out: Floats
+) -> bool:
+    """Write the first point at a distance in one of the directions to which a person can walk straight on."""
+    for n in range(len(directions)):
+        px, py = x + reach * directions[n, 0], y + reach * directions[n, 1]
+        if line_is_clear(field, frame, x, y, px, py, PERSON_RADIUS):
+            out[0], out[1] = px, py
+            return True
+    return False

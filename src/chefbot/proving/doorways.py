@@ -77,7 +77,10 @@ class DoorwayObserver:
         seconds, self._last = now - (self._last if self._last is not None else now), now
         self.distance = self._middle.distance(pose)
         stands = abs(twist.linear.x) < STANDING and abs(twist.angular.z) < STANDING_TURN
-        self._stands_since = (self._stands_since or now) if stands and self._active else None
+        if not (stands and self._active):
+            self._stands_since = None
+        elif self._stands_since is None:
+            self._stands_since = now
         x, y, _ = self._middle.between(pose)
         self._through = self._through or (BEYOND < self._side * x < 2.0 * BEYOND and abs(y) < self.door.width)
         if not self._through:

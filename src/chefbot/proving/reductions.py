@@ -54,7 +54,7 @@ def fewer_people(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
     people = scenario.people
     count = people.count if isinstance(people, PeopleSpec) else people
     for fewer in FEW_PEOPLE:
-        if fewer < count:
+        if fewer < count or count < 0:  # as many as in the world
             smaller = (
                 msgspec.structs.replace(people, count=fewer) if isinstance(people, PeopleSpec) else fewer
             )

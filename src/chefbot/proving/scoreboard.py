@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 import subprocess
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -69,11 +70,11 @@ def _row_of(scenario: Scenario, records: Sequence[RunRecord]) -> tuple[float, st
     if not records:
         return 2.0, f"| `{scenario.name}` | {scenario.robot_name} | 0 | not run | | | | |\n"
     share = wilson(sum(record.success for record in records), len(records))
-    times = sorted(record.sim_time for record in records)
+    median_time = statistics.median(record.sim_time for record in records)
     collisions = sum(record.figures.get("collisions", 0.0) for record in records) / len(records)
     return share.value, (
         f"| `{scenario.name}` | {scenario.robot_name} | {share.total} | {share.value:.0%} |"
-        f" {share.low:.0%} to {share.high:.0%} | {times[len(times) // 2]:.0f} | {collisions:.2f} |"
+        f" {share.low:.0%} to {share.high:.0%} | {median_time:.0f} | {collisions:.2f} |"
         f" {_usual_failure(records)} |\n"
     )
 

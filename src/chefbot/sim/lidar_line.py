@@ -26,13 +26,14 @@ class EmulatedLidar:
         self._turning, self.model = turning, LIDARS[driver]
         self._lidar = emulator_of(driver, turning.lidar.rate)
         self._sampled_ns = float(now_ns)
+        self._line_free_ns = float(now_ns)
         self._sent: deque[tuple[int, bytes]] = deque()
 
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Take requests; the answers follow at once."""
+        """Take requests, whose answers follow."""
         answer = self._lidar.receive(data) if data else b""
         if answer:
-            self._sent.append((now_ns, answer))
+            self._send(answer, now_ns)
 
     def bytes_until(self, now_ns: int) -> list[tuple[int, bytes]]:
         """Measure up to a time, ns; return what has arrived by then, with the times of the last bytes."""
@@ -42,12 +43,17 @@ class EmulatedLidar:
             frame = self._lidar.next_frame(partial(self._measure, times.astype(np.int64)))
             self._sampled_ns = float(times[-1])
             if frame:
-                line_ns = len(frame) * BITS_PER_BYTE * 1e9 / self.model.baud
-                self._sent.append((round(self._sampled_ns + line_ns), frame))
+                self._send(frame, self._sampled_ns)
         arrived = []
         while self._sent and self._sent[0][0] <= now_ns:
             arrived.append(self._sent.popleft())
         return arrived
+
+    def _send(self, data: bytes, now_ns: float) -> None:
+        """Send bytes as soon as the line has sent those before."""
+        line_ns = len(data) * BITS_PER_BYTE * 1e9 / self.model.baud
+        self._line_free_ns = max(self._line_free_ns, now_ns) + line_ns
+        self._sent.append((round(self._line_free_ns), data))
 
     def _measure(self, times_ns: NDArray[np.int64], bearings: Floats) -> Floats:
         ranges = self._turning.measure(bearings, times_ns)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from chefbot.runtime.loop import MESSAGE, Loop, ScheduledEvent
 
 QUEUE_DEPTH = 10
@@ -17,25 +19,29 @@ class CallbackQueue:
     def __init__(self, loop: Loop, duration_ns: int | None) -> None:
         self._loop, self._duration_ns = loop, duration_ns
         self._waiting: list[tuple[ScheduledEvent, int]] = []
-        self._running: ScheduledEvent | None = None
+        self._running: tuple[ScheduledEvent, int] | None = None
         """The callback whose time is passing; it runs at the end of it."""
+        self._end: ScheduledEvent | None = None
 
     def intercept(self, event: ScheduledEvent, rank: int) -> bool:
         """Return whether the due callback has to wait."""
-        if event is self._running:
+        if self._running is not None and event is self._running[0]:
             self._running = None
             self._start_next()
             return False
         self._waiting.append((event, rank))
         if rank == MESSAGE:
             self._drop_oldest(event)
-        if self._running is None or self._running.action is None:  # cancelled in the meantime
+        if self._running is None or self._running[0].action is None:  # cancelled in the meantime
             self._start_next()
         return True
 
     def release(self) -> None:
-        """Let all waiting callbacks run now."""
-        for event, rank in self._waiting:
+        """Let all callbacks run now: that whose time is passing, then those that wait."""
+        if self._end is not None:
+            self._end.cancel()
+        running, self._running = self._running, None
+        for event, rank in [*([running] if running else []), *self._waiting]:
             self._loop.reschedule(event, rank, self._loop.now_ns)
         self._waiting.clear()
 
@@ -45,7 +51,12 @@ class CallbackQueue:
             self._waiting.remove(same[0])
 
     def _start_next(self) -> None:
+        """Let the time of the next callback pass, after which it is due again and not intercepted."""
+        if self._end is not None:
+            self._end.cancel()
         self._waiting = [item for item in self._waiting if item[0].action is not None]
         if self._duration_ns is not None and self._waiting:
-            self._running, rank = self._waiting.pop(0)
-            self._loop.reschedule(self._running, rank, self._loop.now_ns + self._duration_ns)
+            self._running = event, rank = self._waiting.pop(0)
+            end_ns = self._loop.now_ns + self._duration_ns
+            run = partial(self._loop.reschedule, event, rank, end_ns)
+            self._end = self._loop.schedule(end_ns, rank, run)

@@ -203,6 +203,13 @@ def test_another_failure_is_not_the_same() -> None:
     assert shrink(given_scenario, first, make, lambda *_: None)[:2] == (given_scenario, first)
 
 
+def test_a_run_that_succeeds_never_fails_in_the_same_way() -> None:
+    first, given_scenario = a_record(1, success=False, failure="300"), scenario(people=4)
+    assert failure_kind(first) == failure_kind(a_record(1))
+    make = make_of(lambda _: False, [])
+    assert shrink(given_scenario, first, make, lambda *_: None)[:2] == (given_scenario, first)
+
+
 @given(SCENARIOS, st.integers(0, 2**32 - 1))
 @settings(max_examples=40)
 def test_the_result_of_the_search_fails_and_the_search_is_bounded(

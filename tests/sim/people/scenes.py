@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,3 +103,39 @@ def gaps_between(positions: NDArray[np.float64]) -> float:
     n = positions.shape[1]
     distances[:, np.arange(n), np.arange(n)] = math.inf
     return float(distances.min())
+
+
+DECISION = 0.4
+"""Time between two decisions of a person, s."""
+Script = Generator[None, None, Any]
+
+
+def person_of(one: Scene, number: int = 0) -> Any:
+    return one.people._persons[number]
+
+
+def mode(one: Scene, number: int = 0) -> int:
+    return int(one.people.walkers.mode[number])
+
+
+def aim(one: Scene, number: int = 0) -> tuple[float, float]:
+    x, y = one.people.walkers.aim[number].tolist()
+    return x, y
+
+
+def drive(one: Scene, script: Script, each: Callable[[], None] = lambda: None, most: int = 500) -> Any:
+    """Let a script decide, with time but without steps between its decisions; return what it returns."""
+    for _ in range(most):
+        try:
+            next(script)
+        except StopIteration as end:
+            return end.value
+        one.people.now += DECISION
+        each()
+    raise AssertionError("the script does not end")
+
+
+def decide(one: Scene, script: Script, times: int = 1) -> None:
+    for _ in range(times):
+        next(script)
+        one.people.now += DECISION

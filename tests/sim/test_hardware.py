@@ -17,6 +17,7 @@ from chefbot.robot.load import load_robot
 from chefbot.sim.firmware import CONTROL_NS
 from chefbot.sim.ports import hardware as module
 from chefbot.sim.ports.hardware import (
+    MAX_LAG_NS,
     TRUTH_PERIOD_NS,
     EmulatedHardware,
     HardwareOptions,
@@ -137,13 +138,14 @@ def test_a_robot_without_a_lidar_has_no_such_hardware(tmp_path: Path) -> None:
 
 
 class Watch:
-    """A wall clock that passes only while somebody sleeps, and `lags` for each look at it."""
+    """A wall clock that passes while somebody sleeps, and by `lag_ns` for each of the first looks at it."""
 
-    def __init__(self, lag_ns: int = 0) -> None:
-        self.now_ns, self.lag_ns, self.slept = 1_000_000_000_000, lag_ns, 0.0
+    def __init__(self, lag_ns: int = 0, looks: int = 10_000) -> None:
+        self.now_ns, self.lag_ns, self.looks, self.slept = 1_000_000_000_000, lag_ns, looks, 0.0
 
     def wall_ns(self) -> int:
-        self.now_ns += self.lag_ns
+        self.looks -= 1
+        self.now_ns += self.lag_ns if self.looks >= 0 else 0
         return self.now_ns
 
     def sleep(self, seconds: float) -> None:
@@ -191,3 +193,11 @@ def test_a_slow_computer_slows_the_hardware_down(tmp_path: Path, monkeypatch: py
     watch = Watch(lag_ns=3 * CONTROL_NS)
     states, _ = operated(tmp_path, monkeypatch, ["\n"] * 3, watch)
     assert watch.slept == 0.0 and states[-1].time == pytest.approx(0.4)
+
+
+def test_what_was_lost_is_hardly_caught_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = 20
+    watch = Watch(3 * CONTROL_NS, slow)
+    states, _ = operated(tmp_path, monkeypatch, ["\n"] * 9, watch)
+    in_time = states[-1].time - slow * CONTROL_NS / 1e9
+    assert in_time - MAX_LAG_NS / 1e9 - 0.02 <= watch.slept <= in_time

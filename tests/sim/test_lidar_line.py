@@ -55,6 +55,7 @@ def test_its_driver_decodes_the_room(driver: str, sim: Simulation) -> None:
     stamps = [scan.header.stamp.ns for scan in scans]
     gaps = [(b - a) / 1e9 for a, b in itertools.pairwise(stamps)]
     assert gaps == pytest.approx([1.0 / RATE] * len(gaps), rel=0.1)
+    assert np.mean(gaps) == pytest.approx(1.0 / RATE, rel=0.01)
     for scan in scans:
         assert len(scan.ranges) == len(true) and scan.header.frame_id == "laser"
         both = np.isfinite(scan.ranges) & np.isfinite(true) & (true > turning.lidar.range_min)

@@ -124,6 +124,12 @@ def test_aside_is_where_there_is_room() -> None:
         assert one.people.floor.is_clear(1.0, 3.0, x, y, PERSON_RADIUS)
 
 
+def test_nobody_steps_aside_through_a_wall() -> None:
+    one = Scene(two_rooms(), TWO_ROOMS, PeopleSpec(count=1), 1, (7.0, 3.0))
+    one.put(0, 3.65, 1.0)
+    assert all(person_of(one)._roomiest_point()[0] < 4.0 for _ in range(30))
+
+
 def test_destinations_are_far_if_there_are_such() -> None:
     route = Route(points=[[1.0, 1.0], [5.0, 1.0]], speed=0.3)
     one = Scene(room(6.0, 6.0), BOUNDS, PeopleSpec(count=1), 1, (5.5, 5.5), routes=[route])

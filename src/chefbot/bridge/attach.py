@@ -13,7 +13,7 @@ import msgspec
 from chefbot.bridge.bridge import Bridge
 from chefbot.bridge.local_only import MAIN_NODE_NAME
 from chefbot.bridge.membership_health import MembershipHealth
-from chefbot.bridge.ports import latched_topics
+from chefbot.bridge.ports import launch_ports
 from chefbot.errors import UserError
 from chefbot.fleet.identity import Identity
 from chefbot.fleet.keyring import Keyring, keys_folder
@@ -168,7 +168,7 @@ def run_workers(bridge: Bridge, system: NodeContainer, launch: Launch, folder: P
     for name, entry in launch.nodes.items():
         where = f"launch {launch.name}: node {name}"
         node_params(node_class(entry.kind, where), entry.params, where)
-    bridge.represent(system.nodes.values(), latched_topics(launch))
+    bridge.represent(system.nodes.values(), launch_ports(launch))
     domain, port = domain_from_environment(), port_from_environment()
     names = split_by_process(launch)[1]
     orders = [WorkerSpec(launch, name, str(folder.resolve()), domain, port) for name in names]

@@ -16,7 +16,7 @@ from chefbot.bridge.inbox import WIRE_PUBLISHER, Inbox
 from chefbot.bridge.local_only import LOCAL_TOPICS, MAIN_NODE_NAME, process_node
 from chefbot.bridge.membership_health import MembershipHealth
 from chefbot.bridge.node_proxies import NodeProxies, NodeWithPorts, tf_listener_name
-from chefbot.bridge.ports import ports_of
+from chefbot.bridge.ports import LaunchPorts, ports_of
 from chefbot.bridge.rosout import is_for_operator
 from chefbot.bridge.wire_health import WireHealth
 from chefbot.msgs.builtin_interfaces import Time
@@ -73,7 +73,7 @@ class Bridge:
         if self._publishes_clock:
             self._proxies.advertise_clock()
         self._health = WireHealth(self.errors, wire.graph, self._proxies, self._inbox, membership)
-        self._pending_nodes: tuple[list[NodeWithPorts], frozenset[str]] | None = None
+        self._pending_nodes: tuple[list[NodeWithPorts], LaunchPorts] | None = None
         self._republish: list[Publication] = []
         self._graph_changed = threading.Event()
         wire.graph.on_change(self._graph_changed.set)
@@ -83,21 +83,21 @@ class Bridge:
         system.loop.add_observer(self._on_publication)
         self._thread.start()
 
-    def represent(self, nodes: Iterable[Node], latched: frozenset[str] | None = None) -> None:
+    def represent(self, nodes: Iterable[Node], launch: LaunchPorts | None = None) -> None:
         """Represent these nodes on the wire, and no others.
 
-        `latched`: topics that are transient local anywhere in the launch.
+        `launch`: what all nodes of the launch provide; if None, there are no other nodes.
         """
         described = [(node, ports_of(node)) for node in nodes]
-        if latched is None:
-            latched = frozenset(
-                port.name for _, ports in described for port in ports.publishers if port.latched
+        if launch is None:
+            launch = LaunchPorts(
+                frozenset(port.name for _, ports in described for port in ports.publishers if port.latched)
             )
         if self._has_nodes.is_set():  # otherwise it is still in the queue
             for publication in self._system.loop.latched():
                 if publication.publisher != WIRE_PUBLISHER:
                     self._republish.append(publication)
-        self._pending_nodes = (described, latched)
+        self._pending_nodes = (described, launch)
         self._has_nodes.set()
         self._jobs.put("nodes", lambda: None, 1)  # wakes the thread, which handles `_pending_nodes` first
 

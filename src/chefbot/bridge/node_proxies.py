@@ -10,7 +10,7 @@ from chefbot.bridge.bridged_actions import ActionClientBridge, ActionServerBridg
 from chefbot.bridge.inbox import WIRE_PUBLISHER, Inbox
 from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS, LocalProcessFilter
 from chefbot.bridge.parameters import ParameterServices, to_value, with_values
-from chefbot.bridge.ports import Ports, Topic
+from chefbot.bridge.ports import LaunchPorts, Ports, Topic
 from chefbot.bridge.rosout import Rosout
 from chefbot.errors import ChefbotError, UserError
 from chefbot.msgs.action_msgs import CancelGoal, GoalStatusArray
@@ -116,7 +116,7 @@ class NodeProxies:
         self._rosout: dict[str, Rosout] = {}
         self._actions: dict[str, ActionServerBridge | ActionClientBridge] = {}
         self._subscriptions: dict[str, _SharedSubscription] = {}
-        self._latched = LATCHED_BY_CONVENTION
+        self._launch = LaunchPorts(LATCHED_BY_CONVENTION)
         self._process_filter = LocalProcessFilter(wire.graph, self._namespace)
         self.own = self._add(self._own_name)
         self.own_rosout = self._rosout[self._own_name] = Rosout(self.own)
@@ -131,13 +131,14 @@ class NodeProxies:
             return []
         return self._process_filter.foreign_publishers(resolve(topic, self._namespace))
 
-    def update_nodes(self, described: Sequence[NodeWithPorts], latched: frozenset[str]) -> None:
-        """Represent these nodes and the process itself; subscribe transient local to the `latched` topics."""
+    def update_nodes(self, described: Sequence[NodeWithPorts], launch: LaunchPorts) -> None:
+        """Represent these nodes, and the process itself, as parts of the launch."""
+        self._abandon_goals()
         for name in [name for name in self._nodes if name != self._own_name]:
             self._remove(name)
         self._actions.clear()
         self._subscriptions.clear()
-        self._latched = latched | LATCHED_BY_CONVENTION
+        self._launch = launch._replace(latched=launch.latched | LATCHED_BY_CONVENTION)
         served = {name for _, ports in described for name, _ in ports.action_servers}
         for node, ports in described:
             self._add_proxy(node, ports, served)
@@ -150,6 +151,7 @@ class NodeProxies:
 
     def close(self) -> None:
         """Remove all nodes from the graph."""
+        self._abandon_goals()
         for name in list(self._nodes):
             self._remove(name)
 
@@ -233,7 +235,7 @@ class NodeProxies:
         """Subscribe once for all nodes of the process: the loop passes each message to every node."""
         if topic.name in LOCAL_TOPICS:
             return
-        latched = topic.name in self._latched
+        latched = topic.name in self._launch.latched
         if topic.name in self._subscriptions:
             node.announce(
                 SUBSCRIPTION, topic.name, InterfaceType.of(topic.kind), _subscription_qos(topic, latched)
@@ -274,7 +276,15 @@ class NodeProxies:
             _announce_action_client(node, name, action)
             return
         now = lambda: self._system.loop.now_ns  # noqa: E731
-        self._actions[name] = ActionClientBridge(node, name, action, self._post_action, now)
+        self._actions[name] = ActionClientBridge(
+            node, name, action, self._post_action, now, server_starts=name in self._launch.actions
+        )
+
+    def _abandon_goals(self) -> None:
+        """Stop waiting for action servers, before the clients of these actions are closed."""
+        for bridged in self._actions.values():
+            if isinstance(bridged, ActionClientBridge):
+                bridged.close()
 
     def _post_action(self, topic: str, message: Message) -> None:
         self._inbox.publish(topic, message, depth=1000)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.message import Message
-from chefbot.runtime.actions import ActionClientPort, ActionServerPort
+from chefbot.runtime.actions import ActionClientPort, ActionServerPort, served_actions
 from chefbot.runtime.launch import Launch, node_class
 from chefbot.runtime.node import RESTORED_PREFIX, In, Node, Out, TopicSpec
 
@@ -32,17 +32,29 @@ class Ports(NamedTuple):
     action_clients: tuple[tuple[str, Action[Any, Any, Any]], ...]
 
 
-def latched_topics(launch: Launch) -> frozenset[str]:
-    """Return the topics that any node of the launch publishes as latched (transient local)."""
+class LaunchPorts(NamedTuple):
+    """Names that the nodes of a launch provide, in whatever process they run."""
+
+    latched: frozenset[str]
+    """Topics that are published as latched (transient local)."""
+    actions: frozenset[str] = frozenset()
+    """Actions that are served."""
+
+
+def launch_ports(launch: Launch) -> LaunchPorts:
+    """Return what the nodes of the launch provide, after remapping."""
     topics: set[str] = set()
+    actions: set[str] = set()
     for name, entry in launch.nodes.items():
         node_type = node_class(entry.kind, f"launch {launch.name}: node {name}")
-        for port in typing.get_type_hints(node_type):
-            spec = getattr(node_type, port, None)
-            if isinstance(spec, TopicSpec) and spec.latched:
-                topic = spec.name or port
-                topics.add(entry.remap.get(topic, topic))
-    return frozenset(topics)
+        topics |= {entry.remap.get(topic, topic) for topic in _latched_topics(node_type)}
+        actions |= {entry.remap.get(action, action) for action in served_actions(node_type)}
+    return LaunchPorts(frozenset(topics), frozenset(actions))
+
+
+def _latched_topics(node_type: type[Node]) -> list[str]:
+    specs = {port: getattr(node_type, port, None) for port in typing.get_type_hints(node_type)}
+    return [spec.name or port for port, spec in specs.items() if isinstance(spec, TopicSpec) and spec.latched]
 
 
 def ports_of(node: Node) -> Ports:

@@ -22,7 +22,7 @@ from rich.console import Console
 from chefbot.bridge.bridge import Bridge
 from chefbot.bridge.inbox import WIRE_PUBLISHER
 from chefbot.bridge.local_only import process_node
-from chefbot.bridge.ports import latched_topics
+from chefbot.bridge.ports import launch_ports
 from chefbot.bridge.robot_time import RobotTime
 from chefbot.bridge.sim_time_sync import ProgressPublisher
 from chefbot.errors import ChefbotError
@@ -134,7 +134,7 @@ def _start_nodes(system: NodeContainer, bridge: Bridge, order: WorkerSpec, launc
         system.loop.publish(
             RESTORED_PREFIX + state.topic, state.deserialize(), WIRE_PUBLISHER, from_device=True
         )
-    bridge.represent(system.nodes.values(), latched_topics(order.launch))
+    bridge.represent(system.nodes.values(), launch_ports(order.launch))
     freeze_loaded_objects()
     announce(Console(highlight=False), system.nodes.values())
 

@@ -176,6 +176,12 @@ def action_client(action: Action[G, R, F], name: str = "") -> ActionClientPort[G
     return cast(ActionClientPort[G, R, F], _CallsSpec(action, name))
 
 
+def served_actions(kind: type[Node]) -> list[str]:
+    """Return the names of the actions that nodes of this class serve, before remapping."""
+    specs = {name: getattr(kind, name) for name in dir(kind)}
+    return [spec.name or name for name, spec in specs.items() if isinstance(spec, _ServesSpec)]
+
+
 @dataclass(frozen=True)
 class _ServesSpec(PortSpec):
     action: Action[Any, Any, Any]

@@ -12,6 +12,7 @@ from chefbot.cli.robot.generate import run_generate
 from chefbot.errors import UserError
 from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
@@ -21,10 +22,22 @@ def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
     return int(str(end.value.code or 0))
 
 
-def test_the_file_passes_the_check_and_repeats(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def assert_summary(printed: str, robot: Robot, out: Path) -> None:
+    """The figures of a robot are printed."""
+    assert printed.startswith(f"{robot.name}: radius {robot.circumscribed_radius:.3f} m, ")
+    assert f"{unloaded_mass(robot):.2f} kg and {robot.body.payload:.2f} kg of payload" in printed
+    assert ("lidar of " in printed) == (robot.sensors.lidar is not None)
+    assert ("depth camera of " in printed) == (robot.sensors.depth_camera is not None)
+    assert printed.endswith(f"robot in {out}\n")
+
+
+def test_the_file_passes_the_check_and_repeats(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "new" / "robot3.yaml"
     words = ("generate", "--seed", "3", "--set", "radius=0.2", "--out", str(out))
     assert run(monkeypatch, *words) == 0
+    assert_summary(capsys.readouterr().out, load_robot(str(out)), out)
     first = out.read_bytes()
     assert first.decode().splitlines()[0] == "# chefbot robot generate --seed 3 --set radius=0.2"
     assert load_robot(str(out)).body.radius == 0.2
@@ -56,16 +69,6 @@ def test_bad_input_is_one_sentence(
     assert message in " ".join(error.split())
     assert "Traceback" not in error
     assert not list(tmp_path.iterdir())
-
-
-def test_the_summary_has_the_figures_of_the_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "robot.yml"
-    run_generate(5, ["eyes=2", "payload=1.5"], out)
-    robot = load_robot(str(out))
-    printed = capsys.readouterr().out
-    assert printed.startswith(f"robot_5: radius {robot.circumscribed_radius:.3f} m, ")
-    assert f"{unloaded_mass(robot):.2f} kg and 1.50 kg of payload" in printed
-    assert "lidar of " in printed and "depth camera of " in printed and printed.endswith(f"robot in {out}\n")
 
 
 @pytest.mark.parametrize("name", ["robot", "robot.json", "yaml"])

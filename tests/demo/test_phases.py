@@ -138,7 +138,7 @@ def test_exploration_without_a_map_has_failed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("side", "limit"), [(10.0, EXPLORATION_TIMEOUT), (40.0, EXPLORATION_TIME_PER_AREA * 1600.0)]
+    ("side", "limit"), [(10.0, EXPLORATION_TIMEOUT), (28.0, EXPLORATION_TIME_PER_AREA * 784.0)]
 )
 def test_exploration_has_more_time_in_a_large_building(tmp_path: Path, side: float, limit: float) -> None:
     world = dataclasses.replace(ROOM, bounds=(-5.0, 0.0, side - 5.0, side))

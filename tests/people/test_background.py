@@ -176,6 +176,7 @@ def test_a_clock_set_back_forgets_when_but_not_what() -> None:
     assert was_free(background, 1.05)
 
 
+@settings(max_examples=50)
 @given(st.integers(0, 10_000), st.floats(-4.0, 4.0), st.floats(0.0, 0.6))
 def test_points_near_obstacles_of_the_map_are_on_it(seed: int, yaw: float, margin: float) -> None:
     rng = np.random.default_rng(seed)

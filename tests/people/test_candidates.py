@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.people.scene import LEG_RADIUS, ORIGIN, legs, observe
 
@@ -153,6 +153,7 @@ def test_a_leg_at_an_obstacle_of_the_map_is_on_it() -> None:
     assert not beside.on_map.any() and beside.on_floor.all()
 
 
+@settings(max_examples=60)
 @given(PLACES)
 def test_legs_pair_up_the_nearest_first(places) -> None:
     candidates = candidates_at(places)
@@ -192,6 +193,7 @@ def test_legs_too_near_or_too_far_are_no_pair(gap: float) -> None:
     assert not measure(narrow, np.array([0, 1]), ORIGIN).pair
 
 
+@settings(max_examples=40)
 @given(st.floats(0.5, 2.4), st.floats(-math.pi, math.pi))
 def test_the_second_leg_is_behind_a_single_one(distance: float, bearing: float) -> None:
     sensor = SE2(0.4, -0.3, 1.0)
@@ -220,6 +222,7 @@ def test_evidence_of_a_person_is_that_of_its_legs() -> None:
     assert not measure(candidates_at(places, on_map=[True, False]), both, ORIGIN).on_map
 
 
+@settings(max_examples=40)
 @given(PLACES, st.integers(0, 9))
 def test_the_nearest_are_kept_in_the_order_of_beams(places, count: int) -> None:
     candidates = candidates_at(places)
@@ -230,6 +233,7 @@ def test_the_nearest_are_kept_in_the_order_of_beams(places, count: int) -> None:
     assert np.sort(nearest.segments.range) == pytest.approx(ranges[:count])
 
 
+@settings(max_examples=40)
 @given(st.lists(st.booleans(), max_size=9))
 def test_the_beams_of_chosen_candidates_are_marked(chosen) -> None:
     candidates = candidates_at([(2.0, float(k)) for k in range(len(chosen))])
@@ -242,6 +246,7 @@ def test_the_last_beam_of_a_scan_is_marked() -> None:
     assert candidates_at([(2.0, 0.0)]).beams(np.array([True]), 4).all()
 
 
+@settings(max_examples=30)
 @given(st.floats(0.3, 6.0), st.floats(-1.0, 1.0))
 def test_a_leg_lies_behind_its_returns(distance: float, bearing: float) -> None:
     across = 0.06 * np.array([-math.sin(bearing), math.cos(bearing)])

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -47,6 +47,7 @@ def expected(observation: Observation) -> list[list[int]]:
     return found
 
 
+@settings(max_examples=60)
 @given(RANGES, st.floats(-3.0, 3.0), st.integers(0, 1000))
 def test_segments_are_runs_of_returns_without_a_jump(ranges, yaw: float, seed: int) -> None:
     upright = np.random.default_rng(seed).random(len(ranges)) < 0.5
@@ -85,6 +86,7 @@ def test_a_nearer_return_beside_it_hides_a_segment(ranges, hidden) -> None:
     assert find_segments(seen(ranges)).hidden.tolist() == hidden
 
 
+@settings(max_examples=50)
 @given(RANGES)
 def test_mirrored_beams_give_mirrored_segments(ranges) -> None:
     ahead, back = beams_of(seen(ranges)), beams_of(seen(ranges[::-1]))
@@ -98,6 +100,7 @@ def test_a_bounded_number_of_segments_is_found() -> None:
     assert segments.first.tolist() == list(range(MAX_SEGMENTS))
 
 
+@settings(max_examples=30)
 @given(RANGES, st.integers(0, 1000))
 def test_chosen_segments_keep_their_features(ranges, seed: int) -> None:
     segments = find_segments(seen(ranges))

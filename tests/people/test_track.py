@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.people.candidates import Measurement
@@ -82,6 +82,7 @@ def test_who_surely_moved_away_is_a_person(at: MotionState, moves: bool) -> None
     assert (gained("pair", at=at) > gained("pair")) == moves
 
 
+@settings(max_examples=40)
 @given(st.lists(st.tuples(st.sets(st.sampled_from(FLAGS)), st.floats(0.0, 4.0)), max_size=30))
 def test_evidence_is_bounded_and_so_is_the_confidence(history) -> None:
     one = track()
@@ -132,6 +133,7 @@ def test_who_was_seen_just_now_is_visible() -> None:
     assert one.first == Sighting(0.0, 0.0, 10.0)
 
 
+@settings(max_examples=30)
 @given(st.floats(0.0, 0.9), st.floats(0.1, 2.0))
 def test_the_seen_keep_their_velocity(share: float, speed: float) -> None:
     one = track()

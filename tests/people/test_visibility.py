@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -30,6 +30,7 @@ def state(x: float, y: float, deviation: float = 0.0) -> MotionState:
     return MotionState(x, y, 0.0, 0.0, deviation**2, 0.0, 1.0)
 
 
+@settings(max_examples=60)
 @given(PLACES, st.floats(0.5, 8.0), st.tuples(*[st.floats(-3.0, 3.0)] * 3))
 def test_a_place_is_free_if_beams_end_behind_it(place, end: float, sensor) -> None:
     distance, bearing = place
@@ -39,6 +40,7 @@ def test_a_place_is_free_if_beams_end_behind_it(place, end: float, sensor) -> No
         assert free == (1.0 if distance + BODY < end else 0.0)
 
 
+@settings(max_examples=60)
 @given(PLACES, st.floats(-math.pi, math.pi), st.floats(-5.0, 5.0))
 def test_one_beam_that_ends_before_it_hides_a_place(place, bearing: float, yaw: float) -> None:
     distance, towards = place
@@ -84,6 +86,7 @@ def test_a_person_may_be_beside_what_is_seen_free() -> None:
     assert seen_free(observation(AHEAD, end), state(3.0, 0.0, 1.0)) == pytest.approx(3.0 / 5.0)
 
 
+@settings(max_examples=20)
 @given(st.floats(MAX_SPREAD, 50.0))
 def test_the_places_looked_at_are_not_far_from_the_mean(deviation: float) -> None:
     near = observation(TURN, np.where(np.abs(TURN) < 0.1, 9.0, 2.6))

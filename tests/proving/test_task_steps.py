@@ -35,7 +35,7 @@ KITCHEN = {
 
 
 @given(st.integers(1, 8), st.integers(0, 1000))
-@settings(max_examples=20)
+@settings(max_examples=12)
 def test_all_places_but_the_start_are_driven_to_in_turn(goals: int, seed: int) -> None:
     run = FakeRun(GoTask(goals=goals), PLACES, seed=seed)
     go(run)
@@ -158,7 +158,7 @@ def commands(run: FakeRun) -> list[tuple[float, float]]:
 
 
 @given(st.integers(0, 1000))
-@settings(max_examples=15)
+@settings(max_examples=8)
 def test_random_commands_stay_within_the_limits(seed: int) -> None:
     run, limits = FakeRun(DriveRandomlyTask(duration=20.0), seed=seed), Limits.of(ROBOT)
     drive_randomly(run)

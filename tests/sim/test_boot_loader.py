@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.sim.ports.boot_loader import BOOT_NS, EXTENDED_BOOT_NS, BoardWithBootLoader
@@ -66,6 +66,7 @@ def test_bytes_during_the_boot_are_lost_and_delay_it(at: int) -> None:
     assert board.got == [b"again"]
 
 
+@settings(max_examples=50)
 @given(st.lists(st.tuples(st.integers(0, 20 * SECOND), st.sampled_from(["write", "reset"])), max_size=20))
 def test_a_board_starts_once_nobody_has_disturbed_it(events: list[tuple[int, str]]) -> None:
     port, board = plugged()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from chefbot.runtime.clock import StepClock
@@ -75,6 +75,7 @@ def test_of_each_topic_the_newest_messages_wait_and_all_timers() -> None:
     assert sum(name.startswith("timer") for name in node.names()) == QUEUE_DEPTH + 5
 
 
+@settings(max_examples=40)
 @given(st.lists(st.floats(0.0, 3.0), min_size=1, max_size=9), st.floats(0.01, 1.0))
 def test_a_slow_node_runs_one_after_the_other_in_order(times: list[float], seconds: float) -> None:
     node = OneNode(seconds)
@@ -89,6 +90,7 @@ def test_a_slow_node_runs_one_after_the_other_in_order(times: list[float], secon
         assert ran == pytest.approx(end, abs=1e-6)
 
 
+@settings(max_examples=60)
 @given(st.lists(st.floats(0.0, 3.0), min_size=1, max_size=9), st.floats(0.01, 1.0), st.floats(0.0, 5.0))
 def test_when_a_fault_ends_no_callback_overtakes_another(
     times: list[float], seconds: float, end: float

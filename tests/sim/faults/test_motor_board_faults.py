@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.design.export.mjcf import PHYSICS_STEP
@@ -139,6 +139,7 @@ def test_blocked_wheels_stay_blocked_in_a_new_model(physics) -> None:
     assert left < 0.1 and right > 5.0
 
 
+@settings(max_examples=20)
 @given(st.floats(0.1, 20.0), st.floats(-math.pi, math.pi))
 def test_a_shove_gives_the_robot_its_impulse(impulse: float, direction: float) -> None:
     model = mujoco.MjModel.from_xml_string(BODY.format(step=PHYSICS_STEP))

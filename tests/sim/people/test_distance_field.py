@@ -36,7 +36,7 @@ BOXES = st.lists(
     max_size=3,
 )
 POST = (0.6, 1.0, 0.1, 0.1, 0.0, 0.0)
-QUICK = settings(max_examples=40)
+QUICK = settings(max_examples=25)
 
 
 def shape_of(x, y, half_x, half_y, yaw, radius):
@@ -69,6 +69,7 @@ def test_cells_hold_the_distance_to_the_nearest_box(boxes) -> None:
     assert field_of(boxes)[::4, ::4] == pytest.approx(np.minimum(expected, REACH), abs=2e-3)
 
 
+@settings(max_examples=25)
 @given(BOXES)
 def test_boxes_only_lower_the_field_and_in_any_order(boxes) -> None:
     field = field_of(boxes)
@@ -78,6 +79,7 @@ def test_boxes_only_lower_the_field_and_in_any_order(boxes) -> None:
     assert (field <= field_of(boxes[:1])).all() and (field >= 0.0).all()
 
 
+@settings(max_examples=40)
 @given(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), INSIDE)
 def test_between_cells_the_field_is_interpolated(along_x: float, along_y: float, point) -> None:
     x, y = point
@@ -85,12 +87,14 @@ def test_between_cells_the_field_is_interpolated(along_x: float, along_y: float,
     assert found == pytest.approx(2.0 + along_x * x + along_y * y, abs=1e-5)
 
 
+@settings(max_examples=40)
 @given(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0))
 def test_outside_the_grid_there_is_no_room(x: float, y: float) -> None:
     inside = -1.0 + CELL / 2 <= x < 3.0 - CELL / 2 and -0.5 + CELL / 2 <= y < 2.5 - CELL / 2
     assert (distance_at(np.full((ROWS, COLUMNS), REACH, np.float32), FRAME, x, y) > 0.0) == inside
 
 
+@settings(max_examples=40)
 @given(st.floats(-math.pi, math.pi), INSIDE)
 def test_away_is_where_the_distance_grows_most(bearing: float, point) -> None:
     assume(-0.85 < point[0] < 2.85 and -0.35 < point[1] < 2.35)

@@ -71,6 +71,7 @@ def rotated(pairs, angle: float) -> np.ndarray:
     return np.array(pairs, float) @ turn
 
 
+@settings(max_examples=40)
 @given(WAY, WAY, SPEED, SPEED)
 def test_two_people_react_as_was_measured(dx, dy, vx, vy) -> None:
     d, v = complex(dx, dy), complex(vx, vy)
@@ -83,6 +84,7 @@ def test_two_people_react_as_was_measured(dx, dy, vx, vy) -> None:
     assert complex(*interaction(dx, dy, vx, vy)) == pytest.approx(measured(d, v), abs=2e-3)
 
 
+@settings(max_examples=40)
 @given(WAY, WAY, SPEED, SPEED, st.floats(-math.pi, math.pi))
 def test_a_reaction_turns_with_the_scene_and_is_bounded(dx, dy, vx, vy, angle: float) -> None:
     d, v = rotated([(dx, dy), (vx, vy)], angle)
@@ -105,6 +107,7 @@ def test_who_walks_away_is_hardly_felt() -> None:
     assert away < 0.05 * towards
 
 
+@settings(max_examples=60)
 @given(WAY, WAY, SPEED, SPEED)
 def test_what_is_faint_near_by_is_a_fiftieth_of_the_strength(dx, dy, vx, vy) -> None:
     distance = math.hypot(dx, dy)
@@ -199,6 +202,7 @@ def test_walls_are_bounded_and_not_felt_from_afar() -> None:
 LEAF = st.tuples(*[st.floats(-2.0, 2.0)] * 4)
 
 
+@settings(max_examples=40)
 @given(LEAF, st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 def test_the_nearest_point_of_a_leaf_is_on_it(leaf, x: float, y: float) -> None:
     assume(math.dist(leaf[:2], leaf[2:]) > 1e-3)

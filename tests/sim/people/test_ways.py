@@ -101,6 +101,7 @@ def test_narrow_places_cost_more_and_tight_ones_are_closed(free: float, weight: 
     assert weight <= STRAIGHT * NARROW_FACTOR
 
 
+@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.floats(-2.0, 4.0), st.floats(1.0, 6.0))
 def test_the_way_begins_at_the_best_cell_around(seed: int, x: float, y: float) -> None:
     way = np.random.default_rng(seed).integers(0, 500, (ROWS, COLUMNS)).astype(np.int32)

@@ -33,7 +33,7 @@ def cell_at(row: int, column: int):
     return box(x, y, x + CELL, y + CELL)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.tuples(COORDINATE, COORDINATE), st.tuples(COORDINATE, COORDINATE), POSE)
 def test_free_cells_are_those_on_the_way_to_the_surface(sensor, end, pose) -> None:
     free = drawn(sensor, end, pose)
@@ -75,6 +75,7 @@ def test_rays_without_length_or_off_the_grid_free_nothing() -> None:
     assert not drawn((0.5, 0.5), np.zeros((0, 2))).any()
 
 
+@settings(max_examples=40)
 @given(POSE, st.integers(0, 10_000), st.integers(0, 60))
 def test_points_are_counted_by_the_cells_that_hold_them(pose, seed: int, count: int) -> None:
     rng = np.random.default_rng(seed)

@@ -122,6 +122,7 @@ def test_other_parameters_keep_what_was_learned() -> None:
     assert ratio == pytest.approx(np.square([learned_scale[0], learned_scale[0], learned_scale[1]]))
 
 
+@settings(max_examples=30)
 @given(st.floats(-10.0, 10.0), st.integers(0, 10_000))
 def test_a_turned_covariance_is_that_of_turned_samples(yaw: float, seed: int) -> None:
     samples = np.random.default_rng(seed).normal(size=(50, 3)) @ np.diag([0.3, 0.1, 0.2])

@@ -106,6 +106,7 @@ def test_the_equations_are_those_of_brute_force(ring, features_at, x, y, yaw, se
     assert assert_equations(a, b, moved.array() + np.array([x, y, yaw])) > 50
 
 
+@settings(max_examples=50)
 @given(
     st.lists(st.tuples(st.floats(0.3, 3.0), st.floats(-3.14, 3.14)), min_size=1, max_size=25),
     st.lists(st.tuples(st.floats(0.3, 3.0), st.floats(-3.14, 3.14)), min_size=1, max_size=25),
@@ -118,7 +119,7 @@ def test_points_of_no_surface_count_in_both_axes(first, second, pose) -> None:
     assert_equations(a, b, np.array(pose))
 
 
-@WITH_WORLD
+@settings(WITH_WORLD, max_examples=8)
 @given(st.floats(-math.pi, math.pi))
 def test_a_full_turn_has_no_seam(ring, yaw) -> None:
     def scan(pose: SE2) -> ScanFeatures:

@@ -30,6 +30,7 @@ def assume_no_ties(poses) -> None:
     assume(min(np.diff(gaps), default=1.0) > 1e-6)
 
 
+@settings(max_examples=50)
 @given(POSES)
 def test_pairs_are_unique_and_of_neighbours(poses) -> None:
     pairs = pairs_of(poses)
@@ -41,6 +42,7 @@ def test_pairs_are_unique_and_of_neighbours(poses) -> None:
     assert len(pairs) <= (PARTNERS + 2) * len(poses)
 
 
+@settings(max_examples=50)
 @given(POSES)
 def test_the_nearest_and_the_farthest_in_reach_are_partners(poses) -> None:
     assume_no_ties(poses)
@@ -61,6 +63,7 @@ def test_of_few_scans_in_one_place_all_are_partners(seed: int, count: int) -> No
     assert pairs_of(poses) == list(itertools.combinations(range(count), 2))
 
 
+@settings(max_examples=40)
 @given(POSES, st.floats(-30.0, 30.0), st.integers(-3, 3))
 def test_place_and_turns_of_the_map_do_not_matter(poses, shift: float, turns: int) -> None:
     assume_no_ties(poses)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -37,6 +37,7 @@ def calibrated(seen, error: float, corrections=(0.0,), rounds: int = 1) -> float
     return calibration.offset
 
 
+@settings(max_examples=30)
 @given(st.integers(0, 10_000), st.integers(1, 4))
 def test_the_poses_are_eliminated_from_the_equation(seed: int, pairs: int) -> None:
     rng = np.random.default_rng(seed)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
@@ -24,6 +24,7 @@ def assert_same(found: np.ndarray, expected: list[SE2]) -> None:
     assert turns == pytest.approx([0.0] * len(turns), abs=1e-9)
 
 
+@settings(max_examples=40)
 @given(POSES)
 def test_each_pose_is_seen_from_its_partner(poses) -> None:
     a, b = np.array(poses), np.array(poses[::-1])
@@ -32,6 +33,7 @@ def test_each_pose_is_seen_from_its_partner(poses) -> None:
     assert compose(a, relative(a, b)) == pytest.approx(b, abs=1e-9), "headings are not wrapped"
 
 
+@settings(max_examples=40)
 @given(POSES)
 def test_an_inverse_leads_back(poses) -> None:
     a = np.array(poses)

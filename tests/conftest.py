@@ -70,13 +70,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Leaves out cases of rotated tests, and deals the slow tests out to the workers: at the end all are busy.
 
     pytest-xdist gives every worker a contiguous part and lets those that are done take from the others. Tests of one
-    folder stay together, so that launches which must keep pace do not all run at once.
+    folder stay together, so that launches which must keep pace do not all run at once. The longest, of whole demos,
+    come first: one that begins last would keep a single worker busy.
     """
     if is_rotating():
         items[:], left_out = split(items, COMMIT)
         config.hook.pytest_deselected(items=left_out)
     workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
     slow = [item for item in items if item.get_closest_marker("slow")]
+    slow.sort(key=lambda item: not item.path.is_relative_to(REPOSITORY / "tests" / "e2e"))
     fast = [item for item in items if not item.get_closest_marker("slow")]
     shares = [
         part[len(part) * i // workers : len(part) * (i + 1) // workers]

@@ -39,7 +39,8 @@ class Publisher(Generic[M]):
         """
         if self.qos.latched:
             return True
-        return bool(getattr(self._zenoh.matching_status, "matching", False))
+        with self._lock:
+            return bool(getattr(self._zenoh.matching_status, "matching", False))
 
     def publish(self, message: M) -> None:
         """Publish a message; raises CdrError when a value does not fit its field."""
@@ -53,8 +54,9 @@ class Publisher(Generic[M]):
             self._zenoh.put(data, attachment=attachment)
 
     def close(self) -> None:
-        """Undeclare the publisher from the Zenoh session."""
-        self._zenoh.undeclare()
+        """Undeclare the publisher from the Zenoh session, after a thread that is publishing."""
+        with self._lock:  # Zenoh raises RuntimeError if a call is in progress
+            self._zenoh.undeclare()
 
 
 def _declare(session: zenoh.Session, key: str, qos: QoS) -> Any:

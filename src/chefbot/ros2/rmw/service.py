@@ -120,7 +120,7 @@ class Client(Generic[Q, S]):
         self._name = name
         self._refused: ErrorCounter = wire.rejected
         self._sequence = 0
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a server in this process may respond within the call
         self._zenoh = wire.session.declare_querier(
             key,
             target=zenoh.QueryTarget.ALL_COMPLETE,
@@ -131,7 +131,8 @@ class Client(Generic[Q, S]):
     @property
     def server_is_ready(self) -> bool:
         """Return whether a matching service server is reachable."""
-        return bool(getattr(self._zenoh.matching_status, "matching", False))
+        with self._lock:
+            return bool(getattr(self._zenoh.matching_status, "matching", False))
 
     def call(self, request: Q, timeout: float = 5.0) -> S:
         """Call the service and return the response.
@@ -146,9 +147,6 @@ class Client(Generic[Q, S]):
         Its callbacks run in a Zenoh thread. It may fail with NoResponseError.
         """
         future: Future[S] = Future()
-        with self._lock:
-            self._sequence += 1
-            attachment = Attachment(self._sequence, time.time_ns(), self.gid)
 
         def on_reply(reply: zenoh.Reply) -> None:
             self._on_reply(reply, future)
@@ -157,14 +155,19 @@ class Client(Generic[Q, S]):
             if not future.done():
                 _fail(future, NoResponseError(f"service {self._name}: no response"))
 
-        self._zenoh.get(
-            handlers.Callback(on_reply, on_done), payload=request.to_cdr(), attachment=attachment.pack()
-        )
+        payload = request.to_cdr()
+        with self._lock:
+            self._sequence += 1
+            attachment = Attachment(self._sequence, time.time_ns(), self.gid)
+            self._zenoh.get(
+                handlers.Callback(on_reply, on_done), payload=payload, attachment=attachment.pack()
+            )
         return future
 
     def close(self) -> None:
-        """Undeclare the service client from the Zenoh session."""
-        self._zenoh.undeclare()
+        """Undeclare the service client from the Zenoh session, after a thread that is calling."""
+        with self._lock:  # Zenoh raises RuntimeError if a call is in progress
+            self._zenoh.undeclare()
 
     def _on_reply(self, reply: zenoh.Reply, future: Future[S]) -> None:
         if future.done():

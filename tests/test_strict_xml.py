@@ -86,7 +86,7 @@ def nested(depth: int) -> bytes:
 def test_elements_may_be_nested_up_to_a_bound() -> None:
     assert parse(nested(MAX_DEPTH)).tag == "a"
     sentence = refusal(nested(MAX_DEPTH + 1))
-    assert f"nested more than {MAX_DEPTH} deep" in sentence and sentence.endswith("that is no thing")
+    assert f"nested more than {MAX_DEPTH} deep" in sentence and sentence.endswith("that is not a thing")
     flat = b"<a>" + b"<b></b>" * (2 * MAX_DEPTH) + b"</a>"
     assert len(parse(flat)) == 2 * MAX_DEPTH, "side by side they are not nested"
 

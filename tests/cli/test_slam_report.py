@@ -65,7 +65,7 @@ def test_the_figures_are_those_of_the_run() -> None:
     figures = summary(result_of(cells=cells), costs_of(0.010, 0.020, 0.5))
     assert figures["Scans"] == "12, 5 of them used"
     assert figures["Length of the trajectory"] == "15.7 m"
-    assert figures["Map"] == "3.0 m x 2.0 m, 0.05 m a cell"
+    assert figures["Map"] == "3.0 m x 2.0 m, 0.05 m per cell"
     assert figures["Observed area"] == f"{(20 * 40 + 20) * 0.0025:.0f} m²"
     assert figures["Loop closures"] == "3" and figures["Correction of all ranges"] == "-21 mm"
     assert figures["No return"] == "ranges of 7.50 m and more, 25.0% of all beams"

@@ -89,10 +89,10 @@ def test_a_motor_has_some_seconds_from_the_question_on(alone: bool, limit_ns: in
 def test_the_reason_says_whether_anything_was_sent() -> None:
     name = f"{LIDARS['ld19'].maker} at {LIDARS['ld19'].baud} baud"
     silent, _ = probe_of("ld19", alone=True)
-    assert silent.failure_reason.startswith(f"no {name} sends there")
+    assert silent.failure_reason.startswith(f"no data from a {name} there")
     other, _ = probe_of("ld19", alone=True)
     assert other.receive_data(b"something else" * 50, START_NS) is None
-    assert other.failure_reason.startswith(f"what sends there is no {name}")
+    assert other.failure_reason.startswith(f"the data there are not from a {name}")
 
 
 def test_a_damaged_lidar_ends_the_search_with_its_words() -> None:
@@ -103,4 +103,4 @@ def test_a_damaged_lidar_ends_the_search_with_its_words() -> None:
     while not probe.timed_out(now_ns):
         now_ns += 50_000_000
         assert probe.receive_data(wire.lidar.receive(probe.data_to_send(now_ns)), now_ns) is None
-    assert now_ns < START_NS + TIMEOUT_NS and "the lidar reports that it is damaged" in probe.failure_reason
+    assert now_ns < START_NS + TIMEOUT_NS and "the lidar reports a fault" in probe.failure_reason

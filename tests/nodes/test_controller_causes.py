@@ -255,7 +255,7 @@ def test_a_person_near_the_trajectory_comes_before_an_obstacle() -> None:
     cause = one(drive.follow(0.1, cycles=8, person=(0.3, 0.6)))
     assert (cause.kind, cause.check, cause.sensor) == (SLOW, "speed near people", TRACKER)
     assert place(cause) == pytest.approx((0.3, 0.6))
-    assert cause.sentence == "The controller drives at 0.10 m/s near somebody."
+    assert cause.sentence == "The controller drives at 0.10 m/s near a person."
     assert drive.follow(SPEED, cycles=8, person=(0.3, 0.6))[1:][0].kind == "end", "fast enough past somebody"
 
 
@@ -269,7 +269,7 @@ def test_a_local_detour_names_the_obstacle_on_the_given_path() -> None:
     assert (cause.kind, cause.check, cause.sensor) == (DETOUR, "local path", CAMERA)
     assert place(cause) == pytest.approx((0.725, 0.025))
     assert cause.numbers[0].name == "deviation" and cause.numbers[0].value == pytest.approx(0.4, abs=0.01)
-    assert cause.sentence == "The controller leads the path 0.40 m aside."
+    assert cause.sentence == "The controller deviates 0.40 m from the path."
 
 
 @pytest.mark.parametrize(("away", "marked"), [(0.1, True), (0.4, False)])

@@ -1,4 +1,4 @@
-"""What a node that plans reports: detours, taken goals, and the obstacle, zone or lane that closes a way."""
+"""What a node that plans reports: detours, occupied goals, and the obstacle, zone or lane that closes a way."""
 # ruff: noqa: ARG002 (a planner with the interface of all)
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def test_a_plan_around_what_blocks_the_last_one_is_a_detour() -> None:
         "deviation": pytest.approx(1.0, abs=0.05),
         "extra length": pytest.approx(2.0 * math.sqrt(5.0) - 4.0, abs=1e-6),
     }
-    assert cause.sentence == "The new plan leads 1.0 m from the old one, which is blocked."
+    assert cause.sentence == "The new plan deviates 1.0 m from the old one, which is blocked."
     assert len(hall.plan(around(1.0))) == 1, "it is the plan of before"
 
 
@@ -161,7 +161,7 @@ def test_a_zone_on_the_straight_way_is_reported_once_for_a_goal() -> None:
         (cause,) = hall.plan(around(1.5))
     extra = 2.0 * math.hypot(2.0, 1.5) - 4.0
     assert cause.sensor == "keep-out zone buffet" and 2.2 < place(cause)[0] < 2.6
-    assert cause.sentence == f"The plan leads {extra:.1f} m farther because of the keep-out zone buffet."
+    assert cause.sentence == f"The plan is {extra:.1f} m longer because of the keep-out zone buffet."
     assert cause.numbers[0].value == pytest.approx(extra)
     other = SE2(5.0, 2.1, 0.0)
     detour = np.vstack([around(1.5), line(GOAL, other)])
@@ -185,27 +185,27 @@ def test_zones_beside_the_way_and_closed_maps_are_no_cause() -> None:
 def test_a_lane_against_the_straight_way_is_named() -> None:
     west = zone("exit", ONE_WAY, (2.5, 1.0, 3.5, 3.0), math.pi)
     (cause,) = Hall(west).plan(around(1.5))
-    assert cause.sentence.endswith("farther because of the one-way lane exit.") and not cause.located
+    assert cause.sentence.endswith("longer because of the one-way lane exit.") and not cause.located
     assert Hall(zone("exit", ONE_WAY, (2.5, 1.0, 3.5, 3.0), 0.0)).plan(around(1.5)) == []
 
 
-# ---- taken goals
+# ---- occupied goals
 
 
-def test_a_taken_goal_is_reported_once_until_it_is_free() -> None:
+def test_an_occupied_goal_is_reported_once_until_it_is_free() -> None:
     hall = Hall()
     hall.mark(4.98, 2.02)
     beside, exact = line(START, SE2(4.6, 2.3, 0.0)), line(START, GOAL)
-    sentence = hall.node.report_taken_goal(beside, GOAL)
-    assert sentence == "The goal is taken: the robot drives to a free pose with sight of it, 0.50 m away."
-    assert hall.node.report_taken_goal(beside, GOAL) == sentence
+    sentence = hall.node.report_occupied_goal(beside, GOAL)
+    assert sentence == "The goal is occupied: the robot drives to a free pose with sight of it, 0.50 m away."
+    assert hall.node.report_occupied_goal(beside, GOAL) == sentence
     (cause,) = hall.begun
-    assert (cause.check, cause.sensor, cause.numbers[0].value) == ("goal taken", LIDAR, pytest.approx(0.5))
+    assert (cause.check, cause.sensor, cause.numbers[0].value) == ("goal occupied", LIDAR, pytest.approx(0.5))
     assert place(cause) == pytest.approx((4.975, 2.025))
-    assert hall.node.report_taken_goal(exact, GOAL) == "" and len(hall.begun) == 1
-    hall.node.report_taken_goal(beside, GOAL)
-    assert len(hall.begun) == 2, "taken again"
-    hall.node.report_taken_goal(line(START, SE2(4.5, 2.3, 0.0)), GOAL)
+    assert hall.node.report_occupied_goal(exact, GOAL) == "" and len(hall.begun) == 1
+    hall.node.report_occupied_goal(beside, GOAL)
+    assert len(hall.begun) == 2, "occupied again"
+    hall.node.report_occupied_goal(line(START, SE2(4.5, 2.3, 0.0)), GOAL)
     assert len(hall.begun) == 3, "another pose beside it"
 
 
@@ -256,6 +256,8 @@ def test_a_lane_is_named_where_no_obstacle_closes_the_way() -> None:
     west = zone("exit", ONE_WAY, (2.5, 1.0, 3.5, 3.0), math.pi)
     hall = Hall(west)
     sentence = hall.fail(PlanningFailure.NO_VALID_PATH).sentence
-    assert sentence.endswith("(at x 5.00 m, y 2.00 m). The one-way lane exit leads the other way.")
+    assert sentence.endswith(
+        "(at x 5.00 m, y 2.00 m). The one-way lane exit leads in the opposite direction."
+    )
     hall.mark(4.02, 2.02)
     assert "lane" not in hall.fail(PlanningFailure.NO_VALID_PATH).sentence

@@ -191,7 +191,7 @@ def test_a_planner_that_others_take_is_a_failure() -> None:
     for _ in range(round(PATIENCE / 0.05) + 10):
         drive.driver._drive_to(NEAR)
         drive.other_client(nav2.ComputePathToPose, nav2.ComputePathToPose_Goal(pose), "compute_path_to_pose")
-    assert drive.driver._fault == "Another goal takes the planner." and drive.servers.followed == []
+    assert drive.driver._fault == "Another goal preempted the planner." and drive.servers.followed == []
 
 
 def test_looking_round_stands_and_turns_to_both_sides_and_back() -> None:

@@ -24,7 +24,8 @@ from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.sound_play import SoundRequest
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.navigation.way_waiting import LOOK_TIMEOUT, NEAR, STEP_ASIDE, WayWaitingNode
+from chefbot.nodes.navigation.blockage_request import ANSWER_TIMEOUT
+from chefbot.nodes.navigation.way_waiting import NEAR, STEP_ASIDE, WayWaitingNode
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock
@@ -253,7 +254,7 @@ def test_only_some_errors_may_be_people_in_the_way(code: int, alone: bool, among
 def test_a_planner_that_does_not_answer_finds_nothing() -> None:
     way = Way(planner=False)
     way.waiter.look()
-    way.run(LOOK_TIMEOUT - 0.2)
+    way.run(ANSWER_TIMEOUT - 0.2)
     assert way.waiter.results == []
     way.run(0.4)
     assert way.waiter.results == [None]
@@ -278,7 +279,7 @@ def test_a_step_aside_is_waited_for_some_seconds() -> None:
     way.waiter.wait(held_up=True)
     way.stand(0.8, STEP_ASIDE - 0.5)
     assert way.waiter.results == []
-    assert ("waiting", "Person 3 stands before me. I wait.") in way.waiter.states
+    assert ("waiting", "Person 3 stands in front of the robot. Waiting.") in way.waiter.states
     way.stand(0.8, 2.0)
     assert way.waiter.results[0].error_code == 0, "then it tries to go on"
 
@@ -306,7 +307,7 @@ def test_a_wait_without_another_way_ends_with_the_patience() -> None:
     assert way.waiter.results == []
     way.stand(2.0, 2.0)
     (result,) = way.waiter.results
-    assert result.error_code == NO_PATH and "there is no other way" in result.error_msg
+    assert result.error_code == NO_PATH and "there is no other path" in result.error_msg
 
 
 def test_requests_are_repeated_at_their_period() -> None:

@@ -32,7 +32,7 @@ def rows(text: str) -> dict[str, list[str]]:
     return {cells[0].strip("| `"): [cell.strip(" |") for cell in cells[1:]] for cells in lines}
 
 
-def test_the_lowest_success_comes_first_and_what_was_not_run_last() -> None:
+def test_the_lowest_success_comes_first_and_missing_runs_last() -> None:
     scenarios = [one("good"), one("never"), one("bad"), one("fair")]
     records = runs("good", 4, 0) + runs("bad", 0, 4) + runs("fair", 2, 2)
     table = rows(scoreboard_text(scenarios, records))

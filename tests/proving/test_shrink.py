@@ -212,9 +212,7 @@ def test_a_run_that_succeeds_never_fails_in_the_same_way() -> None:
 
 @given(SCENARIOS, st.integers(0, 2**32 - 1))
 @settings(max_examples=20)
-def test_the_result_of_the_search_fails_and_the_search_is_bounded(
-    given_scenario: Scenario, coin: int
-) -> None:
+def test_the_result_of_the_bounded_search_fails(given_scenario: Scenario, coin: int) -> None:
     def condition(one: Scenario) -> bool:
         return one == given_scenario or bool((coin >> crc32(msgspec.json.encode(one)) % 32) & 1)
 

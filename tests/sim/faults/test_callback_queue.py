@@ -114,7 +114,7 @@ def test_a_cancelled_callback_takes_no_time() -> None:
     assert node.ran == [("b", 1.6), ("c", 2.6), ("d", 3.6)]
 
 
-def test_callbacks_that_were_cancelled_while_they_waited_do_not_run() -> None:
+def test_callbacks_cancelled_while_they_waited_do_not_run() -> None:
     node = OneNode(None)
     events = [node.call(0.0, name) for name in "abc"]
     node.loop.schedule(SECOND, DEVICE, events[1].cancel)

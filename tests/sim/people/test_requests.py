@@ -139,11 +139,11 @@ def test_a_blocker_stands_before_the_robots_front() -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("meet hatch 1", "people know no door 'hatch'"),
+        ("meet hatch 1", "the world has no door 'hatch'"),
         ("meet door 0", "0 people cannot meet: there are 2"),
         ("meet door 3", "3 people cannot meet: there are 2"),
-        ("block now", "do not understand 'block now'"),
-        ("meet door -1", "say 'meet DOOR NUMBER'"),
+        ("block now", "people have no request 'block now'"),
+        ("meet door -1", "use 'meet DOOR NUMBER'"),
     ],
 )
 def test_what_cannot_be_done_changes_nothing(text: str, sentence: str) -> None:

@@ -31,20 +31,34 @@ MARGIN = 0.0025
 """Relative amount by which noise may fall below the lowest of them."""
 MAX_SHARE_BEYOND = 0.02
 """Maximum count beyond the band relative to the bin's; with more, something was measured there."""
+MAX_MEASURED = 1000.0
+"""Range that no laser of a ground robot measures, m: more than it means no return, whatever the other beams say."""
 _PLACE_DISTANCE, _PLACE_ROTATION = 0.1, 0.1
 
 
 class NoReturn(NamedTuple):
-    """The threshold `least` in metres from which ranges mean no return, and their share of all beams."""
+    """The lowest range in metres that means no return, and the share of all beams that have it or more."""
 
     min_range: float
     share: float
 
 
 def detect_no_return(scans: Sequence[CarmenScan]) -> NoReturn | None:
-    """Return the ranges that encode "no return" in a recording; None if no value stands out."""
+    """Return the ranges that encode "no return" in a recording; None if no value stands out.
+
+    Some lasers have several such values far from each other: below each one the next is searched for.
+    """
     ranges = np.concatenate([scan.ranges for scan in scans])
-    bins = np.floor(ranges[ranges > 0.0] / BIN + 0.5).astype(np.int64)
+    lowest, threshold = MAX_MEASURED, _find_threshold(scans, ranges, MAX_MEASURED)
+    while threshold is not None:
+        lowest, threshold = threshold, _find_threshold(scans, ranges, threshold)
+    no_returns = ranges[ranges >= lowest]
+    return NoReturn(float(no_returns.min()), len(no_returns) / len(ranges)) if no_returns.size else None
+
+
+def _find_threshold(scans: Sequence[CarmenScan], ranges: NDArray[np.float32], limit: float) -> float | None:
+    """Return the range from which on those below `limit` metres mean no return; None if no value stands out."""
+    bins = np.floor(ranges[(ranges > 0.0) & (ranges < limit)] / BIN + 0.5).astype(np.int64)
     if bins.size == 0:
         return None
     # Histogram of all ranges; candidates are narrow spikes
@@ -56,12 +70,9 @@ def detect_no_return(scans: Sequence[CarmenScan]) -> NoReturn | None:
         return None
     # The smallest spike in the band below it
     first_spike = int(spikes[spikes >= last_spike * (1.0 - BAND)][0])
-    threshold = (first_spike - 0.5) * BIN - MARGIN * last_spike * BIN
+    threshold = float((first_spike - 0.5) * BIN - MARGIN * last_spike * BIN)
     # A standing robot repeats the ranges of surfaces: require several places
-    if _count_places(scans, threshold) < MIN_PLACES:
-        return None
-    no_returns = ranges[ranges >= threshold]
-    return NoReturn(float(no_returns.min()), len(no_returns) / len(ranges))
+    return threshold if _count_places(scans, threshold, limit) >= MIN_PLACES else None
 
 
 def _spikes(counts: NDArray[np.int64], min_count: float) -> NDArray[np.int64]:
@@ -84,11 +95,12 @@ def _is_last(counts: NDArray[np.int64], spike: int) -> bool:
     return bool(beyond <= MAX_SHARE_BEYOND * counts[spike])
 
 
-def _count_places(scans: Sequence[CarmenScan], threshold: float) -> int:
-    """Count the places of the robot where a scan has a range of `threshold` metres or more."""
+def _count_places(scans: Sequence[CarmenScan], low: float, high: float) -> int:
+    """Count the places of the robot where a scan has a range between two values, m."""
     places, last = 0, None
     for scan in scans:
-        if (last is None or _has_moved(last, scan.odom)) and bool((scan.ranges >= threshold).any()):
+        seen = (scan.ranges >= low) & (scan.ranges < high)
+        if (last is None or _has_moved(last, scan.odom)) and bool(seen.any()):
             places, last = places + 1, scan.odom
     return places
 

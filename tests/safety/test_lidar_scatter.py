@@ -51,6 +51,7 @@ def test_too_few_ranges_say_nothing() -> None:
     assert not scatters(np.full(360, np.inf, np.float32), NOISE)
     assert not scatters(np.full(360, np.nan, np.float32), NOISE)
     assert not scatters(np.zeros(2, np.float32), NOISE)
+    assert not scatters(np.full(360, 3e38, np.float32), NOISE)
 
 
 def zigzag(amplitude: float, count: int = 360, distance: float = 1.0) -> NDArray[np.float32]:

@@ -55,7 +55,7 @@ def scatters(ranges: NDArray[np.float32], noise: float) -> bool:
     is QUARTILE_RATIO of the median for normal noise.
     """
     measured = np.where(ranges > 0.0, ranges, np.nan)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         differences = np.abs(measured[:-2] - 2.0 * measured[1:-1] + measured[2:])
     valid = np.isfinite(differences)
     if int(valid.sum()) < MIN_SCATTER_BEAMS:

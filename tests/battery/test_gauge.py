@@ -1,4 +1,4 @@
-"""The gauge: the smaller of voltage and count, and doubt where the reading lies."""
+"""The gauge: the smaller of voltage and count, and the fault of the voltage reading."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_an_honest_gauge_shows_what_is_left_under_load() -> None:
     one = Discharge().run(2 * HOUR)
     sag = PACK.resistance * USE.driving_power / PACK.nominal_voltage / SPAN
     margin = (COUNT_MARGIN - 1.0) * 2 * HOUR * USE.standing / PACK.energy
-    assert one.gauge.measured == pytest.approx(one.charge - sag, abs=0.01) and not one.gauge.doubt
+    assert one.gauge.measured == pytest.approx(one.charge - sag, abs=0.01) and not one.gauge.voltage_fault
     assert one.charge - sag - margin - 0.01 <= one.gauge.charge <= one.charge - sag + 0.01
 
 
@@ -67,26 +67,28 @@ def test_a_reading_that_lies_high_never_lengthens(charge: float, more: float, dr
 
 def test_a_constant_high_reading_is_named_and_not_believed() -> None:
     one = Discharge(0.5).run(600.0).run(HOUR, lambda _: 14.2)
-    assert one.gauge.doubt == FROZEN and one.gauge.charge < one.charge + 0.01
+    assert one.gauge.voltage_fault == FROZEN and one.gauge.charge < one.charge + 0.01
 
 
 def test_a_constant_reading_from_the_first_is_half_at_most() -> None:
     one = Discharge(0.5).run(HOUR, lambda _: 14.5)
-    assert one.gauge.doubt == FROZEN and one.gauge.charge < 0.5
+    assert one.gauge.voltage_fault == FROZEN and one.gauge.charge < 0.5
     stored = Discharge(0.5, stored=Stored(0.3, 0.3)).run(HOUR, lambda _: 14.5)
     assert stored.gauge.charge < 0.3
 
 
 def test_a_low_reading_is_believed_at_once_and_named() -> None:
     one = Discharge(0.9).run(600.0).run(120.0, lambda v: v - 0.6 * SPAN)
-    assert one.gauge.charge < 0.35 and "weak or cold" in one.gauge.doubt
+    assert one.gauge.charge < 0.35 and "weak or cold" in one.gauge.voltage_fault
     one.run(300.0)
-    assert one.gauge.charge > 0.77 and not one.gauge.doubt, "the voltage is back, and the count always fitted"
+    assert one.gauge.charge > 0.77 and not one.gauge.voltage_fault, (
+        "the voltage is back, and the count always fitted"
+    )
 
 
 def test_a_charge_that_rises_while_driving_is_no_charging() -> None:
     one = Discharge(0.4).run(600.0, speed=0.2).run(HOUR, lambda v: v + 0.3 * SPAN, speed=0.2)
-    assert one.gauge.charge <= one.charge + 0.02 and "without being charged" in one.gauge.doubt
+    assert one.gauge.charge <= one.charge + 0.02 and "without being charged" in one.gauge.voltage_fault
 
 
 @pytest.mark.parametrize("hours", [1.0, 3.0, 8.0])
@@ -94,7 +96,7 @@ def test_charging_is_believed_of_a_robot_that_stands(hours: float) -> None:
     one = Discharge(0.2).run(600.0)
     one.run(0.6 * hours * HOUR, rate=1.0 / (hours * HOUR) + USE.standing / PACK.energy)
     one.run(300.0)
-    assert one.gauge.charge == pytest.approx(one.charge, abs=0.06) and not one.gauge.doubt
+    assert one.gauge.charge == pytest.approx(one.charge, abs=0.06) and not one.gauge.voltage_fault
 
 
 def test_the_voltage_after_a_drive_is_no_charging() -> None:
@@ -111,7 +113,7 @@ def test_the_voltage_after_a_drive_is_no_charging() -> None:
 def test_a_changed_pack_is_believed() -> None:
     one = Discharge(0.2).run(600.0)
     one.change_pack(0.7).run(300.0)
-    assert one.gauge.charge > 0.62 and not one.gauge.doubt
+    assert one.gauge.charge > 0.62 and not one.gauge.voltage_fault
 
 
 @pytest.mark.parametrize("charge", [0.6, 0.95])
@@ -119,7 +121,7 @@ def test_a_sudden_rise_without_a_pause_is_not_charging(charge: float) -> None:
     one = Discharge(0.3).run(600.0)
     one.charge = charge
     one.run(1800.0)
-    assert one.gauge.charge < 0.3 and "without being charged" in one.gauge.doubt
+    assert one.gauge.charge < 0.3 and "without being charged" in one.gauge.voltage_fault
 
 
 def test_a_restarted_process_counts_on() -> None:
@@ -131,16 +133,16 @@ def test_a_restarted_process_counts_on() -> None:
 
 def test_without_a_reading_the_use_is_counted() -> None:
     gauge = ChargeGauge(PACK)
-    assert gauge.charge == 0.0 and gauge.doubt == NO_READING
+    assert gauge.charge == 0.0 and gauge.voltage_fault == NO_READING
     one = Discharge(0.9).run(600.0).run(HOUR, lambda _: math.nan)
-    assert one.gauge.doubt == NO_READING and one.charge - 0.08 < one.gauge.charge < one.charge
+    assert one.gauge.voltage_fault == NO_READING and one.charge - 0.08 < one.gauge.charge < one.charge
 
 
 @pytest.mark.parametrize("voltage", [-3.0, 0.0, 1.5, 40.0])
 def test_a_voltage_that_no_running_robot_has_is_no_reading(voltage: float) -> None:
     one = Discharge(0.9).run(600.0).run(60.0, lambda _: voltage)
-    assert one.gauge.doubt == NO_READING and one.charge - 0.08 < one.gauge.charge < one.charge
-    assert one.run(60.0).gauge.doubt == ""
+    assert one.gauge.voltage_fault == NO_READING and one.charge - 0.08 < one.gauge.charge < one.charge
+    assert one.run(60.0).gauge.voltage_fault == ""
 
 
 @pytest.mark.parametrize("current", [1e30, -1e30, math.inf, math.nan])

@@ -66,7 +66,11 @@ def test_the_description_names_the_doubt_and_the_range() -> None:
     monitor = monitor_at(0.9)
     show(monitor, 0.3, 200.0)
     known = monitor.assessment
-    assert known.doubt and known.doubt in known.description and f"{known.range:.0f} m" in known.description
+    assert (
+        known.voltage_fault
+        and known.voltage_fault in known.description
+        and f"{known.range:.0f} m" in known.description
+    )
 
 
 @settings(max_examples=30)

@@ -160,8 +160,8 @@ def test_reordered_lines_are_not_delivered_twice_or_late(order: list[int]) -> No
     assert session.stream.restarts == 0
 
 
-@pytest.mark.parametrize(("uptime", "doubted"), [(100_000_000, 1), (0, 19)])
-def test_a_board_restart_is_detected(uptime: int, doubted: int) -> None:
+@pytest.mark.parametrize(("uptime", "skipped"), [(100_000_000, 1), (0, 19)])
+def test_a_board_restart_is_detected(uptime: int, skipped: int) -> None:
     """At once where its time tells; where it was just switched on, repeated lines must be told apart first."""
     session, sensors = BoardSession(ROBOT), SensorConverter(ROBOT)
     for n in range(50):
@@ -171,11 +171,11 @@ def test_a_board_restart_is_detected(uptime: int, doubted: int) -> None:
     again = [
         h for n in range(40) for h in session.receive_data(motion(n, n * STEP_US, left=n), now + n * 10 * MS)
     ]
-    assert [heard.line.sequence for heard in again] == list(range(doubted, 40))
-    assert [heard.restarted for heard in again] == [True] + [False] * (39 - doubted)
+    assert [heard.line.sequence for heard in again] == list(range(skipped, 40))
+    assert [heard.restarted for heard in again] == [True] + [False] * (39 - skipped)
     assert session.stream.restarts == 1
     ticks = [m for heard in again for m in sensors.messages(heard) if isinstance(m, WheelTicks)]
-    assert [m.left for m in ticks] == list(range(doubted, 40))
+    assert [m.left for m in ticks] == list(range(skipped, 40))
 
 
 @given(st.integers(1, 5000), st.integers(0, 65535), st.integers(0, BITS - 1), st.integers(0, 900 * MS))

@@ -79,10 +79,10 @@ def test_a_recovery_has_the_place_of_what_blocked_the_controller() -> None:
     base = process(chains, make_report(STOP, "monitor", "Stopped: it is near."), "base")
     stop = process(chains, blocked(2.0))
     recovery = process(chains, make_report(STOP, "recovery", "Recovery 1: no command."), "navigator")
-    assert (recovery.because, recovery.point, recovery.sensor) == (stop.id, stop.point, "lidar")
+    assert (recovery.caused_by, recovery.point, recovery.sensor) == (stop.id, stop.point, "lidar")
     assert recovery.chain == ("navigator: recovery", *stop.chain)
     assert recovery.sentence.startswith("Recovery 1: No command. The lidar marked")
-    assert base.because == 0 and stop.because == 0
+    assert base.caused_by == 0 and stop.caused_by == 0
 
 
 def test_a_failure_of_the_planner_comes_before_a_stop() -> None:
@@ -90,9 +90,9 @@ def test_a_failure_of_the_planner_comes_before_a_stop() -> None:
     process(chains, blocked(2.0))
     plan = process(chains, msgspec.structs.replace(blocked(4.0), kind=FAILURE), "planner")
     recovery = process(chains, make_report(STOP, "recovery", "Recovery 1: x."), "navigator", SECOND + LINK_NS)
-    assert recovery.because == plan.id
+    assert recovery.caused_by == plan.id
     late = process(chains, make_report(STOP, "recovery", "Recovery 2: x."), "navigator", SECOND + LINK_NS + 1)
-    assert late.because == 1  # the stop still holds
+    assert late.caused_by == 1  # the stop still holds
 
 
 def test_what_ended_long_ago_is_not_behind_anything() -> None:
@@ -105,16 +105,16 @@ def test_what_ended_long_ago_is_not_behind_anything() -> None:
     assert ended is not None and ended.id == 1 and ended.numbers[0].value == pytest.approx(3.0)
     assert ended.sentence.startswith("Ended after 3.0 s: No command.")
     recovery = make_report(STOP, "recovery", "Recovery 1: x.")
-    assert process(chains, recovery, "navigator", 4 * SECOND + LINK_NS).because == 1
+    assert process(chains, recovery, "navigator", 4 * SECOND + LINK_NS).caused_by == 1
     alone = process(chains, recovery, "navigator", 4 * SECOND + LINK_NS + 1)
-    assert alone.because == 0 and alone.chain == ("navigator: recovery",) and not alone.located
+    assert alone.caused_by == 0 and alone.chain == ("navigator: recovery",) and not alone.located
 
 
 def test_a_check_that_names_its_root_has_nothing_behind_it() -> None:
     chains = CauseChains()
     process(chains, blocked(2.0))
     lost = process(chains, make_report(STOP, "localization", "Recovery 1: Localization lost."), "navigator")
-    assert lost.because == 0 and lost.sentence == "Recovery 1: Localization lost."
+    assert lost.caused_by == 0 and lost.sentence == "Recovery 1: Localization lost."
 
 
 def test_an_end_of_what_never_began_is_nothing() -> None:

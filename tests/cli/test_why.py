@@ -100,7 +100,7 @@ def test_the_chain_is_data(run: Path, capsys: pytest.CaptureFixture[str]) -> Non
         "marked_at": 29.5,
         "obstacle": "not on the map",
         "person": None,
-        "because": None,
+        "caused_by": None,
         "chain": ["controller: twists", "lidar: x 1.50 m"],
         "numbers": {"speed": {"value": 0.1, "unit": "m/s"}},
         "sentence": "Sentence 30.",

@@ -222,7 +222,7 @@ def test_a_robot_without_range_sensor_is_refused() -> None:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_alphas_are_the_variances_of_slipping_wheels(name: str) -> None:
-    """Many robots drive straight and turn, their wheels off as the doubt says; nothing of the formulas is used."""
+    """Many robots drive straight and turn, their wheels off by that noise; nothing of the formulas is used."""
     robot = load_robot(name)
     figures, chance, travel, turn = derived(robot), np.random.default_rng(1), 0.2, 0.3
     told = {key: value.value for key, value in alphas(figures, travel, turn).items()}

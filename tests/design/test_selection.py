@@ -5,9 +5,9 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from chefbot.design.checks.mounting_clearance import battery_clearance
 from chefbot.design.sizing.component_selection import Verdict, best_with, choose, nearest, settled, verdicts
 from chefbot.design.sizing.dependent_dimensions import moved_sensors, with_motor, with_radius
+from chefbot.design.sizing.mounting_clearance import battery_clearance
 from chefbot.design.sizing.requirements import judge
 from chefbot.design.sizing.stability import loaded
 from chefbot.design.sizing.suggested_fixes import geometry_fixes, stable_radius

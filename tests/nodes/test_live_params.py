@@ -8,7 +8,6 @@ import msgspec
 import pytest
 from msgspec import inspect as types
 
-from chefbot.bridge.parameters import flatten, with_values
 from chefbot.config import ConfigError
 from chefbot.errors import UserError
 from chefbot.launcher.session import session, start
@@ -23,6 +22,7 @@ from chefbot.runtime.launch import Launch, NodeEntry, built_in_launches, load_la
 from chefbot.runtime.live_params import SMALLER, is_live, safer_directions
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
+from chefbot.runtime.param_values import flatten, with_values
 
 ENTRIES = {entry.kind: entry for name in built_in_launches() for entry in load_launch(name).nodes.values()}
 NODES = ("amcl", "base", "controller", "delivery", "explorer", "gmapping", "navigator", "planner")

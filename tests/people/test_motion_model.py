@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.people.motion_model import MotionState, measurement_update, propagate, squared_distance
+from chefbot.people.motion_model import MotionState, measurement_update, propagate
 
 coordinates = st.floats(-50.0, 50.0)
 variances = st.floats(1e-6, 10.0)
@@ -55,8 +55,13 @@ def test_two_predictions_are_one_over_both_times(a: float, b: float) -> None:
         assert two == pytest.approx(one, rel=1e-9, abs=1e-9)
 
 
+def squared_distance(state: MotionState, x: float, y: float, variance: float) -> float:
+    """Squared Mahalanobis distance of a measured point."""
+    return ((x - state.x) ** 2 + (y - state.y) ** 2) / (state.variance + variance)
+
+
 @given(coordinates, coordinates, variances)
-def test_a_measurement_never_adds_doubt(x: float, y: float, variance: float) -> None:
+def test_a_measurement_never_adds_variance(x: float, y: float, variance: float) -> None:
     after = measurement_update(START, x, y, variance)
     assert after.variance <= START.variance
     assert after.speed_variance <= START.speed_variance

@@ -56,15 +56,6 @@ def test_the_width_at_a_place_is_that_of_the_polygon(plate: RoundPlate | Rectang
 
 
 @settings(max_examples=40)
-@given(PLATES, PLACES)
-def test_the_front_at_a_place_is_that_of_the_polygon(plate: RoundPlate | RectangularPlate, y: float) -> None:
-    front = plate.front_at(y)
-    assert front == plate.front_at(-y)
-    if abs(abs(y) - plate.half_width) > 0.02:
-        assert front == pytest.approx(extent(plate, (0.0, y), (3.0, y)), abs=10 * CLOSE)
-
-
-@settings(max_examples=40)
 @given(PLATES, PLACES, PLACES)
 def test_the_room_is_the_distance_to_the_edge_inside(
     plate: RoundPlate | RectangularPlate, x: float, y: float
@@ -83,7 +74,6 @@ def test_the_room_is_the_distance_to_the_edge_inside(
 def test_beyond_the_plate_there_is_nothing(plate: RoundPlate | RectangularPlate) -> None:
     assert plate.half_width_at(plate.front + 1e-9) == pytest.approx(0.0, abs=1e-4)
     assert plate.half_width_at(-plate.back - 1e-3) == 0.0
-    assert plate.front_at(plate.half_width + 1e-3) == 0.0
 
 
 def test_a_plate_names_its_size_in_millimetres() -> None:

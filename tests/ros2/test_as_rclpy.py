@@ -15,7 +15,7 @@ import zenoh
 from tests.support.bridged_loop import running
 from tests.support.waiting import PATIENCE, wait_for
 
-from chefbot.bridge.parameters import _descriptor, flatten, to_value
+from chefbot.bridge.parameters import _descriptor, to_value
 from chefbot.msgs.rcl_interfaces import ParameterValue
 from chefbot.msgs.sensor_msgs import Image
 from chefbot.nodes.amcl import AmclNode
@@ -26,6 +26,7 @@ from chefbot.ros2.rmw.names import InterfaceType, topic_key
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.node import Node
+from chefbot.runtime.param_values import flatten
 
 OF_RCLPY = """
 MP rosout rcl_interfaces::msg::dds_::Log_ RIHS01_e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac :1:,1000:,:10,0:,,

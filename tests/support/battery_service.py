@@ -246,7 +246,8 @@ class Service:
         known = self._monitor.assessment
         self.notes.append(
             f"day {self._time / 86400.0:.2f}: {where} ({status.state} {status.place}), true {self._truth.charge:.2f} "
-            f"{true:.2f} V, {known.level.value} {known.charge:.2f} {known.doubt[:60]!r} {self._truth.conditions}"
+            f"{true:.2f} V, {known.level.value} {known.charge:.2f} {known.voltage_fault[:60]!r} "
+            f"{self._truth.conditions}"
         )
         self._round.cancel()
         self._charging_at = self._time + 3600.0

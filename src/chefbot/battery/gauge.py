@@ -1,8 +1,8 @@
-"""State of charge from voltage and use, with doubt where the two contradict each other.
+"""State of charge from voltage and use, and the fault where the two contradict each other.
 
 Two estimates run side by side: `measured`, from the voltage under load, and `counted`, the charge at the last
 anchor less what was used since. The charge is the smaller one, so a reading that lies high cannot lengthen a drive,
-and a weak pack is believed at once. A reading that rises is believed only of a robot that stands, and only as a
+and a weak pack is accepted at once. A reading that rises is accepted only of a robot that stands, and only as a
 charger raises it. A pack is changed while the board is off: after a pause of the readings they count again.
 """
 
@@ -29,7 +29,7 @@ STEADY = 0.04
 POWER_OFF_TIME = 10.0
 """Time without a reading from which the board may have been without power, and its pack changed, s."""
 STANDING_TIME, RELAXATION_TIME = 180.0, 60.0
-"""Time that a robot has to stand before a rise is believed, s, and its first part, in which the voltage recovers from
+"""Time that a robot has to stand before a rise is accepted, s, and its first part, in which the voltage recovers from
 the load of the drive and nothing is concluded from it."""
 STANDING_DISTANCE = 0.02
 """Way in that time up to which a robot stands, m: noise of the odometry."""
@@ -38,14 +38,14 @@ FROZEN_USE = 0.015
 VERIFIED_USE = 0.03
 """Fall of the measured charge from which a new anchor is confirmed."""
 MAX_RATE = 20.0
-"""Largest power that is believed, as a multiple of what empties the pack in an hour."""
+"""Largest power that is accepted, as a multiple of what empties the pack in an hour."""
 COUNT_MARGIN = 1.1
 """Factor on the counted use: a count drifts, and a flat voltage cannot correct it."""
 UNKNOWN_CHARGE = 0.5
 """Charge that a robot assumes whose very first reading is frozen."""
 
 NO_READING = "The battery's voltage is not measured; its charge is counted."
-FROZEN = "The battery's voltage does not change although energy is used; the reading is not believed."
+FROZEN = "The battery's voltage does not change although energy is used; the reading is not used."
 TOO_HIGH = "The battery's reading rose to {:.0f} % without being charged; {:.0f} % is assumed."
 TOO_LOW = "The battery's voltage is lower than its use explains ({:.0f} %, not {:.0f} %): it is weak or cold."
 
@@ -119,8 +119,8 @@ class ChargeGauge:
         return (self._anchor.charge if self._anchor else 0.0) - COUNT_MARGIN * self._share()
 
     @property
-    def doubt(self) -> str:
-        """Why the reading is not believed, or an empty string."""
+    def voltage_fault(self) -> str:
+        """Why the reading of the voltage is rejected, or an empty string."""
         if self._anchor is None or self._last is None or not self._pack.is_possible(self._last.voltage):
             return NO_READING
         if self.is_frozen:

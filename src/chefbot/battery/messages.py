@@ -30,7 +30,7 @@ def status_message(assessment: BatteryAssessment, now_ns: int) -> msgs.BatterySt
         standing,
         per_metre,
         seconds,
-        assessment.doubt,
+        assessment.voltage_fault,
         assessment.description,
     )
 

@@ -20,8 +20,8 @@ DEEP_CHARGE, DEEP_SPAN = 0.35, 0.5
 DISCHARGE_DEVIATION, DOWNWARD_FACTOR = 0.15, 3.0
 """Standard deviation of the energy by a discharge, as a share of it: age and temperature of the day. It is larger for
 one that seems to need less than is known: that may as well be a reading that lies high."""
-DOUBT_MARGIN = 0.8
-"""Share of the energy that is planned with while the reading is doubted."""
+VOLTAGE_FAULT_MARGIN = 0.8
+"""Share of the energy that is planned with while the reading of the voltage is rejected."""
 
 
 class BatteryLevel(Enum):
@@ -43,13 +43,13 @@ SENTENCES = {
 
 
 class BatteryAssessment(NamedTuple):
-    """What is known of the battery: charge (0..1), energy to plan with (J), and why a reading is doubted."""
+    """What is known of the battery: charge (0..1), energy to plan with (J), and why the voltage is rejected."""
 
     level: BatteryLevel
     charge: float
     energy: float
     consumption: Consumption
-    doubt: str
+    voltage_fault: str
     description: str
 
     @property
@@ -102,10 +102,12 @@ class BatteryMonitor:
     @property
     def assessment(self) -> BatteryAssessment:
         """What the battery allows now."""
-        charge, doubt, consumption = self._gauge.charge, self._gauge.doubt, self._estimator.value
-        energy = max(0.0, charge - self.params.park) * self._pack.energy * (DOUBT_MARGIN if doubt else 1.0)
+        charge, fault, consumption = self._gauge.charge, self._gauge.voltage_fault, self._estimator.value
+        energy = (
+            max(0.0, charge - self.params.park) * self._pack.energy * (VOLTAGE_FAULT_MARGIN if fault else 1.0)
+        )
         text = SENTENCES[self._level].format(100 * charge, energy / consumption.driving)
-        return BatteryAssessment(self._level, charge, energy, consumption, doubt, f"{text} {doubt}".strip())
+        return BatteryAssessment(self._level, charge, energy, consumption, fault, f"{text} {fault}".strip())
 
     def update(self, reading: Reading) -> None:
         """Process a reading; the times of the readings must not decrease."""

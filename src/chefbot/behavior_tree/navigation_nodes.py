@@ -61,14 +61,6 @@ class NavigationServices(Protocol):
 ENTIRE_COSTMAP = 1000.0
 """Radius that covers every costmap, m."""
 TIME_ALLOWANCE = NodePort("time_allowance", float, default="10.0", minimum=0.0)
-SELECTED_PLUGINS = {
-    "Planner": "planner",
-    "Controller": "controller",
-    "GoalChecker": "goal_checker",
-    "ProgressChecker": "progress_checker",
-    "Smoother": "smoother",
-}
-"""Plugins for which Nav2 has a selector, by the first part of its name."""
 ERROR_PORTS = (
     NodePort("error_code_id", int, "output", ""),
     NodePort("error_msg", str, "output", ""),

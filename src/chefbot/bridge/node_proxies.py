@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from chefbot.bridge.bridged_actions import ActionClientBridge, ActionServerBridge
 from chefbot.bridge.inbox import WIRE_PUBLISHER, Inbox
 from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS, LocalProcessFilter
-from chefbot.bridge.parameters import ParameterServices, to_value, with_values
+from chefbot.bridge.parameters import ParameterServices, to_value
 from chefbot.bridge.ports import LaunchPorts, Ports, Topic
 from chefbot.bridge.rosout import Rosout
 from chefbot.errors import ChefbotError, UserError
@@ -45,6 +45,7 @@ from chefbot.ros2.rmw.type_description import serve_type_descriptions
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import Node
 from chefbot.runtime.node_container import NodeContainer
+from chefbot.runtime.param_values import with_values
 
 LATCHED_BY_CONVENTION = frozenset({"map", "tf_static", "robot_description"})
 NodeWithPorts = tuple[Node, Ports]

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 import numpy as np
 from msgspec import inspect as types
 
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import name_hint
 from chefbot.msgs import rcl_interfaces as rcl
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import PARAMETERS
 from chefbot.ros2.rmw.service import ServiceCall
 from chefbot.runtime.live_params import is_live
+from chefbot.runtime.param_values import ParameterInfo, flatten
 
 SIM_TIME = "use_sim_time"
 FLOAT_MAX = 1.7976931348623157e308
@@ -23,13 +24,6 @@ INT_MAX = 2**63 - 1
 Setter = Callable[[dict[str, Any], Callable[[str], None]], None]
 """`setter(values by dotted name, done)`: calls `done("")` once they are set, or `done(reason)`; from any
 thread."""
-
-
-class ParameterInfo(NamedTuple):
-    """A parameter's value and its type with constraints."""
-
-    value: Any
-    kind: types.Type
 
 
 class ParameterServices:
@@ -125,37 +119,6 @@ class ParameterServices:
                 done(f"{parameter.name} cannot be changed: it is set by the launch")
                 return
         self._setter({parameter.name: parameter.value.plain for parameter in parameters}, done)
-
-
-def flatten(params: msgspec.Struct, prefix: str = "") -> dict[str, ParameterInfo]:
-    """Flatten nested params to dotted names; values that ROS has no type for become JSON in `to_value`."""
-    info = types.type_info(type(params))
-    assert isinstance(info, types.StructType)
-    flat: dict[str, ParameterInfo] = {}
-    for field in info.fields:
-        value = getattr(params, field.name)
-        if isinstance(value, msgspec.Struct):
-            flat |= flatten(value, f"{prefix}{field.name}.")
-        else:
-            flat[prefix + field.name] = ParameterInfo(value, field.type)
-    return flat
-
-
-def with_values(params: msgspec.Struct, values: dict[str, Any]) -> dict[str, Any]:
-    """Return the params as plain data with `values`, by dotted name, changed.
-
-    Raises UserError for an unknown name.
-    """
-    plain: dict[str, Any] = msgspec.to_builtins(params)
-    for name, value in values.items():
-        *path, last = name.split(".")
-        parent = plain
-        for key in path:
-            parent = parent[key]
-        if last not in parent:
-            raise UserError(f"there is no parameter {name!r}{name_hint(name, flatten(params))}")
-        parent[last] = float(value) if isinstance(parent[last], float) and type(value) is int else value
-    return plain
 
 
 def to_value(value: Any) -> rcl.ParameterValue:

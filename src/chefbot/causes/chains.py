@@ -114,7 +114,7 @@ class CauseChains:
         if not cause.header.frame_id:
             found["header"] = Header.of(cause.header.stamp.ns, behind.header.frame_id)
         return msgspec.structs.replace(
-            cause, because=behind.id, chain=(own, *behind.chain), sentence=sentence, **found
+            cause, caused_by=behind.id, chain=(own, *behind.chain), sentence=sentence, **found
         )
 
     def _behind(self, cause: Cause) -> Cause | None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
+from chefbot.errors import ChefbotError
 from chefbot.lidar.turns import Samples
 
 
-class LidarError(Exception):
+class LidarError(ChefbotError):
     """A lidar reports that it is defective."""
 
 

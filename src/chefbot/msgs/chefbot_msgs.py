@@ -225,8 +225,8 @@ class BatteryStatus(Message, frozen=True, eq=False):
     """Energy of a metre in addition to standing, J."""
     seconds_per_metre: Float32 = 0.0
     """Time that a metre takes on average, s."""
-    doubt: String = ""
-    """Why the reading of the voltage is not believed, or empty."""
+    voltage_fault: String = ""
+    """Why the reading of the voltage is rejected, or empty."""
     description: String = ""
 
 
@@ -293,7 +293,7 @@ class Cause(Message, frozen=True, eq=False):
     """Number of the tracked person, -1 for none."""
     robot: Pose = Pose()
     """Where the robot was, if the frame is known."""
-    because: Uint32 = 0
+    caused_by: Uint32 = 0
     """The `id` of the cause of another node behind this one, 0 for none."""
     chain: StringArray = ()
     """The chain from this check to its root, a link each."""

@@ -93,10 +93,10 @@ class BatteryMonitorNode(Node):
         if self.battery_state.last is None:
             return
         known = self._monitor.assessment
-        fine = known.level is BatteryLevel.OK and not known.doubt
+        fine = known.level is BatteryLevel.OK and not known.voltage_fault
         status = DiagnosticStatus(OK if fine else WARN, "battery", known.description, self.robot.name)
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
-        sentence = "" if fine else f"{known.level.value} {known.doubt[:20]}"
+        sentence = "" if fine else f"{known.level.value} {known.voltage_fault[:20]}"
         if sentence != self._sentence:
             self._sentence = sentence
             self.remark.publish(String(known.description))

@@ -90,8 +90,3 @@ def measurement_update(state: MotionState, x: float, y: float, variance: float) 
         rest * state.cross,
         max(state.speed_variance - speed_gain * state.cross, MIN_VARIANCE),
     )
-
-
-def squared_distance(state: MotionState, x: float, y: float, variance: float) -> float:
-    """Return the squared Mahalanobis distance of a measurement with this variance of each axis, m^2."""
-    return ((x - state.x) ** 2 + (y - state.y) ** 2) / (state.variance + variance)

@@ -90,7 +90,7 @@ class TrueCauses:
             self._keep(publication.time_ns)
         elif publication.topic == "causes" and isinstance(message, Cause):
             self.causes.append(message)
-            found_here = message.kind != END and message.located and not message.because
+            found_here = message.kind != END and message.located and not message.caused_by
             if found_here and message.header.frame_id == "map":
                 self._judge(message)
 

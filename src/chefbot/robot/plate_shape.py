@@ -32,10 +32,6 @@ class RoundPlate(NamedTuple):
         """Return the distance from the middle to the edge at `x`, m; 0 beyond the plate."""
         return math.sqrt(max(self.radius**2 - x**2, 0.0))
 
-    def front_at(self, y: float) -> float:
-        """Return x of the front edge at `y`, m; 0 beside the plate."""
-        return math.sqrt(max(self.radius**2 - y**2, 0.0))
-
     def room(self, x: float, y: float) -> float:
         """Return the distance from the point (|x|, |y|) to the edge, m; negative outside."""
         return self.radius - math.hypot(x, y)
@@ -58,10 +54,6 @@ class RectangularPlate(NamedTuple):
     def half_width_at(self, x: float) -> float:
         """Return the distance from the middle to the edge at `x`, m; 0 beyond the plate."""
         return self.half_width if -self.back <= x <= self.front else 0.0
-
-    def front_at(self, y: float) -> float:
-        """Return x of the front edge at `y`, m; 0 beside the plate."""
-        return self.front if abs(y) <= self.half_width else 0.0
 
     def room(self, x: float, y: float) -> float:
         """Return the distance from a point to the nearest edge, m; negative outside."""

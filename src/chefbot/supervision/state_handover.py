@@ -8,7 +8,6 @@ from functools import partial
 
 import msgspec
 
-from chefbot.bridge.parameters import with_values
 from chefbot.config import build
 from chefbot.errors import ChefbotError
 from chefbot.msgs.geometry_msgs import TransformStamped
@@ -25,6 +24,7 @@ from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params, s
 from chefbot.runtime.live_params import changed_params, is_live
 from chefbot.runtime.node import RESTARTED, RESTORED_PREFIX, TopicSpec
 from chefbot.runtime.node_container import PARAMS_TOPIC, NodeContainer, params_message
+from chefbot.runtime.param_values import with_values
 from chefbot.runtime.transform_buffer import TransformError
 
 MAP_TRANSFORM_TOPIC = "tf"

@@ -7,7 +7,7 @@ import pytest
 
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.graph.adjustment import Adjustment
-from chefbot.slam.graph.pose_graph import Edges
+from chefbot.slam.graph.edges import Edges
 from chefbot.slam.graph.relative_poses import relative
 from chefbot.slam.graph.scan_features import ScanFeatures
 from chefbot.slam.scan_beams import beams_of

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
+from chefbot.slam.graph.edges import Edges
 from chefbot.slam.graph.least_squares import edge_costs, inverse, linearized
-from chefbot.slam.graph.pose_graph import Edges, optimized
+from chefbot.slam.graph.pose_graph import optimized
 from chefbot.slam.graph.submap_graph import softened
 
 

@@ -72,7 +72,7 @@ def _json(span: CauseSpan) -> str:
         "marked_at": cause.marked_at.ns / 1e9 if cause.marked_at.ns else None,
         "obstacle": cause.obstacle or None,
         "person": cause.person if cause.person >= 0 else None,
-        "because": cause.because or None,
+        "caused_by": cause.caused_by or None,
         "chain": cause.chain,
         "numbers": {number.name: {"value": number.value, "unit": number.unit} for number in cause.numbers},
         "sentence": cause.sentence,

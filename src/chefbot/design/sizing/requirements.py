@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from chefbot.design.checks.mounting_clearance import battery_clearance, driver_clearance
 from chefbot.design.sizing import dc_motor, energy_budget
 from chefbot.design.sizing.forces import (
     CRUISE_ON_CARPET,
@@ -17,6 +16,7 @@ from chefbot.design.sizing.forces import (
     requested_wheel_speed,
     worst,
 )
+from chefbot.design.sizing.mounting_clearance import battery_clearance, driver_clearance
 from chefbot.design.sizing.stability import SAFETY, Load, tipping
 from chefbot.robot.geometry import layout
 from chefbot.robot.motion_limits import turn_rate_on_spot

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from chefbot.slam.graph.edges import Array, Edges
 from chefbot.slam.graph.pair_matching import linearize_pairs
 from chefbot.slam.graph.partners import PARTNERS, Indices, partners
-from chefbot.slam.graph.pose_graph import Array, Edges, optimized
+from chefbot.slam.graph.pose_graph import optimized
 from chefbot.slam.graph.range_calibration import MAX_OFFSET, range_equation
 from chefbot.slam.graph.refinement import SURFACE_NOISE
 from chefbot.slam.graph.relative_poses import relative

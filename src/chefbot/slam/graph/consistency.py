@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.slam.graph.closures import Closure
+from chefbot.slam.graph.edges import Array
 from chefbot.slam.graph.least_squares import inverse
-from chefbot.slam.graph.pose_graph import Array
 from chefbot.slam.graph.relative_poses import inverted, relative
 from chefbot.slam.graph.submap_graph import SubmapGraph, closure_information
 from chefbot.slam.motion_model import compose

@@ -17,11 +17,11 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.graph.adjustment import Adjustment
 from chefbot.slam.graph.closures import ClosureResidual
+from chefbot.slam.graph.edges import Array, Edges, edge
 from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.loop_closer import LoopCloser
 from chefbot.slam.graph.odometry_model import OdometryModel, rotated
 from chefbot.slam.graph.params import GraphSlamParams
-from chefbot.slam.graph.pose_graph import Array, Edges, edge
 from chefbot.slam.graph.range_calibration import RangeCalibration
 from chefbot.slam.graph.scan_features import ScanFeatures
 from chefbot.slam.graph.submap import Match, ScanNode, Submap
@@ -138,7 +138,7 @@ class GraphSlam:
         certain = float(np.clip((match.inliers - _NO_INLIERS) / (_POOR_INLIERS - _NO_INLIERS), 0.0, 1.0))
         posterior = inverse(inverse(covariance) + certain * match.information)
         if certain < 1.0:
-            self._submaps[-1].doubt += posterior
+            self._submaps[-1].added_covariance += posterior
         # 2. Noise of odometry and offset of the ranges
         self._learn(match, covariance, posterior)
         # 3. The scan becomes a node and part of the submap
@@ -200,7 +200,7 @@ class GraphSlam:
         submap.nodes.append(finished.nodes.pop())
         finished.grid = None
         self._submaps.append(submap)
-        self._graph.append(origin.array(), covariance + finished.doubt)
+        self._graph.append(origin.array(), covariance + finished.added_covariance)
         last.submap, last.pose = len(self._submaps) - 1, np.zeros(3)
         self._loops.enqueue(len(self._submaps) - 2, self._graph, self._submaps)
 

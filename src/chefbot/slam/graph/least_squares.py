@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
@@ -11,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import SuperLU, splu
 
-if TYPE_CHECKING:
-    from chefbot.slam.graph.pose_graph import Edges
+from chefbot.slam.graph.edges import Edges
 
 Array = NDArray[np.float64]
 _MIN_DIAGONAL = 1e-9

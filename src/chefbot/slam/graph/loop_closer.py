@@ -11,7 +11,7 @@ import numpy as np
 from chefbot.maths.se2 import SE2
 from chefbot.slam.graph.closures import Closure, find_closure
 from chefbot.slam.graph.consistency import Consistency
-from chefbot.slam.graph.pose_graph import Array
+from chefbot.slam.graph.edges import Array
 from chefbot.slam.graph.submap import ScanNode, Submap
 from chefbot.slam.graph.submap_graph import SubmapGraph
 from chefbot.slam.graph.submap_view import SubmapViews

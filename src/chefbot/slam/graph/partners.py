@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from chefbot.slam.graph.pose_graph import Array
+from chefbot.slam.graph.edges import Array
 
 PARTNERS = 10
 """Number of partners of a scan."""

@@ -15,7 +15,7 @@ from chefbot.slam.graph.scan_features import ScanFeatures
 
 Array = NDArray[np.float64]
 MAX_OFFSET = 0.15
-"""Largest offset that is believed, m."""
+"""Largest offset that is accepted, m."""
 _PRIOR_DEVIATION = 0.03
 """Standard deviation of the offset of any laser, m."""
 _SCALE = 0.1

@@ -69,8 +69,8 @@ class Submap:
     travel: float = 0.0
     reach: float = 0.0
     """Distance from the origin within which most of its surfaces lie, m."""
-    doubt: Array = field(default_factory=lambda: np.zeros((3, 3)))
-    """Covariance (3, 3) of the steps whose scans fitted poorly, added up."""
+    added_covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    """Covariance (3, 3) of the steps whose scans fitted poorly, summed."""
 
     def insert(self, features: ScanFeatures, pose: Array) -> None:
         """Add the surfaces of a scan at `pose` (3,) in this submap's frame."""

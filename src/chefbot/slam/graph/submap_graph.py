@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from chefbot.slam.graph.closures import Closure
+from chefbot.slam.graph.edges import Array, Edges, edge
 from chefbot.slam.graph.least_squares import factorized, inverse, linearized, squared_distances
-from chefbot.slam.graph.pose_graph import Array, Edges, edge, optimized
+from chefbot.slam.graph.pose_graph import optimized
 from chefbot.slam.motion_model import compose
 
 _SEQUENCE_FACTOR = 4.0

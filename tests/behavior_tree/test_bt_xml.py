@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import xml.etree.ElementTree as ET
 
 import pytest
 from hypothesis import given
@@ -11,7 +12,7 @@ from py_trees.common import Status
 from tests.support.fake_navigation import RecordedNavigation, no_path, path_found
 
 from chefbot.behavior_tree.blackboard import BehaviorTreeError
-from chefbot.behavior_tree.bt_xml import MAX_NODES, build_tree, read_tree_file
+from chefbot.behavior_tree.bt_xml import MAX_NODES, build_tree, read_tree_file, write_tree
 from chefbot.behavior_tree.catalog import CONTROL_NODES
 from chefbot.behavior_tree.navigation_nodes import navigation_nodes
 from chefbot.behavior_tree.tree import BehaviorTree
@@ -91,6 +92,18 @@ def test_both_forms_of_an_element_mean_the_same() -> None:
         )
     )
     assert short.states() == long.states()
+
+
+def test_a_written_tree_is_equal_and_has_a_model_for_groot() -> None:
+    catalog = {**CONTROL_NODES, **navigation_nodes(RecordedNavigation())}
+    tree = built(NAV2_STYLE)
+    data = write_tree(tree, catalog)
+    again = build_tree(read_tree_file(data, "again.xml"), catalog)
+    assert again.states() == tree.states() and write_tree(again, catalog) == data
+    models = {
+        element.get("ID") for element in ET.fromstring(data).iter() if element.tag in ("Action", "Control")
+    }
+    assert {"ComputePathToPose", "RecoveryNode"} <= models
 
 
 def test_a_subtree_has_keys_of_its_own_but_those_it_is_given() -> None:

@@ -1,4 +1,4 @@
-"""Reads behavior trees in the XML of BehaviorTree.CPP 4, as Nav2 and Groot use it.
+"""Reads and writes behavior trees in the XML of BehaviorTree.CPP 4, as Nav2 and Groot use it.
 
 Both forms of an element are read: `<Sequence name="...">` and `<Control ID="Sequence" name="...">`. Unknown node
 types and attributes, scripts and included files are errors that name them.
@@ -177,3 +177,37 @@ class _Builder:
         return (
             f"{self._file.where}: {inside[-1]}/{element.get('ID', element.tag)}{f' {name!r}' if name else ''}"
         )
+
+
+def write_tree(tree: BehaviorTree, catalog: Catalog, name: str = "MainTree") -> bytes:
+    """Return the XML of a tree with a model of its node types, as Groot needs it to show it.
+
+    Subtrees are written where they are used.
+    """
+    root = ET.Element("root", BTCPP_format=FORMAT, main_tree_to_execute=name)
+    ET.SubElement(root, "BehaviorTree", ID=name).append(_element(tree, tree.root))
+    model = ET.SubElement(root, "TreeNodesModel")
+    for type_name in sorted({tree.type_of(node) for node in tree.root.iterate()}):
+        model.append(_model(type_name, catalog[type_name]))
+    ET.indent(root)
+    return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+
+
+def _element(tree: BehaviorTree, node: Behaviour) -> ET.Element:
+    type_name = tree.type_of(node)
+    element = ET.Element(type_name, {"name": node.name} if node.name != type_name else {})
+    ports = getattr(node, "ports", None)
+    if isinstance(ports, NodePorts):
+        for name, text in ports.given.items():
+            element.set(name, text)
+    element.extend(_element(tree, child) for child in node.children)
+    return element
+
+
+def _model(type_name: str, node_type: NodeType) -> ET.Element:
+    element = ET.Element(node_type.kind.value, ID=type_name)
+    for port in node_type.ports:
+        tag = "output_port" if port.direction == "output" else "input_port"
+        default = {} if port.default is None else {"default": port.default}
+        ET.SubElement(element, tag, {"name": port.name, **default})
+    return element

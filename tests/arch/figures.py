@@ -87,6 +87,63 @@ def duplicate_classes(classes: dict[str, list[str]]) -> dict[str, list[str]]:
     return {name: places for name, places in classes.items() if len(places) > 1 and not is_rule(places)}
 
 
+def names_of_tests() -> Iterator[tuple[Path, str]]:
+    """File and name of each test function, those of this folder aside, which name the words of the list."""
+    for path in sorted(REPOSITORY.glob("tests/**/test_*.py")):
+        if path.parent.name != "arch":
+            for node in ast.walk(parse(path)):
+                if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                    yield path, node.name
+
+
+def dialect_in_test_names() -> list[str]:
+    """Names of tests with words of the list."""
+    return [
+        f"{path.relative_to(REPOSITORY)} {name}"
+        for path, name in names_of_tests()
+        if {*WORDS.identifiers, *WORDS.prose} & set(parts_of(name))
+    ]
+
+
+def imported_modules(path: Path) -> Iterator[str]:
+    """Modules of the project that a file imports, also inside functions and for types only."""
+    for node in ast.walk(parse(path)):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("chefbot."):
+            yield from (
+                f"{node.module}.{alias.name}"
+                if is_module(f"{node.module}.{alias.name}")
+                else str(node.module)
+                for alias in node.names
+            )
+
+
+def is_module(name: str) -> bool:
+    path = SOURCE.parent.joinpath(*name.split("."))
+    return path.is_dir() or path.with_suffix(".py").is_file()
+
+
+def folder_imports() -> dict[str, set[str]]:
+    """The folders from which the modules of each folder import; a folder and its parents count as one."""
+    found: dict[str, set[str]] = {}
+    for path in FILES:
+        own = ".".join(path.relative_to(SOURCE.parent).parent.parts)
+        for name in imported_modules(path):
+            folder = name if SOURCE.parent.joinpath(*name.split(".")).is_dir() else name.rpartition(".")[0]
+            if not (f"{own}.".startswith(f"{folder}.") or f"{folder}.".startswith(f"{own}.")):
+                found.setdefault(own, set()).add(folder)
+    return found
+
+
+def mutual_imports(imports: dict[str, set[str]]) -> list[tuple[str, str]]:
+    """Pairs of folders that import from each other."""
+    return sorted(
+        (one, other)
+        for one, others in imports.items()
+        for other in others
+        if one < other and one in imports.get(other, ())
+    )
+
+
 def class_names() -> dict[str, list[str]]:
     """Each name of a class, also of private and nested ones, and the file of each definition."""
     found: dict[str, list[str]] = {}

@@ -14,6 +14,7 @@ from tests.arch.figures import (
     SOURCE,
     class_names,
     dialect_in,
+    dialect_in_test_names,
     duplicate_classes,
     phrases_in,
 )
@@ -62,6 +63,10 @@ def test_pages_use_the_words_of_the_glossary(path: Path) -> None:
 @pytest.mark.parametrize("path", SCREENS + LAUNCHES, ids=relative)
 def test_screens_and_launches_use_the_words_of_the_glossary(path: Path) -> None:
     assert findings(path, iter(enumerate(path.read_text().splitlines(), 1))) == []
+
+
+def test_names_of_tests_use_the_words_of_the_glossary() -> None:
+    assert dialect_in_test_names() == []
 
 
 def test_no_class_name_is_defined_twice() -> None:

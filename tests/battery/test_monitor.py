@@ -62,7 +62,7 @@ def test_no_energy_for_parking_is_planned_with() -> None:
     assert monitor_at(0.05).assessment.energy == 0.0
 
 
-def test_the_description_names_the_doubt_and_the_range() -> None:
+def test_the_description_names_the_voltage_fault_and_the_range() -> None:
     monitor = monitor_at(0.9)
     show(monitor, 0.3, 200.0)
     known = monitor.assessment

@@ -98,7 +98,7 @@ def test_it_does_not_give_up_on_people_before_its_patience() -> None:
     assert decision.gives_up and "300 s" in decision.sentence
 
 
-def test_another_place_and_a_free_way_begin_patience_anew() -> None:
+def test_another_place_and_a_free_way_restart_patience() -> None:
     policy, times = WaitingPolicy(SPEED), StandingTimes()
     policy.decide(blockage(1), times, 0.0, PARAMS)
     policy.decide(blockage(1), times, 100.0 - FORGOTTEN / 2, PARAMS)

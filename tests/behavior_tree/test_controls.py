@@ -266,7 +266,7 @@ def test_a_repetition_whose_number_becomes_zero_stops_its_child() -> None:
         ('<Delay delay_msec="250"><Leaf/></Delay>', "RRRS", "RRRS"),
     ],
 )
-def test_times_count_anew_after_an_end_and_after_a_stop(body: str, first: str, again: str) -> None:
+def test_times_restart_after_an_end_and_after_a_stop(body: str, first: str, again: str) -> None:
     tree = scripted(body)
     assert run(tree, len(first)) == first
     assert run(tree, 2, start_s=10.0) == again[:2]

@@ -65,7 +65,7 @@ def tree_of(services: AskedNavigation, body: str) -> BehaviorTree:
         (' waiting_pose="{place}"', (GOAL, 0, True)),
     ],
 )
-def test_a_look_asks_for_a_place_only_where_it_is_used(
+def test_a_search_requests_a_place_only_where_it_is_used(
     services: AskedNavigation, ports: str, asked: tuple[object, ...]
 ) -> None:
     tree = tree_of(services, f'<IsWayBlocked goal="{{goal}}"{ports}/>')

@@ -51,7 +51,7 @@ def test_pieces_leave_an_aisle_between_them(use: Use, seed: int) -> None:
 
 
 @given(st.integers(0, 100))
-def test_a_gate_is_as_wide_as_the_numbers_say(seed: int) -> None:
+def test_a_gate_is_as_wide_as_its_parameters(seed: int) -> None:
     rng = np.random.default_rng(seed)
     numbers = draw_numbers("narrow", {}, rng)
     one = Interior(Furnishing(FLOOR, [], AISLE), numbers, RADIUS, rng)

@@ -108,7 +108,7 @@ def test_the_first_steps_are_small() -> None:
     assert moves[0] == Straight(PROBE) and all(abs(move[0]) <= 1.0 for move in moves[:4])
 
 
-def test_a_room_that_is_too_small_says_how_much_is_needed() -> None:
+def test_a_room_that_is_too_small_names_the_required_size() -> None:
     with pytest.raises(CalibrationDriveError, match=r"no room for a square of 1\.0 m"):
         Room(-0.8, 0.8, -0.8, 0.8).drive()
 

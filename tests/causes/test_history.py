@@ -12,7 +12,7 @@ def cause(number: int, kind: str, seconds: int) -> Cause:
     return Cause(Header.of(seconds * 1_000_000_000, "map"), number, kind, sentence=f"{kind} {number}")
 
 
-def test_the_gravest_and_newest_that_holds_is_present() -> None:
+def test_the_newest_of_the_severest_active_causes_is_present() -> None:
     history = CauseHistory([cause(1, DETOUR, 1), cause(2, STOP, 2), cause(3, SLOW, 3), cause(4, STOP, 4)])
     assert history.sentence == "stop 4"
     history.process(cause(4, END, 5))

@@ -91,7 +91,7 @@ def test_a_failing_test_is_not_safe(tmp_path: Path) -> None:
     assert not run_tests(SuiteCheck(paths=[str(tmp_path / "test_three.py")]))[0]
 
 
-def test_the_page_says_what_fails_first() -> None:
+def test_the_page_lists_failures_first() -> None:
     units = [unit for unit in UNITS if unit.row == "R10"]
     results = [a_result(units[2]), a_result(units[3], safe=False, sentence="contact at 0.35 m/s")]
     text = page(ROWS, {row.id: 5 for row in ROWS}, results, "abc", "2026-01-01")
@@ -111,7 +111,7 @@ def test_results_of_another_commit_do_not_count() -> None:
     ("count", "run", "word"),
     [(0, 0, "not measured"), (3, 0, "not run"), (3, 3, "passes"), (3, 1, "passes so far")],
 )
-def test_a_row_that_was_run_in_part_says_so(count: int, run: int, word: str) -> None:
+def test_a_row_that_was_run_in_part_is_marked(count: int, run: int, word: str) -> None:
     assert verdict(count, [a_result(RUNS[0])] * run) == word
 
 

@@ -102,7 +102,7 @@ def test_the_rule_names_each_board_that_is_plugged_in_once(
         ((), 70001, "group dialout, whose members may not either: the rule below"),
     ],
 )
-def test_a_closed_port_says_how_to_get_access(
+def test_a_port_without_permission_names_the_remedy(
     plugged: Any, monkeypatch: pytest.MonkeyPatch, members: tuple[str, ...], number: int, hint: str
 ) -> None:
     monkeypatch.setenv("LOGNAME", "ann")

@@ -116,7 +116,7 @@ def test_a_urdf_is_a_file_or_a_package() -> None:
     assert isinstance(done.exception, UserError) and "give one of them" in str(done.exception)
 
 
-def test_the_commands_that_write_robots_say_where(tmp_path: Path) -> None:
+def test_the_commands_that_write_robots_print_the_path(tmp_path: Path) -> None:
     done = CliRunner().invoke(robot_app, ["export", "urdf", "desk", "--out", str(tmp_path / "desk.urdf")])
     assert done.exit_code == 0 and (tmp_path / "desk.urdf").read_text().startswith("<?xml")
     done = CliRunner().invoke(robot_app, ["export", "firmware", "desk"])

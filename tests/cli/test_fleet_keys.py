@@ -63,7 +63,7 @@ def test_the_identity_shows_members_and_expiry(office: Path, capsys: pytest.Capt
     assert second.endswith(f", in {folder}; the authority's key is {key}")
 
 
-def test_a_removed_member_is_told_so(office: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_removed_member_gets_a_notice(office: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = join("robot1", office)
     remove_member("robot1", None, office)
     assert "robot1 is no longer a member on machines that have accepted fleet.card" in capsys.readouterr().out

@@ -168,7 +168,7 @@ def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> 
         assert robot.commands.empty()
 
 
-def test_a_goal_during_a_delivery_says_when() -> None:
+def test_a_goal_during_a_delivery_has_its_time() -> None:
     with fake_robot() as robot:
         send_goal(["1", "2"], robot.url, "after")
         assert robot.commands.get(timeout=PATIENCE) == Goal(1.0, 2.0, 0.0, "after")

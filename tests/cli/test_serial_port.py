@@ -64,7 +64,7 @@ def test_each_line_is_logged_after_its_time_in_ascii(spoken: Link, tmp_path: Pat
     assert all(len(time.partition(".")[2]) == 6 for time, _ in rows)
 
 
-def test_a_log_is_begun_anew(spoken: Link, tmp_path: Path) -> None:
+def test_an_existing_log_is_replaced(spoken: Link, tmp_path: Path) -> None:
     (tmp_path / "board.log").write_text("old\n" * 100)
     run_log(spoken.port, tmp_path / "board.log", BRIEF)
     assert "old" not in (tmp_path / "board.log").read_text()

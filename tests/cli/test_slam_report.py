@@ -75,7 +75,7 @@ def test_the_figures_are_those_of_the_run() -> None:
 
 
 @pytest.mark.usefixtures("without_pictures")
-def test_what_is_not_known_is_said_or_left_out() -> None:
+def test_unknown_values_are_named_or_left_out() -> None:
     result = result_of(closures=0)
     plain = SlamResult(result.stamps, result.poses, result.grid, 12, None, result.odometry)
     figures = summary(plain, SlamCosts([0.01]))

@@ -217,7 +217,7 @@ def test_the_picture_shows_what_the_map_knows(tmp_path: Path, monkeypatch: pytes
     assert drawn.limits[1] == pytest.approx(2.0 + MARGIN), "an unknown map shows nothing"
 
 
-def test_options_say_which_causes_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_options_select_the_printed_causes(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[object, ...]] = []
     monkeypatch.setattr(reasons, "print_reasons", lambda *arguments: asked.append(arguments))
     why(Path("run"), 5, False, True, None)

@@ -189,7 +189,7 @@ def test_deliveries_end_in_a_status_after_the_order(tmp_path: Path, order: list[
     assert play.failure == failure
 
 
-def test_an_aborted_demo_ends_at_once_and_says_so(tmp_path: Path) -> None:
+def test_an_aborted_demo_ends_at_once_and_reports_it(tmp_path: Path) -> None:
     play = Play(tmp_path, explore=[(500.0, *DONE)])
     play.system.loop.schedule(9 * SECOND, DEVICE, play.abort)
     play.run()
@@ -207,7 +207,7 @@ def test_the_last_exception_of_a_node_is_kept(tmp_path: Path, monkeypatch: pytes
     assert play.fault == "amcl: ValueError"
 
 
-def test_what_the_operator_says_is_from_outside_the_robot(tmp_path: Path) -> None:
+def test_operator_commands_come_from_outside_the_robot(tmp_path: Path) -> None:
     play = Play(tmp_path, explore=EXPLORES, waiter=LOCALIZES)
     play.run()
     by_person = {one.topic for one in play.said if one.publisher == "person"}

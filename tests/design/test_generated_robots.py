@@ -74,7 +74,7 @@ def test_given_numbers_are_kept_and_change_no_other() -> None:
 
 
 @pytest.mark.parametrize("eyes", [LIDAR, CAMERA, BOTH])
-def test_the_robot_has_the_sensors_that_are_asked_for(eyes: int) -> None:
+def test_the_robot_has_the_requested_sensors(eyes: int) -> None:
     sensors = generated(5, eyes=eyes, ultrasonic=0).robot.sensors
     assert (sensors.lidar is not None) == (eyes in (LIDAR, BOTH))
     assert (sensors.depth_camera is not None) == (eyes in (CAMERA, BOTH))

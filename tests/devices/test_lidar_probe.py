@@ -27,7 +27,7 @@ def probe_of(driver: str, *, alone: bool) -> tuple[LidarProbe, Any]:
 
 
 @pytest.mark.parametrize("driver", ASKED)
-def test_at_the_port_that_the_owner_names_it_asks_at_once(driver: str) -> None:
+def test_at_the_port_of_the_robot_file_it_probes_at_once(driver: str) -> None:
     probe, port = probe_of(driver, alone=True)
     assert probe.data_to_send(START_NS) and port.baudrate == LIDARS[driver].baud
 
@@ -86,7 +86,7 @@ def test_a_motor_has_some_seconds_from_the_question_on(alone: bool, limit_ns: in
     assert probe.timed_out(START_NS + limit_ns)
 
 
-def test_the_reason_says_whether_anything_was_sent() -> None:
+def test_the_reason_names_whether_anything_was_sent() -> None:
     name = f"{LIDARS['ld19'].maker} at {LIDARS['ld19'].baud} baud"
     silent, _ = probe_of("ld19", alone=True)
     assert silent.failure_reason.startswith(f"no data from a {name} there")
@@ -95,7 +95,7 @@ def test_the_reason_says_whether_anything_was_sent() -> None:
     assert other.failure_reason.startswith(f"the data there are not from a {name}")
 
 
-def test_a_damaged_lidar_ends_the_search_with_its_words() -> None:
+def test_a_damaged_lidar_ends_the_search_with_its_fault() -> None:
     wire, (probe, _) = Wire("rplidar_c1"), probe_of("rplidar_c1", alone=True)
     assert isinstance(wire.lidar, RplidarEmulator)
     wire.lidar.healthy = False

@@ -133,7 +133,7 @@ def test_the_lidar_is_stopped_at_the_end(driver: str, port: Path) -> None:
     plugged.unplug()
 
 
-def test_a_damaged_lidar_says_so(port: Path) -> None:
+def test_a_damaged_lidar_is_reported(port: Path) -> None:
     plugged = PluggedLidar("rplidar_c1", port)
     assert isinstance(plugged.lidar, RplidarEmulator)
     plugged.lidar.healthy = False

@@ -48,7 +48,7 @@ def test_what_cannot_be_started_is_refused(launch: str, arguments: list[str], wo
     ("word", "quoted"),
     [("plain:=1", "plain:=1"), ("a b", '"a b"'), ('"', '"\\""'), ("50%", '"50%%"'), ("$HOME", '"$$HOME"')],
 )
-def test_words_of_the_command_are_quoted(word: str, quoted: str) -> None:
+def test_arguments_of_the_command_are_quoted(word: str, quoted: str) -> None:
     assert _quoted(word) == quoted
 
 

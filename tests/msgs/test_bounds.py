@@ -87,7 +87,7 @@ def test_bounds_belong_to_fields_and_include_the_default(kind: type[Message]) ->
         )
 
 
-def test_most_arrays_are_bounded_by_what_they_mean() -> None:
+def test_nearly_all_arrays_are_bounded_by_their_meaning() -> None:
     beams = LaserScan(ranges=np.zeros(MAX_NUMBERS // 2, np.float32))
     with pytest.raises(InvalidMessageError, match=r"^ranges has 500000 elements, at most 100000 can be used"):
         check(beams)

@@ -108,7 +108,7 @@ def test_a_wait_for_a_map_ends_with_the_map_or_the_timeout() -> None:
     assert node.ends == pytest.approx([1.0, 1.0 + MAP_TIMEOUT], abs=1e-6)
 
 
-def test_clearing_asks_all_costmaps_and_waits_for_the_sensors() -> None:
+def test_clearing_calls_all_costmaps_and_waits_for_sensors() -> None:
     runner = NodeRunner({"patient": f"{__name__}:Patient"}, {})
     node: Any = runner.system.nodes["patient"]
     node.clear(0.7)

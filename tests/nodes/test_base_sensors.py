@@ -46,7 +46,7 @@ def test_it_stands_until_the_sensors_have_sent() -> None:
     assert health(base) == (OK, OK_MESSAGE)
 
 
-def test_it_stops_before_a_wall_and_says_which_sensor_sees_it() -> None:
+def test_it_stops_before_a_wall_and_names_the_sensor() -> None:
     base = BaseBench()
     base.wall = 1.5
     drive(base, 8.0)
@@ -137,7 +137,7 @@ def test_a_fixed_robot_on_a_stand_has_odometry_without_a_time() -> None:
     assert base.speed == pytest.approx(0.35)
 
 
-def test_what_it_says_is_said_again_each_second() -> None:
+def test_its_report_is_repeated_each_second() -> None:
     """Others can publish these topics as well; the operator sees the truth within a second."""
     base = BaseBench()
     base.run(2.0)

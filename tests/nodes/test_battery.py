@@ -62,7 +62,7 @@ def test_the_level_follows_the_voltage_and_is_a_warning() -> None:
     assert remarks and len(remarks) <= 5, "one for each change"
 
 
-def test_without_a_reading_it_says_nothing() -> None:
+def test_without_a_reading_it_publishes_nothing() -> None:
     robot = Monitored()
     robot.run(5.0)
     assert not robot.messages("battery_status") and not robot.messages("diagnostics")

@@ -197,7 +197,7 @@ def test_under_the_emergency_stop_nothing_is_explained() -> None:
     assert base.speed == 0.0 and base.texts("collision_monitor/reason") == [HELD]
 
 
-def test_who_sees_one_plane_says_so_at_the_start() -> None:
+def test_a_robot_that_sees_one_plane_warns_at_the_start() -> None:
     assert "one plane only" in BaseBench(load_robot("jackal"), sensors=False).node.announcement
     assert bench().node.announcement == ""
 

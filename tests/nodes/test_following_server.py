@@ -184,7 +184,7 @@ def test_a_path_of_another_client_ends_the_following() -> None:
     ("frame", "topic", "words"),
     [("base_link", "", "follows tracked people"), ("", "some_pose", "follows tracked people")],
 )
-def test_other_objects_are_refused_in_words(frame: str, topic: str, words: str) -> None:
+def test_other_objects_are_refused_with_a_reason(frame: str, topic: str, words: str) -> None:
     robot = Following()
     robot.send(frame, topic=topic)
     robot.run(0.5)
@@ -204,7 +204,7 @@ def test_a_robot_that_may_not_follow_refuses(message: Any, words: str) -> None:
     assert robot.outcome.result.error_code == GOAL_REJECTED and words in robot.outcome.result.error_msg
 
 
-def test_a_robot_without_a_path_or_pose_gives_up_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_robot_without_path_or_pose_aborts_with_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(StraightDriver, "finds_paths", False)
     robot = Following()
     robot.show((7, 3.0, 0.0))

@@ -92,7 +92,7 @@ def at(x: float, y: float, frame: str = "map") -> PoseStamped:
     ],
     ids=["nan", "infinite", "huge", "outside", "frame", "rotation"],
 )
-def test_a_goal_that_is_none_ends_in_words(goal: PoseStamped, code: int, words: str) -> None:
+def test_an_invalid_goal_is_aborted_with_a_reason(goal: PoseStamped, code: int, words: str) -> None:
     nodes = room()
     outcome = navigate(nodes, goal)
     assert (outcome.status, outcome.result.error_code) == (STATUS_ABORTED, code)

@@ -61,7 +61,7 @@ def test_a_place_gives_its_tolerances_to_paths_that_end_there(node: Any) -> None
     assert node._tolerance_of(path_to(DOCK, KITCHEN)) is None, "it only leads past"
 
 
-def test_what_a_place_does_not_say_is_as_usual(node: Any) -> None:
+def test_a_place_without_tolerances_has_the_defaults(node: Any) -> None:
     tell_places(node)
     assert node._tolerance_of(path_to(TABLE)) == GoalParams(yaw_tolerance=0.5)
     assert node._tolerance_of(path_to(KITCHEN)) is None

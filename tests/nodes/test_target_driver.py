@@ -128,7 +128,7 @@ def test_a_slow_target_is_compared_with_the_last_plan() -> None:
     assert close(drive.servers.planned, [SE2(1.0 + 0.18 * k, 0.0, 0.0) for k in range(7)])
 
 
-def test_while_it_plans_it_asks_for_no_other_plan() -> None:
+def test_while_it_plans_it_requests_no_other_plan() -> None:
     drive = Drive()
     drive.driver._drive_to(NEAR)
     drive.driver._drive_to(FAR)

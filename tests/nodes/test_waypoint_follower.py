@@ -133,7 +133,9 @@ def test_the_robot_waits_at_each_waypoint() -> None:
     ],
     ids=["none", "index too large", "none reachable", "emergency stop"],
 )
-def test_waypoints_without_a_way_end_in_words(xs: list[float], first: int, loops: int, code: int) -> None:
+def test_waypoints_without_a_path_abort_with_a_reason(
+    xs: list[float], first: int, loops: int, code: int
+) -> None:
     nodes = runner()
     outcome = follow(nodes, xs, first, loops)
     assert (outcome.status, outcome.result.error_code) == (STATUS_ABORTED, code)
@@ -162,7 +164,7 @@ def test_a_patrol_over_places_goes_on_until_it_is_cancelled() -> None:
 
 
 @pytest.mark.parametrize("places", [(), ("kitchn",)])
-def test_a_patrol_to_unknown_places_is_refused_in_words(places: tuple[str, ...]) -> None:
+def test_a_patrol_to_unknown_places_is_refused_with_a_reason(places: tuple[str, ...]) -> None:
     nodes = runner()
     nodes.loop.publish("patrol", PatrolOrder(places, 1), "page", from_device=True)
     nodes.run(1.0)
@@ -192,7 +194,7 @@ def test_poses_are_driven_through_without_a_stop() -> None:
     [([], 9100), ([pose(1.0, "cloud")], 202), ([pose(math.nan)], 204), ([pose(-1.0)], 208)],
     ids=["none", "unknown frame", "not a number", "no way"],
 )
-def test_poses_without_a_way_end_in_words(poses: list[PoseStamped], code: int) -> None:
+def test_poses_without_a_path_abort_with_a_reason(poses: list[PoseStamped], code: int) -> None:
     nodes = runner()
     outcome = through(nodes, poses)
     assert (outcome.status, outcome.result.error_code) == (STATUS_ABORTED, code)

@@ -141,7 +141,7 @@ SOUTH, NORTH = (2.5, 0.0, 3.5, 2.1), (2.5, 3.4, 3.5, 5.0)
 EAST = SE2(5.0, 1.0, 0.0)
 
 
-def test_a_plan_leads_round_a_keep_out_zone_and_says_so() -> None:
+def test_a_plan_leads_round_a_keep_out_zone_and_names_it() -> None:
     runner = planner(zone("buffet", KEEP_OUT, SOUTH))
     path = plan(runner, EAST).path.array
     assert path[:, 1].max() > 3.5

@@ -62,7 +62,7 @@ def test_the_nearest_person_ahead_is_chosen() -> None:
 
 
 @pytest.mark.parametrize(("number", "words"), [(0, "No person is ahead"), (9, "Person 9 is not in sight")])
-def test_nobody_to_follow_ends_in_words(number: int, words: str) -> None:
+def test_nobody_to_follow_aborts_with_a_reason(number: int, words: str) -> None:
     follower = PersonFollower(PARAMS, number, 0.0)
     behind = people(person(1, -2.0, 0.0))
     assert follower.step(ORIGIN, behind, 0.1).state == INITIAL_PERCEPTION

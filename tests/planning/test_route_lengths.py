@@ -37,7 +37,7 @@ def test_a_place_in_the_inflation_counts_from_the_floor() -> None:
 
 
 @pytest.mark.parametrize("far", [SE2(99.0, 0.0, 0.0), SE2(5.0, 2.0, 0.0)])
-def test_without_a_way_it_guesses_from_the_line(far: SE2) -> None:
+def test_without_a_path_it_estimates_from_the_straight_line(far: SE2) -> None:
     ways = routes(two_rooms(door=0.0))
     a = SE2(1.0, 2.0, 0.0)
     assert ways.between(a, far) == pytest.approx(DETOUR * a.distance(far))

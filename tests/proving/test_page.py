@@ -96,7 +96,7 @@ def test_odd_seeds_are_judged_and_even_ones_are_not(no_pictures: None) -> None:
     assert rows[JUDGED][3] == "49% to 97%"
 
 
-def test_a_page_of_even_seeds_says_that_nothing_is_judged(no_pictures: None) -> None:
+def test_a_page_of_even_seeds_states_that_nothing_is_judged(no_pictures: None) -> None:
     even = [record for record in records() if record.seed % 2 == 0]
     text = page([tiny()], even, [], OUT)
     assert f"<p class='bad'>{TUNING}.</p>" in text

@@ -81,7 +81,7 @@ def test_a_log_is_kept_beside_its_record(tmp_path: Path) -> None:
     assert not results.log_path(a_record(2)).exists()
 
 
-def test_what_was_asked_for_is_read_back(tmp_path: Path) -> None:
+def test_the_request_is_read_back(tmp_path: Path) -> None:
     assert created(tmp_path).request() == REQUESTED
 
 

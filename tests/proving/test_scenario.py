@@ -204,7 +204,7 @@ def test_a_figure_that_was_not_measured_is_no_success(bounds: Bounds) -> None:
     assert broken_criteria(tiny(criteria={"explored": bounds}), {}).startswith("explored is nan, at ")
 
 
-def test_a_log_is_not_judged_by_collisions_unless_asked() -> None:
+def test_a_log_is_judged_by_collisions_only_on_request() -> None:
     text = "name: a\ntask: {type: map_log, log: a.log}\n"
     assert written(text).criteria == {}
     assert set(written(text + "criteria: {collisions: {max: 1}}\n").criteria) == {"collisions"}

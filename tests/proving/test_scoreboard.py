@@ -32,7 +32,7 @@ def rows(text: str) -> dict[str, list[str]]:
     return {cells[0].strip("| `"): [cell.strip(" |") for cell in cells[1:]] for cells in lines}
 
 
-def test_the_lowest_success_comes_first_and_missing_runs_last() -> None:
+def test_the_lowest_success_comes_first_and_runs_not_made_last() -> None:
     scenarios = [one("good"), one("never"), one("bad"), one("fair")]
     records = runs("good", 4, 0) + runs("bad", 0, 4) + runs("fair", 2, 2)
     table = rows(scoreboard_text(scenarios, records))
@@ -67,7 +67,7 @@ def test_the_usual_failure_is_named_with_an_example() -> None:
     assert rows(scoreboard_text([one("one")], runs("one", 2, 0)))["one"][6] == ""
 
 
-def test_the_page_says_what_each_scenario_shows() -> None:
+def test_the_page_explains_what_each_scenario_shows() -> None:
     text = scoreboard_text([one("one", peer="0.9 by others"), one("two")], [])
     assert "- `one`: what one shows Published elsewhere: 0.9 by others\n" in text
     assert "- `two`: what two shows\n" in text

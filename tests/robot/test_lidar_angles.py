@@ -54,7 +54,7 @@ def test_tubes_behind_the_field_of_view_hide_nothing() -> None:
     assert hidden_sectors(ROBOT, lidar(field_of_view=1.0)) == (0.0, {}, 0.0)
 
 
-def test_the_explorer_is_told_the_field_of_view() -> None:
+def test_the_explorer_gets_the_field_of_view() -> None:
     sensors = msgspec.structs.replace(ROBOT.sensors, lidar=lidar(field_of_view=4.0))
     assert field_of_view(ROBOT) == 2.0 * math.pi
     assert field_of_view(msgspec.structs.replace(ROBOT, sensors=sensors)) == 4.0

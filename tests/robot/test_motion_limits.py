@@ -80,7 +80,7 @@ def test_on_the_spot_one_wheel_goes_forward_and_one_back() -> None:
 
 @pytest.mark.parametrize("acceleration", [0.5, 100.0])
 @pytest.mark.parametrize("friction", [0.05, 5.0])
-def test_acceleration_ends_at_wish_grip_or_motor(acceleration: float, friction: float) -> None:
+def test_acceleration_is_limited_by_request_grip_or_motor(acceleration: float, friction: float) -> None:
     robot = changed(CHEFBOT, "drive", max_acceleration=acceleration, max_turn_acceleration=1000.0)
     robot = changed(robot, "wheels", friction=friction)
     motor = 2.0 * robot.wheel_stall_torque / robot.wheel_radius / total_mass(robot)

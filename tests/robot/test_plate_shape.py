@@ -32,7 +32,7 @@ def extent(plate: RoundPlate | RectangularPlate, a: tuple[float, float], b: tupl
 
 @settings(max_examples=40)
 @given(PLATES)
-def test_the_edge_reaches_as_far_as_the_plate_says(plate: RoundPlate | RectangularPlate) -> None:
+def test_the_edge_reaches_the_dimensions_of_the_plate(plate: RoundPlate | RectangularPlate) -> None:
     left, low, right, high = polygon(plate).bounds
     assert (left, right) == pytest.approx((-plate.back, plate.front), abs=CLOSE)
     assert (low, high) == pytest.approx((-plate.half_width, plate.half_width), abs=CLOSE)

@@ -50,7 +50,7 @@ def test_messages_run_before_timers_of_the_same_instant() -> None:
     assert seen == ["b", "timer"]
 
 
-def test_an_isolated_action_is_timed_as_the_callback_that_asked() -> None:
+def test_an_isolated_action_is_timed_as_the_calling_callback() -> None:
     """So does what it asks for in turn; the callback that runs the actions is not charged for them."""
     loop, waiting = Loop(StepClock()), []
 

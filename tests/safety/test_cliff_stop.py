@@ -106,7 +106,7 @@ def test_floor_is_nearer_than_the_range_of_the_sensor(distance: float, v: float)
     assert stop.limit(0.3, 1) == v
 
 
-def test_a_robot_that_stands_is_told_nothing_new() -> None:
+def test_a_standing_robot_gets_no_new_reason() -> None:
     """At a cliff behind it, standing is neither driving backward nor a reason to speak, nor an end of one."""
     stop = stop_with(REAR)
     assert stop.take_remark(0.0, 1) == "" and stop.take_remark(-0.1, 2)

@@ -75,7 +75,7 @@ def test_noise_is_in_more_than_half_of_the_directions(directions: int, noisy: bo
 
 
 @pytest.mark.parametrize(("beams", "noisy"), [(9, False), (10, True)])
-def test_ten_directions_are_needed_to_tell_noise(beams: int, noisy: bool) -> None:
+def test_ten_directions_are_needed_to_recognize_noise(beams: int, noisy: bool) -> None:
     assert is_noisy_after(alternating(8, np.full(beams, 0.01))) == noisy
     hidden = np.where(np.arange(100) < beams, walls(), np.nan)
     assert is_noisy_after([hidden + 0.01 * (k % 2) for k in range(9)]) == noisy

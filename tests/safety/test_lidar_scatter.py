@@ -47,7 +47,7 @@ def test_the_ratio_of_quartiles_is_that_of_normal_noise() -> None:
     assert pytest.approx(norm.ppf(0.625) / norm.ppf(0.75), abs=1e-3) == QUARTILE_RATIO
 
 
-def test_too_few_ranges_say_nothing() -> None:
+def test_too_few_ranges_decide_nothing() -> None:
     assert not scatters(np.full(360, np.inf, np.float32), NOISE)
     assert not scatters(np.full(360, np.nan, np.float32), NOISE)
     assert not scatters(np.zeros(2, np.float32), NOISE)

@@ -179,7 +179,7 @@ def test_ground_that_was_seen_at_time_zero_was_seen() -> None:
 
 @pytest.mark.parametrize(("age_ms", "left"), [(0, True), (5000, True), (5001, False)])
 @pytest.mark.parametrize("begin_s", [0, 1, 100])
-def test_points_are_remembered_as_long_as_asked(begin_s: int, age_ms: int, left: bool) -> None:
+def test_points_are_kept_for_the_requested_time(begin_s: int, age_ms: int, left: bool) -> None:
     one = CollisionMonitor(LIDAR, CollisionMonitorParams(memory=5.0), 0.04)
     one.process_scan(scan(0.5, begin_s), IDENTITY)
     assert bool(distances(one, begin_s + age_ms / 1000.0)) == left

@@ -146,7 +146,7 @@ def test_each_sensor_has_the_rate_of_the_robot_file(sensor: str) -> None:
     assert "for more than 1.5 s" in alone.fault(now_ns + 15 * PERIOD_NS + 1, STANDING)
 
 
-def test_who_is_not_mounted_is_not_missed_and_not_heard() -> None:
+def test_a_sensor_that_is_not_mounted_is_ignored() -> None:
     """The scan that is made of a camera's picture is no lidar's, and nothing is marked for who is not there."""
     bare = ObstacleSensors(with_sensors(lidar=None, depth_camera=None))
     now_ns = run(bare, 3)
@@ -281,7 +281,7 @@ def test_nearer_than_the_camera_measures_at_the_edge_of_its_view(gap: float, exp
     assert (blind_camera(looking(0.0, 0.0, 0.0)).blind_beyond(lambda: wall) == "") == explained
 
 
-def test_a_camera_that_sees_asks_nobody() -> None:
+def test_a_camera_that_sees_needs_no_other_sensor() -> None:
     sensors = ObstacleSensors(ROBOT)
     assert sensors.blind_beyond(lambda: NOTHING) == "" == sensors.blind_ahead(None, COSTS)
     run(sensors, 1)

@@ -32,7 +32,7 @@ def repeat(ranger: RangerMonitor, distance: float, begin_ms: int, count: int) ->
     return ranger.fault((begin_ms + 100 * count) * MS)
 
 
-def test_a_frozen_ranger_is_told_from_one_without_noise() -> None:
+def test_a_frozen_ranger_is_distinguished_from_a_noiseless_one() -> None:
     noisy, begin = noisy_ranger()
     exact = RangerMonitor(0.1)
     repeat(exact, 1.0, 0, NOISY_ECHOES)

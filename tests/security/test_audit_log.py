@@ -26,7 +26,7 @@ def record(log: AuditLog, kind: Kind, action: str, **details: Any) -> None:
     log.record(kind, ANNA, action, details)
 
 
-def test_an_entry_says_who_did_what_and_when(tmp_path: Path) -> None:
+def test_an_entry_names_who_did_what_and_when(tmp_path: Path) -> None:
     log = AuditLog(tmp_path / "new" / "robot.jsonl", print)
     record(log, Kind.COMMAND, "go_place", name="kitchen")
     log.record(Kind.COMMAND, ANNA, "deliver", {"tables": ["x" * 64] * 32}, "no such place")

@@ -47,7 +47,7 @@ def run(code: str) -> subprocess.CompletedProcess[str]:
         'calls["ptrace"](0, 0, 0, 0)',
     ],
 )
-def test_the_kernel_refuses_what_native_code_asks_for(call: str) -> None:
+def test_the_kernel_refuses_system_calls_of_native_code(call: str) -> None:
     done = run(f"result = {call}\nsys.stdout.write(f'{{result}} {{enforced}}')")
     assert done.stdout == "-1 ['resources', 'system calls', 'Python']", done.stderr
 

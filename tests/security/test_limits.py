@@ -155,7 +155,7 @@ def test_mcap_bombs_are_refused_before_they_are_unpacked(bomb: str, tmp_path: Pa
     assert time.process_time() - begun < 8.0
 
 
-def test_a_log_cut_anywhere_is_described_in_words(tmp_path: Path) -> None:
+def test_a_log_cut_anywhere_is_described_by_a_sentence(tmp_path: Path) -> None:
     from tests.support.mutants.readers import recorded
 
     whole, path = recorded()[0], tmp_path / "run.mcap"

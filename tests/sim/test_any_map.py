@@ -285,7 +285,7 @@ def test_a_box_hangs_above_the_floor(gap: float, touches: bool) -> None:
     assert touches or sim.truth().pose.x > 0.8
 
 
-def test_a_map_of_a_robot_that_fits_nowhere_says_what_to_do() -> None:
+def test_a_map_in_which_no_robot_fits_names_the_remedy() -> None:
     cells = np.full((20, 20), FREE, np.int8)
     with pytest.raises(UserError, match=r"map tiny: no free floor .*check resolution, negate and thresholds"):
         world_from_map("tiny", Grid(cells, 0.01, 0.0, 0.0), RADIUS)

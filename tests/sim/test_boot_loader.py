@@ -45,7 +45,7 @@ def test_a_board_that_is_running_answers_at_once() -> None:
     assert port.resets == board.cycles == 0
 
 
-def test_after_a_reset_it_says_nothing_until_it_has_started() -> None:
+def test_after_a_reset_it_is_silent_until_it_has_started() -> None:
     port, board = plugged()
     port.reset(SECOND)
     assert port.resets == board.cycles == 1

@@ -65,7 +65,7 @@ def test_its_driver_decodes_the_room(driver: str, sim: Simulation) -> None:
 
 
 @pytest.mark.parametrize("driver", ["rplidar_a1", "ydlidar_tmini"])
-def test_a_lidar_that_was_not_told_to_scan_is_silent(driver: str, sim: Simulation) -> None:
+def test_a_lidar_without_a_scan_request_is_silent(driver: str, sim: Simulation) -> None:
     lidar = EmulatedLidar(driver, TurningLidar(sim, 0), 0)
     assert lidar.bytes_until(500 * MS) == []
     lidar.receive(b"", 500 * MS)

@@ -143,7 +143,7 @@ def test_a_turn_begins_behind_and_goes_clockwise(sim: Simulation) -> None:
     assert sweep.first_share == pytest.approx((math.pi - angles[0]) / (2.0 * math.pi))
 
 
-def test_a_moving_robot_sees_the_first_beams_from_where_it_was(sim: Simulation) -> None:
+def test_first_beams_of_a_moving_robot_are_from_its_pose_then(sim: Simulation) -> None:
     start, end = SE2(0.5, 0.0, 0.0), SE2(0.6, 0.0, 0.0)
     still = [to_finite(ranges_at(sim, pose, lidar_angles(ROBOT.sensors.lidar))) for pose in (start, end)]
     turning = at(sim, start)

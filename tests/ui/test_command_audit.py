@@ -121,7 +121,7 @@ def test_a_refused_drive_is_recorded(log: Log, audit: CommandAudit) -> None:
     assert log.actions == [("bert", "drive")] and log.records[0][4] == "anna drives"
 
 
-def test_connections_say_whether_they_may_only_stop(log: Log, audit: CommandAudit) -> None:
+def test_connections_show_whether_they_may_only_stop(log: Log, audit: CommandAudit) -> None:
     for one in (ANNA, client("guest", only_stop=True)):
         audit.connected(one)
         audit.disconnected(one)

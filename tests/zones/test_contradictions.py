@@ -65,7 +65,7 @@ def test_what_has_no_effect_is_warned_of_by_name() -> None:
 
 
 @given(st.lists(st.tuples(st.floats(-3.0, 9.0), st.floats(-3.0, 9.0)), max_size=7))
-def test_any_corners_are_taken_or_refused_in_words(points: list[tuple[float, float]]) -> None:
+def test_any_corners_are_accepted_or_refused_with_a_reason(points: list[tuple[float, float]]) -> None:
     try:
         report = check_zones((zone("a", ONE_WAY, points),), GRID, {"home": SE2(1.0, 1.0, 0.0)})
     except ZoneError as error:

@@ -73,7 +73,7 @@ def test_every_kind_has_a_word_of_its_own() -> None:
         ("none lidar", "lidar"),
     ],
 )
-def test_requests_have_the_words_of_the_events(text: str, expected: object) -> None:
+def test_requests_have_the_keys_of_the_events(text: str, expected: object) -> None:
     assert parse_request(text, 2_000_000_000) == expected
 
 

@@ -68,7 +68,7 @@ class FaultyDrive:
 @pytest.mark.rotated("drives with lost nodes")
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS, ids=describe)
-def test_the_robot_stands_says_why_and_arrives_later(fault: NodeFault) -> None:
+def test_the_robot_stands_reports_why_and_arrives_later(fault: NodeFault) -> None:
     drive = FaultyDrive(fault)
     stood = drive.run(LOST_S + STOPPED_S)
     assert drive.run(BACK_S).distance(stood) < 0.01

@@ -149,7 +149,7 @@ def test_a_replay_with_a_fault_is_bit_identical(event: Any, tmp_path: Path) -> N
     assert replay.differences == [] and replay.compared > 60
 
 
-def test_a_killed_node_is_silent_and_starts_anew() -> None:
+def test_a_killed_node_is_silent_and_restarts() -> None:
     run = NodeRun(FAULTS[0]).run(3.1)
     assert not [time for time, _ in run.on("repeated") if 1.05 <= time <= 2.0]
     assert [value for time, value in run.on("count") if time > 2.0][:2] == [1.0, 2.0]

@@ -223,7 +223,7 @@ def test_a_bump_shoves_the_robot_with_its_impulse() -> None:
     assert np.all(shoved.simulation._data.xfrc_applied == 0.0)
 
 
-def test_a_carried_robot_is_where_the_event_says_or_the_seed() -> None:
+def test_a_carried_robot_is_placed_by_the_event_or_the_seed() -> None:
     run = FaultRun(e.Carried(at=1.0, to=(0.3, -0.4, 1.0)), world="room").run(1.5)
     run.close()
     assert (run.pose.x, run.pose.y, run.pose.yaw) == pytest.approx((0.3, -0.4, 1.0), abs=0.02)
@@ -285,7 +285,7 @@ def request(run: FaultRun, text: str) -> None:
     run.loop.publish("simulation/fault", String(text), "test", from_device=True)
 
 
-def test_an_operator_begins_and_ends_faults_with_the_same_words() -> None:
+def test_an_operator_begins_and_ends_faults_with_the_same_keys() -> None:
     run = FaultRun().run(1.0)
     for text in ("freeze lidar", "slip both share=0.5", "weak"):
         request(run, text)

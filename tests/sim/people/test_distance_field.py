@@ -96,7 +96,7 @@ def test_outside_the_grid_there_is_no_room(x: float, y: float) -> None:
 
 @settings(max_examples=40)
 @given(st.floats(-math.pi, math.pi), INSIDE)
-def test_away_is_where_the_distance_grows_most(bearing: float, point) -> None:
+def test_away_is_the_direction_of_steepest_distance(bearing: float, point) -> None:
     assume(-0.85 < point[0] < 2.85 and -0.35 < point[1] < 2.35)
     ux, uy = math.cos(bearing), math.sin(bearing)
     found = away_from_obstacle(slope(0.5 * ux, 0.5 * uy, 3.0), FRAME, *point)

@@ -29,7 +29,7 @@ def distances(people: Scene) -> np.ndarray:
 
 
 @pytest.mark.parametrize("number", [1, 2, 4])
-def test_they_stand_in_the_door_until_they_are_told_to_leave(number: int) -> None:
+def test_they_stand_in_the_door_until_requested_to_leave(number: int) -> None:
     met = scene(5)
     met.people.request(f"meet door {number}")
     met.run(30.0)
@@ -56,7 +56,7 @@ def test_one_who_blocks_stays_before_the_robot() -> None:
 @pytest.mark.parametrize(
     "text", ["", "meet", "meet door", "meet door 9", "meet hatch 1", "meet door x", "dance"]
 )
-def test_what_they_cannot_do_is_said(text: str) -> None:
+def test_impossible_requests_are_reported(text: str) -> None:
     with pytest.raises(UserError):
         scene(2).people.request(text)
 
@@ -100,7 +100,7 @@ def test_who_is_at_its_place_stands_and_looks_at_the_middle() -> None:
     assert mode(one) == STAND and aim(one) == pytest.approx((4.0, 2.0))
 
 
-def test_only_who_was_met_is_told_to_leave() -> None:
+def test_only_people_who_were_met_are_requested_to_leave() -> None:
     one = scene(3)
     one.people.request("meet door 1")
     (met,) = one.people._requests._met

@@ -180,7 +180,7 @@ def test_an_interruption_ends_what_somebody_is_at() -> None:
     assert mode(one) in (WALK, APPROACH), "then the person goes on as before"
 
 
-def test_who_stands_looks_where_it_is_told() -> None:
+def test_standing_people_look_in_the_scripted_direction() -> None:
     one = scene()
     one.put(0, 2.0, 2.0)
     one.people.walkers.heading[0] = (0.0, 1.0)

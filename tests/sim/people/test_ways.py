@@ -73,7 +73,7 @@ def cell_of(x: float, y: float) -> tuple[int, int]:
 
 @QUICK
 @given(st.integers(0, 10_000), st.integers(1, 9), st.integers(1, 9))
-def test_the_cost_of_ways_is_the_least(seed: int, height: int, width: int) -> None:
+def test_the_cost_of_ways_is_minimal(seed: int, height: int, width: int) -> None:
     rng = np.random.default_rng(seed)
     weights = rng.choice([0, 10, 13, 30], (height, width), p=[0.3, 0.4, 0.2, 0.1]).astype(np.int32)
     row, column = int(rng.integers(height)), int(rng.integers(width))

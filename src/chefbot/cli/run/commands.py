@@ -22,7 +22,7 @@ def demo(
     people: Annotated[int, typer.Option(min=0, max=50, help="number of simulated people")] = 0,
     port: Annotated[int, typer.Option(min=1, max=65535, help="port of the web UI")] = 8080,
     processes: Annotated[
-        bool, typer.Option("--processes", help="as four processes, at a real-time factor of 4 at most")
+        bool, typer.Option("--processes", help="run as four processes, at a real-time factor of 4 at most")
     ] = False,
     lan: Annotated[bool, LAN] = False,
     start: Annotated[str, START] = "",

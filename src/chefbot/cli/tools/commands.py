@@ -202,7 +202,7 @@ def node_graph(
     as_json: Annotated[bool, typer.Option("--json", help="print it as JSON, without a picture")] = False,
     duration: Annotated[float, typer.Option(min=0, help="how long rates are measured, s")] = 3.0,
 ) -> None:
-    """Draw nodes, topics and measured rates by Graphviz."""
+    """Draw nodes, topics and measured rates with Graphviz."""
     from chefbot.ros2.tools.graph import run_graph
 
     run_graph(out, as_json, duration)

@@ -26,7 +26,7 @@ TOLERANCE = 5.0
 """Factor on the limits, since CPU time depends on the processor and on what shares its caches."""
 ARRIVED = 0.3
 TOTAL = 100_000
-"""Number of messages of one run of the tests."""
+"""Number of messages of all launches together; `make test` runs one of them, `make test-long` all."""
 ROBOTS = ("chefbot_lidar", "chefbot", "jackal")
 """A robot with lidar and camera, one with a camera only, a rectangular one with a lidar only."""
 CASES = [

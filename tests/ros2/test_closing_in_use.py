@@ -48,3 +48,14 @@ def test_a_client_is_closed_while_a_thread_calls(wire: RmwContext) -> None:
         for _ in range(TRIES):
             client = node.client("trigger", Trigger)
             close_in_use(lambda: client.call_async(Trigger_Request()), lambda: node.destroy(client))  # noqa: B023
+
+
+def test_whether_there_are_subscribers_waits_for_no_publication(wire: RmwContext) -> None:
+    """A control loop checks it, while a thread may be blocked by congestion within Zenoh."""
+    with RmwNode(wire, "camera") as node:
+        publisher, found = node.publisher("image", Image), list[bool]()
+        check = threading.Thread(target=lambda: found.append(publisher.has_subscribers), daemon=True)
+        with publisher._lock:
+            check.start()
+            check.join(10.0)
+        assert found == [False]

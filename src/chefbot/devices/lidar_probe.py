@@ -10,9 +10,8 @@ from chefbot.lidar.models import LidarModel
 from chefbot.lidar.session import LidarError
 
 LISTENING_NS = 2_500_000_000
-"""Time for which a port is only read, at the baud rate of motor boards, before a
-lidar that needs requests gets them, ns: the boot loader of an Arduino Mega takes a byte in its first second for a new
-program."""
+"""Time for which a port is only read, at the baud rate of motor boards, before requests are sent to a lidar that
+needs them, ns: the boot loader of an Arduino Mega takes a byte in its first second for a new program."""
 MIN_SAMPLES = 100
 """Samples by which a lidar is recognized."""
 TIMEOUT_NS = 6_000_000_000

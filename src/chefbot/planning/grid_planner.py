@@ -42,7 +42,7 @@ class GridPlanner:
         self.params = params or PlannerParams()
         self.remarks: tuple[str, ...] = ()
         self.walls: Callable[[], Costmap] | None = None
-        self._taken: tuple[SE2, SE2] | None = None
+        self._occupied: tuple[SE2, SE2] | None = None
         self._weight = cost_to_weight(self.params)
         self._padded = np.zeros((0, 0), np.uint8)
         self._weights = np.zeros(0, np.float32)
@@ -94,10 +94,10 @@ class GridPlanner:
         if not len(reached):
             raise self._no_path_error(start, goal)
         if reached[0] == goal_cell:
-            self._taken = None
+            self._occupied = None
         else:
-            self._taken = goal, self._goal_at(costmap, goal, int(reached[0]), exact=False)
-            away = self._taken[1].distance(goal)
+            self._occupied = goal, self._goal_at(costmap, goal, int(reached[0]), exact=False)
+            away = self._occupied[1].distance(goal)
             self.remarks += (f"{OCCUPIED}, {away:.2f} m from the goal",)
         return self._path(costmap, start, goal, int(reached[0]), exact=reached[0] == goal_cell)
 
@@ -200,7 +200,7 @@ class GridPlanner:
         if not len(free):
             return free
         away = np.hypot(points[:, 0] - goal.x, points[:, 1] - goal.y)
-        before = self._taken[1] if self._taken is not None and self._taken[0] == goal else start
+        before = self._occupied[1] if self._occupied is not None and self._occupied[0] == goal else start
         detour = np.hypot(points[:, 0] - before.x, points[:, 1] - before.y)
         first = int(np.argmin(np.where(away <= away.min() + STEADINESS, detour, np.inf)))
         return np.concatenate((free[first : first + 1], np.delete(free, first)))

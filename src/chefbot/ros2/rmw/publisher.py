@@ -29,6 +29,9 @@ class Publisher(Generic[M]):
         self.gid = gid
         self._sequence = 0
         self._lock = threading.Lock()
+        self._status_lock = (
+            threading.Lock()
+        )  # its own: a control loop that checks must not wait for a blocked `put`
         self._zenoh = _declare(wire.session, key, qos)
 
     @property
@@ -39,7 +42,7 @@ class Publisher(Generic[M]):
         """
         if self.qos.latched:
             return True
-        with self._lock:
+        with self._status_lock:
             return bool(getattr(self._zenoh.matching_status, "matching", False))
 
     def publish(self, message: M) -> None:
@@ -55,7 +58,7 @@ class Publisher(Generic[M]):
 
     def close(self) -> None:
         """Undeclare the publisher from the Zenoh session, after a thread that is publishing."""
-        with self._lock:  # Zenoh raises RuntimeError if a call is in progress
+        with self._lock, self._status_lock:  # Zenoh raises RuntimeError if a call is in progress
             self._zenoh.undeclare()
 
 

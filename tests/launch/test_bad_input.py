@@ -15,8 +15,8 @@ from chefbot.launcher.launch import run_launch
 from chefbot.launcher.session import session, start
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import built_in_launches, load_launch
+from chefbot.ui.remote.web_ui_client import WebUiClient
 from chefbot.ui.web_ui import WebUiDevice
-from chefbot.ui.web_ui_client import WebUiClient
 
 QUICK = ["headless:=true", "speed:=0", "duration:=0.1"]
 

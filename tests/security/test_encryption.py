@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import ssl
 from collections.abc import Iterator
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -14,17 +14,18 @@ import httpx
 import pytest
 from tests.support.waiting import PATIENCE, wait_for
 from websockets.exceptions import InvalidStatus
-from websockets.sync.client import connect
 
 from chefbot.errors import UserError
 from chefbot.fleet.keyring import Keyring
-from chefbot.ui import web_ui_client
+from chefbot.ui import http_limits
 from chefbot.ui.access import listener, page_access
 from chefbot.ui.access.address_limits import MAX_STRANGERS_PER_KNOWN_ADDRESS
 from chefbot.ui.access.tls import client_context, load_tls
 from chefbot.ui.commands import OperatorCommand, Stop
+from chefbot.ui.remote import web_ui_client
+from chefbot.ui.remote.blocking_web_socket import BlockingWebSocket
+from chefbot.ui.remote.web_ui_client import WebUiClient
 from chefbot.ui.server import WebUiServer
-from chefbot.ui.web_ui_client import WebUiClient
 from chefbot.ui.web_ui_params import WebUiParams
 
 
@@ -45,6 +46,9 @@ class Site(NamedTuple):
 @pytest.fixture
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
     monkeypatch.setenv("CHEFBOT_KEYS", str(tmp_path / "keys"))
+    # The tests' own handshakes may take long on a slow machine.
+    monkeypatch.setattr(listener, "STRANGER_TIMEOUT", PATIENCE)
+    monkeypatch.setattr(web_ui_client, "CONNECT_TIMEOUT", PATIENCE)
     Keyring(tmp_path / "keys").create_fleet("hotel", datetime.now(UTC))
     commands: list[OperatorCommand] = []
     server = WebUiServer(0, "0.0.0.0", commands.append, tls=load_tls("fleet"))
@@ -69,15 +73,19 @@ def test_a_member_trusts_the_page_and_others_do_not(
 
 def test_the_cookie_is_for_https_and_its_own_origin(site: Site) -> None:
     context = client_context()
-    first = httpx.get(site.url, verify=context)
+    first = httpx.get(site.url, verify=context, timeout=PATIENCE)
     assert first.status_code == 303 and "secure" in first.headers["set-cookie"].lower()
     live, host = f"wss://127.0.0.1:{site.port}/live", f"127.0.0.1:{site.port}"
-    with connect(live, ssl=context, additional_headers=site.cookie, origin=f"https://{host}"):  # type: ignore[arg-type]
-        pass
+    options = {"ssl": context, "additional_headers": site.cookie, "open_timeout": PATIENCE}
+    with closing(BlockingWebSocket(live, origin=f"https://{host}", **options)):
+        wait_for(lambda: site.server.clients == 1)
     with pytest.raises(InvalidStatus, match="403"):
-        connect(live, ssl=context, additional_headers=site.cookie, origin=f"http://{host}")  # type: ignore[arg-type]
+        BlockingWebSocket(live, origin=f"http://{host}", **options)
     named = httpx.get(
-        f"https://127.0.0.1:{site.port}/", headers={**site.cookie, "Host": "site.local"}, verify=context
+        f"https://127.0.0.1:{site.port}/",
+        headers={**site.cookie, "Host": "site.local"},
+        verify=context,
+        timeout=PATIENCE,
     )
     assert named.status_code == 200, "a name of the certificate"
 
@@ -92,9 +100,7 @@ def test_strangers_in_the_handshake_lock_nobody_out(site: Site, monkeypatch: pyt
         for stranger in strangers[::2]:
             stranger.sendall(b"\x16\x03\x01\x02\x00")  # the beginning of a ClientHello
         wait_for(lambda: site.server._uvicorn.limits.refused >= 80 - MAX_STRANGERS_PER_KNOWN_ADDRESS)
-        # The operator's own handshake may take long on a slow machine.
         monkeypatch.setattr(listener, "STRANGER_TIMEOUT", PATIENCE)
-        monkeypatch.setattr(web_ui_client, "CONNECT_TIMEOUT", PATIENCE)
         with WebUiClient(site.url) as robot:
             robot.send(Stop("b"))
             wait_for(lambda: site.commands == [Stop("b")])
@@ -105,6 +111,26 @@ def test_strangers_in_the_handshake_lock_nobody_out(site: Site, monkeypatch: pyt
         plain.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
         assert b"HTTP" not in plain.recv(1000)
     wait_for(lambda: not site.server._uvicorn.limits._strangers)
+
+
+def test_a_tls_connection_without_an_end_is_no_error(
+    site: Site, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(listener, "STRANGER_TIMEOUT", 1.0)
+    monkeypatch.setattr(http_limits, "STALL_TIMEOUT", 0.3)
+    request = f"GET /live HTTP/1.1\r\nHost: 127.0.0.1:{site.port}\r\nCookie: {site.cookie['Cookie']}\r\n"
+    request += "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    request += "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+    with (
+        socket.create_connection(("127.0.0.1", site.port), PATIENCE) as raw,
+        client_context().wrap_socket(raw, server_hostname="127.0.0.1") as web,
+    ):
+        web.sendall(request.encode())
+        wait_for(lambda: site.server.clients == 1)
+        web.sendall(b"\x88\x80\x00\x00\x00\x00")  # closes the web socket, not the TLS connection
+        wait_for(lambda: site.server.clients == 0)
+        wait_for(lambda: not site.server._uvicorn.server_state.connections)
+    assert not caplog.records
 
 
 def test_a_certificate_comes_with_its_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
-from chefbot.ui.web_ui_client import WebUiClient
+from chefbot.ui.remote.web_ui_client import WebUiClient
 from tests.chaos.launch_process import free_port
 from tests.support.nodes import WITHOUT_SENSORS
 

@@ -17,7 +17,7 @@ import msgspec
 
 from chefbot.errors import UserError
 from chefbot.ui.commands import Drive, parse_command
-from chefbot.ui.web_ui_client import ConnectionLostError, WebUiClient
+from chefbot.ui.remote.web_ui_client import ConnectionLostError, WebUiClient
 from tests.support.waiting import PATIENCE
 
 

@@ -18,7 +18,7 @@ from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.commands import CloseDoor, OpenDoor
 from chefbot.ui.message_conversion import door_views
-from chefbot.ui.web_ui_client import WebUiClient
+from chefbot.ui.remote.web_ui_client import WebUiClient
 
 
 @pytest.fixture

@@ -16,11 +16,12 @@ from tests.support.waiting import PATIENCE
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui import protocol, web_ui_client
+from chefbot.ui import protocol
 from chefbot.ui.commands import Drive, Goal, Stop
 from chefbot.ui.layers import StatusView
+from chefbot.ui.remote import web_ui_client
+from chefbot.ui.remote.web_ui_client import ConnectionLostError, WebUiClient, decode
 from chefbot.ui.server import WebUiServer
-from chefbot.ui.web_ui_client import ConnectionLostError, WebUiClient, decode
 
 SIZES = st.tuples(st.integers(1, 20), st.integers(1, 20))
 

@@ -18,7 +18,7 @@ from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.commands import Drive
-from chefbot.ui.web_ui_client import WebUiClient
+from chefbot.ui.remote.web_ui_client import WebUiClient
 
 SECOND = 1_000_000_000
 TICK = SECOND // 10
@@ -32,7 +32,7 @@ class RemoteDriver:
         self.system = NodeContainer(self.loop, load_robot("chefbot"), 1)
         self.remarks: list[str] = []
         self.loop.subscribe("remote_drive/remark", "test", self._on_remark)
-        entry = NodeEntry(kind="chefbot.ui.remote_drive:RemoteDriveDevice", params={"page": url})
+        entry = NodeEntry(kind="chefbot.ui.remote.remote_drive:RemoteDriveDevice", params={"page": url})
         self.system.launch(Launch(name="t", description="", args={}, nodes={"drive": entry}))
 
     def _on_remark(self, message: object) -> None:

@@ -25,9 +25,9 @@ from chefbot.ui import real_time_factor
 from chefbot.ui.access.visitors import OPERATOR, TokenKey
 from chefbot.ui.browser import url_for_view
 from chefbot.ui.message_conversion import cost_image, path_points
+from chefbot.ui.remote.viewer import ViewerDevice, ViewerParams
 from chefbot.ui.request_guard import COOKIE, RequestGuard
 from chefbot.ui.solids import GLB, SolidsEndpoint
-from chefbot.ui.viewer import ViewerDevice, ViewerParams
 from chefbot.ui.web_ui_params import WebUiParams
 
 KEY = TokenKey("a secret of this test")

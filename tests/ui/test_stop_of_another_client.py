@@ -10,7 +10,7 @@ from tests.support.waiting import PATIENCE
 
 from chefbot.ui.commands import Resume, Stop
 from chefbot.ui.pending_requests import STOP_UNCONFIRMED
-from chefbot.ui.web_ui_client import WebUiClient
+from chefbot.ui.remote.web_ui_client import WebUiClient
 
 
 @pytest.fixture

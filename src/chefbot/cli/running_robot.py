@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from chefbot.maths.se2 import SE2
-from chefbot.ui.web_ui_client import WebUiClient
+from chefbot.ui.remote.web_ui_client import WebUiClient
 
 RESPONSE_TIMEOUT = 10.0
 """Timeout of a layer, s: a robot that has just started makes its first map within a few seconds."""

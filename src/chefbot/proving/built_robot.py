@@ -21,7 +21,7 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.proving.simulated_run import TaskFailedError
 from chefbot.sim.ports.hardware import TrueState
-from chefbot.ui.web_ui_client import ConnectionLostError, WebUiClient
+from chefbot.ui.remote.web_ui_client import ConnectionLostError, WebUiClient
 
 START_TIMEOUT, STOP_TIMEOUT = 90.0, 30.0
 """Time for programs to start and to end, s."""

@@ -92,6 +92,7 @@ class _StallCheck:
 
     def __init__(self, transport: asyncio.Transport) -> None:
         self._transport = transport
+        self._tls = transport.get_extra_info("sslcontext") is not None
         self._waiting = 0
         self._schedule()
 
@@ -103,6 +104,8 @@ class _StallCheck:
         self._timer = asyncio.get_running_loop().call_later(STALL_TIMEOUT, self._check)
 
     def _check(self) -> None:
+        if self._tls and self._transport.is_closing():
+            return  # it has no buffer to ask for any more, and its shutdown has a timeout
         waiting = self._transport.get_write_buffer_size()
         if self._waiting and waiting > self._waiting - MIN_PROGRESS:
             self._transport.abort()

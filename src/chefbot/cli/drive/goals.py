@@ -15,7 +15,7 @@ from chefbot.cli.running_robot import await_refusal, known_places
 from chefbot.errors import UserError
 from chefbot.storage.places import find_place
 from chefbot.ui.commands import Cancel, Follow, Goal, GoPlace, OperatorCommand, Patrol, Resume, Stop, When
-from chefbot.ui.web_ui_client import WebUiClient
+from chefbot.ui.remote.web_ui_client import WebUiClient
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
 

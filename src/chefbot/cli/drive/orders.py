@@ -13,7 +13,7 @@ from chefbot.cli.running_robot import await_refusal, known_places
 from chefbot.errors import UserError
 from chefbot.storage.places import find_place
 from chefbot.ui.commands import Choose, Deliver, Loaded, NotTaken, OperatorCommand, Taken
-from chefbot.ui.web_ui_client import WebUiClient
+from chefbot.ui.remote.web_ui_client import WebUiClient
 
 ANSWERS: dict[str, OperatorCommand] = {
     "loaded": Loaded(),

@@ -15,7 +15,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui.commands import MapSaved
-from chefbot.ui.web_ui_client import WebUiClient
+from chefbot.ui.remote.web_ui_client import WebUiClient
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
 

@@ -7,19 +7,18 @@ import ssl
 import time
 import zlib
 from collections.abc import Callable
-from contextlib import ExitStack
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 import numpy as np
 from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
-from websockets.sync.client import ClientConnection, connect
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui.access.tls import client_context
 from chefbot.ui.commands import OperatorCommand
+from chefbot.ui.remote.blocking_web_socket import BlockingWebSocket
 from chefbot.ui.request_guard import COOKIE
 
 CONNECT_TIMEOUT = 5.0
@@ -43,8 +42,7 @@ class WebUiClient:
         self.url = url
         self.latest: dict[str, Any] = {}
         """The newest value of each received layer, as returned by `decode`."""
-        self._exit_stack = ExitStack()
-        self._connection = self._exit_stack.enter_context(_connect(url))
+        self._socket = _connect(url)
 
     def __enter__(self) -> WebUiClient:
         return self
@@ -54,12 +52,12 @@ class WebUiClient:
 
     def close(self) -> None:
         """Close the connection; a thread that is receiving gets ConnectionLostError."""
-        self._exit_stack.close()
+        self._socket.close()
 
     def send(self, command: OperatorCommand) -> None:
         """Send a command; ConnectionLostError if the connection is closed."""
         try:
-            self._connection.send(msgspec.json.encode(command).decode())
+            self._socket.send(msgspec.json.encode(command).decode())
         except ConnectionClosed:
             raise self._connection_lost() from None
 
@@ -69,7 +67,7 @@ class WebUiClient:
         Raises UserError with the robot's sentence when it refused a command.
         """
         try:
-            frame = self._connection.recv(timeout=timeout)
+            frame = self._socket.receive(timeout)
         except TimeoutError:
             return ""
         except ConnectionClosed:
@@ -133,7 +131,7 @@ def _grid(header: dict[str, Any], body: bytes) -> Grid:
     return Grid(cells, header["resolution"], header["x"], header["y"])
 
 
-def _connect(url: str) -> ClientConnection:
+def _connect(url: str) -> BlockingWebSocket:
     host, port, token, secure = _address(url)
     try:
         tcp = socket.create_connection((host, port), CONNECT_TIMEOUT)
@@ -144,7 +142,7 @@ def _connect(url: str) -> ClientConnection:
         ) from None
     url_host = f"[{host}]" if ":" in host else host
     try:
-        return connect(
+        return BlockingWebSocket(
             f"{'wss' if secure else 'ws'}://{url_host}:{port}/live",
             sock=tcp,
             ssl=client_context() if secure else None,

@@ -9,7 +9,7 @@ from msgspec import Meta
 
 from chefbot.runtime.node import Device
 from chefbot.ui.browser import open_browser, url_for_view
-from chefbot.ui.web_ui_client import WebUiClient
+from chefbot.ui.remote.web_ui_client import WebUiClient
 
 
 class ViewerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

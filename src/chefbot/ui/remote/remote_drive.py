@@ -16,7 +16,7 @@ from chefbot.msgs.std_msgs import Bool, String
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import Device, In, Out, topic
 from chefbot.ui.commands import Drive, Resume, Stop
-from chefbot.ui.web_ui_client import ConnectionLostError, WebUiClient
+from chefbot.ui.remote.web_ui_client import ConnectionLostError, WebUiClient
 
 MIN_PERIOD_NS = 50_000_000
 """Minimum period of commands, ns, as the server disconnects clients above its rate limit; its timeout is 0.3

@@ -186,7 +186,7 @@ def test_a_lane_turns_with_its_frame(direction: float, yaw: float) -> None:
 
 def test_lanes_do_not_change_costs() -> None:
     costs = costmap(OneWayLayer)
-    before = costs.update().cells
+    before = costs.update().cells.copy()
     tell(costs, zone("out", ONE_WAY), zone("in", ONE_WAY, [(x + 0.6, y) for x, y in SQUARE], math.pi))
     result = costs.update()
     assert np.array_equal(result.cells, before) and set(np.unique(result.lanes.number)) == {0, 1, 2}

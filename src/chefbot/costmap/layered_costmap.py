@@ -304,11 +304,14 @@ class LayeredCostmap:
             layer.process(self, message, frame)
 
     def update(self) -> Costmap:
-        """Combine the layers where they have changed, and return a copy of the costs."""
+        """Combine the layers where they have changed, and return the costs, which the next update overwrites.
+
+        Who keeps them copies the cells: a copy of a large map takes longer than the update after a scan.
+        """
         if self._combined is None:
             self._combined = self._new_master(self.layers)
         self._combined.update(self)
-        return self._costmap(self._combined.costs.copy())
+        return self._costmap(self._combined.costs)
 
     def costs_without_far_marks(self, pose: SE2) -> Costmap:
         """Return the costs as `update` does, but without marks beyond the marking range of the pose."""

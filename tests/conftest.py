@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import functools
 import os
 import signal
 import sys
@@ -11,6 +12,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+import typer.main
 from hypothesis import settings
 
 from tests.support.ros_fixtures import fleet, network, other, peer, port, wire
@@ -26,6 +28,8 @@ PROFILE = os.environ.get("HYPOTHESIS_PROFILE", "same")
 settings.load_profile(PROFILE)
 if PROFILE == "same":
     ignore_constants_of_the_code()
+
+typer.main.get_command = functools.cache(typer.main.get_command)  # it takes 0.1 s, and commands stay the same
 
 sys.dont_write_bytecode = False  # else every program that a test starts is compiled first, as are the tests
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

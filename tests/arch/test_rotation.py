@@ -24,6 +24,10 @@ def test_forwards(): pass
 @pytest.mark.rotated("drives")
 @pytest.mark.parametrize("case", range(2))
 def test_backwards(case): pass
+
+@pytest.mark.rotated
+@pytest.mark.parametrize("times", [1, pytest.param(100, marks=pytest.mark.long)])
+def test_often(times): pass
 """
 
 
@@ -42,7 +46,7 @@ def test_one_case_of_a_rotated_test_or_group_runs(tmp_path: Path) -> None:
         "HOME": str(tmp_path),
         "PYTHONPATH": f"{repository}:{repository}/src",
     }
-    for rotate, passed in (("1", "5 passed, 5 deselected"), ("0", "10 passed")):
+    for rotate, passed in (("1", "6 passed, 6 deselected"), ("0", "11 passed, 1 deselected")):
         done = subprocess.run(
             command, cwd=repository, env={**environment, VARIABLE: rotate}, capture_output=True, text=True
         )

@@ -73,6 +73,7 @@ def other_load(loops: int) -> Iterator[None]:
             process.wait()
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize("compiles", [False, True], ids=["computes", "compiles"])
 def test_a_long_computation_on_a_busy_machine_is_not_killed(tmp_path: Path, compiles: bool) -> None:

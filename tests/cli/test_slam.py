@@ -39,6 +39,7 @@ def test_the_results_lie_in_the_folder(tmp_path: Path) -> None:
     assert len((out / "trajectory.tum").read_text().splitlines()) == 3
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("algorithm", ["gmapping", "graph"])
 def test_a_report_has_figures_and_pictures(algorithm: str, tmp_path: Path) -> None:
     log = log_of_a_round_room(tmp_path / "<room>.log", turns=9)

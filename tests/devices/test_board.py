@@ -187,7 +187,8 @@ def test_a_board_of_another_robot_is_refused(cable: Cable) -> None:
 
 
 @pytest.mark.slow
-def test_a_port_without_a_board_is_reported(tmp_path: Path) -> None:
+def test_a_port_without_a_board_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("chefbot.board.autodetect.DETECTION_TIMEOUT_NS", 200_000_000)
     ours, theirs = os.openpty()
     try:
         with pytest.raises(UserError, match="no motor board answers there"):

@@ -27,6 +27,7 @@ def test_the_chapter_s_launches_are_among_them() -> None:
     assert {"gmapping_demo", "amcl_demo", "waiter", "3dsensor", "explore"} <= set(BUILT)
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("name", [*BUILT, *ALWAYS_BUILT])
 def test_the_processes_of_a_built_robot_have_no_simulator(name: str) -> None:
     kind = "built" if name in BUILT else "always"

@@ -113,6 +113,7 @@ def test_launch_params_are_valid(name: str) -> None:
     assert launch == load_launch(name + ".launch") == load_launch(name + ".launch.xml")
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize(
     ("name", "robot"), [*((name, "chefbot") for name in ALONE), ("gmapping_demo", "chefbot_lidar")]
 )

@@ -113,6 +113,7 @@ AMBIGUOUS_SHARE = 0.1
 """Share of starts that are ambiguous for longer, such as scan 95 of csail in a corridor with every seed tried."""
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("rounds", [1, pytest.param(10, marks=pytest.mark.long)])
 def test_global_localization_succeeds_from_any_start(recording: Recording, rounds: int) -> None:
     """It is correct after 21 scans, and never converges to a wrong place.

@@ -42,12 +42,18 @@ def group_of(item: pytest.Item, marker: pytest.Mark) -> str:
     return str(marker.args[0]) if marker.args else item.nodeid.partition("[")[0]
 
 
+def is_rotated(item: pytest.Item) -> bool:
+    """Whether a test is one case of several; those that `make test` leaves out anyway are not."""
+    return bool(item.get_closest_marker("rotated")) and not item.get_closest_marker("long")
+
+
 def split(items: list[pytest.Item], commit: str) -> tuple[list[pytest.Item], list[pytest.Item]]:
     """Return the tests that run with a commit, in their order, and those that do not."""
     cases: dict[str, list[pytest.Item]] = defaultdict(list)
     for item in items:
-        if marker := item.get_closest_marker("rotated"):
+        marker = item.get_closest_marker("rotated")
+        if marker and is_rotated(item):
             cases[group_of(item, marker)].append(item)
     kept = {id(group[chosen_case(test, len(group), commit)]) for test, group in cases.items()}
-    runs = [item for item in items if not item.get_closest_marker("rotated") or id(item) in kept]
-    return runs, [item for item in items if item.get_closest_marker("rotated") and id(item) not in kept]
+    runs = [item for item in items if not is_rotated(item) or id(item) in kept]
+    return runs, [item for item in items if is_rotated(item) and id(item) not in kept]

@@ -55,6 +55,7 @@ def area_of_whole_map(tab: Tab) -> str:
     return drawn
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("late", [False, True])
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
 def test_the_full_map_is_shown_at_the_first_load(tab: Tab, width: int, height: int, late: bool) -> None:

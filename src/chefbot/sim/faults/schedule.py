@@ -53,8 +53,14 @@ def end_sentence(event: InjectedFault) -> str:
 
 def _strength(event: InjectedFault) -> str:
     keys = [key for key in event.__struct_fields__ if key not in ("at", "until", *TARGETS)]
-    values = [f"{key} {value}" for key in keys if (value := getattr(event, key)) not in (None, 0.0, ())]
+    values = [
+        f"{key} {_text(value)}" for key in keys if (value := getattr(event, key)) not in (None, 0.0, ())
+    ]
     return f" ({', '.join(values)})" if values else ""
+
+
+def _text(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 class FaultSchedule(Generic[F]):

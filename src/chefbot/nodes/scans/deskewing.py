@@ -18,17 +18,17 @@ def when_deskewed(
 ) -> None:
     """Call `action` with the scan without skew and the pose of `frame` in odom at its stamp, once both are known.
 
-    A scan of which the first odometry saw the stamp only is given as it is; without a pose at its stamp it is left
-    out.
+    A scan that began before the first odometry is left out: of a robot that turns meanwhile, its skew would turn a
+    new map by half the angle. A scan in an unknown frame is given as it is.
     """
     times = knot_times(scan)
 
     def place(_: SE2) -> None:
         try:
-            pose = tf.lookup(FIXED_FRAME, frame, times[0])
+            poses = [tf.lookup(FIXED_FRAME, frame, time_ns) for time_ns in times]
         except TransformError:
-            return  # it began before the first odometry
-        action(_deskewed(tf, scan, times), pose)
+            return
+        action(_deskewed(tf, scan, times), poses[0])
 
     if len(times) == 1:
         tf.on_available(FIXED_FRAME, frame, times[0], lambda pose: action(scan, pose))

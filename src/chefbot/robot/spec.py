@@ -35,7 +35,7 @@ DRIVEN_WEIGHT_FRACTION = 0.5
 """Share of the weight on the driven wheels; the casters carry the other half."""
 
 
-class Robot(RobotSection, frozen=True, kw_only=True):
+class Robot(RobotSection, frozen=True, cache_hash=True, kw_only=True):
     """The complete description of a differential-drive robot."""
 
     name: Name

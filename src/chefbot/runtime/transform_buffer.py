@@ -33,14 +33,26 @@ class TransformError(ChefbotError):
     """The requested transform is not available; the message names the frame or time that is missing."""
 
 
-@dataclass(frozen=True)
+class _FutureError(TransformError):
+    """The pose of the frame `child` is not known up to the requested time yet."""
+
+    def __init__(self, message: str, child: str) -> None:
+        super().__init__(message)
+        self.child = child
+
+
+@dataclass
 class _PendingRequest:
-    """A pending request for a transform that is not available yet."""
+    """A pending request for a transform that is not available yet.
+
+    missing: the frame whose pose was not known up to the requested time; empty if a frame is unknown.
+    """
 
     target: str
     source: str
     stamp_ns: int
     action: Callable[[SE2], None]
+    missing: str = ""
 
 
 class _Edge:
@@ -72,8 +84,8 @@ class _Edge:
             return self.poses[-1]
         if stamp > self.stamps[-1]:
             late = (stamp - self.stamps[-1]) / 1e9
-            raise TransformError(
-                f"{self.parent} -> {child} is known only up to {late:.3f} s before the time asked for"
+            raise _FutureError(
+                f"{self.parent} -> {child} is known only up to {late:.3f} s before the time asked for", child
             )
         if stamp < self.stamps[0]:
             raise TransformError(f"{self.parent} -> {child} was not known yet at the time asked for")
@@ -166,9 +178,14 @@ class TransformBuffer:
     def _serve_pending(self) -> None:
         pending, self._pending = self._pending, []
         for request in pending:
+            missing = self._edges.get(request.missing)
+            if missing is not None and missing.stamps[-1] < request.stamp_ns:
+                self._keep_if_answerable(request)
+                continue
             try:
                 pose = self.lookup(request.target, request.source, request.stamp_ns)
-            except TransformError:
+            except TransformError as error:
+                request.missing = error.child if isinstance(error, _FutureError) else ""
                 self._keep_if_answerable(request)
             else:
                 request.action(pose)

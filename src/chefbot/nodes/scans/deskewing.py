@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from weakref import WeakKeyDictionary
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.sensor_msgs import LaserScan
@@ -11,6 +12,10 @@ from chefbot.scan.deskewing import deskewed, knot_times
 
 FIXED_FRAME = "odom"
 """Frame in which the motion during a scan is known: that of the map jumps."""
+
+
+_NEWEST: WeakKeyDictionary[TransformBuffer, tuple[LaserScan, LaserScan]] = WeakKeyDictionary()
+"""The newest scan of each loop as measured and without skew: several nodes of a loop need it."""
 
 
 def when_deskewed(
@@ -25,10 +30,10 @@ def when_deskewed(
 
     def place(_: SE2) -> None:
         try:
-            poses = [tf.lookup(FIXED_FRAME, frame, time_ns) for time_ns in times]
+            tf.lookup(FIXED_FRAME, frame, min(times))
         except TransformError:
             return
-        action(_deskewed(tf, scan, times), poses[0])
+        action(_deskewed(tf, scan, times), tf.lookup(FIXED_FRAME, frame, times[0]))
 
     if len(times) == 1:
         tf.on_available(FIXED_FRAME, frame, times[0], lambda pose: action(scan, pose))
@@ -37,6 +42,14 @@ def when_deskewed(
 
 
 def _deskewed(tf: TransformBuffer, scan: LaserScan, times: list[int]) -> LaserScan:
+    measured, result = _NEWEST.get(tf, (None, scan))
+    if measured is not scan:
+        result = _without_skew(tf, scan, times)
+        _NEWEST[tf] = scan, result
+    return result
+
+
+def _without_skew(tf: TransformBuffer, scan: LaserScan, times: list[int]) -> LaserScan:
     try:
         return deskewed(scan, [tf.lookup(FIXED_FRAME, scan.header.frame_id, time_ns) for time_ns in times])
     except TransformError:

@@ -70,7 +70,7 @@ def pytest_report_header() -> str:
     return f"Of each rotated test runs one case, chosen by commit {COMMIT[:8]}." if is_rotating() else ""
 
 
-@pytest.hookimpl(trylast=True)  # when the tests that do not run at all are left out, else the shares are uneven
+@pytest.hookimpl(trylast=True)  # tests that do not run are left out before, else the shares are uneven
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leaves out cases of rotated tests, and deals the slow tests out to the workers: at the end all are busy.
 

@@ -168,10 +168,18 @@ def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> 
         assert robot.commands.empty()
 
 
-def test_a_goal_during_a_delivery_has_its_time() -> None:
+def test_a_goal_during_a_delivery_has_its_time(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         send_goal(["1", "2"], robot.url, "after")
         assert robot.commands.get(timeout=PATIENCE) == Goal(1.0, 2.0, 0.0, "after")
+    assert capsys.readouterr().out == "The robot drives to 1 2 after the round.\n"
+
+
+def test_an_unknown_table_number_is_answered_with_the_places() -> None:
+    with fake_robot() as robot:
+        robot.show_places()
+        with pytest.raises(UserError, match=r"no place called '77' \(known: .*kitchen.*table_1"):
+            send_goal(["77"], robot.url)
 
 
 def test_a_refused_goal_raises_its_sentence() -> None:

@@ -11,6 +11,7 @@ import pytest
 from tests.support.waiting import PATIENCE
 
 from chefbot.cli.app import main
+from chefbot.errors import UserError
 from chefbot.launcher.launch import run_launch
 from chefbot.launcher.session import session, start
 from chefbot.robot.load import load_robot
@@ -65,6 +66,22 @@ def test_bad_input_is_one_sentence_with_exit_code_2(
     assert error.startswith("chefbot: ")
     assert sentence in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("argument", "sentence"),
+    [
+        ("world:=hotl", "did you mean 'hotel'"),
+        ("world:=", "no world is called ''"),
+        ("start:=[100, 0, 0]", "lies outside"),
+    ],
+)
+def test_a_wrong_world_is_refused_before_kernels_are_compiled(
+    argument: str, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("chefbot.launcher.launch.compile_kernels", lambda _: pytest.fail("compiled first"))
+    with pytest.raises(UserError, match=sentence):
+        run_launch("explore", [argument, *QUICK])
 
 
 def test_home_paths_are_expanded_after_an_equals_sign(

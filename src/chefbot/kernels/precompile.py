@@ -69,6 +69,8 @@ class KernelCompilation:
         missing = [group for group in self._groups if not groups or group in groups]
         if not self._is_compiling(missing):
             return
+        if not self._console.is_terminal:  # where no progress is shown
+            self._console.print("Compiling kernels, once after an installation: this takes some minutes.")
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
         with Progress(*columns, console=self._console, transient=True) as bar:
             task = bar.add_task("compiling kernels", total=len(self._groups))

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import get_args
 
 from rich.console import Console
 from rich.table import Table
@@ -43,6 +44,9 @@ from chefbot.runtime.launch import (
 )
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
+from chefbot.sim.faults.node_faults import SIMULATOR_KIND
+from chefbot.sim.world.load import load_any_world
+from chefbot.sim.world.map_world import UnknownCells
 from chefbot.supervision.service_manager import reports_to_service_manager
 from chefbot.ui.access.visitors import share_secret
 
@@ -107,6 +111,7 @@ def run_launch(
     folder = find_launch(name).parent.resolve()
     sys.path.append(str(folder))  # user node classes are beside the launch file
     robot = load_robot(str(launch.args["robot"]))
+    _check_world(launch, robot)
     try:
         compile_kernels(console)
         with open_wire(launch, endpoints, console.print) as wire:
@@ -209,6 +214,14 @@ def _check(launch: Launch) -> None:
         )
     if not 0.0 <= float(duration) < math.inf:
         raise UserError(f"launch {launch.name}: duration:={duration} must be seconds, or 0 for no end")
+
+
+def _check_world(launch: Launch, robot: Robot) -> None:
+    """Raise UserError for a world that the simulator cannot load, before minutes are spent on kernels."""
+    for entry in launch.nodes.values():
+        params = {"start": "", "unknown": "auto"} | entry.params
+        if entry.kind == SIMULATOR_KIND and "world" in params and params["unknown"] in get_args(UnknownCells):
+            load_any_world(str(params["world"]), robot, str(params["start"]), params["unknown"])
 
 
 def _announce(system: NodeContainer, launch: Launch) -> None:

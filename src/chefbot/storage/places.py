@@ -121,5 +121,6 @@ def find_place(query: str, places: Collection[str]) -> str:
         return query
     name = f"table_{query}" if query.isdigit() else query.lower().replace(" ", "_")
     if name not in places:
-        raise UserError(f"there is no place called {query!r}{name_hint(name, places)}")
+        hint = f" (known: {', '.join(sorted(places))})" if query.isdigit() else name_hint(name, places)
+        raise UserError(f"there is no place called {query!r}{hint}")
     return name

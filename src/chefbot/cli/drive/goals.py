@@ -28,7 +28,11 @@ def send_goal(target: list[str], page: str, when: When = "") -> None:
     with WebUiClient(page) as robot:
         robot.send(_goal(target, robot, when))
         await_refusal(robot)
-    console.print(f"Driving to {' '.join(target)}; `chefbot drive cancel` cancels it.")
+    place = " ".join(target)
+    if when == "after":
+        console.print(f"The robot drives to {place} after the round.")
+    else:
+        console.print(f"Driving to {place}; `chefbot drive cancel` cancels it.")
 
 
 def send_patrol(targets: list[str], rounds: int, without_stops: bool, page: str) -> None:

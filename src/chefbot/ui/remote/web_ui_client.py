@@ -137,8 +137,8 @@ def _connect(url: str) -> BlockingWebSocket:
         tcp = socket.create_connection((host, port), CONNECT_TIMEOUT)
     except OSError as error:
         raise UserError(
-            f"no robot runs at {url}: {error.strerror or error}; start one with `chefbot launch`, "
-            "or give the address of its web UI"
+            f"no robot runs at {url} with a web UI: {error.strerror or error}; start one with `chefbot launch` "
+            "(with headless:=true it has no web UI), or give the address of its web UI"
         ) from None
     url_host = f"[{host}]" if ":" in host else host
     try:

@@ -44,9 +44,6 @@ from chefbot.runtime.launch import (
 )
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
-from chefbot.sim.faults.node_faults import SIMULATOR_KIND
-from chefbot.sim.world.load import load_any_world
-from chefbot.sim.world.map_world import UnknownCells
 from chefbot.supervision.service_manager import reports_to_service_manager
 from chefbot.ui.access.visitors import share_secret
 
@@ -111,7 +108,8 @@ def run_launch(
     folder = find_launch(name).parent.resolve()
     sys.path.append(str(folder))  # user node classes are beside the launch file
     robot = load_robot(str(launch.args["robot"]))
-    _check_world(launch, robot)
+    if launch.clock == "simulation":
+        _check_world(launch, robot)
     try:
         compile_kernels(console)
         with open_wire(launch, endpoints, console.print) as wire:
@@ -218,6 +216,11 @@ def _check(launch: Launch) -> None:
 
 def _check_world(launch: Launch, robot: Robot) -> None:
     """Raise UserError for a world that the simulator cannot load, before minutes are spent on kernels."""
+    # imported here: the processes of a built robot have no simulator
+    from chefbot.sim.faults.node_faults import SIMULATOR_KIND
+    from chefbot.sim.world.load import load_any_world
+    from chefbot.sim.world.map_world import UnknownCells
+
     for entry in launch.nodes.values():
         params = {"start": "", "unknown": "auto"} | entry.params
         if entry.kind == SIMULATOR_KIND and "world" in params and params["unknown"] in get_args(UnknownCells):

@@ -20,9 +20,7 @@ PARKING = "The battery is not enough for the way home; the robot parks."
 PARKED = "Parked with a low battery. Charge it, then send the robot home."
 PARKING_PLACE = "a parking place"
 MEANWHILE = " The round waits."
-ERRAND_NEEDS_WHEN = (
-    "a round is under way; say when to drive there: now, after it, or instead of it (`--when`)"
-)
+ERRAND_NEEDS_WHEN = "a round is under way; say when to drive there: now, after it, or instead of it"
 IN_ROUND = ("loading", "driving", "waiting", "returning")
 """States of a round; in the state `errand` the robot drives without food on an operator's request."""
 

@@ -85,10 +85,10 @@ class _Edge:
         if stamp > self.stamps[-1]:
             late = (stamp - self.stamps[-1]) / 1e9
             raise _FutureError(
-                f"{self.parent} -> {child} is known only up to {late:.3f} s before the time asked for", child
+                f"{self.parent} -> {child} is known only up to {late:.3f} s before the requested time", child
             )
         if stamp < self.stamps[0]:
-            raise TransformError(f"{self.parent} -> {child} was not known yet at the time asked for")
+            raise TransformError(f"{self.parent} -> {child} was not known yet at the requested time")
         return self._interpolate(stamp)
 
     def _interpolate(self, stamp: int) -> SE2:

@@ -12,6 +12,7 @@ from rich.console import Console
 from chefbot.cli import running_robot
 from chefbot.cli.plural import number_of
 from chefbot.cli.running_robot import await_refusal, known_places
+from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN
 from chefbot.errors import UserError
 from chefbot.storage.places import find_place
 from chefbot.ui.commands import Cancel, Follow, Goal, GoPlace, OperatorCommand, Patrol, Resume, Stop, When
@@ -27,7 +28,12 @@ def send_goal(target: list[str], page: str, when: When = "") -> None:
     """
     with WebUiClient(page) as robot:
         robot.send(_goal(target, robot, when))
-        await_refusal(robot)
+        try:
+            await_refusal(robot)
+        except UserError as refusal:
+            if ERRAND_NEEDS_WHEN[1:] in str(refusal):
+                raise UserError(f"{refusal} (--when now, after or instead)") from None
+            raise
     place = " ".join(target)
     if when == "after":
         console.print(f"The robot drives to {place} after the round.")

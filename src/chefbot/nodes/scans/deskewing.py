@@ -12,8 +12,6 @@ from chefbot.scan.deskewing import deskewed, knot_times
 
 FIXED_FRAME = "odom"
 """Frame in which the motion during a scan is known: that of the map jumps."""
-
-
 _NEWEST: WeakKeyDictionary[TransformBuffer, tuple[LaserScan, LaserScan]] = WeakKeyDictionary()
 """The newest scan of each loop as measured and without skew: several nodes of a loop need it."""
 

@@ -4,6 +4,8 @@ namespace chefbot {
 
 namespace {
 
+const uint32_t STEP_Q22 = (1UL << 22) / CONTROL_HZ;  // control period, s
+
 CHEFBOT_OUT_OF_LINE int16_t scaled(int16_t speed, uint16_t most, uint16_t value) {
     const uint32_t size = static_cast<uint32_t>(magnitude(speed)) * most / value;
     return static_cast<int16_t>(speed < 0 ? -static_cast<int32_t>(size) : static_cast<int32_t>(size));
@@ -46,21 +48,22 @@ bool limit_speed(const RobotConstants &robot, int32_t left, int32_t right, Pair 
     return speed->left != left || speed->right != right;
 }
 
-void Ramp::start(const RobotConstants &robot) {
-    const uint32_t each = static_cast<uint32_t>(robot.acceleration / CONTROL_HZ);
-    const uint32_t rest = static_cast<uint32_t>(robot.acceleration % CONTROL_HZ);
-    step_q16_ = each * 65536u + rest * 65536u / CONTROL_HZ;
-}
-
 void Ramp::step(Pair target) {
-    const uint16_t left = distance(whole(left_q16_), target.left), right = distance(whole(right_q16_), target.right);
+    const Pair now = set();
+    const uint16_t left = distance(now.left, target.left), right = distance(now.right, target.right);
     const uint16_t most = left > right ? left : right;
-    if (most <= step_q16_ >> 16) {
+    // Towards zero and not beyond it, the magnitude falls by all of the change.
+    const uint16_t before = magnitude(left > right ? now.left : now.right);
+    const uint16_t after = magnitude(left > right ? target.left : target.right);
+    const int32_t rate = before - after == most ? robot_->deceleration : robot_->acceleration;
+    // rate * 65536 / CONTROL_HZ without the division, which takes long on 8 bits; plausible() keeps it in 32 bits
+    const uint32_t step_q16 = static_cast<uint32_t>(rate) * STEP_Q22 >> 6;
+    if (most <= step_q16 >> 16) {
         left_q16_ = q16(target.left);
         right_q16_ = q16(target.right);
         return;
     }
-    const uint32_t ratio_q16 = step_q16_ / most;
+    const uint32_t ratio_q16 = step_q16 / most;
     approach(target.left, ratio_q16, &left_q16_);
     approach(target.right, ratio_q16, &right_q16_);
 }

@@ -12,14 +12,14 @@ bool limit_speed(const RobotConstants &robot, int32_t left, int32_t right, Pair 
 // The set speed on its way to the target.
 class Ramp {
   public:
-    void start(const RobotConstants &robot);
+    void start(const RobotConstants &robot) { robot_ = &robot; }
     // One control step towards `target`: the wheel with more to go takes a full step, the other in proportion.
     void step(Pair target);
     void stop() { left_q16_ = right_q16_ = 0; }
     Pair set() const;
 
   private:
-    uint32_t step_q16_ = 0;
+    const RobotConstants *robot_ = nullptr;
     int32_t left_q16_ = 0, right_q16_ = 0;
 };
 

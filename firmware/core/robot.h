@@ -14,7 +14,8 @@ struct RobotConstants {
     int32_t max_wheel;             // ticks/s, either wheel
     int32_t max_forward;           // ticks/s, mean of both wheels
     int32_t max_turn;              // ticks/s, right minus left
-    int32_t acceleration;          // ticks/s^2, the faster-changing wheel
+    int32_t acceleration;          // ticks/s^2, of a wheel that speeds up
+    int32_t deceleration;          // ticks/s^2, of a wheel that slows down
     int32_t no_load;               // ticks/s at full duty without load
     int32_t lag;                   // ms; time constant of the loaded robot on its motors
     int32_t battery_stop;          // mV
@@ -36,8 +37,8 @@ const int32_t SPEED_BOUND = 32767;  // ticks/s; speeds fit 16 bits, their produc
 inline bool plausible(const RobotConstants &r) {
     return r.ticks_per_turn_milli > 0 && r.max_wheel > 0 && r.max_wheel <= r.no_load && r.max_forward > 0 &&
            r.max_forward <= SPEED_BOUND && r.max_turn > 0 && r.max_turn <= 2 * SPEED_BOUND && r.acceleration >= 128 &&
-           r.acceleration <= 102000 && r.no_load >= 126 && r.no_load <= SPEED_BOUND && r.lag >= 0 && r.lag <= 2000 &&
-           r.battery_stop >= 0 &&
+           r.deceleration >= r.acceleration && r.deceleration <= 102000 && r.no_load >= 126 &&
+           r.no_load <= SPEED_BOUND && r.lag >= 0 && r.lag <= 2000 && r.battery_stop >= 0 &&
            r.battery_low >= r.battery_stop && r.battery_low <= 40000 && r.imu_period >= 1 && r.imu_period <= 100 &&
            r.sonar_period >= 0 && r.sonar_period <= 1000 && r.cliff_sensors >= 0 && r.cliff_sensors <= CLIFF_INPUTS;
 }

@@ -69,7 +69,7 @@ TEST(the_fastest_machine_does_not_overflow) {
     RobotConstants robot = example_robot();
     robot.no_load = robot.max_wheel = robot.max_forward = SPEED_BOUND;
     robot.max_turn = 2 * SPEED_BOUND;
-    robot.acceleration = 102000;
+    robot.acceleration = robot.deceleration = 102000;
     CHECK(plausible(robot));
     Pair speed;
     CHECK(limit_speed(robot, 65535, -65535, &speed));
@@ -87,8 +87,9 @@ TEST(the_fastest_machine_does_not_overflow) {
 }
 
 static Ramp example_ramp() {
+    static const RobotConstants robot = example_robot();
     Ramp ramp;
-    ramp.start(example_robot());  // 128 ticks/s per step
+    ramp.start(robot);  // 128 ticks/s per step, 256 while it slows down
     return ramp;
 }
 
@@ -111,13 +112,13 @@ TEST(ramp_keeps_the_limit_and_the_proportion) {
 
 TEST(ramp_lands_exactly) {
     Ramp ramp = example_ramp();
-    Pair set = run_ramp(&ramp, Pair{128, -128});
-    CHECK_EQ(set.left, 128);
-    CHECK_EQ(set.right, -128);
-    set = run_ramp(&ramp, Pair{128, -257});  // one more than a step
-    CHECK_EQ(set.left, 128);
-    CHECK_EQ(set.right, -256);
-    set = run_ramp(&ramp, Pair{128, -257});
+    Pair set = run_ramp(&ramp, Pair{127, -127});
+    CHECK_EQ(set.left, 127);
+    CHECK_EQ(set.right, -127);
+    set = run_ramp(&ramp, Pair{127, -257});  // two more than a step
+    CHECK_EQ(set.left, 127);
+    CHECK_EQ(set.right, -255);
+    set = run_ramp(&ramp, Pair{127, -257});
     CHECK_EQ(set.right, -257);
     set = run_ramp(&ramp, Pair{28, -157});  // less than a step
     CHECK_EQ(set.left, 28);
@@ -159,6 +160,28 @@ TEST(ramp_turns_round_without_a_jump) {
     CHECK_EQ(ramp.set().right, -4000);
 }
 
+TEST(ramp_slows_down_with_the_deceleration) {
+    for (int sign : {1, -1}) {
+        Ramp ramp = example_ramp();
+        const Pair fast = {static_cast<int16_t>(sign * 5120), static_cast<int16_t>(sign * -2560)};
+        for (int i = 0; i < 41; ++i) ramp.step(fast);
+        for (int i = 1; i <= 20; ++i) {
+            const Pair set = run_ramp(&ramp, Pair{0, 0});
+            CHECK(abs(set.left - sign * (5120 - 256 * i)) <= 1 && abs(set.right + sign * (2560 - 128 * i)) <= 1);
+        }
+        ramp.step(Pair{0, 0});
+        CHECK_EQ(ramp.set().left, 0);
+        CHECK_EQ(ramp.set().right, 0);
+    }
+}
+
+TEST(ramp_does_not_brake_beyond_standstill) {
+    Ramp ramp = example_ramp();
+    for (int i = 0; i < 4; ++i) ramp.step(Pair{200, 200});
+    CHECK_EQ(run_ramp(&ramp, Pair{-800, -800}).left, 72);
+    CHECK_EQ(run_ramp(&ramp, Pair{-800, -800}).left, -56);
+}
+
 TEST(magnitudes_and_clips) {
     CHECK_EQ(magnitude(-32768), 32767);
     CHECK_EQ(magnitude(-32767), 32767);
@@ -194,7 +217,9 @@ TEST(implausible_robots_are_refused) {
     bad[19].lag = 2001;
     bad[20].cliff_sensors = -1;
     bad[21].cliff_sensors = 5;
-    for (int i = 0; i < 22; ++i) CHECK(!plausible(bad[i]));
+    bad[22].deceleration = 12799;
+    bad[23].deceleration = 102001;
+    for (int i = 0; i < 24; ++i) CHECK(!plausible(bad[i]));
 }
 
 // ---- session

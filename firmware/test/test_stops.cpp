@@ -141,7 +141,7 @@ TEST(an_empty_battery_stops_softly) {
     CHECK_EQ(desk.state().state, STOPPED);
     CHECK_EQ(desk.flags() & LATCHED, static_cast<unsigned>(BATTERY_EMPTY));
     CHECK_EQ(last, 0);
-    CHECK(slowest_change <= 5 * 128);
+    CHECK(slowest_change <= 5 * 256);
     CHECK_EQ(reason(desk), 6);
     CHECK(fabs(desk.wheel_speed[0]) < 30);
     desk.say('c');

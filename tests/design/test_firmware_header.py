@@ -15,7 +15,7 @@ from chefbot.board.firmware_constants import as_int32, firmware_constants
 from chefbot.design.export.firmware_header import firmware_header
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.load import built_in_robots, load_robot
-from chefbot.robot.motion_limits import max_acceleration, max_speed, max_wheel_speed
+from chefbot.robot.motion_limits import max_acceleration, max_deceleration, max_speed, max_wheel_speed
 from chefbot.robot.spec import Robot
 
 CORE = Path(__file__).parents[2] / "firmware" / "core"
@@ -46,6 +46,7 @@ def test_constants_follow_from_the_robot(robot: Robot) -> None:
     assert number["max_wheel"] <= max_wheel_speed(robot) * per_metre
     assert number["max_forward"] / per_metre == pytest.approx(max_speed(robot), rel=1e-3)
     assert number["acceleration"] / per_metre == pytest.approx(max_acceleration(robot), rel=1e-3)
+    assert number["deceleration"] / per_metre == pytest.approx(max_deceleration(robot), rel=1e-3)
     assert number["no_load"] == pytest.approx(robot.motor.no_load_speed * turn / (2 * math.pi), abs=1)
     assert number["battery_stop"] == round(1000 * robot.battery.empty_voltage) < number["battery_low"]
 
@@ -81,6 +82,13 @@ def test_an_acceleration_too_small_for_the_board_is_refused(robot: Robot) -> Non
     lazy = msgspec.structs.replace(robot.drive, max_acceleration=1e-3)
     with pytest.raises(RobotFileError, match="max_acceleration"):
         firmware_constants(msgspec.structs.replace(robot, drive=lazy))
+
+
+def test_a_deceleration_too_large_for_the_board_is_refused(robot: Robot) -> None:
+    hard = msgspec.structs.replace(robot.drive, max_deceleration=50.0)
+    sticky = msgspec.structs.replace(robot.wheels, friction=20.0)
+    with pytest.raises(RobotFileError, match="max_deceleration"):
+        firmware_constants(msgspec.structs.replace(robot, drive=hard, wheels=sticky))
 
 
 @given(st.integers(0, 2**32 - 1))

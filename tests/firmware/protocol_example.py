@@ -12,6 +12,7 @@ EXAMPLE = {
     "max_forward": 10_399,
     "max_turn": 10_695,
     "acceleration": 14_854,
+    "deceleration": 52_000,
     "no_load": 11_200,
     "lag": 132,
     "battery_stop": 11_000,

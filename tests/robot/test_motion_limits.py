@@ -10,15 +10,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import (
     Limits,
     contact_speed,
     max_acceleration,
+    max_deceleration,
     max_speed,
     max_turn,
     max_turn_acceleration,
+    max_turn_deceleration,
     max_wheel_speed,
     no_load_wheel_speed,
     one_plane_warning,
@@ -26,9 +29,10 @@ from chefbot.robot.motion_limits import (
     turn_rate_on_spot,
 )
 from chefbot.robot.spec import GRAVITY, Robot
+from chefbot.robot.validation import check_buildable
 
 CHEFBOT, JACKAL = load_robot("chefbot"), load_robot("jackal")
-LIMITS = Limits(1.0, 2.0, 0.5, 4.0, 1.2, 0.4)
+LIMITS = Limits(1.0, 2.0, 0.5, 4.0, 1.0, 8.0, 1.2, 0.4)
 """m/s, rad/s, m/s^2, rad/s^2, m/s at the wheels, m between them."""
 
 
@@ -90,8 +94,31 @@ def test_acceleration_is_limited_by_request_grip_or_motor(acceleration: float, f
 
 
 def test_limits_are_those_of_the_robot() -> None:
-    figures = (max_speed, max_turn, max_acceleration, max_turn_acceleration, max_wheel_speed)
+    figures = (
+        *(max_speed, max_turn, max_acceleration, max_turn_acceleration),
+        *(max_deceleration, max_turn_deceleration, max_wheel_speed),
+    )
     assert Limits.of(CHEFBOT) == (*(figure(CHEFBOT) for figure in figures), CHEFBOT.wheels.separation)
+
+
+def test_a_stop_uses_the_declared_deceleration_or_a_part_of_the_grip() -> None:
+    grip = CHEFBOT.traction * GRAVITY
+    assert max_deceleration(CHEFBOT) == pytest.approx(0.6 * grip)
+    assert max_deceleration(changed(CHEFBOT, "drive", max_deceleration=1.0)) == 1.0
+    assert max_deceleration(changed(CHEFBOT, "drive", max_deceleration=50.0)) == pytest.approx(grip)
+    icy = changed(CHEFBOT, "wheels", friction=0.05)
+    assert max_deceleration(icy) == max_acceleration(icy)
+
+
+def test_a_turn_stops_harder_than_it_starts_by_the_same_factor() -> None:
+    factor = max_deceleration(CHEFBOT) / max_acceleration(CHEFBOT)
+    assert max_turn_deceleration(CHEFBOT) == pytest.approx(factor * max_turn_acceleration(CHEFBOT))
+
+
+def test_a_deceleration_below_the_acceleration_is_refused() -> None:
+    robot = changed(CHEFBOT, "drive", max_deceleration=0.4)
+    with pytest.raises(RobotFileError, match=r"r\.yaml: drive\.max_deceleration: is below"):
+        check_buildable(robot, "r.yaml")
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,11 @@ from chefbot.robot.load import build_robot, built_in_robots, load_robot
 from chefbot.robot.motion_limits import (
     contact_speed,
     max_acceleration,
+    max_deceleration,
     max_speed,
     max_turn,
     max_turn_acceleration,
+    max_turn_deceleration,
     max_wheel_speed,
     one_plane_warning,
 )
@@ -274,6 +276,7 @@ def test_limits_respect_owner_motors_and_floor(robot):
 
 FIGURES = (
     *(max_wheel_speed, max_speed, max_turn, max_acceleration, max_turn_acceleration),
+    *(max_deceleration, max_turn_deceleration),
     *(body_height, overall_height, ground_clearance, unloaded_mass, total_mass),
 )
 

@@ -22,9 +22,16 @@ def test_limiter_never_exceeds_a_limit_for_any_input(commands):
         assert abs(now[0]) <= LIMITS.speed + 1e-9
         assert abs(now[1]) <= LIMITS.angular_speed + 1e-9
         assert abs(now[0]) + abs(now[1]) * LIMITS.separation / 2 <= LIMITS.wheel_speed + 1e-9
-        assert abs(now[0] - last[0]) <= LIMITS.acceleration * dt + 1e-9
-        assert abs(now[1] - last[1]) <= LIMITS.angular_acceleration * dt + 1e-9
+        assert_ramp(last[0], now[0], LIMITS.acceleration * dt, LIMITS.deceleration * dt)
+        assert_ramp(last[1], now[1], LIMITS.angular_acceleration * dt, LIMITS.angular_deceleration * dt)
         last = now
+
+
+def assert_ramp(last, now, max_increase, max_decrease):
+    """A speed grows by at most one step, shrinks by at most another, and never reverses in one."""
+    assert last * now >= 0.0
+    assert abs(now) - abs(last) <= max_increase + 1e-9
+    assert abs(last) - abs(now) <= max_decrease + 1e-9
 
 
 def settle(limiter, v, w, age=0.0):
@@ -63,6 +70,24 @@ def test_first_step_is_from_standstill_and_reset_stops_at_once():
     assert limiter.step(0.0, 0.0, 0.0, 0.05) == (0.0, 0.0)
     limiter.reset(0.1, -0.2)
     assert limiter.step(0.1, -0.2, 0.0, 0.0) == (0.1, -0.2)
+
+
+@pytest.mark.parametrize(("v", "w"), [(0.3, 0.0), (-0.3, 0.0), (0.0, 1.0), (0.0, -1.0), (0.2, -0.3)])
+def test_a_stop_takes_the_time_of_the_deceleration(v, w):
+    limiter = VelocityLimiter(LIMITS)
+    settle(limiter, v, w)
+    braking_time = max(abs(v) / LIMITS.deceleration, abs(w) / LIMITS.angular_deceleration)
+    halfway = limiter.step(0.0, 0.0, 0.0, braking_time / 2)
+    assert halfway == (pytest.approx(v / 2), pytest.approx(w / 2))
+    assert limiter.step(0.0, 0.0, 0.0, braking_time / 2 + 1e-9) == (pytest.approx(0.0), pytest.approx(0.0))
+
+
+def test_a_reversal_brakes_to_standstill_first():
+    limiter = VelocityLimiter(LIMITS)
+    settle(limiter, 0.3, 0.0)
+    braking_time = 0.3 / LIMITS.deceleration
+    assert limiter.step(-0.3, 0.0, 0.0, braking_time + 0.05) == (pytest.approx(0.0), 0.0)
+    assert limiter.step(-0.3, 0.0, 0.0, 0.1) == (pytest.approx(-0.1 * LIMITS.acceleration), 0.0)
 
 
 @pytest.mark.parametrize("dt", [0.0, -1.0, math.nan, math.inf])

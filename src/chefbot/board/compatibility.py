@@ -38,5 +38,7 @@ def constant_differences(answer: VersionLine, robot: Robot) -> str | None:
         for name in LIMITS
         if getattr(answer, name) != constants[name]
     ]
-    details = "; ".join(changed) if changed else "battery voltages, motor figures or sensor rates"
+    details = (
+        "; ".join(changed) if changed else "deceleration, battery voltages, motor figures or sensor rates"
+    )
     return f"the board's firmware was made from another robot file ({details}): the board's own constants are used"

@@ -11,7 +11,13 @@ from typing import NamedTuple
 
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry.mass import total_mass
-from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_wheel_speed
+from chefbot.robot.motion_limits import (
+    max_acceleration,
+    max_deceleration,
+    max_speed,
+    max_turn,
+    max_wheel_speed,
+)
 from chefbot.robot.spec import DRIVE_EFFICIENCY, Robot
 
 CONTROL_HZ = 100
@@ -19,8 +25,8 @@ CONTROL_HZ = 100
 MAX_NO_LOAD_TICKS = 32767
 """Maximum no-load speed of the motor, ticks/s, that the firmware's 32-bit arithmetic holds (core/robot.h)."""
 MIN_ACCELERATION, MAX_ACCELERATION = 128, 102_000
-"""Limits of the acceleration, ticks/s^2: below, a step of the ramp is under one tick/s; above, its product
-overflows 32 bits."""
+"""Limits of acceleration and deceleration, ticks/s^2: below, a step of the ramp is under one tick/s; above, its
+product overflows 32 bits."""
 MAX_LAG_MS = 2000
 """Maximum time constant of the motor, ms."""
 LOW_BATTERY_MARGIN = 0.05
@@ -72,6 +78,7 @@ def _rows(robot: Robot) -> tuple[tuple[str, int, str, str], ...]:
         ("max_forward", round(max_speed(robot) * ticks), "ticks/s", "drive.max_speed, motor"),
         ("max_turn", round(turn_wheel_speed * ticks), "ticks/s", "drive.max_turn, wheels.separation"),
         ("acceleration", round(max_acceleration(robot) * ticks), "ticks/s^2", "drive.max_acceleration"),
+        ("deceleration", round(max_deceleration(robot) * ticks), "ticks/s^2", "drive.max_deceleration"),
         ("no_load", round(robot.motor.no_load_tick_rate), "ticks/s", "motor.no_load_speed"),
         ("lag", lag, "ms", "motor, mass with body.payload, wheels"),
         ("battery_stop", stop_millivolts, "mV", "battery.empty_voltage"),
@@ -98,9 +105,10 @@ def _checked(robot: Robot, constants: tuple[FirmwareConstant, ...]) -> tuple[Fir
             f"{robot.name}: the encoder gives {value['no_load']} ticks/s at full speed, the motor board counts "
             f"at most {MAX_NO_LOAD_TICKS}; use an encoder with fewer counts, or count fewer edges."
         )
-    if not MIN_ACCELERATION <= value["acceleration"] <= MAX_ACCELERATION:
-        raise RobotFileError(
-            f"{robot.name}: drive.max_acceleration is {value['acceleration']} ticks/s^2, the motor board takes "
-            f"{MIN_ACCELERATION} to {MAX_ACCELERATION}; change motor.encoder_counts or drive.max_acceleration."
-        )
+    for limit in ("acceleration", "deceleration"):
+        if not MIN_ACCELERATION <= value[limit] <= MAX_ACCELERATION:
+            raise RobotFileError(
+                f"{robot.name}: drive.max_{limit} is {value[limit]} ticks/s^2, the motor board takes "
+                f"{MIN_ACCELERATION} to {MAX_ACCELERATION}; change motor.encoder_counts or drive.max_{limit}."
+            )
     return constants

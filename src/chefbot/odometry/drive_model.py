@@ -27,7 +27,7 @@ from chefbot.odometry.motion_model import (
     Array,
 )
 from chefbot.odometry.params import OdometryParams
-from chefbot.robot.motion_limits import no_load_wheel_speed, turn_rate_on_spot
+from chefbot.robot.motion_limits import max_turn_deceleration, no_load_wheel_speed, turn_rate_on_spot
 from chefbot.robot.spec import Robot
 
 SPEED_MARGIN = 1.5
@@ -120,7 +120,7 @@ class DriveModel:
             separation_error=calibration.separation_deviation or params.separation_error,
             max_wheel_speed=SPEED_MARGIN * max_wheel_speed,
             max_yaw_rate=TURN_MARGIN * turn_rate_on_spot(robot, max_wheel_speed),
-            max_yaw_acceleration=TURN_MARGIN * robot.drive.max_turn_acceleration,
+            max_yaw_acceleration=TURN_MARGIN * max_turn_deceleration(robot),
             imu_x=imu.mount.x,
             imu_y=imu.mount.y,
             gyro_noise=imu.gyro_noise,

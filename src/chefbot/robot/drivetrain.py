@@ -139,6 +139,9 @@ class DriveLimits(RobotSection, frozen=True, kw_only=True):
     max_turn_acceleration: AngularAcceleration
     max_slope: Slope
     """Steepest ramp that the robot has to climb."""
+    max_deceleration: Acceleration | None = None
+    """Deceleration of a stop; None for 0.6 of what the tyres grip. Braking that is planned ahead of an obstacle or a
+    goal uses a part of max_acceleration."""
 
 
 class Calibration(RobotSection, frozen=True, kw_only=True):

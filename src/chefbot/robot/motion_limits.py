@@ -8,6 +8,8 @@ from typing import NamedTuple
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.spec import GRAVITY, ROLLING_RESISTANCE, Robot
 
+STOP_GRIP_FRACTION = 0.6
+"""Part of tyre grip that a stop uses unless the owner says otherwise: the rest is for ramps and wet floors."""
 CONTACT_FORCE = 260.0
 """Maximum transient force on a person's lower leg, N: twice the quasi-static 130 N (ISO/TS 15066, table A.2)."""
 LEG_STIFFNESS, PERSON_MASS = 60_000.0, 75.0
@@ -77,9 +79,23 @@ def max_turn(robot: Robot) -> float:
 
 def max_acceleration(robot: Robot) -> float:
     """Return the maximum forward acceleration, m/s^2, limited by tyre grip and motor torque."""
-    grip_limit = robot.traction * GRAVITY
+    return min(robot.drive.max_acceleration, _traction_limit(robot))
+
+
+def _traction_limit(robot: Robot) -> float:
+    """Return the acceleration that tyre grip and motor torque allow, m/s^2."""
     motor_limit = 2.0 * robot.wheel_stall_torque / (robot.wheel_radius * total_mass(robot))
-    return min(robot.drive.max_acceleration, grip_limit, motor_limit)
+    return min(robot.traction * GRAVITY, motor_limit)
+
+
+def max_deceleration(robot: Robot) -> float:
+    """Return the deceleration of a stop, m/s^2: the owner's, or a part of tyre grip, but no less than the
+    maximum acceleration.
+
+    A robot that passes its check does not tip over when it brakes as hard as its tyres grip.
+    """
+    braking = robot.drive.max_deceleration or STOP_GRIP_FRACTION * robot.traction * GRAVITY
+    return max(min(braking, _traction_limit(robot)), max_acceleration(robot))
 
 
 def max_turn_acceleration(robot: Robot) -> float:
@@ -90,6 +106,12 @@ def max_turn_acceleration(robot: Robot) -> float:
     return min(robot.drive.max_turn_acceleration, turn_rate_on_spot(robot, max_acceleration(robot)))
 
 
+def max_turn_deceleration(robot: Robot) -> float:
+    """Return the angular deceleration of a stop, rad/s^2: harder than the acceleration by the same factor as
+    forward."""
+    return max_turn_acceleration(robot) * max_deceleration(robot) / max_acceleration(robot)
+
+
 class Limits(NamedTuple):
     """Motion limits in metres, radians and seconds, all derived from the Robot."""
 
@@ -97,6 +119,8 @@ class Limits(NamedTuple):
     angular_speed: float
     acceleration: float
     angular_acceleration: float
+    deceleration: float
+    angular_deceleration: float
     wheel_speed: float
     separation: float
 
@@ -108,6 +132,8 @@ class Limits(NamedTuple):
             max_turn(robot),
             max_acceleration(robot),
             max_turn_acceleration(robot),
+            max_deceleration(robot),
+            max_turn_deceleration(robot),
             max_wheel_speed(robot),
             robot.wheels.separation,
         )

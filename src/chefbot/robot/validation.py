@@ -166,6 +166,13 @@ def _wheels(robot: Robot) -> Iterator[Contradiction]:
 def _drive(robot: Robot) -> Iterator[Contradiction]:
     reason = f"{robot.motor.stall_torque:.3g} N m per wheel cannot roll {total_mass(robot):.3g} kg at all"
     yield max_wheel_speed(robot) <= 0.0, "motor.stall_torque", reason
+    braking = robot.drive.max_deceleration
+    too_soft = braking is not None and braking < robot.drive.max_acceleration
+    yield (
+        too_soft,
+        "drive.max_deceleration",
+        "is below drive.max_acceleration, which planned braking counts on",
+    )
     battery = robot.battery
     yield battery.empty_voltage >= battery.voltage, "battery.empty_voltage", "is not below battery.voltage"
     yield battery.voltage > battery.full_voltage, "battery.voltage", "is above battery.full_voltage"

@@ -22,9 +22,9 @@ class VelocityLimiterParams(msgspec.Struct, frozen=True, kw_only=True, forbid_un
 class VelocityLimiter:
     """Limits a twist in speed, turn rate, wheel speeds and acceleration; scaling keeps the curvature.
 
-    The state `v`, `w` (m/s, rad/s) is the last output. The set of allowed twists is convex and the ramp is a straight
-    line between two of them, so the output never leaves the set. `remark` is the reason why the last command was not
-    followed, or "".
+    A twist that slows down does so with the robot's deceleration, the one of a stop. The state `v`, `w` (m/s, rad/s)
+    is the last output. The set of allowed twists is convex and the ramp is a straight line between two of them, so
+    the output never leaves the set. `remark` is the reason why the last command was not followed, or "".
     """
 
     def __init__(self, limits: Limits, params: VelocityLimiterParams | None = None) -> None:
@@ -38,12 +38,12 @@ class VelocityLimiter:
         v, w = self._target(v, w, age)
         limits = self.limits
         period = max(dt, 0.0) if math.isfinite(dt) else 0.0
-        # the common fraction of the change that both acceleration limits allow
-        dv, dw = v - self.v, w - self.w
-        scale = min(
-            _reachable_fraction(limits.acceleration * period, dv),
-            _reachable_fraction(limits.angular_acceleration * period, dw),
+        # the common fraction of the change that both axes allow; each stops before it reverses
+        dv, fraction_v = _ramp(self.v, v, limits.acceleration * period, limits.deceleration * period)
+        dw, fraction_w = _ramp(
+            self.w, w, limits.angular_acceleration * period, limits.angular_deceleration * period
         )
+        scale = min(fraction_v, fraction_w)
         self.v += scale * dv
         self.w += scale * dw
         return self.v, self.w
@@ -66,5 +66,10 @@ class VelocityLimiter:
         return v * scale, w * scale
 
 
-def _reachable_fraction(max_change: float, change: float) -> float:
-    return max_change / abs(change) if abs(change) > max_change else 1.0
+def _ramp(now: float, target: float, max_increase: float, max_decrease: float) -> tuple[float, float]:
+    """Return the change of a speed to its target, or to zero before it reverses, and the fraction of it that the
+    maximum increase or decrease of its magnitude allows."""
+    target = 0.0 if target * now < 0.0 else target
+    change = target - now
+    max_change = max_decrease if abs(target) < abs(now) else max_increase
+    return change, max_change / abs(change) if abs(change) > max_change else 1.0

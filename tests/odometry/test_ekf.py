@@ -185,6 +185,29 @@ def test_one_gyro_spike_does_not_turn_the_robot(spike):
     assert hit.estimate.pose.distance(clean.estimate.pose) < 5e-3
 
 
+CONTACT_RATES = (
+    *(0.19, 0.52, 1.06, 1.30, 1.36, 1.32, 1.21, 0.98, 0.64, 0.58, 0.70, 0.81, 0.54, 0.66),
+    *(0.47, 0.81, 0.43, 0.27, 0.67, 0.18, 0.13, 0.59, 0.89, 1.01, 0.19),
+)
+"""Yaw rates that a person who walked into a moving robot added to those of its wheels, rad/s at 50 Hz."""
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("start", range(200, 600, 45))
+def test_a_contact_turns_the_heading_by_what_the_gyro_measures(start, sign):
+    """Real rates jump by more than a damaged reading's limit, and oppose those of the wheels for a few readings."""
+
+    def hit(reading):
+        k = reading.stamp_ns // PERIOD - start
+        x, y, z = reading.rates
+        return reading._replace(rates=(x, y, z + sign * CONTACT_RATES[k])) if 0 <= k < 25 else reading
+
+    turned = sign * sum(CONTACT_RATES) * PERIOD * 1e-9
+    clean, pushed = filter_readings(READINGS), filter_readings(READINGS, hit)
+    assert abs(wrap(pushed.estimate.pose.yaw - clean.estimate.pose.yaw - turned)) < math.radians(1.5)
+    assert pushed.condition(Source.GYRO, READINGS[-1].stamp_ns) is Condition.FRESH
+
+
 def test_an_outlier_of_attitude_or_accelerometer_moves_nothing():
     ekf = filter_readings(READINGS[:400])
     before, stamp = ekf.belief, READINGS[399].stamp_ns

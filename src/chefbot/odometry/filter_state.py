@@ -20,6 +20,7 @@ MEMORY = np.dtype(
         ("tilt_variances", np.float64, 2),
         ("spikes", np.int64),  # number of the last gyro readings that were left out as possible spikes
         ("spike_angle", np.float64),  # sum of their innovations, rad
+        ("mirrored_angle", np.float64),  # slip, rad, by readings of the opposite of the wheels since the last agreement
         ("speed", np.float64),  # mean speed, m/s, yaw rate, rad/s, and duration, s, of the last interval
         ("turn", np.float64),
         ("dt", np.float64),  # 0 before the first interval
@@ -100,5 +101,5 @@ class FilterState(NamedTuple):
         """Return the belief without the readings of the IMU that it keeps for the next interval."""
         memory = self.memory.copy()
         memory["gyro_ns"] = memory["tilt_ns"] = NEVER
-        memory["spikes"] = memory["spike_angle"] = 0
+        memory["spikes"] = memory["spike_angle"] = memory["mirrored_angle"] = 0
         return self._replace(memory=memory, pending=())

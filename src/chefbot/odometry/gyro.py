@@ -3,7 +3,8 @@
 If gyro and wheels agree within the gate, both are used. Otherwise a healthy gyro is right and a wheel slips,
 unless the gyro shows a fault: it is stuck if its readings are bit-identical, saturated at the end of its
 range, reversed if it measures the opposite of the wheels, and a single reading that jumps away and back is
-damaged.
+damaged. A contact makes rates jump and oppose the wheels as well, for fewer readings than a reversed gyro; the
+heading follows them, and is corrected when the gyro turns out to be reversed.
 """
 
 from __future__ import annotations
@@ -154,16 +155,21 @@ def _update_or_reject(
     monitor, memory, mirrored = interval.monitors[GYRO], interval.memory[0], _mirrored(rotation)
     # Fault detection: stuck, reversed
     monitor["expected_change"] += rotation.innovation
-    monitor["mirrored"] = min(max(monitor["mirrored"] + mirrored, 0), 2 * REVERSED_COUNT)
+    monitor["mirrored"] = min(max(monitor["mirrored"] + mirrored, -REVERSED_COUNT), 2 * REVERSED_COUNT)
+    if mirrored < 0:
+        memory["mirrored_angle"] = 0.0
     if monitor["fault"] == STUCK:
         note_rejection(monitor)
         return
     if monitor["mirrored"] >= REVERSED_COUNT:
+        # What seemed to be slip was the gyro's sign
+        add_heading(interval, -memory["mirrored_angle"])
+        memory["mirrored_angle"] = 0.0
         note_fault(monitor, REVERSED)
         return
-    # Outside the gate: reversed, repeating or a spike is left out; otherwise a wheel slips
+    # Outside the gate: repeating or a spike is left out; otherwise a wheel slips
     if _excess(rotation, rotation.innovation) > 0.0:
-        if mirrored > 0 or monitor["repeats"] > 0:
+        if monitor["repeats"] > 0:
             note_rejection(monitor)
             return
         if spikes < MAX_SPIKE_READINGS and is_jump:
@@ -172,7 +178,10 @@ def _update_or_reject(
             return
         interval.part[0]["contradicted"] = True
         slip(interval, rotation.innovation)
+        memory["mirrored_angle"] += rotation.innovation if mirrored > 0 else 0.0
         add_heading(interval, spike_angle)  # the readings left out before were not a spike
+    elif not is_jump:
+        add_heading(interval, spike_angle)  # nor were they if this one agrees with them
     # Measurement update
     apply_update(interval, np.array([rotation.innovation]), rotation.H, np.array([[rotation.noise]]), ALL)
     note_use(monitor)

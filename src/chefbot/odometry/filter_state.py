@@ -20,7 +20,7 @@ MEMORY = np.dtype(
         ("tilt_variances", np.float64, 2),
         ("spikes", np.int64),  # number of the last gyro readings that were left out as possible spikes
         ("spike_angle", np.float64),  # sum of their innovations, rad
-        ("mirrored_angle", np.float64),  # slip, rad, by readings of the opposite of the wheels since the last agreement
+        ("mirrored_angle", np.float64),  # slip since gyro and wheels last agreed in sign, rad
         ("speed", np.float64),  # mean speed, m/s, yaw rate, rad/s, and duration, s, of the last interval
         ("turn", np.float64),
         ("dt", np.float64),  # 0 before the first interval

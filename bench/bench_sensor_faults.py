@@ -42,7 +42,7 @@ def main() -> None:
                     for place, way in enumerate(ways)
                 ]
                 hits = sum(run.contact > CONTACT for run in runs)
-                named = sum(TITLES[sensor] in run.sentence for run in runs)
+                named = sum(TITLES[sensor] in run.description for run in runs)
                 worst, late = max(run.contact for run in runs), max(run.stood_after for run in runs)
                 counted = f"{hits:>3}/{places}{worst:>14.3f}{late:>17.2f}{named:>5}/{places}"
                 print(f"{name:14}{sensor:8}{fault:8}{counted}", flush=True)

@@ -83,6 +83,8 @@ class Outcome(NamedTuple):
     """Highest speed at which the robot touched something, m/s; 0 without contact."""
     stopped_after: float
     """Seconds from the fault to the last commanded twist that was not zero."""
+    stood_after: float
+    """Seconds from the fault until the robot stood for good."""
     description: str
     status: int
     """Status of the action; 0 while it is active."""
@@ -106,7 +108,7 @@ class SensorFaultDrive:
         self.simulation: Simulation = simulator.simulation
         if at is not None:
             self.simulation.kidnap(at)
-        self.contact = 0.0
+        self.contact, self.last_motion_ns = 0.0, 0
         self.run(1.0)
 
     def _keep(self, publication: Publication) -> None:
@@ -118,11 +120,13 @@ class SensorFaultDrive:
         return [item.message for item in self.published if item.topic == name]
 
     def run(self, seconds: float) -> None:
-        """Run the simulation and record the speed at which the robot touches something."""
+        """Run the simulation and record the speed at which the robot touches something, and when it moved last."""
         until = self.loop.now_ns + round(seconds * 1e9)
         while self.loop.now_ns < until:
             before = abs(self.simulation.truth().v)
             self.loop.run(until_ns=min(until, self.loop.now_ns + STEP_NS))
+            if abs(self.simulation.truth().v) > STANDSTILL:
+                self.last_motion_ns = self.loop.now_ns
             if self.simulation.touching:
                 self.contact = max(self.contact, before)
 
@@ -187,13 +191,16 @@ def drive_with_fault(robot: Robot, at: SE2, fault: str, sensor: str, side: float
     drive.run(0.5)
     drive.drop_box(side=side)
     drive.run(4.0)
-    outcome = Outcome(drive.contact, drive.seconds_to_stop(began), drive.standing, drive.status)
+    stood_after = (drive.last_motion_ns - began) / 1e9
+    outcome = Outcome(drive.contact, drive.seconds_to_stop(began), stood_after, drive.standing, drive.status)
     drive.system.stop()
     return outcome
 
 
 NAMES = {"scan": "lidar", "depth": "depth_camera"}
 TITLES = {"scan": "lidar", "depth": "depth camera"}
+STANDSTILL = 0.02
+"""Speed below which a robot stands, m/s: its body still rocks a little on its casters."""
 CONTACT = 0.05
 """Lowest speed that counts as a collision, m/s."""
 

@@ -19,8 +19,8 @@ from tests.chaos.sensor_fault_drive import (
     straight_free_starts,
 )
 
-STOP_TIME = 0.5
-"""Seconds from the fault to the last twist that is not zero."""
+STOP_TIME, STANDSTILL_TIME = 0.5, 0.55
+"""Seconds from the fault to the last twist that is not zero, and until the robot stands."""
 CASES = [(robot, sensor) for robot in ROBOTS for sensor in sensors_of(ROBOTS[robot])]
 FAULTS = ["stop", "freeze"]
 MANY_DRIVES = 20
@@ -32,6 +32,7 @@ def check(robot: str, sensor: str, fault: str, drives: list[int], seed: int) -> 
     for i in drives:
         outcome = drive_with_fault(ROBOTS[robot], starts[i], fault, sensor, box_offset(i), seed + i)
         assert outcome.contact <= CONTACT and outcome.stopped_after <= STOP_TIME, (i, outcome)
+        assert outcome.stood_after <= STANDSTILL_TIME, (i, outcome)
         assert TITLES[sensor] in outcome.description and outcome.status == 0, (i, outcome)
 
 

@@ -103,7 +103,7 @@ def test_limits_are_those_of_the_robot() -> None:
 
 def test_a_stop_uses_the_declared_deceleration_or_a_part_of_the_grip() -> None:
     grip = CHEFBOT.traction * GRAVITY
-    assert max_deceleration(CHEFBOT) == pytest.approx(0.6 * grip)
+    assert max_deceleration(CHEFBOT) == pytest.approx(0.7 * grip)
     assert max_deceleration(changed(CHEFBOT, "drive", max_deceleration=1.0)) == 1.0
     assert max_deceleration(changed(CHEFBOT, "drive", max_deceleration=50.0)) == pytest.approx(grip)
     icy = changed(CHEFBOT, "wheels", friction=0.05)

@@ -140,7 +140,7 @@ class DriveLimits(RobotSection, frozen=True, kw_only=True):
     max_slope: Slope
     """Steepest ramp that the robot has to climb."""
     max_deceleration: Acceleration | None = None
-    """Deceleration of a stop; None for 0.6 of what the tyres grip. Braking that is planned ahead of an obstacle or a
+    """Deceleration of a stop; None for 0.7 of what the tyres grip. Braking that is planned ahead of an obstacle or a
     goal uses a part of max_acceleration."""
 
 

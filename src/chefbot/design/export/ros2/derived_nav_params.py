@@ -13,9 +13,11 @@ from chefbot.design.export.urdf_frames import DEPTH_FRAME
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.motion_limits import (
     max_acceleration,
+    max_deceleration,
     max_speed,
     max_turn,
     max_turn_acceleration,
+    max_turn_deceleration,
     max_wheel_speed,
     turn_rate_on_spot,
 )
@@ -177,6 +179,19 @@ class Figures:
         """Return the maximum angular acceleration on the spot, rad/s^2."""
         limit, wheel = max_turn_acceleration(self.robot), max_acceleration(self.robot)
         return self._on_spot("max_turn_acceleration", limit, "max_acceleration", wheel)
+
+    @cached_property
+    def deceleration(self) -> Figure:
+        """Return the deceleration of a stop, m/s^2."""
+        return Figure(
+            rounded_down(max_deceleration(self.robot)),
+            "a stop: drive.max_deceleration, else a part of grip; planned braking is softer",
+        )
+
+    @cached_property
+    def turn_deceleration(self) -> Figure:
+        """Return the angular deceleration of a stop, rad/s^2."""
+        return Figure(rounded_down(max_turn_deceleration(self.robot)), "harder by the same factor as forward")
 
     def _on_spot(self, name: str, limit: float, of_wheel: str, wheel: float) -> Figure:
         """Return a limit of turns on the spot: `drive.NAME`, or less if the motion `wheel` of a wheel allows less."""

@@ -131,7 +131,10 @@ def velocity_smoother(figures: Figures) -> Tree:
         "max_accel": Explained(
             [a, 0.0, b], f"{figures.acceleration.derivation}; {figures.turn_acceleration.derivation}"
         ),
-        "max_decel": Explained([-a, 0.0, -b], "decelerates as it accelerates"),
+        "max_decel": Explained(
+            [-figures.deceleration.number, 0.0, -figures.turn_deceleration.number],
+            f"{figures.deceleration.derivation}; {figures.turn_deceleration.derivation}",
+        ),
         "velocity_timeout": Explained(
             rounded(4.0 / figures.frequency.number), "four missed commands: 4 / controller_frequency"
         ),

@@ -8,7 +8,14 @@ from __future__ import annotations
 from chefbot.design.export.ros2.annotated_yaml import Tree, yaml_text
 from chefbot.design.export.sdf_sensors import WHEELS
 from chefbot.design.export.urdf_frames import joint_name
-from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
+from chefbot.robot.motion_limits import (
+    max_acceleration,
+    max_deceleration,
+    max_speed,
+    max_turn,
+    max_turn_acceleration,
+    max_turn_deceleration,
+)
 from chefbot.robot.spec import Robot
 
 
@@ -16,8 +23,8 @@ def controllers(robot: Robot) -> str:
     """Return the parameters of the controller manager and the controller; speeds in m/s and rad/s."""
     left, right = (joint_name(wheel) for wheel in WHEELS)
     limits = {
-        "linear.x": (max_speed(robot), max_acceleration(robot)),
-        "angular.z": (max_turn(robot), max_turn_acceleration(robot)),
+        "linear.x": (max_speed(robot), max_acceleration(robot), max_deceleration(robot)),
+        "angular.z": (max_turn(robot), max_turn_acceleration(robot), max_turn_deceleration(robot)),
     }
     manager: Tree = {
         "update_rate": round(robot.sensors.imu.rate),
@@ -35,10 +42,10 @@ def controllers(robot: Robot) -> str:
         "odom_frame_id": "odom",
         "base_frame_id": "base_footprint",
     }
-    for axis, (speed, acceleration) in limits.items():
+    for axis, (speed, acceleration, deceleration) in limits.items():
         drive[f"{axis}.max_velocity"], drive[f"{axis}.min_velocity"] = float(speed), -float(speed)
         drive[f"{axis}.max_acceleration"] = float(acceleration)
-        drive[f"{axis}.max_deceleration"] = -float(acceleration)
+        drive[f"{axis}.max_deceleration"] = -float(deceleration)
     tree: Tree = {
         "controller_manager": {"ros__parameters": manager},
         "diff_drive_controller": {"ros__parameters": drive},

@@ -101,7 +101,7 @@ def test_limits_are_those_of_the_robot() -> None:
     assert Limits.of(CHEFBOT) == (*(figure(CHEFBOT) for figure in figures), CHEFBOT.wheels.separation)
 
 
-def test_a_stop_uses_the_declared_deceleration_or_a_part_of_the_grip() -> None:
+def test_a_stop_uses_the_set_deceleration_or_part_of_the_grip() -> None:
     grip = CHEFBOT.traction * GRAVITY
     assert max_deceleration(CHEFBOT) == pytest.approx(0.7 * grip)
     assert max_deceleration(changed(CHEFBOT, "drive", max_deceleration=1.0)) == 1.0

@@ -9,7 +9,7 @@ from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.spec import GRAVITY, ROLLING_RESISTANCE, Robot
 
 STOP_GRIP_FRACTION = 0.7
-"""Part of tyre grip that a stop uses unless the owner says otherwise: the rest is for ramps and wet floors."""
+"""Part of tyre grip that a stop uses unless the owner sets it: the rest is for ramps and wet floors."""
 CONTACT_FORCE = 260.0
 """Maximum transient force on a person's lower leg, N: twice the quasi-static 130 N (ISO/TS 15066, table A.2)."""
 LEG_STIFFNESS, PERSON_MASS = 60_000.0, 75.0

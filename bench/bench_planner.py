@@ -1,12 +1,15 @@
-"""The global planner on office maps, beside NavFn, Theta* and Smac 2D of Nav2 (C++)."""
+"""The global planner on office maps, beside NavFn's A* in the same run, and the figures of Nav2's planners (C++)."""
 
 from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 
 import numpy as np
 from bench_costmap import INSCRIBED_RADIUS, RESOLUTION, office
+from navfn import NavFn
+from numpy.typing import NDArray
 
 from chefbot.costmap.inflation import cost_table, inflate
 from chefbot.maths.costs import Costmap
@@ -36,37 +39,65 @@ def nearest_free(costmap: Costmap, row: int, column: int) -> SE2:
     return SE2(*costmap.centre(int(rows[i]), int(columns[i])), 0.0)
 
 
-def milliseconds(planner: GridPlanner, costmap: Costmap, a: SE2, b: SE2 | None) -> tuple[float, float]:
-    """Return (best CPU ms of several calls, path length in m); of the whole potential without `b`."""
-    best, length = np.inf, 0.0
-    for _ in range(REPEATS):
-        start = time.process_time_ns()
-        if b is None:
-            planner.potential(costmap, a)
-        else:
-            length = path_length(planner.plan(costmap, a, b))
-        best = min(best, (time.process_time_ns() - start) / 1e6)
-    return best, length
+def cpu_milliseconds(call: Callable[[], object]) -> float:
+    """Return the CPU time of a call, ms."""
+    start = time.process_time_ns()
+    call()
+    return (time.process_time_ns() - start) / 1e6
+
+
+class Query:
+    """One query for both planners, with arrays and kernels ready."""
+
+    def __init__(self, costmap: Costmap, planner: GridPlanner, peer: NavFn, a: SE2, b: SE2) -> None:
+        self.costmap, self.planner, self.peer, self.a, self.b = costmap, planner, peer, a, b
+        self.length = path_length(self.plan())
+        if self.navfn() >= 1e10:
+            raise SystemExit("NavFn finds no path where the planner finds one.")
+
+    def plan(self) -> NDArray[np.float64]:
+        """Return the planner's path."""
+        return self.planner.plan(self.costmap, self.a, self.b)
+
+    def navfn(self) -> float:
+        """Return NavFn's potential of the start."""
+        start, goal = (self.costmap.cell(pose.x, pose.y) for pose in (self.a, self.b))
+        return self.peer.potential(self.costmap.cells, start, goal)
+
+    def milliseconds(self) -> tuple[float, float]:
+        """Return the best CPU ms of several alternating calls of planner and NavFn."""
+        pairs = [(cpu_milliseconds(self.plan), cpu_milliseconds(self.navfn)) for _ in range(REPEATS)]
+        return min(ours for ours, _ in pairs), min(navfn for _, navfn in pairs)
+
+
+def compare(n: int) -> None:
+    """Print corner to corner and the median of random queries on a map of n x n cells."""
+    rng = np.random.default_rng(n)
+    cells = inflate(office(n, rng), cost_table(RESOLUTION, INSCRIBED_RADIUS, 0.55, 10.0))
+    costmap, planner, peer = Costmap(cells, RESOLUTION, 0.0, 0.0), GridPlanner(), NavFn(cells.shape)
+    a, b = nearest_free(costmap, 0, 0), nearest_free(costmap, n, n)
+    corner = Query(costmap, planner, peer, a, b)
+    ours, navfn = corner.milliseconds()
+    pairs = [(free_pose(costmap, rng), free_pose(costmap, rng)) for _ in range(QUERIES)]
+    times = np.array([Query(costmap, planner, peer, *pair).milliseconds() for pair in pairs])
+    medians, ratio = np.median(times, axis=0), float(np.median(times[:, 1] / times[:, 0]))
+    field = min(cpu_milliseconds(lambda: planner.potential(costmap, a)) for _ in range(REPEATS))
+    print(
+        f"{n}x{n}: corner to corner ({corner.length:.1f} m) {ours:.2f}, NavFn {navfn:.2f}: {navfn / ours:.2f}; "
+        f"median of {QUERIES} {medians[0]:.2f}, NavFn {medians[1]:.2f}: {ratio:.2f}"
+    )
+    print(f"      C++ on an idle machine, corner / median: {PEERS[n]}")
+    peer.close()
+    print(f"      whole field {field:.2f}; C++ NavFn full wavefront {WAVEFRONT[n]}")
 
 
 def main() -> None:
-    """Print corner to corner and the median of random queries, for maps of increasing size."""
-    print(f"one core of {os.cpu_count()}; best CPU ms of {REPEATS} per query: corner / median of {QUERIES}")
-    for n, peers in PEERS.items():
-        rng = np.random.default_rng(n)
-        cells = inflate(office(n, rng), cost_table(RESOLUTION, INSCRIBED_RADIUS, 0.55, 10.0))
-        costmap, planner = Costmap(cells, RESOLUTION, 0.0, 0.0), GridPlanner()
-        a, b = nearest_free(costmap, 0, 0), nearest_free(costmap, n, n)
-        milliseconds(planner, costmap, a, b)
-        corner, length = milliseconds(planner, costmap, a, b)
-        pairs = [(free_pose(costmap, rng), free_pose(costmap, rng)) for _ in range(QUERIES)]
-        queries = [milliseconds(planner, costmap, *pair)[0] for pair in pairs]
-        field = milliseconds(planner, costmap, a, None)[0]
-        print(
-            f"{n}x{n}: {corner:.2f} / {np.median(queries):.2f} (max {max(queries):.2f}), path {length:.1f} m"
-        )
-        print(f"      C++: {peers}")
-        print(f"      whole field {field:.2f}; C++ NavFn full wavefront {WAVEFRONT[n]}")
+    """Print a comparison for maps of increasing size."""
+    print(
+        f"one core of {os.cpu_count()}; best CPU ms of {REPEATS} calls per query, alternating; ratio NavFn / ours"
+    )
+    for n in PEERS:
+        compare(n)
 
 
 if __name__ == "__main__":

@@ -9,8 +9,7 @@ Buckets are first in, first out: last in, first out would follow a long line of 
 entry makes obsolete. The octile distance is consistent because no weight is below 1; the search ends when the
 goal's bucket is empty, so the cost found is the minimum.
 
-`lane` is the number of the one-way lane of each cell, flat, or empty; `direction` (n, 2) is that of each lane, as
-in OneWayLanes. A step against a one-way lane is not a step of the graph, like one that cuts a corner: its cost is
+A step against a one-way lane is not a step of the graph, like one that cuts a corner: its cost is
 infinite in that direction. That leaves the octile distance a lower bound, and the coordinate along a lane never
 decreases on a path.
 
@@ -26,6 +25,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from chefbot.planning.cost_grid import CostGrid
+
 SQRT2 = math.sqrt(2.0)
 HALF = np.float32(0.5)
 HALF_DIAGONAL = np.float32(0.5 * SQRT2)
@@ -36,35 +37,18 @@ ROUND_UP = np.float32(1.0 + 1e-6)
 """Factor that makes a 32-bit sum no less than the exact one."""
 ROW_STEPS, COLUMN_STEPS = (0, 0, 1, -1, 1, 1, -1, -1), (1, -1, 0, 0, 1, -1, 1, -1)
 """Row and column offsets of the eight neighbours, the diagonal ones last."""
+SPARSE = 8
+"""A cell in so many is written at random in about the time in which all are written in order."""
 AGAINST = 1e-6
 """Cells against a lane's direction from which a step is against it: rounding of a direction across the lane."""
 
 
 @njit(cache=True, nogil=True)
-def pad(cells: NDArray[np.uint8], border: int, out: NDArray[np.uint8]) -> None:
-    """Copy `cells` (h, w) into the middle of `out` (h + 2, w + 2), with a border of cost `border`."""
-    h, w = cells.shape
-    out[0, :] = border
-    out[h + 1, :] = border
-    for r in range(h):
-        out[r + 1, 0] = border
-        out[r + 1, w + 1] = border
-        for c in range(w):
-            out[r + 1, c + 1] = cells[r, c]
-
-
-@njit(cache=True, nogil=True)
-def traversal_weights(
-    cells: NDArray[np.uint8], weight: NDArray[np.float32], out: NDArray[np.float32]
-) -> None:
-    """Look up the traversal weight of every cell; all arrays flat, `weight` (256,) by cost."""
-    for i in range(cells.shape[0]):
-        out[i] = weight[cells[i]]
-
-
-@njit(cache=True, nogil=True)
 def clear(g: NDArray[np.float32], written: NDArray[np.int32], count: int) -> None:
     """Reset the cost-to-come of the first `count` cells of `written` to infinity."""
+    if count > g.shape[0] // SPARSE:
+        g[:] = np.inf
+        return
     for i in range(count):
         g[written[i]] = np.inf
 
@@ -82,11 +66,12 @@ def _improves(
     cost: np.float32,
     half: np.float32,
     here: np.float32,
-    weight: NDArray[np.float32],
+    grid: CostGrid,
     g: NDArray[np.float32],
 ) -> int:
     """Return 1 if a step of length 2 * half from a cell of weight `here` lowers the cost of cell n, else 0."""
-    return int((cost + half * (here + weight[n]) < g[n]) & (weight[n] > 0.0))
+    weight = grid.weight[grid.cells[n]]
+    return int((cost + half * (here + weight) < g[n]) & (weight > 0.0))
 
 
 @njit(cache=True, nogil=True)
@@ -113,25 +98,15 @@ def _neighbour_offsets(stride: int) -> tuple[NDArray[np.uint64], NDArray[np.uint
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _cuts_corner(weight: NDArray[np.float32], first: np.uint64, second: np.uint64) -> bool:
+def _cuts_corner(grid: CostGrid, first: np.uint64, second: np.uint64) -> bool:
     """Return whether a cell adjacent to a diagonal step is blocked."""
-    return min(weight[first], weight[second]) == 0.0
+    return min(grid.weight[grid.cells[first]], grid.weight[grid.cells[second]]) == 0.0
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _against_lane(
-    lane: NDArray[np.uint8],
-    direction: NDArray[np.float64],
-    a: int,
-    b: int,
-    column_step: float,
-    row_step: float,
-) -> bool:
-    """Return whether a step from cell a to b leads against the lane of one of them.
-
-    lane: flat, number of the one-way lane of each cell. direction: (n, 2) of each lane, see OneWayLanes.
-    """
-    first, second = lane[a], lane[b]
+def _against_lane(grid: CostGrid, a: int, b: int, column_step: float, row_step: float) -> bool:
+    """Return whether a step from cell a to b leads against the lane of one of them."""
+    first, second, direction = grid.lane[a], grid.lane[b], grid.direction
     return (
         min(
             direction[first, 0] * column_step + direction[first, 1] * row_step,
@@ -147,7 +122,7 @@ def _improved_neighbours(
     cost: np.float32,
     here: np.float32,
     row_on: np.uint64,
-    weight: NDArray[np.float32],
+    grid: CostGrid,
     g: NDArray[np.float32],
     better: NDArray[np.uint64],
 ) -> int:
@@ -158,34 +133,34 @@ def _improved_neighbours(
     """
     step, hits = np.uint64(1), 0
     better[hits] = 0
-    hits += _improves(at + step, cost, HALF, here, weight, g)
+    hits += _improves(at + step, cost, HALF, here, grid, g)
     better[hits] = 1
-    hits += _improves(at - step, cost, HALF, here, weight, g)
+    hits += _improves(at - step, cost, HALF, here, grid, g)
     better[hits] = 2
-    hits += _improves(at + row_on, cost, HALF, here, weight, g)
+    hits += _improves(at + row_on, cost, HALF, here, grid, g)
     better[hits] = 3
-    hits += _improves(at - row_on, cost, HALF, here, weight, g)
+    hits += _improves(at - row_on, cost, HALF, here, grid, g)
     better[hits] = 4
-    hits += _improves(at + row_on + step, cost, HALF_DIAGONAL, here, weight, g)
+    hits += _improves(at + row_on + step, cost, HALF_DIAGONAL, here, grid, g)
     better[hits] = 5
-    hits += _improves(at + row_on - step, cost, HALF_DIAGONAL, here, weight, g)
+    hits += _improves(at + row_on - step, cost, HALF_DIAGONAL, here, grid, g)
     better[hits] = 6
-    hits += _improves(at - row_on + step, cost, HALF_DIAGONAL, here, weight, g)
+    hits += _improves(at - row_on + step, cost, HALF_DIAGONAL, here, grid, g)
     better[hits] = 7
-    hits += _improves(at - row_on - step, cost, HALF_DIAGONAL, here, weight, g)
+    hits += _improves(at - row_on - step, cost, HALF_DIAGONAL, here, grid, g)
     return hits
 
 
 @njit(cache=True, nogil=True)
 def search(
-    weight: NDArray[np.float32], heaviest: float, stride: int, source: int, goal: int,
-    g: NDArray[np.float32], written: NDArray[np.int32], lane: NDArray[np.uint8], direction: NDArray[np.float64],
-) -> tuple[int, int]:  # fmt: skip
+    grid: CostGrid, source: int, goal: int, g: NDArray[np.float32], written: NDArray[np.int32]
+) -> tuple[int, int]:
     """Compute the cost-to-come `g` from `source`: A* until `goal` is final or, if `goal` < 0, Dijkstra everywhere.
 
-    weight: flat grid with a blocked border, rows of `stride` cells, none above `heaviest`. g: flat, filled with inf.
-    written: flat, gets the cells whose g was written. Returns their number, and that of expansions. lane: see top.
+    g: flat, filled with inf. written: flat, gets the cells whose g was written. Returns their number, and that of
+    expansions.
     """
+    stride, heaviest = grid.stride, grid.weight.max()
     # bucket width and weight of the heuristic: A* with a goal, Dijkstra without
     scale, h_gain = (BUCKETS_PER_UNIT, np.float32(1.0)) if goal >= 0 else (np.float32(1.0), np.float32(0.0))
     # ring size: the largest cost of a step plus heuristic, rounded up to a power of two
@@ -195,7 +170,7 @@ def search(
     goal_row, goal_column = np.int32(goal // stride), np.int32(goal % stride)
     # initialize the open list with the source, in the bucket of its estimate f = h
     bucket = int(h_gain * _octile(source // stride, source % stride, goal_row, goal_column) * scale)
-    cell, link, tail, n_entries = _open_list(weight.shape[0], buckets, source, bucket & (buckets - 1))
+    cell, link, tail, n_entries = _open_list(g.shape[0], buckets, source, bucket & (buckets - 1))
     g[source], written[0], n_written, n_expanded, free, n_open = 0.0, source, 1, 0, -1, 1
     while n_open > 0 and (goal < 0 or g[goal] * scale >= bucket):
         slot = bucket & (buckets - 1)
@@ -208,19 +183,20 @@ def search(
             n_open, n_expanded = n_open - 1, n_expanded + 1
             row, column = np.int32(at) // np.int32(stride), np.int32(at) % np.int32(stride)
             # skip an outdated entry: the cell was expanded since, from an earlier bucket
-            cost, here = g[at], weight[at]
+            cost, here = g[at], grid.weight[grid.cells[at]]
             if int((cost + h_gain * _octile(row, column, goal_row, goal_column)) * ROUND_UP * scale) < bucket:
                 continue
             # relax the neighbours whose cost-to-come improves
-            for i in range(_improved_neighbours(at, cost, here, np.uint64(stride), weight, g, better)):
+            for i in range(_improved_neighbours(at, cost, here, np.uint64(stride), grid, g, better)):
                 k = better[np.uint64(i)]
                 n = at + offset[k]
-                if k > 3 and _cuts_corner(weight, at + above[k], at + beside[k]):
+                if k > 3 and _cuts_corner(grid, at + above[k], at + beside[k]):
                     continue
-                if lane.shape[0] > 0 and _against_lane(lane, direction, at, n, right[k], down[k]):
+                if grid.lane.shape[0] > 0 and _against_lane(grid, at, n, right[k], down[k]):
                     continue
                 # g(n) = g(at) + length * mean weight; f(n) = g(n) + h(n), never before the present bucket
-                g_old, g_new = g[n], cost + (HALF if k < 4 else HALF_DIAGONAL) * (here + weight[n])
+                half, there = HALF if k < 4 else HALF_DIAGONAL, grid.weight[grid.cells[n]]
+                g_old, g_new = g[n], cost + half * (here + there)
                 g[n] = g_new
                 h_new = h_gain * _octile(row + down[k], column + right[k], goal_row, goal_column)
                 b_new = max(int((g_new + h_new) * scale), bucket)
@@ -240,14 +216,9 @@ def search(
 
 
 @njit(cache=True, nogil=True)
-def descend(
-    weight: NDArray[np.float32], stride: int, goal: int, g: NDArray[np.float32],
-    lane: NDArray[np.uint8], direction: NDArray[np.float64],
-) -> NDArray[np.int64]:  # fmt: skip
-    """Return the cells of the path from the source (g = 0) to `goal`, by steepest descent of g from the goal.
-
-    lane, direction: as in `search`.
-    """
+def descend(grid: CostGrid, goal: int, g: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Return the cells of the path from the source (g = 0) to `goal`, by steepest descent of g from the goal."""
+    cells, weight, stride = grid.cells, grid.weight, grid.stride
     steps = np.array([1, -1, stride, -stride, 1 + stride, -1 + stride, 1 - stride, -1 - stride])
     chain = [goal]
     at = goal
@@ -257,11 +228,11 @@ def descend(
         for k in range(8):
             n = at + steps[k]
             vertical, sideways = stride if k < 6 else -stride, 1 if k % 2 == 0 else -1
-            if k > 3 and min(weight[at + vertical], weight[at + sideways]) == 0.0:
+            if k > 3 and min(weight[cells[at + vertical]], weight[cells[at + sideways]]) == 0.0:
                 continue
-            if lane.shape[0] > 0 and _against_lane(lane, direction, n, at, -COLUMN_STEPS[k], -ROW_STEPS[k]):
+            if grid.lane.shape[0] > 0 and _against_lane(grid, n, at, -COLUMN_STEPS[k], -ROW_STEPS[k]):
                 continue
-            cost = g[n] + (HALF if k < 4 else HALF_DIAGONAL) * (weight[at] + weight[n])
+            cost = g[n] + (HALF if k < 4 else HALF_DIAGONAL) * (weight[cells[at]] + weight[cells[n]])
             if g[n] < g[at] and cost < min_cost:
                 best, min_cost = n, cost
         at = best

@@ -13,6 +13,7 @@ from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.lanes import NO_LANES, OneWayLanes
 from chefbot.maths.se2 import SE2
 from chefbot.planning import graph_search, smoothing
+from chefbot.planning.cost_grid import CostGrid, pad
 from chefbot.planning.goal_sight import has_sight
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import PlanningError, PlanningFailure
@@ -34,7 +35,7 @@ class GridPlanner:
     path collides, save those at the start: where one does, the search is repeated without the cells around it.
     For an occupied goal it plans to the nearest free pose with sight of it; `walls` is the static map that no
     sight leads through. `remarks` are sentences about what the last `plan` had to relax: a start inside the
-    inflation, an occupied goal. No step leads against a one-way lane. Reuses its working arrays between calls (13
+    inflation, an occupied goal. No step leads against a one-way lane. Reuses its working arrays between calls (9
     bytes per cell).
     """
 
@@ -45,7 +46,6 @@ class GridPlanner:
         self._occupied: tuple[SE2, SE2] | None = None
         self._weight = cost_to_weight(self.params)
         self._padded = np.zeros((0, 0), np.uint8)
-        self._weights = np.zeros(0, np.float32)
         self._g = np.zeros(0, np.float32)
         self._written = np.zeros(0, np.int32)
         self._written_count = 0
@@ -131,13 +131,12 @@ class GridPlanner:
         h, w = costmap.cells.shape
         if self._padded.shape != (h + 2, w + 2):
             self._padded = np.empty((h + 2, w + 2), np.uint8)
-            self._weights = np.empty(self._padded.size, np.float32)
             self._g = np.full(self._padded.size, np.inf, np.float32)
             self._written = np.empty(self._padded.size, np.int32)
         else:
             graph_search.clear(self._g, self._written, self._written_count)
         self._written_count = 0
-        graph_search.pad(costmap.cells, LETHAL, self._padded)
+        pad(costmap.cells, LETHAL, self._padded)
         self._load_lanes(costmap.lanes)
 
     def _load_lanes(self, lanes: OneWayLanes) -> None:
@@ -212,12 +211,12 @@ class GridPlanner:
         stride = self._padded.shape[1]
         return SE2(*costmap.centre(cell // stride - 1, cell % stride - 1), goal.yaw)
 
+    @property
+    def _grid(self) -> CostGrid:
+        return CostGrid(self._padded.reshape(-1), self._weight, self._padded.shape[1], *self._lanes)
+
     def _search(self, source: int, goal: int) -> None:
-        graph_search.traversal_weights(self._padded.reshape(-1), self._weight, self._weights)
-        heaviest, stride = float(self._weight.max()), self._padded.shape[1]
-        self._written_count, _ = graph_search.search(
-            self._weights, heaviest, stride, source, goal, self._g, self._written, *self._lanes
-        )
+        self._written_count, _ = graph_search.search(self._grid, source, goal, self._g, self._written)
 
     def _no_path_error(self, start: SE2, goal: SE2) -> PlanningError:
         """Return the error of an exhaustive search that did not reach the goal."""
@@ -227,11 +226,11 @@ class GridPlanner:
         return PlanningError(PlanningFailure.NO_VALID_PATH, goal)
 
     def _path(self, costmap: Costmap, start: SE2, goal: SE2, end: int, *, exact: bool) -> NDArray[np.float64]:
-        weight, stride = self._weights, self._padded.shape[1]
+        grid, stride = self._grid, self._padded.shape[1]
         # backtrack the cells and shorten them along straight lines
-        chain = graph_search.descend(weight, stride, end, self._g, *self._lanes)
+        chain = graph_search.descend(grid, end, self._g)
         if self.params.smooth:
-            chain = chain[smoothing.pull(weight, stride, self._g, chain, *self._lanes)]
+            chain = chain[smoothing.pull(grid, self._g, chain)]
         points = np.stack([chain % stride + 0.5, chain // stride + 0.5], axis=1)
         # replace the first and last cell centres by the exact start and goal
         if exact:
@@ -240,7 +239,7 @@ class GridPlanner:
         if self.params.smooth:
             # round the corners of the evenly spaced path
             points = smoothing.resample(points, self.params.spacing / costmap.resolution)
-            smoothing.relax(weight, stride, points, SMOOTHING_ITERATIONS, *self._lanes)
+            smoothing.relax(grid, points, SMOOTHING_ITERATIONS)
         # from cells of the padded grid to metres
         metres = (points - 1.0) * costmap.resolution + np.array([costmap.origin_x, costmap.origin_y])
         return smoothing.with_headings(metres, goal.yaw)
@@ -252,7 +251,7 @@ class GridPlanner:
         from_end = points if at_start else points[::-1]
         if len(points) > 1:
             ends = (end, from_end[1]) if at_start else (from_end[1], end)
-            cost = smoothing.line_cost(self._weights, self._padded.shape[1], *ends[0], *ends[1], *self._lanes)
+            cost = smoothing.line_cost(self._grid, *ends[0], *ends[1])
             from_end = from_end[1:] if cost < math.inf else from_end
         with_end = np.concatenate([[end], from_end])
         return with_end if at_start else with_end[::-1].copy()

@@ -9,27 +9,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from chefbot.planning.cost_grid import CostGrid
+
 MAX_SHORTCUT_CELLS = 200
 """Maximum length of a shortcut in cells; bounds its computation time."""
 
 
 @njit(cache=True, nogil=True)
-def line_cost(
-    weight: NDArray[np.float32],
-    stride: int,
-    x0: float,
-    y0: float,
-    x1: float,
-    y1: float,
-    lane: NDArray[np.uint8],
-    direction: NDArray[np.float64],
-) -> float:
-    """Return the integral of the weight along a straight line, in cells; inf if it touches a blocked cell.
+def line_cost(grid: CostGrid, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Return the integral of the weight along a straight line, in cells; inf if it touches a blocked cell or leads
+    against a one-way lane.
 
-    inf also where it leads against a one-way lane; lane, direction: as in `graph_search.search`.
-
-    Traverses every cell that the line crosses (Amanatides & Woo 1987). weight: flat with a blocked border;
-    x, y in cells of that grid; both ends must be on it.
+    Traverses every cell that the line crosses (Amanatides & Woo 1987). x, y in cells of the grid; both ends must be
+    on it.
     """
     c, r = math.floor(x0), math.floor(y0)
     dx, dy = x1 - x0, y1 - y0
@@ -42,12 +34,12 @@ def line_cost(
     next_r = ((r + 1 - y0) if dy > 0 else (y0 - r)) * delta_r if dy != 0.0 else math.inf
     t, integral = 0.0, 0.0
     while True:
-        w = weight[r * stride + c]
+        w = grid.weight[grid.cells[r * grid.stride + c]]
         if w == 0:
             return math.inf
-        if lane.shape[0] > 0:
-            number = lane[r * stride + c]
-            if direction[number, 0] * dx + direction[number, 1] * dy < -1e-6:
+        if grid.lane.shape[0] > 0:
+            direction = grid.direction[grid.lane[r * grid.stride + c]]
+            if direction[0] * dx + direction[1] * dy < -1e-6:
                 return math.inf
         # add the piece up to the next cell border or the end of the line
         t_next = min(next_c, next_r, 1.0)
@@ -65,19 +57,12 @@ def line_cost(
 
 
 @njit(cache=True, nogil=True)
-def pull(
-    weight: NDArray[np.float32],
-    stride: int,
-    g: NDArray[np.float32],
-    chain: NDArray[np.int64],
-    lane: NDArray[np.uint8],
-    direction: NDArray[np.float64],
-) -> NDArray[np.int64]:
+def pull(grid: CostGrid, g: NDArray[np.float32], chain: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the indices into the cells `chain` of the corners that remain after shortcutting.
 
     A straight line replaces a piece of the chain wherever its cost is not higher. g: cost-to-come, flat.
     """
-    kept = [0]
+    kept, stride = [0], grid.stride
     anchor = 0
     while anchor < chain.shape[0] - 1:
         # the furthest cell that a straight line from the anchor reaches at no higher cost
@@ -85,10 +70,7 @@ def pull(
         x0, y0 = chain[anchor] % stride + 0.5, chain[anchor] // stride + 0.5
         for j in range(anchor + 2, min(anchor + MAX_SHORTCUT_CELLS, chain.shape[0])):
             x1, y1 = chain[j] % stride + 0.5, chain[j] // stride + 0.5
-            if (
-                line_cost(weight, stride, x0, y0, x1, y1, lane, direction)
-                > (g[chain[j]] - g[chain[anchor]]) * 1.0001
-            ):
+            if line_cost(grid, x0, y0, x1, y1) > (g[chain[j]] - g[chain[anchor]]) * 1.0001:
                 break
             furthest = j
         anchor = furthest
@@ -106,14 +88,7 @@ def resample(points: NDArray[np.float64], spacing: float) -> NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)
-def relax(
-    weight: NDArray[np.float32],
-    stride: int,
-    points: NDArray[np.float64],
-    sweeps: int,
-    lane: NDArray[np.uint8],
-    direction: NDArray[np.float64],
-) -> None:
+def relax(grid: CostGrid, points: NDArray[np.float64], sweeps: int) -> None:
     """Move inner points (n, 2), in cells, towards the middle of their neighbours where that makes the path
     cheaper."""
     for _ in range(sweeps):
@@ -125,10 +100,10 @@ def relax(
             if abs(nx - x) + abs(ny - y) < 1e-3:
                 continue
             # accept it only if the cost of the two segments does not rise
-            before = line_cost(weight, stride, ax, ay, x, y, lane, direction)
-            cost = before + line_cost(weight, stride, x, y, bx, by, lane, direction)
-            before = line_cost(weight, stride, ax, ay, nx, ny, lane, direction)
-            new = before + line_cost(weight, stride, nx, ny, bx, by, lane, direction)
+            before = line_cost(grid, ax, ay, x, y)
+            cost = before + line_cost(grid, x, y, bx, by)
+            before = line_cost(grid, ax, ay, nx, ny)
+            new = before + line_cost(grid, nx, ny, bx, by)
             if new <= cost and new < math.inf:
                 points[i, 0], points[i, 1] = nx, ny
 

@@ -160,7 +160,7 @@ def search(
     g: flat, filled with inf. written: flat, gets the cells whose g was written. Returns their number, and that of
     expansions.
     """
-    stride, heaviest = grid.stride, grid.weight.max()
+    stride, heaviest, rows_per_cell = grid.stride, grid.weight.max(), 1.0 / grid.stride
     # bucket width and weight of the heuristic: A* with a goal, Dijkstra without
     scale, h_gain = (BUCKETS_PER_UNIT, np.float32(1.0)) if goal >= 0 else (np.float32(1.0), np.float32(0.0))
     # ring size: the largest cost of a step plus heuristic, rounded up to a power of two
@@ -181,7 +181,9 @@ def search(
             if link[slot] < 0:
                 tail[slot] = slot
             n_open, n_expanded = n_open - 1, n_expanded + 1
-            row, column = np.int32(at) // np.int32(stride), np.int32(at) % np.int32(stride)
+            # row and column, without a division; the half cell keeps rounding away from the next row
+            row = np.int32((np.float64(at) + 0.5) * rows_per_cell)
+            column = np.int32(at) - row * np.int32(stride)
             # skip an outdated entry: the cell was expanded since, from an earlier bucket
             cost, here = g[at], grid.weight[grid.cells[at]]
             if int((cost + h_gain * _octile(row, column, goal_row, goal_column)) * ROUND_UP * scale) < bucket:

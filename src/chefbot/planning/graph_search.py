@@ -160,11 +160,11 @@ def search(
     g: flat, filled with inf. written: flat, gets the cells whose g was written. Returns their number, and that of
     expansions.
     """
-    stride, heaviest, rows_per_cell = grid.stride, grid.weight.max(), 1.0 / grid.stride
+    stride, rows_per_cell = grid.stride, 1.0 / grid.stride
     # bucket width and weight of the heuristic: A* with a goal, Dijkstra without
     scale, h_gain = (BUCKETS_PER_UNIT, np.float32(1.0)) if goal >= 0 else (np.float32(1.0), np.float32(0.0))
     # ring size: the largest cost of a step plus heuristic, rounded up to a power of two
-    buckets = 1 << math.ceil(math.log2((2 * SQRT2 * heaviest + 4.0) * scale + 2.0))
+    buckets = 1 << math.ceil(math.log2((2 * SQRT2 * grid.weight.max() + 4.0) * scale + 2.0))
     offset, above, beside = _neighbour_offsets(stride)
     down, right, better = np.array(ROW_STEPS), np.array(COLUMN_STEPS), np.empty(8, np.uint64)
     goal_row, goal_column = np.int32(goal // stride), np.int32(goal % stride)
@@ -178,11 +178,9 @@ def search(
             # pop the oldest cell of the bucket; its entry becomes free
             entry = link[slot]
             at, link[slot], link[entry], free = np.uint64(cell[entry]), link[entry], free, entry
-            if link[slot] < 0:
-                tail[slot] = slot
+            tail[slot] = slot if link[slot] < 0 else tail[slot]
             n_open, n_expanded = n_open - 1, n_expanded + 1
-            # row and column, without a division; the half cell keeps rounding away from the next row
-            row = np.int32((np.float64(at) + 0.5) * rows_per_cell)
+            row = np.int32((np.float64(at) + 0.5) * rows_per_cell)  # a division takes longer
             column = np.int32(at) - row * np.int32(stride)
             # skip an outdated entry: the cell was expanded since, from an earlier bucket
             cost, here = g[at], grid.weight[grid.cells[at]]
@@ -192,13 +190,12 @@ def search(
             for i in range(_improved_neighbours(at, cost, here, np.uint64(stride), grid, g, better)):
                 k = better[np.uint64(i)]
                 n = at + offset[k]
-                if k > 3 and _cuts_corner(grid, at + above[k], at + beside[k]):
-                    continue
-                if grid.lane.shape[0] > 0 and _against_lane(grid, at, n, right[k], down[k]):
+                opposed = grid.lane.shape[0] > 0 and _against_lane(grid, at, n, right[k], down[k])
+                if opposed or (k > 3 and _cuts_corner(grid, at + above[k], at + beside[k])):
                     continue
                 # g(n) = g(at) + length * mean weight; f(n) = g(n) + h(n), never before the present bucket
-                half, there = HALF if k < 4 else HALF_DIAGONAL, grid.weight[grid.cells[n]]
-                g_old, g_new = g[n], cost + half * (here + there)
+                there = grid.weight[grid.cells[n]]
+                g_old, g_new = g[n], cost + (HALF if k < 4 else HALF_DIAGONAL) * (here + there)
                 g[n] = g_new
                 h_new = h_gain * _octile(row + down[k], column + right[k], goal_row, goal_column)
                 b_new = max(int((g_new + h_new) * scale), bucket)

@@ -13,10 +13,13 @@ RESET = struct.pack("ii", 1, 0)
 
 
 class FaultyNetwork:
-    """A TCP proxy to a local port; `mode`: "pass", "late" (by `delay` seconds) or "hole" (all data are lost)."""
+    """A TCP proxy to a local port; `mode`: "pass", "late" (by `delay` seconds) or "hole" (all data are lost).
+
+    accepted: number of connections that browsers have opened.
+    """
 
     def __init__(self, port: int) -> None:
-        self.mode, self.delay = "pass", 0.0
+        self.mode, self.delay, self.accepted = "pass", 0.0, 0
         self._target = port
         self._pairs: list[tuple[socket.socket, socket.socket]] = []
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=64)
@@ -42,6 +45,7 @@ class FaultyNetwork:
                 browser = self._listener.accept()[0]
                 server = socket.create_connection(("127.0.0.1", self._target))
                 self._pairs.append((browser, server))
+                self.accepted += 1
                 for ends in ((browser, server), (server, browser)):
                     threading.Thread(target=self._pump, args=ends, daemon=True).start()
 

@@ -100,6 +100,17 @@ def test_a_withdrawn_press_does_not_count_when_it_arrives(phone: Phone) -> None:
     assert not phone.stopped
 
 
+def test_a_slow_connection_is_given_up_without_an_error(phone: Phone) -> None:
+    """An answer after 4 s is too late for the page, which tries again; another one may be accepted by then."""
+    phone.network.mode, phone.network.delay = "late", 4.0
+    before = phone.network.accepted
+    phone.network.reset()
+    wait_for(lambda: phone.network.accepted > before + 1)
+    phone.network.mode = "pass"
+    phone.tab.wait_for("!document.body.classList.contains('offline')")
+    assert [one for one in phone.tab.errors() if "before the connection is established" in str(one)] == []
+
+
 def test_a_reloaded_page_continues_its_request(phone: Phone) -> None:
     phone.network.mode = "hole"
     phone.tab.evaluate("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")

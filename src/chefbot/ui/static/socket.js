@@ -61,7 +61,9 @@ export class Link extends EventTarget {
   abandon() {
     const dead = this.socket;
     dead.onopen = dead.onmessage = dead.onclose = null;
-    dead.close();
+    // A browser reports it as an error if a connection is closed before it is open.
+    if (dead.readyState === WebSocket.CONNECTING) dead.onopen = () => dead.close();
+    else dead.close();
     this.reconnect();
   }
 

@@ -353,7 +353,7 @@ def test_a_run_with_external_nodes_replays_bit_identically(port: int, tmp_path: 
     assert replay.compared > 10
 
 
-TAKEN = "/(cook|metronome) runs on this machine already"
+TAKEN = "another launch with a node /(cook|metronome) runs on this machine"
 """Whichever of its nodes is heard of first."""
 
 

@@ -43,7 +43,7 @@ def test_a_supervised_launch_is_back_after_each_kill() -> None:
         assert chefbot.process.returncode == 0
     assert not any(map(is_alive, family))
     assert output.count("The launch ended (signal 9)") == KILLS
-    assert "Not on the wire" not in output
+    assert "Without ROS 2" not in output
 
 
 @pytest.mark.slow

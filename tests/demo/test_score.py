@@ -15,7 +15,7 @@ from chefbot.demo import report
 from chefbot.demo.operator_node import OperatorDevice
 from chefbot.demo.score import ARRIVAL_TOLERANCE, Scorer, Track, error_statistics, simulated_click
 from chefbot.maths.grid import Grid
-from chefbot.maths.se2 import SE2
+from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import Collision, DeliveryStatus, NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance
 from chefbot.msgs.idl.message import Message
@@ -123,7 +123,11 @@ def test_the_report_escapes_texts_and_embeds_pictures() -> None:
     assert "data:image/png;base64,iVBORw" in page
     grid = Grid(np.array([[0, 100], [-1, 50]], np.int8), 0.05, 0.0, 0.0)
     track = Track([0.0, 1.0], [SE2(0.0, 0.0, 0.0)] * 2, [SE2(0.1, 0.0, 0.0)] * 2)
-    for picture in (report._maps(grid, None), report._trajectory(grid, track), report._errors(track)):
+    for picture in (
+        report._maps(grid, None, {"home": IDENTITY}),
+        report._trajectory(grid, track),
+        report._errors(track),
+    ):
         assert picture.startswith(b"\x89PNG")
 
 

@@ -70,7 +70,7 @@ def open_wire(
         if conflict and launch.args["wire"] == "on":
             raise UserError(f"launch {launch.name}: {conflict}")
         if conflict:
-            log(f"Not on the wire: {conflict}")
+            log(f"Without ROS 2, RViz and other processes: {conflict}")
             yield None
             return
         with _secure_router(wire, endpoints, log):
@@ -207,4 +207,7 @@ def _name_conflict(wire: RmwContext, launch: Launch) -> str:
         wire.graph.wait_for(conflicts, DISCOVERY_TIME)
     if not (names := conflicts(wire.graph)):
         return ""
-    return f"{prefix}/{names[0]} runs on this machine already; stop that launch, set ROS_DOMAIN_ID, or set wire:=off"
+    return (
+        f"another launch with a node {prefix}/{names[0]} runs on this machine, and each would receive the other's"
+        " data; stop that launch, set another ROS_DOMAIN_ID for this one, or set wire:=off"
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from chefbot.demo.score import Scorer, Track
 from chefbot.demo.summary import DemoResult, ground_truth_map
 from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 from chefbot.sim.world.world import World
 from chefbot.storage.atomic_files import write_atomic
@@ -24,7 +26,7 @@ INK, PAPER, UNKNOWN_TINT = 0.12, 1.0, 0.8
 def write_report(out: Path, result: DemoResult, scorer: Scorer, world: World, robot: Robot) -> None:
     """Write `report.html`, and the map beside the ground-truth plan as `map_and_plan.png`."""
     plan = ground_truth_map(world, robot)
-    pictures = {"Ground-truth map and map made by the robot": _maps(plan, scorer.saved_map)}
+    pictures = {"Ground-truth map and map made by the robot": _maps(plan, scorer.saved_map, world.places)}
     for title, track in (("While mapping", scorer.mapping), ("While delivering", scorer.delivering)):
         if track.times:
             pictures[f"{title}: ground truth and estimate"] = _trajectory(plan, track)
@@ -33,7 +35,7 @@ def write_report(out: Path, result: DemoResult, scorer: Scorer, world: World, ro
     write_atomic(out / "report.html", _page(result, pictures).encode())
 
 
-def _maps(plan: Grid, grid: Grid | None) -> bytes:
+def _maps(plan: Grid, grid: Grid | None, places: Mapping[str, SE2]) -> bytes:
     figure, (left, right) = _figure(1, 2, 11.0, 4.8)
     _draw_grid(left, plan)
     left.set_title("true plan at the sensor's height")
@@ -42,7 +44,17 @@ def _maps(plan: Grid, grid: Grid | None) -> bytes:
         right.set_xlim(left.get_xlim())
         right.set_ylim(left.get_ylim())
     right.set_title("mapped by the robot")
+    for axes in (left, right):
+        _draw_places(axes, places)
     return _png(figure)
+
+
+def _draw_places(axes: Any, places: Mapping[str, SE2]) -> None:
+    for name, place in places.items():
+        axes.plot(place.x, place.y, "o", color="tab:blue", markersize=3.0)
+        axes.annotate(
+            name, (place.x, place.y), (3, 3), textcoords="offset points", color="tab:blue", fontsize=6
+        )
 
 
 def _trajectory(plan: Grid, track: Track) -> bytes:

@@ -36,6 +36,7 @@ def demo(
     It explores a simulated world alone, saves the map, restarts, localizes, serves the tables, returns home and
     writes a report.
     """
+    from chefbot.cli.launch_arguments import hints_at_options
     from chefbot.demo.demo import DemoOptions
     from chefbot.demo.run import driver_of, run_demo
     from chefbot.sim.world.load import unknown_cells
@@ -56,7 +57,9 @@ def demo(
         unknown_cells(unknown),
         driver_of(robot) if bytes_ else "",
     )
-    raise typer.Exit(run_demo(options))
+    with hints_at_options():
+        code = run_demo(options)
+    raise typer.Exit(code)
 
 
 def launch(
@@ -118,6 +121,7 @@ def sim(
 
     Without a map and navigation.
     """
+    from chefbot.cli.launch_arguments import hints_at_options
     from chefbot.launcher.launch import run_launch
 
     given = [
@@ -127,4 +131,6 @@ def sim(
         f"unknown:={unknown}",
         *(arguments or []),
     ]
-    raise typer.Exit(run_launch("chefbot_empty_world", given))
+    with hints_at_options():
+        code = run_launch("chefbot_empty_world", given)
+    raise typer.Exit(code)

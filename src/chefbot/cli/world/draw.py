@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,9 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
+from chefbot.cli.launch_arguments import hints_at_options, with_options
 from chefbot.cli.plural import number_of
-from chefbot.errors import ChefbotError, UserError
+from chefbot.errors import UserError
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
@@ -33,7 +33,6 @@ LOOKS: Mapping[int, dict[str, Any]] = {
 """Colours of what is not solid."""
 WALL_SHADE = 0.6
 """Darkening of a map's walls, which have no outline."""
-_ARGUMENT = re.compile(r"\b(start|unknown):=")
 console = Console(highlight=False)
 
 
@@ -47,10 +46,8 @@ def draw_world(
     if out.suffix != ".png":
         raise UserError(f"--out {out}: the picture is a PNG; give a name that ends in .png")
     robot = load_robot(robot_name)
-    try:
+    with hints_at_options():
         world = load_any_world(name, robot, start, unknown_cells(unknown))
-    except ChefbotError as error:
-        raise UserError(_with_options(str(error))) from None
     if seed is not None:
         world = with_drawn_places(world, robot, seed)
     make_folder(out.parent)
@@ -59,12 +56,7 @@ def draw_world(
     console.print(f"{world.name}: {solids}, {places}; picture in {out}")
     if world.start_note:
         x, y, yaw = world.start
-        console.print(f"start [{x:.2f}, {y:.2f}, {yaw:.2f}], {_with_options(world.start_note)}", markup=False)
-
-
-def _with_options(text: str) -> str:
-    """Return a hint with this command's options in place of the arguments of a launch: --start for start:=."""
-    return _ARGUMENT.sub(r"--\1 ", text)
+        console.print(f"start [{x:.2f}, {y:.2f}, {yaw:.2f}], {with_options(world.start_note)}", markup=False)
 
 
 def picture(world: World, robot: Robot) -> bytes:

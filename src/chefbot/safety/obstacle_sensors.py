@@ -19,6 +19,7 @@ from chefbot.safety.sensor_freshness import ObstacleSensorMonitor, SensorView
 
 OK_MESSAGE = "The obstacle sensors send good data."
 BLIND = "The depth camera is blind: a quarter of its picture or more shows nothing; I do not drive forward."
+HIDDEN = "Something beside the robot is too near for the depth camera to see; I do not drive forward."
 NEAR_FRACTION = 0.5
 """Fraction of the range within which surfaces do not vanish from one message to the next."""
 BLIND_RANGE_MARGIN = 0.1
@@ -79,6 +80,13 @@ def _max_blind_distance(camera: DepthCamera) -> float:
     Ranges are measured along the optical axis, so the minimum range is longest at the edge of the view.
     """
     return (camera.range_min + BLIND_RANGE_MARGIN) / math.cos(camera.field_of_view / 2)
+
+
+def _unseen(camera: ObstacleSensorMonitor, known: NDArray[np.bool_] | None) -> str:
+    """Return why the robot must not drive forward if these directions are explained by known obstacles."""
+    if camera.blind(known):
+        return BLIND
+    return HIDDEN if camera.hidden_at_edge(known) else ""
 
 
 class ObstacleSensors:
@@ -142,7 +150,7 @@ class ObstacleSensors:
     def blind_beyond(self, known_points: Callable[[], NDArray[np.float64]]) -> str:
         """Return why the robot must not drive forward, as `blind_ahead`; known obstacles (n, 2) are in base_link."""
         camera, scan, spec = self._camera, self._last_obstacles, self._camera_spec
-        if camera is None or not camera.blind():
+        if camera is None or not (camera.blind() or camera.hidden_at_edge()):
             return ""
         assert scan is not None and spec is not None
         points = known_points()
@@ -157,7 +165,7 @@ class ObstacleSensors:
         for shift in range(-KNOWN_BINS, KNOWN_BINS + 1):
             shifted = bins + shift
             known[shifted[(shifted >= 0) & (shifted < len(known))]] = True
-        return BLIND if camera.blind(known) else ""
+        return _unseen(camera, known)
 
     def blind_ahead(self, pose: SE2 | None, costs: Costmap) -> str:
         """Return why the robot must not drive forward, or an empty string; it may still rotate.
@@ -166,9 +174,9 @@ class ObstacleSensors:
         costmap (in odom, as the pose) has that wall marked do not count as blind.
         """
         camera = self._camera
-        if camera is None or not camera.blind():
+        if camera is None or not (camera.blind() or camera.hidden_at_edge()):
             return ""
-        return BLIND if camera.blind(self._marked_directions(pose, costs)) else ""
+        return _unseen(camera, self._marked_directions(pose, costs))
 
     def _marked_directions(self, pose: SE2 | None, costs: Costmap) -> NDArray[np.bool_] | None:
         """Return the camera's directions with a marked obstacle that may be too near to be seen."""

@@ -33,6 +33,9 @@ MIN_NOISE_DIRECTIONS = 10
 """Minimum number of measured directions for the detection of noise."""
 BLIND_FRACTION = 0.5
 """Fraction of directions without data above which a quarter of the field of view is blind."""
+EDGE_FRACTION = 1.0 / 16.0
+"""Fraction of the field of view without data from one of its edges on, beyond what there ever was, above which
+something has come in from the side that is too near to be seen."""
 
 
 class SensorView(NamedTuple):
@@ -66,6 +69,7 @@ class ObstacleSensorMonitor:
         self._changed_pose: SE2 | None = None
         self._noisy = self._was_near = False
         self._noisy_messages = 0
+        self._edges = np.array([np.inf, np.inf])
         self._valid_messages = 0
         self._fault = f"The {title} has not sent anything yet."
 
@@ -80,6 +84,7 @@ class ObstacleSensorMonitor:
         elif view.stamp_ns - last.stamp_ns > self.limit_ns:
             self._set_fault(f"The {self.title} sends too seldom: two messages lay {self._limit_text} apart.")
         self._was_near = view.near or (self._was_near and not view.met.any())
+        self._edges = np.minimum(self._edges, _from_edges(view.mute))
         self._last, self._pose, self._received_ns = view, pose, now_ns
         self._valid_messages += 1
 
@@ -115,6 +120,17 @@ class ObstacleSensorMonitor:
             any(float(part.mean()) > BLIND_FRACTION for part in quarters if len(part))
             or self._surfaces_vanished
         )
+
+    def hidden_at_edge(self, known: NDArray[np.bool_] | None = None) -> bool:
+        """Return whether the newest message has no data from an edge of the field of view on, as if something too
+        near to be seen had come in from the side.
+
+        known: as for `blind`. Bands at the edges that a camera never measures do not count.
+        """
+        if self._last is None or not len(self._last.mute):
+            return False
+        mute = self._last.mute if known is None else self._last.mute & ~known
+        return bool((_from_edges(mute) - self._edges > EDGE_FRACTION * len(mute)).any())
 
     @property
     def _surfaces_vanished(self) -> bool:
@@ -174,3 +190,9 @@ class ObstacleSensorMonitor:
 def _moved_more_than(a: SE2 | None, b: SE2 | None, distance: float, angle: float) -> bool:
     assert a is not None and b is not None
     return a.distance(b) > distance or abs(wrap(a.yaw - b.yaw)) > angle
+
+
+def _from_edges(mute: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the number of directions without data in a row from the first one on, and from the last one back."""
+    runs = [len(mute) if side.all() else int(np.argmin(side)) for side in (mute, mute[::-1])]
+    return np.array(runs, np.float64)

@@ -251,3 +251,44 @@ def test_half_of_a_quarter_without_data_is_blind(mute: int, blind: bool) -> None
         ranges[25 * quarter : 25 * quarter + mute] = np.nan
         lidar.send(ranges)
         assert lidar.watch.blind() == blind
+
+
+def without(directions: slice) -> Floats:
+    """Return walls with no data in these of 100 directions."""
+    ranges = walls()
+    ranges[directions] = np.nan
+    return ranges
+
+
+@pytest.mark.parametrize(("mute", "hidden"), [(6, False), (7, True), (100, True)])
+def test_more_than_a_sixteenth_without_data_from_an_edge_is_hidden(mute: int, hidden: bool) -> None:
+    for directions in (slice(0, mute), slice(100 - mute, 100)):
+        lidar = Lidar()
+        assert not lidar.watch.hidden_at_edge(), "nothing was sent"
+        lidar.send(walls())
+        lidar.send(without(directions))
+        assert lidar.watch.hidden_at_edge() == hidden
+        explained = np.zeros(100, np.bool_)
+        explained[directions] = True
+        assert not lidar.watch.hidden_at_edge(explained)
+        lidar.send(walls())
+        assert not lidar.watch.hidden_at_edge()
+        lidar.send(np.zeros(0))
+        assert not lidar.watch.hidden_at_edge()
+
+
+def test_what_a_camera_never_measures_at_an_edge_is_not_hidden() -> None:
+    lidar = Lidar()
+    lidar.send(without(slice(0, 10)))
+    for mute, hidden in ((10, False), (16, False), (17, True)):
+        lidar.send(without(slice(0, mute)))
+        assert lidar.watch.hidden_at_edge() == hidden
+    lidar.send(without(slice(93, 100)))
+    assert lidar.watch.hidden_at_edge(), "the other edge has no such band"
+
+
+def test_missing_data_within_the_view_are_not_hidden_at_its_edge() -> None:
+    lidar = Lidar()
+    lidar.send(walls())
+    lidar.send(without(slice(1, 30)))
+    assert not lidar.watch.hidden_at_edge()

@@ -19,6 +19,7 @@ from chefbot.robot.section import Mount
 from chefbot.robot.spec import Robot
 from chefbot.safety.obstacle_sensors import (
     BLIND,
+    HIDDEN,
     OK_MESSAGE,
     SCATTERED,
     ObstacleSensors,
@@ -268,6 +269,22 @@ def test_a_few_directions_are_explained_each(sign: float, count: int, at: float,
     bearing = first + at * step
     point = 0.4 * np.array([[math.cos(bearing), math.sin(bearing)]])
     assert (sensors.blind_beyond(lambda: point) == "") == explained
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_person_who_comes_in_from_the_side_stops_the_robot(sign: float) -> None:
+    """Nearer than the camera measures, in a tenth of its view; a wall that is known there explains it."""
+    sensors = ObstacleSensors(looking(0.0, 0.0, 0.0))
+    for k, hidden in enumerate((0, 16)):
+        seen = obstacles((k + 1) * PERIOD_NS)
+        at = slice(0, hidden) if sign < 0.0 else slice(BINS - hidden, BINS)
+        seen.ranges[at], seen.clear_to[at] = np.inf, 0.0
+        sensors.process_obstacles(seen, (k + 1) * PERIOD_NS, STANDING)
+    assert sensors.blind_beyond(lambda: NOTHING) == HIDDEN == sensors.blind_ahead(STANDING, COSTS)
+    bearings = sign * (FIRST + STEP * np.arange(16))
+    wall = 0.4 * np.column_stack([np.cos(bearings), -np.sin(bearings)])
+    assert sensors.blind_beyond(lambda: wall) == ""
+    assert sensors.blind_beyond(lambda: wall * (1.0, -1.0)) == HIDDEN, "it is on the other side"
 
 
 @pytest.mark.parametrize(("gap", "explained"), [(-0.005, True), (0.005, False)])

@@ -261,7 +261,7 @@ def without(directions: slice) -> Floats:
 
 
 @pytest.mark.parametrize(("mute", "hidden"), [(6, False), (7, True), (100, True)])
-def test_more_than_a_sixteenth_without_data_from_an_edge_is_hidden(mute: int, hidden: bool) -> None:
+def test_a_sixteenth_without_data_from_an_edge_is_hidden(mute: int, hidden: bool) -> None:
     for directions in (slice(0, mute), slice(100 - mute, 100)):
         lidar = Lidar()
         assert not lidar.watch.hidden_at_edge(), "nothing was sent"

@@ -90,6 +90,18 @@ def test_confirm_shows_and_confirms_the_pending_step(
     assert capsys.readouterr().out == "On the way to table_1.\n"
 
 
+def test_confirm_and_deliver_print_why_the_robot_stands(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        robot.show_places()
+        robot.show_stop("The lidar sends no data.")
+        robot.show_waiting_for_food()
+        assert confirm_step("", robot.url) == 0
+        assert "In the kitchen.\n  The lidar sends no data.\n" in capsys.readouterr().out
+        assert order_delivery(["1"], robot.url, wait=True) == 0
+    out = capsys.readouterr().out
+    assert out.count("  The lidar sends no data.\n") == 1 and "Something was near" not in out
+
+
 def test_a_press_that_changes_nothing_fails() -> None:
     with fake_robot() as robot:
         robot.show_waiting_for_food()

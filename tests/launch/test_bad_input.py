@@ -11,6 +11,7 @@ import pytest
 from tests.support.waiting import PATIENCE
 
 from chefbot.cli.app import main
+from chefbot.config import ConfigError
 from chefbot.errors import UserError
 from chefbot.launcher.launch import run_launch
 from chefbot.launcher.session import session, start
@@ -48,7 +49,7 @@ QUICK = ["headless:=true", "speed:=0", "duration:=0.1"]
         (["gmapping_demo", "robot:=chefbt"], "did you mean 'chefbot'?"),
         (["gmapping_demo", "record:=/proc/none/run.mcap"], "cannot record to"),
         (["amcl_demo", "map_file:=none.yaml", "world:=room"], "map file none.yaml does not exist"),
-        (["amcl_demo", "map_file:=none.yaml", "initial_pose_a:=9", "world:=room"], "yaw"),
+        (["amcl_demo", "initial_pose_a:=9", "world:=room"], "yaw"),
         (["keyboard_teleop", "page:=http://127.0.0.1:1"], "no robot runs at"),
         (["robot_standalone", "board_port:=/no/board"], "/no/board does not exist"),
     ],
@@ -82,6 +83,12 @@ def test_a_wrong_world_is_refused_before_kernels_are_compiled(
     monkeypatch.setattr("chefbot.launcher.launch.compile_kernels", lambda _: pytest.fail("compiled first"))
     with pytest.raises(UserError, match=sentence):
         run_launch("explore", [argument, *QUICK])
+
+
+def test_a_missing_map_is_refused_before_kernels_are_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("chefbot.launcher.launch.compile_kernels", lambda _: pytest.fail("compiled first"))
+    with pytest.raises(ConfigError, match=r"map file none.* does not exist"):
+        run_launch("amcl_demo", ["map_file:=none.yaml", "world:=room", *QUICK])
 
 
 def test_home_paths_are_expanded_after_an_equals_sign(

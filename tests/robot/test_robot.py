@@ -206,6 +206,17 @@ def test_a_robot_file_that_extends_another_overrides_values(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("text", "argument"),
+    [("name: office\nwalls: []\n", "world:="), ("image: office.pgm\nresolution: 0.05\n", "map_file:=")],
+)
+def test_another_file_given_as_a_robot_is_named(tmp_path, text, argument):
+    path = tmp_path / "office.yaml"
+    path.write_text(text)
+    with pytest.raises(RobotFileError, match=f"office.yaml is a .*{argument}"):
+        load_robot(str(path))
+
+
+@pytest.mark.parametrize(
     ("like", "sentence"),
     [
         ("two.yaml", "refers back to itself"),

@@ -13,7 +13,7 @@ import numpy as np
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui.commands import Deliver, Loaded, OperatorCommand
-from chefbot.ui.layers import DeliveryView, StatusView
+from chefbot.ui.layers import CauseView, DeliveryView, StatusView
 from chefbot.ui.server import WebUiServer
 
 PLACES = {
@@ -53,6 +53,11 @@ class FakeRobot:
 
     def show_waiting_for_order(self) -> None:
         self._show("idle", "Waiting for an order.")
+
+    def show_stop(self, sentence: str) -> None:
+        stop = CauseView(id=2, time=9.0, ended=None, effect="Stopped", sentence=sentence)
+        over = CauseView(id=1, time=1.0, ended=2.0, effect="Stopped", sentence="Something was near.")
+        self.server.set_layer("causes", (stop, over))
 
     def show_map(self) -> Grid:
         cells = np.random.default_rng(3).choice(np.array([-1, 0, 100], np.int8), size=(30, 40))

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from chefbot.causes.reports import CONTACT, END, MAP, RANGER, TRACKER, is_zone
+from chefbot.causes.reports import CONTACT, DETOUR, END, FAILURE, MAP, RANGER, SLOW, STOP, TRACKER, is_zone
 from chefbot.msgs.chefbot_msgs import Cause
 
 PERSON, ON_MAP, NOT_ON_MAP = "person", "on the map", "not on the map"
 """What an obstacle is, by the tracked people and the static map."""
 FRESH = 0.15
 """Age of a mark up to which it counts as of now, s: a measurement and its way through the robot."""
-_EFFECTS = {"slow": "Slower", "stop": "Stopped", "detour": "Detour", "failure": "Failed", END: "Over"}
+EFFECT_NAMES = {SLOW: "Slower", STOP: "Stopped", DETOUR: "Detour", FAILURE: "Failed", END: "Over"}
+"""Names of the effects of causes, for lists and pictures."""
 
 
 def obstacle_phrase(cause: Cause) -> str:
@@ -67,7 +68,7 @@ def place_links(cause: Cause) -> tuple[str, ...]:
 
 def effect_word(cause: Cause) -> str:
     """Return the effect of a cause in one word, for lists and pictures."""
-    return _EFFECTS.get(cause.kind, cause.kind)
+    return EFFECT_NAMES.get(cause.kind, cause.kind)
 
 
 def joined(own: str, behind: str) -> str:

@@ -44,6 +44,7 @@ from chefbot.runtime.launch import (
 )
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
+from chefbot.storage.map_files import load_map
 from chefbot.supervision.service_manager import reports_to_service_manager
 from chefbot.ui.access.visitors import share_secret
 
@@ -110,6 +111,7 @@ def run_launch(
     robot = load_robot(str(launch.args["robot"]))
     if launch.clock == "simulation":
         _check_world(launch, robot)
+    _check_map(launch)
     try:
         compile_kernels(console)
         with open_wire(launch, endpoints, console.print) as wire:
@@ -225,6 +227,13 @@ def _check_world(launch: Launch, robot: Robot) -> None:
         params = {"start": "", "unknown": "auto"} | entry.params
         if entry.kind == SIMULATOR_KIND and "world" in params and params["unknown"] in get_args(UnknownCells):
             load_any_world(str(params["world"]), robot, str(params["start"]), params["unknown"])
+
+
+def _check_map(launch: Launch) -> None:
+    """Raise UserError for a map that a node here cannot load, before minutes are spent on kernels."""
+    map_file = str(launch.args.get("map_file", ""))
+    if map_file and any(entry.params.get("map") == map_file for entry in launch.nodes.values()):
+        load_map(Path(map_file))
 
 
 def _announce(system: NodeContainer, launch: Launch) -> None:

@@ -13,6 +13,8 @@ from chefbot.robot.validation import check_buildable
 
 ROBOT_FOLDER = Path(__file__).parent
 LIKE = "like"
+OTHER_FILES = {"walls": "a world; give it as world:=", "image": "a map; give it as map_file:="}
+"""What a file with these keys is, and the launch argument for it."""
 
 
 def built_in_robots() -> dict[str, Path]:
@@ -28,7 +30,18 @@ def load_robot(name_or_path: str) -> Robot:
 
 def parse_robot(text: bytes, path: Path) -> Robot:
     """Parse the text of the robot file `path`. Raises RobotFileError with file, key and reason."""
-    return build_robot(_resolve_like(text, path, ()), f"robot file {path}")
+    where = f"robot file {path}"
+    data = _resolve_like(text, path, ())
+    if isinstance(data, dict):
+        _check_is_robot(data, where)
+    return build_robot(data, where)
+
+
+def _check_is_robot(data: dict[Any, Any], where: str) -> None:
+    """Raise RobotFileError for the file of a world or of a map."""
+    for key, kind in OTHER_FILES.items():
+        if key in data:
+            raise RobotFileError(f"{where} is {kind}")
 
 
 def build_robot(data: Any, where: str) -> Robot:

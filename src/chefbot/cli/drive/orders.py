@@ -7,6 +7,8 @@ from typing import Any
 
 from rich.console import Console
 
+from chefbot.causes.reports import STOP
+from chefbot.causes.sentences import EFFECT_NAMES
 from chefbot.cli import running_robot
 from chefbot.cli.parameters import WEB_UI
 from chefbot.cli.running_robot import await_refusal, known_places
@@ -24,6 +26,8 @@ ANSWERS: dict[str, OperatorCommand] = {
     "end": Choose("end"),
 }
 """What a person can confirm during a delivery."""
+STOPPED = EFFECT_NAMES[STOP]
+"""Effect of the causes for which the robot stands, as in the web UI's list."""
 console = Console(highlight=False, soft_wrap=True, markup=False)
 
 
@@ -63,6 +67,8 @@ def confirm_step(answer: str, page: str) -> int:
             robot.wait_until(lambda: robot.latest["delivery"] != before, running_robot.RESPONSE_TIMEOUT)
         now = robot.latest["delivery"]
         console.print(now["step"])
+        robot.wait_for("causes", running_robot.LAYER_TIMEOUT)
+        _print_stops(robot, set())
         _print_answers(now, page)
         return 1 if answer and now == before else 0
 
@@ -87,7 +93,9 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
     """Print every step until the robot is home again or has failed; return the exit code."""
     begun = busy = False
     printed = ""
+    stops: set[int] = set()
     while True:
+        _print_stops(robot, stops)
         if robot.receive() != "delivery":
             continue
         delivery = robot.latest["delivery"]
@@ -104,6 +112,14 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
         if delivery["state"] == "failed" or (idle and (busy or not missed)):
             return _exit_code(missed, delivery["state"])
         busy = busy or not idle
+
+
+def _print_stops(robot: WebUiClient, printed: set[int]) -> None:
+    """Print why the robot stands now; `printed` are the numbers of the causes that were printed before."""
+    for cause in robot.latest.get("causes", ()):
+        if cause["effect"] == STOPPED and cause["ended"] is None and cause["id"] not in printed:
+            printed.add(cause["id"])
+            console.print(f"  {cause['sentence']}")
 
 
 def _print_once(sentence: str, printed: str) -> str:

@@ -18,9 +18,9 @@ def test_the_newest_of_the_severest_active_causes_is_present() -> None:
     history.process(cause(4, END, 5))
     assert history.sentence == "stop 2"
     history.process(cause(2, END, 6))
-    assert history.sentence == "slow 3"
+    assert history.sentence == "detour 1"
     history.process(cause(5, FAILURE, 7))
-    assert history.sentence == "slow 3"  # a failure does not last
+    assert history.sentence == "detour 1"  # a failure does not last
     assert [span.duration for span in history.spans] == [None, 4.0, None, 1.0, 0.0]
 
 

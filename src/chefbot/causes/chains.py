@@ -9,7 +9,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from chefbot.causes.reports import DETOUR, END, FAILURE, MAP, SLOW, STOP, is_zone
+from chefbot.causes.reports import END, FAILURE, MAP, SEVERITY, is_zone
 from chefbot.causes.sentences import NOT_ON_MAP, ON_MAP, PERSON, joined, place_links, place_sentence
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -25,7 +25,6 @@ UPSTREAM = {
     "controller": ("base",),
 }
 """Nodes whose checks are behind those of a node."""
-SEVERITY = {FAILURE: 3, STOP: 2, DETOUR: 1, SLOW: 0}
 OCCUPIED_PERCENT = 65
 """Occupancy from which a cell of the static map is an obstacle, percent; as in the costmap."""
 MAP_REACH = 0.15

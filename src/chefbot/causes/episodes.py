@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from chefbot.causes.reports import END, FAILURE, SLOW, STOP
+from chefbot.causes.reports import END, SEVERITY
 from chefbot.msgs.chefbot_msgs import Cause
 
 HOLD_NS = 500_000_000
@@ -16,8 +16,6 @@ MIN_CHANGE_NS = 500_000_000
 """Minimum time between the reports of two findings of one check, ns; a stop after a slow-down never waits."""
 SAME_PLACE = 0.5
 """Distance up to which two obstacles are the same one, m: one seen from another side, or a person on the move."""
-RANKS = {SLOW: 0, STOP: 1, FAILURE: 2}
-"""How grave the effects are; a graver one is reported at once."""
 
 
 class _Open(NamedTuple):
@@ -64,7 +62,7 @@ class Episodes:
 def _differs(open_now: _Open, found: Cause, now_ns: int) -> bool:
     """Return whether what is found now is a different episode from the open one."""
     before = open_now.report
-    if RANKS.get(found.kind, 0) > RANKS.get(before.kind, 0):
+    if SEVERITY.get(found.kind, 0) > SEVERITY.get(before.kind, 0):
         return True
     if now_ns - open_now.began_ns < MIN_CHANGE_NS:
         return False

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from chefbot.causes.reports import DETOUR, END, FAILURE, SLOW, STOP
+from chefbot.causes.reports import END, FAILURE, SEVERITY
 from chefbot.msgs.chefbot_msgs import Cause
-
-SEVERITY = {STOP: 2, SLOW: 1, DETOUR: 0}
-"""Severity of the effects that last; a failure does not."""
 
 
 class CauseSpan(NamedTuple):

@@ -14,6 +14,8 @@ from chefbot.msgs.std_msgs import Header
 
 SLOW, STOP, DETOUR, FAILURE, END = "slow", "stop", "detour", "failure", "end"
 """Kinds of causes, by their effect."""
+SEVERITY = {SLOW: 0, DETOUR: 1, STOP: 2, FAILURE: 3}
+"""Severity of the effects."""
 LIDAR, CAMERA, RANGER = "lidar", "depth camera", "ultrasonic ranger"
 """Sensors that mark obstacles."""
 TRACKER = "people tracker"

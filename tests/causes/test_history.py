@@ -29,6 +29,16 @@ def test_nothing_is_present_in_the_beginning() -> None:
     assert CauseHistory([cause(9, END, 1)]).spans == []
 
 
+def test_causes_of_a_restarted_robot_are_kept_beside_those_before() -> None:
+    history = CauseHistory([cause(1, STOP, 1), cause(2, SLOW, 2), cause(2, END, 3)], size=4)
+    for again in (cause(1, DETOUR, 10), cause(2, STOP, 11), cause(1, END, 12)):
+        history.process(again)
+    assert [span.cause.sentence for span in history.spans] == ["stop 1", "slow 2", "detour 1", "stop 2"]
+    assert [span.duration for span in history.spans] == [9.0, 1.0, 2.0, None]
+    history.process(cause(3, SLOW, 13))
+    assert [span.cause.id for span in history.spans] == [2, 1, 2, 3]
+
+
 def test_the_oldest_go_first() -> None:
     history = CauseHistory((cause(number, STOP, number) for number in range(1, 30)), size=5)
     assert [span.cause.id for span in history.spans] == [25, 26, 27, 28, 29]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from chefbot.causes.reports import END, FAILURE, SEVERITY
@@ -30,26 +30,36 @@ class CauseHistory:
     """The newest causes, oldest first; `size` of them at most, all for None."""
 
     def __init__(self, causes: Iterable[Cause] = (), size: int | None = None) -> None:
-        self._spans: dict[int, CauseSpan] = {}
+        self._spans: list[CauseSpan] = []
         self._size = size
         for cause in causes:
             self.process(cause)
 
     def process(self, cause: Cause) -> None:
         """Add a cause, or the end of one."""
+        now_ns = cause.header.stamp.ns
         if cause.kind == END:
-            begun = self._spans.get(cause.id)
-            if begun is not None:
-                self._spans[cause.id] = begun._replace(ended_ns=cause.header.stamp.ns)
+            self._end(lambda holding: holding.id == cause.id, now_ns)
             return
-        self._spans[cause.id] = CauseSpan(cause, cause.header.stamp.ns if cause.kind == FAILURE else None)
-        if self._size is not None and len(self._spans) > self._size:
-            del self._spans[min(self._spans)]
+        if self._spans and cause.id <= self._spans[-1].cause.id:
+            self._end(
+                lambda _: True, now_ns
+            )  # the node that numbers them was restarted and knows none of them
+        self._spans.append(CauseSpan(cause, now_ns if cause.kind == FAILURE else None))
+        if self._size is not None:
+            del self._spans[: -self._size]
+
+    def _end(self, ends: Callable[[Cause], bool], now_ns: int) -> None:
+        """End those of the causes that hold for which `ends` is true."""
+        self._spans = [
+            span._replace(ended_ns=now_ns) if span.ended_ns is None and ends(span.cause) else span
+            for span in self._spans
+        ]
 
     @property
     def spans(self) -> list[CauseSpan]:
         """The causes with their ends, oldest first."""
-        return list(self._spans.values())
+        return list(self._spans)
 
     @property
     def sentence(self) -> str:
@@ -60,5 +70,5 @@ class CauseHistory:
     @property
     def present(self) -> Cause | None:
         """The cause that holds now: of several the newest of the most severe ones; None if there is none."""
-        holding = [span.cause for span in self._spans.values() if span.ended_ns is None]
+        holding = [span.cause for span in self._spans if span.ended_ns is None]
         return max(holding, key=lambda one: (SEVERITY.get(one.kind, 0), one.id), default=None)

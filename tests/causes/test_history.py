@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from chefbot.causes.history import CauseHistory
+import msgspec
+
+from chefbot.causes.history import CauseHistory, distinct_spans
 from chefbot.causes.reports import DETOUR, END, FAILURE, SLOW, STOP
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.std_msgs import Header
@@ -29,7 +31,7 @@ def test_nothing_is_present_in_the_beginning() -> None:
     assert CauseHistory([cause(9, END, 1)]).spans == []
 
 
-def test_causes_of_a_restarted_robot_are_kept_beside_those_before() -> None:
+def test_causes_of_a_restarted_robot_are_added() -> None:
     history = CauseHistory([cause(1, STOP, 1), cause(2, SLOW, 2), cause(2, END, 3)], size=4)
     for again in (cause(1, DETOUR, 10), cause(2, STOP, 11), cause(1, END, 12)):
         history.process(again)
@@ -42,3 +44,15 @@ def test_causes_of_a_restarted_robot_are_kept_beside_those_before() -> None:
 def test_the_oldest_go_first() -> None:
     history = CauseHistory((cause(number, STOP, number) for number in range(1, 30)), size=5)
     assert [span.cause.id for span in history.spans] == [25, 26, 27, 28, 29]
+
+
+def test_one_cause_of_two_nodes_is_one_span() -> None:
+    slow, stop, later = cause(1, SLOW, 1), cause(2, STOP, 1), cause(3, SLOW, 9)
+    reports = [msgspec.structs.replace(one, sentence="The lidar is blind.") for one in (slow, stop, later)]
+    history = CauseHistory([*reports, cause(1, END, 3), cause(2, END, 4)])
+    assert [span.cause.id for span in distinct_spans(history.spans)] == [2, 3]
+
+
+def test_different_sentences_stay_apart() -> None:
+    history = CauseHistory([cause(1, SLOW, 1), cause(2, STOP, 1)])
+    assert distinct_spans(history.spans) == history.spans

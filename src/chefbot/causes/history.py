@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from chefbot.causes.reports import END, FAILURE, SEVERITY
@@ -72,3 +72,30 @@ class CauseHistory:
         """The cause that holds now: of several the newest of the most severe ones; None if there is none."""
         holding = [span.cause for span in self._spans if span.ended_ns is None]
         return max(holding, key=lambda one: (SEVERITY.get(one.kind, 0), one.id), default=None)
+
+
+def distinct_spans(spans: Sequence[CauseSpan]) -> list[CauseSpan]:
+    """Return the spans without those of which a more severe one has the same sentence at the same time.
+
+    When one node stands because of what another one reports, both report it.
+    """
+    by_sentence: dict[str, list[CauseSpan]] = {}
+    for span in spans:
+        by_sentence.setdefault(span.cause.sentence, []).append(span)
+    return [
+        span
+        for span in spans
+        if not any(_outweighs(other, span) for other in by_sentence[span.cause.sentence])
+    ]
+
+
+def _outweighs(one: CauseSpan, other: CauseSpan) -> bool:
+    """Return whether `one` is more severe than `other`, or reported before it, and overlaps it in time."""
+    severity, other_severity = SEVERITY.get(one.cause.kind, 0), SEVERITY.get(other.cause.kind, 0)
+    before = severity == other_severity and one.cause.id < other.cause.id
+    overlap = _ends_after(one, other.began_ns) and _ends_after(other, one.began_ns)
+    return overlap and (severity > other_severity or before)
+
+
+def _ends_after(span: CauseSpan, time_ns: int) -> bool:
+    return span.ended_ns is None or span.ended_ns >= time_ns

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from chefbot.causes.history import CauseSpan
+from chefbot.causes.history import CauseSpan, distinct_spans
 from chefbot.causes.sentences import effect_word
 from chefbot.cli.plural import number_of
 from chefbot.cli.why.picture import write_picture
@@ -21,37 +21,38 @@ EFFECT_NAMES = {"slow": "slow-down", "stop": "stop", "detour": "detour", "failur
 def print_reasons(given: Path | None, last: int | None, as_json: bool, picture: Path | None) -> None:
     """Print the newest `last` causes of a run, all for None. Raises UserError if there are none."""
     run = read_run(find_log(given))
-    spans = run.spans if last is None else run.spans[-last:]
+    spans = run.spans if as_json else distinct_spans(run.spans)
+    hidden = 0 if last is None else max(len(spans) - last, 0)
     if as_json:
-        for span in spans:
+        for span in spans[hidden:]:
             console.print(_json(span))
     else:
-        _print_lines(run, spans)
+        _print_lines(run, spans, hidden)
     if picture is not None:
-        write_picture(picture, run, spans)
+        write_picture(picture, run, spans[hidden:])
         if not as_json:
             console.print(f"picture in {picture}")
 
 
-def _print_lines(run: RunCauses, spans: list[CauseSpan]) -> None:
-    counts = Counter(span.cause.kind for span in run.spans)
+def _print_lines(run: RunCauses, spans: list[CauseSpan], hidden: int) -> None:
+    """Print the spans from the `hidden`th on, numbered from 1."""
+    counts = Counter(span.cause.kind for span in spans)
     parts = [number_of(counts[kind], word) for kind, word in EFFECT_NAMES.items() if counts[kind]]
     console.print(f"{run.path}: {', '.join(parts)}")
     if run.cut:
         console.print(f"The log is not complete: {run.cut}")
-    hidden = len(run.spans) - len(spans)
     if hidden:
         console.print(f"({number_of(hidden, 'earlier cause')}; --all shows them)")
-    for span in spans:
-        console.print(_line(span, run.began_ns))
+    for i, span in enumerate(spans[hidden:], hidden + 1):
+        console.print(_line(i, span, run.began_ns))
 
 
-def _line(span: CauseSpan, began_ns: int) -> str:
+def _line(number: int, span: CauseSpan, began_ns: int) -> str:
     """Return a cause as a line: number, seconds since the begin, effect, duration, sentence."""
-    cause, duration = span.cause, span.duration
+    duration = span.duration
     lasted = f" {duration:.1f} s" if duration else ""
     time = (span.began_ns - began_ns) / 1e9
-    return f"{cause.id:4} {time:8.1f} s  {effect_word(cause) + lasted:16}  {cause.sentence}"
+    return f"{number:4} {time:8.1f} s  {effect_word(span.cause) + lasted:16}  {span.cause.sentence}"
 
 
 def _json(span: CauseSpan) -> str:

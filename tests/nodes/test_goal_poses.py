@@ -20,16 +20,17 @@ from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.nodes.navigation.goal_pose import GoalError, goal_in_map
 from chefbot.runtime.actions import action_server
-from chefbot.runtime.node import Node, NoParams
+from chefbot.runtime.node import Node, NoParams, Out, topic
 from chefbot.runtime.transform_buffer import TransformBuffer
 
 GOAL_OUTSIDE_MAP, TF_ERROR = 204, 202
 
 
 class ObedientController(Node):
-    """Reaches the end of each path at once, and serves the recovery behaviors that way too."""
+    """Is at the end of each path at once, and serves the recovery behaviors that way too."""
 
     params: NoParams
+    tf_out: Out[TFMessage] = topic("tf")
     follow_path = action_server(nav2.FollowPath)
 
     def start(self) -> None:
@@ -38,37 +39,49 @@ class ObedientController(Node):
     async def on_follow_path(self, goal: nav2.FollowPath_Goal, _: Any) -> nav2.FollowPath_Result:
         await self.sleep(0.2)
         self.ends.append(goal.path.poses[-1].pose.se2)
+        self.tf_out.publish(
+            TFMessage((TransformStamped.of(self.now_ns, "odom", "base_link", self.ends[-1]),))
+        )
         return nav2.FollowPath_Result()
 
 
+def map_message(occupied: tuple[float, float] | None) -> OccupancyGrid:
+    """Return a map of 4 m by 4 m with an obstacle of 20 cm."""
+    cells = np.zeros((80, 80), np.int8)
+    cells[[0, -1], :] = cells[:, [0, -1]] = 100
+    if occupied is not None:
+        column, row = (math.floor((value + 2.0) / 0.05) for value in occupied)
+        cells[row - 2 : row + 2, column - 2 : column + 2] = 100
+    return OccupancyGrid.of(Header.of(0, "map"), Grid(cells, 0.05, -2.0, -2.0))
+
+
 def room(*, occupied: tuple[float, float] | None = None) -> NodeRunner:
-    """Return planner and navigator on a map of 4 m by 4 m around the robot, with an obstacle of 20 cm."""
+    """Return planner and navigator on a map around the robot."""
     kinds = {
         "planner": "chefbot.nodes.planner:PlannerNode",
         "navigator": "chefbot.nodes.navigator:NavigatorNode",
         "controller": "tests.nodes.test_goal_poses:ObedientController",
     }
     nodes = NodeRunner(kinds, {})
-    cells = np.zeros((80, 80), np.int8)
-    cells[[0, -1], :] = cells[:, [0, -1]] = 100
-    if occupied is not None:
-        column, row = (math.floor((value + 2.0) / 0.05) for value in occupied)
-        cells[row - 2 : row + 2, column - 2 : column + 2] = 100
-    nodes.loop.publish("map", OccupancyGrid.of(Header.of(0, "map"), Grid(cells, 0.05, -2.0, -2.0)), "test")
+    nodes.loop.publish("map", map_message(occupied), "test")
     frames = (("map", "odom", SE2(0.0, 0.0, 0.0)), ("odom", "base_link", SE2(-0.5, -0.5, math.pi / 2)))
     for parent, child, pose in frames:
         message = TFMessage((TransformStamped.of(0, parent, child, pose),))
-        nodes.loop.publish("tf_static", message, "test")
+        nodes.loop.publish("tf" if child == "base_link" else "tf_static", message, "test")
     nodes.run(0.5)
     return nodes
 
 
-def navigate(nodes: NodeRunner, goal: PoseStamped) -> Any:
-    """Return the outcome of a goal."""
+def send_goal(nodes: NodeRunner, goal: PoseStamped) -> None:
     goal_id = UUID(np.arange(16, dtype=np.uint8))
     message = nav2.NavigateToPose.send_goal(goal_id, nav2.NavigateToPose_Goal(goal))
     nodes.loop.publish("navigate_to_pose/_action/send_goal", message, "client")
-    nodes.run(5.0)
+
+
+def navigate(nodes: NodeRunner, goal: PoseStamped) -> Any:
+    """Return the outcome of a goal."""
+    send_goal(nodes, goal)
+    nodes.run(10.0)
     return nodes.messages("navigate_to_pose/_action/get_result")[-1]
 
 
@@ -129,6 +142,20 @@ def test_an_occupied_goal_ends_beside_it_and_this_is_reported() -> None:
     causes = [one for one in nodes.messages("cause_reports") if one.check == "goal occupied"]
     assert len(causes) == 2 and causes[0].sensor == "map" and causes[0].located
     assert navigate(nodes, at(0.0, 1.0)).result.error_msg == ""
+
+
+def test_the_robot_goes_on_to_a_goal_that_becomes_free() -> None:
+    """Whoever stands there has some seconds to step aside after the robot has come near."""
+    nodes = room(occupied=(1.0, 0.0))
+    send_goal(nodes, at(1.0, 0.0))
+    nodes.run(3.0)
+    assert not nodes.messages("navigate_to_pose/_action/get_result")
+    nodes.loop.publish("map", map_message(None), "test")
+    nodes.run(5.0)
+    outcome = nodes.messages("navigate_to_pose/_action/get_result")[-1]
+    assert outcome.status == STATUS_SUCCEEDED and outcome.result.error_msg == ""
+    controller: Any = nodes.system.nodes["controller"]
+    assert len(controller.ends) == 2 and controller.ends[-1].distance(SE2(1.0, 0.0, 0.0)) < 0.01
 
 
 def test_a_goal_in_a_wall_far_from_any_floor_is_given_up() -> None:

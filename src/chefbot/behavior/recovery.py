@@ -38,6 +38,9 @@ class WaitingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     typical_stay: Annotated[
         float, Meta(ge=1.0, le=600, description="expected stay of a person who has just stopped, s")
     ] = 10.0
+    at_goal: Annotated[
+        float, Meta(ge=0.0, le=600, description="how long to wait near a goal for it to become free, s")
+    ] = 5.0
     request_after: Annotated[
         float, Meta(ge=0.0, le=600, description="how long to wait before requesting to pass, s")
     ] = 3.0

@@ -43,7 +43,10 @@ def test_a_cliff_stops_motion_in_its_direction(cliffs: int, forward: float, back
 
 
 def test_the_reason_names_sensor_and_direction() -> None:
-    assert stop_with(REAR).reason(-0.1, 1) == "Cliff sensor cliff_3 sees no floor: I do not drive backward."
+    assert (
+        stop_with(REAR).reason(-0.1, 1)
+        == "Cliff sensor cliff_3 sees no floor: the robot does not drive backward."
+    )
     assert stop_with(REAR).reason(0.1, 1) == ""
     assert "cliff_1 sees no floor" in stop_with(LEFT).reason(0.1, 1)
 
@@ -81,7 +84,7 @@ def test_a_reading_of_the_future_is_no_floor() -> None:
     assert stop.limit(0.3, 10**9) == 0.0
     assert (
         stop.reason(0.3, 10**9)
-        == "Cliff sensor cliff_0 sends readings from the future: I do not drive forward."
+        == "Cliff sensor cliff_0 sends readings from the future: the robot does not drive forward."
     )
     ahead = stop_with(0, stamp_ns=10**9 + 100_000_000)
     assert ahead.limit(0.3, 10**9) == 0.3, "clocks of two computers differ a little"

@@ -42,11 +42,11 @@ class CliffStop:
             name, way = frame.removesuffix("_link"), "forward" if ahead else "backward"
             stamp_ns = self._stamps_ns.get(frame)
             if stamp_ns is None or now_ns - stamp_ns > READING_TIMEOUT_NS:
-                return f"Cliff sensor {name} sends nothing: I do not drive {way}."
+                return f"Cliff sensor {name} sends nothing: the robot does not drive {way}."
             if stamp_ns - now_ns > CLOCK_TOLERANCE_NS:
-                return f"Cliff sensor {name} sends readings from the future: I do not drive {way}."
+                return f"Cliff sensor {name} sends readings from the future: the robot does not drive {way}."
             if not self._sees_floor[frame]:
-                return f"Cliff sensor {name} sees no floor: I do not drive {way}."
+                return f"Cliff sensor {name} sees no floor: the robot does not drive {way}."
         return ""
 
     def take_remark(self, v: float, now_ns: int) -> str:

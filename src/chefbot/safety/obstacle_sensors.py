@@ -18,8 +18,10 @@ from chefbot.robot.spec import Robot
 from chefbot.safety.sensor_freshness import ObstacleSensorMonitor, SensorView
 
 OK_MESSAGE = "The obstacle sensors send good data."
-BLIND = "The depth camera is blind: a quarter of its picture or more shows nothing; I do not drive forward."
-HIDDEN = "Something beside the robot is too near for the depth camera to see; I do not drive forward."
+BLIND = "The depth camera is blind: a quarter of its picture or more shows nothing; the robot does not drive forward."
+HIDDEN = (
+    "Something beside the robot is too near for the depth camera to see; the robot does not drive forward."
+)
 NEAR_FRACTION = 0.5
 """Fraction of the range within which surfaces do not vanish from one message to the next."""
 BLIND_RANGE_MARGIN = 0.1

@@ -74,7 +74,7 @@ def true_return(one: Driven, result: CalibrationResult) -> float:
     return return_errors(checks, result.solution.wheels, BUILT.sensor).worst
 
 
-@pytest.mark.rotated("calibration drives")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.parametrize(("view", "seed"), [(CAMERA, 1), (LIDAR, 3)])
 def test_narrow_view_with_wrong_station_poses_still_calibrates(view: float, seed: int) -> None:
     """A camera sees one wall from many stands, and what it was thought to see them from wandered by 0.1 m and 6
@@ -96,7 +96,7 @@ def test_narrow_view_with_wrong_station_poses_still_calibrates(view: float, seed
     assert result.after.worst == pytest.approx(true_return(one, result), abs=0.015)
 
 
-@pytest.mark.rotated("calibration drives")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_verification_reports_wheels_that_slipped() -> None:
     """The check's ticks help to find where it stood, and yet they cannot hide what they did."""

@@ -67,6 +67,7 @@ def inputs_of(node: RmwNode) -> dict[str, type[Message]]:
     }
 
 
+@pytest.mark.rotated("invalid messages")
 @pytest.mark.slow
 def test_messages_that_once_crashed_a_launch_are_rejected() -> None:
     with run_launch_file("random_messages.yaml", "headless:=true") as (chefbot, node):

@@ -19,6 +19,7 @@ from tests.support.waiting import in_time
 FLOOD_HZ, SECONDS = 10_000, 3.0
 
 
+@pytest.mark.rotated("invalid messages")
 @pytest.mark.slow
 @pytest.mark.timed
 def test_invalid_messages_are_reported_and_floods_delay_nothing() -> None:

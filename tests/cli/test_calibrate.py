@@ -24,7 +24,7 @@ def options(out: Path, *arguments: str, robot: str = "chefbot_lidar", seed: int 
     return CalibrateOptions(robot, list(arguments), True, seed, out, "calibrate")
 
 
-@pytest.mark.rotated("calibration drives")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_uncalibrated_robot_gets_a_correct_calibration_file(tmp_path: Path) -> None:
     run_calibrate(options(tmp_path, "squares:=1", "side:=1.5"))

@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 from chefbot.robot.load import load_robot
 
 
-@pytest.mark.rotated("drives of other robots")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["desk", "porter"])
 def test_example_robot_explores_and_its_board_reports_no_fault(name: str, tmp_path: Path) -> None:

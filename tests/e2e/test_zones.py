@@ -105,7 +105,7 @@ def launched(folder: Path, zones: str) -> Iterator[Drives]:
         yield drives
 
 
-@pytest.mark.rotated("drives with zones")
+@pytest.mark.rotated("drives of whole robots")
 def test_keep_out_and_slow_zones_are_obeyed(tmp_path: Path) -> None:
     zones = (
         f"  buffet: {{kind: keep_out, corners: [{corners(SOUTH)}]}}\n"
@@ -127,7 +127,7 @@ def test_keep_out_and_slow_zones_are_obeyed(tmp_path: Path) -> None:
         assert drives.masks["speed_filter_mask"].at(4.5, 6.0) == 100
 
 
-@pytest.mark.rotated("drives with zones")
+@pytest.mark.rotated("drives of whole robots")
 def test_a_one_way_lane_is_taken_the_right_way(tmp_path: Path) -> None:
     zones = f"  lane: {{kind: one_way, direction: 180 deg, corners: [{corners(SOUTH)}]}}\n"
     for drives in launched(tmp_path, zones):

@@ -99,6 +99,7 @@ def localize(amcl: Amcl, r: Recording, scans: range) -> tuple[NDArray[np.float64
     return np.array(errors), np.array(converged)
 
 
+@pytest.mark.rotated("recordings")
 def test_odd_scans_are_tracked_on_the_map_of_even_scans(recording: Recording) -> None:
     amcl = Amcl(POOR_ODOMETRY, recording.grid, SE2(0.0, 0.0, 0.0))
     amcl.set_pose(SE2.of(recording.reference[1]), 0.2, 0.1)
@@ -113,7 +114,7 @@ AMBIGUOUS_SHARE = 0.1
 """Share of starts that are ambiguous for longer, such as scan 95 of csail in a corridor with every seed tried."""
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("recordings")
 @pytest.mark.parametrize("rounds", [1, pytest.param(10, marks=pytest.mark.long)])
 def test_global_localization_succeeds_from_any_start(recording: Recording, rounds: int) -> None:
     """It is correct after 21 scans, and never converges to a wrong place.

@@ -94,6 +94,7 @@ def test_each_parameter_is_set_or_rejected_with_the_reason() -> None:
     assert accepted > 40 and rejected > 40 and refused == 3
 
 
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_a_lower_speed_parameter_slows_the_robot() -> None:
     given = {"robot": "chefbot_lidar", "world": "room", "people": "0", "pictures": "0", "headless": "true"}

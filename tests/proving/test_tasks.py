@@ -31,7 +31,7 @@ def run(text: str, folder: Path, seed: int = 1) -> RunRecord:
     return make_run(run_orders(scenario, folder, [seed])[0], folder / "run")
 
 
-@pytest.mark.rotated("runs of scenarios")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 @pytest.mark.parametrize("task", SCENARIOS)
 def test_a_run_of_each_task_succeeds(tmp_path: Path, task: str) -> None:
@@ -82,7 +82,7 @@ def test_a_log_is_mapped_and_compared_with_relations(tmp_path: Path) -> None:
     assert 0.0 < record.figures["relation_error"] < 0.02
 
 
-@pytest.mark.rotated("runs of scenarios")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 @pytest.mark.parametrize("path", REGRESSIONS, ids=lambda path: path.stem)
 def test_a_known_failure_stays_known(tmp_path: Path, path: Path) -> None:

@@ -67,7 +67,7 @@ def ate(found, true):
     return float(np.sqrt(np.mean(np.abs(turned - (b[:, 0] + 1j * b[:, 1])) ** 2)))
 
 
-@pytest.mark.rotated("SLAM on recordings")
+@pytest.mark.rotated("recordings")
 @pytest.mark.parametrize("seed", seeds(2, 5))
 def test_intel_accuracy_matches_published_gmapping(shared, seed: int) -> None:
     records = read(shared("data/slam/intel_full.log.gz"))
@@ -78,7 +78,7 @@ def test_intel_accuracy_matches_published_gmapping(shared, seed: int) -> None:
     assert errors.mean() < 0.070
 
 
-@pytest.mark.rotated("SLAM on recordings")
+@pytest.mark.rotated("recordings")
 @pytest.mark.parametrize("seed", seeds(1, 3))
 def test_csail_agrees_with_the_reference(shared, seed: int) -> None:
     result = run_log(read(shared("data/slam/csail.log.gz")), GmappingParams(seed=seed))
@@ -88,7 +88,7 @@ def test_csail_agrees_with_the_reference(shared, seed: int) -> None:
     assert ate(np.array(result.poses)[:, :2], reference[near, 1:3]) < 0.20
 
 
-@pytest.mark.rotated("SLAM on recordings")
+@pytest.mark.rotated("recordings")
 @pytest.mark.parametrize("seed", seeds(1, 3))
 def test_loops_close_with_odometry_40_m_off(shared, seed: int) -> None:
     z = np.load(shared("data/slam/simul.npz"))

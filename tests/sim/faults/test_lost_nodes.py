@@ -65,7 +65,7 @@ class FaultyDrive:
         self._system.loop.publish("goal_pose", goal, "operator", from_device=True)
 
 
-@pytest.mark.rotated("drives with lost nodes")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS, ids=describe)
 def test_the_robot_stands_reports_why_and_arrives_later(fault: NodeFault) -> None:
@@ -78,7 +78,7 @@ def test_the_robot_stands_reports_why_and_arrives_later(fault: NodeFault) -> Non
     assert drive.run(END_S).distance(GOAL) < 0.35
 
 
-@pytest.mark.rotated("drives with lost nodes")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_a_planner_that_does_not_answer_is_named() -> None:
     drive = FaultyDrive(NodeHung(node="planner", at=LOST_S, until=BACK_S))
@@ -86,7 +86,7 @@ def test_a_planner_that_does_not_answer_is_named() -> None:
     assert PLANNER_SILENT in drive.sentences
 
 
-@pytest.mark.rotated("drives with lost nodes")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_a_restarted_navigator_accepts_a_new_goal() -> None:
     drive = FaultyDrive(NodeKilled(node="navigator", at=LOST_S, until=BACK_S))

@@ -23,7 +23,7 @@ def ate(found, true) -> float:
     return float(np.sqrt(np.mean(np.abs(turned - (b[:, 0] + 1j * b[:, 1])) ** 2)))
 
 
-@pytest.mark.rotated("SLAM on recordings")
+@pytest.mark.rotated("recordings")
 def test_intel_relations_between_scans(shared) -> None:
     records = list(parse(gzip.decompress(shared("data/slam/intel_full.log.gz").read_bytes()).decode()))
     result = run_log(records, GraphSlamParams())
@@ -34,7 +34,7 @@ def test_intel_relations_between_scans(shared) -> None:
     assert relation_errors(track, relations).mean() < 0.056, "odometry between the scans is in it"
 
 
-@pytest.mark.rotated("SLAM on recordings")
+@pytest.mark.rotated("recordings")
 def test_loops_close_with_odometry_40_m_off(shared) -> None:
     z = np.load(shared("data/slam/simul.npz"))
     slam = GraphSlam(GraphSlamParams(), SE2.of(z["sensor_pose"]))

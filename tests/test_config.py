@@ -175,6 +175,6 @@ def test_any_plain_data_is_a_value_or_one_sentence(value):
 
 def test_only_the_nearest_few_names_are_suggested() -> None:
     topics = [f"/robot1/topic_{n}" for n in range(40)] + ["/scan"]
-    said = name_hint("/qqq/zzz", topics)
-    assert said.startswith(" (of 41, the nearest: ") and said.count(",") == 5
+    hint = name_hint("/qqq/zzz", topics)
+    assert hint.startswith(" (of 41, the nearest: ") and hint.count(",") == 5
     assert name_hint("zzz", ["a", "b"]) == " (known: a, b)"

@@ -24,7 +24,7 @@ offsets = st.floats(-3.0, 3.0)
 
 
 def polygon_moments(loop):
-    """Shoelace sums over corners only, written with arrays instead of corner by corner."""
+    """The shoelace formula over corners only, written with arrays instead of corner by corner."""
     x, y = np.array(loop).T
     u, v = np.roll(x, -1), np.roll(y, -1)
     cross = x * v - u * y
@@ -59,8 +59,8 @@ def test_moments_equal_those_of_a_fine_polygon(loop):
     polygon = np.array(points(loop, deviation))
     between = deviation * np.hypot(*(np.roll(polygon, -1, axis=0) - polygon).T).sum()
     reach = np.hypot(*polygon.T).max() + deviation
-    most = between * np.array([1, reach, reach, reach**2, reach**2, reach**2])
-    assert np.all(np.abs(np.array(loop_moments(loop)) - polygon_moments(polygon)) <= most + 1e-12)
+    bound = between * np.array([1, reach, reach, reach**2, reach**2, reach**2])
+    assert np.all(np.abs(np.array(loop_moments(loop)) - polygon_moments(polygon)) <= bound + 1e-12)
 
 
 @given(sizes, offsets, offsets)

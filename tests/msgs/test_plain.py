@@ -79,7 +79,7 @@ def test_1e3_is_parsed_as_a_number() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "plain", "said"),
+    ("kind", "plain", "sentence"),
     [
         (Twist, {"linaer": {}}, "no field 'linaer' (did you mean 'linear'?)"),
         (Twist, {"linear": {"x": "fast"}}, "linear: x is a number, not 'fast'"),
@@ -96,7 +96,9 @@ def test_1e3_is_parsed_as_a_number() -> None:
         (Range, {"header": "now"}, "has the fields stamp, frame_id"),
     ],
 )
-def test_invalid_values_are_refused_in_one_sentence(kind: type[Message], plain: object, said: str) -> None:
+def test_invalid_values_are_refused_in_one_sentence(
+    kind: type[Message], plain: object, sentence: str
+) -> None:
     with pytest.raises(InvalidMessageError) as error:
         message_from_dict(kind, plain, "values", Time(1, 0))
-    assert said in str(error.value) and str(error.value).startswith("values: ")
+    assert sentence in str(error.value) and str(error.value).startswith("values: ")

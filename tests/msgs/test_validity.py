@@ -1,4 +1,4 @@
-"""What is refused at the border, by which words; and that plausible messages of real drivers pass."""
+"""What is refused at the border, with which sentence; and that plausible messages of real drivers pass."""
 
 from __future__ import annotations
 
@@ -157,9 +157,9 @@ ACCEPTED: list[Message] = [
 ]
 
 
-@pytest.mark.parametrize(("message", "words"), REFUSED, ids=lambda one: one if isinstance(one, str) else "")
-def test_invalid_messages_are_refused_by_field_name(message: Message, words: str) -> None:
-    with pytest.raises(InvalidMessageError, match=words):
+@pytest.mark.parametrize(("message", "pattern"), REFUSED, ids=lambda one: one if isinstance(one, str) else "")
+def test_invalid_messages_are_refused_by_field_name(message: Message, pattern: str) -> None:
+    with pytest.raises(InvalidMessageError, match=pattern):
         check(message)
 
 

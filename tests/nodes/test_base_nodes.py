@@ -144,7 +144,7 @@ def test_a_goal_that_is_no_motion_is_refused_and_nothing_moves(name: str, goal: 
 
 
 class Round(DeliveryRoundNode):
-    """A round to which the events are told by the test."""
+    """A round whose events come from the test."""
 
     params: DeliveryParams
 

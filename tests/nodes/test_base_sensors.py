@@ -1,4 +1,4 @@
-"""The collision monitor's node: from scans, transforms and echoes to what the wheels get, and to the words for it."""
+"""The collision monitor's node: from scans, transforms and echoes to what the wheels get, and the reason for it."""
 
 from __future__ import annotations
 
@@ -81,12 +81,12 @@ def test_an_echo_stops_it() -> None:
     assert base.speed < 0.05 and "ultrasonic ranger" in reasons(base)[-1]
 
 
-@pytest.mark.parametrize(("silent", "words"), [
+@pytest.mark.parametrize(("silent", "sentence"), [
     ("lidar", "The lidar has sent nothing for more than 0.3 s."),
     ("depth camera", "The depth camera has sent nothing for more than 0.3 s."),
     ("odometry", "The lidar's data cannot be placed"),
 ])  # fmt: skip
-def test_what_is_silent_stops_the_wheels_within_300_ms(silent: str, words: str) -> None:
+def test_what_is_silent_stops_the_wheels_within_300_ms(silent: str, sentence: str) -> None:
     base = BaseBench()
     drive(base, 3.0)
     assert base.speed == pytest.approx(0.35)
@@ -101,10 +101,10 @@ def test_what_is_silent_stops_the_wheels_within_300_ms(silent: str, words: str) 
     stopped = speeds.index(0.0)
     assert min(speeds[:stopped]) > 0.3 and not any(speeds[stopped:])
     assert times_ns[stopped] - last == 300_000_000, "the last data that could be placed"
-    assert standing(base)[-1].startswith(words)
+    assert standing(base)[-1].startswith(sentence)
     base.run(1.1)
     level, message = health(base)
-    assert level == ERROR and message.startswith(words)
+    assert level == ERROR and message.startswith(sentence)
     base.silent.clear()
     drive(base, 3.0)
     assert base.speed > 0.3 and standing(base)[-1] == ""
@@ -249,7 +249,7 @@ def test_a_lidar_beside_the_middle_marks_where_it_is() -> None:
 
 
 def test_an_echo_without_a_ranger_is_no_fault() -> None:
-    """Another robot's file, the same board: the echo is heard, and nothing waits for the next one."""
+    """Another robot's file, the same board: the echo is received, and nothing waits for the next one."""
     robot = msgspec.structs.replace(
         LIDAR_ROBOT, sensors=msgspec.structs.replace(LIDAR_ROBOT.sensors, ultrasonic=None)
     )

@@ -74,7 +74,7 @@ def test_a_stop_of_another_node_counts_and_its_release_does_not() -> None:
     base.run(TICK)
     base.send("emergency_stop", Bool(False))
     assert base.messages("stop_status")[-1].active and states(base)[-1] is True, (
-        "it says again that it is pressed"
+        "it reports again that it is pressed"
     )
     base.run(1.0, "cmd_vel_nav", 0.3)
     assert base.speed == 0.0
@@ -193,10 +193,10 @@ def test_a_late_joining_subscriber_receives_the_state() -> None:
     base = bench()
     base.send("stop_request", Bool(True))
     base.run(1.0)
-    heard = {one.topic: one.message for one in base.loop.latched()}
-    assert heard["emergency_stop"].data and heard["stop_status"].description == PRESSED
+    latched = {one.topic: one.message for one in base.loop.latched()}
+    assert latched["emergency_stop"].data and latched["stop_status"].description == PRESSED
     driven = BaseBench()
     driven.run(1.0, "cmd_vel_nav", 0.3)
-    heard = {one.topic: one.message for one in driven.loop.latched()}
-    assert heard["base/standing"].data == driven.texts("base/standing")[-1]
-    assert heard["collision_monitor/reason"].data == driven.texts("collision_monitor/reason")[-1]
+    latched = {one.topic: one.message for one in driven.loop.latched()}
+    assert latched["base/standing"].data == driven.texts("base/standing")[-1]
+    assert latched["collision_monitor/reason"].data == driven.texts("collision_monitor/reason")[-1]

@@ -131,7 +131,7 @@ def test_somebody_in_the_only_door_is_named_by_number() -> None:
     assert found.sensor == "lidar" and found.marked_at.ns == 4_000_000_000
     assert math.dist((found.point.x, found.point.y), IN_DOOR) < 0.35
     assert 2.0 < found.distance < 3.0 and found.extra_length == 0.0
-    assert found.waiting_pose.header.frame_id == "", "nobody asked for it"
+    assert found.waiting_pose.header.frame_id == "", "none was requested"
 
 
 def test_the_other_way_has_its_extra_length() -> None:

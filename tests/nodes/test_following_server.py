@@ -26,7 +26,7 @@ from chefbot.runtime.node import Node, NoParams
 
 
 class StraightDriver(Node):
-    """Plans straight lines and drives along them at 0.5 m/s; rotates as long as it is asked to."""
+    """Plans straight lines and drives along them at 0.5 m/s; rotates as long as that is requested."""
 
     params: NoParams
     compute_path_to_pose = action_server(nav2.ComputePathToPose)
@@ -181,27 +181,27 @@ def test_a_path_of_another_client_ends_the_following() -> None:
 
 
 @pytest.mark.parametrize(
-    ("frame", "topic", "words"),
+    ("frame", "topic", "reason"),
     [("base_link", "", "follows tracked people"), ("", "some_pose", "follows tracked people")],
 )
-def test_other_objects_are_refused_with_a_reason(frame: str, topic: str, words: str) -> None:
+def test_other_objects_are_refused_with_a_reason(frame: str, topic: str, reason: str) -> None:
     robot = Following()
     robot.send(frame, topic=topic)
     robot.run(0.5)
-    assert robot.outcome.result.error_code == GOAL_REJECTED and words in robot.outcome.result.error_msg
+    assert robot.outcome.result.error_code == GOAL_REJECTED and reason in robot.outcome.result.error_msg
 
 
 @pytest.mark.parametrize(
-    ("message", "words"),
+    ("message", "reason"),
     [(NavigationStatus(state="driving"), "cancel it first"), (Bool(True), "STOP is pressed")],
 )
-def test_a_robot_that_may_not_follow_refuses(message: Any, words: str) -> None:
+def test_a_robot_that_may_not_follow_refuses(message: Any, reason: str) -> None:
     robot = Following()
     topic = "emergency_stop" if isinstance(message, Bool) else "navigation_status"
     robot.loop.publish(topic, message, "robot")
     robot.send()
     robot.run(0.5)
-    assert robot.outcome.result.error_code == GOAL_REJECTED and words in robot.outcome.result.error_msg
+    assert robot.outcome.result.error_code == GOAL_REJECTED and reason in robot.outcome.result.error_msg
 
 
 def test_a_robot_without_path_or_pose_aborts_with_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -90,7 +90,7 @@ def at(x: float, y: float, frame: str = "map") -> PoseStamped:
 
 
 @pytest.mark.parametrize(
-    ("goal", "code", "words"),
+    ("goal", "code", "reason"),
     [
         (at(math.nan, 0.0), GOAL_OUTSIDE_MAP, "The goal is not a pose on the map"),
         (at(math.inf, 0.0), GOAL_OUTSIDE_MAP, "The goal is not a pose on the map"),
@@ -105,15 +105,15 @@ def at(x: float, y: float, frame: str = "map") -> PoseStamped:
     ],
     ids=["nan", "infinite", "huge", "outside", "frame", "rotation"],
 )
-def test_an_invalid_goal_is_aborted_with_a_reason(goal: PoseStamped, code: int, words: str) -> None:
+def test_an_invalid_goal_is_aborted_with_a_reason(goal: PoseStamped, code: int, reason: str) -> None:
     nodes = room()
     outcome = navigate(nodes, goal)
     assert (outcome.status, outcome.result.error_code) == (STATUS_ABORTED, code)
-    assert words in outcome.result.error_msg
+    assert reason in outcome.result.error_msg
     controller: Any = nodes.system.nodes["controller"]
     assert not controller.ends  # it stands
     statuses = nodes.messages("navigation_status")
-    assert statuses[-1].state == "idle" and words in statuses[-1].reason
+    assert statuses[-1].state == "idle" and reason in statuses[-1].reason
     assert "driving" in [status.state for status in statuses]  # so that giving up is a cause
     assert navigate(nodes, at(1.0, 0.0)).status == STATUS_SUCCEEDED
 

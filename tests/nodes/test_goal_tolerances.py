@@ -24,7 +24,7 @@ DOCK, TABLE, KITCHEN = SE2(2.0, 1.0, math.pi), SE2(4.0, 1.0, 0.0), SE2(0.0, 3.0,
 
 
 class Follower(GoalTolerancesNode):
-    """A node that a test asks for tolerances."""
+    """A node that a test queries for tolerances."""
 
     params: NoParams
 
@@ -37,7 +37,7 @@ def node() -> Any:
     return found
 
 
-def tell_places(node: Any) -> None:
+def publish_places(node: Any) -> None:
     def place(name: str, at: SE2, **tolerances: float) -> Place:
         return Place(name, PoseStamped(Header.of(0, "map"), Pose.of(at)), **tolerances)
 
@@ -56,13 +56,13 @@ def path_to(*poses: SE2, frame: str = "map") -> Path:
 
 
 def test_a_place_gives_its_tolerances_to_paths_that_end_there(node: Any) -> None:
-    tell_places(node)
+    publish_places(node)
     assert node._tolerance_of(path_to(TABLE, DOCK)) == GoalParams(xy_tolerance=0.02, yaw_tolerance=0.03)
     assert node._tolerance_of(path_to(DOCK, KITCHEN)) is None, "it only leads past"
 
 
 def test_a_place_without_tolerances_has_the_defaults(node: Any) -> None:
-    tell_places(node)
+    publish_places(node)
     assert node._tolerance_of(path_to(TABLE)) == GoalParams(yaw_tolerance=0.5)
     assert node._tolerance_of(path_to(KITCHEN)) is None
 
@@ -78,7 +78,7 @@ def test_a_place_without_tolerances_has_the_defaults(node: Any) -> None:
     ],
 )
 def test_a_goal_beside_a_place_is_another_one(node: Any, offset: SE2, same: bool) -> None:
-    tell_places(node)
+    publish_places(node)
     goal = SE2(DOCK.x + offset.x, DOCK.y + offset.y, DOCK.yaw + offset.yaw)
     assert (node._tolerance_of(path_to(goal)) is not None) == same
 

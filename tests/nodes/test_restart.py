@@ -297,13 +297,13 @@ class Base(NodeRunner):
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["stop_request", "emergency_stop"]), st.booleans()), max_size=8))
 def test_emergency_stop_has_one_state_that_the_wheels_obey(
-    words: list[tuple[str, bool]],
+    messages: list[tuple[str, bool]],
 ) -> None:
     """Any client may set it on either topic; only a request releases it."""
     runner, stopped = Base(), False
-    for topic, word in words:
-        runner.request(topic, word)
-        stopped = word if topic == "stop_request" else stopped or word
+    for topic, value in messages:
+        runner.request(topic, value)
+        stopped = value if topic == "stop_request" else stopped or value
         assert runner.stopped == runner.status.active == stopped
     assert runner.drives() != stopped
     restarted = Base(stop_status=runner.status, restarted=Empty())

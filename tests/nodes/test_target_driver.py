@@ -205,7 +205,7 @@ def test_looking_round_stands_and_turns_to_both_sides_and_back() -> None:
     drive.to(NEAR)
     drive.driver._look_round()
     drive.run(0.1)
-    assert drive.servers.turned[3:] == [pytest.approx(TURNS[0])], "after a drive it looks round anew"
+    assert drive.servers.turned[3:] == [pytest.approx(TURNS[0])], "after a drive it looks round again"
 
 
 def test_a_target_ends_the_looking_round() -> None:

@@ -37,7 +37,7 @@ def test_only_gravity_shows_an_imu_that_is_upside_down(change: Change, accused: 
 
 
 @pytest.mark.parametrize(
-    ("force", "words"),
+    ("force", "expected"),
     [
         ((0.0, 0.0, GRAVITY), "the gyro's offset has changed"),
         ((0.0, 0.0, 1.2 * GRAVITY), "robot carried"),
@@ -45,7 +45,7 @@ def test_only_gravity_shows_an_imu_that_is_upside_down(change: Change, accused: 
     ],
 )
 def test_a_robot_is_carried_only_if_the_accelerometer_shows_it(
-    force: tuple[float, float, float], words: str
+    force: tuple[float, float, float], expected: str
 ) -> None:
     ekf, variance = Ekf(BODY), (1e-6, 1e-6, 1e-6)
     for k in range(1, 151):
@@ -56,4 +56,4 @@ def test_a_robot_is_carried_only_if_the_accelerometer_shows_it(
         ekf.add(ImuReading(k * PERIOD, rates, variance, forces, variance))
         ekf.add(WheelCounts(k * PERIOD, 0, 0))
     sentence = diagnostic_message(ekf, 150 * PERIOD) or ""
-    assert words in sentence and ("carried" in sentence) == ("carried" in words)
+    assert expected in sentence and ("carried" in sentence) == ("carried" in expected)

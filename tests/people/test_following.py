@@ -61,14 +61,14 @@ def test_the_nearest_person_ahead_is_chosen() -> None:
     assert follower.number == 3
 
 
-@pytest.mark.parametrize(("number", "words"), [(0, "No person is ahead"), (9, "Person 9 is not in sight")])
-def test_nobody_to_follow_aborts_with_a_reason(number: int, words: str) -> None:
+@pytest.mark.parametrize(("number", "reason"), [(0, "No person is ahead"), (9, "Person 9 is not in sight")])
+def test_nobody_to_follow_aborts_with_a_reason(number: int, reason: str) -> None:
     follower = PersonFollower(PARAMS, number, 0.0)
     behind = people(person(1, -2.0, 0.0))
     assert follower.step(ORIGIN, behind, 0.1).state == INITIAL_PERCEPTION
     assert follower.step(ORIGIN, None, 1.0).error_code == 0
     end = follower.step(ORIGIN, behind, PARAMS.detection_timeout)
-    assert end.error_code == FAILED_TO_DETECT_OBJECT and words in end.sentence
+    assert end.error_code == FAILED_TO_DETECT_OBJECT and reason in end.sentence
 
 
 def lost_follower() -> PersonFollower:

@@ -1,4 +1,4 @@
-"""Tests the evidence that a track is a person, and what is said of it."""
+"""Tests the evidence that a track is a person, and what is reported of it."""
 
 from __future__ import annotations
 

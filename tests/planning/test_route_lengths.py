@@ -1,4 +1,4 @@
-"""Lengths of ways: around walls, never shorter than the straight line, and honest guesses where the map ends."""
+"""Lengths of ways: around walls, never shorter than the straight line, and estimated beyond the map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run without a simulator: its robot does at once, or not at all, what a test says."""
+"""A run without a simulator: its robot does at once, or not at all, what a test requests."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class FakeRun(SimulatedRun):
         """Do something after some seconds."""
         self.system.loop.schedule(self.system.loop.now_ns + round(seconds * SECOND), DEVICE, action)
 
-    def say(self, topic: str, message: Message) -> None:
+    def publish_as_robot(self, topic: str, message: Message) -> None:
         """Publish as a node of the robot."""
         if isinstance(message, DeliveryStatus):
             self.scorer.delivery = message
@@ -87,7 +87,9 @@ class FakeRun(SimulatedRun):
         """Note what is launched; exploration is done after DRIVE seconds."""
         self.launched.append(name)
         if name == "explore":
-            self.later(DRIVE, lambda: self.say("exploration_status", ExplorationStatus(done=True)))
+            self.later(
+                DRIVE, lambda: self.publish_as_robot("exploration_status", ExplorationStatus(done=True))
+            )
 
     def true_map(self) -> Path:
         """Return the path of no map."""
@@ -101,7 +103,7 @@ class FakeRun(SimulatedRun):
             self.sent.append(publication)
 
     def _on_pose(self, _: Message) -> None:
-        self.later(1.0, lambda: self.say("localized", Bool(True)))
+        self.later(1.0, lambda: self.publish_as_robot("localized", Bool(True)))
 
     def _name(self, pose: SE2) -> str:
         return min(self.places, key=lambda name: self.places[name].distance(pose))
@@ -111,13 +113,15 @@ class FakeRun(SimulatedRun):
         name = self._name(message.pose.se2)
         reason = self.missed.get(name, "")
         if reason is not None:
-            self.later(0.5, lambda: self.say("navigation_status", NavigationStatus(state="driving")))
+            self.later(
+                0.5, lambda: self.publish_as_robot("navigation_status", NavigationStatus(state="driving"))
+            )
             self.later(DRIVE, lambda: self._arrive(name, reason))
 
     def _arrive(self, name: str, reason: str) -> None:
         if not reason:
             self.scorer.last_ground_truth = self.places[name]
-        self.say("navigation_status", NavigationStatus(state="idle", reason=reason))
+        self.publish_as_robot("navigation_status", NavigationStatus(state="idle", reason=reason))
 
     def _on_order(self, message: Message) -> None:
         assert isinstance(message, Order)
@@ -131,11 +135,14 @@ class FakeRun(SimulatedRun):
             if reason is not None:
                 self.later(DRIVE * (k + 1), lambda state=state, place=place: self._serve(state, place))
         self.later(
-            DRIVE * (len(states) + 1), lambda: self.say("delivery_status", DeliveryStatus(state="idle"))
+            DRIVE * (len(states) + 1),
+            lambda: self.publish_as_robot("delivery_status", DeliveryStatus(state="idle")),
         )
 
     def _serve(self, state: str, place: str) -> None:
         if place in self.places and not self.missed.get(place):
             self.scorer.last_ground_truth = self.places[place]
         for repeated in range(2):
-            self.say("delivery_status", DeliveryStatus(state=state, place=place, description=f"{repeated}"))
+            self.publish_as_robot(
+                "delivery_status", DeliveryStatus(state=state, place=place, description=f"{repeated}")
+            )

@@ -55,14 +55,14 @@ def running(monkeypatch: pytest.MonkeyPatch, program: str) -> None:
 def test_true_states_are_read_and_requests_are_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    running(monkeypatch, ECHO.format(str(tmp_path / "heard")))
+    running(monkeypatch, ECHO.format(str(tmp_path / "request")))
     hardware = HardwareProcess(setup(tmp_path))
     try:
         hardware.wait(lambda: len(hardware.states) == 3, "nothing was read", 20.0)
         assert hardware.states[-1] == TrueState(2, [2, 0, 0], 0, "")  # type: ignore[arg-type]
         hardware.request("unplug lidar")
         hardware._process.wait(20.0)
-        assert (tmp_path / "heard").read_text() == "unplug lidar\n"
+        assert (tmp_path / "request").read_text() == "unplug lidar\n"
         with pytest.raises(TaskFailedError, match=r"has ended, see hardware\.log"):
             _ = hardware.pose
         with pytest.raises(TaskFailedError, match="has ended"):
@@ -83,13 +83,15 @@ def test_what_does_not_happen_in_time_is_named(tmp_path: Path, monkeypatch: pyte
 
 
 def test_the_hardware_gets_the_setup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    running(monkeypatch, f"import sys; open({str(tmp_path / 'heard')!r}, 'w').write(' '.join(sys.argv[1:]))")
+    running(
+        monkeypatch, f"import sys; open({str(tmp_path / 'arguments')!r}, 'w').write(' '.join(sys.argv[1:]))"
+    )
     hardware = HardwareProcess(setup(tmp_path))
     hardware._process.wait(20.0)
     hardware.close()
-    heard = (tmp_path / "heard").read_text()
-    assert heard.startswith("board emulate --robot chefbot_lidar --world room --profile real --seed 1")
-    assert f"--link {tmp_path / 'board'}" in heard and f"--lidar {tmp_path / 'lidar'}" in heard
+    arguments = (tmp_path / "arguments").read_text()
+    assert arguments.startswith("board emulate --robot chefbot_lidar --world room --profile real --seed 1")
+    assert f"--link {tmp_path / 'board'}" in arguments and f"--lidar {tmp_path / 'lidar'}" in arguments
 
 
 def test_a_launch_gets_the_ports_and_commands_its_page(
@@ -170,7 +172,7 @@ def test_goals_are_drawn_where_the_robot_gets_to() -> None:
 
 
 class FakeHardware:
-    """A robot that drives by what the commands of `FakeRobot` say, in no time."""
+    """A robot that does what the commands of `FakeRobot` request, in no time."""
 
     def __init__(self, _: BuiltSetup) -> None:
         self.states = [TrueState(0.0, (0.0, 0.0, 0.0), 0, "")]

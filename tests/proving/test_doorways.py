@@ -26,7 +26,7 @@ PERIOD, PATIENCE = 0.1, 300.0
 
 
 class Passage:
-    """A robot that moves towards a door as the test says, 10 ground truths a second; the goal is at x > 0."""
+    """A robot that moves towards a door as the test commands, 10 ground truths a second; the goal is at x > 0."""
 
     def __init__(self, blocks: bool = True, doors: tuple[Door, ...] = (DOOR,), begin: float = 100.0) -> None:
         self.opening, self.people = 1.0, list[SE2]()
@@ -41,16 +41,16 @@ class Passage:
         self.observer = DoorwayObserver(self.run, DOOR, math.copysign(1.0, middle_x_axis))
         self.observer.blocks = blocks
         self.x = -2.0
-        self.say("navigation_status", NavigationStatus(state="driving"))
+        self.publish("navigation_status", NavigationStatus(state="driving"))
 
-    def say(self, topic: str, message: Message) -> None:
+    def publish(self, topic: str, message: Message) -> None:
         self.observer(Publication(topic, message, "test", False, round(self.run.time * 1e9), False))
 
     def step(self, v: float, w: float = 0.0, y: float = 0.0) -> None:
         self.run.time = round(self.run.time + PERIOD, 6)
         self.x += v * PERIOD
         pose = PoseWithCovariance(pose=Pose.of(SE2(self.x, y, 0.0)))
-        self.say("ground_truth", Odometry(pose=pose, twist=TwistWithCovariance(twist=Twist.of(v, w))))
+        self.publish("ground_truth", Odometry(pose=pose, twist=TwistWithCovariance(twist=Twist.of(v, w))))
 
     def drive_to(self, x: float) -> None:
         while self.x < x - 1e-9:
@@ -75,15 +75,15 @@ def blocked() -> Passage:
 def test_the_first_request_is_timed_from_when_the_robot_stands() -> None:
     passage = blocked()
     passage.stand(4.0)
-    passage.say(SPEECH, String("may I pass?"))
+    passage.publish(SPEECH, String("may I pass?"))
     passage.stand(3.0)
-    passage.say(SPEECH, String("may I pass?"))
+    passage.publish(SPEECH, String("may I pass?"))
     assert passage.figures()["request_delay"] == pytest.approx(4.0, abs=2 * PERIOD)
 
 
 def test_a_request_before_the_robot_stands_is_no_delay() -> None:
     passage = blocked()
-    passage.say(SPEECH, String("may I pass?"))
+    passage.publish(SPEECH, String("may I pass?"))
     passage.stand(5.0)
     assert passage.figures()["request_delay"] == 0.0
 
@@ -118,7 +118,7 @@ def test_a_robot_is_held_up_by_a_door_that_is_not_free(what: str, held_up: bool)
     passage.people += [] if what in ("closed", "nothing") else [SE2(0.0, 0.3, 0.0)]
     passage.opening = 0.5 if what == "closed" else 1.0
     if what == "idle":
-        passage.say("navigation_status", NavigationStatus(state="idle"))
+        passage.publish("navigation_status", NavigationStatus(state="idle"))
     passage.x = -7.0 if what == "far" else -1.0
     passage.stand(3.0)
     assert (passage.observer.held_up_at < math.inf) == held_up
@@ -195,10 +195,10 @@ def test_a_goal_that_ends_before_the_patience_is_given_up(
 ) -> None:
     passage = blocked()
     passage.stand(waits)
-    passage.say("navigation_status", NavigationStatus(state="idle", reason="the way is blocked"))
-    passage.say("navigation_status", NavigationStatus(state="driving"))
+    passage.publish("navigation_status", NavigationStatus(state="idle", reason="the way is blocked"))
+    passage.publish("navigation_status", NavigationStatus(state="driving"))
     passage.run.time += 1000.0
-    passage.say("navigation_status", NavigationStatus(state="idle"))
+    passage.publish("navigation_status", NavigationStatus(state="idle"))
     assert passage.figures(reached)["given_up"] == given_up
 
 

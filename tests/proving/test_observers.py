@@ -33,7 +33,7 @@ SECOND = 1_000_000_000
 RADIUS = 0.2
 
 
-def said(topic: str, message: Message, seconds: float = 0.0) -> Publication:
+def publication(topic: str, message: Message, seconds: float = 0.0) -> Publication:
     return Publication(topic, message, "somebody", True, round(seconds * SECOND), False)
 
 
@@ -53,7 +53,7 @@ def hall(*occupied: tuple[int, int]) -> Grid:
 
 
 class Truth:
-    """A simulation that is where the test says."""
+    """A simulation whose robot is where the test puts it."""
 
     def __init__(self) -> None:
         self.pose, self.v, self.people = SE2(0.0, 0.0, 0.0), 0.3, list[SE2]()
@@ -92,7 +92,7 @@ def drive(observer: SafetyObserver, simulation: Any, distances: list[float], v: 
     """Be at the distances of the robot's edge to the cell at (2.025, 2.025), one a tenth of a second."""
     for number, distance in enumerate(distances):
         simulation.pose, simulation.v = SE2(2.025 - RADIUS - distance, 2.025, 0.0), v
-        observer(said("ground_truth", odometry(simulation.pose), number / 10))
+        observer(publication("ground_truth", odometry(simulation.pose), number / 10))
 
 
 def test_a_near_miss_counts_once_until_it_is_over() -> None:
@@ -113,19 +113,24 @@ def test_a_robot_that_stands_misses_nothing() -> None:
 def test_collisions_are_noted_with_their_place() -> None:
     observer, simulation = safety(hall())
     simulation.pose = SE2(1.0, 2.0, 0.0)
-    observer(said("collision", Collision(object_name="wall 3"), 4.0))
+    observer(publication("collision", Collision(object_name="wall 3"), 4.0))
     assert observer.incidents == [(4.0, 1.0, 2.0, "collision with wall 3")]
 
 
 def test_nothing_is_measured_before_the_simulator_has_started() -> None:
     observer = SafetyObserver(hall(), RADIUS)
-    observer(said("ground_truth", odometry(SE2(0.0, 0.0, 0.0))))
+    observer(publication("ground_truth", odometry(SE2(0.0, 0.0, 0.0))))
     assert (observer.path, observer.incidents) == ([], [])
 
 
 # Messages
 
-MESSAGES = [said("a", Bool(True)), said("a", Bool(False)), said("b", Bool(True)), said("a", Bool(True), 1e-9)]
+MESSAGES = [
+    publication("a", Bool(True)),
+    publication("a", Bool(False)),
+    publication("b", Bool(True)),
+    publication("a", Bool(True), 1e-9),
+]
 
 
 def hash_of(publications: list[Publication]) -> str:
@@ -142,7 +147,7 @@ def test_the_hash_depends_on_topic_time_content_and_order() -> None:
 
 
 def test_images_and_the_launch_are_not_in_the_hash() -> None:
-    others = [said("camera", Image()), said(LAUNCH_TOPIC, String("/home/somebody"))]
+    others = [publication("camera", Image()), publication(LAUNCH_TOPIC, String("/home/somebody"))]
     assert hash_of([*others, *MESSAGES]) == hash_of(MESSAGES)
 
 
@@ -160,18 +165,18 @@ def claims(error: float) -> WrongClaims:
 )
 def test_time_of_wrong_claims_is_added(error: float, localized: bool, seconds: float) -> None:
     observer = claims(error)
-    observer(said("localization_status", LocalizationStatus(localized=localized)))
+    observer(publication("localization_status", LocalizationStatus(localized=localized)))
     for time in (1.0, 2.0, 3.0):
-        observer(said("ground_truth", odometry(SE2(0.0, 0.0, 0.0)), time))
+        observer(publication("ground_truth", odometry(SE2(0.0, 0.0, 0.0)), time))
     assert observer.seconds == pytest.approx(seconds)
 
 
 def test_without_a_pose_no_claim_is_wrong() -> None:
     observer = claims(5.0)
     observer._scorer.delivering.truth.clear()
-    observer(said("localization_status", LocalizationStatus(localized=True)))
+    observer(publication("localization_status", LocalizationStatus(localized=True)))
     for time in (1.0, 2.0):
-        observer(said("ground_truth", odometry(SE2(0.0, 0.0, 0.0)), time))
+        observer(publication("ground_truth", odometry(SE2(0.0, 0.0, 0.0)), time))
     assert observer.seconds == 0.0
 
 
@@ -182,8 +187,8 @@ def test_drift_is_the_error_by_the_distance_driven() -> None:
     observer, start = OdometryDrift(), SE2(3.0, 1.0, 0.7)
     for number in range(5):
         true, reported = SE2(float(number), 0.0, 0.0), SE2(1.1 * number, 0.0, 0.0)
-        observer(said("ground_truth", odometry(start @ true)))
-        observer(said("odom", odometry(reported)))
+        observer(publication("ground_truth", odometry(start @ true)))
+        observer(publication("odom", odometry(reported)))
     assert observer.drift() == pytest.approx(0.1)
 
 
@@ -191,6 +196,6 @@ def test_a_robot_that_hardly_drove_has_no_drift() -> None:
     observer = OdometryDrift()
     assert math.isnan(observer.drift())
     for x in (0.0, 0.9):
-        observer(said("ground_truth", odometry(SE2(x, 0.0, 0.0))))
-        observer(said("odom", odometry(SE2(x, 0.0, 0.0))))
+        observer(publication("ground_truth", odometry(SE2(x, 0.0, 0.0))))
+        observer(publication("odom", odometry(SE2(x, 0.0, 0.0))))
     assert math.isnan(observer.drift())

@@ -1,4 +1,4 @@
-"""The page of a proof: one file without external references that says what was judged and what was not."""
+"""The page of a proof: one file without external references that shows what was judged and what was not."""
 
 from __future__ import annotations
 

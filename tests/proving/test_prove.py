@@ -202,9 +202,9 @@ def test_the_summary_keeps_odd_and_even_seeds_apart(
 ) -> None:
     runs.fail = {2}
     run_prove(options(tmp_path / "out", scenario))
-    said = " ".join(capsys.readouterr().out.split())
-    assert "tiny odd, judged 2 of 2" in said
-    assert "tiny even, not judged 1 of 2" in said
+    output = " ".join(capsys.readouterr().out.split())
+    assert "tiny odd, judged 2 of 2" in output
+    assert "tiny even, not judged 1 of 2" in output
 
 
 def proof(folder: Path, scenario: str, runs: Runs, fail: set[int], time: float) -> Path:
@@ -214,7 +214,7 @@ def proof(folder: Path, scenario: str, runs: Runs, fail: set[int], time: float) 
 
 
 @pytest.mark.parametrize(
-    ("fail", "time", "code", "said"),
+    ("fail", "time", "code", "sentence"),
     [
         (set(), 60.0, 0, ""),
         (set(range(1, 20, 2)), 60.0, 1, "worse: tiny, success: 1 -> 0.5"),
@@ -230,7 +230,7 @@ def test_only_what_got_worse_gives_exit_code_1(
     fail: set[int],
     time: float,
     code: int,
-    said: str,
+    sentence: str,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     old, new = (
@@ -240,7 +240,7 @@ def test_only_what_got_worse_gives_exit_code_1(
     capsys.readouterr()
     assert run_prove(options(new, scenario, seeds="1..41", against=old)) == code
     output = capsys.readouterr().out
-    assert said in output
+    assert sentence in output
     assert ("\nworse: " in output) == bool(code)
     assert "Against the older results" in (new / PAGE).read_text()
 

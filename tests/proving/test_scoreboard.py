@@ -83,18 +83,18 @@ def test_the_processors_of_all_machines_are_named_once() -> None:
 
 @pytest.fixture
 def orders(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Make no run but for the first three that are missing; return what was asked for."""
-    asked: list[Any] = []
+    """Make no run but for the first three that are missing; return what was requested."""
+    requested: list[Any] = []
 
     def make_missing(results: Any, missing: Any, done: dict[str, RunRecord], *_: Any) -> None:
-        asked.extend(missing)
+        requested.extend(missing)
         for order in missing[:3]:
             done[order.key] = a_record(order.seed, scenario=order.scenario.name, key=order.key)
 
     monkeypatch.setattr(scoreboard, "make_missing", make_missing)
     monkeypatch.setattr(scoreboard, "built_in_scenarios", lambda: {"drive": Path(), "go": Path()})
     monkeypatch.setattr(scoreboard, "load_scenario", lambda name: tiny(name=name))
-    return asked
+    return requested
 
 
 def test_all_scenarios_with_the_first_odd_seed_come_first(tmp_path: Path, orders: list[Any]) -> None:

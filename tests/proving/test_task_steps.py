@@ -1,4 +1,4 @@
-"""The steps of the tasks, with a robot that does what a test says: what is sent, recorded and judged."""
+"""The steps of the tasks, with a robot that does what a test requests: what is sent, recorded and judged."""
 
 from __future__ import annotations
 
@@ -119,7 +119,10 @@ def test_a_table_that_is_never_reported_is_recorded() -> None:
 def test_deliveries_that_fail_end_at_once() -> None:
     run = FakeRun(DeliverTask(tables=4), KITCHEN)
     run.later(
-        15.0, lambda: run.say("delivery_status", DeliveryStatus(state="failed", description="tray lost"))
+        15.0,
+        lambda: run.publish_as_robot(
+            "delivery_status", DeliveryStatus(state="failed", description="tray lost")
+        ),
     )
     with pytest.raises(TaskFailedError, match=r"not served: .*; tray lost"):
         deliver(run)

@@ -52,7 +52,7 @@ def test_the_wheels_turn_slower_under_load() -> None:
 
 
 def test_both_wheels_share_the_rolling_resistance() -> None:
-    """0.015 of the weight on a hard floor, half of it at each wheel's rim."""
+    """0.015 of the weight on a hard floor, half of it at the circumference of each wheel."""
     assert rolling_torque(CHEFBOT) == pytest.approx(
         0.015 * total_mass(CHEFBOT) * GRAVITY * CHEFBOT.wheel_radius / 2, rel=1e-3
     )

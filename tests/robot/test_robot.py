@@ -77,7 +77,7 @@ def test_the_lidar_robot_differs_by_its_lidar_only():
 
 
 def test_the_chefbot_meets_the_requirements_of_its_chapter():
-    """Payload 2 kg, body 3 kg by its sums, 0.35 m/s, 3 cm above ground, 2 h, 9 cm wheels, 30 cm plates."""
+    """Payload 2 kg, body 3 kg by its budget, 0.35 m/s, 3 cm above ground, 2 h, 9 cm wheels, 30 cm plates."""
     assert (CHEFBOT.body.payload, CHEFBOT.body.mass_budget) == (2.0, 3.0)
     assert total_mass(CHEFBOT) == pytest.approx(unloaded_mass(CHEFBOT) + 2.0)
     assert max_speed(CHEFBOT) == pytest.approx(0.35)
@@ -270,10 +270,10 @@ def robots(draw):
 @settings(max_examples=40)
 @given(robots())
 def test_limits_respect_owner_motors_and_floor(robot):
-    rim = robot.motor.no_load_speed * robot.wheel_radius
+    no_load_speed = robot.motor.no_load_speed * robot.wheel_radius
     half = robot.wheels.separation / 2
-    assert 0 < max_wheel_speed(robot) <= rim
-    assert 0 < max_speed(robot) <= min(robot.drive.max_speed, rim)
+    assert 0 < max_wheel_speed(robot) <= no_load_speed
+    assert 0 < max_speed(robot) <= min(robot.drive.max_speed, no_load_speed)
     assert 0 < max_turn(robot) <= robot.drive.max_turn
     assert max_turn(robot) * half <= max_wheel_speed(robot) * (1 + 1e-12)
     push = 2 * robot.motor.stall_torque / robot.wheel_radius

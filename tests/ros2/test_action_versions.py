@@ -76,17 +76,17 @@ def turner(wire: RmwContext) -> Iterator[Turner]:
 
 
 def call(peer: zenoh.Session, key: str, request: Message) -> bytes:
-    """Exactly one reply, which repeats number and gid; asked again until the peer knows of the server."""
+    """Exactly one reply, which repeats number and gid; called again until the peer knows of the server."""
     (reply,) = wait_for(lambda: replies_to(peer, key, request))
     assert reply.ok is not None and reply.ok.attachment is not None
     assert str(reply.ok.key_expr) == key
-    told = reply.ok.attachment.to_bytes()
-    assert len(told) == SIZE and parse(told)[::2] == (7, GID)
+    attachment = reply.ok.attachment.to_bytes()
+    assert len(attachment) == SIZE and parse(attachment)[::2] == (7, GID)
     return reply.ok.payload.to_bytes()
 
 
 def replies_to(peer: zenoh.Session, key: str, request: Message) -> list[zenoh.Reply]:
-    """As rmw_client_data.cpp asks: all complete, no consolidation."""
+    """As rmw_client_data.cpp queries: all complete, no consolidation."""
     got: queue.Queue[zenoh.Reply] = queue.Queue()
     done = threading.Event()
     peer.get(
@@ -124,9 +124,9 @@ def test_each_ros_distribution_has_its_interfaces() -> None:
 
 @pytest.mark.parametrize("form", [Spin, JAZZY, EARLY_JAZZY], ids=["kilted", "jazzy", "early jazzy"])
 def test_a_bare_client_of_each_distribution_is_served(turner: Turner, peer: zenoh.Session, form) -> None:
-    heard: queue.Queue[bytes] = queue.Queue()
+    received: queue.Queue[bytes] = queue.Queue()
     peer.declare_subscriber(
-        key_of("feedback", form.feedback_message), lambda sample: heard.put(sample.payload.to_bytes())
+        key_of("feedback", form.feedback_message), lambda sample: received.put(sample.payload.to_bytes())
     )
     goal_id = new_goal_id()
     sent = call(peer, key_of("send_goal", form.send_goal_service), form.send_goal(goal_id, form.goal(2.5)))
@@ -137,8 +137,8 @@ def test_a_bare_client_of_each_distribution_is_served(turner: Turner, peer: zeno
     )
     assert (got.status, got.result.error_code) == (STATUS_SUCCEEDED, 703)
     assert getattr(got.result, "error_msg", "a wall") == "a wall"
-    told = form.feedback_message.from_cdr(heard.get(timeout=PATIENCE))
-    assert (told.goal_id.key, told.feedback.angular_distance_traveled) == (goal_id.key, 2.5)
+    message = form.feedback_message.from_cdr(received.get(timeout=PATIENCE))
+    assert (message.goal_id.key, message.feedback.angular_distance_traveled) == (goal_id.key, 2.5)
     assert turner.goals[-1].target_yaw == 2.5 and not turner.goals[-1].disable_collision_checks
 
 
@@ -186,17 +186,17 @@ def test_a_server_of_another_distribution_is_called_correctly(wire: RmwContext, 
         client = ActionClient(client_node, "spin", Spin)
         OldServer(theirs)
         assert wire.graph.wait_for(lambda _: client.served, PATIENCE)
-        heard: queue.Queue[Spin_Feedback] = queue.Queue()
-        status, result = client.send_goal_async(Spin_Goal(1.5), heard.put).result.result(PATIENCE)
+        feedback: queue.Queue[Spin_Feedback] = queue.Queue()
+        status, result = client.send_goal_async(Spin_Goal(1.5), feedback.put).result.result(PATIENCE)
         assert (status, result.error_code, type(result)) == (STATUS_CANCELED, 701, Spin_Result)
-        assert heard.get(timeout=PATIENCE).angular_distance_traveled == 1.5
+        assert feedback.get(timeout=PATIENCE).angular_distance_traveled == 1.5
         assert wire.graph.mismatches() == []
         client_node.close()
 
 
-def cancel(peer: zenoh.Session, asked: GoalInfo) -> CancelGoal_Response:
+def cancel(peer: zenoh.Session, goal: GoalInfo) -> CancelGoal_Response:
     return CancelGoal_Response.from_cdr(
-        call(peer, key_of("cancel_goal", CancelGoal), CancelGoal_Request(asked))
+        call(peer, key_of("cancel_goal", CancelGoal), CancelGoal_Request(goal))
     )
 
 
@@ -216,10 +216,10 @@ def test_cancel_semantics_and_replies_equal_rcl_action(turner: Turner, peer: zen
     turner.stubborn = True
     assert cancel(peer, GoalInfo(first.goal_id)).return_code == CANCEL_REJECTED
     turner.stubborn = False
-    told = cancel(peer, GoalInfo(UUID(np.zeros(16, np.uint8)), second.stamp))
-    assert told.return_code == CANCEL_NONE
-    assert [one.goal_id.key for one in told.goals_canceling] == [first.goal_id.key, second.goal_id.key]
-    assert [one.stamp.ns for one in told.goals_canceling] == [first.stamp.ns, second.stamp.ns]
+    response = cancel(peer, GoalInfo(UUID(np.zeros(16, np.uint8)), second.stamp))
+    assert response.return_code == CANCEL_NONE
+    assert [one.goal_id.key for one in response.goals_canceling] == [first.goal_id.key, second.goal_id.key]
+    assert [one.stamp.ns for one in response.goals_canceling] == [first.stamp.ns, second.stamp.ns]
     assert cancel(peer, GoalInfo(second.goal_id)).return_code == CANCEL_GOAL_TERMINATED
     assert [one.goal_id.key for one in cancel(peer, everybody).goals_canceling] == [third.goal_id.key]
     turner.end(third.goal_id, STATUS_CANCELED)

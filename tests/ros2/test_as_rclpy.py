@@ -101,7 +101,7 @@ def test_actions_clocks_and_frames_have_the_qos_of_rclpy(tokens: list[str]) -> N
     ("node", "port"), [(AmclNode, "amcl_pose"), (ControllerNode, "costmap"), (PlannerNode, "costmap")]
 )
 def test_topics_latched_in_nav2_are_latched(node: type[Node], port: str) -> None:
-    """Its own clients and RViz's settings for it ask for that, and on DDS hear nothing else."""
+    """Its own clients and RViz's settings for it request that, and on DDS receive nothing else."""
     assert getattr(node, port).latched
 
 
@@ -134,10 +134,10 @@ class Bounded(msgspec.Struct, frozen=True):
 
 
 def test_bounded_parameters_have_range_descriptors() -> None:
-    told = {name: _descriptor(name, one, True) for name, one in flatten(Bounded()).items()}
-    assert told["free"].floating_point_range == ()
-    assert told["above"].floating_point_range[0].from_value == 0.0
-    (whole,) = told["between"].integer_range
+    descriptors = {name: _descriptor(name, one, True) for name, one in flatten(Bounded()).items()}
+    assert descriptors["free"].floating_point_range == ()
+    assert descriptors["above"].floating_point_range[0].from_value == 0.0
+    (whole,) = descriptors["between"].integer_range
     assert (whole.from_value, whole.to_value, whole.step) == (1, 9, 0)
 
 
@@ -151,10 +151,10 @@ def test_an_image_on_two_key_expressions_is_received_once(
         key = topic_key(0, "/image", InterfaceType.of(Image))
         wait_for(lambda: peer.declare_publisher(key).matching_status.matching)
         for number in (1, 2, 3):
-            told = Attachment(number, time.time_ns(), b"n" * 16).pack()
+            attachment = Attachment(number, time.time_ns(), b"n" * 16).pack()
             data = Image(height=number, data=np.zeros(4, np.uint8)).to_cdr()
-            peer.put(f"{key}/_buf_cpu", data, attachment=told)
-            peer.put(key, data, attachment=told)
+            peer.put(f"{key}/_buf_cpu", data, attachment=attachment)
+            peer.put(key, data, attachment=attachment)
         peer.put(key, Image(height=9).to_cdr(), attachment=Attachment(1, 1, b"o" * 16).pack())
         heights = [got.get(timeout=PATIENCE).height for _ in range(4)]
         assert heights == [1, 2, 3, 9] and got.empty()

@@ -1,4 +1,4 @@
-"""Bags: what is recorded is what was said, and an independent reader finds it too."""
+"""Bags: what is recorded is what was published, and an independent reader finds it too."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def write(out: Path, count: int = 100) -> list[bytes]:
     """A bag of twists, 10 ms apart, each with its number."""
     writer = BagWriter(out)
     writer.add_topic("/cmd_vel", TWIST, [DEFAULT])
-    said = [Twist.of(0.01 * number, 0.0).to_cdr() for number in range(count)]
-    for number, data in enumerate(said):
+    encoded = [Twist.of(0.01 * number, 0.0).to_cdr() for number in range(count)]
+    for number, data in enumerate(encoded):
         writer.add("/cmd_vel", TWIST, data, 10**18 + number * 10**7, 10**18)
         if number % 10 == 9:
             writer.flush()
     writer.close()
-    return said
+    return encoded
 
 
 def test_messages_are_recorded_and_played_back(wire: RmwContext, port: int, tmp_path: Path) -> None:
@@ -61,15 +61,15 @@ def test_messages_are_recorded_and_played_back(wire: RmwContext, port: int, tmp_
         RmwNode(wire, "_rec") as rec,
     ):
         talker.publisher("map_name", String, TRANSIENT_LOCAL_QOS).publish(String("hotel"))
-        said = talker.publisher("cmd_vel", Twist)
+        publisher = talker.publisher("cmd_vel", Twist)
         assert wire.graph.wait_for(lambda graph: {"/map_name", "/cmd_vel"} <= graph.topics().keys(), PATIENCE)
         writer, stop = BagWriter(tmp_path / "bag"), threading.Event()
         recorder = BagRecorder(rec, writer, lambda name: name != "/left_out")
         thread = threading.Thread(target=recorder.run, args=(None, stop))
         thread.start()
-        wait_for(lambda: said.has_subscribers)
+        wait_for(lambda: publisher.has_subscribers)
         for number in range(50):
-            said.publish(Twist.of(0.1 * number, 1.0))
+            publisher.publish(Twist.of(0.1 * number, 1.0))
         late = talker.raw_publisher("late", FOREIGN)
         talker.publisher("left_out", String, TRANSIENT_LOCAL_QOS).publish(String("x"))
         wait_for(lambda: late.has_subscribers)
@@ -94,7 +94,7 @@ def test_messages_are_recorded_and_played_back(wire: RmwContext, port: int, tmp_
 
 def test_an_independent_reader_reads_the_bag(tmp_path: Path) -> None:
     out = tmp_path / "bag"
-    said = write(out)
+    written = write(out)
     with AnyReader([out]) as reader:
         (connection,) = reader.connections
         found = [(reader.deserialize(raw, one.msgtype).linear.x, at) for one, at, raw in reader.messages()]
@@ -103,7 +103,7 @@ def test_an_independent_reader_reads_the_bag(tmp_path: Path) -> None:
     assert connection.digest == TWIST.hash
     (profile,) = connection.ext.offered_qos_profiles
     assert (profile.depth, profile.reliability) == (10, QosReliability.RELIABLE)
-    assert found == [(Twist.from_cdr(data).linear.x, 10**18 + n * 10**7) for n, data in enumerate(said)]
+    assert found == [(Twist.from_cdr(data).linear.x, 10**18 + n * 10**7) for n, data in enumerate(written)]
 
 
 def test_the_metadata_has_the_fields_of_version_9(tmp_path: Path) -> None:
@@ -159,7 +159,7 @@ def test_a_truncated_file_gives_all_complete_chunks(
     tmp_path_factory: pytest.TempPathFactory, at: int
 ) -> None:
     folder = tmp_path_factory.mktemp("cut")
-    said = write(folder / "whole.mcap")
+    written = write(folder / "whole.mcap")
     data = (folder / "whole.mcap").read_bytes()
     at %= len(data)
     (folder / "cut.mcap").write_bytes(data[:at])
@@ -170,7 +170,7 @@ def test_a_truncated_file_gives_all_complete_chunks(
         return
     assert len(bag.truncated) == 1 and "was cut off" in bag.truncated[0]
     kept = [one.data for one in bag.messages()]
-    assert kept == said[: bag.total] and bag.total % 10 == 0
+    assert kept == written[: bag.total] and bag.total % 10 == 0
 
 
 def test_a_complete_file_beside_a_truncated_one_is_read(tmp_path: Path) -> None:
@@ -207,24 +207,24 @@ def test_a_damaged_file_is_read_or_refused(
 
 
 def test_a_truncated_bag_is_played_to_its_end(wire: RmwContext, port: int, tmp_path: Path) -> None:
-    said = write(tmp_path / "whole.mcap")
+    written = write(tmp_path / "whole.mcap")
     data = (tmp_path / "whole.mcap").read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])
     bag = read_bag(tmp_path / "cut.mcap")
     assert 0 < bag.total < 100
-    heard: list[Twist] = []
+    received: list[Twist] = []
     with (
         RmwContext(port=port, router=False) as far,
         RmwNode(far, "ear") as ear,
         RmwNode(wire, "_play") as node,
     ):
-        ear.subscription("cmd_vel", Twist, heard.append)
+        ear.subscription("cmd_vel", Twist, received.append)
         assert wire.graph.wait_for(lambda graph: "/cmd_vel" in graph.topics(), PATIENCE)
         player = Player(node, bag)
         player.wait_for_subscribers(node)
         assert player.play(100.0, NEVER).messages == bag.total
-        wait_for(lambda: len(heard) == bag.total)
-    assert [one.to_cdr() for one in heard] == said[: bag.total]
+        wait_for(lambda: len(received) == bag.total)
+    assert [one.to_cdr() for one in received] == written[: bag.total]
 
 
 def test_a_bag_plays_at_the_given_rate_and_can_be_stopped(wire: RmwContext, tmp_path: Path) -> None:
@@ -239,16 +239,16 @@ def test_a_bag_plays_at_the_given_rate_and_can_be_stopped(wire: RmwContext, tmp_
 
 def test_the_clock_is_published_while_a_bag_plays(wire: RmwContext, tmp_path: Path) -> None:
     write(tmp_path / "bag.mcap", 100)
-    told: list[int] = []
+    times: list[int] = []
     with RmwNode(wire, "player") as node, RmwNode(wire, "listener") as listener:
-        listener.subscription("/clock", Clock, lambda message: told.append(message.clock.ns), CLOCK)
+        listener.subscription("/clock", Clock, lambda message: times.append(message.clock.ns), CLOCK)
         bag = read_bag(tmp_path / "bag.mcap")
         player = Player(node, bag, clock=True)
         player.wait_for_subscribers(node)
         player.play(1.0, threading.Event())
-    assert told == sorted(told) and len(told) > 5
-    assert bag.start_ns <= told[0] <= told[-1] <= bag.end_ns
-    assert told[-1] - told[0] > 0.8 * (bag.end_ns - bag.start_ns)
+    assert times == sorted(times) and len(times) > 5
+    assert bag.start_ns <= times[0] <= times[-1] <= bag.end_ns
+    assert times[-1] - times[0] > 0.8 * (bag.end_ns - bag.start_ns)
 
 
 def test_unplayable_topics_are_reported_and_skipped(wire: RmwContext, tmp_path: Path) -> None:
@@ -260,20 +260,20 @@ def test_unplayable_topics_are_reported_and_skipped(wire: RmwContext, tmp_path: 
         known = writer.register_schema("std_msgs/String", "ros2msg", b"string data")
         for topic, encoding, schema in (("/a", "cdr", unknown), ("/b", "json", 0), ("no name", "cdr", known)):
             writer.add_message(writer.register_channel(topic, encoding, schema), 1, b"\0\1\0\0", 1)
-        writer.add_message(writer.register_channel("/said", "cdr", known), 2, String("a").to_cdr(), 2)
+        writer.add_message(writer.register_channel("/text", "cdr", known), 2, String("a").to_cdr(), 2)
         writer.finish()
     with RmwNode(wire, "_play") as node:
         player = Player(node, read_bag(path))
         assert len(player.skipped_topics) == 3 and player.play(1.0, NEVER).messages == 1
         assert "their_msgs/msg/Thing" in player.skipped_topics[0] and "json" in player.skipped_topics[1]
-        with pytest.raises(BagError, match="did you mean '/said'"):
-            Player(node, read_bag(path), ["/sad"])
+        with pytest.raises(BagError, match="did you mean '/text'"):
+            Player(node, read_bag(path), ["/txt"])
         with pytest.raises(BagError, match="nothing of"):
             Player(node, read_bag(path), ["/a"])
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "sentence"),
     [
         ("rosbag2_bagfile_information: {storage_identifier: sqlite3}", "stored as sqlite3"),
         ("rosbag2_bagfile_information: {storage_identifier: mcap, compression_mode: file}", "is compressed"),
@@ -285,10 +285,10 @@ def test_unplayable_topics_are_reported_and_skipped(wire: RmwContext, tmp_path: 
         (None, "contains no bag"),
     ],
 )
-def test_other_folders_are_refused_in_one_sentence(text: str | None, said: str, tmp_path: Path) -> None:
+def test_other_folders_are_refused_in_one_sentence(text: str | None, sentence: str, tmp_path: Path) -> None:
     if text is not None:
         (tmp_path / "metadata.yaml").write_text(text)
-    with pytest.raises(BagError, match=said):
+    with pytest.raises(BagError, match=sentence):
         read_bag(tmp_path)
 
 
@@ -308,11 +308,11 @@ def start_recording(wire: RmwContext, out: Path, **more: object) -> subprocess.P
 
 def talk(node: RmwNode, ended: Callable[[], bool]) -> None:
     """Large scans that do not compress well, until `ended`."""
-    said = node.publisher("scan", LaserScan)
+    publisher = node.publisher("scan", LaserScan)
     until, number = time.monotonic() + 2 * PATIENCE, 0
     while not ended() and time.monotonic() < until:
         number += 1
-        said.publish(LaserScan(ranges=[float(hash((number, k)) % 9973) for k in range(2000)]))
+        publisher.publish(LaserScan(ranges=[float(hash((number, k)) % 9973) for k in range(2000)]))
         time.sleep(0.004)
 
 
@@ -346,11 +346,11 @@ def test_a_full_disk_ends_a_recording_in_one_sentence(wire: RmwContext, tmp_path
     with RmwNode(wire, "talker") as talker:
         process = start_recording(wire, tmp_path / "bag", preexec_fn=limit)
         talk(talker, lambda: process.poll() is not None)
-        said = process.communicate(timeout=PATIENCE)[1]
+        stderr = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == 2
-    assert said.splitlines()[-1].startswith("chefbot: recording") and "Traceback" not in said
+    assert stderr.splitlines()[-1].startswith("chefbot: recording") and "Traceback" not in stderr
     bag = read_bag(tmp_path / "bag")
-    assert not bag.truncated and f"the {bag.total} messages before are intact" in said
+    assert not bag.truncated and f"the {bag.total} messages before are intact" in stderr
 
 
 @pytest.mark.slow
@@ -368,10 +368,10 @@ def test_a_bag_plays_without_any_subscriber(port: int, tmp_path: Path) -> None:
     ]
     environment = {**os.environ, "CHEFBOT_WIRE_PORT": str(port), "ROS_DOMAIN_ID": "0"}
     process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
-    heard: list[Twist] = []
+    received: list[Twist] = []
     with RmwContext(port=port, router=False) as wire, RmwNode(wire, "late") as node:
-        node.subscription("/cmd_vel", Twist, heard.append)
-        wait_for(lambda: len(heard) > 10)
+        node.subscription("/cmd_vel", Twist, received.append)
+        wait_for(lambda: len(received) > 10)
         assert "/bag_player" in {one.full_name for one in wire.graph.nodes()}
     process.send_signal(signal.SIGINT)
     assert "played" in process.communicate(timeout=PATIENCE)[0]

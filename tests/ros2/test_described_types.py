@@ -1,4 +1,4 @@
-"""get_type_description, as a program asks that has not got the types."""
+"""get_type_description, as a program calls it that does not have the types."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def test_type_sources_are_included_on_request(port: int) -> None:
     with running(port, "cook") as one:
         client = one.outsider.client("/cook/get_type_description", GetTypeDescription)
         kind = InterfaceType.of(Deliver)
-        told = client.call(GetTypeDescription_Request(kind.name, kind.hash, True), PATIENCE)
-        described = told.type_description
+        response = client.call(GetTypeDescription_Request(kind.name, kind.hash, True), PATIENCE)
+        described = response.type_description
         names = [described.type_description, *described.referenced_type_descriptions]
-        assert [one.type_name for one in told.type_sources] == [one.type_name for one in names]
-        sources = {one.type_name.rpartition("/")[2]: one for one in told.type_sources}
+        assert [one.type_name for one in response.type_sources] == [one.type_name for one in names]
+        sources = {one.type_name.rpartition("/")[2]: one for one in response.type_sources}
         assert sources["Deliver"].encoding == "action"
         assert sources["Deliver"].raw_file_contents.startswith("string[] places\n---\n")
         assert sources["Deliver"].raw_file_contents.count("---\n") == 2

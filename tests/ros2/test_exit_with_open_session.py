@@ -18,10 +18,10 @@ from chefbot.msgs.std_msgs import String
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
 
-heard = []
+received = []
 wire = RmwContext(port=int(sys.argv[1]), router=False)
-RmwNode(wire, "leaves").subscription("talk", String, heard.append)
-while len(heard) < 10:
+RmwNode(wire, "leaves").subscription("talk", String, received.append)
+while len(received) < 10:
     time.sleep(0.01)
 sys.exit(3)
 """

@@ -33,7 +33,7 @@ def node(wire: RmwContext, other: Callable) -> RmwNode:
     return RmwNode(wire, "tester", "/far")
 
 
-def heard_by(publisher) -> None:
+def wait_for_subscriber(publisher) -> None:
     until = time.monotonic() + PATIENCE
     while not publisher.has_subscribers:
         assert time.monotonic() < until
@@ -43,10 +43,10 @@ def heard_by(publisher) -> None:
 def test_a_twist_makes_the_round_trip(node: RmwNode) -> None:
     got: queue.Queue[Twist] = queue.Queue()
     node.subscription("echo", Twist, got.put)
-    said = node.publisher("said", Twist)
-    heard_by(said)
+    publisher = node.publisher("twist", Twist)
+    wait_for_subscriber(publisher)
     for count in range(1, 21):
-        said.publish(Twist.of(0.1 * count, -0.5))
+        publisher.publish(Twist.of(0.1 * count, -0.5))
         assert got.get(timeout=PATIENCE).to_cdr() == Twist.of(0.1 * count, -0.5).to_cdr()
 
 
@@ -60,25 +60,25 @@ def test_a_receiving_thread_keeps_its_python_state(node: RmwNode) -> None:
         counts.put((threading.get_native_id(), calls.count))
 
     node.subscription("echo", Twist, take)
-    said = node.publisher("said", Twist)
-    heard_by(said)
+    publisher = node.publisher("twist", Twist)
+    wait_for_subscriber(publisher)
     for _ in range(9):
-        said.publish(Twist())
-    told = [counts.get(timeout=PATIENCE) for _ in range(9)]
-    for thread in {thread for thread, _ in told}:  # Zenoh may take another one
-        mine = [count for one, count in told if one == thread]
+        publisher.publish(Twist())
+    counted = [counts.get(timeout=PATIENCE) for _ in range(9)]
+    for thread in {thread for thread, _ in counted}:  # Zenoh may take another one
+        mine = [count for one, count in counted if one == thread]
         assert mine == list(range(1, len(mine) + 1))
 
 
 def test_a_picture_makes_the_round_trip(node: RmwNode) -> None:
     got: queue.Queue[Image] = queue.Queue()
     node.subscription("image_back", Image, got.put)
-    said = node.publisher("image", Image)
-    heard_by(said)
+    publisher = node.publisher("image", Image)
+    wait_for_subscriber(publisher)
     picture = np.random.default_rng(1).integers(0, 255, (480, 640, 3), np.uint8)
     until = time.monotonic() + PATIENCE
     while got.empty() and time.monotonic() < until:  # the peer's publisher may not know this subscription yet
-        said.publish(Image.of(Header.of(1, "camera"), "rgb8", picture))
+        publisher.publish(Image.of(Header.of(1, "camera"), "rgb8", picture))
         time.sleep(0.05)
     assert np.array_equal(got.get(timeout=PATIENCE).pixels, picture)
 
@@ -92,20 +92,20 @@ def test_a_late_subscriber_gets_the_latched_message(node: RmwNode) -> None:
 def test_a_latched_subscriber_receives_a_volatile_publisher(node: RmwNode) -> None:
     got: queue.Queue[Twist] = queue.Queue()
     node.subscription("echo", Twist, got.put, TRANSIENT_LOCAL_QOS)
-    said = node.publisher("said", Twist)
-    heard_by(said)
+    publisher = node.publisher("twist", Twist)
+    wait_for_subscriber(publisher)
     until = time.monotonic() + PATIENCE
     while got.empty() and time.monotonic() < until:
-        said.publish(Twist.of(1.0, 0.0))
+        publisher.publish(Twist.of(1.0, 0.0))
         time.sleep(0.02)
     assert got.get(timeout=PATIENCE).linear.x == 1.0
 
 
 def test_a_service_call_is_answered(node: RmwNode) -> None:
     client = node.client("switch", SetBool)
-    for wish in (True, False, True):
-        response = client.call(SetBool_Request(wish), PATIENCE)
-        assert (response.success, response.message) == (wish, "from the other process")
+    for value in (True, False, True):
+        response = client.call(SetBool_Request(value), PATIENCE)
+        assert (response.success, response.message) == (value, "from the other process")
 
 
 def test_a_call_to_a_missing_service_fails(node: RmwNode) -> None:
@@ -117,13 +117,13 @@ def test_an_action_gives_feedback_and_a_result(node: RmwNode) -> None:
     status: queue.Queue[GoalStatusArray] = queue.Queue()
     node.subscription("navigate_to_pose/_action/status", GoalStatusArray, status.put, TRANSIENT_LOCAL_QOS)
     client = ActionClient(node, "navigate_to_pose", NavigateToPose)
-    heard: list[float] = []
+    distances: list[float] = []
     handle = client.send_goal_async(
-        NavigateToPose_Goal(), lambda feedback: heard.append(feedback.distance_remaining)
+        NavigateToPose_Goal(), lambda feedback: distances.append(feedback.distance_remaining)
     )
     ended, result = handle.result.result(PATIENCE)
     assert (ended, result.error_msg) == (STATUS_SUCCEEDED, "there")
-    assert heard == [3.0, 2.0, 1.0]
+    assert distances == [3.0, 2.0, 1.0]
     states = []
     while STATUS_SUCCEEDED not in states:
         states = [one.status for one in status.get(timeout=PATIENCE).status_list]
@@ -161,14 +161,14 @@ def test_the_graph_lists_the_endpoints_of_another_process(node: RmwNode) -> None
 def test_incompatible_endpoints_are_reported(node: RmwNode) -> None:
     graph = node.wire.graph
     node.subscription("echo", LaserScan, lambda _: None)
-    node.publisher("said", Twist, SENSOR_DATA)
+    node.publisher("twist", Twist, SENSOR_DATA)
     old = InterfaceType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64)
     node.raw_subscription("echo", old, lambda *_: None)
     assert graph.wait_for(lambda one: len(one.mismatches()) == 3, PATIENCE), graph.mismatches()
     text = "\n".join(graph.mismatches())
     assert "/far/echo: /far/other and /far/tester cannot communicate" in text
     assert "geometry_msgs/msg/Twist in two versions" in text
-    assert "/far/said: /far/tester and /far/other: best effort is offered" in text
+    assert "/far/twist: /far/tester and /far/other: best effort is offered" in text
 
 
 def test_invalid_messages_are_counted_and_refused(node: RmwNode) -> None:

@@ -71,8 +71,8 @@ def verb(
     monkeypatch.setattr("chefbot.ros2.tools.common.SETTLED", 0.08)
     monkeypatch.setattr("chefbot.ros2.tools.common.NAME_WAIT", 0.1)
 
-    def run(*words: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["chefbot", *words])
+    def run(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["chefbot", *arguments])
         with pytest.raises(SystemExit) as end:
             main()
         return (int(str(end.value.code or 0)), *capsys.readouterr())
@@ -82,7 +82,7 @@ def verb(
 
 @pytest.fixture
 def base(wire: RmwContext) -> Iterator[RmwNode]:
-    """Nodes of a small robot; the scan and a foreign type are said again and again."""
+    """Nodes of a small robot; the scan and a foreign type are published periodically."""
     stop = threading.Event()
     with RmwNode(wire, "base", "/r") as node, RmwNode(wire, "slam", "/r") as slam:
         scan = node.publisher("scan", LaserScan, SENSOR_DATA)
@@ -96,12 +96,12 @@ def base(wire: RmwContext) -> Iterator[RmwNode]:
         )
         node.server("~/set_parameters", rcl.SetParameters, lambda call: call.respond(_set(call.request)))
 
-        def speak() -> None:
+        def publish() -> None:
             while not stop.wait(0.02):
                 scan.publish(LaserScan(Header(frame_id="laser"), ranges=np.arange(640, dtype=np.float32)))
                 foreign.publish(Thing(2.5, 7))
 
-        thread = threading.Thread(target=speak)
+        thread = threading.Thread(target=publish)
         thread.start()
         yield node
         stop.set()
@@ -138,47 +138,47 @@ def test_topic_list_info_echo_and_hz_work(verb: Callable, base: RmwNode) -> None
 
 
 def test_an_unknown_topic_is_named_with_its_nearest(verb: Callable, base: RmwNode) -> None:
-    for words, nearest in (
+    for arguments, nearest in (
         (("topic", "hz", "/r/scam"), "'/r/scan'"),
         (("topic", "echo", "/r/scan", "--field", "header.framed"), "'frame_id'"),
         (("node", "info", "/r/bas"), "'/r/base'"),
         (("service", "call", "/r/base/get_parameter"), "'/r/base/get_parameters'"),
         (("param", "get", "/r/base", "max_sped"), "'max_speed'"),
     ):
-        code, out, said = verb(*words)
-        assert (code, out) == (2, "") and f"did you mean {nearest}?" in said
+        code, out, errors = verb(*arguments)
+        assert (code, out) == (2, "") and f"did you mean {nearest}?" in errors
 
 
 def test_a_silent_topic_is_explained(verb: Callable, base: RmwNode, wire: RmwContext) -> None:
     with RmwNode(wire, "rviz") as rviz:
         rviz.subscription("/r/silent", Twist, lambda _: None)
         rviz.subscription("/r/scan", LaserScan, lambda _: None)
-        code, out, said = verb("topic", "hz", "/r/silent", "--duration", "1")
+        code, out, errors = verb("topic", "hz", "/r/silent", "--duration", "1")
         assert code == 1 and "no message" in out
-        assert "/r/silent has no messages, although /r/base publish it" in said
-        assert "one has std_msgs/msg/String, the other geometry_msgs/msg/Twist" in said
+        assert "/r/silent has no messages, although /r/base publish it" in errors
+        assert "one has std_msgs/msg/String, the other geometry_msgs/msg/Twist" in errors
         assert "! /r/scan: /r/base and /rviz: best effort is offered" in verb("topic", "info", "/r/scan")[1]
         doctor = verb("doctor")[1]
         assert "3 nodes" in doctor and "! /r/silent: /r/base and /rviz cannot communicate" in doctor
 
 
 def test_an_undescribed_type_is_named_with_its_hash(verb: Callable, base: RmwNode) -> None:
-    code, _, said = verb("topic", "echo", "/r/thing", "--once")
-    assert code == 2 and f"their_msgs/msg/Thing ({type_hash(Thing)[:19]}...)" in said
+    code, _, errors = verb("topic", "echo", "/r/thing", "--once")
+    assert code == 2 and f"their_msgs/msg/Thing ({type_hash(Thing)[:19]}...)" in errors
     assert verb("topic", "hz", "/r/thing", "--duration", "0.5")[0] == 0
 
 
 def test_a_type_described_by_its_node_is_printed(verb: Callable, base: RmwNode) -> None:
-    told = GetTypeDescription_Response(True, "", TypeDescription.of(describe(Thing)))
-    base.server("~/get_type_description", GetTypeDescription, lambda call: call.respond(told))
+    response = GetTypeDescription_Response(True, "", TypeDescription.of(describe(Thing)))
+    base.server("~/get_type_description", GetTypeDescription, lambda call: call.respond(response))
     code, out, _ = verb("topic", "echo", "/r/thing", "--once")
     assert (code, yaml.safe_load(out)) == (0, {"size": 2.5, "kind": 7})
 
 
 def test_a_known_type_of_another_version_is_refused(verb: Callable, base: RmwNode) -> None:
     base.raw_publisher("odd", InterfaceType("geometry_msgs/msg/Twist", "RIHS01_" + "0" * 64))
-    code, _, said = verb("topic", "echo", "/r/odd", "--once")
-    assert code == 2 and "another version" in said and InterfaceType.of(Twist).hash in said
+    code, _, errors = verb("topic", "echo", "/r/odd", "--once")
+    assert code == 2 and "another version" in errors and InterfaceType.of(Twist).hash in errors
 
 
 def test_a_topic_with_two_types_prints_the_known_one(verb: Callable, base: RmwNode) -> None:
@@ -192,18 +192,18 @@ def test_a_topic_with_two_types_prints_the_known_one(verb: Callable, base: RmwNo
 
 
 def test_topic_pub_publishes_messages(verb: Callable, base: RmwNode) -> None:
-    heard: list[Twist] = []
-    base.subscription("cmd_vel", Twist, heard.append)
+    received: list[Twist] = []
+    base.subscription("cmd_vel", Twist, received.append)
     assert verb("topic", "pub", "/r/cmd_vel", "{linear: {x: 0.25}}", "--once")[0] == 0
     assert verb("topic", "pub", "/r/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.5}}", "--once")[0] == 0
     until = time.monotonic() + PATIENCE
-    while len(heard) < 2 and time.monotonic() < until:
+    while len(received) < 2 and time.monotonic() < until:
         time.sleep(0.01)
-    assert [one.linear.x for one in heard] == [0.25, 0.5]
-    code, _, said = verb("topic", "pub", "/r/cmd_vel", "{liner: 1}", "--once")
-    assert code == 2 and "'linear'" in said
-    code, _, said = verb("topic", "pub", "/nobody", "{data: x}", "--once")
-    assert code == 2 and "its type must be given" in said
+    assert [one.linear.x for one in received] == [0.25, 0.5]
+    code, _, errors = verb("topic", "pub", "/r/cmd_vel", "{liner: 1}", "--once")
+    assert code == 2 and "'linear'" in errors
+    code, _, errors = verb("topic", "pub", "/nobody", "{data: x}", "--once")
+    assert code == 2 and "its type must be given" in errors
 
 
 def test_parameter_and_node_commands_work(verb: Callable, base: RmwNode) -> None:
@@ -214,8 +214,8 @@ def test_parameter_and_node_commands_work(verb: Callable, base: RmwNode) -> None
     assert verb("param", "set", "/r/base", "max_speed", "1")[0] == 0
     code, out, _ = verb("param", "set", "/r/base", "max_speed", "3")
     assert code == 1 and "must not be above 1" in out
-    code, _, said = verb("param", "set", "/r/base", "frames", "3")
-    assert code == 2 and "string array" in said
+    code, _, errors = verb("param", "set", "/r/base", "frames", "3")
+    assert code == 2 and "string array" in errors
 
 
 def test_services_and_actions_of_another_process_are_called(
@@ -246,8 +246,8 @@ def test_ctrl_c_cancels_a_goal(verb: Callable, wire: RmwContext, base: RmwNode, 
 
     topic = "/far/navigate_to_pose/_action/feedback"
     base.subscription(topic, NavigateToPose.feedback_message, press)
-    code, out, said = verb("action", "send", "/far/navigate_to_pose", "{behavior_tree: slow}", "--quiet")
-    assert code == 1 and "status: cancelled" in out and "cancelling" in said
+    code, out, errors = verb("action", "send", "/far/navigate_to_pose", "{behavior_tree: slow}", "--quiet")
+    assert code == 1 and "status: cancelled" in out and "cancelling" in errors
 
 
 def test_the_graph_is_drawn_and_exported_as_json(verb: Callable, base: RmwNode, tmp_path: Path) -> None:
@@ -268,21 +268,23 @@ def test_bag_record_and_info_do_not_drive_a_running_robot(
     bag = str(tmp_path / "bag")
     with RmwNode(wire, "teleop") as teleop:
         teleop.publisher("/cmd_vel", Twist, TRANSIENT_LOCAL_QOS).publish(Twist.of(0.3, 0.0))
-        code, out, said = verb("bag", "record", "-o", bag, "--duration", "1.5")
-        assert code == 0 and "on 5 topics" in out and said == ""
+        code, out, errors = verb("bag", "record", "-o", bag, "--duration", "1.5")
+        assert code == 0 and "on 5 topics" in out and errors == ""
         info = verb("bag", "info", bag)
         assert info[0] == 0 and ["/r/thing", "their_msgs/msg/Thing"] in [
             line.split()[:2] for line in info[1].splitlines()
         ]
-        code, _, said = verb("bag", "play", bag)
-        assert code == 2 and "other nodes publish on all topics" in said
-        heard: list[Twist] = []
-        base.subscription("/cmd_vel", Twist, heard.append)
-        assert verb("bag", "play", bag, "--topics", "/cmd_vel", "--rate", "100")[0] == 0 and len(heard) == 1
+        code, _, errors = verb("bag", "play", bag)
+        assert code == 2 and "other nodes publish on all topics" in errors
+        received: list[Twist] = []
+        base.subscription("/cmd_vel", Twist, received.append)
+        assert (
+            verb("bag", "play", bag, "--topics", "/cmd_vel", "--rate", "100")[0] == 0 and len(received) == 1
+        )
     assert wire.graph.wait_for(lambda graph: not graph.topics()["/cmd_vel"].providers, PATIENCE)
-    code, out, said = verb("bag", "play", bag, "--rate", "100")
-    assert code == 0 and "played 1 messages" in out and "/r/scan" in said
-    assert [one.linear.x for one in heard] == [0.3, 0.3]
+    code, out, errors = verb("bag", "play", bag, "--rate", "100")
+    assert code == 0 and "played 1 messages" in out and "/r/scan" in errors
+    assert [one.linear.x for one in received] == [0.3, 0.3]
 
 
 def test_an_empty_network_is_one_sentence(

@@ -89,12 +89,14 @@ def test_any_bytes_are_an_attachment_or_refused(data: bytes) -> None:
 def test_best_available_subscriptions_match_every_publisher() -> None:
     """As rmw_zenoh writes a subscription with BEST_AVAILABLE: markers, no times."""
     marker = "9223372036,854775806"
-    asked = parse_qos(f"4:4:1,10:{marker}:,:5,{marker}")
+    requested = parse_qos(f"4:4:1,10:{marker}:,:5,{marker}")
     for offered in (
         QoS(),
         QoS(reliability=2),
         QoS(liveliness=3, lease=QosDuration(1, 0)),
         QoS(deadline=QosDuration(1, 0)),
     ):
-        assert incompatible(offered, asked) == []
-        assert incompatible(asked, offered._replace(deadline=INFINITE, lease=INFINITE, liveliness=1)) == []
+        assert incompatible(offered, requested) == []
+        assert (
+            incompatible(requested, offered._replace(deadline=INFINITE, lease=INFINITE, liveliness=1)) == []
+        )

@@ -35,12 +35,12 @@ class Clumsy(Node):
     params: NoParams
     count: In[Float64]
     cmd_vel: Out[Twist]
-    said: Out[Float64]
+    forwarded: Out[Float64]
 
     def on_count(self, message: Float64) -> None:
         if 10 <= message.data < 15:
             raise ZeroDivisionError("it is that number again")
-        self.said.publish(message)
+        self.forwarded.publish(message)
 
     @every(hz=20)
     def drive(self) -> None:
@@ -99,18 +99,18 @@ def isolated() -> Iterator[tuple[NodeContainer, list[Fault]]]:
     system.stop()
 
 
-def said_on(system: NodeContainer, topic: str) -> list[tuple[int, object]]:
-    said: list[tuple[int, object]] = []
-    system.loop.subscribe(topic, "", lambda message: said.append((system.loop.now_ns, message)))
-    return said
+def messages_on(system: NodeContainer, topic: str) -> list[tuple[int, object]]:
+    messages: list[tuple[int, object]] = []
+    system.loop.subscribe(topic, "", lambda message: messages.append((system.loop.now_ns, message)))
+    return messages
 
 
 def test_an_exception_costs_one_message_and_is_reported(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     system, new = isolated
-    said, reports = said_on(system, "said"), said_on(system, "diagnostics")
+    forwarded, reports = messages_on(system, "forwarded"), messages_on(system, "diagnostics")
     system.launch(launch_of(Source, Clumsy))
     system.loop.run(until_ns=3_000 * MS)
-    assert len(said) == 60 - 5
+    assert len(forwarded) == 60 - 5
     assert [one.sentence for one in new] == ["clumsy <- count: ZeroDivisionError: it is that number again"]
     assert system.faults is not None and system.faults.bug_count == 5
     last = reports[-1][1]
@@ -122,7 +122,7 @@ def test_an_exception_costs_one_message_and_is_reported(isolated: tuple[NodeCont
 def test_a_node_that_keeps_failing_is_stopped(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     """Counts 10 to 14 come from 0.5 to 0.7 s: the third fault silences, until a second after the third last."""
     system, _ = isolated
-    driven = said_on(system, "cmd_vel")
+    driven = messages_on(system, "cmd_vel")
     system.launch(launch_of(Source, Clumsy))
     system.loop.run(until_ns=3_000 * MS)
     times = [time // MS for time, _ in driven]
@@ -138,7 +138,7 @@ def test_without_isolation_the_first_fault_ends_the_run() -> None:
 
 def test_a_goal_whose_server_fails_gets_an_answer(isolated: tuple[NodeContainer, list[Fault]]) -> None:
     system, new = isolated
-    got = said_on(system, "got")
+    got = messages_on(system, "got")
     system.launch(launch_of(BurntCook, Guest))
     system.loop.run(until_ns=1_000 * MS)
     assert [message.data for _, message in got] == [

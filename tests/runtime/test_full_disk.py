@@ -57,7 +57,7 @@ def disk_of(folder: Path, size: str) -> Iterator[Path]:
 
 
 def messages_in(path: Path) -> list[bytes]:
-    """Of a file that is whole: all checksums, and as many as it says itself."""
+    """Of a file that is whole: all checksums, and as many messages as its summary states."""
     with path.open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         found = [message.data for _, _, message in reader.iter_messages(log_time_order=False)]
@@ -124,24 +124,24 @@ def test_a_log_on_a_full_disk_is_complete(
 def test_the_robot_continues_and_reports_when_its_log_is_full(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    path, said = tmp_path / "run.mcap", list[Publication]()
+    path, published = tmp_path / "run.mcap", list[Publication]()
     nodes = {
         name: NodeEntry(kind=f"tests.runtime.toys:{name.title()}") for name in ("counter", "doubler", "dice")
     }
     with files_up_to(60_000), session(load_robot("chefbot"), 1, "simulation", 0.0, path) as system:
-        system.loop.add_observer(said.append)
+        system.loop.add_observer(published.append)
         start(system, Launch(name="toys", description="", args={}, nodes=nodes))
         system.loop.run(until_ns=200_000_000_000)
-    told = [one for one in said if isinstance(one.message, DiagnosticArray)]
-    assert {(one.message.status[0].name, one.message.status[0].level) for one in told} == {
+    warnings = [one for one in published if isinstance(one.message, DiagnosticArray)]
+    assert {(one.message.status[0].name, one.message.status[0].level) for one in warnings} == {
         ("recording", WARN)
     }
-    full_ns = told[0].time_ns
+    full_ns = warnings[0].time_ns
     assert 5_000_000_000 < full_ns < 190_000_000_000
-    assert len(told) == 1 + (200_000_000_000 - full_ns) // DIAGNOSTICS_PERIOD_NS, (
-        "who comes late hears it too"
+    assert len(warnings) == 1 + (200_000_000_000 - full_ns) // DIAGNOSTICS_PERIOD_NS, (
+        "a late-joining subscriber receives it too"
     )
-    assert sum(one.topic == "double" for one in said) == 2000, "nothing else has changed"
+    assert sum(one.topic == "double" for one in published) == 2000, "nothing else has changed"
     lines = capfd.readouterr().err.splitlines()
     assert len(lines) == 2 and len(set(lines)) == 1 and "the robot continues" in lines[0]
     replay = Replay(read_log(path))

@@ -51,25 +51,25 @@ def test_messages_run_before_timers_of_the_same_instant() -> None:
 
 
 def test_an_isolated_action_is_timed_as_the_calling_callback() -> None:
-    """So does what it asks for in turn; the callback that runs the actions is not charged for them."""
+    """So is what it requests in turn; the callback that runs the actions is not charged for them."""
     loop, waiting = Loop(StepClock()), []
 
-    def ask(_: object, work: int = 2) -> None:
-        waiting.append(loop.isolated(lambda _: (sleep(0.02), ask(None, work - 1) if work else None)))
+    def request(_: object, work: int = 2) -> None:
+        waiting.append(loop.isolated(lambda _: (sleep(0.02), request(None, work - 1) if work else None)))
 
     def serve(_: object) -> None:
         while waiting:
             waiting.pop()(None)
 
-    loop.subscribe("a", "asker", ask)
+    loop.subscribe("a", "client", request)
     loop.subscribe("b", "server", serve)
     for topic in ("a", "b"):
         loop.publish(topic, String(""), "test")
     loop.run()
-    asker, server = loop.timings["asker <- a"], loop.timings["server <- b"]
-    assert (asker.calls, server.calls) == (1, 1)
-    assert asker.total_ns >= 0.06e9 and 0 < server.total_ns < 0.5 * asker.total_ns
-    assert 0.02e9 <= asker.worst_ns < asker.total_ns
+    client, server = loop.timings["client <- a"], loop.timings["server <- b"]
+    assert (client.calls, server.calls) == (1, 1)
+    assert client.total_ns >= 0.06e9 and 0 < server.total_ns < 0.5 * client.total_ns
+    assert 0.02e9 <= client.worst_ns < client.total_ns
 
 
 def test_callbacks_posted_by_threads_get_unique_times() -> None:
@@ -100,14 +100,14 @@ def test_the_same_seed_repeats_the_publications_another_differs() -> None:
 def test_latched_messages_reach_late_subscribers_until_shutdown() -> None:
     system = make({"cook": "Cook", "guest": "Guest"})
     system.loop.run(until_ns=3 * 10**9)
-    heard: list[str] = []
-    system.loop.subscribe("dishes", "late", lambda m: heard.append(m.data))
+    received: list[str] = []
+    system.loop.subscribe("dishes", "late", lambda m: received.append(m.data))
     system.loop.run(until_ns=3 * 10**9 + 1)
-    assert heard == ["salad"]
+    assert received == ["salad"]
     system.stop()
-    system.loop.subscribe("dishes", "later", lambda m: heard.append(m.data))
+    system.loop.subscribe("dishes", "later", lambda m: received.append(m.data))
     system.loop.run(until_ns=4 * 10**9)
-    assert heard == ["salad"]
+    assert received == ["salad"]
 
 
 def test_an_action_runs_in_loop_time_and_returns_its_result() -> None:
@@ -142,13 +142,13 @@ def test_cancelling_a_client_cancels_its_pending_goal() -> None:
 
 def test_a_stopped_node_is_silent() -> None:
     system = make({"counter": "Counter", "doubler": "Doubler"})
-    heard: list[Float64] = []
-    system.loop.subscribe("double", "test", heard.append)
+    received: list[Float64] = []
+    system.loop.subscribe("double", "test", received.append)
     system.loop.run(until_ns=10**9)
-    count = len(heard)
+    count = len(received)
     system.stop()
     system.loop.run(until_ns=2 * 10**9)
-    assert count == 10 and len(heard) == count
+    assert count == 10 and len(received) == count
 
 
 def test_devices_in_the_next_launch_keep_running() -> None:

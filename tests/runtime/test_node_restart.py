@@ -26,7 +26,7 @@ MS, SECOND = 1_000_000, 1_000_000_000
 
 
 class Counter(Node):
-    """Sums up in a published state, and fails from 10 to 13, at 500 to 650 ms, if `broken`."""
+    """Adds up in a published state, and fails from 10 to 13, at 500 to 650 ms, if `broken`."""
 
     params: NoParams
     count: In[Float64]
@@ -105,13 +105,13 @@ class Run:
     def __init__(self, *kinds: type[Node], log: Path | None = None) -> None:
         self.system = NodeContainer(Loop(StepClock()), load_robot("chefbot"), 5)
         self.system.isolate_faults(lambda _: None)
-        self.said: list[tuple[int, str, str]] = []
+        self.published: list[tuple[int, str, str]] = []
         self.recorder = Recorder(log, self.system.robot, 5) if log else None
         if self.recorder is not None:
             self.system.loop.add_observer(self.recorder)
         self.system.loop.add_observer(
             lambda item: (
-                self.said.append((item.time_ns // MS, item.topic, item.message.data))
+                self.published.append((item.time_ns // MS, item.topic, item.message.data))
                 if isinstance(item.message, String)
                 else None
             )
@@ -124,7 +124,7 @@ class Run:
         return self
 
     def on(self, topic: str) -> list[tuple[int, str]]:
-        return [(time, text) for time, name, text in self.said if name == topic]
+        return [(time, text) for time, name, text in self.published if name == topic]
 
 
 def test_a_node_that_keeps_failing_is_restarted_with_its_state() -> None:

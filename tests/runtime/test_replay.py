@@ -1,4 +1,4 @@
-"""Recordings: whole, readable by others, and replayed to the byte."""
+"""Recordings: whole, readable by others, and replayed bit for bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames that others speak of: what is of no time or of too many names does no harm to the rest."""
+"""Transforms of other publishers: those with a wrong stamp or too many frames do no harm to the rest."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def moved(stamp_ns: int, x: float, child: str = "base_footprint") -> TFMessage:
     return TFMessage((TransformStamped.of(stamp_ns, "odom", child, SE2(x, 0.0, 0.0)),))
 
 
-def system_that_hears(said: list[tuple[int, str, Message]]) -> tuple[NodeContainer, list[Fault]]:
+def system_that_receives(messages: list[tuple[int, str, Message]]) -> tuple[NodeContainer, list[Fault]]:
     system, faults = NodeContainer(Loop(StepClock()), load_robot("chefbot"), 1), list[Fault]()
     system.isolate_faults(faults.append)
-    for time_ns, topic, message in said:
+    for time_ns, topic, message in messages:
         system.loop.schedule(time_ns, DEVICE, lambda t=topic, m=message: system.loop.publish(t, m, "test"))  # type: ignore[misc]
     system.loop.run()
     return system, faults
@@ -41,7 +41,7 @@ def system_that_hears(said: list[tuple[int, str, Message]]) -> tuple[NodeContain
 @pytest.mark.parametrize("ahead", [FUTURE_TOLERANCE_NS + 1, MAX_FUTURE_NS - 1, 3600 * SECOND])
 def test_a_transform_from_the_future_is_refused(ahead: int) -> None:
     late = moved(SECOND + ahead, 99.0)
-    system, faults = system_that_hears(
+    system, faults = system_that_receives(
         [(SECOND, "tf", moved(SECOND, 1.0)), (SECOND, "tf", late), (2 * SECOND, "tf", moved(2 * SECOND, 2.0))]
     )
     assert system.transforms.lookup("odom", "base_footprint").x == 2.0
@@ -71,9 +71,12 @@ def test_a_localization_may_post_date_its_transform() -> None:
 
 
 def test_a_static_frame_can_be_corrected_at_any_stamp() -> None:
-    """A fixed transform holds at all times: its stamp says nothing."""
-    said = [(SECOND, "tf_static", moved(3600 * SECOND, 1.0)), (2 * SECOND, "tf_static", moved(SECOND, 2.0))]
-    system, faults = system_that_hears(said)
+    """A fixed transform holds at all times: its stamp does not count."""
+    messages = [
+        (SECOND, "tf_static", moved(3600 * SECOND, 1.0)),
+        (2 * SECOND, "tf_static", moved(SECOND, 2.0)),
+    ]
+    system, faults = system_that_receives(messages)
     assert (system.transforms.lookup("odom", "base_footprint").x, faults) == (2.0, [])
 
 
@@ -90,19 +93,19 @@ def test_frames_beyond_the_maximum_number_are_refused() -> None:
 def test_cycles_and_reparented_static_frames_are_refused() -> None:
     tree = TransformBuffer()
 
-    def hear(parent: str, child: str, static: bool) -> None:
+    def add(parent: str, child: str, static: bool) -> None:
         tree.add_transforms(TFMessage((TransformStamped.of(0, parent, child, SE2(1.0, 0.0, 0.0)),)), static)
 
-    hear("odom", "base", False)
-    hear("base", "laser", True)
-    for parent, child, static, words in (
+    add("odom", "base", False)
+    add("base", "laser", True)
+    for parent, child, static, reason in (
         ("laser", "odom", False, "laser hangs below odom"),
         ("kitchen", "laser", True, "laser is fixed to base"),
         ("base", "laser", False, "laser is fixed, it cannot become moving"),
         ("odom", "base", True, "base is moving, it cannot become fixed"),
     ):
-        with pytest.raises(TransformError, match=words):
-            hear(parent, child, static)
+        with pytest.raises(TransformError, match=reason):
+            add(parent, child, static)
     assert tree.lookup("odom", "laser").x == 2.0
 
 

@@ -72,7 +72,7 @@ class Base(Node):
 
 
 class Dice(Node):
-    """Adds its own chance to what it hears, and speaks from a timer."""
+    """Adds random numbers to what it receives, and publishes from a timer."""
 
     params: NoParams
     double: In[Float64]
@@ -83,8 +83,8 @@ class Dice(Node):
 
     @every(hz=7)
     def throw(self) -> None:
-        heard = self.double.last.data if self.double.last else 0.0
-        self.dice.publish(Float64(heard + self.rng.random()))
+        received = self.double.last.data if self.double.last else 0.0
+        self.dice.publish(Float64(received + self.rng.random()))
 
 
 class Cook(Node):

@@ -110,7 +110,7 @@ def test_floor_is_nearer_than_the_range_of_the_sensor(distance: float, v: float)
 
 
 def test_a_standing_robot_gets_no_new_reason() -> None:
-    """At a cliff behind it, standing is neither driving backward nor a reason to speak, nor an end of one."""
+    """At a cliff behind it, standing is neither driving backward nor a reason for a remark, nor an end of one."""
     stop = stop_with(REAR)
     assert stop.take_remark(0.0, 1) == "" and stop.take_remark(-0.1, 2)
-    assert stop.take_remark(0.0, 3) == "" and stop.take_remark(-0.1, 4) == "", "it has been said"
+    assert stop.take_remark(0.0, 3) == "" and stop.take_remark(-0.1, 4) == "", "it was reported already"

@@ -1,4 +1,4 @@
-"""What autonomous motions ask of the emergency stop: whether it is pressed, and whether it was since a time."""
+"""What autonomous motions query of the emergency stop: whether it is pressed, and whether it was since a time."""
 
 from __future__ import annotations
 

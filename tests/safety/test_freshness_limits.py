@@ -155,51 +155,51 @@ def test_what_sees_nothing_does_not_freeze() -> None:
     assert "frozen" not in lidar.repeat(nothing) and "frozen" not in lidar.repeat(nothing, SE2(9.0, 9.0, 0.0))
 
 
-@pytest.mark.parametrize(("stamp_ms", "words"), [
+@pytest.mark.parametrize(("stamp_ms", "expected"), [
     (100, ""), (101, "stamped in the future"), (-300, ""), (-301, "come late: they are more than 0.3 s old"),
 ])  # fmt: skip
-def test_stamps_may_differ_by_a_tenth_of_a_second(stamp_ms: int, words: str) -> None:
+def test_stamps_may_differ_by_a_tenth_of_a_second(stamp_ms: int, expected: str) -> None:
     watch, now_ns = ObstacleSensorMonitor("lidar", 0.1), 10_000 * MS
     for k in range(10):
         stamp = now_ns + (stamp_ms + k - 9) * MS
         watch.process_view(view(stamp, walls() + 0.001 * k), now_ns, HERE)
         watch.note_marked(stamp)
-    assert words in watch.fault(now_ns, HERE) and bool(watch.fault(now_ns, HERE)) == bool(words)
+    assert expected in watch.fault(now_ns, HERE) and bool(watch.fault(now_ns, HERE)) == bool(expected)
 
 
 def test_five_messages_are_needed_from_the_beginning() -> None:
-    """Also if nobody has asked before, and although the first ones are not placed yet."""
+    """Also if nobody has queried it before, and although the first ones are not placed yet."""
     watch, now_ns = ObstacleSensorMonitor("lidar", 0.1), 10_000 * MS
     for k in range(5):
         assert watch.fault(now_ns, HERE) == "The lidar has not sent anything yet."
         watch.process_view(view(now_ns + k * MS, walls() + 0.001 * k), now_ns + k * MS, HERE)
     assert watch.fault(now_ns + 4 * MS, HERE) == ""
-    unasked = ObstacleSensorMonitor("lidar", 0.1)
+    unqueried = ObstacleSensorMonitor("lidar", 0.1)
     for k in range(4):
-        unasked.process_view(view(now_ns + k * MS, walls()), now_ns, HERE)
-    assert unasked.fault(now_ns, HERE) == "The lidar has not sent anything yet."
+        unqueried.process_view(view(now_ns + k * MS, walls()), now_ns, HERE)
+    assert unqueried.fault(now_ns, HERE) == "The lidar has not sent anything yet."
 
 
 @pytest.mark.parametrize(
-    ("gap_ms", "words"), [(300, ""), (301, "sends too seldom: two messages lay more than 0.3 s")]
+    ("gap_ms", "expected"), [(300, ""), (301, "sends too seldom: two messages lay more than 0.3 s")]
 )
-def test_messages_may_lie_three_periods_apart(gap_ms: int, words: str) -> None:
+def test_messages_may_lie_three_periods_apart(gap_ms: int, expected: str) -> None:
     lidar = Lidar()
     lidar.repeat(walls())
     lidar.now_ns += (gap_ms - 100) * MS
     assert lidar.watch.fault(lidar.now_ns, HERE) == ""
     lidar.send(walls() + 0.001)
-    assert words in lidar.watch.fault(lidar.now_ns, HERE) and bool(
+    assert expected in lidar.watch.fault(lidar.now_ns, HERE) and bool(
         lidar.watch.fault(lidar.now_ns, HERE)
-    ) == bool(words)
+    ) == bool(expected)
 
 
-@pytest.mark.parametrize(("age_ms", "words"), [(300, ""), (301, "has sent nothing for more than 0.3 s")])
-def test_silence_begins_after_three_periods(age_ms: int, words: str) -> None:
+@pytest.mark.parametrize(("age_ms", "expected"), [(300, ""), (301, "has sent nothing for more than 0.3 s")])
+def test_silence_begins_after_three_periods(age_ms: int, expected: str) -> None:
     lidar = Lidar()
     lidar.repeat(walls())
     fault = lidar.watch.fault(lidar.now_ns + age_ms * MS, HERE)
-    assert words in fault and bool(fault) == bool(words)
+    assert expected in fault and bool(fault) == bool(expected)
 
 
 def test_it_has_sent_from_the_first_message_on() -> None:

@@ -1,4 +1,4 @@
-"""A lidar whose ranges scatter is told from one that sees edges."""
+"""A lidar whose ranges scatter is distinguished from one that sees edges."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def test_standing_is_stopped_and_moving_is_slowed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("bearing", "words"),
+    ("bearing", "text"),
     [
         (0, "ahead"),
         (40, "ahead on the left"),
@@ -37,8 +37,8 @@ def test_standing_is_stopped_and_moving_is_slowed() -> None:
         (180, "behind"),
     ],
 )
-def test_directions_are_eighths_of_a_turn(bearing: float, words: str) -> None:
-    assert direction_text(math.cos(math.radians(bearing)), math.sin(math.radians(bearing))) == words
+def test_directions_are_eighths_of_a_turn(bearing: float, text: str) -> None:
+    assert direction_text(math.cos(math.radians(bearing)), math.sin(math.radians(bearing))) == text
 
 
 def test_unseen_ground_lies_where_the_robot_drives() -> None:
@@ -60,7 +60,7 @@ ROUND, RECTANGULAR = load_robot("chefbot"), load_robot("jackal")
 
 
 @pytest.mark.parametrize(
-    ("age", "words"),
+    ("age", "text"),
     [
         (0.0, "the lidar sees an obstacle 0.25 m ahead"),
         (0.49, "the lidar sees an obstacle 0.25 m ahead"),
@@ -70,8 +70,8 @@ ROUND, RECTANGULAR = load_robot("chefbot"), load_robot("jackal")
         (7.6, "the lidar saw an obstacle 0.25 m ahead, 8 s ago"),
     ],
 )
-def test_what_was_seen_earlier_is_named_as_the_past(age: float, words: str) -> None:
-    assert obstacle_text(SensedPoint("lidar", 0.4, 0.0, age), Zones.of(ROUND, 0.01, 0.02)) == words
+def test_what_was_seen_earlier_is_named_as_the_past(age: float, text: str) -> None:
+    assert obstacle_text(SensedPoint("lidar", 0.4, 0.0, age), Zones.of(ROUND, 0.01, 0.02)) == text
 
 
 def test_distances_are_from_the_skin_and_never_negative() -> None:
@@ -96,10 +96,10 @@ def test_less_than_a_twentieth_of_the_motion_is_standing() -> None:
 
 
 def test_a_millimetre_a_second_is_driving() -> None:
-    words = [
+    sides = [
         unseen_text(v).split("ground ")[1].split(" the robot")[0] for v in (-0.0011, -0.001, 0.0009, 0.001)
     ]
-    assert words == ["behind", "beside", "beside", "ahead of"]
+    assert sides == ["behind", "beside", "beside", "ahead of"]
 
 
 def test_reasons_change_at_most_twice_a_second() -> None:

@@ -116,7 +116,7 @@ def test_an_interrupted_operator_has_to_let_go() -> None:
 
 
 @pytest.mark.parametrize(
-    ("age_ms", "words"),
+    ("age_ms", "fault"),
     [
         (300, ""),
         (301, "The odometry is late: the newest pose is 0.3 s old."),
@@ -125,8 +125,8 @@ def test_an_interrupted_operator_has_to_let_go() -> None:
         (-101, "The odometry is stamped in the future: compare its computer's clock with this one's."),
     ],
 )
-def test_odometry_counts_for_300_ms(age_ms: int, words: str) -> None:
-    assert odometry_fault(10_000 * MS, IDENTITY, (10_000 - age_ms) * MS) == words
+def test_odometry_counts_for_300_ms(age_ms: int, fault: str) -> None:
+    assert odometry_fault(10_000 * MS, IDENTITY, (10_000 - age_ms) * MS) == fault
 
 
 @pytest.mark.parametrize(

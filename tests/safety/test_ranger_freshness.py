@@ -75,17 +75,17 @@ def test_a_tenth_of_a_second_of_repetition_is_no_noise() -> None:
 
 
 @pytest.mark.parametrize(
-    ("period", "limit_ms", "words"), [(0.1, 300, "0.3 s"), (0.05, 200, "0.2 s"), (0.5, 1500, "1.5 s")]
+    ("period", "limit_ms", "limit"), [(0.1, 300, "0.3 s"), (0.05, 200, "0.2 s"), (0.5, 1500, "1.5 s")]
 )
-def test_three_periods_without_an_echo_are_a_fault(period: float, limit_ms: int, words: str) -> None:
+def test_three_periods_without_an_echo_are_a_fault(period: float, limit_ms: int, limit: str) -> None:
     ranger = RangerMonitor(period)
     assert not ranger.has_sent and ranger.fault(0) == "The ultrasonic ranger has not sent anything yet."
     ranger.process_echo(echo(1.0, 1000), 1000 * MS)
     assert ranger.has_sent and ranger.fault((1000 + limit_ms) * MS) == ""
     late = (1000 + limit_ms) * MS + 1
-    assert ranger.fault(late) == f"The ultrasonic ranger has sent nothing for more than {words}."
+    assert ranger.fault(late) == f"The ultrasonic ranger has sent nothing for more than {limit}."
     ranger.process_echo(echo(1.0, 1000), late)
-    assert ranger.fault(late) == f"The ultrasonic ranger's data come late: they are more than {words} old."
+    assert ranger.fault(late) == f"The ultrasonic ranger's data come late: they are more than {limit} old."
 
 
 @pytest.mark.parametrize(("ahead_ms", "fault"), [(100, False), (101, True)])

@@ -55,7 +55,7 @@ def test_each_small_change_is_a_mutant(source: str, expected: set[str]) -> None:
 
 
 def test_a_mutant_belongs_to_the_outermost_function() -> None:
-    """Its code is what is exchanged; that of a function inside of it is made anew when it runs."""
+    """Its code is what is exchanged; that of a function inside of it is created whenever it runs."""
     source = "class A:\n    def f(self):\n        def g(x):\n            return x < 1\n        return g"
     assert {mutant.function for mutant in mutants_of(source, "example")} == {"A.f"}
 

@@ -68,10 +68,12 @@ def refused(arguments: list[str], tmp_path: Path) -> str:
 def test_what_is_no_such_file_is_one_sentence(command: str, kind: str, tmp_path: Path) -> None:
     if (command, kind) == ("bag info", "folder"):
         pytest.skip("a bag may be a folder")
-    words = [word.format(file=tmp_path / "given", out=tmp_path / "out") for word in COMMANDS[command]]
-    given = next(Path(word) for word in words if Path(word).name.startswith("given"))
+    arguments = [
+        argument.format(file=tmp_path / "given", out=tmp_path / "out") for argument in COMMANDS[command]
+    ]
+    given = next(Path(argument) for argument in arguments if Path(argument).name.startswith("given"))
     prepare(given, kind)
-    refused(words, tmp_path)
+    refused(arguments, tmp_path)
 
 
 NAMES = {
@@ -86,8 +88,8 @@ NAMES = {
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_name_that_no_file_has_is_refused(command: str, name: str, tmp_path: Path) -> None:
     file = tmp_path / NAMES[name]
-    words = [word.format(file=file, out=tmp_path / "out") for word in COMMANDS[command]]
-    result = CliRunner().invoke(app, words)
+    arguments = [argument.format(file=file, out=tmp_path / "out") for argument in COMMANDS[command]]
+    result = CliRunner().invoke(app, arguments)
     assert isinstance(result.exception, ChefbotError), (result.exception, result.output)
 
 

@@ -70,15 +70,15 @@ def test_bytes_during_the_boot_are_lost_and_delay_it(at: int) -> None:
 @given(st.lists(st.tuples(st.integers(0, 20 * SECOND), st.sampled_from(["write", "reset"])), max_size=20))
 def test_a_board_starts_once_nobody_has_disturbed_it(events: list[tuple[int, str]]) -> None:
     port, board = plugged()
-    ends, heard = 0, 0
+    ends, received = 0, 0
     for now, what in sorted(events):
         if what == "reset":
             port.reset(now)
             ends = now + BOOT_NS
         else:
             port.write(b"x", now)
-            heard += now >= ends
+            received += now >= ends
             ends = max(ends, now + EXTENDED_BOOT_NS) if now < ends else ends
         assert port.read(now) == (b"state" if now >= ends else b"")
-    assert len(board.got) == heard
+    assert len(board.got) == received
     assert port.read(40 * SECOND) == b"state"

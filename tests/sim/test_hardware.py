@@ -64,11 +64,11 @@ class Program:
 
 def run(hardware: EmulatedHardware, seconds: float, *programs: Program) -> list[bytes]:
     """Run the hardware; return what each program has read."""
-    heard = [b""] * len(programs)
+    received = [b""] * len(programs)
     for _ in range(round(seconds * 1e9 / CONTROL_NS)):
         hardware.step()
-        heard = [data + program.read() for data, program in zip(heard, programs, strict=True)]
-    return heard
+        received = [data + program.read() for data, program in zip(received, programs, strict=True)]
+    return received
 
 
 def test_a_step_is_a_control_period_of_the_board(hardware: EmulatedHardware) -> None:
@@ -90,9 +90,9 @@ def test_the_lidar_at_its_port_is_one_that_its_driver_knows(
 ) -> None:
     assert ROBOT.sensors.lidar is not None
     program, session = Program(tmp_path / "lidar"), LIDARS[ROBOT.sensors.lidar.driver].open()
-    (heard,) = run(hardware, 0.3, program)
+    (received,) = run(hardware, 0.3, program)
     program.close()
-    samples = sum(len(part.ranges) for part in session.receive_data(heard, hardware.now_ns))
+    samples = sum(len(part.ranges) for part in session.receive_data(received, hardware.now_ns))
     assert samples > 0.2 * 4500
 
 
@@ -124,8 +124,8 @@ def test_a_cable_that_is_out_has_no_port_until_it_is_in_again(
     hardware.plug("lidar")
     hardware.plug("lidar")
     program = Program(link)
-    (heard,) = run(hardware, 0.2, program)
-    assert heard
+    (received,) = run(hardware, 0.2, program)
+    assert received
     program.close()
     hardware.close()
     assert not link.is_symlink() and not (tmp_path / "board").is_symlink()

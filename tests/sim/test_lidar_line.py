@@ -32,7 +32,7 @@ def sim() -> Simulation:
 
 
 def started(driver: str, sim: Simulation, begin: int = 0) -> EmulatedLidar:
-    """Return a lidar that has been told to scan."""
+    """Return a lidar that was commanded to scan."""
     lidar = EmulatedLidar(driver, TurningLidar(sim, begin), begin)
     session = lidar.model.open()
     for now in range(begin, begin + STARTED, 5 * MS):

@@ -1,4 +1,4 @@
-"""Signs of life: what a process says of its loop, and what its launch makes of it."""
+"""Heartbeats: what a process reports of its loop, and what its launch makes of it."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ looks = st.lists(
 
 
 @given(looks)
-def test_only_missing_heartbeats_make_a_process_unresponsive(said: list[tuple[bytes, float]]) -> None:
+def test_only_missing_heartbeats_make_a_process_unresponsive(updates: list[tuple[bytes, float]]) -> None:
     pulse, silent, thinks, begun = HeartbeatMonitor(), 0.0, 0.0, False
-    for signs, elapsed in said:
+    for signs, elapsed in updates:
         pulse.update(signs, elapsed)
         begun |= bool(signs)
         silent = 0.0 if signs else silent + elapsed

@@ -35,7 +35,7 @@ clock: wall
 nodes:
   counter: {kind: "own_toys:Counter"}
   guest: {kind: "own_toys:Guest"}
-  doubler: {kind: "own_toys:Doubler", process: sums}
+  doubler: {kind: "own_toys:Doubler", process: numbers}
   cook: {kind: "own_toys:Cook", process: kitchen}
 """
 TOYS = Path(__file__).parents[1] / "runtime" / "toys.py"
@@ -57,15 +57,15 @@ STUBBORN = "import sys, time; sys.stdin.readline(); time.sleep(600)"
 
 
 def test_a_crashing_process_restarts_with_growing_delay() -> None:
-    told: list[tuple[float, str]] = []
+    reported: list[tuple[float, str]] = []
     supervisor = Supervisor(
-        [order("a")], lambda text: told.append((time.monotonic(), text)), (sys.executable, "-c", DYING)
+        [order("a")], lambda text: reported.append((time.monotonic(), text)), (sys.executable, "-c", DYING)
     )
-    wait_for(lambda: sum("ended" in text for _, text in told) >= 3)
+    wait_for(lambda: sum("ended" in text for _, text in reported) >= 3)
     supervisor.close()
     lives = [
-        (at, text) for at, text in told if " is ready again" not in text
-    ]  # said where it lived for long enough
+        (at, text) for at, text in reported if " is ready again" not in text
+    ]  # reported where it ran for long enough
     assert [text for _, text in lives[:4]] == [
         "process a ended (exit code 3); restart in 0.5 s",
         "process a restarted",
@@ -110,7 +110,7 @@ def test_a_launch_is_split_into_its_processes(tmp_path: Path) -> None:
     own, others = split_by_process(load_launch(str(path)))
     assert list(own.nodes) == ["counter", "guest"]
     assert {name: list(one.nodes) for name, one in others.items()} == {
-        "sums": ["doubler"],
+        "numbers": ["doubler"],
         "kitchen": ["cook"],
     }
     with pytest.raises(ConfigError, match="process"):
@@ -161,7 +161,7 @@ def test_processes_communicate_restart_and_leave_nothing_behind(launched: Launch
     launched.node.subscription("/dishes", String, dishes.put, TRANSIENT_LOCAL_QOS)
     assert launched.wire.graph.wait_for(lambda _: launched.there("cook", "doubler", "counter"), PATIENCE)
     assert double.get(timeout=PATIENCE).data % 2.0 == 0.0
-    # the guest's order; who comes late is told the last dish only
+    # the guest's order; a late-joining subscriber receives the last dish only
     served = [dishes.get(timeout=PATIENCE).data]
     while served[-1] != "salad":
         served.append(dishes.get(timeout=PATIENCE).data)
@@ -182,9 +182,9 @@ def test_processes_communicate_restart_and_leave_nothing_behind(launched: Launch
 
     children = children_of(launched.process.pid)
     launched.process.send_signal(signal.SIGINT)
-    said, _ = launched.process.communicate(timeout=PATIENCE)
+    output, _ = launched.process.communicate(timeout=PATIENCE)
     assert launched.process.returncode == 0
-    assert "process sums ended (signal 9); restart in 0.5 s" in said
+    assert "process numbers ended (signal 9); restart in 0.5 s" in output
     assert not any(map(is_alive, children))
     with RmwContext(port=port) as again:
         assert again.is_router  # the port is free
@@ -197,6 +197,6 @@ def test_a_killed_launch_leaves_no_orphan_processes(launched: Launched) -> None:
     children = children_of(launched.process.pid)
     assert len(children) >= 2  # a spare may be there too
     launched.process.send_signal(signal.SIGSTOP)
-    time.sleep(0.2)  # what they say meanwhile is never read
+    time.sleep(0.2)  # what they print meanwhile is never read
     launched.process.kill()
     wait_for(lambda: not any(map(is_alive, children)))

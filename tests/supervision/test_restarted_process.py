@@ -1,4 +1,4 @@
-"""What a process of a launch was told while it ran is there again after a `kill -9`."""
+"""What a process of a launch received while it ran is restored after a `kill -9`."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def set_all(node: RmwNode) -> None:
 
 
 def lie(node: RmwNode) -> None:
-    """What no base can have taken: it must not end its next life before that has begun."""
+    """What no base can have accepted: it must not end the restarted process at its start."""
     events = node.publisher("/parameter_events", ParameterEvent, PARAMETERS)
     wait_for(lambda: events.has_subscribers)
     for name, value in (("no_such", 1.0), ("limiter.no.such", 1.0), ("teleop_hold", -7.0)):
@@ -66,25 +66,25 @@ def test_parameters_and_orders_survive_a_process_restart(tmp_path: Path) -> None
     path = tmp_path / "service.yaml"
     path.write_text(LAUNCH)
     with run_chefbot("launch", str(path)) as (one, node):
-        told: list[DeliveryStatus] = []
-        node.subscription("/delivery_status", DeliveryStatus, told.append, TRANSIENT_LOCAL_QOS)
+        statuses: list[DeliveryStatus] = []
+        node.subscription("/delivery_status", DeliveryStatus, statuses.append, TRANSIENT_LOCAL_QOS)
         order = node.publisher("/order", Order)
         somewhere = PoseStamped(Header(frame_id="map"), Pose.of(IDENTITY))
         places = Places(tuple(Place(name, somewhere) for name in ("home", "kitchen", "table_1", "table_2")))
         node.publisher("/places", Places, TRANSIENT_LOCAL_QOS).publish(places)
-        wait_for(lambda: order.has_subscribers and told)
+        wait_for(lambda: order.has_subscribers and statuses)
         set_all(node)
         lie(node)
         for number in (1, 2):
             order.publish(Order((f"table_{number}",), str(number)))
-            wait_for(lambda number=number: str(number) in told[-1].accepted)
-        wait_for(lambda: told[-1].state == "driving")
-        for _ in range(2):  # another life does not forget what the first was told
-            count, killed = len(told), one.inject("killed", "service")
+            wait_for(lambda number=number: str(number) in statuses[-1].accepted)
+        wait_for(lambda: statuses[-1].state == "driving")
+        for _ in range(2):  # a second restart does not lose what the first process received
+            count, killed = len(statuses), one.inject("killed", "service")
             wait_for(lambda: one.child("service") not in (None, killed))  # noqa: B023
-            wait_for(lambda: len(told) > count and told[-1].state == "driving")  # noqa: B023
-            assert (told[-1].place, told[-1].queue) == ("kitchen", ("table_1",))
-            assert [one.places for one in told[-1].pending_orders] == [("table_2",)] and told[
+            wait_for(lambda: len(statuses) > count and statuses[-1].state == "driving")  # noqa: B023
+            assert (statuses[-1].place, statuses[-1].queue) == ("kitchen", ("table_1",))
+            assert [one.places for one in statuses[-1].pending_orders] == [("table_2",)] and statuses[
                 -1
             ].accepted == (
                 "1",

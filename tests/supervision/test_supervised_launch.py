@@ -22,13 +22,13 @@ from chefbot.supervision.supervised_launch import LaunchParent
 CHILD = """
 import os, signal, socket, sys, time
 out = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-say = lambda text: out.sendto(text.encode(), os.environ["NOTIFY_SOCKET"])
+notify = lambda text: out.sendto(text.encode(), os.environ["NOTIFY_SOCKET"])
 with open(sys.argv[1], "a") as file:
     print(os.getpid(), file=file)
 count = len(open(sys.argv[1]).readlines())
 signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
 """
-"""Says which processes have started; `count` is 1 in the first one."""
+"""Records which processes have started; `count` is 1 in the first one."""
 
 
 class Parent:
@@ -86,7 +86,7 @@ def test_an_orderly_end_is_final(tmp_path: Path, code: int) -> None:
 
 
 def test_faults_of_nodes_at_an_orderly_end_are_no_crash(tmp_path: Path) -> None:
-    parent = Parent(tmp_path, "say('READY=1'); say('STOPPING=1'); sys.exit(1)")
+    parent = Parent(tmp_path, "notify('READY=1'); notify('STOPPING=1'); sys.exit(1)")
     assert (parent.end(), len(parent.pids())) == (1, 1)
 
 
@@ -94,7 +94,7 @@ def test_a_launch_that_falls_silent_is_killed_and_started_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(supervised_launch, "WATCHDOG_TIMEOUT", 0.3)
-    parent = Parent(tmp_path, "say('READY=1')\nif count == 1: time.sleep(1000)\nsay('STOPPING=1')")
+    parent = Parent(tmp_path, "notify('READY=1')\nif count == 1: time.sleep(1000)\nnotify('STOPPING=1')")
     assert parent.end() == 0
     assert len(parent.pids()) == 2
     assert parent.sentences[0].startswith("The launch ended (no sign of life for 0 s)")
@@ -103,7 +103,7 @@ def test_a_launch_that_falls_silent_is_killed_and_started_again(
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_request_to_end_is_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int) -> None:
     monkeypatch.setattr(supervised_launch, "FORWARD_DELAY", 0.1)
-    parent = Parent(tmp_path, "say('READY=1')\nwhile True: say('WATCHDOG=1'); time.sleep(0.1)")
+    parent = Parent(tmp_path, "notify('READY=1')\nwhile True: notify('WATCHDOG=1'); time.sleep(0.1)")
     wait_for(parent.pids)
     time.sleep(0.3)
     parent.request_end(number)

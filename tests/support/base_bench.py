@@ -1,4 +1,4 @@
-"""The drive base alone: a robot that does what its wheels are told, walls, and sensors that can be silent."""
+"""The drive base alone: a robot that moves as its wheels are commanded, walls, and sensors that can be silent."""
 
 from __future__ import annotations
 

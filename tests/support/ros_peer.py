@@ -55,7 +55,7 @@ def main(port: int, router: bool) -> None:
     """Run the node until standard input ends."""
     with RmwContext(port=port, router=router) as wire, RmwNode(wire, "other", "/far") as node:
         echo = node.publisher("echo", Twist)
-        node.subscription("said", Twist, echo.publish)
+        node.subscription("twist", Twist, echo.publish)
         image = node.publisher("image_back", Image)
         node.subscription("image", Image, image.publish)
         node.publisher("latched", String, TRANSIENT_LOCAL_QOS).publish(String("early"))

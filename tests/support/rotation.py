@@ -1,7 +1,7 @@
 """Tests of long cases of which each run of the suite makes one, chosen by the commit.
 
-`@pytest.mark.rotated` on a parametrized test: `make test` runs one of its cases, another with each commit, and says
-so in the header; `make test-long`, and pytest by itself, run all. Tests marked `rotated("a group")` are the cases of
+`@pytest.mark.rotated` on a parametrized test: `make test` runs one of its cases, another with each commit, and names
+it in the header; `make test-long`, and pytest by itself, run all. Tests marked `rotated("a group")` are the cases of
 that group, in whichever files they stand.
 """
 

@@ -1,4 +1,4 @@
-"""What the audit log says of commands, driving and parameters that others change; and the orders of missions."""
+"""What the audit log records of commands, driving and parameters that others change; and the orders of missions."""
 
 from __future__ import annotations
 

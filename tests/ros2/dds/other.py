@@ -1,4 +1,4 @@
-"""The other process: a peer on DDS that has never heard of chefbot."""
+"""The other process: a peer on DDS that knows nothing of chefbot."""
 
 from __future__ import annotations
 

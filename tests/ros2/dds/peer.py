@@ -1,4 +1,4 @@
-"""A stand-in for a ROS 2 process that speaks DDS: Cyclone's own Python API, its own IDL types, nothing of chefbot's.
+"""A stand-in for a ROS 2 process on DDS: Cyclone's own Python API, its own IDL types, nothing of chefbot's.
 
 Commands come as lines on standard input, answers go as lines of JSON to standard output.
 """
@@ -63,12 +63,12 @@ MapMetaData_ = ros(
     "nav_msgs/MapMetaData", map_load_time=Time_, resolution=float32, width=uint32, height=uint32, origin=Pose_
 )
 OccupancyGrid_ = ros("nav_msgs/OccupancyGrid", header=Header_, info=MapMetaData_, data=sequence[int8])
-Unheard_ = ros("elsewhere_msgs/Unheard", data=str)
+Unknown_ = ros("elsewhere_msgs/Unknown", data=str)
 Shorter_ = ros("geometry_msgs/Twist", linear=Vector3_)  # not what others call so
 KeyValue_ = ros("diagnostic_msgs/KeyValue", key=str, value=str)
 DiagnosticStatus_ = ros(
     "diagnostic_msgs/DiagnosticStatus",
-    level=uint8,  # a byte, as ROS 2's own DDS layers tell it
+    level=uint8,  # a byte, as ROS 2's own DDS layers declare it
     name=str,
     message=str,
     hardware_id=str,
@@ -93,7 +93,7 @@ TYPES = {
     "LaserScan": LaserScan_,
     "Image": Image_,
     "OccupancyGrid": OccupancyGrid_,
-    "Unheard": Unheard_,
+    "Unknown": Unknown_,
     "DiagnosticArray": DiagnosticArray_,
     "Shorter": Shorter_,
 }
@@ -101,7 +101,7 @@ LATCHED = (Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
 
 
 def qos_of(how: str, type_hash: str) -> Qos:
-    """`how`: words of best_effort, latched, all; without one reliable, volatile."""
+    """`how`: any of best_effort, latched, all; without one reliable, volatile."""
     policies: list[Any] = [
         Policy.Reliability.BestEffort if "best_effort" in how else Policy.Reliability.Reliable(10**8)
     ]
@@ -117,7 +117,7 @@ def qos_of(how: str, type_hash: str) -> Qos:
 
 
 class Peer:
-    """One participant and what it was told to have."""
+    """One participant with the readers and writers that a test requests."""
 
     def __init__(self, domain: int) -> None:
         self.participant = DomainParticipant(domain, Qos(Policy.Userdata(b"enclave=/;")))
@@ -133,12 +133,12 @@ class Peer:
         self.writers: dict[str, DataWriter[Any]] = {}
 
     def read(self, topic: str, kind: str, how: str = "", type_hash: str = "") -> None:
-        """Listen from now on."""
+        """Subscribe from now on."""
         made = Topic(self.participant, topic, TYPES[kind])
         self.readers[topic] = DataReader(self.participant, made, qos_of(how, type_hash))
 
     def write(self, topic: str, kind: str, how: str = "", type_hash: str = "") -> None:
-        """Be able to speak from now on."""
+        """Be able to publish from now on."""
         made = Topic(self.participant, topic, TYPES[kind])
         self.writers[topic] = DataWriter(self.participant, made, qos_of(how, type_hash))
 
@@ -147,7 +147,7 @@ class Peer:
         self.readers.pop(topic, None)
         self.writers.pop(topic, None)
 
-    def say(self, topic: str, *values: Any) -> None:
+    def publish(self, topic: str, *values: Any) -> None:
         """A text, a twist's speeds, a picture of one value, a scan."""
         writer = self.writers[topic]
         writer.write(make(writer.data_type, *values))
@@ -164,11 +164,11 @@ class Peer:
         return [short(one) for one in self.readers[topic].take(1000) if one.sample_info.valid_data]
 
     def matched(self, topic: str) -> int:
-        """How many listen to what is written here."""
+        """How many subscribe to what is written here."""
         return len(self.writers[topic].get_matched_subscriptions())
 
     def sources(self, topic: str) -> int:
-        """How many speak to what is read here."""
+        """How many publish what is read here."""
         return len(self.readers[topic].get_matched_publications())
 
     def ends(self, what: str) -> list[list[str]]:
@@ -189,7 +189,7 @@ class Peer:
         return [data_of(one.qos) for one in alive]
 
     def graph(self) -> list[Any]:
-        """Nodes as told on ros_discovery_info: full name, GIDs of readers, of writers."""
+        """Nodes as announced on ros_discovery_info: full name, GIDs of readers, of writers."""
         latest = {bytes(one.gid.data): one for one in self.nodes.read(1000) if one.sample_info.valid_data}
         return [
             [

@@ -32,19 +32,19 @@ def test_killed_peer_and_router_are_replaced(
     with RmwContext(port=port) as wire:
         one = DdsBridge(wire, DdsParticipant(domain, "lo"), lambda _: True)
         doomed = Peer(domain)
-        doomed.write("rt/last_words", "String")
-        wait_for(lambda: "/last_words" in one.topics.inward, "a peer")
+        doomed.write("rt/last_text", "String")
+        wait_for(lambda: "/last_text" in one.topics.inward, "a peer")
         doomed.close(kill=True)
         first.close()
         peer = peers()
         with RmwContext(port=port) as other, RmwNode(other, "base") as node:
-            words = node.publisher("/words", String)
-            peer.read("rt/words", "String")
+            texts = node.publisher("/texts", String)
+            peer.read("rt/texts", "String")
             wait_for(
-                lambda: words.has_subscribers and peer.sources("rt/words"), "the bridge on the wire again"
+                lambda: texts.has_subscribers and peer.sources("rt/texts"), "the bridge on the wire again"
             )
-            words.publish(String("here"))
-            assert wait_for(lambda: peer.take("rt/words"), "the word") == ["here"]
+            texts.publish(String("here"))
+            assert wait_for(lambda: peer.take("rt/texts"), "the text") == ["here"]
         one.close()
 
 
@@ -53,27 +53,27 @@ def test_peers_and_robots_reconnect(
 ) -> None:
     peer = peers()
     with RmwContext(port=port, router=False) as other, RmwNode(other, "guest") as guest:
-        words = guest.publisher("/words", String)
-        peer.read("rt/words", "String")
-        wait_for(lambda: words.has_subscribers, "the bridge")
-    wait_for(lambda: "/words" not in bridge.topics.outward, "its end")
-    wait_for(lambda: not [one for one in peer.ends("writers") if one[0] == "rt/words"], "its end on DDS")
+        texts = guest.publisher("/texts", String)
+        peer.read("rt/texts", "String")
+        wait_for(lambda: texts.has_subscribers, "the bridge")
+    wait_for(lambda: "/texts" not in bridge.topics.outward, "its end")
+    wait_for(lambda: not [one for one in peer.ends("writers") if one[0] == "rt/texts"], "its end on DDS")
     with RmwContext(port=port, router=False) as other, RmwNode(other, "guest") as guest:
-        words = guest.publisher("/words", String)
-        wait_for(lambda: words.has_subscribers, "the bridge again")
-        wait_for(lambda: peer.sources("rt/words"), "the writer again")
-        words.publish(String("back"))
-        assert wait_for(lambda: peer.take("rt/words"), "the word") == ["back"]
+        texts = guest.publisher("/texts", String)
+        wait_for(lambda: texts.has_subscribers, "the bridge again")
+        wait_for(lambda: peer.sources("rt/texts"), "the writer again")
+        texts.publish(String("back"))
+        assert wait_for(lambda: peer.take("rt/texts"), "the text") == ["back"]
 
 
 def test_invalid_arguments_are_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     """One sentence each, before anything is opened."""
-    for words, wanted in (
+    for arguments, wanted in (
         ((300, [], "lo"), "domain 300"),
         ((None, ["/no topic"], "lo"), "/no topic"),
     ):
         with pytest.raises(UserError, match=wanted):
-            run_dds(*words)
+            run_dds(*arguments)
     monkeypatch.setitem(sys.modules, "chefbot.ros2.dds.bridge", None)
     monkeypatch.delitem(sys.modules, "chefbot.ros2.dds.bridge")
     monkeypatch.setitem(sys.modules, "cyclonedds.core", None)

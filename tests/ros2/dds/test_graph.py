@@ -1,4 +1,4 @@
-"""Who is there, of which type and QoS, is told on both sides; what does not fit is named."""
+"""Endpoints, their types and QoS are announced on both sides; what does not fit is named."""
 
 from __future__ import annotations
 
@@ -65,25 +65,25 @@ def test_zenoh_side_sees_the_dds_endpoints(
 def test_unknown_and_conflicting_types_are_reported(
     robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]
 ) -> None:
-    heard: list[Twist] = []
-    robot.subscription("/clash", Twist, heard.append)
+    received: list[Twist] = []
+    robot.subscription("/clash", Twist, received.append)
     robot.raw_publisher("/foreign", InterfaceType("elsewhere_msgs/msg/Other", "RIHS01_" + "0" * 64))
     peer = peers()
-    peer.write("rt/strange", "Unheard")
+    peer.write("rt/strange", "Unknown")
     peer.write("rt/clash", "String")
     peer.write("rt/version", "String", "", "RIHS01_" + "1" * 64)
     left_out = wait_for(
         lambda: len(bridge.topics.left_out) >= 4 and bridge.topics.left_out, "four topics left out"
     )
-    assert "elsewhere_msgs/msg/Unheard" in left_out["/strange"]
+    assert "elsewhere_msgs/msg/Unknown" in left_out["/strange"]
     assert "elsewhere_msgs/msg/Other" in left_out["/foreign"]
     assert "std_msgs/msg/String" in left_out["/clash"]
     assert "std_msgs/msg/String" in left_out["/version"]
-    peer.say("rt/clash", "no twist")
+    peer.publish("rt/clash", "no twist")
     ours = robot.publisher("/alive", String)
     peer.read("rt/alive", "String")
     wait_for(lambda: ours.has_subscribers, "the bridge that goes on")
-    assert not heard
+    assert not received
 
 
 def test_incompatible_qos_is_reported(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
@@ -103,18 +103,18 @@ def test_incompatible_qos_is_reported(robot: RmwNode, bridge: DdsBridge, peers: 
 
 @pytest.mark.slow
 def test_cyclone_dds_tool_reads_the_types(robot: RmwNode, bridge: DdsBridge, domain: int) -> None:
-    """`cyclonedds typeof` prints as IDL what it was told of a type."""
+    """`cyclonedds typeof` prints as IDL the type that it has discovered."""
     tool = Path(sys.executable).with_name("cyclonedds")
     robot.publisher("/scan", LaserScan)
     wait_for(lambda: "/scan" in bridge.topics.outward, "the topic")
     command = [str(tool), "typeof", "rt/scan", "-i", str(domain), "--color", "none"]
 
-    def told() -> str:
+    def printed() -> str:
         environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK}
         found = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, env=environment)
         return found.stdout if "LaserScan_" in found.stdout else ""
 
-    told_type = wait_for(told, "the type")
-    fields = [line.split()[-1].rstrip(";") for line in told_type.splitlines() if line.strip().endswith(";")]
+    idl = wait_for(printed, "the type")
+    fields = [line.split()[-1].rstrip(";") for line in idl.splitlines() if line.strip().endswith(";")]
     names = [one for one in fields if one.isidentifier()]
     assert names[-10:] == ["header", *LaserScan.__struct_fields__[1:]]

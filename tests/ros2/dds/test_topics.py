@@ -1,4 +1,4 @@
-"""What is said on one side of the bridge is heard on the other: once, whole, and late where it is latched."""
+"""What is published on one side of the bridge is received on the other: once, whole, and late where it is latched."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ def test_dds_receives_messages_of_the_robot(
     peer.read("rt/robot1/image", "Image", "best_effort")
     wait_for(lambda: scans.has_subscribers and pictures.has_subscribers, "a listener")
 
-    def said(publisher: Any, message: Any, topic: str) -> Any:
+    def exchanged(publisher: Any, message: Any, topic: str) -> Any:
         publisher.publish(message)
         return peer.take(topic)
 
-    got = wait_for(lambda: said(scans, scan, "rt/robot1/scan"), "a scan")
+    got = wait_for(lambda: exchanged(scans, scan, "rt/robot1/scan"), "a scan")
     assert got[0] == ["laser", 640, 1600.0]
-    got = wait_for(lambda: said(pictures, picture, "rt/robot1/image"), "a picture")
+    got = wait_for(lambda: exchanged(pictures, picture, "rt/robot1/image"), "a picture")
     assert got[0] == [480, 640, "rgb8", 921_600, 3 * 921_600]
 
 
 def test_type_information_equals_that_of_ros_2() -> None:
-    """Fast DDS 3 connects only ends that tell the same type; to ROS 2's DDS layers a byte is uint8."""
+    """Fast DDS 3 connects only ends that announce the same type; to ROS 2's DDS layers a byte is uint8."""
     ours, by_hand = (
         one.__idl__.get_type_info() for one in (idl_struct(DiagnosticArray), peer_types.DiagnosticArray_)
     )
@@ -60,15 +60,15 @@ def test_type_information_equals_that_of_ros_2() -> None:
 def test_the_robot_receives_commands_from_dds(
     robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]
 ) -> None:
-    heard: list[Twist] = []
-    robot.subscription("cmd_vel_teleop", Twist, heard.append)
+    received: list[Twist] = []
+    robot.subscription("cmd_vel_teleop", Twist, received.append)
     peer = peers()
     peer.write("rt/robot1/cmd_vel_teleop", "Twist")
     wait_for(lambda: peer.matched("rt/robot1/cmd_vel_teleop") == 1, "the robot's reader on DDS")
-    peer.say("rt/robot1/cmd_vel_teleop", 0.25, -0.5)  # once: whoever is matched is heard
-    wait_for(lambda: heard, "the command")
-    assert (heard[0].linear.x, heard[0].angular.z) == (0.25, -0.5)
-    assert len(heard) == 1
+    peer.publish("rt/robot1/cmd_vel_teleop", 0.25, -0.5)  # once: from a matched writer it arrives
+    wait_for(lambda: received, "the command")
+    assert (received[0].linear.x, received[0].angular.z) == (0.25, -0.5)
+    assert len(received) == 1
 
 
 def test_latched_messages_reach_late_dds_subscribers(
@@ -91,7 +91,7 @@ def test_latched_messages_reach_late_dds_subscribers(
     peer.read("rt/two", "String", "latched all")
     assert wait_for(lambda: peer.take("rt/map"), "the map") == [["map", 300, 200, 60_000, 60_000]]
     got: list[str] = []
-    wait_for(lambda: got.extend(peer.take("rt/two")) or len(got) >= 2, "both publishers' last words")
+    wait_for(lambda: got.extend(peer.take("rt/two")) or len(got) >= 2, "both publishers' last messages")
     assert sorted(got) == ["of the first", "of the second"]
 
 
@@ -100,21 +100,23 @@ def test_latched_dds_messages_reach_late_subscribers(
 ) -> None:
     peer = peers()
     peer.write("rt/note", "String", "latched")
-    peer.say("rt/note", "said early")
+    peer.publish("rt/note", "published early")
     wait_for(lambda: "/note" in bridge.topics.inward, "the topic")
-    heard: list[str] = []
-    robot.subscription("/note", String, lambda one: heard.append(one.data), QoS(durability=TRANSIENT_LOCAL))
-    wait_for(lambda: heard, "what was said early")
+    received: list[str] = []
+    robot.subscription(
+        "/note", String, lambda one: received.append(one.data), QoS(durability=TRANSIENT_LOCAL)
+    )
+    wait_for(lambda: received, "the early message")
     later: list[str] = []
     robot.subscription("/note", String, lambda one: later.append(one.data), QoS(durability=TRANSIENT_LOCAL))
     wait_for(lambda: later, "the same for a second listener")
-    assert (heard, later) == (["said early"], ["said early"])
+    assert (received, later) == (["published early"], ["published early"])
 
 
 def test_no_message_is_echoed_back(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
-    """A topic on which both sides speak and listen, as /tf: each word once on either side."""
-    heard: list[str] = []
-    robot.subscription("/both", String, lambda one: heard.append(one.data))
+    """A topic on which both sides publish and subscribe, as /tf: each message once on either side."""
+    received: list[str] = []
+    robot.subscription("/both", String, lambda one: received.append(one.data))
     ours = robot.publisher("/both", String)
     peer = peers()
     peer.read("rt/both", "String")
@@ -122,34 +124,34 @@ def test_no_message_is_echoed_back(robot: RmwNode, bridge: DdsBridge, peers: Cal
     wait_for(lambda: peer.matched("rt/both") == peer.sources("rt/both") == 2, "itself and the bridge")
     wait_for(lambda: len(robot.wire.graph.topics()["/both"].consumers) == 2, "the bridge's listener on Zenoh")
     peer.take("rt/both")
-    heard.clear()
+    received.clear()
     for number in range(50):
         ours.publish(String(f"zenoh {number}"))
-        peer.say("rt/both", f"dds {number}")
-    told = {f"zenoh {n}" for n in range(50)} | {f"dds {n}" for n in range(50)}
+        peer.publish("rt/both", f"dds {number}")
+    sent = {f"zenoh {n}" for n in range(50)} | {f"dds {n}" for n in range(50)}
     got: list[str] = []
     wait_for(lambda: got.extend(peer.take("rt/both")) or len(got) >= 100, "all on DDS")
-    wait_for(lambda: len(heard) >= 100, "all on Zenoh")
+    wait_for(lambda: len(received) >= 100, "all on Zenoh")
     time.sleep(0.3)  # what goes round in a circle would come now
     got.extend(peer.take("rt/both"))
-    assert len(got) == len(heard) == 100
-    assert set(got) == set(heard) == told
+    assert len(got) == len(received) == 100
+    assert set(got) == set(received) == sent
 
 
 def test_a_best_effort_writer_is_received(
     robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]
 ) -> None:
     """On DDS alone a reliable listener would not match it."""
-    heard: list[Twist] = []
-    robot.subscription("/soft", Twist, heard.append)
+    received: list[Twist] = []
+    robot.subscription("/soft", Twist, received.append)
     peer = peers()
     peer.write("rt/soft", "Twist", "best_effort")
 
-    def said() -> bool:
-        peer.say("rt/soft", 1.0, 2.0)
-        return bool(heard)
+    def arrives() -> bool:
+        peer.publish("rt/soft", 1.0, 2.0)
+        return bool(received)
 
-    wait_for(said, "the message")
+    wait_for(arrives, "the message")
 
 
 @pytest.mark.parametrize("cut", [1, 4, 40])
@@ -170,15 +172,15 @@ def test_truncated_messages_from_zenoh_are_counted(
 @pytest.mark.slow
 def test_a_flood_from_dds_is_survived(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     """What goes too fast may be lost; the rest goes on and so do other topics."""
-    heard: list[Twist] = []
+    received: list[Twist] = []
     calm: list[str] = []
-    robot.subscription("/speed", Twist, heard.append)
+    robot.subscription("/speed", Twist, received.append)
     robot.subscription("/calm", String, lambda one: calm.append(one.data))
     peer = peers()
     peer.write("rt/speed", "Twist")
     peer.write("rt/calm", "String")
     wait_for(lambda: peer.matched("rt/speed") and peer.matched("rt/calm"), "two readers")
     peer.flood("rt/speed", 20_000, 0.1, 0.0)
-    peer.say("rt/calm", "still here")
+    peer.publish("rt/calm", "still here")
     wait_for(lambda: calm, "the other topic")
-    assert heard
+    assert received

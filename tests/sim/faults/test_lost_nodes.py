@@ -1,4 +1,4 @@
-"""Nodes that are killed, hung or cut off while the robot drives: it stands, says why, and arrives later."""
+"""Nodes that are killed, hung or cut off while the robot drives: it stands, reports why, and arrives later."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FAULTS: list[NodeFault] = [
 
 
 class FaultyDrive:
-    """A robot on its way to GOAL while a node fails; sentences with which it says so."""
+    """A robot on its way to GOAL while a node fails; sentences with which it reports that."""
 
     def __init__(self, fault: NodeFault) -> None:
         self._system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 3)

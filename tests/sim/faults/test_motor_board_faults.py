@@ -40,8 +40,10 @@ BODY = """
 
 def board(seed: int = 1, sent: list[bytes] | None = None) -> MotorBoardFaults:
     """Return the faults of a board that sends `hello` and notes what it is sent."""
-    heard = [] if sent is None else sent
-    firmware: Any = SimpleNamespace(write=lambda data: heard.append(data) or len(data), read=lambda: b"hello")
+    received = [] if sent is None else sent
+    firmware: Any = SimpleNamespace(
+        write=lambda data: received.append(data) or len(data), read=lambda: b"hello"
+    )
     return MotorBoardFaults(firmware, seed)
 
 

@@ -45,7 +45,7 @@ def chair(x: float, y: float, yaw: float) -> list[SimulatedShape]:
 
 
 class Scene:
-    """People in a drawn world, and a robot that goes where the test says."""
+    """People in a drawn world, and a robot that drives as the test commands."""
 
     def __init__(
         self,
@@ -123,9 +123,9 @@ def aim(one: Scene, number: int = 0) -> tuple[float, float]:
     return x, y
 
 
-def drive(one: Scene, script: Script, each: Callable[[], None] = lambda: None, most: int = 500) -> Any:
+def drive(one: Scene, script: Script, each: Callable[[], None] = lambda: None, max_steps: int = 500) -> Any:
     """Let a script decide, with time but without steps between its decisions; return what it returns."""
-    for _ in range(most):
+    for _ in range(max_steps):
         try:
             next(script)
         except StopIteration as end:

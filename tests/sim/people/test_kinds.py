@@ -1,4 +1,4 @@
-"""Tests that each kind of people does what its name says, each in a small drawn scene."""
+"""Tests that each kind of people does what its name means, each in a small drawn scene."""
 
 from __future__ import annotations
 

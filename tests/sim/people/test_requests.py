@@ -1,4 +1,4 @@
-"""People do what they are asked for: they stand in doors, block the robot, and go on."""
+"""People do what is requested of them: they stand in doors, block the robot, and go on."""
 
 from __future__ import annotations
 

@@ -163,8 +163,8 @@ def test_an_interruption_ends_what_somebody_is_at() -> None:
         finally:
             ended.append("busy")
 
-    def asked() -> Script:
-        ended.append("asked")
+    def requested() -> Script:
+        ended.append("requested")
         yield
 
     person = person_of(one)
@@ -172,10 +172,10 @@ def test_an_interruption_ends_what_somebody_is_at() -> None:
     person.decide()
     one.people.walkers.shy[0] = False
     person.approach(1.0, 1.0)
-    person.interrupt(asked())
+    person.interrupt(requested())
     assert ended == ["busy"] and mode(one) == STAND and one.people.walkers.shy[0]
     person.decide()
-    assert ended == ["busy", "asked"]
+    assert ended == ["busy", "requested"]
     person.decide()
     assert mode(one) in (WALK, APPROACH), "then the person goes on as before"
 

@@ -27,8 +27,8 @@ EVERYTHING = PeopleSpec(
 DOOR = Door(name="door", x=4.0, y=1.5, yaw=math.pi / 2, width=1.0, swing=-math.pi / 2)
 
 
-def least_wall_gap(scene: Scene, positions: np.ndarray) -> float:
-    """Return the least distance of a centre to the solids, m."""
+def min_wall_gap(scene: Scene, positions: np.ndarray) -> float:
+    """Return the smallest distance of a centre to the solids, m."""
     x, y = positions[..., 0].ravel(), positions[..., 1].ravel()
     return min(float(distance(solid, x, y).min()) for solid in scene.solids)
 
@@ -42,7 +42,7 @@ def test_nobody_walks_into_anything(seed: int, avoid: bool, vx: float, vy: float
     still = scene.run(6.0)
     positions = np.concatenate([moved, still])
     # The field interpolates between cells of 5 cm: at the edge of a doorway it is a centimetre or two too large.
-    assert least_wall_gap(scene, positions) > PERSON_RADIUS - 0.025
+    assert min_wall_gap(scene, positions) > PERSON_RADIUS - 0.025
     assert gaps_between(positions) >= 2 * PERSON_RADIUS - 1e-6
     # Whoever the robot has not driven into does not walk into it.
     before = scene.to_robot(moved[-1])

@@ -47,9 +47,9 @@ def means_of(*scans) -> tuple[np.ndarray, np.ndarray]:
     placed = [pose.apply(features.outline.astype(float)) for features, pose in scans]
     points = np.concatenate(placed)
     cells, number = np.unique(np.floor(points / CELL).astype(int), axis=0, return_inverse=True)
-    sums = np.zeros((len(cells), 2))
-    np.add.at(sums, number.reshape(-1), points)
-    return cells, sums / np.bincount(number.reshape(-1))[:, None]
+    totals = np.zeros((len(cells), 2))
+    np.add.at(totals, number.reshape(-1), points)
+    return cells, totals / np.bincount(number.reshape(-1))[:, None]
 
 
 def paired(scan, pose, scale: float, cells, means) -> list[tuple[int, np.ndarray, np.ndarray, float]]:

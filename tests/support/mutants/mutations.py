@@ -1,4 +1,4 @@
-"""Mutations of valid files by seed: of bytes, of words and lines, and of the structure of each format."""
+"""Mutations of valid files by seed: of bytes, of tokens and lines, and of the structure of each format."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import zstandard
 
 Mutation = Callable[[bytes, Random], bytes]
 
-NASTY_WORDS = [
+NASTY_TOKENS = [
     "", "~", "null", "nan", ".nan", ".inf", "-.inf", "-0", "0", "-1", "1e309", "1e-320", "9" * 400,
     "0x7fffffff", "2**31",
     "4294967296", "18446744073709551616", "true", "[]", "{}", "[[[[]]]]", "&a [*a]", "*a", "<<: {a: 1}",
@@ -66,14 +66,14 @@ def encoded(data: bytes, rng: Random) -> bytes:
     ))  # fmt: skip
 
 
-def words(data: bytes, rng: Random) -> bytes:
-    """A word or a line of a text is replaced, removed, repeated or swapped with another."""
+def tokens(data: bytes, rng: Random) -> bytes:
+    """A token or a line of a text is replaced, removed, repeated or swapped with another."""
     lines = data.decode(errors="surrogateescape").split("\n")
     for _ in range(rng.choice((1, 1, 2, 3))):
         at, other = rng.randrange(len(lines)), rng.randrange(len(lines))
         kind = rng.randrange(6)
         if kind < 3:
-            lines[at] = _other_word(lines[at], rng)
+            lines[at] = _other_token(lines[at], rng)
         elif kind == 3:
             lines[at], lines[other] = lines[other], lines[at]
         elif kind == 4:
@@ -85,24 +85,24 @@ def words(data: bytes, rng: Random) -> bytes:
     return "\n".join(lines).encode(errors="surrogateescape")
 
 
-def _other_word(line: str, rng: Random) -> str:
-    """The line with one of its words replaced by a nasty one; words end at spaces, brackets and quotes."""
+def _other_token(line: str, rng: Random) -> str:
+    """The line with one of its tokens replaced by a nasty one; tokens end at spaces, brackets and quotes."""
     parts = _split(line)
     if not parts:
-        return rng.choice(NASTY_WORDS)
-    parts[rng.randrange(len(parts))] = rng.choice(NASTY_WORDS)
+        return rng.choice(NASTY_TOKENS)
+    parts[rng.randrange(len(parts))] = rng.choice(NASTY_TOKENS)
     return "".join(parts).encode(errors="surrogateescape").decode(errors="surrogateescape")
 
 
 def _split(line: str) -> list[str]:
-    parts, word = [], ""
+    parts, token = [], ""
     for letter in line:
         if letter in " ,:[]{}()<>\"'=/":
-            parts += [word, letter] if word else [letter]
-            word = ""
+            parts += [token, letter] if token else [letter]
+            token = ""
         else:
-            word += letter
-    return [*parts, word] if word else parts
+            token += letter
+    return [*parts, token] if token else parts
 
 
 class _AnyTag(yaml.SafeLoader):
@@ -143,7 +143,7 @@ def changed_tree(tree: Any, rng: Random) -> Any:
     elif isinstance(holder, list):
         holder.extend([value] * rng.choice((1, 30)))
     else:
-        holder[rng.choice((f"{key}s", str(key)[:-1], *NASTY_WORDS))] = value
+        holder[rng.choice((f"{key}s", str(key)[:-1], *NASTY_TOKENS))] = value
     return tree
 
 
@@ -169,7 +169,7 @@ def xml_tree(data: bytes, rng: Random) -> bytes:
         holder, other = rng.choice(list(root.iter())), rng.choice(list(root.iter()))
         kind = rng.randrange(6)
         if kind < 2 and holder.attrib:
-            holder.set(rng.choice(list(holder.attrib)), _printable(rng.choice(NASTY_WORDS)))
+            holder.set(rng.choice(list(holder.attrib)), _printable(rng.choice(NASTY_TOKENS)))
         elif kind == 2 and holder.attrib:
             del holder.attrib[rng.choice(list(holder.attrib))]
         elif kind == 3 and len(holder):
@@ -177,7 +177,7 @@ def xml_tree(data: bytes, rng: Random) -> bytes:
         elif kind == 4 and other not in holder.iter() and holder not in other.iter():
             holder.append(other)
         else:
-            holder.text = _printable(rng.choice(NASTY_WORDS))
+            holder.text = _printable(rng.choice(NASTY_TOKENS))
     return ET.tostring(root)
 
 

@@ -32,14 +32,14 @@ from tests.support.mutants.mutations import (
     pem,
     pgm_header,
     png_chunks,
-    words,
+    tokens,
     xml_tree,
     yaml_tree,
 )
 
 PLAIN = (any_bytes, any_bytes, encoded)
-YAML = (*PLAIN, words, words, yaml_tree, yaml_tree, yaml_tree)
-XML = (*PLAIN, words, words, words, xml_tree, xml_tree, xml_tree)
+YAML = (*PLAIN, tokens, tokens, yaml_tree, yaml_tree, yaml_tree)
+XML = (*PLAIN, tokens, tokens, tokens, xml_tree, xml_tree, xml_tree)
 OBSTACLES = ("folder", "pipe", "device", "circular link", "missing", "unreadable link")
 """What may be in the place of a file."""
 NOW = datetime(2026, 11, 21, tzinfo=UTC)
@@ -149,10 +149,10 @@ def samples() -> dict[str, Sample]:
         "xacro": _xacro(),
         "carmen": Sample(
             {"a.log": carmen, "b.log.gz": gzip.compress(carmen, mtime=0)},
-            {"a.log": (*PLAIN, words, words), "b.log.gz": (*PLAIN, gzipped(words), gzipped(any_bytes))},
+            {"a.log": (*PLAIN, tokens, tokens), "b.log.gz": (*PLAIN, gzipped(tokens), gzipped(any_bytes))},
             readers.carmen,
         ),
-        "relations": _one("x.relations", texts.RELATIONS, (*PLAIN, words, words), readers.relations),
+        "relations": _one("x.relations", texts.RELATIONS, (*PLAIN, tokens, tokens), readers.relations),
         "log": Sample({"run.mcap": log}, {"run.mcap": (any_bytes, mcap_records, mcap_records)}, readers.log),
         "bag": Sample(
             {f"bag/{name}": data for name, data in bag.items()},

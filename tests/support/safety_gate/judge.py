@@ -2,7 +2,7 @@
 
 All is imported once. A mutant is a forked process that exchanges the code of one function and runs the tests that
 reach its line, the fastest first, until one fails; one that changes what is run on import (constants, defaults,
-bounds of parameters) imports the project anew. A mutant that takes much longer than the original counts as killed.
+bounds of parameters) imports the project again. A mutant that takes much longer than the original counts as killed.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ IMPORTED_BY_ALL = (
 
 
 class Verdict(NamedTuple):
-    """Whether the tests tell a mutant from the original."""
+    """Whether the tests distinguish a mutant from the original."""
 
     module: str
     line: int

@@ -38,7 +38,7 @@ process with all imports for each mutant.
 
 
 def equivalents() -> list[dict[str, str]]:
-    """Return the mutants that nobody can tell from the original: module, change and reason of each."""
+    """Return the mutants that no test can distinguish from the original: module, change and reason of each."""
     return list(yaml.safe_load(EQUIVALENT.read_text()) or [])
 
 

@@ -116,7 +116,7 @@ def test_a_simulated_click_is_off_by_the_stated_amounts(seed: int, yaw: float) -
 def test_the_report_escapes_texts_and_embeds_pictures() -> None:
     result: Any = SimpleNamespace(
         table=lambda: [("Path <m>", "3 & 4")], success=False, failure="<b>stuck</b>", robot="r", world="w",
-        seed=1, left_unexplored=["a <door>"],
+        seed=1, left_unexplored=["(1, 2) 0.5 m: a <door>"],
     )  # fmt: skip
     page = report._page(result, {"Map": b"\x89PNG"})
     assert "<b>" not in page and "&lt;b&gt;stuck" in page and "a &lt;door&gt;" in page
@@ -129,6 +129,14 @@ def test_the_report_escapes_texts_and_embeds_pictures() -> None:
         report._errors(track),
     ):
         assert picture.startswith(b"\x89PNG")
+
+
+def test_the_report_has_one_line_for_each_reason() -> None:
+    regions = ["(1, 2) 0.1 m: too small", "(3, 4) 1.0 m: unreachable", "(5, 6) 0.2 m: too small"]
+    assert report.by_reason(regions) == [
+        "too small: (1, 2) 0.1 m; (5, 6) 0.2 m",
+        "unreachable: (3, 4) 1.0 m",
+    ]
 
 
 def test_the_operator_declares_what_the_demo_publishes() -> None:

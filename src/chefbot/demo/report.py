@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -117,13 +117,22 @@ def _page(result: DemoResult, pictures: dict[str, bytes]) -> str:
         f"src='data:image/png;base64,{base64.b64encode(png).decode()}'>"
         for title, png in pictures.items()
     )
-    unexplored = "".join(f"<li>{html.escape(region)}</li>" for region in result.left_unexplored)
+    unexplored = "".join(f"<li>{html.escape(line)}</li>" for line in by_reason(result.left_unexplored))
     title = f"{html.escape(result.robot)} in {html.escape(result.world)}, seed {result.seed}"
     return (
         "<!doctype html><html lang='en'><meta charset='utf-8'>"
         f"<title>{title}</title><style>{_STYLE}</style><h1>{title}</h1><p class='verdict'>{verdict}</p>"
         f"<table>{rows}</table>{figures}<h2>Left unexplored, and why</h2><ul>{unexplored}</ul></html>\n"
     )
+
+
+def by_reason(regions: Sequence[str]) -> list[str]:
+    """Return one line for each reason with all its regions; a region is "(x, y) length: reason"."""
+    places: dict[str, list[str]] = {}
+    for region in regions:
+        place, _, reason = region.partition(": ")
+        places.setdefault(reason, []).append(place)
+    return [f"{reason}: {'; '.join(found)}" for reason, found in places.items()]
 
 
 _STYLE = (

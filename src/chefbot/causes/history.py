@@ -42,9 +42,8 @@ class CauseHistory:
             self._end(lambda holding: holding.id == cause.id, now_ns)
             return
         if self._spans and cause.id <= self._spans[-1].cause.id:
-            self._end(
-                lambda _: True, now_ns
-            )  # the node that numbers them was restarted and knows none of them
+            # The node that numbers them was restarted and will end none of those before.
+            self._end(lambda _: True, now_ns)
         self._spans.append(CauseSpan(cause, now_ns if cause.kind == FAILURE else None))
         if self._size is not None:
             del self._spans[: -self._size]

@@ -32,6 +32,12 @@ SCREENS = sorted(
 )
 """Files of the web UI with texts that an operator reads."""
 LAUNCHES = sorted(SOURCE.rglob("*.yaml"))
+TESTS = sorted(
+    path
+    for folder in ("tests", "bench", "examples")
+    for path in (REPOSITORY / folder).rglob("*.py")
+    if path.parent.name != "arch"  # the list itself, and its test
+)
 _CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
 
 
@@ -69,12 +75,18 @@ def test_names_of_tests_use_the_words_of_the_glossary() -> None:
     assert dialect_in_test_names() == []
 
 
+def test_tests_and_benches_use_the_words_of_the_glossary() -> None:
+    found = {relative(path): dict(words) for path in TESTS if (words := dialect_in(path))}
+    assert found == {}
+
+
 def test_no_class_name_is_defined_twice() -> None:
     assert duplicate_classes(class_names()) == {}
 
 
 def test_every_kind_of_file_is_checked() -> None:
     assert len(FILES) > 300 and len(PAGES) > 30 and len(SCREENS) > 5 and len(LAUNCHES) > 20
+    assert len(TESTS) > 400
 
 
 # -- the checks themselves: each must find what it is for

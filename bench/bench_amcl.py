@@ -110,13 +110,13 @@ def report(grid: Grid, n: int) -> None:
     params = AmclParams(min_particles=n, max_particles=n, max_beams=BEAMS, beam_independence=0.0)
     repeats = 15 if n >= 100_000 else 60
     pieces = parts(grid, params, n, repeats)
-    whole, least = whole_update(grid, params, repeats)
+    whole, minimum = whole_update(grid, params, repeats)
     detail = " + ".join(f"{median:.3f}" for median, _ in pieces)
     same = sum(median for median, _ in pieces)
     per_read = pieces[1][0] * 1e6 / n / BEAMS
     ros, beluga = PEERS_MS[n]
     print(
-        f"{n:7d} {whole:8.3f} ({least:8.3f}); {same:7.3f} = {detail} | {per_read:5.2f} |"
+        f"{n:7d} {whole:8.3f} ({minimum:8.3f}); {same:7.3f} = {detail} | {per_read:5.2f} |"
         f" {ros:7.2f} {ros / whole:5.1f}x {ros / same:5.1f}x |"
         f" {beluga:6.2f} {beluga / whole:5.1f}x {beluga / same:5.1f}x"
     )
@@ -136,8 +136,8 @@ def main() -> None:
     print("likelihood field, ms: C++ at 1000 x 1000: amcl 217-235, beluga 127-135")
     for cells in (250, 500, 1000, 2000):
         square = office(cells, 1)
-        median, least = milliseconds(lambda g=square: LikelihoodField.of(g, AmclParams()), 8)  # type: ignore[misc]
-        print(f"{cells:5d} x {cells:<5d} {median:7.1f} ({least:7.1f})")
+        median, minimum = milliseconds(lambda g=square: LikelihoodField.of(g, AmclParams()), 8)  # type: ignore[misc]
+        print(f"{cells:5d} x {cells:<5d} {median:7.1f} ({minimum:7.1f})")
 
 
 if __name__ == "__main__":

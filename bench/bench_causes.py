@@ -2,7 +2,7 @@
 
 Drives through generated offices among people of all kinds who also open and close doors, with boxes dropped on the
 way. A reason agrees if something that can touch the robot stood within 0.12 m of its place when the mark was made,
-and is on the map or not, as the reason says. The guess beside it takes the same distance in a random direction and
+and is on the map or not, as the reason states. The guess beside it takes the same distance in a random direction and
 draws whether the map has it as often as the reasons of the run say so.
 
 Run: python bench/bench_causes.py [--seeds 1,3,5] [--robot chefbot_lidar] [--people 6] [--verbose]
@@ -141,7 +141,7 @@ def describe(cause: Cause) -> str:
 
 
 def print_table(judged: list[Any]) -> None:
-    """Print how many causes of each kind and check agree, and how many guesses would."""
+    """Print how many causes of each kind and check agree, and how many the guess would."""
     rows = [
         (name, [one for one in judged if one.cause.kind == kind])
         for name, kind in zip(NAMES, (SLOW, STOP, DETOUR, FAILURE), strict=True)

@@ -90,15 +90,15 @@ def launch_file(folder: Path, mapper: dict[str, Any], port: Path | None) -> Path
 def measure(node: RmwNode, one: LaunchProcess, seconds: float) -> tuple[dict[str, list[float]], float]:
     """Return the delays by loop, and the share of a core that the busy process used."""
     offsets: dict[str, list[float]] = {loop: [] for loop in LOOPS}
-    for loop, said in offsets.items():
-        node.subscription(f"/{loop}_offset", Float64, lambda told, to=said: to.append(told.data))
+    for loop, values in offsets.items():
+        node.subscription(f"/{loop}_offset", Float64, lambda message, to=values: to.append(message.data))
     spin = ActionClient(node, "/spin", Spin)
     wait_for(lambda: spin.served and offsets["base"])
     spin.send_goal_async(Spin_Goal(1e3, Duration.of(SETTLE + seconds + 60.0)))
     wait_for(lambda: offsets["controller"])
     time.sleep(SETTLE)
-    for said in offsets.values():
-        said.clear()
+    for values in offsets.values():
+        values.clear()
     slam = one.child("slam")
     before, began = cpu_seconds(slam), time.monotonic()
     time.sleep(seconds)
@@ -139,8 +139,8 @@ def main(seconds: float) -> None:
         place = "simulator beside the base" if simulated else "built robot"
         print(f"{place}; mapper's process: {name}")
         print(f"  it uses {share:.2f} of {os.cpu_count()} cores; load before {load:.1f}")
-        for loop, said in offsets.items():
-            late = late_ms(said)
+        for loop, values in offsets.items():
+            late = late_ms(values)
             p50, p99 = np.percentile(late, [50, 99])
             figures = f"median {p50:5.2f} ms, p99 {p99:6.2f} ms, worst {late.max():6.2f} ms"
             print(f"  {loop:10} {len(late):5} commands, late by {figures}", flush=True)

@@ -50,11 +50,11 @@ def office(n: int, rng: np.random.Generator) -> NDArray[np.uint8]:
     return cells
 
 
-def milliseconds(call: Callable[[], object], least: int = 9) -> tuple[float, float]:
+def milliseconds(call: Callable[[], object], min_repeats: int = 9) -> tuple[float, float]:
     """Return (median, minimum) CPU ms of the call after one warm-up call."""
     call()
     times = []
-    while len(times) < least or (sum(times) < 0.2e9 and len(times) < 200):
+    while len(times) < min_repeats or (sum(times) < 0.2e9 and len(times) < 200):
         start = time.process_time_ns()
         call()
         times.append(time.process_time_ns() - start)
@@ -84,11 +84,11 @@ def main() -> None:
     for (n, radius), peer in NAV2_INFLATION_MS.items():
         cells = office(n, rng)
         table = cost_table(RESOLUTION, INSCRIBED_RADIUS, radius, 10.0)
-        median, least = milliseconds(lambda cells=cells, table=table: inflate(cells, table))  # type: ignore[misc]
-        print(f"inflation {n:4}x{n:<4} r {radius:.2f}: {median:7.3f} ({least:.3f}) ms   C++ {peer} ms")
+        median, minimum = milliseconds(lambda cells=cells, table=table: inflate(cells, table))  # type: ignore[misc]
+        print(f"inflation {n:4}x{n:<4} r {radius:.2f}: {median:7.3f} ({minimum:.3f}) ms   C++ {peer} ms")
     for n, window in NAV2_WINDOW_MS.items():
-        median, least = after_a_scan(n, rng)
-        print(f"all layers {n}x{n}, after one scan: {median:.3f} ({least:.3f}) ms   C++ {window} ms")
+        median, minimum = after_a_scan(n, rng)
+        print(f"all layers {n}x{n}, after one scan: {median:.3f} ({minimum:.3f}) ms   C++ {window} ms")
     angles = np.linspace(-np.pi, np.pi, 640, endpoint=False)
     for (n, reach), peer in NAV2_RAYTRACE_US.items():
         cells = np.full((n, n), 255, np.uint8)
@@ -105,8 +105,10 @@ def main() -> None:
                 cells, RESOLUTION, 0.0, 0.0, pose, angles, r, np.zeros_like(r), r, cells, times, 0.0
             )
 
-        median, least = milliseconds(scan)
-        print(f"640 beams, {n}x{n}, to {reach} m: {median * 1e3:.0f} ({least * 1e3:.0f}) us   C++ {peer} us")
+        median, minimum = milliseconds(scan)
+        print(
+            f"640 beams, {n}x{n}, to {reach} m: {median * 1e3:.0f} ({minimum * 1e3:.0f}) us   C++ {peer} us"
+        )
 
 
 if __name__ == "__main__":

@@ -41,8 +41,8 @@ def main() -> None:
         convert = DepthToScan(camera(640, 480), DepthToScanParams(scan_height=height)).convert
         images = {"16UC1": millimetres, "32FC1": (millimetres * 0.001).astype(np.float32)}
         for (name, image), cpp in zip(images.items(), figures, strict=True):
-            median, least = microseconds(lambda c=convert, i=image: c(i))  # type: ignore[misc]
-            ours = f"to scan 640x480 {name} height {height:3d}: {median:7.1f} ({least:7.1f})"
+            median, minimum = microseconds(lambda c=convert, i=image: c(i))  # type: ignore[misc]
+            ours = f"to scan 640x480 {name} height {height:3d}: {median:7.1f} ({minimum:7.1f})"
             print(f"{ours} | {cpp:7.1f} | {cpp / median:5.1f}")
     for width, height in ((160, 120), (320, 240), (640, 480)):
         scanner = ObstacleScanner(
@@ -53,8 +53,8 @@ def main() -> None:
             ObstacleScanParams(),
         )
         image = rng.integers(0, 9000, (height, width)).astype(np.uint16)
-        median, least = microseconds(lambda s=scanner, i=image: s.scan(i))  # type: ignore[misc]
-        print(f"obstacles {width}x{height} 16UC1, random depths: {median:7.1f} ({least:7.1f})")
+        median, minimum = microseconds(lambda s=scanner, i=image: s.scan(i))  # type: ignore[misc]
+        print(f"obstacles {width}x{height} 16UC1, random depths: {median:7.1f} ({minimum:7.1f})")
 
 
 if __name__ == "__main__":

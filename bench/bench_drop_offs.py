@@ -19,7 +19,7 @@ from tests.chaos.drop_off_drive import approach_edge, draw_approach  # noqa: E40
 
 
 def main() -> None:
-    """Print a line for each approach, and the sums."""
+    """Print a line for each approach, and the totals."""
     count, robot = [*sys.argv[1:], *("50", "chefbot")[len(sys.argv) - 1 :]]
     arrivals = []
     for seed in range(1, 2 * int(count), 2):

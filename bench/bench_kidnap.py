@@ -1,8 +1,8 @@
 """Metres that a robot drives by itself while it is not localized, after it was carried elsewhere.
 
 It delivers in a world on the true map and is carried to a random free place while it drives, `--times` times. For
-each run: metres while `localization_status` says "not localized" (wanted: 0.5 at most in one loss), metres while it
-says "localized" and the ground truth is more than 0.5 m away, time until it is localized again, and how the round
+each run: metres while `localization_status` is "not localized" (wanted: 0.5 at most in one loss), metres while it
+is "localized" and the ground truth is more than 0.5 m away, time until it is localized again, and how the round
 ended. Even seeds were used for choosing parameters, odd ones are for judging.
 
 Run: python bench/bench_kidnap.py [--robots chefbot,chefbot_lidar] [--world hotel] [--seeds 1,3,5] [--times 2]
@@ -41,7 +41,7 @@ FOUND_LIMIT = 180.0
 
 
 class BlindDrive:
-    """Metres driven while not localized, by what the robot says and by the ground truth."""
+    """Metres driven while not localized, by what the robot reports and by the ground truth."""
 
     def __init__(self, run: SimulatedRun) -> None:
         self._run, self._last = run, run.truth
@@ -78,7 +78,7 @@ class BlindDrive:
 
     @property
     def found(self) -> bool:
-        """Whether the robot says that it is localized, and is."""
+        """Whether the robot reports that it is localized, and is."""
         return self._localized and self.error < WRONG
 
 

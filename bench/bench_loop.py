@@ -112,8 +112,8 @@ def print_listeners() -> None:
     """Print the times by number of subscribers."""
     print(f"\n{'subscribers':28}{'median us':>11}{'min us':>8}")
     for listeners in (1, 2, 4, 8, 16):
-        median, least = measure(String("x"), listeners)
-        print(f"{listeners:<28}{median:11.1f}{least:8.1f}")
+        median, minimum = measure(String("x"), listeners)
+        print(f"{listeners:<28}{median:11.1f}{minimum:8.1f}")
 
 
 def main() -> None:

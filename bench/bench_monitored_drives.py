@@ -92,10 +92,10 @@ def stop(count: int, first: int) -> None:
         for _ in range(count):
             drive.hold(0.3 * Limits.of(robot).speed, 0.0, 0.4)
             drive.run(float(rng.uniform(0.0, 0.1)))
-            began, said = drive.loop.now_ns, len(drive.wheels)
+            began, start = drive.loop.now_ns, len(drive.wheels)
             drive.request_fault(f"stop {main_sensor(robot)}")
             drive.hold(0.3 * Limits.of(robot).speed, 0.0, 0.6)
-            times.append(next((t - began) / 1e6 for t, speed in drive.wheels[said:] if speed == 0.0))
+            times.append(next((t - began) / 1e6 for t, speed in drive.wheels[start:] if speed == 0.0))
             drive.request_fault("none")
             drive.run(1.0)
             drive.simulation.kidnap(at)

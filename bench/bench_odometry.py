@@ -61,8 +61,8 @@ def main() -> None:
             ("gyro", 0.0, True),
             ("gyro, gain 1 % off", 0.01, True),
         ):
-            median, most, yaw, nees = drift(metres, gain, with_gyro)
-            print(f"{metres:3.0f} m {name:18s} {median:7.3f} {most:7.3f} {yaw:10.2f} {nees:12.1f}")
+            median, p90, yaw, nees = drift(metres, gain, with_gyro)
+            print(f"{metres:3.0f} m {name:18s} {median:7.3f} {p90:7.3f} {yaw:10.2f} {nees:12.1f}")
     print("\nCPU time of one update with its estimate, microseconds: median, min")
     for name, with_gyro in (("wheels", False), ("wheels and gyro", True)):
         times = update_times(with_gyro)

@@ -92,7 +92,7 @@ def execute(run: Run, room: Path) -> dict[str, Any]:
 
 
 def show(results: list[dict[str, Any]]) -> bool:
-    """Print the sums; return whether no process ended early and no callback was slow."""
+    """Print the totals; return whether no process ended early and no callback was slow."""
     ended = [result for result in results if result["code"] != 0]
     signals = [result for result in ended if result["code"] < 0]
     slow = [(result["run"], result["slow"]) for result in results if result.get("slow")]
@@ -117,7 +117,7 @@ def save_room(folder: Path) -> Path:
 
 
 def main() -> None:
-    """Execute what is not in the file yet, and print the sums of the file; exit code 1 if a limit is not kept."""
+    """Execute what is not in the file yet, and print the totals of the file; exit code 1 if a limit is not kept."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

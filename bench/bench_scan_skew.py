@@ -104,10 +104,10 @@ def main() -> None:
         with TemporaryDirectory() as folder:
             found = [errors(mode, options.robot, s, options.seconds, *twist, Path(folder)) for s in seeds]
         both = np.concatenate(found)
-        middle, most = np.median(both, axis=0), np.quantile(both, 0.95, axis=0)
+        middle, p95 = np.median(both, axis=0), np.quantile(both, 0.95, axis=0)
         print(
-            f"{mode:9} {len(both):5} samples: position {middle[0]:.4f} m, p95 {most[0]:.4f}; "
-            f"heading {np.degrees(middle[1]):.3f} degrees, p95 {np.degrees(most[1]):.3f}",
+            f"{mode:9} {len(both):5} samples: position {middle[0]:.4f} m, p95 {p95[0]:.4f}; "
+            f"heading {np.degrees(middle[1]):.3f} degrees, p95 {np.degrees(p95[1]):.3f}",
             flush=True,
         )
 

@@ -46,9 +46,9 @@ def print_physics() -> None:
             for _ in range(1_000_000_000 // STEP_NS):
                 sim.step()
 
-        median, least = measure(one_second, 15)
+        median, minimum = measure(one_second, 15)
         label = f"{name}, {people} people"
-        print(f"{label:34}{len(sim.world.static):8}{1 / median:12.0f}{1 / least:8.0f}")
+        print(f"{label:34}{len(sim.world.static):8}{1 / median:12.0f}{1 / minimum:8.0f}")
 
 
 def print_board() -> None:
@@ -61,8 +61,8 @@ def print_board() -> None:
             board.command(0.2 / ROBOT.wheel_radius, 0.25 / ROBOT.wheel_radius)
             board.run_until(board.now_ns + EXCHANGE_PERIOD_NS)
 
-    median, least = measure(one_second, 15)
-    print(f"{'with board, link and ultrasonic':34}{'':8}{1 / median:12.0f}{1 / least:8.0f}")
+    median, minimum = measure(one_second, 15)
+    print(f"{'with board, link and ultrasonic':34}{'':8}{1 / median:12.0f}{1 / minimum:8.0f}")
 
 
 def print_sensors() -> None:
@@ -76,8 +76,8 @@ def print_sensors() -> None:
         "camera capture": sim.capture,
     }
     for name, reading in readings.items():
-        median, least = measure(reading, 100)
-        print(f"{name:34}{median * 1e3:12.3f}{least * 1e3:8.3f}")
+        median, minimum = measure(reading, 100)
+        print(f"{name:34}{median * 1e3:12.3f}{minimum * 1e3:8.3f}")
 
 
 def print_pictures() -> None:

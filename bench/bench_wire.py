@@ -47,7 +47,7 @@ def child(port: int) -> None:
             OccupancyGrid(Header(), info, cells)
         )
         used = node.publisher("used", Float64)
-        node.subscription("ask", Float64, lambda _: used.publish(Float64(time.process_time())))
+        node.subscription("request", Float64, lambda _: used.publish(Float64(time.process_time())))
         sys.stdin.read()
 
 
@@ -88,14 +88,14 @@ class Pair:
         self._node.subscription(f"back/{kind.__name__}", kind, self.got.put)
         self._node.subscription("used", Float64, self._used.put)
         self._there = self._node.publisher(f"there/{kind.__name__}", kind)
-        self._ask = self._node.publisher("ask", Float64)
+        self._request = self._node.publisher("request", Float64)
         self._bare_back = listen(wire.session, "bare/back", self.got.put)
         drop = zenoh.CongestionControl.DROP
         self._bare = wire.session.declare_publisher("bare/there", congestion_control=drop)
         wait_for(
             lambda: (
                 self._there.has_subscribers
-                and self._ask.has_subscribers
+                and self._request.has_subscribers
                 and self._bare.matching_status.matching
             )
         )
@@ -125,7 +125,7 @@ class Pair:
 
     def used(self) -> float:
         """Return the processor time of both sides so far, s."""
-        self._ask.publish(Float64())
+        self._request.publish(Float64())
         return self._used.get(timeout=10).data + time.process_time()
 
     def close(self) -> None:

@@ -91,10 +91,10 @@ def test_learnt_values_stay_plausible(energies: list[float], by_current: bool) -
     estimator = ConsumptionEstimator(PRIOR)
     for energy in energies:
         estimator.add(Window(3600.0, 100.0, 50.0, energy, by_current), 0.15 * abs(energy) + 1.0)
-    least = 0.0 if by_current or not energies else LOWEST_BY_VOLTAGE
+    lowest = 0.0 if by_current or not energies else LOWEST_BY_VOLTAGE
     value = estimator.value
-    assert max(STANDING_BOUNDS[0], least) * 28.0 <= value.standing <= STANDING_BOUNDS[1] * 28.0
-    assert max(DRIVING_BOUNDS[0], least) * 20.0 <= value.per_metre <= DRIVING_BOUNDS[1] * 20.0
+    assert max(STANDING_BOUNDS[0], lowest) * 28.0 <= value.standing <= STANDING_BOUNDS[1] * 28.0
+    assert max(DRIVING_BOUNDS[0], lowest) * 20.0 <= value.per_metre <= DRIVING_BOUNDS[1] * 20.0
 
 
 def test_an_aged_pack_is_learnt_by_one_discharge() -> None:

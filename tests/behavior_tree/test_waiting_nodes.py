@@ -21,36 +21,36 @@ GOAL = PoseStamped(Header.of(0, "map"), Pose.of(SE2(4.0, 1.0, 0.0)))
 PLACE = PoseStamped(Header.of(0, "map"), Pose.of(SE2(2.0, 3.0, 0.0)))
 
 
-class AskedNavigation(RecordedNavigation):
+class NavigationWithArguments(RecordedNavigation):
     """Records the arguments of its requests, too."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.asked: list[tuple[object, ...]] = []
+        self.arguments: list[tuple[object, ...]] = []
 
     def find_blocked_way(
         self, goal: object, error_code: int, find_waiting_pose: bool
     ) -> PendingAction | None:
-        self.asked.append((goal, error_code, find_waiting_pose))
+        self.arguments.append((goal, error_code, find_waiting_pose))
         return super().find_blocked_way(goal, error_code, find_waiting_pose)
 
     def wait_for_way(self, goal: object, error_code: int) -> PendingAction:
-        self.asked.append((goal, error_code))
+        self.arguments.append((goal, error_code))
         return super().wait_for_way(goal, error_code)
 
     def is_at(self, pose: object) -> bool:
-        self.asked.append((pose,))
+        self.arguments.append((pose,))
         return super().is_at(pose)
 
 
 @pytest.fixture
-def services() -> AskedNavigation:
-    services = AskedNavigation()
+def services() -> NavigationWithArguments:
+    services = NavigationWithArguments()
     services.may_be_blocked = True
     return services
 
 
-def tree_of(services: AskedNavigation, body: str) -> BehaviorTree:
+def tree_of(services: NavigationWithArguments, body: str) -> BehaviorTree:
     text = f'<root BTCPP_format="4"><BehaviorTree ID="T">{body}</BehaviorTree></root>'
     tree = build_tree(read_tree_file(text.encode(), "t.xml"), {**CONTROL_NODES, **waiting_nodes(services)})
     tree.blackboard.set("goal", GOAL)
@@ -58,7 +58,7 @@ def tree_of(services: AskedNavigation, body: str) -> BehaviorTree:
 
 
 @pytest.mark.parametrize(
-    ("ports", "asked"),
+    ("ports", "arguments"),
     [
         ("", (GOAL, 0, False)),
         (' error_code="208"', (GOAL, 208, False)),
@@ -66,20 +66,20 @@ def tree_of(services: AskedNavigation, body: str) -> BehaviorTree:
     ],
 )
 def test_a_search_requests_a_place_only_where_it_is_used(
-    services: AskedNavigation, ports: str, asked: tuple[object, ...]
+    services: NavigationWithArguments, ports: str, arguments: tuple[object, ...]
 ) -> None:
     tree = tree_of(services, f'<IsWayBlocked goal="{{goal}}"{ports}/>')
-    assert run(tree, 2) == "RR" and services.asked == [asked]
+    assert run(tree, 2) == "RR" and services.arguments == [arguments]
 
 
-def test_a_blocked_way_is_a_success_with_the_place_to_wait(services: AskedNavigation) -> None:
+def test_a_blocked_way_is_a_success_with_the_place_to_wait(services: NavigationWithArguments) -> None:
     tree = tree_of(services, '<IsWayBlocked goal="{goal}" waiting_pose="{place}"/>')
     assert run(tree, 1) == "R" and tree.blackboard.find("place") is None
     services.begun[-1].end(FindBlockage_Result(blocked=True, waiting_pose=PLACE))
     assert run(tree, 1) == "S" and tree.blackboard.get("place") is PLACE
 
 
-def test_a_way_not_to_wait_for_is_a_failure(services: AskedNavigation) -> None:
+def test_a_way_not_to_wait_for_is_a_failure(services: NavigationWithArguments) -> None:
     tree = tree_of(services, '<IsWayBlocked goal="{goal}" waiting_pose="{place}"/>')
     run(tree, 1)
     services.begun[-1].end(None)
@@ -88,7 +88,7 @@ def test_a_way_not_to_wait_for_is_a_failure(services: AskedNavigation) -> None:
     assert run(tree, 1) == "F" and services.names() == ["look"], "where nothing can be, nobody looks"
 
 
-def test_a_wait_ends_with_the_way_or_with_its_error(services: AskedNavigation) -> None:
+def test_a_wait_ends_with_the_way_or_with_its_error(services: NavigationWithArguments) -> None:
     body = '<WaitForWay goal="{goal}" error_code="{seen}" error_code_id="{code}" error_msg="{text}"/>'
     for result, status in (
         (ComputePathToPose_Result(), "S"),
@@ -96,7 +96,7 @@ def test_a_wait_ends_with_the_way_or_with_its_error(services: AskedNavigation) -
     ):
         tree = tree_of(services, body)
         tree.blackboard.set("seen", 105)
-        assert run(tree, 1) == "R" and services.asked[-1] == (GOAL, 105)
+        assert run(tree, 1) == "R" and services.arguments[-1] == (GOAL, 105)
         services.begun[-1].end(result)
         assert run(tree, 1) == status
         assert tree.blackboard.get("code") == result.error_code
@@ -104,16 +104,16 @@ def test_a_wait_ends_with_the_way_or_with_its_error(services: AskedNavigation) -
     assert services.failures == [(208, "It is still closed.")], "the reason of the goal's failure"
 
 
-def test_a_wait_that_is_halted_is_cancelled(services: AskedNavigation) -> None:
+def test_a_wait_that_is_halted_is_cancelled(services: NavigationWithArguments) -> None:
     tree = tree_of(services, '<WaitForWay goal="{goal}"/>')
     run(tree, 1)
     tree.halt()
-    assert services.begun[-1].discarded and services.asked == [(GOAL, 0)]
+    assert services.begun[-1].discarded and services.arguments == [(GOAL, 0)]
 
 
-def test_a_reached_goal_is_that_of_the_port(services: AskedNavigation) -> None:
+def test_a_reached_goal_is_that_of_the_port(services: NavigationWithArguments) -> None:
     tree = tree_of(services, '<GoalReached goal="{place}"/>')
     tree.blackboard.set("place", PLACE)
     for reached, status in ((True, Status.SUCCESS), (False, Status.FAILURE)):
         services.waits_well = reached
-        assert tree.tick(0) is status and services.asked[-1] == (PLACE,)
+        assert tree.tick(0) is status and services.arguments[-1] == (PLACE,)

@@ -38,8 +38,8 @@ class BoardBench:
             self.messages += self.link.receive_data(self.board.turn(), self.now)
             if speed is not None:
                 wheel = speed / ROBOT.wheel_radius
-                self.board.hear(self.link.command(wheel, wheel, self.now))
-            self.board.hear(self.link.data_to_send(self.now))
+                self.board.receive(self.link.command(wheel, wheel, self.now))
+            self.board.receive(self.link.data_to_send(self.now))
 
     @property
     def ticks(self) -> list[WheelTicks]:
@@ -50,7 +50,7 @@ def test_the_host_controls_the_speed_for_a_board_without_pid() -> None:
     desk = BoardBench()
     desk.run(20, 0.0)
     desk.run(150, 0.1)
-    assert math.isclose(desk.board.rim, 0.1, rel_tol=0.05)
+    assert math.isclose(desk.board.left_speed, 0.1, rel_tol=0.05)
     before, at = desk.ticks[-1].left, desk.board.place[0]
     desk.run(50, 0.1)
     assert abs(desk.ticks[-1].left - before - 4 * (desk.board.place[0] - at)) <= 4
@@ -70,7 +70,7 @@ def test_the_wheels_never_exceed_the_maximum_speed() -> None:
     desk = BoardBench()
     desk.run(20, 0.0)
     desk.run(200, 1.0)
-    assert math.isclose(desk.board.rim, MAX_SPEED, rel_tol=0.05)
+    assert math.isclose(desk.board.left_speed, MAX_SPEED, rel_tol=0.05)
 
 
 @pytest.mark.parametrize("fault", ["no commands", "not a number", "stop", "no ticks"])
@@ -80,7 +80,7 @@ def test_zero_speed_is_sent_repeatedly(fault: str) -> None:
     desk.run(20, 0.0)
     desk.run(50, 0.1)
     if fault == "stop":
-        desk.board.hear(desk.link.stop(desk.now))
+        desk.board.receive(desk.link.stop(desk.now))
     if fault == "no ticks":
         desk.board.turn = lambda: b"t\t1\t0.02\n"  # type: ignore[method-assign]
     desk.run(
@@ -155,7 +155,7 @@ def port() -> Iterator[tuple[str, ChapterBoard]]:
     def live() -> None:
         while not ending.wait(PERIOD):
             if select.select([ours], [], [], 0)[0]:
-                board.hear(os.read(ours, 4096))
+                board.receive(os.read(ours, 4096))
             if select.select([], [ours], [], 0)[1]:
                 try:
                     os.write(ours, board.turn())
@@ -176,13 +176,13 @@ def test_the_driver_recognizes_the_board_by_its_lines(port: tuple[str, ChapterBo
     path, board = port
     driven = Driven(path)
     try:
-        driven.until(lambda: len(driven.heard.get("wheel_ticks", [])) > 5, "ticks")
+        driven.until(lambda: len(driven.received.get("wheel_ticks", [])) > 5, "ticks")
         driven.rest()
         driven.speed = 0.1
-        driven.until(lambda: abs(board.rim - 0.1) < 0.02, "the speed")
+        driven.until(lambda: abs(board.left_speed - 0.1) < 0.02, "the speed")
         driven.speed = None
         driven.until(lambda: board.duty == [0, 0], "a stop")
-        told = [message.data for message in driven.heard["board/remark"]]  # type: ignore[attr-defined]
-        assert any(NOTICE in text for text in told)
+        remarks = [message.data for message in driven.received["board/remark"]]  # type: ignore[attr-defined]
+        assert any(NOTICE in text for text in remarks)
     finally:
         driven.device.stop()

@@ -1,4 +1,4 @@
-"""The codec: whatever comes over the wire, only what a board said comes out, once and in order."""
+"""The codec: whatever comes over the wire, only what a board sent comes out, once and in order."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def stream(count: int, first: int = 0) -> list[bytes]:
     ]
 
 
-def heard_in(data: bytes, session: BoardSession | None = None) -> list[BoardLine]:
+def lines_in(data: bytes, session: BoardSession | None = None) -> list[BoardLine]:
     session = session or BoardSession(ROBOT)
-    return [heard.line for heard in session.receive_data(data, 0)]
+    return [received.line for received in session.receive_data(data, 0)]
 
 
 def lines_of(raw: list[bytes]) -> list[BoardLine]:
@@ -89,7 +89,7 @@ def test_every_message_type_is_parsed() -> None:
     names = [type(line).__name__ for line in lines_of(stream(6))]
     assert names == ["MotionLine", "InertiaLine", "StatusLine", "EchoLine", "BatteryLine", "UptimeLine"]
     answer = "v 37 7 chefbot 1 host 5C093193 8400000 100 1000 10909 10399 10695 14854 4136 03"
-    other = "v 37 7 chefbot 2 host whatever it says then"
+    other = "v 37 7 chefbot 2 host whatever comes then"
     assert [type(parse(add_checksum(text)[:-1])).__name__ for text in (answer, other)] == [
         "VersionLine",
         "UnsupportedVersionLine",
@@ -135,16 +135,16 @@ def test_only_intact_lines_are_read_from_a_damaged_stream(hurt: tuple[list[bytes
     original = [parse(raw[:-1]) for raw in _unhurt(lines)]
     data = b"".join(lines)
     session = BoardSession(ROBOT)
-    said: list[ReceivedLine] = []
+    received: list[ReceivedLine] = []
     for at in range(0, len(data), chunk):
-        said += session.receive_data(data[at : at + chunk], 0)
-    numbers = [original.index(heard.line) for heard in said]
+        received += session.receive_data(data[at : at + chunk], 0)
+    numbers = [original.index(one.line) for one in received]
     assert numbers == sorted(set(numbers))
     assert set(range(last + 2, LINES)) <= set(numbers)
 
 
 def _unhurt(lines: list[bytes]) -> list[bytes]:
-    """The stream before the damage: its last line, never hurt, tells where it began."""
+    """The stream before the damage: its last line, never hurt, shows where it began."""
     line = parse(lines[-1][:-1])
     assert line is not None
     return stream(LINES, first=(line.sequence - LINES + 1) % 65536)
@@ -155,26 +155,26 @@ def _unhurt(lines: list[bytes]) -> list[bytes]:
 def test_reordered_lines_are_not_delivered_twice_or_late(order: list[int]) -> None:
     lines = stream(31)
     session = BoardSession(ROBOT)
-    numbers = [heard.line.sequence for n in order for heard in session.receive_data(lines[n], 0)]
+    numbers = [received.line.sequence for n in order for received in session.receive_data(lines[n], 0)]
     assert numbers == sorted(set(numbers))
     assert session.stream.restarts == 0
 
 
 @pytest.mark.parametrize(("uptime", "skipped"), [(100_000_000, 1), (0, 19)])
 def test_a_board_restart_is_detected(uptime: int, skipped: int) -> None:
-    """At once where its time tells; where it was just switched on, repeated lines must be told apart first."""
+    """At once where its time shows it; where it was just switched on, repeated lines must be distinguished first."""
     session, sensors = BoardSession(ROBOT), SensorConverter(ROBOT)
     for n in range(50):
-        for heard in session.receive_data(motion(n, uptime + n * STEP_US, left=90 * n), n * 10 * MS):
-            sensors.messages(heard)
+        for received in session.receive_data(motion(n, uptime + n * STEP_US, left=90 * n), n * 10 * MS):
+            sensors.messages(received)
     now = 60 * 10 * MS
     again = [
         h for n in range(40) for h in session.receive_data(motion(n, n * STEP_US, left=n), now + n * 10 * MS)
     ]
-    assert [heard.line.sequence for heard in again] == list(range(skipped, 40))
-    assert [heard.restarted for heard in again] == [True] + [False] * (39 - skipped)
+    assert [received.line.sequence for received in again] == list(range(skipped, 40))
+    assert [received.restarted for received in again] == [True] + [False] * (39 - skipped)
     assert session.stream.restarts == 1
-    ticks = [m for heard in again for m in sensors.messages(heard) if isinstance(m, WheelTicks)]
+    ticks = [m for received in again for m in sensors.messages(received) if isinstance(m, WheelTicks)]
     assert [m.left for m in ticks] == list(range(skipped, 40))
 
 
@@ -183,8 +183,8 @@ def test_lost_lines_are_not_a_restart(lost: int, first: int, uptime: int, late_n
     """However many were lost, and however late the computer read the one before them."""
     session = BoardSession(ROBOT)
     numbers = (0, 1, lost + 2, lost + 3)
-    heard_ns = (late_ns, late_ns, *(max(late_ns, n * STEP_US * 1000) for n in numbers[2:]))
-    for n, now in zip(numbers, heard_ns, strict=True):
+    arrival_ns = (late_ns, late_ns, *(max(late_ns, n * STEP_US * 1000) for n in numbers[2:]))
+    for n, now in zip(numbers, arrival_ns, strict=True):
         assert session.receive_data(motion(first + n, uptime + n * STEP_US), now)
     assert session.stream.restarts == 0 and session.stream.lost == lost
 
@@ -245,8 +245,8 @@ def test_ticks_and_yaw_survive_wraps_and_lost_lines(
     turned, before = 0.0, 0
     for n in (n for n in range(60) if n not in lost):
         line = motion(n, t + n * STEP_US, start + speed * n, start - speed * n, start + rate * n, n)
-        for heard in session.receive_data(line, n * 10 * MS):
-            for message in sensors.messages(heard):
+        for received in session.receive_data(line, n * 10 * MS):
+            for message in sensors.messages(received):
                 if isinstance(message, WheelTicks):
                     ticks.append(message)
                 elif isinstance(message, Imu):
@@ -261,24 +261,24 @@ def test_ticks_and_yaw_survive_wraps_and_lost_lines(
 def test_no_imu_message_spans_missing_gyro_samples() -> None:
     session, sensors = BoardSession(ROBOT), SensorConverter(ROBOT)
     samples = [0, 1, 2, 2, 3, 4]
-    told = [
+    is_imu = [
         isinstance(message, Imu)
         for n, count in enumerate(samples)
-        for heard in session.receive_data(motion(n, n * STEP_US, samples=count), n * 10 * MS)
-        for message in sensors.messages(heard)
+        for received in session.receive_data(motion(n, n * STEP_US, samples=count), n * 10 * MS)
+        for message in sensors.messages(received)
     ]
-    assert told.count(True) == 4  # five gaps, one without its sample
+    assert is_imu.count(True) == 4  # five gaps, one without its sample
 
 
-# -- what we say
+# -- what we send
 
 
 def test_only_handshakes_are_sent_before_an_answer() -> None:
     session = BoardSession(ROBOT)
-    said = b"".join(
+    sent = b"".join(
         session.data_to_send(n * 20 * MS) + session.command(4.0, 4.0, n * 20 * MS) for n in range(100)
     )
-    assert {words[0] for words in sent_lines(said)} == {"v"}
+    assert {fields[0] for fields in sent_lines(sent)} == {"v"}
 
 
 @given(st.sampled_from([math.nan, math.inf, -math.inf]), st.booleans())
@@ -290,7 +290,7 @@ def test_speeds_that_are_not_finite_are_not_sent(bad: float, left: bool) -> None
 
 @given(st.lists(st.tuples(st.floats(-40.0, 40.0), st.integers(1, 400)), min_size=1, max_size=30))
 def test_an_expired_speed_is_not_repeated(commands: list[tuple[float, int]]) -> None:
-    """Whatever pauses upstream makes: 40 ms after its last word no speed is said."""
+    """Whatever pauses upstream makes: 40 ms after its last command no speed is sent."""
     session, now = opened(), 1000
     for speed, pause in commands:
         now += pause
@@ -298,8 +298,8 @@ def test_an_expired_speed_is_not_repeated(commands: list[tuple[float, int]]) -> 
         ticks = round(speed * ROBOT.motor.ticks_per_radian)
         assert speeds(session.command(speed, speed, now * MS)) == [(ticks, ticks)]
         for age in range(10, 300, 10):
-            said = speeds(session.data_to_send((now + age) * MS))
-            assert said == ([(ticks, ticks)] if age < 40 else [])
+            sent = speeds(session.data_to_send((now + age) * MS))
+            assert sent == ([(ticks, ticks)] if age < 40 else [])
         now += 300
 
 
@@ -308,19 +308,19 @@ def test_every_command_fits_the_protocol(values: list[float], first: int) -> Non
     """At most nine digits, numbers one ahead of each other modulo 2^16."""
     session, expected = opened(first), first
     for n, value in enumerate(values, start=1):
-        for words in sent_lines(session.command(value, -value, (1000 + n) * MS)):
-            assert all(len(word.lstrip("-")) <= 9 for word in words[1:])
-            assert int(words[1]) == (expected + 1 + n) % 65536  # one stop was said before
+        for fields in sent_lines(session.command(value, -value, (1000 + n) * MS)):
+            assert all(len(field.lstrip("-")) <= 9 for field in fields[1:])
+            assert int(fields[1]) == (expected + 1 + n) % 65536  # one stop was sent before
 
 
 def test_after_a_clear_motion_needs_a_zero_command() -> None:
     session = opened()
     session.clear(1100 * MS)
-    said = b""
+    sent = b""
     for n in range(30):
-        said += session.data_to_send((1100 + 20 * n) * MS) + session.command(4.0, 4.0, (1110 + 20 * n) * MS)
-    assert set(speeds(said)) == {(0, 0)}
-    assert "c" in {words[0] for words in sent_lines(said)}
+        sent += session.data_to_send((1100 + 20 * n) * MS) + session.command(4.0, 4.0, (1110 + 20 * n) * MS)
+    assert set(speeds(sent)) == {(0, 0)}
+    assert "c" in {fields[0] for fields in sent_lines(sent)}
     session.receive_data(motion(2, 1_800_000), 1800 * MS)
     session.command(0.0, 0.0, 1800 * MS)
     assert speeds(session.command(4.0, 4.0, 1820 * MS))[0][0] > 0
@@ -339,11 +339,11 @@ def test_stale_ticks_of_the_board_turn_commands_into_stops() -> None:
 
 def test_emergency_stop_is_sent_until_the_board_confirms() -> None:
     session = opened()
-    said = [session.stop(1100 * MS)] + [session.data_to_send((1100 + 20 * n) * MS) for n in range(1, 30)]
-    assert all("x" in {words[0] for words in sent_lines(data)} for data in said)
+    sent = [session.stop(1100 * MS)] + [session.data_to_send((1100 + 20 * n) * MS) for n in range(1, 30)]
+    assert all("x" in {fields[0] for fields in sent_lines(data)} for data in sent)
     session.receive_data(add_checksum("e 2 1700000 0 0 0 0 0302"), 1700 * MS)
     later = b"".join(session.data_to_send((1710 + 20 * n) * MS) for n in range(10))
-    assert "x" not in {words[0] for words in sent_lines(later)}
+    assert "x" not in {fields[0] for fields in sent_lines(later)}
 
 
 def test_a_board_with_other_version_or_ticks_is_refused() -> None:
@@ -372,5 +372,5 @@ def test_an_answer_to_another_handshake_is_ignored() -> None:
 
 
 def test_motion_lines_are_parsed_with_types() -> None:
-    (line,) = heard_in(motion(3, 20_000, -5, 6, -7, 2))
+    (line,) = lines_in(motion(3, 20_000, -5, 6, -7, 2))
     assert line == MotionLine(3, 20_000, -5, 6, -7, 2, 0)

@@ -25,7 +25,7 @@ class Pose(NamedTuple):
     yaw: float
 
     def moved(self, left: float, right: float) -> Pose:
-        """After rims have rolled so far, on an arc."""
+        """After the wheels have rolled so far, on an arc."""
         turn, way = (right - left) / SEPARATION, (left + right) / 2.0
         chord = way * (math.sin(turn / 2.0) / (turn / 2.0) if turn else 1.0)
         heading = self.yaw + turn / 2.0
@@ -52,16 +52,16 @@ def bits_and_frames(bit_errors: float, lost_frames: float) -> Wire:
 
 
 class Rig:
-    """Wheels that turn as the board wants them, both counted where they turn and as heard over the wire."""
+    """Wheels that turn as the board wants them, both counted where they turn and as received over the wire."""
 
     def __init__(self, wire: Wire, seed: int) -> None:
         self.board, self.session, self.sensors = HostBoard(), BoardSession(ROBOT), SensorConverter(ROBOT)
         self.wire, self.chance = wire, random.Random(seed)
         self.now, self.disturbed = 0, False
         self.rest = [0.0, 0.0]
-        self.true = self.told = Pose(0.0, 0.0, 0.0)
+        self.true = self.estimated = Pose(0.0, 0.0, 0.0)
         self.path = 0.0
-        self.heard: WheelTicks | None = None
+        self.received: WheelTicks | None = None
         self.lines = 0
         self.worst = 0.0
 
@@ -71,16 +71,16 @@ class Rig:
         self._roll()
         self.board.set_imu_at_rest()
         self.board.lib.chefbot_board_advance(self.board.handle, STEP_NS // 1000)
-        for heard in self.session.receive_data(self._over(self.board.read()), self.now):
-            for message in self.sensors.messages(heard):
+        for received in self.session.receive_data(self._over(self.board.read()), self.now):
+            for message in self.sensors.messages(received):
                 if isinstance(message, WheelTicks):
-                    self._hear(message)
-        said = b""
+                    self._integrate(message)
+        sent = b""
         if command is not None and self.now % (5 * STEP_NS) == 0:
-            said += self.session.command(*(speed / ROBOT.wheel_radius for speed in command), self.now)
+            sent += self.session.command(*(speed / ROBOT.wheel_radius for speed in command), self.now)
         elif self.now % (2 * STEP_NS) == 0:
-            said += self.session.data_to_send(self.now)
-        if data := self._over(said):
+            sent += self.session.data_to_send(self.now)
+        if data := self._over(sent):
             self.board.write(data)
 
     def _over(self, data: bytes) -> bytes:
@@ -97,12 +97,12 @@ class Rig:
         self.true = self.true.moved(rolled[0] * METRES, rolled[1] * METRES)
         self.path += abs(sum(rolled)) / 2.0 * METRES
 
-    def _hear(self, ticks: WheelTicks) -> None:
-        before, self.heard = self.heard, ticks
+    def _integrate(self, ticks: WheelTicks) -> None:
+        before, self.received = self.received, ticks
         self.lines += 1
         if before is not None:
             left, right = ticks.left - before.left, ticks.right - before.right
-            self.told = self.told.moved(left * METRES, right * METRES)
+            self.estimated = self.estimated.moved(left * METRES, right * METRES)
 
     @property
     def speeds(self) -> tuple[int, int]:
@@ -111,7 +111,7 @@ class Rig:
 
     @property
     def error(self) -> float:
-        return math.hypot(self.true.x - self.told.x, self.true.y - self.told.y)
+        return math.hypot(self.true.x - self.estimated.x, self.true.y - self.estimated.y)
 
 
 def weave(seconds: float) -> tuple[float, float]:
@@ -123,11 +123,11 @@ def weave(seconds: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(
-    ("bit_errors", "lost_frames", "seconds", "least_path"),
+    ("bit_errors", "lost_frames", "seconds", "minimum_path"),
     [(0.001, 0.2, 120, 15.0), pytest.param(0.01, 0.2, 120, 0.3, marks=pytest.mark.slow)],
 )
 def test_a_noisy_line_causes_no_motion_and_loses_no_ticks(
-    bit_errors: float, lost_frames: float, seconds: int, least_path: float
+    bit_errors: float, lost_frames: float, seconds: int, minimum_path: float
 ) -> None:
     """One bit in a hundred leaves one line in twenty whole: the robot stands most of the time, but knows where."""
     rig = Rig(bits_and_frames(bit_errors, lost_frames), seed=5)
@@ -138,13 +138,13 @@ def test_a_noisy_line_causes_no_motion_and_loses_no_ticks(
     for n in range(seconds * 100):
         wanted = weave(n / 100.0)
         rig.step(wanted)
-        most = round(0.31 / METRES)
-        assert all(-1 <= speed <= most for speed in rig.speeds)
+        maximum = round(0.31 / METRES)
+        assert all(-1 <= speed <= maximum for speed in rig.speeds)
     driven = rig.path
     rig.disturbed = False
     for _ in range(200):
         rig.step((0.0, 0.0))
-    assert driven > least_path
+    assert driven > minimum_path
     assert rig.error < 0.01 * driven
 
 

@@ -111,10 +111,10 @@ def test_invalid_messages_are_reported_and_not_delivered(port: int) -> None:
         one.outside.session.put(key, Float64(1.0).to_cdr())
         count.publish(Float64(2.0))
         assert double.get(timeout=PATIENCE).data == 4.0
-        told: dict[str, str] = {}
-        while len(told) < 3:
-            told |= {v.key: v.value for v in diagnostics.get(timeout=PATIENCE).status[0].values}
-        assert "/count: data is nan" in told and "/count: no attachment" in told
+        counts: dict[str, str] = {}
+        while len(counts) < 3:
+            counts |= {v.key: v.value for v in diagnostics.get(timeout=PATIENCE).status[0].values}
+        assert "/count: data is nan" in counts and "/count: no attachment" in counts
         assert logs.get(timeout=PATIENCE).msg.startswith("/count: ")
 
 
@@ -131,7 +131,7 @@ def test_a_cmd_vel_publisher_is_named_the_right_topic_once(port: int) -> None:
         logs = one.subscribe("/rosout", Log, ROSOUT)
         remarks: list[str] = []
         one.system.loop.add_observer(
-            lambda said: remarks.append(said.message.data) if said.topic == "wire/remark" else None
+            lambda one: remarks.append(one.message.data) if one.topic == "wire/remark" else None
         )
         one.outsider.publisher("/cmd_vel", Twist)
         sentence = "/outsider publishes on cmd_vel, which the drive base ignores: drive by cmd_vel_teleop"
@@ -158,7 +158,7 @@ def test_the_wheels_follow_local_processes_only(port: int) -> None:
         def is_refused() -> bool:
             stranger.publish(
                 WheelSpeeds(left=1.0)
-            )  # a first word may be lost on the way to a listener just found
+            )  # a first message may be lost on the way to a subscriber just found
             return any(reason.startswith(refused) for reason in one.wire.rejected.counts())
 
         wait_for(is_refused)
@@ -171,7 +171,7 @@ def test_the_wheels_follow_local_processes_only(port: int) -> None:
             wait_for(lambda: base.has_subscribers)
 
             def is_obeyed() -> bool:
-                base.publish(WheelSpeeds(left=2.0))  # its token may come after its first words
+                base.publish(WheelSpeeds(left=2.0))  # its token may come after its first messages
                 return not obeyed.empty()
 
             wait_for(is_obeyed)
@@ -182,19 +182,19 @@ def test_a_late_node_receives_latched_external_messages(port: int) -> None:
     with RmwContext(port=port) as wire, RmwNode(wire, "elsewhere") as node:
         node.publisher("/count", Float64, TRANSIENT_LOCAL_QOS).publish(Float64(3.0))
         with running(port, "doubler") as one:
-            heard = one.system.nodes["doubler"].count
-            wait_for(lambda: heard.last is not None)
-            assert heard.last.data == 3.0
+            count = one.system.nodes["doubler"].count
+            wait_for(lambda: count.last is not None)
+            assert count.last.data == 3.0
 
 
 def test_a_publisher_that_comes_later_is_queried_for_its_history(port: int) -> None:
     with running(port, "doubler") as one:
-        heard = one.system.nodes["doubler"].count
+        count = one.system.nodes["doubler"].count
         with RmwContext(port=port, router=False) as wire, RmwNode(wire, "elsewhere") as node:
             node.publisher("/count", Float64, TRANSIENT_LOCAL_QOS).publish(Float64(5.0))
-            wait_for(lambda: heard.last is not None and heard.last.data == 5.0)
-            ear = one.bridge._proxies._subscriptions["count"]
-            wait_for(lambda: one.bridge._proxies._subscriptions["count"] is not ear or ear.latched)
+            wait_for(lambda: count.last is not None and count.last.data == 5.0)
+            before = one.bridge._proxies._subscriptions["count"]
+            wait_for(lambda: one.bridge._proxies._subscriptions["count"] is not before or before.latched)
             takers = lambda: one.outside.graph.topics()["/count"].consumers  # noqa: E731
             wait_for(lambda: [end.info.qos.latched for end in takers()] == [True])
 
@@ -292,11 +292,11 @@ def test_parameters_are_listed_read_and_refused_with_a_reason(port: int) -> None
         assert listed.names == ("step", "use_sim_time")
         got = call("get_parameters", GetParameters, GetParameters_Request(("step", "nothing"))).values
         assert (got[0].type, got[0].double_value, got[1].type) == (DOUBLE, 1.0, 0)
-        told = call("describe_parameters", DescribeParameters, DescribeParameters_Request(("step",)))
-        bounds = told.descriptors[0].floating_point_range[0]
-        assert (told.descriptors[0].description, bounds.to_value) == ("m", 10.0)
-        wishes = [("step", 2.0), ("step", 11.0), ("stepp", 1.0), ("use_sim_time", 1.0)]
-        values = (Parameter(n, ParameterValue(DOUBLE, double_value=v)) for n, v in wishes)
+        described = call("describe_parameters", DescribeParameters, DescribeParameters_Request(("step",)))
+        bounds = described.descriptors[0].floating_point_range[0]
+        assert (described.descriptors[0].description, bounds.to_value) == ("m", 10.0)
+        requested = [("step", 2.0), ("step", 11.0), ("stepp", 1.0), ("use_sim_time", 1.0)]
+        values = (Parameter(n, ParameterValue(DOUBLE, double_value=v)) for n, v in requested)
         answers = call("set_parameters", SetParameters, SetParameters_Request(tuple(values))).results
         reasons = ["when it starts", "11.0 must be at most 10", "did you mean 'step'", "cannot be changed"]
         for answer, reason in zip(answers, reasons, strict=True):
@@ -354,7 +354,7 @@ def test_a_run_with_external_nodes_replays_bit_identically(port: int, tmp_path: 
 
 
 TAKEN = "another launch with a node /(cook|metronome) runs on this machine"
-"""Whichever of its nodes is heard of first."""
+"""Whichever of its nodes is discovered first."""
 
 
 def test_a_second_launch_with_equal_names_stays_off_the_network(
@@ -362,22 +362,22 @@ def test_a_second_launch_with_equal_names_stays_off_the_network(
 ) -> None:
     monkeypatch.setenv("CHEFBOT_WIRE_PORT", str(port))
     monkeypatch.setenv("ROS_DOMAIN_ID", "0")
-    said: list[str] = []
+    reported: list[str] = []
     with running(port, "cook"):
         args = {"wire": "auto", "speed": 1.0, "namespace": ""}
         launch = msgspec.structs.replace(launch_of(("cook",)), args=args)
-        with open_wire(launch, ExternalEndpoints(), said.append) as wire:
+        with open_wire(launch, ExternalEndpoints(), reported.append) as wire:
             assert wire is None
-        assert re.search(TAKEN, said[0])
+        assert re.search(TAKEN, reported[0])
         insists = msgspec.structs.replace(launch, args={**args, "wire": "on"})
         with (
             pytest.raises(UserError, match=TAKEN),
-            open_wire(insists, ExternalEndpoints(), said.append),
+            open_wire(insists, ExternalEndpoints(), reported.append),
         ):
             pass
     odd = msgspec.structs.replace(launch, args={**args, "wire": "of"})
     with (
         pytest.raises(UserError, match="wire:=of must be one of"),
-        open_wire(odd, ExternalEndpoints(), said.append),
+        open_wire(odd, ExternalEndpoints(), reported.append),
     ):
         pass

@@ -1,4 +1,4 @@
-"""STOP over the wire: its owner dies, listeners come late, and there is one answer to how the robot stands."""
+"""STOP over the wire: its owner dies, subscribers join late, and there is one answer to how the robot stands."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ nodes:
 
 
 class Late:
-    """Somebody who comes after all was said, in a process's session of its own."""
+    """A late-joining subscriber in a process's session of its own."""
 
     def __init__(self, port: int) -> None:
         self._wire = RmwContext(port=port, router=False)
         self._node = RmwNode(self._wire, "late")
-        self.said: list[bool] = []
+        self.states: list[bool] = []
         self.why: list[EmergencyStopStatus] = []
         self._node.subscription(
-            "/emergency_stop", Bool, lambda one: self.said.append(one.data), TRANSIENT_LOCAL_QOS
+            "/emergency_stop", Bool, lambda one: self.states.append(one.data), TRANSIENT_LOCAL_QOS
         )
         self._node.subscription("/stop_status", EmergencyStopStatus, self.why.append, TRANSIENT_LOCAL_QOS)
 
     def first(self) -> bool:
-        """What it is told; one word and no other."""
-        wait_for(lambda: self.said and self.why)
-        found = self.said[0]
-        assert self.said == [found] and self.why[0].active is found
+        """The state that it receives; one and no other."""
+        wait_for(lambda: self.states and self.why)
+        found = self.states[0]
+        assert self.states == [found] and self.why[0].active is found
         self.close()
         return found
 
@@ -62,22 +62,22 @@ class Gate:
         self._driver = node.publisher("/cmd_vel_teleop", Twist)
         self._states: list[bool] = []
         node.subscription(
-            "/emergency_stop", Bool, lambda said: self._states.append(said.data), TRANSIENT_LOCAL_QOS
+            "/emergency_stop", Bool, lambda state: self._states.append(state.data), TRANSIENT_LOCAL_QOS
         )
-        node.subscription("/wheel_speeds", WheelSpeeds, lambda said: self.speeds.append(said.left))
+        node.subscription("/wheel_speeds", WheelSpeeds, lambda wheels: self.speeds.append(wheels.left))
         self.wait_until_there()
 
     def wait_until_there(self) -> None:
         wait_for(lambda: all(one.has_subscribers for one in (*self.people, self._driver)))
 
-    def say(self, person: Publisher[Bool], word: bool) -> None:
+    def request(self, person: Publisher[Bool], stop: bool) -> None:
         """Whoever comes before the base has answered would receive the old state and the new one."""
-        person.publish(Bool(word))
-        wait_for(lambda: self._states and self._states[-1] is word)
-        assert Late(self.one.port).first() is word
+        person.publish(Bool(stop))
+        wait_for(lambda: self._states and self._states[-1] is stop)
+        assert Late(self.one.port).first() is stop
 
     def kill(self) -> None:
-        """And wait for its next life."""
+        """And wait until it is restarted."""
         killed = self.one.inject("killed", "gate")
         wait_for(lambda: not self.people[0].has_subscribers)
         wait_for(lambda: self.one.child("gate") not in (None, killed))
@@ -103,14 +103,14 @@ def test_late_subscribers_and_restarted_bases_get_the_stop_state(tmp_path: Path)
         gate = Gate(one, node)
         first, second = gate.people
         assert Late(one.port).first() is False and gate.moves()
-        for person, word in ((first, True), (second, False), (first, True)):
-            gate.say(person, word)
+        for person, stop in ((first, True), (second, False), (first, True)):
+            gate.request(person, stop)
         assert not gate.moves()
         gate.kill()
         late = Late(one.port)
         assert late.first() is True and late.why[0].description == ESTOP_RESTORED
         assert not gate.moves()
-        gate.say(second, False)
+        gate.request(second, False)
         assert gate.moves()
         gate.kill()
         assert Late(one.port).first() is False and gate.moves()  # who was not stopped goes on

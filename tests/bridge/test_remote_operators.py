@@ -42,12 +42,12 @@ def goes_to(page: Machine, x: float, y: float) -> None:
     until(there)
 
 
-def refusal(network: Network, *words: str) -> str:
-    """What `chefbot launch` on alice's machine has to say, with exit code 2."""
-    process = network.chefbot("alice", "launch", *words)
-    said = end(process)
-    assert process.returncode == 2, said
-    return said
+def refusal(network: Network, *arguments: str) -> str:
+    """The output of `chefbot launch` on alice's machine, which ends with exit code 2."""
+    process = network.chefbot("alice", "launch", *arguments)
+    output = end(process)
+    assert process.returncode == 2, output
+    return output
 
 
 @pytest.mark.rotated("launches on several machines")
@@ -58,7 +58,7 @@ def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     page = network.page_user("alice")
     for layer in ("map", "scan", "robot", "status", "fixed_frames", "description"):
         assert page.request(f"see {layer}"), layer
-    assert "kitchen" in str(page.request("see places"))  # said once, before the page was there
+    assert "kitchen" in str(page.request("see places"))  # published once, before the page was there
 
     page.request(f"drive {HELD} 0 1.5")
     driven = place_of(page)[0]
@@ -76,7 +76,7 @@ def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
 
     page.request(
         'do {"do":"open_door","name":"no_such"}'
-    )  # the robot answers on /rosout, where all nodes speak
+    )  # the robot answers on /rosout, where all nodes log
     logs = network.chefbot("alice", "topic", "echo", "/rosout", "--field", "msg", "--duration", "6")
     assert "no_such" in end(logs)
 
@@ -103,8 +103,8 @@ def test_slam_and_web_ui_of_one_launch_run_on_another_machine(network: Network) 
     assert page.request("see map")
     goes_to(page, 0.5, 0.2)
     robot.send_signal(signal.SIGINT)
-    said = end(robot)
-    assert "On host alice: " in said and "gmapping" in said
+    output = end(robot)
+    assert "On host alice: " in output and "gmapping" in output
     assert "did you mean 'alice'" in refusal(network, *same[1:], "--host", "alise")
 
 
@@ -140,10 +140,10 @@ def test_emergency_stop_is_shared_by_all_pages_and_machines(network: Network) ->
     network.chefbot("alice", "launch", "remote_page", *join)
     here, there = network.page_user("robot1"), network.page_user("alice")
 
-    def shows(page: Machine, stopped: bool, asked: bool = False) -> bool:
+    def shows(page: Machine, stopped: bool, pending: bool = False) -> bool:
         status = page.request("now status")
         assert isinstance(status, dict)
-        return (status["stopped"], status["stop_pending"]) == (stopped, asked)
+        return (status["stopped"], status["stop_pending"]) == (stopped, pending)
 
     until(lambda: there.request("now robot") is not None)
     there.request('do {"do":"stop"}')
@@ -152,7 +152,7 @@ def test_emergency_stop_is_shared_by_all_pages_and_machines(network: Network) ->
     until(lambda: shows(here, False) and shows(there, False))
     network.link("alice", "down")
     there.request('do {"do":"stop"}')
-    until(lambda: shows(there, False, asked=True))
+    until(lambda: shows(there, False, pending=True))
     assert shows(here, False)
     network.link("alice", "up")
     until(lambda: shows(here, True) and shows(there, True))

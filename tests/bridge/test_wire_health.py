@@ -21,26 +21,27 @@ SECOND = 1_000_000_000
 
 @pytest.fixture
 def parts() -> SimpleNamespace:
-    """Health with all that it speaks to; `told` is what came into the loop."""
-    told: list[DiagnosticStatus] = []
+    """Health with all that it reports to; `published` is what came into the loop."""
+    published: list[DiagnosticStatus] = []
     graph, tally = SimpleNamespace(mismatches=list), ErrorCounter()
     own = SimpleNamespace(publisher=lambda *_: SimpleNamespace(has_subscribers=False))
     there: Any = SimpleNamespace(
         own_rosout=SimpleNamespace(log=lambda *_: None), own=own, foreign_publishers=lambda _: []
     )
-    inbox: Any = SimpleNamespace(publish=lambda _, message: told.append(message.status[0]))
-    return SimpleNamespace(health=WireHealth(tally, graph, there, inbox), tally=tally, graph=graph, told=told)  # type: ignore[arg-type]
+    inbox: Any = SimpleNamespace(publish=lambda _, message: published.append(message.status[0]))
+    health = WireHealth(tally, graph, there, inbox)  # type: ignore[arg-type]
+    return SimpleNamespace(health=health, tally=tally, graph=graph, published=published)
 
 
 def test_a_burst_is_a_warning_for_a_while_then_only_counted(parts: SimpleNamespace) -> None:
     parts.tally.add("/tf: send queue is full, the oldest message is dropped")
     for second in range(20):
         parts.health.publish(second * SECOND)
-    assert [one.level for one in parts.told] == [WARN, OK]
-    assert all(one.message.startswith("1 messages rejected or lost") for one in parts.told)
+    assert [one.level for one in parts.published] == [WARN, OK]
+    assert all(one.message.startswith("1 messages rejected or lost") for one in parts.published)
     parts.tally.add("/tf: send queue is full, the oldest message is dropped")
     parts.health.publish(20 * SECOND)
-    assert (parts.told[-1].level, parts.told[-1].values[0].value) == (WARN, "2")
+    assert (parts.published[-1].level, parts.published[-1].values[0].value) == (WARN, "2")
 
 
 def test_a_qos_mismatch_is_a_warning_as_long_as_it_lasts(parts: SimpleNamespace) -> None:
@@ -48,16 +49,16 @@ def test_a_qos_mismatch_is_a_warning_as_long_as_it_lasts(parts: SimpleNamespace)
     parts.health.check_graph()
     for second in range(0, 3 * RECENT_NS // SECOND):
         parts.health.publish(second * SECOND)
-    assert [one.level for one in parts.told] == [WARN]
+    assert [one.level for one in parts.published] == [WARN]
     parts.graph.mismatches = list
     parts.health.check_graph()
     parts.health.publish(4 * RECENT_NS)
-    assert parts.told[-1].level == OK
+    assert parts.published[-1].level == OK
 
 
 def test_a_member_of_a_fleet_reports_its_certificate(tmp_path: Path) -> None:
     """Status `fleet` beside status `wire`, in the loop and in the log when it becomes a problem."""
-    told: list[tuple[DiagnosticStatus, ...]] = []
+    published: list[tuple[DiagnosticStatus, ...]] = []
     logged: list[str] = []
     own = SimpleNamespace(publisher=lambda *_: SimpleNamespace(has_subscribers=False))
     there: Any = SimpleNamespace(
@@ -65,7 +66,7 @@ def test_a_member_of_a_fleet_reports_its_certificate(tmp_path: Path) -> None:
         own=own,
         foreign_publishers=lambda _: [],
     )
-    inbox: Any = SimpleNamespace(publish=lambda _, message: told.append(message.status))
+    inbox: Any = SimpleNamespace(publish=lambda _, message: published.append(message.status))
     office = Keyring(tmp_path / "office")
     office.create_fleet("hotel", datetime.now(UTC))
     robot = admit(tmp_path, office, "robot1", "robot")
@@ -73,10 +74,11 @@ def test_a_member_of_a_fleet_reports_its_certificate(tmp_path: Path) -> None:
     health = WireHealth(ErrorCounter(), graph, there, inbox, MembershipHealth(robot))
     for second in range(20, 23):
         health.publish(second * SECOND)
-    (statuses,) = told
+    (statuses,) = published
     assert [(one.name, one.level) for one in statuses] == [("wire", OK), ("fleet", OK)] and logged == []
     robot.accept(office.remove("robot1"))
     for second in range(23, 26):
         health.publish(second * SECOND)
-    assert [(one.name, one.level) for one in told[-1]] == [("wire", OK), ("fleet", ERROR)] and len(told) == 2
+    assert [(one.name, one.level) for one in published[-1]] == [("wire", OK), ("fleet", ERROR)]
+    assert len(published) == 2
     assert ["removed or replaced" in text for text in logged] == [True]

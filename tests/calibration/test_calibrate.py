@@ -1,4 +1,4 @@
-"""A whole drive of a robot with a narrow view: what is found, and whether the check tells the truth."""
+"""A whole drive of a robot with a narrow view: what is found, and whether the check shows the true error."""
 
 import math
 import sys
@@ -38,7 +38,7 @@ def square(track: Track, turn: int, slip: float = 0.0) -> Square:
 
 
 def homewards(track: Track, turn: int) -> None:
-    """To the place and the heading at which a square that way begins, as the walls say."""
+    """To the place and the heading at which a square that way begins, as the walls show."""
     target = SE2(0.0, 0.0, 0.0 if turn > 0 else math.pi / 2)
     for _ in range(2):
         way = track.pose.between(target)
@@ -49,7 +49,7 @@ def homewards(track: Track, turn: int) -> None:
 
 
 def driven(view: float, seed: int, drift: float, slip: float = 0.0) -> Driven:
-    """One square each way to calibrate by and one to check it; `drift`: m and rad by which the stands' first guesses
+    """One square each way to calibrate by and one to check it; `drift`: m and rad by which the stands' first poses
     wander. `slip`: m, on the last side of each check."""
     track, rng = Track(BUILT), np.random.default_rng(seed)
     for angle in (*[math.radians(29)] * 13, -2 * math.pi, 2 * math.pi):
@@ -78,7 +78,7 @@ def true_return(one: Driven, result: CalibrationResult) -> float:
 @pytest.mark.parametrize(("view", "seed"), [(CAMERA, 1), (LIDAR, 3)])
 def test_narrow_view_with_wrong_station_poses_still_calibrates(view: float, seed: int) -> None:
     """A camera sees one wall from many stands, and what it was thought to see them from wandered by 0.1 m and 6
-    degrees. No wheel slipped; each that is said to have slipped is a stand that is not where it is thought to be."""
+    degrees. No wheel slipped; each that is reported as slipped is a stand that is not where it is thought to be."""
     one = driven(view, seed, 0.1)
     result = calibrate(one.drive, DRAWN, SENSOR)
     assert result.solution.wheels.factors(DRAWN) == pytest.approx(

@@ -1,4 +1,4 @@
-"""What is the wrong way round is said in a sentence that names the wires."""
+"""What is the wrong way round is reported in a sentence that names the wires."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def test_correct_wiring_reports_no_fault() -> None:
 
 
 @pytest.mark.parametrize(
-    ("measured", "metres", "angle", "words"),
+    ("measured", "metres", "angle", "expected"),
     [
         (leg(-900, 900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "the left encoder counts against"),
         (leg(900, -900, SE2(0.15, 0.0, 0.0), 0.0), 0.15, 0.0, "the right encoder counts against"),
@@ -31,9 +31,9 @@ def test_correct_wiring_reports_no_fault() -> None:
     ],
 )
 def test_each_wiring_fault_has_its_message(
-    measured: DriveSegment, metres: float, angle: float, words: str
+    measured: DriveSegment, metres: float, angle: float, expected: str
 ) -> None:
-    assert words in (wiring_fault(measured, metres, angle) or "")
+    assert expected in (wiring_fault(measured, metres, angle) or "")
 
 
 def test_encoder_faults_of_the_board_become_instructions() -> None:

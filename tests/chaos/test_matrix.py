@@ -37,7 +37,7 @@ def a_result(unit: Unit, **fields: object) -> UnitResult:
 def test_every_fault_from_r1_to_r38_has_a_row() -> None:
     assert [row.id for row in ROWS] == [f"R{i}" for i in range(1, 39)]
     for row in ROWS:
-        assert row.checks or row.unmeasured, f"{row.id} is neither measured nor says why not"
+        assert row.checks or row.unmeasured, f"{row.id} is neither measured nor states why not"
 
 
 def test_the_tests_of_the_matrix_exist() -> None:

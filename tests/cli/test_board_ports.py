@@ -1,4 +1,4 @@
-"""`chefbot board find`: what it says of the serial ports, and the udev rule that it proposes."""
+"""`chefbot board find`: what it reports about the serial ports, and the udev rule that it proposes."""
 
 from __future__ import annotations
 

@@ -47,8 +47,8 @@ def small_app() -> typer.Typer:
 GROUP = cast(TyperGroup, typer.main.get_command(small_app()))
 
 
-def run(*words: str) -> object:
-    return small_app()(list(words), prog_name="x", standalone_mode=False)
+def run(*arguments: str) -> object:
+    return small_app()(list(arguments), prog_name="x", standalone_mode=False)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_an_unknown_command_of_a_subgroup_is_named_with_its_path() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         (["map", "save", "--sise", "3"], "`x map save` has no option --sise (did you mean '--size'?)"),
         (["map", "save", "--size", "0"], "`x map save`: invalid value for '--size'"),
@@ -95,11 +95,11 @@ def test_an_unknown_command_of_a_subgroup_is_named_with_its_path() -> None:
         (["order", "soup"], "`x order`: got unexpected extra argument(s) (soup); see `x order --help`"),
     ],
 )
-def test_a_wrong_option_or_argument_is_one_sentence(words: list[str], sentence: str) -> None:
+def test_a_wrong_option_or_argument_is_one_sentence(arguments: list[str], sentence: str) -> None:
     with pytest.raises(UsageError) as error:
-        run(*words)
-    told = explain_usage_error(error.value)
-    assert told.startswith(sentence) and "\n" not in told
+        run(*arguments)
+    explanation = explain_usage_error(error.value)
+    assert explanation.startswith(sentence) and "\n" not in explanation
 
 
 def test_a_group_alone_prints_its_help_and_succeeds(capsys: pytest.CaptureFixture[str]) -> None:

@@ -53,8 +53,8 @@ def test_each_command_and_parameter_is_explained(line: str, command: Any) -> Non
             assert getattr(parameter, "help", None), f"{line}: {parameter.name}"
 
 
-def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
-    monkeypatch.setattr(sys, "argv", ["chefbot", *words])
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["chefbot", *arguments])
     with pytest.raises(SystemExit) as end:
         main()
     return int(str(end.value.code or 0))
@@ -94,8 +94,8 @@ def test_a_wrong_value_is_one_sentence_with_code_2(
     line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(monkeypatch, *line.split()) == 2
-    told = capsys.readouterr().err
-    assert told.startswith("chefbot: ") and told.count("\n") == 1 and "Traceback" not in told
+    stderr = capsys.readouterr().err
+    assert stderr.startswith("chefbot: ") and stderr.count("\n") == 1 and "Traceback" not in stderr
 
 
 def test_a_missing_file_is_one_sentence_with_code_2(
@@ -107,7 +107,7 @@ def test_a_missing_file_is_one_sentence_with_code_2(
         "fleet sign none.request", "fleet accept none.card", "replay none.mcap", "board check /dev/none",
     ):  # fmt: skip
         assert run(monkeypatch, *line.split()) == 2, line
-        assert "none" in (told := capsys.readouterr().err) or "a.yaml" in told, line
+        assert "none" in (stderr := capsys.readouterr().err) or "a.yaml" in stderr, line
     assert list(tmp_path.iterdir()) == []
 
 

@@ -26,8 +26,10 @@ from chefbot.robot.motion_limits import max_speed
 NOTHING: dict[str, str | None] = {}
 
 
-def printed(capsys: pytest.CaptureFixture[str], *, as_json: bool = False, **asked: str) -> str:
-    run_design("chefbot", {name.replace("_", "-"): value for name, value in asked.items()}, None, as_json)
+def printed(capsys: pytest.CaptureFixture[str], *, as_json: bool = False, **requirements: str) -> str:
+    run_design(
+        "chefbot", {name.replace("_", "-"): value for name, value in requirements.items()}, None, as_json
+    )
     return capsys.readouterr().out
 
 
@@ -129,7 +131,7 @@ def test_units_may_be_given_or_left_out() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "words"),
+    ("name", "value", "expected"),
     [
         ("payload", "banana", "--payload"),
         ("payload", "3 m", "--payload"),
@@ -141,19 +143,19 @@ def test_units_may_be_given_or_left_out() -> None:
         ("run-time", "", "--run-time"),
     ],
 )
-def test_inconsistent_requirements_are_refused_with_the_reason(name: str, value: str, words: str) -> None:
-    with pytest.raises(UserError, match=words) as caught:
+def test_inconsistent_requirements_are_refused_with_the_reason(name: str, value: str, expected: str) -> None:
+    with pytest.raises(UserError, match=expected) as caught:
         run_design("chefbot", {name: value}, None, as_json=True)
     assert "\n" not in str(caught.value)
 
 
 def test_nothing_is_written_if_no_design_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "truck.yaml"
-    asked: dict[str, str | None] = {"payload": "80", "speed": "3"}
-    run_design("chefbot", asked, None, as_json=False)
+    requirements: dict[str, str | None] = {"payload": "80", "speed": "3"}
+    run_design("chefbot", requirements, None, as_json=False)
     assert "No set of parts in the catalogue passes" in capsys.readouterr().out
     with pytest.raises(UserError, match=r"not written.*nearest"):
-        run_design("chefbot", asked, path, as_json=False)
+        run_design("chefbot", requirements, path, as_json=False)
     assert not path.exists()
 
 

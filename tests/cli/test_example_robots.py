@@ -22,7 +22,11 @@ def test_example_robot_explores_and_its_board_reports_no_fault(name: str, tmp_pa
     ]
     subprocess.run([sys.executable, "-m", "chefbot", *launch], check=True, capture_output=True)
     with log.open("rb") as file:
-        said = [(channel.topic, message.data) for _, channel, message in make_reader(file).iter_messages()]
-    assert not [data for topic, data in said if topic == "/diagnostics" and b"motors are off" in data]
-    left, right = struct.unpack("<qq", [data for topic, data in said if topic == "/wheel_ticks"][-1][-16:])
+        messages = [
+            (channel.topic, message.data) for _, channel, message in make_reader(file).iter_messages()
+        ]
+    assert not [data for topic, data in messages if topic == "/diagnostics" and b"motors are off" in data]
+    left, right = struct.unpack(
+        "<qq", [data for topic, data in messages if topic == "/wheel_ticks"][-1][-16:]
+    )
     assert (left + right) / 2 * load_robot(name).metres_per_tick > 0.5

@@ -24,10 +24,10 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def install(folder: Path, name: str, code: int = 0) -> Path:
     """A program that writes down its arguments, complains and exits with `code`; returns where it writes."""
-    said = folder / f"{name}.said"
-    (folder / name).write_text(f'#!/bin/sh\necho "$*" >> {said}\necho "{name} complains" >&2\nexit {code}\n')
+    log = folder / f"{name}.log"
+    (folder / name).write_text(f'#!/bin/sh\necho "$*" >> {log}\necho "{name} complains" >&2\nexit {code}\n')
     (folder / name).chmod(0o755)
-    return said
+    return log
 
 
 @pytest.mark.parametrize(("board", "hint"), [("meg", "did you mean 'mega'"), ("esp32", "mega, pico, tiva")])
@@ -62,41 +62,41 @@ def test_missing_programs_are_named_with_their_packages(board: str, tools: Path)
 def test_the_program_goes_to_the_port_that_was_given(tools: Path) -> None:
     install(tools, "make")
     install(tools, "avr-g++")
-    said = install(tools, "avrdude", code=7)
+    log = install(tools, "avrdude", code=7)
     assert run_flash("mega", "chefbot", "/dev/ttyX7") == 7
-    words = said.read_text().split()
-    assert words[words.index("-P") + 1] == "/dev/ttyX7"
-    assert words[-1] == f"flash:w:{tools.parent}/cache/chefbot/firmware/mega.hex:i"
+    arguments = log.read_text().split()
+    assert arguments[arguments.index("-P") + 1] == "/dev/ttyX7"
+    assert arguments[-1] == f"flash:w:{tools.parent}/cache/chefbot/firmware/mega.hex:i"
 
 
 def test_a_program_that_does_not_compile_is_not_flashed(tools: Path) -> None:
     install(tools, "make", code=2)
     install(tools, "avr-g++")
-    said = install(tools, "avrdude")
+    log = install(tools, "avrdude")
     with pytest.raises(UserError, match="the firmware does not compile: make complains"):
         run_flash("mega", "chefbot", "/dev/ttyX7")
-    assert not said.exists()
+    assert not log.exists()
 
 
 def test_a_folder_with_the_robots_name_is_not_taken_for_it(tools: Path) -> None:
     """As beside a clone of the repository, which is called chefbot."""
     Path("chefbot").mkdir()
-    said = install(tools, "make")
+    log = install(tools, "make")
     install(tools, "arm-none-eabi-g++")
     install(tools, "lm4flash")
     assert run_flash("tiva", "chefbot", "auto") == 0
-    assert "ROBOT=chefbot " in said.read_text()
+    assert "ROBOT=chefbot " in log.read_text()
 
 
 def test_a_robot_file_is_given_to_make_by_its_full_path(tools: Path) -> None:
     Path("mine.yaml").write_text("like: chefbot\n")
-    said = install(tools, "make")
+    log = install(tools, "make")
     install(tools, "arm-none-eabi-g++")
     install(tools, "picotool")
     assert run_flash("pico", "mine.yaml", "auto") == 0
-    words = said.read_text().split()
-    assert f"ROBOT={Path.cwd()}/mine.yaml" in words
-    assert words[words.index("-C") + 1] == str(firmware_folder())
+    arguments = log.read_text().split()
+    assert f"ROBOT={Path.cwd()}/mine.yaml" in arguments
+    assert arguments[arguments.index("-C") + 1] == str(firmware_folder())
 
 
 def test_the_only_likely_port_is_taken(tools: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,10 +113,10 @@ def test_the_only_likely_port_is_taken(tools: Path, monkeypatch: pytest.MonkeyPa
 
     for name in ("make", "avr-g++"):
         install(tools, name)
-    said = install(tools, "avrdude")
+    log = install(tools, "avrdude")
     plug(0x9999, 0x2341)
     assert run_flash("mega", "chefbot", "auto") == 0
-    assert "-P /dev/ttyX1 " in said.read_text()
+    assert "-P /dev/ttyX1 " in log.read_text()
     plug(0x2341, 0x1A86)
     with pytest.raises(UserError, match="give --port; boards may be at: /dev/ttyX0, /dev/ttyX1"):
         run_flash("mega", "chefbot", "auto")

@@ -129,7 +129,7 @@ def test_expiring_members_are_shown(office: Path, capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize(
-    ("line", "words"),
+    ("line", "fragment"),
     [
         ("fleet sign robot1/robot1.request --folder office", "robot1 is a member of fleet hotel already"),
         ("fleet sign robot2/robot2.request --folder office", "robot2 is new in fleet hotel: choose its role"),
@@ -154,7 +154,11 @@ def test_expiring_members_are_shown(office: Path, capsys: pytest.CaptureFixture[
     ],
 )
 def test_bad_input_is_one_sentence_with_code_2(
-    line: str, words: str, office: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    line: str,
+    fragment: str,
+    office: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     join("robot1", office)
     request_membership("robot2", office.parent / "robot2")
@@ -164,9 +168,9 @@ def test_bad_input_is_one_sentence_with_code_2(
     monkeypatch.setattr(sys, "argv", ["chefbot", *line.split()])
     with pytest.raises(SystemExit) as end:
         main()
-    told = capsys.readouterr().err
-    assert end.value.code == 2 and words in told, told
-    assert told.startswith("chefbot: ") and told.count("\n") == 1 and len(told) < 400
+    stderr = capsys.readouterr().err
+    assert end.value.code == 2 and fragment in stderr, stderr
+    assert stderr.startswith("chefbot: ") and stderr.count("\n") == 1 and len(stderr) < 400
     assert (office / "card.json").read_bytes() == before
 
 

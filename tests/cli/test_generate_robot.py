@@ -15,8 +15,8 @@ from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
 
 
-def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
-    monkeypatch.setattr(sys, "argv", ["chefbot", "robot", *words])
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["chefbot", "robot", *arguments])
     with pytest.raises(SystemExit) as end:
         main()
     return int(str(end.value.code or 0))
@@ -35,19 +35,19 @@ def test_the_file_passes_the_check_and_repeats(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "new" / "robot3.yaml"
-    words = ("generate", "--seed", "3", "--set", "radius=0.2", "--out", str(out))
-    assert run(monkeypatch, *words) == 0
+    arguments = ("generate", "--seed", "3", "--set", "radius=0.2", "--out", str(out))
+    assert run(monkeypatch, *arguments) == 0
     assert_summary(capsys.readouterr().out, load_robot(str(out)), out)
     first = out.read_bytes()
     assert first.decode().splitlines()[0] == "# chefbot robot generate --seed 3 --set radius=0.2"
     assert load_robot(str(out)).body.radius == 0.2
     assert run(monkeypatch, "check", str(out)) == 0
-    assert run(monkeypatch, *words) == 0
+    assert run(monkeypatch, *arguments) == 0
     assert out.read_bytes() == first
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         ("--set radus=0.2", "did you mean 'radius'"),
         ("--set radius=2", "from 0.16 to 0.25 m"),
@@ -57,14 +57,14 @@ def test_the_file_passes_the_check_and_repeats(
     ],
 )
 def test_bad_input_is_one_sentence(
-    words: str,
+    arguments: str,
     message: str,
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run(monkeypatch, "generate", *words.split()) == 2
+    assert run(monkeypatch, "generate", *arguments.split()) == 2
     error = capsys.readouterr().err
     assert message in " ".join(error.split())
     assert "Traceback" not in error

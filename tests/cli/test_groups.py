@@ -27,8 +27,8 @@ HEAVY = (
 )
 
 
-def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
-    monkeypatch.setattr(sys, "argv", ["chefbot", *words])
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["chefbot", *arguments])
     with pytest.raises(SystemExit) as end:
         main()
     return int(str(end.value.code or 0))
@@ -116,7 +116,7 @@ def test_completion_offers_what_there_is() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("words", "offer"),
+    ("line", "offer"),
     [
         ("chefbot lau", "launch"),
         ("chefbot launch gmapp", "gmapping_demo"),
@@ -126,11 +126,11 @@ def test_completion_offers_what_there_is() -> None:
         ("chefbot robot export u", "urdf"),
     ],
 )
-def test_the_shell_completes(words: str, offer: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_shell_completes(line: str, offer: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in {
         "_CHEFBOT_COMPLETE": "complete_bash",
-        "COMP_WORDS": words,
-        "COMP_CWORD": str(len(words.split()) - 1),
+        "COMP_WORDS": line,
+        "COMP_CWORD": str(len(line.split()) - 1),
     }.items():
         monkeypatch.setenv(name, value)
     done = subprocess.run(

@@ -10,13 +10,13 @@ from chefbot.robot.load import built_in_robots
 from chefbot.sim.world.world import built_in_worlds
 
 
-def words(text: str) -> list[str]:
+def items(text: str) -> list[str]:
     return text.split(", ")
 
 
 def test_every_robot_and_world_is_named() -> None:
-    assert set(words(ROBOTS)) == {*built_in_robots(), "or a robot file"}
-    assert set(words(WORLDS)) == {*built_in_worlds(), "a world file", "or any ROS map.yaml"}
+    assert set(items(ROBOTS)) == {*built_in_robots(), "or a robot file"}
+    assert set(items(WORLDS)) == {*built_in_worlds(), "a world file", "or any ROS map.yaml"}
 
 
 @pytest.mark.parametrize(

@@ -87,9 +87,9 @@ def test_the_turn_of_a_map_is_in_degrees(tmp_path: Path, capsys: pytest.CaptureF
 def test_a_ratio_of_nothing_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     free = save_map(tmp_path / "free", Grid(np.zeros((40, 60), np.int8), 0.05, 0.0, 0.0))
     compare_maps(free, room(tmp_path / "truth"))
-    words = rows(capsys.readouterr().out)["aligned"].split()
-    assert words[1] == "none", "of no wall none can be right"
-    assert not any(math.isnan(float(word.rstrip("%"))) for word in words[2:])
+    cells = rows(capsys.readouterr().out)["aligned"].split()
+    assert cells[1] == "none", "of no wall none can be right"
+    assert not any(math.isnan(float(cell.rstrip("%"))) for cell in cells[2:])
 
 
 @pytest.mark.parametrize("missing", [(), ("make", "avrdude")])

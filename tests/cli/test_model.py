@@ -24,17 +24,17 @@ from chefbot.storage.atomic_files import StorageError
 CHEFBOT = [sys.executable, "-m", "chefbot"]
 
 
-TOLD_AT_ITS_END = """
+MEASURED_CHEFBOT = """
 import atexit, re, sys, time
-def tell():
+def report():
     with open("/proc/self/status") as status:
         kilobytes = int(re.search(r"VmHWM:\\s+(\\d+)", status.read())[1])
     sys.stderr.write(f"{time.process_time()} {kilobytes / 1024}")
-atexit.register(tell)
+atexit.register(report)
 from chefbot.cli.app import main
 main()
 """
-"""A cold process that tells the seconds of a processor and the megabytes that it took."""
+"""A cold process that reports at its end the processor seconds and megabytes that it took."""
 
 
 @pytest.mark.slow
@@ -43,7 +43,7 @@ main()
 def test_every_part_and_the_assembly_as_stl_in_millimetres(tmp_path: Path) -> None:
     out = tmp_path / "made" / "stl"
     done = subprocess.run(
-        [sys.executable, "-c", TOLD_AT_ITS_END, "robot", "export", "solids", "--mm", "--out", str(out)],
+        [sys.executable, "-c", MEASURED_CHEFBOT, "robot", "export", "solids", "--mm", "--out", str(out)],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     seconds, megabytes = (float(word) for word in done.stderr.split())
@@ -101,14 +101,14 @@ REFUSED: list[tuple[Format, str, bool, str, str]] = [
 ]
 
 
-@pytest.mark.parametrize(("form", "part", "mm", "out", "words"), REFUSED)
+@pytest.mark.parametrize(("form", "part", "mm", "out", "expected"), REFUSED)
 def test_impossible_exports_are_refused_in_one_sentence(
-    tmp_path: Path, form: Format, part: str, mm: bool, out: str, words: str
+    tmp_path: Path, form: Format, part: str, mm: bool, out: str, expected: str
 ) -> None:
     (tmp_path / "file").write_text("old")
     (tmp_path / "folder.glb").mkdir()
     (tmp_path / "device.glb").symlink_to("/dev/full")
-    with pytest.raises(ChefbotError, match=words) as refusal:
+    with pytest.raises(ChefbotError, match=expected) as refusal:
         run_model("desk", form, part, mm, tmp_path / out)
     assert "\n" not in str(refusal.value)
     assert (tmp_path / "file").read_text() == "old"

@@ -84,18 +84,18 @@ def test_a_file_or_an_unwritable_folder_as_output_is_refused(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("arguments", "expected"),
     [
         (["chefbto", "--out", "ws"], "no robot is called 'chefbto'"),
         (["gone.yaml", "--out", "ws"], "does not exist"),
     ],
 )
-def test_an_unknown_robot_is_one_sentence(tmp_path: Path, words: list[str], said: str) -> None:
+def test_an_unknown_robot_is_one_sentence(tmp_path: Path, arguments: list[str], expected: str) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "chefbot", "robot", "export", "ros2", *words],
+        [sys.executable, "-m", "chefbot", "robot", "export", "ros2", *arguments],
         capture_output=True, text=True, cwd=tmp_path, timeout=PATIENCE, check=False,
     )  # fmt: skip
-    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+    assert done.returncode == 2 and expected in done.stderr and "Traceback" not in done.stderr
     assert files(tmp_path) == set()
 
 

@@ -42,8 +42,8 @@ def test_a_difference_is_a_failure_when_it_is_checked(
     del recorded.messages[index]
     monkeypatch.setattr(replay, "read_log", lambda _: recorded)
     assert replay.run_replay(log, check) == code
-    words = " ".join(capsys.readouterr().out.split())
-    assert "equal messages the log contains" in words and "double" in words
+    output = " ".join(capsys.readouterr().out.split())
+    assert "equal messages the log contains" in output and "double" in output
 
 
 def test_a_replay_of_nothing_is_a_sentence(tmp_path: Path) -> None:
@@ -54,7 +54,7 @@ def test_a_replay_of_nothing_is_a_sentence(tmp_path: Path) -> None:
 def test_a_supervised_launch_runs_the_command_without_option(monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[list[str]] = []
     monkeypatch.setattr(sys, "argv", ["chefbot", "launch", "robot", "--supervised", "a:=--x", "--host", "b"])
-    monkeypatch.setattr(supervised, "run_supervised", lambda words, _: started.append(words) or 7)
+    monkeypatch.setattr(supervised, "run_supervised", lambda arguments, _: started.append(arguments) or 7)
     assert supervised.run_again_after_crashes() == 7
     assert started == [["launch", "robot", "a:=--x", "--host", "b"]]
 

@@ -28,7 +28,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("fate", "code", "said"),
+    ("fate", "code", "expected"),
     [
         ("home", 0, "At home, waiting for an order."),
         ("failed", 1, "table_1 was not reached."),
@@ -37,14 +37,14 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_deliver_waits_and_reports_the_outcome(
-    fate: str, code: int, said: str, capsys: pytest.CaptureFixture[str]
+    fate: str, code: int, expected: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with fake_robot(fate) as robot:
         robot.show_places()
         robot.show_waiting_for_order()
         assert order_delivery(["1", "table 2"], robot.url, wait=True) == code
         assert robot.commands.get(timeout=PATIENCE) == Deliver(["table_1", "table_2"])
-    assert said in capsys.readouterr().out
+    assert expected in capsys.readouterr().out
 
 
 def test_deliver_returns_at_once_without_wait(capsys: pytest.CaptureFixture[str]) -> None:
@@ -254,9 +254,9 @@ def test_a_patrol_has_names_of_places_and_rounds(capsys: pytest.CaptureFixture[s
     ]
 
 
-@pytest.mark.parametrize(("person", "words"), [(0, "the nearest person ahead"), (7, "person 7")])
-def test_follow_sends_the_number(person: int, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("person", "expected"), [(0, "the nearest person ahead"), (7, "person 7")])
+def test_follow_sends_the_number(person: int, expected: str, capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         send_follow(person, robot.url)
         assert robot.commands.get(timeout=PATIENCE) == Follow(person)
-    assert capsys.readouterr().out.startswith(f"Following {words};")
+    assert capsys.readouterr().out.startswith(f"Following {expected};")

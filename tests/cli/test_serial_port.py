@@ -37,24 +37,24 @@ def link() -> Iterator[Link]:
 
 
 @pytest.fixture
-def spoken(link: Link, monkeypatch: pytest.MonkeyPatch) -> Link:
+def sending_link(link: Link, monkeypatch: pytest.MonkeyPatch) -> Link:
     """The board sends these bytes as soon as the port is open, whose opening discards what came before."""
     original = serial_port.open_port
 
-    def open_and_speak(path: str) -> object:
+    def open_and_send(path: str) -> object:
         opened = original(path)
         os.write(
             link.board, frame("b 1 100 12345") + b"nonsense \\ \xff\x01\n" + frame("t 2 100 7 0 0") + b"b 1"
         )
         return opened
 
-    monkeypatch.setattr(serial_port, "open_port", open_and_speak)
+    monkeypatch.setattr(serial_port, "open_port", open_and_send)
     return link
 
 
-def test_each_line_is_logged_after_its_time_in_ascii(spoken: Link, tmp_path: Path) -> None:
+def test_each_line_is_logged_after_its_time_in_ascii(sending_link: Link, tmp_path: Path) -> None:
     out = tmp_path / "new" / "board.log"
-    run_log(spoken.port, out, BRIEF)
+    run_log(sending_link.port, out, BRIEF)
     rows = [line.split("\t") for line in out.read_text("ascii").splitlines()]
     assert [text for _, text in rows] == [
         frame("b 1 100 12345").decode().strip(), r"nonsense \\ \xff\x01", frame("t 2 100 7 0 0").decode().strip()
@@ -64,9 +64,9 @@ def test_each_line_is_logged_after_its_time_in_ascii(spoken: Link, tmp_path: Pat
     assert all(len(time.partition(".")[2]) == 6 for time, _ in rows)
 
 
-def test_an_existing_log_is_replaced(spoken: Link, tmp_path: Path) -> None:
+def test_an_existing_log_is_replaced(sending_link: Link, tmp_path: Path) -> None:
     (tmp_path / "board.log").write_text("old\n" * 100)
-    run_log(spoken.port, tmp_path / "board.log", BRIEF)
+    run_log(sending_link.port, tmp_path / "board.log", BRIEF)
     assert "old" not in (tmp_path / "board.log").read_text()
 
 
@@ -75,8 +75,8 @@ def test_a_log_that_cannot_be_written_is_one_sentence(link: Link, tmp_path: Path
         run_log(link.port, tmp_path, BRIEF)
 
 
-def test_lines_are_decoded_into_a_pipe(spoken: Link, capsys: pytest.CaptureFixture[str]) -> None:
-    run_monitor(spoken.port, BRIEF)
+def test_lines_are_decoded_into_a_pipe(sending_link: Link, capsys: pytest.CaptureFixture[str]) -> None:
+    run_monitor(sending_link.port, BRIEF)
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("b battery: 12.3")
     assert lines[1] == r"? damaged: b'nonsense \\ \xff\x01'"

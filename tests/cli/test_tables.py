@@ -18,8 +18,8 @@ from chefbot.sim.world.world import built_in_worlds
 from chefbot.storage.map_files import save_map
 
 
-def shown(*words: str) -> str:
-    done = CliRunner().invoke(app, words, catch_exceptions=False)
+def shown(*arguments: str) -> str:
+    done = CliRunner().invoke(app, arguments, catch_exceptions=False)
     assert done.exit_code == 0, done.output
     return done.output
 

@@ -218,8 +218,8 @@ def test_the_picture_shows_what_the_map_knows(tmp_path: Path, monkeypatch: pytes
 
 
 def test_options_select_the_printed_causes(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[tuple[object, ...]] = []
-    monkeypatch.setattr(reasons, "print_reasons", lambda *arguments: asked.append(arguments))
+    calls: list[tuple[object, ...]] = []
+    monkeypatch.setattr(reasons, "print_reasons", lambda *arguments: calls.append(arguments))
     why(Path("run"), 5, False, True, None)
     why(None, 20, True, False, Path("a.png"))
-    assert asked == [(Path("run"), 5, True, None), (None, None, False, Path("a.png"))]
+    assert calls == [(Path("run"), 5, True, None), (None, None, False, Path("a.png"))]

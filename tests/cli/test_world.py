@@ -25,8 +25,8 @@ from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places, places_path
 
 
-def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
-    monkeypatch.setattr(sys, "argv", ["chefbot", *words])
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["chefbot", *arguments])
     with pytest.raises(SystemExit) as end:
         main()
     return int(str(end.value.code or 0))
@@ -34,8 +34,8 @@ def run(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
 
 def test_a_generated_world_has_a_map_in_its_frame(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     out = tmp_path / "new" / "home3.yaml"
-    words = ("--seed", "3", "--robot", "chefbot_lidar", "--out", str(out))
-    assert run(monkeypatch, "world", "generate", "home", *words) == 0
+    arguments = ("--seed", "3", "--robot", "chefbot_lidar", "--out", str(out))
+    assert run(monkeypatch, "world", "generate", "home", *arguments) == 0
     world, grid = load_world(str(out)), load_map(tmp_path / "new" / "home3.map.yaml")
     places = load_places(places_path(tmp_path / "new" / "home3.map.yaml"))
     assert places.keys() == world.places.keys()
@@ -45,7 +45,7 @@ def test_a_generated_world_has_a_map_in_its_frame(monkeypatch: pytest.MonkeyPatc
     wall = next(shape for shape in world.static if shape.name.startswith("wall"))
     assert grid.at(wall.x, wall.y) == OCCUPIED
     first = out.read_bytes()
-    assert run(monkeypatch, "world", "generate", "home", *words) == 0
+    assert run(monkeypatch, "world", "generate", "home", *arguments) == 0
     assert out.read_bytes() == first
 
 
@@ -53,8 +53,8 @@ def test_the_first_line_of_the_file_repeats_the_command(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     out = tmp_path / "w.yaml"
-    words = ("generate", "hall", "--seed", "5", "--size", "16x14", "--set", "clutter=0.01")
-    assert run(monkeypatch, "world", *words, "--robot", "chefbot", "--out", str(out)) == 0
+    arguments = ("generate", "hall", "--seed", "5", "--size", "16x14", "--set", "clutter=0.01")
+    assert run(monkeypatch, "world", *arguments, "--robot", "chefbot", "--out", str(out)) == 0
     expected = "# chefbot world generate hall --seed 5 --size 16x14 --set clutter=0.01 --robot chefbot"
     assert out.read_text().splitlines()[0] == expected
     x0, y0, x1, y1 = load_world(str(out)).bounds
@@ -62,7 +62,7 @@ def test_the_first_line_of_the_file_repeats_the_command(
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("arguments", "message"),
     [
         ("generate offce", "did you mean 'office'"),
         ("generate office --size 30", "as 30x20"),
@@ -78,14 +78,14 @@ def test_the_first_line_of_the_file_repeats_the_command(
     ],
 )
 def test_bad_input_is_one_sentence(
-    words: str,
+    arguments: str,
     message: str,
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run(monkeypatch, "world", *words.split()) == 2
+    assert run(monkeypatch, "world", *arguments.split()) == 2
     error = capsys.readouterr().err
     assert message in " ".join(error.split())
     assert "Traceback" not in error
@@ -115,17 +115,17 @@ def test_a_map_is_drawn_with_start_unknown_cells_and_places(
 ) -> None:
     yaml = next(one for one in MAPS if one.name == "unknown_is_free").write(tmp_path)
     out = tmp_path / "map.png"
-    words = ("world", "draw", str(yaml), "--robot", "chefbot_lidar", "--out", str(out))
-    assert run(monkeypatch, *words) == 0
+    arguments = ("world", "draw", str(yaml), "--robot", "chefbot_lidar", "--out", str(out))
+    assert run(monkeypatch, *arguments) == 0
     assert "largest free area" in " ".join(capsys.readouterr().out.split())
     drawn = np.asarray(Image.open(out).convert("L"))
     start = ("--start", "[-1, 3, 0.5]", "--unknown", "free", "--seed", "7")
-    assert run(monkeypatch, *words, *start) == 0
-    said = capsys.readouterr().out
-    assert "7 places" in said and "start [-1.00, 3.00, 0.50], as requested" in said
+    assert run(monkeypatch, *arguments, *start) == 0
+    output = capsys.readouterr().out
+    assert "7 places" in output and "start [-1.00, 3.00, 0.50], as requested" in output
     lighter = np.asarray(Image.open(out).convert("L"))
     assert lighter.mean() > drawn.mean() + 20, "what was wall outside is floor now"
-    assert run(monkeypatch, *words, "--start", "[-1, 3, 0.5]") == 2
+    assert run(monkeypatch, *arguments, "--start", "[-1, 3, 0.5]") == 2
     assert "lies in a wall" in capsys.readouterr().err
 
 
@@ -145,8 +145,8 @@ def test_every_command_with_a_world_checks_its_start(
         (("--unknown", "walls"), "walls"),
     ]:
         assert run(monkeypatch, *command, *world, *option) == 2
-        said = " ".join(capsys.readouterr().err.split())
-        assert sentence in said and said.count("chefbot: ") == 1
+        stderr = " ".join(capsys.readouterr().err.split())
+        assert sentence in stderr and stderr.count("chefbot: ") == 1
 
 
 def test_hints_of_draw_name_its_own_options(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ def costs_of(cells):
 
 
 def clearance(cells, pose):
-    """Metres between the robot's rim and the nearest occupied square."""
+    """Metres between the robot's outline and the nearest occupied square."""
     corners = np.argwhere(cells >= 65)[:, ::-1] * CELL
     gap = np.maximum(np.maximum(corners - pose[:2], pose[:2] - corners - CELL), 0.0)
     return float(np.hypot(*gap.T).min()) - ROBOT.circumscribed_radius
@@ -50,7 +50,7 @@ def drive(cells, start, goal, seconds=90.0):
     path = GridPlanner().plan(costmap, start, goal)
     dwa, limiter, pose, now = DwaController(LIMITS), VelocityLimiter(LIMITS), start, (0.0, 0.0)
     dwa.set_path(path)
-    way, least, speeds = 0.0, np.inf, []
+    way, min_clearance, speeds = 0.0, np.inf, []
     for _ in range(round(seconds / PERIOD)):
         v, w, status = dwa.command(pose, now, costmap)
         if status is ControllerStatus.REACHED and now == (0.0, 0.0):
@@ -59,10 +59,10 @@ def drive(cells, start, goal, seconds=90.0):
         for _ in range(5):
             turn = SE2(0.0, 0.0, now[1] * PERIOD / 10)
             pose = pose @ turn @ SE2(now[0] * PERIOD / 5, 0.0, 0.0) @ turn
-            least = min(least, clearance(cells, pose))
+            min_clearance = min(min_clearance, clearance(cells, pose))
         way += now[0] * PERIOD
         speeds.append(now[0])
-    return status, pose, way, least, np.array(speeds), path_length(path)
+    return status, pose, way, min_clearance, np.array(speeds), path_length(path)
 
 
 @pytest.mark.parametrize(
@@ -77,11 +77,11 @@ def drive(cells, start, goal, seconds=90.0):
     ids=["open floor", "door of 0.9 m", "passage of 0.8 m", "around a box", "U-turn in a dead end"],
 )
 def test_dwa_reaches_the_goal_without_contact_or_stops(walls, start, goal):
-    status, pose, way, least, speeds, planned = drive(world(*walls), SE2(*start), SE2(*goal))
+    status, pose, way, min_clearance, speeds, planned = drive(world(*walls), SE2(*start), SE2(*goal))
     assert status is ControllerStatus.REACHED
     assert pose.distance(SE2(*goal)) < 0.15
     assert abs(pose.yaw - goal[2]) < 0.15
-    assert least > 0.03
+    assert min_clearance > 0.03
     assert way < 1.1 * planned + 0.2
     moving = speeds > 0.01
     assert (moving[:-1] & ~moving[1:]).sum() <= 2
@@ -114,16 +114,16 @@ def test_robot_can_always_stop_after_the_chosen_command(seed, speed, turn, x, y,
 
 def _braked(cells, pose, now, command):
     """Least clearance over one period with the command and then braking to a stand."""
-    limiter, least = VelocityLimiter(LIMITS), np.inf
+    limiter, min_clearance = VelocityLimiter(LIMITS), np.inf
     limiter._v, limiter._w = now
     v, w = limiter.step(*command, 0.0, PERIOD)
     while True:
         for _ in range(5):
             turn = SE2(0.0, 0.0, w * PERIOD / 10)
             pose = pose @ turn @ SE2(v * PERIOD / 5, 0.0, 0.0) @ turn
-            least = min(least, clearance(cells, pose))
+            min_clearance = min(min_clearance, clearance(cells, pose))
         if (v, w) == (0.0, 0.0):
-            return least
+            return min_clearance
         v, w = limiter.step(0.0, 0.0, 0.0, PERIOD)
 
 

@@ -116,7 +116,7 @@ def test_an_obstacle_on_the_way_is_left_to_the_controller() -> None:
 
 
 class Never:
-    """A controller that must not be asked near the goal."""
+    """A controller that must not be called near the goal."""
 
     def set_path(self, path: np.ndarray, *, same_goal: bool = False) -> None:
         """Nothing to keep."""

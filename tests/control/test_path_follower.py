@@ -29,7 +29,7 @@ class GivenPath(NamedTuple):
 
 
 class ScriptedController:
-    """Commands what `answer` says, and notes the paths that it was given."""
+    """Commands what `answer` holds, and notes the paths that it was given."""
 
     def __init__(self) -> None:
         self.answer = ControllerCommand(0.2, 0.1, RUNNING)

@@ -43,7 +43,7 @@ def zone(name: str, kind: str, corners: Any = SQUARE, direction: float = 0.0) ->
     return MapZone(name, kind, tuple(Point(x, y) for x, y in corners), 0.0, direction)
 
 
-def tell(costs: LayeredCostmap, *zones: MapZone, frame: SE2 = IDENTITY) -> MapZones:
+def set_zones(costs: LayeredCostmap, *zones: MapZone, frame: SE2 = IDENTITY) -> MapZones:
     message = MapZones(zones=zones)
     costs.process(message, frame)
     return message
@@ -64,7 +64,7 @@ def test_keep_out_cells_are_those_that_the_zone_touches(
     corners: list[tuple[float, float]], frame: SE2
 ) -> None:
     costs = costmap(KeepOutLayer)
-    tell(costs, zone("stairs", KEEP_OUT, corners), frame=frame)
+    set_zones(costs, zone("stairs", KEEP_OUT, corners), frame=frame)
     cells, shape = costs.update().cells, Polygon(frame.apply(np.array(corners)))
     for row, column in np.ndindex(SHAPE):
         square = box(column * CELL, row * CELL, (column + 1) * CELL, (row + 1) * CELL)
@@ -79,7 +79,7 @@ def test_keep_out_cells_are_those_that_the_zone_touches(
 @given(POLYGONS, FRAMES)
 def test_only_inside_preferred_zones_the_cost_stays(corners: list[tuple[float, float]], frame: SE2) -> None:
     costs = costmap(PreferredLayer)
-    tell(costs, zone("hall", PREFERRED, corners), frame=frame)
+    set_zones(costs, zone("hall", PREFERRED, corners), frame=frame)
     cells, shape = costs.update().cells, Polygon(frame.apply(np.array(corners)))
     for row, column in np.ndindex(SHAPE):
         middle = shapely.Point((column + 0.5) * CELL, (row + 0.5) * CELL)
@@ -90,24 +90,24 @@ def test_only_inside_preferred_zones_the_cost_stays(corners: list[tuple[float, f
 def test_no_preferred_zone_makes_anything_cheaper() -> None:
     for occupancy, cost in ((100, LETHAL), (-1, UNKNOWN)):
         costs = costmap(PreferredLayer, occupancy=occupancy)
-        tell(costs, zone("hall", PREFERRED))
+        set_zones(costs, zone("hall", PREFERRED))
         assert (costs.update().cells == cost).all(), "an obstacle and unknown space stay what they are"
 
 
 def test_each_layer_takes_the_zones_of_its_kind() -> None:
     kinds = {KEEP_OUT: KeepOutLayer, PREFERRED: PreferredLayer, ONE_WAY: OneWayLayer}
-    for told in (KEEP_OUT, PREFERRED, ONE_WAY, SLOW_ZONE, "of an owner"):
+    for zone_kind in (KEEP_OUT, PREFERRED, ONE_WAY, SLOW_ZONE, "of an owner"):
         for kind, layer in kinds.items():
             costs = costmap(layer)
-            tell(costs, zone("a", told))
+            set_zones(costs, zone("a", zone_kind))
             result = costs.update()
-            assert (result.cells.any() or result.lanes is not NO_LANES) == (told == kind)
+            assert (result.cells.any() or result.lanes is not NO_LANES) == (zone_kind == kind)
 
 
 def test_a_cell_of_two_keep_out_zones_names_the_later_one() -> None:
     costs = costmap(KeepOutLayer)
     right = [(x + 0.3, y) for x, y in SQUARE]
-    tell(costs, zone("left", KEEP_OUT), zone("right", KEEP_OUT, right))
+    set_zones(costs, zone("left", KEEP_OUT), zone("right", KEEP_OUT, right))
     costs.update()
     named = [costs.marked_by(x, 0.75) for x in (0.55, 0.95, 1.25, 1.45)]
     assert named == [CellMark(f"keep-out zone {name}", 0.0) for name in ("left", "right", "right")] + [None]
@@ -115,7 +115,7 @@ def test_a_cell_of_two_keep_out_zones_names_the_later_one() -> None:
 
 def test_before_it_is_drawn_a_zone_has_no_cells_to_name() -> None:
     costs = costmap(KeepOutLayer)
-    tell(costs, zone("stairs", KEEP_OUT))
+    set_zones(costs, zone("stairs", KEEP_OUT))
     assert costs.marked_by(0.75, 0.75) is None
     costs.update()
     assert costs.marked_by(0.75, 0.75) is not None
@@ -145,7 +145,7 @@ def test_zones_are_drawn_again_when_they_moved_by_a_quarter_cell(frame: SE2, aga
             super().draw(costs, polygons)
 
     costs = costmap(Recorded)
-    message = tell(costs, zone("stairs", KEEP_OUT))
+    message = set_zones(costs, zone("stairs", KEEP_OUT))
     costs.update()
     costs.process(message, frame)
     costs.update()
@@ -156,7 +156,7 @@ def test_zones_are_drawn_again_when_they_moved_by_a_quarter_cell(frame: SE2, aga
 
 def test_small_motions_of_the_frame_add_up() -> None:
     costs = costmap(KeepOutLayer)
-    message = tell(costs, zone("stairs", KEEP_OUT))
+    message = set_zones(costs, zone("stairs", KEEP_OUT))
     costs.update()
     for k in range(1, 31):
         costs.process(message, SE2(0.01 * k, 0.0, 0.0))
@@ -166,9 +166,9 @@ def test_small_motions_of_the_frame_add_up() -> None:
 
 def test_zones_that_are_withdrawn_leave_no_cost_and_no_lane() -> None:
     costs = costmap(KeepOutLayer, PreferredLayer, OneWayLayer)
-    tell(costs, *(zone(kind, kind) for kind in (KEEP_OUT, PREFERRED, ONE_WAY)))
+    set_zones(costs, *(zone(kind, kind) for kind in (KEEP_OUT, PREFERRED, ONE_WAY)))
     assert costs.update().cells.any() and costs.update().lanes.names == (ONE_WAY,)
-    tell(costs)
+    set_zones(costs)
     assert not costs.update().cells.any() and costs.update().lanes is NO_LANES
 
 
@@ -177,7 +177,7 @@ def test_a_lane_turns_with_its_frame(direction: float, yaw: float) -> None:
     costs = costmap(OneWayLayer)
     frame = SE2(1.2, 1.0, yaw)
     centred = [(x - 0.75, y - 0.75) for x, y in SQUARE]
-    tell(costs, zone("out", ONE_WAY, centred, direction), frame=frame)
+    set_zones(costs, zone("out", ONE_WAY, centred, direction), frame=frame)
     lanes = costs.update().lanes
     assert lanes.names == ("out",) and lanes.number[10, 12] == 1 and lanes.number[0, 0] == 0
     assert lanes.directions[0].tolist() == [0.0, 0.0]
@@ -187,7 +187,7 @@ def test_a_lane_turns_with_its_frame(direction: float, yaw: float) -> None:
 def test_lanes_do_not_change_costs() -> None:
     costs = costmap(OneWayLayer)
     before = costs.update().cells.copy()
-    tell(costs, zone("out", ONE_WAY), zone("in", ONE_WAY, [(x + 0.6, y) for x, y in SQUARE], math.pi))
+    set_zones(costs, zone("out", ONE_WAY), zone("in", ONE_WAY, [(x + 0.6, y) for x, y in SQUARE], math.pi))
     result = costs.update()
     assert np.array_equal(result.cells, before) and set(np.unique(result.lanes.number)) == {0, 1, 2}
     assert INSCRIBED > OTHER_COST > FREE

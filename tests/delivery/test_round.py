@@ -253,7 +253,7 @@ class AnyDay(RuleBasedStateMachine):
 
     @precondition(lambda self: len(self.given) > 1)
     @rule()
-    def an_older_order_is_said_again(self) -> None:
+    def an_older_order_is_repeated(self) -> None:
         self.round.order(Order(("table_1",), self.given[-2]))
 
     @rule()
@@ -317,10 +317,10 @@ class AnyDay(RuleBasedStateMachine):
     @rule()
     def the_process_dies(self) -> None:
         """All that is known comes over the wire again."""
-        told, stopped = DeliveryStatus.from_cdr(self.state.to_cdr()), self.round.stopped
+        received, stopped = DeliveryStatus.from_cdr(self.state.to_cdr()), self.round.stopped
         self.round = DeliveryRound("kitchen", "home", resolve, self.outcomes.append)
-        self.round.resume(told)
-        if stopped or told.hold_reason == "stop":
+        self.round.resume(received)
+        if stopped or received.hold_reason == "stop":
             self.round.stop(True)
             self.round.stop(stopped)
 
@@ -347,7 +347,7 @@ class AnyDay(RuleBasedStateMachine):
             assert len(self.state.delivered) == self.taken[self.state.order_id]
 
     @invariant()
-    def a_robot_that_stands_says_what_it_waits_for(self) -> None:
+    def a_robot_that_stands_reports_what_it_waits_for(self) -> None:
         waits = self.state.state in ("idle", "failed", "loading", "waiting") or self.state.hold_reason
         assert self.round.leg or (waits and self.state.description)
         assert not (

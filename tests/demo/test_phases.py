@@ -1,4 +1,4 @@
-"""The phases of the demo with nodes that say what a test wants: what ends each, and why one has failed."""
+"""The phases of the demo with nodes that publish what a test needs: what ends each, and why one has failed."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ class Play(Demo):
         spec = load_robot(robot)
         super().__init__(NodeContainer(loop, spec, 7), spec, world, given, ["table_2", "table_1"], kernels)
         self.script, self.started = script, list[tuple[str, dict[str, str]]]()
-        self.said = list[Publication]()
-        loop.add_observer(self.said.append)
+        self.published = list[Publication]()
+        loop.add_observer(self.published.append)
         self._tick()
 
     def _tick(self) -> None:
@@ -85,7 +85,7 @@ class Play(Demo):
         return self.system.loop.now_ns / SECOND
 
     def of(self, topic: str) -> list[Any]:
-        return [one.message for one in self.said if one.topic == topic]
+        return [one.message for one in self.published if one.topic == topic]
 
 
 def delivered(state: str, seconds: float = 40.0, description: str = "") -> Event:
@@ -210,9 +210,9 @@ def test_the_last_exception_of_a_node_is_kept(tmp_path: Path, monkeypatch: pytes
 def test_operator_commands_come_from_outside_the_robot(tmp_path: Path) -> None:
     play = Play(tmp_path, explore=EXPLORES, waiter=LOCALIZES)
     play.run()
-    by_person = {one.topic for one in play.said if one.publisher == "person"}
+    by_person = {one.topic for one in play.published if one.publisher == "person"}
     assert {"phase", "order", "reinitialize_global_localization"} <= by_person
-    assert all(one.from_device for one in play.said if one.publisher == "person")
+    assert all(one.from_device for one in play.published if one.publisher == "person")
     assert all(isinstance(message, String) for message in play.of("phase"))
 
 

@@ -1,4 +1,4 @@
-"""What a description says about the links that have mass, read from URDF, MJCF and the solids."""
+"""The links of a description that have mass, read from URDF, MJCF and the solids."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ def share(workspace: Path, package: str) -> Path:
 
 
 def needed(package: Path) -> set[str]:
-    """The packages that a manifest says are needed to run this one."""
+    """The packages that a manifest lists as needed to run this one."""
     return {one.text or "" for one in ET.parse(package / "package.xml").getroot().iterfind("exec_depend")}
 
 

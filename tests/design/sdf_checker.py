@@ -1,4 +1,4 @@
-"""A small program on Debian's libsdformat that reads an SDF file and tells what it found."""
+"""A small program on Debian's libsdformat that reads an SDF file and reports what it found."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SOURCE = r"""
 #include <iostream>
 #include <sdf/sdf.hh>
 
-static void tell(const sdf::Model &model, bool first) {
+static void print_model(const sdf::Model &model, bool first) {
   std::cout << (first ? "" : ",") << "\"" << model.Name() << "\":{\"static\":" << (model.Static() ? "true" : "false")
             << ",\"collisions\":{";
   const char *comma = "";
@@ -69,10 +69,10 @@ int main(int, char **argv) {
   for (const auto &error : errors) std::cerr << error << "\n";
   if (!errors.empty()) return 1;
   std::cout << std::setprecision(15) << "{";
-  if (root.Model() != nullptr) tell(*root.Model(), true);
+  if (root.Model() != nullptr) print_model(*root.Model(), true);
   for (size_t w = 0; w < root.WorldCount(); ++w) {
     const auto *world = root.WorldByIndex(w);
-    for (size_t i = 0; i < world->ModelCount(); ++i) tell(*world->ModelByIndex(i), i == 0);
+    for (size_t i = 0; i < world->ModelCount(); ++i) print_model(*world->ModelByIndex(i), i == 0);
   }
   std::cout << "}";
 }

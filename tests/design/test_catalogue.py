@@ -1,4 +1,4 @@
-"""Every component of the catalogue could exist, and says where its figures are from."""
+"""Every component of the catalogue could exist, and names the source of its figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robots with a fault each: it is found, and what the finding says would do, does."""
+"""Robots with a fault each: it is found, and the remedy that the finding names works."""
 
 import json
 import math

@@ -301,11 +301,11 @@ def test_a_pixel_shows_the_nearest_triangle_over_its_centre(drawn: list[Any]) ->
             ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])) / area if area else x * 0 - 1
             for p, q in ((b, c), (c, a), (a, b))
         ]
-        least = np.min(weights, axis=0)
+        smallest = np.min(weights, axis=0)
         if area < 0.0:
-            sure &= (np.abs(least) > 1e-6) & (abs(area) > 1e-3)
+            sure &= (np.abs(smallest) > 1e-6) & (abs(area) > 1e-3)
             plane = sum(weight * corner[2] for weight, corner in zip(weights, (a, b, c), strict=True))
-            depth = np.where(least >= 0.0, np.minimum(depth, plane), depth)
+            depth = np.where(smallest >= 0.0, np.minimum(depth, plane), depth)
     assert (np.isinf(seen.depth) == np.isinf(depth))[sure].all()
     hit = sure & np.isfinite(depth)
     assert seen.depth[hit] == pytest.approx(depth[hit], abs=1e-3)

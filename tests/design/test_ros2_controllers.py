@@ -82,8 +82,8 @@ def test_every_derived_value_has_its_reason(name: str) -> None:
         return sum(inside, [entry.reason for entry in tree.values() if isinstance(entry, Explained)])
 
     trees = (controller_server(figures(name)), local_costmap(figures(name)), global_costmap(figures(name)))
-    told = [reason for tree in trees for reason in reasons(tree)]
-    assert len(told) > 30 and all(told)
+    explanations = [reason for tree in trees for reason in reasons(tree)]
+    assert len(explanations) > 30 and all(explanations)
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -186,7 +186,7 @@ def check_nodes(started: Started, out: Path, package: str) -> None:
         for given in node.parameters:
             if isinstance(given, str | PathJoinSubstitution):
                 given = resolved(given, arguments, out)
-                assert node.name in described(given), f"{given} says nothing of {node.name}"
+                assert node.name in described(given), f"{given} does not mention {node.name}"
             elif "config_file" in given:
                 assert Path(resolved(given["config_file"], arguments, out)).is_file()
             elif "node_names" in given:
@@ -198,14 +198,14 @@ def check_nodes(started: Started, out: Path, package: str) -> None:
 
 def check_commands(started: Started) -> None:
     """Our own nodes: the launch is read, every argument known, every class there."""
-    for words in started.commands:
-        check_command(tuple(words))
+    for command in started.commands:
+        check_command(tuple(command))
 
 
 @lru_cache
-def check_command(words: tuple[str, ...]) -> None:
-    assert words[:2] == ("chefbot", "launch")
-    launch = load_launch(words[2], parse_arguments(words[3:]))
+def check_command(command: tuple[str, ...]) -> None:
+    assert command[:2] == ("chefbot", "launch")
+    launch = load_launch(command[2], parse_arguments(command[3:]))
     for node, entry in launch.nodes.items():
         node_params(node_class(entry.kind, node), entry.params, node)
 
@@ -246,35 +246,35 @@ def test_one_node_publishes_odometry_and_none_of_ours_the_map(
 ) -> None:
     for base, odometry in itertools.product(("simulation", "built"), ("chefbot", "ekf")):
         started = of(made, "chefbot_bringup/launch/base.launch.py", monkeypatch, base=base, odometry=odometry)
-        (words,) = started.commands
-        launch = load_launch(words[2], parse_arguments(words[3:]))
+        (command,) = started.commands
+        launch = load_launch(command[2], parse_arguments(command[3:]))
         assert launch.clock == {"simulation": "simulation", "built": "wall"}[base]
         assert all("static_transform" not in entry.kind for entry in launch.nodes.values())
-        (teller,) = [one for one in launch.nodes.values() if node_class(one.kind, "") is OdometryNode]
+        (publisher,) = [one for one in launch.nodes.values() if node_class(one.kind, "") is OdometryNode]
         filters = [node for node, _ in started.nodes if node.package == "robot_localization"]
         assert len(filters) == (odometry == "ekf")
-        assert ("odom" in teller.remap and "tf" in teller.remap) == (odometry == "ekf")
+        assert ("odom" in publisher.remap and "tf" in publisher.remap) == (odometry == "ekf")
         if filters:
-            told = yaml.safe_load((made[1] / "chefbot_bringup/config/ekf.yaml").read_text())
-            assert told["ekf_filter_node"]["ros__parameters"]["odom0"] == teller.remap["odom"]
+            config = yaml.safe_load((made[1] / "chefbot_bringup/config/ekf.yaml").read_text())
+            assert config["ekf_filter_node"]["ros__parameters"]["odom0"] == publisher.remap["odom"]
             assert dict(filters[0].remappings)["odometry/filtered"] == "odom"
 
 
 def test_one_node_publishes_the_robot_description(
     made: tuple[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Two latched /robot_description would reach a listener in any order."""
+    """Two latched /robot_description would reach a subscriber in any order."""
     for base, odometry in itertools.product(("simulation", "built"), ("chefbot", "ekf")):
         started = of(made, "chefbot_bringup/launch/base.launch.py", monkeypatch, base=base, odometry=odometry)
-        (words,) = started.commands
-        launch = load_launch(words[2], parse_arguments(words[3:]))
+        (command,) = started.commands
+        launch = load_launch(command[2], parse_arguments(command[3:]))
         ours = [one for one in launch.nodes.values() if node_class(one.kind, "") is RobotStatePublisherNode]
         theirs = [node for node, _ in started.nodes if node.package == "robot_state_publisher"]
         assert len(ours) + len(theirs) == 1
 
 
 def test_navigation_for_another_base_has_a_launch(made: tuple[str, Path]) -> None:
-    """It commands the other's wheels, and nothing in it tells odometry or the body's frames."""
+    """It commands the other's wheels, and nothing in it publishes odometry or the body's frames."""
     file = str(made[1] / "chefbot_bringup" / "chefbot" / "your_robot.yaml")
     check_command(("chefbot", "launch", file, f"robot:={made[0]}", "map_file:=runs/map.yaml"))
     kinds = {entry.kind.rpartition(":")[2] for entry in load_launch(file).nodes.values()}
@@ -285,11 +285,11 @@ def test_navigation_for_another_base_has_a_launch(made: tuple[str, Path]) -> Non
 def test_bridges_use_the_topics_of_the_model(made: tuple[str, Path]) -> None:
     robot, out = made
     model = ET.parse(out / "chefbot_gazebo" / "models" / f"{robot}.sdf").getroot()
-    told = {f"/{one.text}" for tag in ("topic", "odom_topic", "tf_topic") for one in model.iter(tag)}
-    told |= {f"/camera/{name}" for name in ("image", "depth_image", "camera_info", "points")}
+    topics = {f"/{one.text}" for tag in ("topic", "odom_topic", "tf_topic") for one in model.iter(tag)}
+    topics |= {f"/camera/{name}" for name in ("image", "depth_image", "camera_info", "points")}
     config = out / "chefbot_gazebo" / "config"
     rows = [row for file in sorted(config.glob("bridge*.yaml")) for row in yaml.safe_load(file.read_text())]
-    assert {row["gz_topic_name"] for row in rows} <= told | {"/clock"}
+    assert {row["gz_topic_name"] for row in rows} <= topics | {"/clock"}
     for row in rows:
         assert set(row) == {"ros_topic_name", "gz_topic_name", "ros_type_name", "gz_type_name", "direction"}
         assert row["direction"] in ("GZ_TO_ROS", "ROS_TO_GZ")

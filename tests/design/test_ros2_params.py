@@ -97,11 +97,11 @@ def check_physics(robot: Robot) -> None:
     if (
         mppi["vx_max"] < max_speed(robot) - 2e-4
     ):  # slower than it could: then because of what it sees, and not much
-        told = (
+        needed_range = (
             stopping_distance(mppi["vx_max"], mppi["ax_max"], 1.0 / scan_sensor.rate + 0.1)
             + robot.circumscribed_radius
         )
-        assert 0.98 * scan_sensor.range_max <= told <= scan_sensor.range_max + 1e-3
+        assert 0.98 * scan_sensor.range_max <= needed_range <= scan_sensor.range_max + 1e-3
     radius, inflation = costs["robot_radius"], costs["inflation_layer"]["inflation_radius"]
     assert robot.circumscribed_radius <= radius <= robot.circumscribed_radius + 2e-4
     needed = stopping_distance(mppi["vx_max"], mppi["ax_max"], reaction)
@@ -225,7 +225,7 @@ def test_alphas_are_the_variances_of_slipping_wheels(name: str) -> None:
     """Many robots drive straight and turn, their wheels off by that noise; nothing of the formulas is used."""
     robot = load_robot(name)
     figures, chance, travel, turn = derived(robot), np.random.default_rng(1), 0.2, 0.3
-    told = {key: value.value for key, value in alphas(figures, travel, turn).items()}
+    computed = {key: value.value for key, value in alphas(figures, travel, turn).items()}
     track = robot.wheels.separation
 
     def driven(left: float, right: float) -> tuple[float, float]:
@@ -240,22 +240,22 @@ def test_alphas_are_the_variances_of_slipping_wheels(name: str) -> None:
         return float(np.var((errors[0] + errors[1]) / 2)), float(np.var(heading))
 
     _, yaw = driven(travel, travel)
-    assert told["alpha2"] == pytest.approx(MARGIN**2 * yaw / travel**2, rel=0.05)
+    assert computed["alpha2"] == pytest.approx(MARGIN**2 * yaw / travel**2, rel=0.05)
     _, yaw = driven(-turn * track / 2, turn * track / 2)
-    assert told["alpha1"] == pytest.approx(MARGIN**2 * yaw / turn**2, rel=0.05)
-    assert math.sqrt(float(str(told["alpha3"]))) * travel >= 0.24 * figures.resolution.number
+    assert computed["alpha1"] == pytest.approx(MARGIN**2 * yaw / turn**2, rel=0.05)
+    assert math.sqrt(float(str(computed["alpha3"]))) * travel >= 0.24 * figures.resolution.number
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_scan_matching_keeps_the_bounds_of_karto(name: str) -> None:
     """Karto throws at start where a smear is not within half of and ten times the search's resolution."""
-    told = params(slam_toolbox(derived(load_robot(name))))
+    values = params(slam_toolbox(derived(load_robot(name))))
     for search in ("correlation_search_space", "loop_search_space"):
-        cell = told[f"{search}_resolution"]
-        assert 0.5 * cell <= told[f"{search}_smear_deviation"] <= 10 * cell
-        assert told[f"{search}_dimension"] / cell <= 160 + 1e-6
-    assert told["minimum_travel_distance"] < told["link_scan_maximum_distance"]
-    assert told["min_laser_range"] < told["max_laser_range"]
+        cell = values[f"{search}_resolution"]
+        assert 0.5 * cell <= values[f"{search}_smear_deviation"] <= 10 * cell
+        assert values[f"{search}_dimension"] / cell <= 160 + 1e-6
+    assert values["minimum_travel_distance"] < values["link_scan_maximum_distance"]
+    assert values["min_laser_range"] < values["max_laser_range"]
 
 
 def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Explained]]:

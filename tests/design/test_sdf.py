@@ -27,7 +27,7 @@ def robot(request: pytest.FixtureRequest) -> Robot:
     return load_robot(request.param)
 
 
-def told(text: str, tmp_path: Path) -> dict[str, Any]:
+def read_models(text: str, tmp_path: Path) -> dict[str, Any]:
     """What libsdformat reads; it must have no complaint."""
     file = tmp_path / "it.sdf"
     file.write_text(text)
@@ -42,7 +42,7 @@ def number(element: ET.Element, path: str) -> float:
 
 @pytest.mark.slow
 def test_libsdformat_reads_the_same_masses_and_frames(robot: Robot, tmp_path: Path) -> None:
-    model = told(sdf(robot), tmp_path)[robot.name]
+    model = read_models(sdf(robot), tmp_path)[robot.name]
     found = {
         name: Body(values[0], np.array(values[1:4]), tensor(*values[4:10]))
         for name, values in model["links"].items()
@@ -65,7 +65,7 @@ def test_sdf_equals_the_conversion_of_the_urdf_by_gazebo(robot: Robot, tmp_path:
     """Its reader joins what is fixed to one link, with all masses, sensors and frictions."""
     file = tmp_path / "it.urdf"
     file.write_text(urdf(robot))
-    theirs, ours = read_by_libsdformat(file)[robot.name], told(sdf(robot), tmp_path)[robot.name]
+    theirs, ours = read_by_libsdformat(file)[robot.name], read_models(sdf(robot), tmp_path)[robot.name]
     for model in (theirs, ours):
         masses = [values[0] for values in model["links"].values()]
         assert sum(masses) == pytest.approx(total_mass(robot), rel=1e-8)

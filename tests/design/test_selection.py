@@ -21,7 +21,7 @@ CHEFBOT = load_robot("chefbot")
 CATALOGUE = load_catalogue()
 
 
-def asked(robot: Robot, payload: float, speed: float) -> Robot:
+def with_requirements(robot: Robot, payload: float, speed: float) -> Robot:
     body = msgspec.structs.replace(robot.body, payload=payload)
     return msgspec.structs.replace(
         robot, body=body, drive=msgspec.structs.replace(robot.drive, max_speed=speed)
@@ -102,15 +102,15 @@ def test_load_estimates_agree_with_the_solids(sets: list[Verdict]) -> None:
 
 
 def test_nothing_passes_for_a_robot_beyond_the_catalogue() -> None:
-    sets = verdicts(asked(CHEFBOT, 60.0, 2.0), CATALOGUE)
+    sets = verdicts(with_requirements(CHEFBOT, 60.0, 2.0), CATALOGUE)
     assert choose(sets) is None
-    least = nearest(sets)
-    assert least.lack == min(verdict.lack for verdict in sets)
+    closest = nearest(sets)
+    assert closest.lack == min(verdict.lack for verdict in sets)
     assert geometry_fixes(sets, set()) == []
 
 
 def test_remedies_change_only_open_geometry_values() -> None:
-    sets = verdicts(asked(CHEFBOT, 2.0, 0.35), CATALOGUE)
+    sets = verdicts(with_requirements(CHEFBOT, 2.0, 0.35), CATALOGUE)
     thick = [verdict for verdict in sets if verdict.parts.motor.startswith("gobilda")]
     (change,) = geometry_fixes(thick, set())
     assert change.path == ("wheels", "diameter")
@@ -120,7 +120,7 @@ def test_remedies_change_only_open_geometry_values() -> None:
 
 
 def test_a_larger_plate_prevents_tipping() -> None:
-    heavy = asked(CHEFBOT, 6.0, 0.6)
+    heavy = with_requirements(CHEFBOT, 6.0, 0.6)
     tall = msgspec.structs.replace(heavy, body=msgspec.structs.replace(heavy.body, payload_height=0.4))
     radius = stable_radius(tall)
     assert radius is not None

@@ -1,4 +1,4 @@
-"""The sums: the chapter's printed numbers, free bodies by hand, and what must hold whatever the robot."""
+"""The calculations: the chapter's printed numbers, free bodies by hand, and what must hold whatever the robot."""
 
 from __future__ import annotations
 

@@ -71,8 +71,8 @@ def test_xacro_expands_to_the_urdf_of_the_robot(package: Path) -> None:
     robot = load_robot(NAME)
     root, own = expand(package), ET.fromstring(urdf(robot))
     assert_same(of_urdf(ET.tostring(root, encoding="unicode")), of_solids(robot))
-    for told in (joints, collisions):
-        ours, theirs = told(own), told(root)
+    for read in (joints, collisions):
+        ours, theirs = read(own), read(root)
         assert set(ours) == set(theirs)
         for name, values in ours.items():
             assert theirs[name] == [

@@ -23,7 +23,7 @@ class ChapterBoard:
         self.commands = b""
         self._edges = ROBOT.motor.ticks_per_turn / 4.0 / (2.0 * math.pi)
 
-    def hear(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """`s LEFT RIGHT` CR; what has another form is ignored."""
         self.commands += data
         for left, right in re.findall(rb"s (-?\d+) (-?\d+)\r", self.commands):
@@ -44,6 +44,6 @@ class ChapterBoard:
         ).encode()
 
     @property
-    def rim(self) -> float:
+    def left_speed(self) -> float:
         """m/s of the left wheel."""
         return self.speed[0] * ROBOT.wheel_radius

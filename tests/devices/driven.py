@@ -29,14 +29,14 @@ class Driven:
 
     def __init__(self, port: str, robot: str = "chefbot") -> None:
         self.loop = Loop(WallClock(), time.time_ns())
-        self.heard: dict[str, list[Message]] = {}
+        self.received: dict[str, list[Message]] = {}
         self.speed: float | None = 0.0
         """m/s of both wheels; None: upstream is dead."""
         self.turn = 0.0
         """m/s that the right wheel is faster by than the mean, and the left one slower."""
         self.stamp_age_ns = 0
         self._robot = load_robot(robot)
-        self.loop.add_observer(lambda one: self.heard.setdefault(one.topic, []).append(one.message))
+        self.loop.add_observer(lambda one: self.received.setdefault(one.topic, []).append(one.message))
         context = Context("board", self.loop, self._robot, TransformBuffer())
         self.device = MotorBoardDevice(context, BoardParams(port=port))
         self.device.start()
@@ -65,21 +65,21 @@ class Driven:
     def rest(self) -> None:
         """Command a stop a few times."""
         self.speed = 0.0
-        count = len(self.heard["wheel_speeds"]) + 3
-        self.until(lambda: len(self.heard["wheel_speeds"]) >= count, "commands")
+        count = len(self.received["wheel_speeds"]) + 3
+        self.until(lambda: len(self.received["wheel_speeds"]) >= count, "commands")
 
     def press(self, stop: bool) -> None:
         self.loop.publish("emergency_stop", Bool(stop), "page")
 
     @property
     def health(self) -> str:
-        told = self.heard.get("diagnostics", [])
-        return told[-1].status[0].message if told and isinstance(told[-1], DiagnosticArray) else ""
+        arrays = self.received.get("diagnostics", [])
+        return arrays[-1].status[0].message if arrays and isinstance(arrays[-1], DiagnosticArray) else ""
 
     @property
     def ticks(self) -> int:
-        told = self.heard.get("wheel_ticks", [])
-        return told[-1].left if told and isinstance(told[-1], WheelTicks) else 0
+        ticks = self.received.get("wheel_ticks", [])
+        return ticks[-1].left if ticks and isinstance(ticks[-1], WheelTicks) else 0
 
 
 def set_speed(cable: Cable) -> int:

@@ -25,7 +25,7 @@ sys.exit(serve(load_robot(sys.argv[1]), Path(sys.argv[2])))
 
 
 class Emulator:
-    """The firmware's program; `tell` is what can happen to a board."""
+    """The firmware's program; `inject` is what can happen to a board."""
 
     def __init__(self, folder: Path, robot: str = "chefbot") -> None:
         self.path = folder / "emulated"
@@ -34,7 +34,7 @@ class Emulator:
         assert self._process.stdout is not None
         assert self._process.stdout.readline().strip() == str(self.path)
 
-    def tell(self, event: str) -> None:
+    def inject(self, event: str) -> None:
         assert self._process.stdin is not None
         self._process.stdin.write(event + "\n")
         self._process.stdin.flush()
@@ -48,14 +48,14 @@ class Emulator:
 
 
 class Cable:
-    """Between a board and a path; `lines` is what the board says, `said` what it is told."""
+    """Between a board and a path; `lines` is what the board sends, `sent` what is sent to it."""
 
     def __init__(self, board: Path, path: Path) -> None:
         self._board = os.open(board, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self._board)
         self.path = path
         self.lines: list[BoardLine] = []
-        self.said = b""
+        self.sent = b""
         self._splitter = LineSplitter()
         self._ends: tuple[int, int] | None = None
         self._lock = threading.Lock()
@@ -123,7 +123,7 @@ class Cable:
             data = os.read(ours, 4096)
         except BlockingIOError:
             return
-        self.said += data
+        self.sent += data
         os.write(self._board, data)
 
     def _up(self, data: bytes) -> None:

@@ -2,7 +2,7 @@
 
 A true board (the firmware's library) and our session talk; between them lines are lost, doubled, swapped, cut,
 spliced, damaged bit by bit, buried in random bytes, and (every second seed) forged with a right CRC. A judge with a
-splitter and CRC of its own checks what was believed, what was said, and that nothing moves that nobody commanded.
+splitter and CRC of its own checks what was believed, what was sent, and that nothing moves that nobody commanded.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ RUN_BYTES = 2_000_000
 OBEYED_NS = 200_000_000
 RAMP_NS = 2_000_000_000
 """A commanded stop ends within it."""
-SAID = re.compile(rb"(v|x|h|c|r|s) (\d{1,9})(?: (-?\d{1,9}))?(?: (-?\d{1,9}))?", re.ASCII)
+SENT_LINE = re.compile(rb"(v|x|h|c|r|s) (\d{1,9})(?: (-?\d{1,9}))?(?: (-?\d{1,9}))?", re.ASCII)
 FIELDS = {b"v": 2, b"x": 1, b"h": 1, b"c": 1, b"s": 3}
 LETTERS = {
     "MotionLine": b"e",
@@ -71,7 +71,7 @@ class Tally(NamedTuple):
     """What one run did."""
 
     bytes: int
-    heard: int
+    believed: int
     damaged: int
     sessions: int
     moving: int
@@ -154,16 +154,16 @@ class Wire:
     def _forged(self, line: bytes) -> bytes:
         """Wrong in meaning, right in CRC."""
         chance = self._chance
-        words = (chance.choice(self._old) if chance.random() < 0.3 else line).rpartition(b"*")[0].split(b" ")
+        fields = (chance.choice(self._old) if chance.random() < 0.3 else line).rpartition(b"*")[0].split(b" ")
         for _ in range(chance.randrange(3)):
-            words[chance.randrange(len(words))] = chance.choice(EXTREMES)
+            fields[chance.randrange(len(fields))] = chance.choice(EXTREMES)
         if chance.random() < 0.1:
-            words.append(chance.choice(EXTREMES))
-        return framed(b" ".join(words))
+            fields.append(chance.choice(EXTREMES))
+        return framed(b" ".join(fields))
 
 
 class Talk:
-    """A board, our end, and somebody upstream who drives, rests, is silent and says nonsense."""
+    """A board, our end, and somebody upstream who drives, rests, is silent and sends nonsense."""
 
     def __init__(self, seed: int, forges: bool) -> None:
         self.chance = random.Random(seed)
@@ -173,10 +173,10 @@ class Talk:
         self.wire, self.judge = Wire(self.chance, forges), Judge()
         self.forges = forges
         self.now = 0
-        self.bytes = self.heard = self.moving = 0
+        self.bytes = self.believed = self.moving = 0
         self._rest = b""
-        self._wish: float | None = 0.0
-        self._driven_ns = self._wished_ns = -RAMP_NS
+        self._command: float | None = 0.0
+        self._driven_ns = self._command_ns = -RAMP_NS
         self._stamp_ns = 0
         self._sequence = 65535
         self._kept: list[ReceivedLine] = []
@@ -193,8 +193,8 @@ class Talk:
         self.now += BEAT_NS
         self._upstream()
         self._board_step()
-        said = self.board.read()
-        *lines, self._rest = (self._rest + said).splitlines(keepends=True) if said else [self._rest]
+        data = self.board.read()
+        *lines, self._rest = (self._rest + data).splitlines(keepends=True) if data else [self._rest]
         if self._rest.endswith(b"\n"):
             lines, self._rest = [*lines, self._rest], b""
         self.listen(self.wire.pass_on([line for line in lines if line]))
@@ -203,17 +203,17 @@ class Talk:
 
     def _upstream(self) -> None:
         if self.chance.random() < 0.01:
-            self._wish = self.chance.choice([None, 0.0, 0.2, 0.3, -0.2, math.nan, math.inf, 1e300])
-            self._wished_ns = self.now
-        if self._wish is not None and self.now % (5 * BEAT_NS) == 0:
-            wheel = self._wish / ROBOT.wheel_radius
-            self.say(self.link.command(wheel, wheel, self.now))
-            if math.isfinite(self._wish) and self._wish != 0.0:
+            self._command = self.chance.choice([None, 0.0, 0.2, 0.3, -0.2, math.nan, math.inf, 1e300])
+            self._command_ns = self.now
+        if self._command is not None and self.now % (5 * BEAT_NS) == 0:
+            wheel = self._command / ROBOT.wheel_radius
+            self.send(self.link.command(wheel, wheel, self.now))
+            if math.isfinite(self._command) and self._command != 0.0:
                 self._driven_ns = self.now
         if self.now % (2 * BEAT_NS) == 0:
-            self.say(self.link.data_to_send(self.now))
+            self.send(self.link.data_to_send(self.now))
         if self.chance.random() < 0.0005:
-            self.say(self.link.stop(self.now))
+            self.send(self.link.stop(self.now))
             self.link.clear(self.now + BEAT_NS)
         if self.chance.random() < 0.001:
             self.link.connection_lost()
@@ -221,14 +221,14 @@ class Talk:
         if self.now % (100 * BEAT_NS) == 0:
             self.link.report("fuzz", self.now)
 
-    def say(self, data: bytes) -> None:
+    def send(self, data: bytes) -> None:
         """To the board, of the protocol's form and nothing else."""
         for line in data.split(b"\n"):
-            form = SAID.fullmatch(line.rpartition(b"*")[0])
+            form = SENT_LINE.fullmatch(line.rpartition(b"*")[0])
             if line and not (form and framed(line[: line.rindex(b"*")]) == line + b"\n"):
-                raise FindingError(f"the session said {line!r}")
+                raise FindingError(f"the session sent {line!r}")
             if form and sum(field is not None for field in form.groups()[1:]) != FIELDS[form[1]]:
-                raise FindingError(f"the session said {line!r}")
+                raise FindingError(f"the session sent {line!r}")
         if data:
             self.board.write(data)
 
@@ -241,7 +241,7 @@ class Talk:
         state = self.board.state
         moves = any(state.duty) or any(state.set)
         self.moving += moves
-        if moves and self._wish is None and self.now - max(self._wished_ns, self._driven_ns) > OBEYED_NS:
+        if moves and self._command is None and self.now - max(self._command_ns, self._driven_ns) > OBEYED_NS:
             raise FindingError("it moves and nobody commands")
         if moves and self.now - self._driven_ns > RAMP_NS:
             raise FindingError("it moves long after the last command to move")
@@ -251,17 +251,17 @@ class Talk:
         self.bytes += len(data)
         good = self.judge.good(data)
         messages = self.link.receive_data(data, self.now)
-        self.heard += len(self._kept)
+        self.believed += len(self._kept)
         names = iter([line.split(b" ")[:2] for line in good])
-        for heard in self._kept:
-            letter, sequence = LETTERS[type(heard.line).__name__], heard.line.sequence
+        for received in self._kept:
+            letter, sequence = LETTERS[type(received.line).__name__], received.line.sequence
             if not any(
                 name[0] == letter and int(name[1]) == sequence for name in names if name[-1].isdigit()
             ):
-                raise FindingError(f"{heard.line} was believed and was not on the wire")
+                raise FindingError(f"{received.line} was believed and was not on the wire")
             ahead = (sequence - self._sequence) % 65536
-            if not self.forges and not heard.restarted and not 0 < ahead < 32768:
-                raise FindingError(f"{heard.line} was believed after number {self._sequence}")
+            if not self.forges and not received.restarted and not 0 < ahead < 32768:
+                raise FindingError(f"{received.line} was believed after number {self._sequence}")
             self._sequence = sequence
         for message in messages:
             self._look_at(message)
@@ -306,12 +306,12 @@ def fuzz(seed: int, count: int) -> Tally:
     while talk.bytes < count:
         talk.beat()
     session = talk.link.session
-    return Tally(talk.bytes, talk.heard, session.damaged, session.handshakes, talk.moving)
+    return Tally(talk.bytes, talk.believed, session.damaged, session.handshakes, talk.moving)
 
 
 def run(seconds: float, seed: int) -> int:
     """New seeds until the time is over; exit code."""
-    began, total, heard, seeds = time.monotonic(), 0, 0, 0
+    began, total, believed, seeds = time.monotonic(), 0, 0, 0
     while time.monotonic() - began < seconds:
         try:
             tally = fuzz(seed + seeds, RUN_BYTES)
@@ -319,12 +319,12 @@ def run(seconds: float, seed: int) -> int:
             traceback.print_exc()
             sys.stdout.write(f"host fuzz: 1 finding, seed {seed + seeds}, above\n")
             return 1
-        total, heard, seeds = total + tally.bytes, heard + tally.heard, seeds + 1
+        total, believed, seeds = total + tally.bytes, believed + tally.believed, seeds + 1
     took = time.monotonic() - began
     rate, last = total / took / 1e6, seed + seeds - 1
     sys.stdout.write(
         f"host fuzz: {total} bytes in {took:.0f} s ({rate:.2f} MB/s), seeds {seed} to {last}: "
-        f"{heard} lines believed, all of them true to their CRC; 0 findings\n"
+        f"{believed} lines believed, all of them true to their CRC; 0 findings\n"
     )
     return 0
 

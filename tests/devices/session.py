@@ -46,4 +46,4 @@ def opened(first: int = 100) -> BoardSession:
 
 
 def speeds(data: bytes) -> list[tuple[int, int]]:
-    return [(int(words[2]), int(words[3])) for words in sent_lines(data) if words[0] == "s"]
+    return [(int(fields[2]), int(fields[3])) for fields in sent_lines(data) if fields[0] == "s"]

@@ -34,7 +34,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Emulator]:
 @pytest.fixture
 def emulated(program: Emulator) -> Emulator:
     """Just switched on."""
-    program.tell("power")
+    program.inject("power")
     return program
 
 
@@ -54,11 +54,11 @@ def test_board_drives_and_publishes_its_sensors(driven: Driven, cable: Cable) ->
     drive(driven, cable)
     before = driven.ticks
     driven.until(lambda: driven.ticks > before + 500, "ticks")
-    driven.until(lambda: len(driven.heard.get("battery_state", [])) > 1, "the battery")
-    driven.until(lambda: len(driven.heard.get("ultrasonic", [])) > 1, "the ultrasonic ranger")
+    driven.until(lambda: len(driven.received.get("battery_state", [])) > 1, "the battery")
+    driven.until(lambda: len(driven.received.get("ultrasonic", [])) > 1, "the ultrasonic ranger")
     driven.until(lambda: "The board is OK." in driven.health, "health")
-    assert len(driven.heard["imu/data"]) > 10
-    stamps = [m.header.stamp.ns for m in driven.heard["wheel_ticks"] if isinstance(m, WheelTicks)]
+    assert len(driven.received["imu/data"]) > 10
+    stamps = [m.header.stamp.ns for m in driven.received["wheel_ticks"] if isinstance(m, WheelTicks)]
     steps = [b - a for a, b in pairwise(stamps)]
     assert min(steps) > 0
     assert math.isclose(statistics.median(steps), 20e6, rel_tol=0.05)  # 50 Hz on the board's own clock
@@ -70,7 +70,7 @@ def test_missing_commands_stop_the_wheels(driven: Driven, cable: Cable) -> None:
     driven.until(lambda: standing(cable, count), "standstill")
     motion = cable.newest(MotionLine)
     assert isinstance(motion, MotionLine) and motion.flags & BoardFlag.NO_SPEED
-    assert not motion.flags & BoardFlag.NO_SESSION  # it still says that it lives
+    assert not motion.flags & BoardFlag.NO_SESSION  # the driver still sends heartbeats
     drive(driven, cable)
 
 
@@ -86,7 +86,7 @@ def test_commands_that_are_not_a_number_are_ignored(driven: Driven, cable: Cable
     drive(driven, cable)
     driven.speed, count = math.nan, len(cable.lines)
     driven.until(lambda: standing(cable, count), "standstill")
-    assert b"nan" not in cable.said
+    assert b"nan" not in cable.sent
 
 
 @pytest.mark.slow
@@ -110,7 +110,7 @@ def test_a_board_that_restarts_while_driving_stands(driven: Driven, cable: Cable
     drive(driven, cable)
     driven.until(lambda: driven.ticks > 3000, "ticks")
     count = len(cable.lines)
-    emulated.tell("power")
+    emulated.inject("power")
     driven.until(lambda: any(line.sequence == 0 for line in cable.lines[count:]), "the restart")
     count = len(cable.lines)
     driven.until(lambda: ready(cable), "the new session")
@@ -144,9 +144,9 @@ def test_a_blocked_wheel_is_reported_and_can_be_cleared(
     driven: Driven, cable: Cable, emulated: Emulator
 ) -> None:
     drive(driven, cable)
-    emulated.tell("block 1 1")
+    emulated.inject("block 1 1")
     driven.until(lambda: "right wheel" in driven.health or "right encoder" in driven.health, "the news")
-    emulated.tell("block 1 0")
+    emulated.inject("block 1 0")
     clear_faults(driven, cable)
     drive(driven, cable)
 
@@ -156,15 +156,15 @@ def test_another_protocol_version_is_refused() -> None:
     tty.setraw(theirs)
 
     def answer() -> None:
-        heard = b""
-        while b"end" not in heard:
+        received = b""
+        while b"end" not in received:
             if not select.select([ours], [], [], 0.02)[0]:
                 os.write(ours, frame("z 0 a line of another version"))
                 continue
-            heard += os.read(ours, 4096)
-            for token in re.findall(rb"v (\d+) 1\*", heard):
+            received += os.read(ours, 4096)
+            for token in re.findall(rb"v (\d+) 1\*", received):
                 os.write(ours, frame(f"v 0 {token.decode()} chefbot 2 future 1 2 3"))
-            heard = heard[heard.rfind(b"\n") + 1 :]
+            received = received[received.rfind(b"\n") + 1 :]
 
     board = threading.Thread(target=answer)
     board.start()

@@ -27,16 +27,16 @@ def emulated(tmp_path: Path) -> Iterator[Emulator]:
 
 
 class Output(io.StringIO):
-    """Standard output that calls `then` once it holds all the words."""
+    """Standard output that calls `then` once it holds all the fragments."""
 
-    def __init__(self, words: Sequence[str], then: Callable[[], None]) -> None:
+    def __init__(self, fragments: Sequence[str], then: Callable[[], None]) -> None:
         super().__init__()
-        self._words, self._then = words, then
+        self._fragments, self._then = fragments, then
 
     def write(self, text: str) -> int:
         count = super().write(text)
-        if self._words and all(word in self.getvalue() for word in self._words):
-            self._words = ()
+        if self._fragments and all(fragment in self.getvalue() for fragment in self._fragments):
+            self._fragments = ()
             self._then()
         return count
 
@@ -51,16 +51,16 @@ def run(monkeypatch: pytest.MonkeyPatch, *line: str) -> int:
 def test_the_monitor_decodes_every_line(
     emulated: Emulator, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = (
+    fragments = (
         "v handshake: chefbot protocol 1 on host",
         "e motion: ticks 0 0",
         "s status: waiting",
         "t time",
         "no session; no speed; neutral first",
     )
-    monkeypatch.setattr(sys, "stdout", Output(words, lambda: signal.raise_signal(signal.SIGINT)))
+    monkeypatch.setattr(sys, "stdout", Output(fragments, lambda: signal.raise_signal(signal.SIGINT)))
     assert run(monkeypatch, "board", "monitor", str(emulated.path), "--seconds", f"{PATIENCE:g}") in (0, 130)
-    assert all(word in sys.stdout.getvalue() for word in words)
+    assert all(fragment in sys.stdout.getvalue() for fragment in fragments)
 
 
 def test_the_log_contains_every_received_line(
@@ -134,7 +134,7 @@ def test_bad_input_is_one_sentence(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert run(monkeypatch, *(word.format(tmp=tmp_path) for word in line)) == 2
+    assert run(monkeypatch, *(argument.format(tmp=tmp_path) for argument in line)) == 2
     error = capsys.readouterr().err
     assert error.startswith("chefbot: ") and sentence in error and error.count("\n") == 1
 

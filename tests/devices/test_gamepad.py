@@ -71,20 +71,20 @@ class Driven:
     def __init__(self, path: Path, **params: Any) -> None:
         self.loop = Loop(StepClock())
         self.system = NodeContainer(self.loop, ROBOT, 1)
-        self.said: list[Publication] = []
-        self.loop.add_observer(self.said.append)
+        self.published: list[Publication] = []
+        self.loop.add_observer(self.published.append)
         entry = NodeEntry(
             kind="chefbot.devices.gamepad:GamepadDevice", params={"device": str(path), **params}
         )
         self.system.launch(Launch(name="t", description="", args={}, nodes={"gamepad": entry}))
 
     def all(self, kind: type) -> list[Any]:
-        return [one.message for one in self.said if isinstance(one.message, kind)]
+        return [one.message for one in self.published if isinstance(one.message, kind)]
 
     def until(self, condition: Any) -> None:
         give_up = time.monotonic() + PATIENCE
         while not condition():
-            assert time.monotonic() < give_up, self.said[-3:]
+            assert time.monotonic() < give_up, self.published[-3:]
             time.sleep(0.002)
             self.run(DT)
 

@@ -65,31 +65,31 @@ def pty(monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
 
 
 class Driven:
-    """A system with a keyboard; `said` holds (v, w) of every command and when."""
+    """A system with a keyboard; `commands` holds (v, w) of every command and when."""
 
     def __init__(self, *more: str) -> None:
         self.loop = Loop(StepClock())
         self.system = NodeContainer(self.loop, load_robot("chefbot"), 1)
-        self.said: list[tuple[int, float, float]] = []
-        self.loop.add_observer(self._hear)
+        self.commands: list[tuple[int, float, float]] = []
+        self.loop.add_observer(self._record)
         self.entries = {kind: NodeEntry(kind=kind) for kind in (KEYBOARD, *more)}
 
     def start(self) -> None:
         self.system.launch(Launch(name="t", description="", args={}, nodes=self.entries))
 
-    def until_said(self) -> tuple[float, float]:
+    def next_command(self) -> tuple[float, float]:
         """Simulated time runs on until the thread of the terminal has brought the next key."""
-        count = len(self.said)
-        self.loop.run(until=lambda: len(self.said) > count)
-        return self.said[-1][1:]
+        count = len(self.commands)
+        self.loop.run(until=lambda: len(self.commands) > count)
+        return self.commands[-1][1:]
 
     def run(self, seconds: float) -> None:
         self.loop.run(until_ns=self.loop.now_ns + round(seconds * SECOND))
 
-    def _hear(self, publication: Publication) -> None:
+    def _record(self, publication: Publication) -> None:
         if isinstance(publication.message, Twist):
             twist = publication.message
-            self.said.append((publication.time_ns, twist.linear.x, twist.angular.z))
+            self.commands.append((publication.time_ns, twist.linear.x, twist.angular.z))
 
 
 @pytest.fixture
@@ -102,9 +102,9 @@ def driven(pty: Pty) -> Iterator[Driven]:
 
 def test_a_key_drives_until_the_dead_man_timeout(pty: Pty, driven: Driven) -> None:
     pty.type("i")
-    assert driven.until_said()[0] > 0
+    assert driven.next_command()[0] > 0
     driven.run(5.0)
-    times, speeds, turns = zip(*driven.said, strict=True)
+    times, speeds, turns = zip(*driven.commands, strict=True)
     top = speeds.index(max(speeds))
     assert 0.05 < speeds[top] <= max_speed(driven.system.robot)
     assert list(speeds[: top + 1]) == sorted(speeds[: top + 1])
@@ -117,14 +117,14 @@ def test_a_key_drives_until_the_dead_man_timeout(pty: Pty, driven: Driven) -> No
 
 def test_space_stops_at_once_and_is_sent_even_at_standstill(pty: Pty, driven: Driven) -> None:
     pty.type(" ")
-    assert driven.until_said() == (0.0, 0.0)
+    assert driven.next_command() == (0.0, 0.0)
     pty.type("u")
-    v, w = driven.until_said()
+    v, w = driven.next_command()
     assert v > 0 and w > 0
-    while driven.said[-1][1:] != (0.0, 0.0):
+    while driven.commands[-1][1:] != (0.0, 0.0):
         pty.type("k")
-        driven.until_said()
-    assert len(driven.said) < 30
+        driven.next_command()
+    assert len(driven.commands) < 30
 
 
 def test_all_keys_between_two_ticks_count(pty: Pty, driven: Driven) -> None:
@@ -132,14 +132,14 @@ def test_all_keys_between_two_ticks_count(pty: Pty, driven: Driven) -> None:
     assert isinstance(keyboard, KeyboardDevice)
     before = keyboard._teleop.speed
     pty.type("ww" + "x" * 5 + "\x1b[D")
-    assert driven.until_said()[1] >= 0
+    assert driven.next_command()[1] >= 0
     for _ in range(50):
         if keyboard._teleop.speed != before:
             break
         driven.run(0.1)
     driven.run(0.4)
     assert keyboard._teleop.speed == pytest.approx(before * 1.1**2 * 0.9**5)
-    assert driven.said[-1][2] > 0.0
+    assert driven.commands[-1][2] > 0.0
 
 
 @given(st.text(max_size=12))
@@ -220,11 +220,11 @@ def test_keyboard_teleop_drives_and_restores_the_terminal(pty: Pty, end: str) ->
         command = [sys.executable, "-c", script, "launch", "keyboard_teleop", f"page:={robot.url}"]
         process = subprocess.Popen(command, stdin=pty.end, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         assert process.stdout is not None
-        said = b""
-        while b"limits are" not in said:
+        output = b""
+        while b"limits are" not in output:
             line = process.stdout.readline()
             assert line, process.communicate(timeout=PATIENCE)
-            said += line
+            output += line
         pty.type("i")
         drive = robot.commands.get(timeout=PATIENCE)
         assert 0.0 < drive.v < 1.0 and drive.w == 0.0  # type: ignore[attr-defined]

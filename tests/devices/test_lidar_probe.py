@@ -1,4 +1,4 @@
-"""The recognition of a lidar at a port: when it is asked, when it is recognized, and what is there instead."""
+"""The recognition of a lidar at a port: when it is queried, when it is recognized, and what is there instead."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from chefbot.lidar.emulators import RplidarEmulator
 from chefbot.lidar.models import LIDARS
 
 START_NS = 5_000_000_000
-ASKED = ["rplidar_a1", "rplidar_c1", "ydlidar_x4", "ydlidar_tmini"]
+QUERIED = ["rplidar_a1", "rplidar_c1", "ydlidar_x4", "ydlidar_tmini"]
 BY_ITSELF = ["ld19", "ydlidar_x2"]
 BOARD_LINE = frame("e 10 12 0")
 
@@ -26,13 +26,13 @@ def probe_of(driver: str, *, alone: bool) -> tuple[LidarProbe, Any]:
     return LidarProbe(model, port, START_NS, alone=alone), port
 
 
-@pytest.mark.parametrize("driver", ASKED)
+@pytest.mark.parametrize("driver", QUERIED)
 def test_at_the_port_of_the_robot_file_it_probes_at_once(driver: str) -> None:
     probe, port = probe_of(driver, alone=True)
     assert probe.data_to_send(START_NS) and port.baudrate == LIDARS[driver].baud
 
 
-@pytest.mark.parametrize("driver", ASKED)
+@pytest.mark.parametrize("driver", QUERIED)
 def test_where_a_board_may_be_it_listens_first_at_its_rate(driver: str) -> None:
     probe, port = probe_of(driver, alone=False)
     assert port.baudrate == BAUD
@@ -50,7 +50,7 @@ def test_a_lidar_that_sends_by_itself_needs_no_question(driver: str, alone: bool
         assert probe.data_to_send(now_ns) == b""
 
 
-@pytest.mark.parametrize("driver", [*ASKED, *BY_ITSELF])
+@pytest.mark.parametrize("driver", [*QUERIED, *BY_ITSELF])
 def test_enough_samples_are_the_lidar(driver: str) -> None:
     wire, (probe, _) = Wire(driver), probe_of(driver, alone=True)
     now_ns, samples, found = START_NS, 0, None
@@ -69,7 +69,7 @@ def test_enough_samples_are_the_lidar(driver: str) -> None:
     assert samples < 3 * MIN_SAMPLES + 3 * 96, "not much later than there were enough"
 
 
-@pytest.mark.parametrize("driver", ASKED)
+@pytest.mark.parametrize("driver", QUERIED)
 def test_a_board_is_left_alone(driver: str) -> None:
     probe, _ = probe_of(driver, alone=False)
     assert probe.receive_data(b"garbage\n" + BOARD_LINE, START_NS) is None

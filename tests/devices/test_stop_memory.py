@@ -57,9 +57,9 @@ class Life:
     def __init__(self) -> None:
         self.loop = Loop(StepClock())
         self.system = NodeContainer(self.loop, ROBOT, 1)
-        self.said: list[bool] = []
+        self.states: list[bool] = []
         self.remarks: list[str] = []
-        self.loop.subscribe("emergency_stop", "test", lambda one: self.said.append(one.data))  # type: ignore[attr-defined]
+        self.loop.subscribe("emergency_stop", "test", lambda one: self.states.append(one.data))  # type: ignore[attr-defined]
         self.loop.subscribe("memory/remark", "test", lambda one: self.remarks.append(one.data))  # type: ignore[attr-defined]
         nodes = {
             "base": NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode"),
@@ -74,7 +74,7 @@ class Life:
     def run(self) -> None:
         self.loop.run(until_ns=self.loop.now_ns + 10_000_000)
 
-    def ask(self, press: bool) -> None:
+    def request(self, press: bool) -> None:
         self.loop.publish("stop_request", Bool(press), "page")
         self.run()
 
@@ -96,14 +96,14 @@ def test_the_stop_state_is_restored_at_startup(
 ) -> None:
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path_factory.mktemp("state") / "not" / "there"))
     stopped = False
-    for words in lives:
+    for requests in lives:
         life = Life()
-        assert life.said[-1] is stopped
+        assert life.states[-1] is stopped
         assert life.remarks == [ESTOP_RESTORED] * stopped
-        for word in words:
-            life.ask(word)
-            stopped = word
-            assert life.said[-1] is stopped
+        for stop in requests:
+            life.request(stop)
+            stopped = stop
+            assert life.states[-1] is stopped
         life.end()
 
 
@@ -113,9 +113,9 @@ def test_an_unknown_stop_state_is_stopped_and_can_be_released(
     (tmp_path / "file").write_text("where a folder should be")
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "file"))
     life = Life()
-    assert life.said[-1] is True and life.remarks[0].startswith(ESTOP_STATE_UNKNOWN)
-    life.ask(False)
-    assert life.said[-1] is False
+    assert life.states[-1] is True and life.remarks[0].startswith(ESTOP_STATE_UNKNOWN)
+    life.request(False)
+    assert life.states[-1] is False
     life.end()
 
 
@@ -129,10 +129,10 @@ def test_a_full_disk_keeps_a_stop_and_reports_unsaved_states(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "write", full)  # nothing is written, only renamed
-    life.ask(True)
+    life.request(True)
     until(lambda: StopFile(tmp_path, "robot").read())
     monkeypatch.setattr(Path, "replace", full)
-    life.ask(False)
+    life.request(False)
     until(lambda: (life.run(), bool(life.remarks))[1])
     assert "cannot be kept: No space" in life.remarks[-1]
     life.end()
@@ -145,8 +145,8 @@ def test_a_robot_killed_while_stopped_restarts_stopped(tmp_path: Path) -> None:
     (tmp_path / "finger.py").write_text(FINGER)
     state = tmp_path / "state"
 
-    def run(*words: str) -> subprocess.Popen[str]:
-        command = [sys.executable, "-m", "chefbot", "launch", str(path), *words]
+    def run(*arguments: str) -> subprocess.Popen[str]:
+        command = [sys.executable, "-m", "chefbot", "launch", str(path), *arguments]
         environment = {**os.environ, "CHEFBOT_STATE": str(state)}
         return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
 

@@ -76,8 +76,8 @@ def test_every_verb_stands_there(pages: Path) -> None:
     group = typer.main.get_command(app)
     for name, verb in group.commands.items():  # type: ignore[attr-defined]
         if not verb.hidden:
-            for words in [name, *(f"{name} {inner}" for inner in getattr(verb, "commands", {}))]:
-                assert f"chefbot {escape(words)}\n" in text
+            for command in [name, *(f"{name} {inner}" for inner in getattr(verb, "commands", {}))]:
+                assert f"chefbot {escape(command)}\n" in text
 
 
 def test_every_package_has_a_page(pages: Path) -> None:

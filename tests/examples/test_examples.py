@@ -27,10 +27,10 @@ from chefbot.planning.planner import PlanningError, PlanningFailure
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-def run(*words: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+def run(*arguments: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
     """A command in a folder of its own."""
     return subprocess.run(
-        [sys.executable, *words],
+        [sys.executable, *arguments],
         cwd=folder,
         env={**os.environ, **environment},
         capture_output=True,
@@ -79,11 +79,11 @@ def test_example_planner_drives_the_robot_through_the_room(tmp_path: Path) -> No
 @pytest.mark.rotated("example programs")
 @pytest.mark.slow
 def test_a_launch_finds_the_planner_beside_its_file(tmp_path: Path) -> None:
-    words = ["world:=room", "robot:=chefbot_lidar", "headless:=true", "speed:=0", "duration:=1"]
-    found = run("-m", "chefbot", "launch", str(EXAMPLES / "01_a_planner.yaml"), *words, folder=tmp_path)
+    arguments = ["world:=room", "robot:=chefbot_lidar", "headless:=true", "speed:=0", "duration:=1"]
+    found = run("-m", "chefbot", "launch", str(EXAMPLES / "01_a_planner.yaml"), *arguments, folder=tmp_path)
     assert found.returncode == 0, found.stderr
     shutil.copy(EXAMPLES / "01_a_planner.yaml", tmp_path)
-    lost = run("-m", "chefbot", "launch", "01_a_planner.yaml", *words, folder=tmp_path)
+    lost = run("-m", "chefbot", "launch", "01_a_planner.yaml", *arguments, folder=tmp_path)
     assert lost.returncode == 2
     assert "01_a_planner" in lost.stderr and len(lost.stderr.strip().splitlines()) == 1
 

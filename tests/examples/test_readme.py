@@ -28,35 +28,35 @@ SOURCE = re.compile(r"`((?:src|examples|docs|tests|bench)/[\w./-]+)`")
 
 
 def commands(page: Path) -> list[list[str]]:
-    """The words of each command in the page's `sh` blocks, without comments and without where its output goes."""
+    """The tokens of each command in the page's `sh` blocks, without comments and without where its output goes."""
     lines = "".join(FENCE.findall(page.read_text())).replace("\\\n", " ").splitlines()
-    return [words for line in lines if (words := before_redirection(shlex.split(line, comments=True)))]
+    return [tokens for line in lines if (tokens := before_redirection(shlex.split(line, comments=True)))]
 
 
-def before_redirection(words: list[str]) -> list[str]:
-    return words[: words.index(">")] if ">" in words else words
+def before_redirection(tokens: list[str]) -> list[str]:
+    return tokens[: tokens.index(">")] if ">" in tokens else tokens
 
 
 def all_commands() -> list[list[str]]:
-    return [words for page in PAGES for words in commands(page)]
+    return [tokens for page in PAGES for tokens in commands(page)]
 
 
-def without_environment(words: list[str]) -> list[str]:
-    while words and re.match(r"^[A-Z_]+=", words[0]):
-        words = words[1:]
-    return words
+def without_environment(tokens: list[str]) -> list[str]:
+    while tokens and re.match(r"^[A-Z_]+=", tokens[0]):
+        tokens = tokens[1:]
+    return tokens
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_chefbot_command_parses(page: Path) -> None:
     group = typer.main.get_command(app)
-    for words in map(without_environment, commands(page)):
-        if words[0] != "chefbot":
+    for tokens in map(without_environment, commands(page)):
+        if tokens[0] != "chefbot":
             continue
-        context = group.make_context("chefbot", words[1:])
-        if words[1].startswith("-"):
+        context = group.make_context("chefbot", tokens[1:])
+        if tokens[1].startswith("-"):
             continue
-        name, verb, rest = group.resolve_command(context, words[1:])  # type: ignore[attr-defined]
+        name, verb, rest = group.resolve_command(context, tokens[1:])  # type: ignore[attr-defined]
         while hasattr(verb, "commands") and rest:
             context = verb.make_context(name, list(rest), parent=context)
             name, verb, rest = verb.resolve_command(context, list(rest))
@@ -70,18 +70,20 @@ def test_every_chefbot_command_parses(page: Path) -> None:
 
 def test_every_make_target_exists() -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    used = {words[1] for words in all_commands() if words[0] == "make"}
+    used = {tokens[1] for tokens in all_commands() if tokens[0] == "make"}
     assert {"demo", "test"} <= used <= targets
 
 
 def test_every_python_script_exists() -> None:
-    scripts = [words[1] for words in all_commands() if words[0] in ("python", "python3", ".venv/bin/python")]
+    scripts = [
+        tokens[1] for tokens in all_commands() if tokens[0] in ("python", "python3", ".venv/bin/python")
+    ]
     scripts = [one for one in scripts if one.endswith(".py")]
     assert scripts and all((ROOT / one).is_file() for one in scripts)
 
 
 def test_only_known_programs_are_used() -> None:
-    programs = {without_environment(words)[0] for words in all_commands()}
+    programs = {without_environment(tokens)[0] for tokens in all_commands()}
     assert programs <= {
         "chefbot",
         "make",
@@ -118,26 +120,26 @@ def test_every_picture_is_used_and_small() -> None:
 @pytest.mark.slow
 def test_the_quick_commands_of_the_readme_run() -> None:
     quick = [["--version"], ["launch"], *([verb, "--help"] for verb in ("demo", "launch", "replay", "map"))]
-    for words in quick:
+    for tokens in quick:
         done = subprocess.run(
-            [sys.executable, "-m", "chefbot", *words],
+            [sys.executable, "-m", "chefbot", *tokens],
             capture_output=True,
             text=True,
             timeout=PATIENCE,
             check=False,
         )
-        assert done.returncode == 0 and done.stdout, (words, done.stderr)
+        assert done.returncode == 0 and done.stdout, (tokens, done.stderr)
 
 
 @pytest.mark.slow
 def test_the_one_line_commands_of_the_pages_run() -> None:
-    lines = [words for words in all_commands() if words[:2] == ["python", "-c"]]
+    lines = [tokens for tokens in all_commands() if tokens[:2] == ["python", "-c"]]
     assert lines
-    for words in lines:
+    for tokens in lines:
         done = subprocess.run(
-            [sys.executable, *words[1:]], capture_output=True, text=True, timeout=PATIENCE, check=False
+            [sys.executable, *tokens[1:]], capture_output=True, text=True, timeout=PATIENCE, check=False
         )
-        assert done.returncode == 0 and done.stdout, (words, done.stderr)
+        assert done.returncode == 0 and done.stdout, (tokens, done.stderr)
 
 
 def test_the_robot_excerpt_is_valid(tmp_path: Path) -> None:

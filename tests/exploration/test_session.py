@@ -1,4 +1,4 @@
-"""The course of an exploration: when it ends, how it turns, and what its status says."""
+"""The course of an exploration: when it ends, how it turns, and what its status reports."""
 
 from __future__ import annotations
 

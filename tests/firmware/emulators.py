@@ -67,7 +67,7 @@ class BoardEmulator:
         assert self._process.wait(PATIENCE) == 0
         self._process.stdout.close()
 
-    def ask(self, command: str) -> str:
+    def request(self, command: str) -> str:
         """Send a command to the emulator and return its answer."""
         assert self._process.stdin and self._process.stdout
         self._process.stdin.write(command + "\n")
@@ -76,7 +76,7 @@ class BoardEmulator:
 
     def write(self, data: bytes) -> None:
         if data:
-            assert self.ask(f"tx {data.hex()}") == "ok"
+            assert self.request(f"tx {data.hex()}") == "ok"
 
     def send_command(self, letter: str, *numbers: int) -> None:
         """Send a command with the next sequence number."""
@@ -87,10 +87,10 @@ class BoardEmulator:
         """Set the IMU's registers to those of a level board at rest, with noise."""
         noise = [self._rng.randint(-3, 3) for _ in range(6)]
         raw = [noise[0], noise[1], 8192 + noise[2], -3920, *noise[3:]]
-        assert self.ask("imu " + " ".join(map(str, raw))) == "ok"
+        assert self.request("imu " + " ".join(map(str, raw))) == "ok"
 
     def run(self, us: int) -> EmulatorState:
-        answer = self.ask(f"run {us}").split()
+        answer = self.request(f"run {us}").split()
         left, right, drivers, steps, longest, resets = map(int, answer[:6])
         sent = b"" if answer[6] == "-" else bytes.fromhex(answer[6])
         self.sent += sent
@@ -146,7 +146,7 @@ class MegaWithBootLoader(MegaEmulator):
         self.run(1_000_000)  # a reset within the boot loader's first run makes simavr thirty times slower
 
     def reset(self) -> None:
-        assert self.ask("reset") == "ok"
+        assert self.request("reset") == "ok"
 
 
 class PicoEmulator(BoardEmulator):

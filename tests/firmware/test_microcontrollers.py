@@ -49,20 +49,20 @@ class EmulatorAndHost:
 
     def turn(self, wheel: int, quarter_steps: int) -> None:
         self.host.lib.chefbot_board_turn(self.host.handle, wheel, quarter_steps)
-        self.emulator.ask(f"turn {wheel} {quarter_steps}")
+        self.emulator.request(f"turn {wheel} {quarter_steps}")
 
     def set(self, name: str, value: int) -> None:
         getattr(self.host.lib, f"chefbot_board_{name}")(self.host.handle, value)
-        self.emulator.ask(f"{name} {value}")
+        self.emulator.request(f"{name} {value}")
 
     def battery(self, adc: int) -> None:
         """Set the voltage of a converter reading, so that both have the same millivolts; the host a step later."""
         self._battery_next = self.emulator.battery_mv(adc)
-        self.emulator.ask(f"battery {self.emulator.battery_command(adc)}")
+        self.emulator.request(f"battery {self.emulator.battery_command(adc)}")
 
     def imu(self, *raw: int) -> None:
         self.host.imu(*raw)
-        self.emulator.ask("imu " + " ".join(map(str, raw)))
+        self.emulator.request("imu " + " ".join(map(str, raw)))
 
     def step(self) -> None:
         self.host.lib.chefbot_board_advance(self.host.handle, 10_000)
@@ -167,14 +167,14 @@ def test_microcontrollers_reproduce_ticks_states_and_messages(emulator: BoardEmu
 def test_control_step_is_short_even_at_full_speed(
     emulator: BoardEmulator, record_property: Callable[[str, object], None]
 ) -> None:
-    emulator.ask("echo 5000")
+    emulator.request("echo 5000")
     for step in range(60):
         emulator.set_imu_at_rest()
         if step == 5:
             emulator.open_session()
         emulator.send_command("s", 5000 if step > 20 else 0, -5000 if step > 20 else 0)
         for wheel in (0, 1):
-            emulator.ask(
+            emulator.request(
                 f"turn {wheel} {60 if wheel else -60}"
             )  # 60 edges within 6 ms, close to the 112 per step of full speed
         state = emulator.run(10_000)
@@ -187,7 +187,7 @@ def test_no_encoder_edge_is_lost_at_full_speed(emulator: BoardEmulator) -> None:
     for edges in (112, -112, 112):
         for _ in range(20):
             for wheel in (0, 1):
-                emulator.ask(f"turn {wheel} {edges if wheel else -edges}")
+                emulator.request(f"turn {wheel} {edges if wheel else -edges}")
             emulator.run(10_000)
     emulator.run(100_000)
     messages = [parse_message(line) for line in emulator.sent[: emulator.sent.rfind(b"\n")].splitlines()]
@@ -208,15 +208,15 @@ def test_a_silent_computer_stops_the_motors_in_150_ms(emulator: BoardEmulator, o
     for _ in range(20):
         emulator.send_command("s", 4000, 4000)
         for _ in range(4):
-            emulator.ask("turn 0 30")
-            emulator.ask("turn 1 30")
+            emulator.request("turn 0 30")
+            emulator.request("turn 1 30")
             emulator.set_imu_at_rest()
             emulator.run(10_000)
     emulator.run(offset_us)
     emulator.send_command("s", 4000, 4000)
     for _ in range(13):
-        emulator.ask("turn 0 30")
-        emulator.ask("turn 1 30")
+        emulator.request("turn 0 30")
+        emulator.request("turn 1 30")
         state = emulator.run(10_000)
         assert state.duty[0] > 0 and state.duty[1] > 0
     state = emulator.run(20_000 + 3_000)  # 150 ms and the transmission time of the command
@@ -224,7 +224,7 @@ def test_a_silent_computer_stops_the_motors_in_150_ms(emulator: BoardEmulator, o
 
 
 def test_a_hanging_i2c_bus_does_not_block_the_board(emulator: BoardEmulator) -> None:
-    emulator.ask("imu_answers 0")
+    emulator.request("imu_answers 0")
     first = emulator.run(10_000)
     last = emulator.run(1_000_000)
     assert last.steps - first.steps == 100

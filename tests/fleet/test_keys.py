@@ -180,7 +180,7 @@ def test_rejections_in_the_zenoh_log_name_the_member() -> None:
     denied = f"x TRACE a: {who} is unauthorized to Put (ingress) on 0/robot1/cmd_vel"
     assert rejection_sentence(denied, fleet) == "robot2 may not write 0/robot1/cmd_vel"
     node = denied.replace("0/robot1/cmd_vel", "@ros2_lv/0/1b/0/0/NN/%/{}/{}")
-    told = {
+    expected = {
         denied
         + "/geometry_msgs::msg::dds_::Twist_/RIHS01_9c/@adv/pub/3e/61/_": "robot2 may not write 0/robot1/cmd_vel",
         node.format("%", "rviz"): "robot2 may not announce node /rviz",
@@ -188,20 +188,20 @@ def test_rejections_in_the_zenoh_log_name_the_member() -> None:
         node.format("%", "_chefbot_echo_12"): None,
         node.format("%alice", "page"): None,
     }
-    for line, sentence in told.items():
+    for line, sentence in expected.items():
         assert rejection_sentence(line, fleet) == sentence
 
 
 def test_rejected_certificates_in_the_zenoh_log_are_named() -> None:
     fleet = some_fleet({"robot2": "robot"})
     line = "x DEBUG zenoh_link_tls::unicast: Accepted TLS connection on 10.0.0.1:7447: 10.0.0.2:1. Common Name: {}.\n"
-    told = {
+    expected = {
         f"robot2.{0:016x}": None,
         f"robot2.{1:016x}": "a removed or replaced certificate of robot2 was rejected (0000000000000001)",
         "robot2": "a removed or replaced certificate of robot2 was rejected ()",
         f"robot3.{0:016x}": "robot3 is not on the fleet's list",
     }
-    for common_name, sentence in told.items():
+    for common_name, sentence in expected.items():
         assert rejection_sentence(line.format(common_name), fleet) == sentence
 
 

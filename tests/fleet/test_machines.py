@@ -1,4 +1,4 @@
-"""Several machines: who hears whom over their gates."""
+"""Several machines: which receive what over their gates."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from chefbot.fleet.keyring import Keyring
 pytestmark = [pytest.mark.slow, needs_namespaces]
 
 
-def publish_until(speaker: Machine, words: str, witness: Machine, line: str, expected: str) -> None:
+def publish_until(publisher: Machine, message: str, witness: Machine, line: str, expected: str) -> None:
     """Publish again until the witness has the expected answer, as messages before discovery are lost."""
 
     def seen(found: object) -> bool:
-        speaker.send(f"publish {words}")
+        publisher.send(f"publish {message}")
         return expected in str(found)
 
     witness.until(line, seen)

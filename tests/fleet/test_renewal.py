@@ -127,7 +127,7 @@ def test_what_does_not_exist_cannot_be_replaced(tmp_path: Path, office: Keyring)
 
 
 @pytest.mark.parametrize(
-    ("age", "words"),
+    ("age", "expected"),
     [
         (-2, "clock shows 2026-11-19 00:00 UTC, before fleet hotel was created"),
         (-20_000, "before fleet hotel was created"),
@@ -139,11 +139,11 @@ def test_what_does_not_exist_cannot_be_replaced(tmp_path: Path, office: Keyring)
         (2000, "expired"),
     ],
 )
-def test_expiry_and_clocks_are_sentences(robot: Keyring, age: int, words: str) -> None:
+def test_expiry_and_clocks_are_sentences(robot: Keyring, age: int, expected: str) -> None:
     found = robot.warning(NOW + age * DAY)
-    assert re.search(words, found) if words else found == ""
+    assert re.search(expected, found) if expected else found == ""
     if age < -1 or age >= 365:
-        with pytest.raises(UserError, match=words):
+        with pytest.raises(UserError, match=expected):
             robot.credentials(NOW + age * DAY)
     else:
         robot.credentials(NOW + age * DAY)

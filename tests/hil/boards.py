@@ -70,7 +70,7 @@ class MegaBoard:
         self._emulator.close()
 
     def _do(self, command: str) -> None:
-        assert self._emulator.ask(command) == "ok"
+        assert self._emulator.request(command) == "ok"
 
 
 class HostPort:

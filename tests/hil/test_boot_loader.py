@@ -128,6 +128,6 @@ def reconnect(mega: UsbMega, driven: Driven) -> None:
 
 def wait_until_found(mega: UsbMega, driven: Driven) -> None:
     """Wait for wheel ticks and for an open session."""
-    count = len(driven.heard.get("wheel_ticks", []))
-    driven.until(lambda: len(driven.heard.get("wheel_ticks", [])) > count + 10, "ticks")
+    count = len(driven.received.get("wheel_ticks", []))
+    driven.until(lambda: len(driven.received.get("wheel_ticks", [])) > count + 10, "ticks")
     driven.until(lambda: mega.has_session, "a session")

@@ -41,7 +41,7 @@ def driven(cable: Cable) -> Iterator[Driven]:
 
 
 def newest(driven: Driven, topic: str) -> object:
-    received = driven.heard.get(topic, [])
+    received = driven.received.get(topic, [])
     return received[-1] if received else None
 
 
@@ -56,13 +56,13 @@ def test_handshake_drive_and_sensor_data(bench: BoardBench, driven: Driven, cabl
     driven.turn = 0.05
     driven.until(lambda: driven.ticks > 4000, "ticks")
     expected = 2 * driven.turn / ROBOT.wheels.separation
-    rates = [m.angular_velocity.z for m in driven.heard["imu/data"] if isinstance(m, Imu)]
+    rates = [m.angular_velocity.z for m in driven.received["imu/data"] if isinstance(m, Imu)]
     assert rates[-1] == pytest.approx(expected, rel=0.1)
     driven.turn = 0.0
     driven.rest()
     driven.until(lambda: bench.wheels.speed == [0.0, 0.0], "standstill")
-    before = len(driven.heard["wheel_ticks"])
-    driven.until(lambda: len(driven.heard["wheel_ticks"]) > before + 5, "ticks")
+    before = len(driven.received["wheel_ticks"])
+    driven.until(lambda: len(driven.received["wheel_ticks"]) > before + 5, "ticks")
     assert _ticks(newest(driven, "wheel_ticks")) == tuple(bench.wheels.ticks)
     battery, echo = newest(driven, "battery_state"), newest(driven, "ultrasonic")
     assert isinstance(battery, BatteryState) and battery.voltage == pytest.approx(12.5, abs=0.05)
@@ -135,9 +135,9 @@ def test_an_imu_lost_on_the_bus_is_reported_and_recovers(
     drive(driven, cable, SPEED)
     bench.apply(lambda board: board.set("imu_answers", 0))
     driven.until(lambda: "IMU is absent" in driven.health, "the diagnostic")
-    count = len(driven.heard["imu/data"])
+    count = len(driven.received["imu/data"])
     ticks = driven.ticks
     driven.until(lambda: driven.ticks > ticks + 1000, "ticks: odometry continues with the wheels alone")
-    assert len(driven.heard["imu/data"]) <= count + 1
+    assert len(driven.received["imu/data"]) <= count + 1
     bench.apply(lambda board: board.set("imu_answers", 1))
-    driven.until(lambda: len(driven.heard["imu/data"]) > count + 10, "the IMU")
+    driven.until(lambda: len(driven.received["imu/data"]) > count + 10, "the IMU")

@@ -46,7 +46,7 @@ SLOW_NUDGES = 4
 DRIVING = Twist.of(0.2, 0.4)
 
 
-class Said(NamedTuple):
+class PublicationDigest(NamedTuple):
     """One publication, small enough to keep."""
 
     topic: str
@@ -74,23 +74,23 @@ def given(name: str, saved_map: Path) -> dict[str, str]:
     return {key: value for key, value in wanted.items() if key in known}
 
 
-def run(name: str, arguments: dict[str, str], record: Path | None = None) -> list[Said]:
-    """All that was said in some seconds, while somebody drives now and then."""
+def run(name: str, arguments: dict[str, str], record: Path | None = None) -> list[PublicationDigest]:
+    """All that was published in some seconds, while somebody drives now and then."""
     launch = load_launch(name, arguments)
-    said: list[Said] = []
+    publications: list[PublicationDigest] = []
 
-    def hear(one: Publication) -> None:
+    def observe(one: Publication) -> None:
         digest = hashlib.sha256(one.message.to_cdr()).digest()
-        said.append(Said(one.topic, one.publisher, one.time_ns, digest))
+        publications.append(PublicationDigest(one.topic, one.publisher, one.time_ns, digest))
 
     robot = load_robot(str(launch.args["robot"]))
     with session(robot, int(launch.args["seed"]), launch.clock, 0.0, record) as system:
-        system.loop.add_observer(hear)
+        system.loop.add_observer(observe)
         start(system, launch)
         for _ in range(NUDGES):
             nudge(system)
             system.loop.run(until_ns=system.loop.now_ns + SECONDS * SECOND // NUDGES)
-    return said
+    return publications
 
 
 def nudge(system: NodeContainer) -> None:
@@ -99,7 +99,7 @@ def nudge(system: NodeContainer) -> None:
 
 def test_the_chapter_launches_exist() -> None:
     assert set(built_in_launches()) >= CHAPTER
-    assert not CHAPTER & PARTS, "each says what it is about"
+    assert not CHAPTER & PARTS, "each states what it is about"
     page = (Path(__file__).parents[2] / "docs" / "chapter.md").read_text()
     assert [name for name in sorted(CHAPTER) if f"chefbot launch {name}" not in page] == []
 

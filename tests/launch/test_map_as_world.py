@@ -42,14 +42,14 @@ def test_localization_and_ground_truth_share_the_map_frame(given: dict[str, str]
     truth: list[SE2] = []
     places: list[Places] = []
 
-    def hear(one: Publication) -> None:
+    def observe(one: Publication) -> None:
         if isinstance(one.message, Odometry) and one.topic == "ground_truth":
             truth.append(one.message.pose.pose.se2)
         elif isinstance(one.message, Places):
             places.append(one.message)
 
     with session(ROBOT, 5, launch.clock, 0.0, None) as system:
-        system.loop.add_observer(hear)
+        system.loop.add_observer(observe)
         start(system, launch)
         for _ in range(12):
             system.loop.post(lambda: system.loop.publish("cmd_vel_teleop", TURN, "person", from_device=True))

@@ -1,4 +1,4 @@
-"""Launches that join a robot: which one they choose, what they refuse, and when they begin anew."""
+"""Launches that join a robot: which one they choose, what they refuse, and when they start again."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def robot(port: int) -> Iterator[Start]:
         leader = one.enter_context(RmwNode(there, "chefbot", space))
         if simulated:
             clock = leader.publisher("clock", Clock, CLOCK)
-            told = threading.Event()
-            one.callback(told.set)
+            ended = threading.Event()
+            one.callback(ended.set)
 
-            def tell() -> None:
-                while not told.wait(0.02):
+            def publish_time() -> None:
+                while not ended.wait(0.02):
                     clock.publish(Clock(Time.of(time.monotonic_ns())))
 
-            threading.Thread(target=tell, daemon=True).start()
+            threading.Thread(target=publish_time, daemon=True).start()
         for name in nodes:
             one.enter_context(RmwNode(there, name, space))
         if description:
@@ -66,26 +66,26 @@ def guest(**args: str) -> Launch:
 
 
 def met(wire: RmwContext, launch: Launch) -> tuple[JoinedRobot, list[str]]:
-    said: list[str] = []
-    meeting = join_robot(wire, launch, ROBOT, said.append)
+    reported: list[str] = []
+    meeting = join_robot(wire, launch, ROBOT, reported.append)
     assert meeting is not None
-    return meeting, said
+    return meeting, reported
 
 
 def test_the_only_robot_is_joined_with_its_namespace_and_time(wire: RmwContext, robot: Start) -> None:
     robot("/robot1", "base", simulated=True, description=urdf(ROBOT))
-    meeting, said = met(wire, guest())
+    meeting, reported = met(wire, guest())
     assert meeting.launch.args["namespace"] == "/robot1"
     assert meeting.launch.clock == "simulation"
-    assert said == ["Joined robot /robot1, in its simulated time."]
+    assert reported == ["Joined robot /robot1, in its simulated time."]
     with RmwNode(wire, "listener", "/robot1") as node:
-        told = RobotTime(node)
-        loop = Loop(told.clock, told.start_ns)
-        told.attach(loop)
-        assert isinstance(told.clock, FollowerClock)
-        loop.schedule(told.start_ns + 200_000_000, 0, loop.stop)
+        robot_time = RobotTime(node)
+        loop = Loop(robot_time.clock, robot_time.start_ns)
+        robot_time.attach(loop)
+        assert isinstance(robot_time.clock, FollowerClock)
+        loop.schedule(robot_time.start_ns + 200_000_000, 0, loop.stop)
         loop.run()
-        assert loop.now_ns == told.start_ns + 200_000_000
+        assert loop.now_ns == robot_time.start_ns + 200_000_000
 
 
 def test_one_of_several_robots_must_be_named(wire: RmwContext, robot: Start) -> None:
@@ -93,9 +93,9 @@ def test_one_of_several_robots_must_be_named(wire: RmwContext, robot: Start) -> 
     robot("/robot2")
     with pytest.raises(UserError, match=r"several robots, /robot1, /robot2; choose with namespace:=NAME"):
         join_robot(wire, guest(), ROBOT, lambda _: None)
-    meeting, said = met(wire, guest(namespace="/robot2"))
+    meeting, reported = met(wire, guest(namespace="/robot2"))
     assert meeting.launch.args["namespace"] == "/robot2"
-    assert meeting.launch.clock == "wall" and said == ["Joined robot /robot2."]
+    assert meeting.launch.clock == "wall" and reported == ["Joined robot /robot2."]
 
 
 def test_another_robot_type_and_duplicate_names_are_refused(wire: RmwContext, robot: Start) -> None:
@@ -114,12 +114,12 @@ def test_another_robot_type_and_duplicate_names_are_refused(wire: RmwContext, ro
 
 @pytest.mark.slow
 def test_joining_before_the_robot_starts_waits_with_a_notice(wire: RmwContext, robot: Start) -> None:
-    said: queue.Queue[str] = queue.Queue()
+    reported: queue.Queue[str] = queue.Queue()
     threading.Timer(3.0, robot).start()
-    meeting = join_robot(wire, guest(), ROBOT, said.put)
+    meeting = join_robot(wire, guest(), ROBOT, reported.put)
     assert meeting is not None and meeting.zid
-    assert said.get() == "Waiting for a robot on the wire."
-    assert said.get() == "Joined a robot."
+    assert reported.get() == "Waiting for a robot on the wire."
+    assert reported.get() == "Joined a robot."
 
 
 @pytest.mark.slow
@@ -127,11 +127,11 @@ def test_a_restarted_robot_is_a_new_one(wire: RmwContext, robot: Start) -> None:
     first = robot("/robot1")
     meeting, _ = met(wire, guest())
     stopped = threading.Event()
-    with watch_robot(wire, meeting, stopped.set) as anew:
+    with watch_robot(wire, meeting, stopped.set) as restarted:
         first.close()
-        assert not stopped.wait(1.5)  # gone is not anew: its link may be cut
+        assert not stopped.wait(1.5)  # gone is not restarted: its link may be cut
         robot("/robot1")
-        assert stopped.wait(PATIENCE) and anew.is_set()
+        assert stopped.wait(PATIENCE) and restarted.is_set()
 
 
 def test_each_joined_process_has_its_own_node() -> None:

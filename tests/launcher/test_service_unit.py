@@ -31,7 +31,7 @@ def test_the_unit_starts_the_launch_with_absolute_paths(
 
 
 @pytest.mark.parametrize(
-    ("launch", "arguments", "words"),
+    ("launch", "arguments", "expected"),
     [
         ("explore", [], "simulates a robot"),
         ("robot_standalon", [], "no launch is called"),
@@ -39,8 +39,8 @@ def test_the_unit_starts_the_launch_with_absolute_paths(
         ("robot_standalone", ["board_port"], "write key:=value"),
     ],
 )
-def test_what_cannot_be_started_is_refused(launch: str, arguments: list[str], words: str) -> None:
-    with pytest.raises(UserError, match=words):
+def test_what_cannot_be_started_is_refused(launch: str, arguments: list[str], expected: str) -> None:
+    with pytest.raises(UserError, match=expected):
         service_unit(launch, arguments, "cook", Path("bot.service"))
 
 

@@ -197,8 +197,8 @@ def major_range(major: int) -> tuple[int, int]:
 
 def ultra(cabins: list[tuple[int, int, int]], degrees: float) -> bytes:
     """Return a capsule of cabins: a major of 12 bits and two predictions of 10 bits with a sign."""
-    words = [major | (a & 0x3FF) << 12 | (b & 0x3FF) << 22 for major, a, b in cabins]
-    return with_checksum(head(degrees) + b"".join(word(one, 4) for one in words))
+    packed = [major | (a & 0x3FF) << 12 | (b & 0x3FF) << 22 for major, a, b in cabins]
+    return with_checksum(head(degrees) + b"".join(word(one, 4) for one in packed))
 
 
 def ultra_ranges(cabins: list[tuple[int, int, int]]) -> Ranges:

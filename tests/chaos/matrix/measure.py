@@ -1,4 +1,4 @@
-"""Runs one unit of the matrix and says how it ended."""
+"""Runs one unit of the matrix and reports how it ended."""
 
 from __future__ import annotations
 
@@ -125,9 +125,9 @@ def make_run(scenario: Scenario, seed: int) -> tuple[bool, bool, str, int]:
 
 def run_soak(check: SoakCheck, seconds: float) -> tuple[bool, bool, str, int]:
     """Deliver until `seconds` have passed or the simulated time is over."""
-    words = [check.robot, check.world, str(check.hours), str(seconds)]
+    arguments = [check.robot, check.world, str(check.hours), str(seconds)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-m", "tests.chaos.matrix.soak", *words]
+    command = [sys.executable, "-m", "tests.chaos.matrix.soak", *arguments]
     ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=environment)
     if ended.returncode:
         return False, False, f"ended with {ended.returncode}: {ended.stderr[-300:]}", 1

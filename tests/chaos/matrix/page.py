@@ -53,7 +53,7 @@ def _line(row: Row, count: int, results: Sequence[UnitResult]) -> str:
 
 
 def verdict(count: int, results: Sequence[UnitResult]) -> str:
-    """Return the result of a row in a word or two; a row that was run in part only says so."""
+    """Return the result of a row in a word or two, marked if the row was run in part only."""
     if not count:
         return "not measured"
     if not results:

@@ -43,7 +43,7 @@ class Soak:
         run.system.loop.add_observer(ButtonPresser(run.system.loop))
 
     def deliver(self) -> None:
-        """Give an order and wait until it is done; launch anew before it if the battery is low."""
+        """Give an order and wait until it is done; launch again before it if the battery is low."""
         run = self._run
         try:
             if not self.launches or self._charge < MIN_CHARGE:

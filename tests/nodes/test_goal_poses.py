@@ -145,17 +145,18 @@ def test_an_occupied_goal_ends_beside_it_and_this_is_reported() -> None:
 
 
 def test_the_robot_goes_on_to_a_goal_that_becomes_free() -> None:
-    """Whoever stands there has some seconds to step aside after the robot has come near."""
+    """Whoever stands there has some seconds to step aside after the robot has come near, if only for a moment."""
     nodes = room(occupied=(1.0, 0.0))
     send_goal(nodes, at(1.0, 0.0))
-    nodes.run(3.0)
+    nodes.run(2.0)
     assert not nodes.messages("navigate_to_pose/_action/get_result")
-    nodes.loop.publish("map", map_message(None), "test")
-    nodes.run(5.0)
+    for occupied in (None, (1.0, 0.0)):
+        nodes.loop.publish("map", map_message(occupied), "test")
+        nodes.run(2.0)
     outcome = nodes.messages("navigate_to_pose/_action/get_result")[-1]
     assert outcome.status == STATUS_SUCCEEDED and outcome.result.error_msg == ""
     controller: Any = nodes.system.nodes["controller"]
-    assert len(controller.ends) == 2 and controller.ends[-1].distance(SE2(1.0, 0.0, 0.0)) < 0.01
+    assert controller.ends[-1].distance(SE2(1.0, 0.0, 0.0)) < 0.01
 
 
 def test_a_goal_in_a_wall_far_from_any_floor_is_given_up() -> None:

@@ -78,7 +78,7 @@ class NavigationTrees:
             "backup_speed": self._back_up_speed,
             "spin_dist": recovery.spin,
             "wait_duration": recovery.wait,
-            "goal_wait_msec": 1e3 * params.waiting.at_goal,
+            "goal_attempts": round(params.waiting.at_goal),
         }
         for key, value in values.items():
             tree.blackboard.set(key, value)

@@ -19,7 +19,7 @@ from tests.support.fake_navigation import (
     unanswered,
 )
 
-from chefbot.behavior.recovery import NavigatorParams, RecoveryParams
+from chefbot.behavior.recovery import NavigatorParams, RecoveryParams, WaitingParams
 from chefbot.behavior_tree.blackboard import BehaviorTreeError
 from chefbot.behavior_tree.navigation_tree import MAX_BYTES, NavigationTrees
 from chefbot.behavior_tree.tree import BehaviorTree
@@ -107,6 +107,36 @@ def test_it_plans_again_each_second_and_follows_each_path() -> None:
     assert not any(one.discarded for one in navigation.services.begun), "the controller preempts by itself"
     navigation.services.begun[-1].end(FollowPath_Result())
     assert navigation.run(0.1) is Status.SUCCESS
+
+
+def drives_at_once(pending: PendingAction) -> None:
+    pending.end(path_found() if pending.what == "plan" else FollowPath_Result())
+
+
+@pytest.mark.parametrize(("at_goal", "drives"), [(5.0, 6), (2.0, 3), (0.0, 1)])
+def test_an_occupied_goal_is_tried_again_each_second(at_goal: float, drives: int) -> None:
+    navigation = Navigation(drives_at_once, params=NavigatorParams(waiting=WaitingParams(at_goal=at_goal)))
+    navigation.services.waits_well, navigation.services.goal_occupied = False, True
+    assert navigation.run(at_goal + 1.0) is Status.SUCCESS
+    assert navigation.services.names() == ["plan", "follow"] * drives
+    assert navigation.recoveries == []
+
+
+def test_a_goal_that_becomes_free_is_reached_at_once() -> None:
+    navigation = Navigation(drives_at_once)
+    navigation.services.waits_well, navigation.services.goal_occupied = False, True
+    assert navigation.run(1.5) is Status.RUNNING
+    navigation.services.goal_occupied = False
+    assert navigation.run(1.0) is Status.SUCCESS
+    assert navigation.services.names() == ["plan", "follow"] * 3
+
+
+def test_a_goal_within_the_tolerance_ends_the_drive() -> None:
+    """The controller's tolerance may be larger than the distance at which the robot is at a pose."""
+    navigation = Navigation(drives_at_once)
+    navigation.services.waits_well = False
+    assert navigation.run(0.5) is Status.SUCCESS
+    assert navigation.services.names() == ["plan", "follow"]
 
 
 def test_a_recovery_that_fails_is_followed_by_a_plan() -> None:

@@ -39,7 +39,7 @@ class RecordedNavigation:
         self.begun: list[PendingAction] = []
         self.failures: list[tuple[int, str]] = []
         self.localized = self.waits_well = True
-        self.may_be_blocked = False
+        self.may_be_blocked = self.goal_occupied = False
         self._answer = answer
 
     def names(self) -> list[str]:
@@ -92,6 +92,9 @@ class RecordedNavigation:
 
     def is_at(self, pose: object) -> bool:
         return self.waits_well
+
+    def is_goal_occupied(self) -> bool:
+        return self.goal_occupied
 
 
 def path_found() -> ComputePathToPose_Result:

@@ -30,6 +30,9 @@ class WaitingServices(NavigationServices, Protocol):
     def is_at(self, pose: object) -> bool:
         """Return whether the robot is at a pose."""
 
+    def is_goal_occupied(self) -> bool:
+        """Return whether the newest path ends beside its occupied goal."""
+
 
 class IsWayBlocked(ActionLeaf):
     """Succeeds if people or other things that may go away block the way to `goal` and waiting is what to do.
@@ -77,6 +80,18 @@ class GoalReached(ConditionLeaf):
         return self._services.is_at(self.ports.value("goal"))
 
 
+class IsGoalOccupied(ConditionLeaf):
+    """Holds if the newest path ends beside its goal because that is occupied."""
+
+    def __init__(self, services: WaitingServices, name: str, ports: NodePorts) -> None:
+        super().__init__(name, ports)
+        self._services = services
+
+    def holds(self) -> bool:
+        """Return whether the goal is occupied."""
+        return self._services.is_goal_occupied()
+
+
 def waiting_nodes(services: WaitingServices) -> Catalog:
     """Return the types of leaves that wait by these services."""
     goal, error = NodePort("goal", object), NodePort("error_code", int, default="0")
@@ -88,4 +103,5 @@ def waiting_nodes(services: WaitingServices) -> Catalog:
         "IsWayBlocked": action(IsWayBlocked, NodePort("waiting_pose", object, "output", "")),
         "WaitForWay": action(WaitForWay, *ERROR_PORTS),
         "GoalReached": NodeType(NodeKind.CONDITION, partial(GoalReached, services), (goal,)),
+        "IsGoalOccupied": NodeType(NodeKind.CONDITION, partial(IsGoalOccupied, services)),
     }

@@ -122,3 +122,7 @@ class NodeServices:
         except TransformError:
             return False
         return robot.distance(cast(PoseStamped, pose).pose.se2) <= AT_POSE
+
+    def is_goal_occupied(self) -> bool:
+        """Return whether the newest path ends beside its occupied goal, as the planner reported."""
+        return bool(self._node._goal_remark)

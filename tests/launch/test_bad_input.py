@@ -91,6 +91,14 @@ def test_a_missing_map_is_refused_before_kernels_are_compiled(monkeypatch: pytes
         run_launch("amcl_demo", ["map_file:=none.yaml", "world:=room", *QUICK])
 
 
+def test_a_recording_in_the_way_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_bytes(b"an older recording")
+    assert run_launch("chefbot_empty_world", [f"record:={path}", *QUICK]) == 0
+    assert (tmp_path / "run.1.mcap").read_bytes() == b"an older recording"
+    assert path.stat().st_size > 1000 and "it is kept as" in capsys.readouterr().out
+
+
 def test_home_paths_are_expanded_after_an_equals_sign(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

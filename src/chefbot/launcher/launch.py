@@ -44,6 +44,7 @@ from chefbot.runtime.launch import (
 )
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
+from chefbot.storage.atomic_files import rename_existing
 from chefbot.storage.map_files import load_map
 from chefbot.supervision.service_manager import reports_to_service_manager
 from chefbot.ui.access.visitors import share_secret
@@ -176,6 +177,8 @@ def _run_joined(launch: Launch, robot: Robot, wire: RmwContext, folder: Path) ->
 def _session(launch: Launch, robot: Robot, time: RobotTime | None = None) -> Iterator[NodeContainer]:
     seed, speed = int(launch.args["seed"]), float(launch.args["speed"])
     record = Path(str(launch.args["record"])) if launch.args["record"] else None
+    if record and (kept := rename_existing(record)):
+        console.print(f"{record} exists; it is kept as {kept}")
     clock, start_ns = (time.clock, time.start_ns) if time else (None, None)
     with session(robot, seed, launch.clock, speed, record, clock, start_ns) as system:
         if time is not None:

@@ -6,6 +6,7 @@ import os
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 from chefbot.errors import ChefbotError
@@ -128,3 +129,19 @@ def write_into_folder(path: Path, data: bytes) -> None:
     """Write a file atomically, creating its folder if necessary; StorageError with the reason."""
     make_folder(path.parent)
     write_atomic(path, data)
+
+
+def rename_existing(path: Path) -> Path | None:
+    """Rename an existing file NAME.END to the first free NAME.1.END, NAME.2.END, ...; return the new path.
+
+    None if there is no such file. Raises StorageError if it cannot be renamed.
+    """
+    if not path.is_file():
+        return None
+    numbered = (path.with_name(f"{path.stem}.{number}{path.suffix}") for number in count(1))
+    kept = next(one for one in numbered if not one.exists())
+    try:
+        path.rename(kept)
+    except OSError as error:
+        raise StorageError(f"{path} exists and cannot be renamed: {error.strerror}") from None
+    return kept

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
 from tests.support.waiting import PATIENCE
 
@@ -15,8 +16,11 @@ from chefbot.config import ConfigError
 from chefbot.errors import UserError
 from chefbot.launcher.launch import run_launch
 from chefbot.launcher.session import session, start
+from chefbot.mapping.image_format import MapFormatError
+from chefbot.maths.grid import Grid
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import built_in_launches, load_launch
+from chefbot.storage.map_files import save_map
 from chefbot.ui.remote.web_ui_client import WebUiClient
 from chefbot.ui.web_ui import WebUiDevice
 
@@ -89,6 +93,12 @@ def test_a_missing_map_is_refused_before_kernels_are_compiled(monkeypatch: pytes
     monkeypatch.setattr("chefbot.launcher.launch.compile_kernels", lambda _: pytest.fail("compiled first"))
     with pytest.raises(ConfigError, match=r"map file none.* does not exist"):
         run_launch("amcl_demo", ["map_file:=none.yaml", "world:=room", *QUICK])
+
+
+def test_a_map_without_walls_ends_the_start(tmp_path: Path) -> None:
+    save_map(tmp_path / "floor", Grid(np.zeros((40, 40), np.int8), 0.05, 0.0, 0.0))
+    with pytest.raises(MapFormatError, match=r"floor\.yaml has no occupied cell"):
+        run_launch("amcl_demo", [f"world:={tmp_path}/floor.yaml", *QUICK])
 
 
 def test_a_recording_in_the_way_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,9 +7,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from chefbot.launcher.session import session, start
+from chefbot.launcher.session import print_fault, session, start
 from chefbot.robot.load import load_robot
+from chefbot.runtime.callback_faults import Fault
 from chefbot.runtime.launch import load_launch
+from chefbot.runtime.transform_buffer import TransformError
 
 
 @pytest.fixture(autouse=True)
@@ -25,3 +27,17 @@ def test_collections_leave_out_what_a_launch_has_loaded() -> None:
         start(system, launch)
         assert gc.get_freeze_count() > 0.9 * before
         assert len(gc.get_objects()) < 0.1 * before
+
+
+@pytest.mark.parametrize(
+    ("error", "has_traceback"), [(TransformError("no frame"), False), (KeyError("x"), True)]
+)
+def test_only_a_program_error_has_a_traceback(
+    error: Exception, has_traceback: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        raise error
+    except Exception as raised:
+        print_fault(Fault("node <- scan", raised))
+    stderr = capsys.readouterr().err
+    assert stderr.startswith("Fault: ") and ("Traceback" in stderr) == has_traceback

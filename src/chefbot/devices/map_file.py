@@ -8,6 +8,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.localization.likelihood_field import OCCUPIED_FROM
+from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Place, Places
 from chefbot.msgs.chefbot_zones import MapZones
@@ -51,6 +53,11 @@ class MapFileDevice(Device):
     def read_map(self, path: Path) -> None:
         """Read a map and the places file beside it, if there is one."""
         self._path, self._grid = path, load_map(path)
+        if not (self._grid.cells >= OCCUPIED_FROM).any():
+            raise MapFormatError(
+                f"map file {path} has no occupied cell, so no scan can be matched to it; check its picture, mode and "
+                "thresholds"
+            )
         places_file = places_path(path)
         self.named = load_entries(places_file) if places_file.exists() else {}
 

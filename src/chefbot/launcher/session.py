@@ -12,7 +12,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError
 from chefbot.msgs.diagnostic_msgs import WARN, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.robot.spec import Robot
@@ -105,7 +105,7 @@ class RecordingEnd:
 def print_fault(fault: Fault) -> None:
     """Print the first fault of each kind; with a traceback if it is a program error."""
     errors.print(f"Fault: {fault.sentence}", markup=False)
-    if not isinstance(fault.error, UserError):
+    if not isinstance(fault.error, ChefbotError):
         errors.print("".join(traceback.format_exception(fault.error)), markup=False, end="")
 
 

@@ -27,6 +27,8 @@ from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.robot.load import load_robot
+from chefbot.ros2.bag.writer import BagWriter
+from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.recorder import Recorder
 
@@ -83,6 +85,32 @@ def test_the_newest_causes_are_lines(run: Path, capsys: pytest.CaptureFixture[st
     assert lines[-1].split() == ["30", "29.0", "s", "Stopped", "0.5", "s", "Sentence", "30."]
     print_reasons(run / "run.mcap", None, False, None)
     assert len(capsys.readouterr().out.splitlines()) == 31
+
+
+def write_bag(path: Path, causes: list[Cause]) -> Path:
+    """A bag on wall time of a robot with simulated time, as `chefbot bag record` writes it."""
+    kind, began_ns = InterfaceType.of(Cause), 1_795_733_071 * SECOND
+    writer = BagWriter(path)
+    writer.add_topic("/causes", kind, [])
+    for number, one in enumerate(causes):
+        received_ns = began_ns + number * SECOND
+        writer.add("/causes", kind, one.to_cdr(), received_ns, received_ns)
+    writer.close()
+    return path
+
+
+def test_a_bag_of_two_launches_shows_the_robots_time(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = write_bag(tmp_path / "two.mcap", [cause(1, 5.0), cause(2, 9.0), cause(1, 3.0)])
+    print_reasons(bag, None, False, None)
+    _, first, second, restart, third = capsys.readouterr().out.splitlines()
+    assert [line.split()[:3] for line in (first, second, third)] == [
+        ["1", "5.0", "s"],
+        ["2", "9.0", "s"],
+        ["3", "3.0", "s"],
+    ]
+    assert restart == "The robot was started again."
 
 
 def test_the_chain_is_data(run: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,6 +15,8 @@ from chefbot.cli.why.picture import write_picture
 from chefbot.cli.why.run_log import RunCauses, find_log, read_run
 
 console = Console(highlight=False, markup=False, soft_wrap=True)
+CLOCK_JUMP_NS = 1_000_000_000
+"""Time by which a cause begins before the one listed above it only if the robot's clock has begun again, ns."""
 EFFECT_NAMES = {"slow": "slow-down", "stop": "stop", "detour": "detour", "failure": "failure"}
 
 
@@ -43,8 +45,12 @@ def _print_lines(run: RunCauses, spans: list[CauseSpan], hidden: int) -> None:
         console.print(f"The log is not complete: {run.cut}")
     if hidden:
         console.print(f"({number_of(hidden, 'earlier cause')}; --all shows them)")
+    before_ns = 0
     for i, span in enumerate(spans[hidden:], hidden + 1):
+        if span.began_ns < before_ns - CLOCK_JUMP_NS:
+            console.print("The robot was started again.")
         console.print(_line(i, span, run.began_ns))
+        before_ns = span.began_ns
 
 
 def _line(number: int, span: CauseSpan, began_ns: int) -> str:

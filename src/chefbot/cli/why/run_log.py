@@ -15,14 +15,16 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.ros2.bag.reader import Bag, read_bag
 
 RUNS = Path("runs")
+OTHER_CLOCK_NS = 3_600_000_000_000
+"""Time by which a log begins after its first cause only if it was written on another clock, ns."""
 M = TypeVar("M", bound=Message)
 
 
 class RunCauses(NamedTuple):
     """What a log has about causes.
 
-    spans: oldest first. grid: the last static map, or None. began_ns: time of the first message. cut: a sentence if
-    the log ends too early, else empty.
+    spans: oldest first. grid: the last static map, or None. began_ns: when it begins on the robot's clock. cut: a
+    sentence if the log ends too early, else empty.
     """
 
     path: Path
@@ -64,7 +66,17 @@ def read_run(path: Path) -> RunCauses:
             raise UserError(f"log {path} holds no message{': it ends too early' if cut else ''}")
         raise UserError(f"log {path} holds no causes: nothing slowed the robot down, or none were recorded")
     grid = maps[-1].grid if maps else None
-    return RunCauses(path, CauseHistory(causes).spans, grid, bag.start_ns, cut)
+    spans = CauseHistory(causes).spans
+    return RunCauses(path, spans, grid, _begin_of(bag, spans), cut)
+
+
+def _begin_of(bag: Bag, spans: list[CauseSpan]) -> int:
+    """Return the begin of a log on the clock of its causes, ns.
+
+    A simulated robot's clock begins at 0, `chefbot bag record` notes wall time.
+    """
+    first_ns = min(span.began_ns for span in spans)
+    return min(bag.start_ns, first_ns) if bag.start_ns - first_ns < OTHER_CLOCK_NS else 0
 
 
 def _check_type(bag: Bag, path: Path) -> None:

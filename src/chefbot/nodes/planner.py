@@ -35,6 +35,9 @@ class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     settings: PlannerParams = PlannerParams()
 
 
+NO_POSE = "The robot is not localized yet: it has no pose on the map."
+
+
 class PlannerNode(BlockageFinderNode):
     """Serves compute_path_to_pose on the static map and the obstacle layers."""
 
@@ -63,8 +66,8 @@ class PlannerNode(BlockageFinderNode):
         """Return a path from the robot's pose (or from `start`) to the goal, or an error code and message."""
         try:
             robot = self.tf.lookup("map", "base_link")
-        except TransformError as error:
-            return ComputePathToPose_Result(error_code=NO_TRANSFORM, error_msg=f"Not localized yet: {error}")
+        except TransformError:
+            return ComputePathToPose_Result(error_code=NO_TRANSFORM, error_msg=NO_POSE)
         try:
             start = goal_in_map(goal.start, self.tf).pose.se2 if goal.use_start else robot
             target = goal_in_map(goal.goal, self.tf).pose.se2

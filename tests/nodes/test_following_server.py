@@ -193,7 +193,7 @@ def test_other_objects_are_refused_with_a_reason(frame: str, topic: str, reason:
 
 @pytest.mark.parametrize(
     ("message", "reason"),
-    [(NavigationStatus(state="driving"), "cancel it first"), (Bool(True), "STOP is pressed")],
+    [(NavigationStatus(state="driving"), "cancel it first"), (Bool(True), "emergency stop is active")],
 )
 def test_a_robot_that_may_not_follow_refuses(message: Any, reason: str) -> None:
     robot = Following()

@@ -206,7 +206,9 @@ def test_an_occupied_goal_is_reported_once_until_it_is_free() -> None:
     hall.node.report_occupied_goal(beside, GOAL)
     assert len(hall.begun) == 2, "occupied again"
     hall.node.report_occupied_goal(line(START, SE2(4.5, 2.3, 0.0)), GOAL)
-    assert len(hall.begun) == 3, "another pose beside it"
+    assert len(hall.begun) == 2, "the same pose, shifted by another look at the obstacle"
+    hall.node.report_occupied_goal(line(START, SE2(4.6, 1.7, 0.0)), GOAL)
+    assert len(hall.begun) == 3, "a pose on the other side of it"
 
 
 # ---- failures

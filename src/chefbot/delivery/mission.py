@@ -155,7 +155,7 @@ class DeliveryRound:
             if self.in_progress or self.status.pending_orders:
                 self._update_status(hold_reason="stop", description=self._held_sentence())
         elif self.status.hold_reason == "stop":
-            self._wait_for_choice("STOP is released.")
+            self._wait_for_choice("The emergency stop is released.")
 
     def on_diverted(self) -> None:
         """Note that another client sent the robot elsewhere, so that it is not at its place or on its way."""

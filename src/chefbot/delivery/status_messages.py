@@ -10,8 +10,8 @@ WAITING = "Waiting for an order."
 AT_HOME = "At home, waiting for an order."
 CANCELLED = "The delivery was cancelled."
 DIVERTED = "Somebody sent the robot elsewhere."
-ORDER_KEPT = "STOP is pressed. The order is kept; press Resume, then choose whether to begin."
-NOT_WHILE_STOPPED = "STOP is pressed. Press Resume first."
+ORDER_KEPT = "The emergency stop is active. The order is kept; press Resume, then choose whether to begin."
+NOT_WHILE_STOPPED = "The emergency stop is active. Press Resume first."
 CANCELLED_TOO = "The delivery was cancelled, and {} more that waited."
 ERRAND_ENDED = "The drive was ended."
 NO_PLACE = "The order names no place."
@@ -62,7 +62,7 @@ def not_reached(place: str, why: str) -> str:
 
 def stopped(status: DeliveryStatus) -> str:
     """Return the message of a round during an emergency stop."""
-    return f"STOP is pressed. The round is kept: {display_name(status.place)} is next."
+    return f"The emergency stop is active. The round is kept: {display_name(status.place)} is next."
 
 
 def choose(status: DeliveryStatus, reason: str) -> str:

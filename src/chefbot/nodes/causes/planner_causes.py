@@ -18,6 +18,9 @@ from chefbot.nodes.global_costmap import GlobalCostmapNode
 from chefbot.planning.grid_planner import path_length
 from chefbot.planning.planner import Planner, PlanningError, PlanningFailure
 
+SAME_END = 0.25
+"""Distance up to which two poses beside an occupied goal are the same one in reports, m."""
+
 
 class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
     """Base class of a node that plans on the global costmap and reports detours and failures."""
@@ -51,7 +54,7 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
     def report_occupied_goal(self, plan: NDArray[np.float64], goal: SE2) -> str:
         """Report that a plan (n, 3) ends beside its occupied goal; return the sentence, empty if it does not.
 
-        It is reported once for a goal and the pose beside it.
+        It is reported once for a goal and the pose beside it, which shifts with each look at the obstacle.
         """
         end = SE2.of(plan[-1])
         away = end.distance(goal)
@@ -61,7 +64,8 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         sentence = (
             f"The goal is occupied: the robot drives to a free pose with sight of it, {away:.2f} m away."
         )
-        if self._occupied_goal != (goal, end):
+        before = self._occupied_goal
+        if before is None or before[0] != goal or before[1].distance(end) > SAME_END:
             self._occupied_goal = goal, end
             cell = nearest_lethal(self._costs.update(), goal.x, goal.y)
             place = marked_place(self._costs, cell, "map", self.robot)

@@ -55,8 +55,8 @@ def map_message(occupied: tuple[float, float] | None) -> OccupancyGrid:
     return OccupancyGrid.of(Header.of(0, "map"), Grid(cells, 0.05, -2.0, -2.0))
 
 
-def room(*, occupied: tuple[float, float] | None = None) -> NodeRunner:
-    """Return planner and navigator on a map around the robot."""
+def room(*, occupied: tuple[float, float] | None = None, localized: bool = True) -> NodeRunner:
+    """Return planner and navigator on a map around the robot; not `localized`: before its first pose on it."""
     kinds = {
         "planner": "chefbot.nodes.planner:PlannerNode",
         "navigator": "chefbot.nodes.navigator:NavigatorNode",
@@ -64,12 +64,16 @@ def room(*, occupied: tuple[float, float] | None = None) -> NodeRunner:
     }
     nodes = NodeRunner(kinds, {})
     nodes.loop.publish("map", map_message(occupied), "test")
-    frames = (("map", "odom", SE2(0.0, 0.0, 0.0)), ("odom", "base_link", SE2(-0.5, -0.5, math.pi / 2)))
-    for parent, child, pose in frames:
-        message = TFMessage((TransformStamped.of(0, parent, child, pose),))
-        nodes.loop.publish("tf" if child == "base_link" else "tf_static", message, "test")
+    place(nodes, "odom", "base_link", SE2(-0.5, -0.5, math.pi / 2))
+    if localized:
+        place(nodes, "map", "odom", SE2(0.0, 0.0, 0.0))
     nodes.run(0.5)
     return nodes
+
+
+def place(nodes: NodeRunner, parent: str, child: str, pose: SE2) -> None:
+    message = TFMessage((TransformStamped.of(0, parent, child, pose),))
+    nodes.loop.publish("tf_static" if parent == "map" else "tf", message, "test")
 
 
 def send_goal(nodes: NodeRunner, goal: PoseStamped) -> None:
@@ -126,6 +130,16 @@ def test_a_goal_in_the_robots_frame_is_transformed_once() -> None:
     assert (end.x, end.y, end.yaw) == pytest.approx((-0.5, 0.5, math.pi / 2))
     (shown,) = nodes.messages("navigation_goal")
     assert shown.header.frame_id == "map"
+
+
+def test_a_goal_before_the_first_pose_waits_for_localization() -> None:
+    nodes = room(localized=False)
+    send_goal(nodes, at(1.0, 0.0))
+    nodes.run(3.0)
+    place(nodes, "map", "odom", SE2(0.0, 0.0, 0.0))
+    nodes.run(2.0)
+    assert nodes.messages("navigate_to_pose/_action/get_result")[-1].status == STATUS_SUCCEEDED
+    assert all(one.recoveries == 0 for one in nodes.messages("navigation_status"))
 
 
 def test_an_occupied_goal_ends_beside_it_and_this_is_reported() -> None:

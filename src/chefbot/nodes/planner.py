@@ -25,6 +25,10 @@ from chefbot.runtime.node import Out
 from chefbot.runtime.plugins import load_plugin
 from chefbot.runtime.transform_buffer import TransformError
 
+FIRST_POSE_TIMEOUT, FIRST_POSE_PERIOD = 6.0, 0.2
+"""Time for which the first pose on the map is awaited, shorter than a client's patience, and between two looks, s."""
+NO_POSE = "The robot is not localized yet: it has no pose on the map."
+
 
 class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the global costmap and of the planner plugin."""
@@ -33,9 +37,6 @@ class PlannerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     plugin: str = ""
     """`pkg.module:Class` of a custom planner; its constructor receives `settings`."""
     settings: PlannerParams = PlannerParams()
-
-
-NO_POSE = "The robot is not localized yet: it has no pose on the map."
 
 
 class PlannerNode(BlockageFinderNode):
@@ -64,9 +65,8 @@ class PlannerNode(BlockageFinderNode):
 
     async def on_compute_path_to_pose(self, goal: ComputePathToPose_Goal, _: Any) -> ComputePathToPose_Result:
         """Return a path from the robot's pose (or from `start`) to the goal, or an error code and message."""
-        try:
-            robot = self.tf.lookup("map", "base_link")
-        except TransformError:
+        robot = await self._first_pose()
+        if robot is None:
             return ComputePathToPose_Result(error_code=NO_TRANSFORM, error_msg=NO_POSE)
         try:
             start = goal_in_map(goal.start, self.tf).pose.se2 if goal.use_start else robot
@@ -84,6 +84,20 @@ class PlannerNode(BlockageFinderNode):
         self.plan.publish(path)
         self.report_plan(poses, self._planner, target, robot)
         return ComputePathToPose_Result(path, error_msg=self.report_occupied_goal(poses, target))
+
+    async def _first_pose(self) -> SE2 | None:
+        """Return the robot's pose in the map; None if there is none after a while.
+
+        After a start localization needs a moment, and no recovery behavior.
+        """
+        until_ns = self.now_ns + round(FIRST_POSE_TIMEOUT * 1e9)
+        while True:
+            try:
+                return self.tf.lookup("map", "base_link")
+            except TransformError:
+                if self.now_ns >= until_ns:
+                    return None
+            await self.sleep(FIRST_POSE_PERIOD)
 
     def _find_path(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Plan around all marks and, if that fails, without those out of sensor range, which may have left.

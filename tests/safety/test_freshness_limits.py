@@ -292,3 +292,17 @@ def test_missing_data_within_the_view_are_not_hidden_at_its_edge() -> None:
     lidar.send(walls())
     lidar.send(without(slice(1, 30)))
     assert not lidar.watch.hidden_at_edge()
+
+
+def test_transforms_have_their_time_again_after_a_gap() -> None:
+    """The first data after a gap are not in the costmap yet: that is no missing transform."""
+    lidar = Lidar()
+    lidar.repeat(walls())
+    lidar.now_ns += 5000 * MS
+    faults = []
+    for number in range(5):
+        lidar.watch.process_view(view(lidar.now_ns, walls() + 0.01 * number), lidar.now_ns, HERE)
+        faults.append(lidar.watch.fault(lidar.now_ns, HERE))
+        lidar.now_ns += 100 * MS
+    assert all("too seldom" in fault for fault in faults[:4]), faults
+    assert "cannot be placed" in faults[4], "no data are marked for longer than the limit"

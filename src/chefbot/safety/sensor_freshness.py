@@ -82,6 +82,7 @@ class ObstacleSensorMonitor:
         if last is None:
             self._placed_ns = view.stamp_ns  # transforms get the same timeout as messages
         elif view.stamp_ns - last.stamp_ns > self.limit_ns:
+            self._placed_ns = view.stamp_ns  # as of the first message
             self._set_fault(f"The {self.title} sends too seldom: two messages lay {self._limit_text} apart.")
         self._was_near = view.near or (self._was_near and not view.met.any())
         self._edges = np.minimum(self._edges, _from_edges(view.mute))

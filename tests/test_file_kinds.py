@@ -25,7 +25,7 @@ TEXTS = {
     MAP: "image: office.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n",
     ZONES: "version: 1\nzones: {}\n",
 }
-WORDS = {ROBOT: "is a robot", WORLD: "is a world", MAP: "is a map", ZONES: "holds the zones of a map"}
+PHRASES = {ROBOT: "is a robot", WORLD: "is a world", MAP: "is a map", ZONES: "holds the zones of a map"}
 READERS: dict[str, Callable[[Path], object]] = {
     ROBOT: lambda path: load_robot(str(path)),
     WORLD: lambda path: load_any_world(str(path), CHEFBOT),
@@ -44,7 +44,7 @@ def test_a_file_of_another_kind_is_named(given: str, expected: str, tmp_path: Pa
     path.write_text(TEXTS[given])
     with pytest.raises(ChefbotError) as caught:
         READERS[expected](path)
-    assert str(caught.value) == f"{expected} file {path} {WORDS[given]}, not a {expected} file"
+    assert str(caught.value) == f"{expected} file {path} {PHRASES[given]}, not a {expected} file"
 
 
 @pytest.mark.parametrize("expected", [WORLD, MAP])

@@ -16,7 +16,7 @@ from chefbot.causes.chains import (
     is_mapped,
 )
 from chefbot.causes.reports import CONTACT, DETOUR, END, FAILURE, MAP, STOP, MarkedPlace, make_report, stamped
-from chefbot.causes.sentences import joined
+from chefbot.causes.sentences import after_colon, joined
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import Cause
@@ -49,11 +49,11 @@ def test_the_static_map_distinguishes_walls_from_what_came_later() -> None:
     assert (wall.obstacle, wall.id) == ("on the map", 2)
     assert (other.obstacle, other.person) == ("not on the map", -1)
     assert other.sentence == (
-        "No command. The lidar marked an obstacle that is not on the map at x 2.00 m, y 1.00 m in map."
+        "No command. The lidar marked an obstacle that is not on the map at x 2.00 m, y 1.00 m."
     )
     assert other.chain == (
         "controller: twists",
-        "lidar: x 2.00 m, y 1.00 m in map, marked at 1.00 s",
+        "lidar: x 2.00 m, y 1.00 m, marked at 1.00 s",
         "obstacle: not on the map",
     )
 
@@ -81,7 +81,7 @@ def test_a_recovery_has_the_place_of_what_blocked_the_controller() -> None:
     recovery = process(chains, make_report(STOP, "recovery", "Recovery 1: no command."), "navigator")
     assert (recovery.caused_by, recovery.point, recovery.sensor) == (stop.id, stop.point, "lidar")
     assert recovery.chain == ("navigator: recovery", *stop.chain)
-    assert recovery.sentence.startswith("Recovery 1: No command. The lidar marked")
+    assert recovery.sentence.startswith("Recovery 1: no command. The lidar marked")
     assert base.caused_by == 0 and stop.caused_by == 0
 
 
@@ -129,12 +129,13 @@ def test_a_place_in_odom_is_moved_to_the_map() -> None:
     assert (cause.point.x, cause.point.y) == pytest.approx((2.0, 1.0))
     unknown = chains.process(stamped(report, "controller", 1), None, None)
     assert unknown is not None and unknown.header.frame_id == "odom" and unknown.obstacle == ""
+    assert " m in odom" in unknown.sentence and " in " not in cause.sentence
 
 
 def test_old_marks_contacts_and_the_map_have_their_own_sentences() -> None:
     chains = CauseChains()
     old = process(chains, blocked(2.0, marked_ns=SECOND), now_ns=61 * SECOND)
-    assert old.sentence.endswith("in map, 60.0 s earlier.")
+    assert old.sentence.endswith("y 1.00 m, 60.0 s earlier.")
     assert "The robot touched an obstacle" in process(chains, blocked(2.0, sensor=CONTACT)).sentence
     assert "The map has an obstacle" in process(chains, blocked(2.0, sensor=MAP, marked_ns=0)).sentence
     assert "in its cone" in process(chains, blocked(2.0, sensor="ultrasonic ranger")).sentence
@@ -148,8 +149,17 @@ def test_a_long_run_takes_no_more_memory() -> None:
 
 
 def test_what_two_sentences_share_stands_once() -> None:
-    assert joined("Recovery 1: no way.", "No way. The lidar.") == "Recovery 1: No way. The lidar."
+    assert joined("Recovery 1: no way.", "No way. The lidar.") == "Recovery 1: no way. The lidar."
     assert joined("Not served", "No way.") == "Not served. No way."
+
+
+@pytest.mark.parametrize(
+    "name", ["STOP is pressed.", "SLAM is lost.", "Nav2 refused it.", "table 3: no.", ""]
+)
+def test_a_name_keeps_its_capitals_after_a_colon(name: str) -> None:
+    assert after_colon(name) == name
+    assert after_colon("A person stands there.") == "a person stands there."
+    assert after_colon("The way is blocked.") == "the way is blocked."
 
 
 def test_a_zone_is_named_and_is_no_obstacle_of_the_map() -> None:
@@ -158,5 +168,5 @@ def test_a_zone_is_named_and_is_no_obstacle_of_the_map() -> None:
     chains.people = (TrackedPoint(4, 3.0, 1.0),)
     cause = process(chains, blocked(3.02, sensor="keep-out zone stairs", marked_ns=0))
     assert (cause.obstacle, cause.person) == ("", -1)
-    assert cause.sentence == "No command. The keep-out zone stairs lies at x 3.02 m, y 1.00 m in map."
-    assert cause.chain[-1] == "keep-out zone stairs: x 3.02 m, y 1.00 m in map"
+    assert cause.sentence == "No command. The keep-out zone stairs lies at x 3.02 m, y 1.00 m."
+    assert cause.chain[-1] == "keep-out zone stairs: x 3.02 m, y 1.00 m"

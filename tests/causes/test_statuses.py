@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from chefbot.causes.reports import DETOUR, END, FAILURE, STOP
 from chefbot.causes.statuses import CANCELLED, StatusReports
 from chefbot.msgs.chefbot_msgs import (
@@ -11,6 +13,7 @@ from chefbot.msgs.chefbot_msgs import (
     EmergencyStopStatus,
     NavigationStatus,
 )
+from chefbot.safety.stop_latch import ESTOP_RESTORED, ESTOP_STATE_UNKNOWN, PRESSED, PRESSED_BY_TOPIC
 
 
 def facts(reports: list[Cause]) -> list[tuple[str, str, str]]:
@@ -59,10 +62,24 @@ def test_the_emergency_stop_begins_and_ends() -> None:
     statuses = StatusReports()
     active = EmergencyStopStatus(active=True, description="Pressed on the page.")
     (begun,) = statuses.emergency_stop(active, 5)
-    assert begun.sentence == "Emergency stop: Pressed on the page." and begun.header.stamp.ns == 5
+    assert begun.sentence == "Emergency stop: pressed on the page." and begun.header.stamp.ns == 5
     assert statuses.emergency_stop(active, 6) == []
     assert facts(statuses.emergency_stop(EmergencyStopStatus(), 7)) == [(END, "base", "emergency stop")]
     assert statuses.emergency_stop(EmergencyStopStatus(), 8) == []
+
+
+@pytest.mark.parametrize("description", [PRESSED, PRESSED_BY_TOPIC, ESTOP_RESTORED, ESTOP_STATE_UNKNOWN])
+def test_a_stop_that_names_itself_is_not_named_twice(description: str) -> None:
+    active = EmergencyStopStatus(active=True, description=description)
+    (begun,) = StatusReports().emergency_stop(active, 5)
+    assert begun.sentence == description
+
+
+def test_why_a_goal_was_aborted_continues_the_sentence() -> None:
+    statuses = StatusReports()
+    statuses.navigation(NavigationStatus(state="driving"), 1)
+    (aborted,) = statuses.navigation(NavigationStatus(state="idle", reason="The goal lies outside."), 2)
+    assert aborted.sentence == "The goal was aborted: the goal lies outside."
 
 
 def test_a_battery_that_sends_the_robot_home_is_reported_once() -> None:

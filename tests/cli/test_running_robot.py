@@ -170,7 +170,12 @@ def test_goto_sends_a_place_or_a_pose(target: list[str], command: Goal | GoPlace
 
 @pytest.mark.parametrize(
     ("target", "sentence"),
-    [(["kitchn"], "did you mean 'kitchen'"), (["1", "2", "3", "4"], "X Y"), (["nan", "1"], "no place")],
+    [
+        (["kitchn"], "did you mean 'kitchen'"),
+        (["1", "2", "3", "4"], "X Y"),
+        (["nan", "3"], "finite numbers"),
+        (["1", "2", "inf"], "finite"),
+    ],
 )
 def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> None:
     with fake_robot() as robot:
@@ -199,6 +204,21 @@ def test_a_refused_goal_raises_its_sentence() -> None:
         robot.show_places()
         with pytest.raises(UserError, match="not today"):
             send_goal(["kitchen"], robot.url)
+
+
+@pytest.mark.parametrize("before", [0, 3])
+def test_a_goal_that_fails_at_once_raises_its_reason(before: int) -> None:
+    with fake_robot("unreachable") as robot:
+        robot.show_failures(before, "An older reason.")
+        with pytest.raises(UserError, match=r"^The goal lies outside the map\.$"):
+            send_goal(["50", "50"], robot.url)
+
+
+def test_an_older_failure_is_not_that_of_the_goal(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        robot.show_failures(3, "An older reason.")
+        send_goal(["1", "2"], robot.url)
+    assert capsys.readouterr().out.startswith("Driving to 1 2;")
 
 
 def test_cancel_is_sent() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from chefbot.cli.map import slam
 from chefbot.cli.map.slam import run_slam
 from chefbot.errors import ChefbotError, UserError
 from chefbot.storage.atomic_files import StorageError
@@ -79,5 +80,35 @@ def test_a_full_disk_leaves_all_old_results(
 def test_a_log_that_cannot_be_mapped_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
     (tmp_path / "room.log").write_text(text)
     with pytest.raises(UserError, match=sentence) as caught:
-        run_slam(tmp_path / "room.log", tmp_path / "out", "gmapping", particles=2, seed=1, max_range=math.inf)
-    assert isinstance(caught.value, ChefbotError) and not (tmp_path / "out").exists()
+        run_slam(
+            tmp_path / "room.log", tmp_path / "new/out", "gmapping", particles=2, seed=1, max_range=math.inf
+        )
+    assert isinstance(caught.value, ChefbotError) and not (tmp_path / "new").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_reported_before_mapping(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def mapped_first(*_: object) -> None:
+        pytest.fail("the log was mapped first")
+
+    monkeypatch.setattr(slam, "run_log", mapped_first)
+    (tmp_path / "out").write_text("")
+    log = log_of_a_round_room(tmp_path / "room.log")
+    with pytest.raises(StorageError, match=r"out cannot be made"):
+        run_slam(log, tmp_path / "out", "gmapping", particles=2, seed=1, max_range=10.0)
+    assert (tmp_path / "out").is_file()
+
+
+def test_a_bad_log_leaves_an_empty_folder_that_was_there(tmp_path: Path) -> None:
+    (tmp_path / "room.log").write_text("")
+    (tmp_path / "out").mkdir()
+    with pytest.raises(UserError, match="no FLASER line"):
+        run_slam(tmp_path / "room.log", tmp_path / "out", "graph", particles=2, seed=1, max_range=10.0)
+    assert (tmp_path / "out").is_dir()
+
+
+def test_one_scan_is_counted_in_the_singular(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = log_of_a_round_room(tmp_path / "room.log", turns=1)
+    run_slam(log, tmp_path / "out", "gmapping", particles=2, seed=1, max_range=10.0)
+    assert "1 scan, " in capsys.readouterr().out

@@ -43,7 +43,7 @@ def test_statuses_become_causes_with_one_number_each() -> None:
     ]
     assert [cause.id for cause in causes] == [1, 1, 2]
     assert causes[1].numbers[0].name == "duration"
-    assert causes[2].sentence.startswith("The goal was aborted: No way.")
+    assert causes[2].sentence.startswith("The goal was aborted: no way.")
 
 
 def ring(runner: NodeRunner, distance: float, seconds: float) -> None:

@@ -206,14 +206,15 @@ def test_a_robot_file_that_extends_another_overrides_values(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "argument"),
-    [("name: office\nwalls: []\n", "world:="), ("image: office.pgm\nresolution: 0.05\n", "map_file:=")],
+    ("text", "kind"),
+    [("name: office\nwalls: []\n", "world"), ("image: office.pgm\nresolution: 0.05\n", "map")],
 )
-def test_another_file_given_as_a_robot_is_named(tmp_path, text, argument):
-    path = tmp_path / "office.yaml"
-    path.write_text(text)
-    with pytest.raises(RobotFileError, match=f"office.yaml is a .*{argument}"):
-        load_robot(str(path))
+def test_another_file_given_as_a_robot_is_named(tmp_path, text, kind):
+    (tmp_path / "office.yaml").write_text(text)
+    (tmp_path / "mine.yaml").write_text("like: office.yaml\n")
+    for name in ("office.yaml", "mine.yaml"):
+        with pytest.raises(RobotFileError, match=f"office.yaml is a {kind}, not a robot file"):
+            load_robot(str(tmp_path / name))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import numpy as np
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui.commands import Deliver, Loaded, OperatorCommand
+from chefbot.ui.commands import Deliver, Goal, Loaded, OperatorCommand
 from chefbot.ui.layers import CauseView, DeliveryView, StatusView
 from chefbot.ui.server import WebUiServer
 
@@ -27,9 +27,10 @@ STEP = 0.15
 
 
 class FakeRobot:
-    """A robot whose delivery ends as `fate`: "home", "failed", "cancelled", "behind" or "refused".
+    """A robot whose delivery ends as `fate`: "home", "failed", "cancelled", "behind", "refused" or
+    "unreachable".
 
-    "behind" means that it waits for another order, which fails.
+    "behind" means that it waits for another order, which fails; "unreachable", that each goal fails at once.
     """
 
     def __init__(self, fate: str = "home") -> None:
@@ -39,6 +40,7 @@ class FakeRobot:
         self.url = self.server.start()
         self.port = urlsplit(self.url).port or 0
         self.server.set_layer("status", StatusView(phase="Waiting."))
+        self._failures = 0
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []
 
@@ -59,6 +61,10 @@ class FakeRobot:
         over = CauseView(id=1, time=1.0, ended=2.0, effect="Stopped", sentence="Something was near.")
         self.server.set_layer("causes", (stop, over))
 
+    def show_failures(self, count: int, reason: str) -> None:
+        self._failures = count
+        self.server.set_layer("status", StatusView(failures=count, reason=reason))
+
     def show_map(self) -> Grid:
         cells = np.random.default_rng(3).choice(np.array([-1, 0, 100], np.int8), size=(30, 40))
         grid = Grid(cells, 0.05, -1.0, -0.5)
@@ -69,6 +75,8 @@ class FakeRobot:
         if self.fate == "refused":
             raise UserError("not today")
         self.commands.put(command)
+        if isinstance(command, Goal) and self.fate == "unreachable":
+            self.show_failures(self._failures + 1, "The goal lies outside the map.")
         if isinstance(command, Loaded):
             self._show("driving", "On the way to table_1.")
         if isinstance(command, Deliver):

@@ -18,7 +18,7 @@ from chefbot.ui.layers import CauseView, StatusView
 from chefbot.ui.message_conversion import SHOWN_CAUSES, cause_views
 
 SECOND = 1_000_000_000
-CHAIN = ("controller: admissible twists", "lidar: x 2.00 m, y 1.00 m in map", "obstacle: person 3")
+CHAIN = ("controller: admissible twists", "lidar: x 2.00 m, y 1.00 m", "obstacle: person 3")
 
 
 def cause(number: int, kind: str, seconds: int, *, frame: str = "map", sentence: str = "") -> Cause:

@@ -44,7 +44,11 @@ def test_a_confirmation_is_valid_in_its_state_and_place_only(command: do.Operato
         if other == state:
             validate_command(command, PLACES, status)
         else:
-            with pytest.raises(UserError, match="No confirmation is expected"):
+            waits = other in ("loading", "waiting")
+            problem = (
+                "waits for another confirmation: Idle" if waits else "No confirmation is expected now: Idle"
+            )
+            with pytest.raises(UserError, match=problem):
                 validate_command(command, PLACES, status)
     late = type(command)("table_2")  # type: ignore[call-arg]
     with pytest.raises(UserError, match="has left table 2"):

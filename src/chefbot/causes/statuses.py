@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from chefbot.causes.reports import DETOUR, END, FAILURE, STOP, make_report, stamped
+from chefbot.causes.sentences import after_colon
 from chefbot.msgs.chefbot_msgs import (
     BatteryStatus,
     Cause,
@@ -34,14 +35,16 @@ class StatusReports:
         before, self._navigation = self._navigation, status
         reports = []
         if before.state != "idle" and status.state == "idle" and status.reason not in ("", CANCELLED):
-            aborted = make_report(FAILURE, "goal aborted", f"The goal was aborted: {status.reason}")
+            aborted = make_report(
+                FAILURE, "goal aborted", f"The goal was aborted: {after_colon(status.reason)}"
+            )
             reports.append(stamped(aborted, "navigator", now_ns))
         if status.state == "waiting":
             return reports  # the controller reports for what it waits
         found = None
         if status.state == "recovering":
             count = Quantity("recoveries", status.recoveries, "")
-            text = f"Recovery {status.recoveries}: {status.reason}"
+            text = f"Recovery {status.recoveries}: {after_colon(status.reason)}"
             check = "localization" if status.reason.startswith("Localization") else "recovery"
             found = make_report(STOP, check, text, numbers=(count,))
         elif status.state == "idle" and status.reason == CANCELLED:
@@ -50,7 +53,9 @@ class StatusReports:
 
     def emergency_stop(self, status: EmergencyStopStatus, now_ns: int) -> list[Cause]:
         """Report that the emergency stop is active."""
-        text = f"Emergency stop: {status.description or 'it is active.'}"
+        text = status.description or "it is active."
+        if "emergency stop" not in text.lower():
+            text = f"Emergency stop: {after_colon(text)}"
         found = make_report(STOP, "emergency stop", text) if status.active else None
         return self._change("base", found, now_ns)
 

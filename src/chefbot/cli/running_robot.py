@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
@@ -17,6 +18,19 @@ def known_places(robot: WebUiClient) -> dict[str, SE2]:
     """Return the robot's named places with their poses in the map frame; empty if it has none."""
     shown = robot.wait_for("places", LAYER_TIMEOUT) or []
     return {place["name"]: SE2(place["x"], place["y"], place["yaw"]) for place in shown}
+
+
+def failed_goals(robot: WebUiClient) -> int:
+    """Return the number of goals that have failed since the robot's start."""
+    status = robot.wait_for("status", LAYER_TIMEOUT)
+    return status["failures"] if status else 0
+
+
+def await_failure(robot: WebUiClient, failed_before: int) -> None:
+    """Receive as in `await_refusal`, and raise UserError with the reason if another goal has failed meanwhile."""
+    await_refusal(robot)
+    if failed_goals(robot) > failed_before:
+        raise UserError(robot.latest["status"]["reason"] or "the goal has failed")
 
 
 def await_refusal(robot: WebUiClient) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from chefbot.config import ConfigError, parse_yaml
 from chefbot.errors import name_hint
+from chefbot.file_kinds import MAP, check_kind
 from chefbot.mapping.image_format import MAX_CELLS, MapFormatError, MapImage, check_size, decode_image
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
@@ -100,6 +101,7 @@ def decode_map_yaml(data: bytes, where: str) -> MapDescription:
         raise MapFormatError(str(error)) from None
     if not isinstance(keys, dict):
         raise MapFormatError(f"{where} is not a list of keys and values as a map's YAML file is")
+    check_kind(keys, MAP, where, MapFormatError)
     if len(keys) > _MAX_KEYS:
         raise MapFormatError(f"{where} has {len(keys)} keys; a map's YAML file has about ten")
     _check_spelling(keys, where)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from chefbot.config import build, find_file, parse_yaml, read_bytes
+from chefbot.file_kinds import ROBOT, check_kind
 from chefbot.robot.catalogue import KINDS, component
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.spec import Robot
@@ -13,8 +14,6 @@ from chefbot.robot.validation import check_buildable
 
 ROBOT_FOLDER = Path(__file__).parent
 LIKE = "like"
-OTHER_FILES = {"walls": "a world; give it as world:=", "image": "a map; give it as map_file:="}
-"""What a file with these keys is, and the launch argument for it."""
 
 
 def built_in_robots() -> dict[str, Path]:
@@ -31,17 +30,7 @@ def load_robot(name_or_path: str) -> Robot:
 def parse_robot(text: bytes, path: Path) -> Robot:
     """Parse the text of the robot file `path`. Raises RobotFileError with file, key and reason."""
     where = f"robot file {path}"
-    data = _resolve_like(text, path, ())
-    if isinstance(data, dict):
-        _check_is_robot(data, where)
-    return build_robot(data, where)
-
-
-def _check_is_robot(data: dict[Any, Any], where: str) -> None:
-    """Raise RobotFileError for the file of a world or of a map."""
-    for key, kind in OTHER_FILES.items():
-        if key in data:
-            raise RobotFileError(f"{where} is {kind}")
+    return build_robot(_resolve_like(text, path, ()), where)
 
 
 def build_robot(data: Any, where: str) -> Robot:
@@ -65,6 +54,7 @@ def _resolve_like(text: bytes, path: Path, seen: tuple[Path, ...]) -> Any:
     """Return the file's data merged over that of the robot that its key `like` names, recursively."""
     where = f"robot file {path}"
     data = parse_yaml(text, where)
+    check_kind(data, ROBOT, where, RobotFileError)
     if not isinstance(data, dict) or LIKE not in data:
         return data
     base_name, seen = data.pop(LIKE), (*seen, path.resolve())

@@ -47,6 +47,21 @@ def make_folder(folder: Path) -> None:
         raise StorageError(f"folder {folder} cannot be made: {error.strerror or error}") from None
 
 
+@contextmanager
+def folder_for_results(folder: Path) -> Iterator[None]:
+    """Create a folder and its parents first; after an exception, remove those created here that are empty."""
+    with os_errors_as_storage_errors(folder):
+        missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    make_folder(folder)
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):
+            for path in missing:
+                path.rmdir()
+        raise
+
+
 def write_temporary(target: Path, data: bytes, number: int = 0) -> Path:
     """Write a temporary file in the folder of `target` and sync it to disk; it is removed on failure."""
     writer = f"{os.getpid()}.{threading.get_ident()}.{number}"

@@ -14,6 +14,7 @@ import numpy as np
 from PIL import Image
 
 from chefbot.config import read_bytes
+from chefbot.file_kinds import MAP, check_no_picture
 from chefbot.mapping.image_format import MapFormatError
 from chefbot.mapping.map_format import (
     GREY,
@@ -92,7 +93,9 @@ def load_map(path: Path) -> Grid:
 
 def read_map_files(path: Path) -> MapFiles:
     """Read a map's YAML file and image without decoding the image, for `decode_map`."""
-    about = decode_map_yaml(read_bytes(path, "map file", MAX_YAML_BYTES), f"map file {path}")
+    where = f"map file {path}"
+    check_no_picture(path, MAP, where, MapFormatError)
+    about = decode_map_yaml(read_bytes(path, "map file", MAX_YAML_BYTES), where)
     image = path.parent / about.image
     exists = os.path.exists(image)  # noqa: PTH110 - Path's method raises for names that no file can have
     if exists and not image.is_file():

@@ -17,7 +17,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.config import ConfigError, read_config
+from chefbot.config import ConfigError, build, parse_yaml, read_bytes
+from chefbot.file_kinds import ZONES, check_kind
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_zones import (
@@ -105,7 +106,9 @@ def load_zones(path: Path, grid: Grid | None = None, places: Mapping[str, SE2] |
     ConfigError with file and key if the file is invalid, and with the names of zones that cannot be obeyed.
     """
     where = f"zones file {path}"
-    file = read_config(path, ZonesFile, "zones file")
+    content = parse_yaml(read_bytes(path, "zones file"), where)
+    check_kind(content, ZONES, where, ConfigError)
+    file = build(content, ZonesFile, where)
     if file.version != VERSION:
         raise ConfigError(f"{where}: version {file.version} is unknown; this chefbot reads version {VERSION}")
     if len(file.zones) > MAX_ZONES:

@@ -66,7 +66,11 @@ def _place_names(command: do.OperatorCommand) -> tuple[str, ...]:
 def _check_confirmation(command: do.Loaded | do.Taken | do.NotTaken, status: DeliveryStatus) -> None:
     """A confirmation that is received late must not count for the next place."""
     if status.state != CONFIRMATION_STATE[type(command)]:
-        raise UserError(f"No confirmation is expected now: {status.description}")
+        waits = status.state in CONFIRMATION
+        problem = (
+            "The delivery waits for another confirmation" if waits else "No confirmation is expected now"
+        )
+        raise UserError(f"{problem}: {status.description}")
     if command.place not in ("", status.place):
         raise UserError(
             f"The robot has left {display_name(command.place)}; check where it is, then press again"

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from chefbot.cli import running_robot
 from chefbot.cli.plural import number_of
-from chefbot.cli.running_robot import await_refusal, known_places
+from chefbot.cli.running_robot import await_failure, await_refusal, failed_goals, known_places
 from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN
 from chefbot.errors import UserError
 from chefbot.storage.places import find_place
@@ -24,12 +24,16 @@ console = Console(highlight=False, soft_wrap=True, markup=False)
 def send_goal(target: list[str], page: str, when: When = "") -> None:
     """Send a goal; `when` is needed during a delivery.
 
-    Raises UserError for an unknown place, an invalid pose, or when the robot refuses it.
+    Raises UserError for an unknown place, an invalid pose, or when the robot refuses it or gives it up at once.
     """
     with WebUiClient(page) as robot:
-        robot.send(_goal(target, robot, when))
+        goal, failed_before = _goal(target, robot, when), failed_goals(robot)
+        robot.send(goal)
         try:
-            await_refusal(robot)
+            if when == "after":
+                await_refusal(robot)
+            else:
+                await_failure(robot, failed_before)
         except UserError as refusal:
             if ERRAND_NEEDS_WHEN[1:] in str(refusal):
                 raise UserError(f"{refusal} (--when now, after or instead)") from None
@@ -72,6 +76,8 @@ def _goal(target: list[str], robot: WebUiClient, when: When) -> OperatorCommand:
                 f"the robot at {robot.url} has no named places; give a pose X Y [YAW], in m and degrees"
             )
         return GoPlace(find_place(" ".join(target), places), when)
+    if not all(map(math.isfinite, numbers)):
+        raise UserError(f"a pose needs finite numbers, X Y [YAW] in m and degrees; got {' '.join(target)}")
     if len(numbers) > 3:
         raise UserError(f"a pose is X Y [YAW], in m and degrees; got {len(numbers)} numbers")
     x, y, *yaw = numbers
@@ -81,10 +87,9 @@ def _goal(target: list[str], robot: WebUiClient, when: When) -> OperatorCommand:
 def _numbers(texts: list[str]) -> list[float] | None:
     """Return the numbers, None if a text is none."""
     try:
-        numbers = [float(text) for text in texts]
+        return [float(text) for text in texts]
     except ValueError:
         return None
-    return numbers if all(map(math.isfinite, numbers)) else None
 
 
 def cancel_goal(page: str) -> None:

@@ -10,13 +10,14 @@ from rich.progress import Progress
 
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_report import report_page
+from chefbot.cli.plural import number_of
 from chefbot.errors import ChefbotError, UserError
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
-from chefbot.storage.atomic_files import make_folder
+from chefbot.storage.atomic_files import StorageError, folder_for_results
 from chefbot.storage.carmen_log import read_text
 from chefbot.storage.map_files import map_png, save_map
 
@@ -46,11 +47,13 @@ def run_slam(
         params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
     began, costs = wall_ns(), SlamCosts()
     try:
-        result = _run(path, records, params, costs)
+        with folder_for_results(out):  # before minutes are spent on the map
+            result = _run(path, records, params, costs)
+    except StorageError:
+        raise
     except ChefbotError as error:
         raise UserError(f"log {path}: {error}") from None
     took = (wall_ns() - began) / 1e9
-    make_folder(out)
     companions = {"trajectory.tum": trajectory_tum(result).encode(), "map.png": map_png(result.grid)}
     if report:
         companions["report.html"] = report_page(path, params, result, costs).encode()
@@ -61,9 +64,12 @@ def run_slam(
     if isinstance(params, GraphSlamParams):
         offset = f"{1e3 * result.range_offset:+.0f} mm"
         console.print(
-            f"{len(result.closures)} loop closures; correction of all ranges {offset}, estimated from the scans."
+            f"{number_of(len(result.closures), 'loop closure')}; correction of all ranges {offset}, "
+            "estimated from the scans."
         )
-    console.print(f"{len(result.poses)} scans, {took:.1f} s; {out}/map.yaml, {', '.join(companions)}")
+    console.print(
+        f"{number_of(len(result.poses), 'scan')}, {took:.1f} s; {out}/map.yaml, {', '.join(companions)}"
+    )
 
 
 def _run(

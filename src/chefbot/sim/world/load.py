@@ -12,6 +12,7 @@ from msgspec import Meta
 
 from chefbot.config import parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
+from chefbot.file_kinds import MAP, is_kind
 from chefbot.mapping.map_format import decode_map
 from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
@@ -32,10 +33,6 @@ UnknownParam = Annotated[
 PlacesSeed = Annotated[int, Meta(ge=0, description="random seed of the places drawn if the world names none")]
 DEMO_MAP = "runs/demo/map.yaml"
 """Path at which `chefbot demo` saves its map."""
-
-
-MAP_KEYS = {"image", "mode", "negate", "occupied_thresh", "free_thresh"}
-"""Keys of a map_server YAML file that no world file has."""
 
 
 def load_any_world(name_or_path: str, robot: Robot, start: str = "", unknown: UnknownCells = "auto") -> World:
@@ -76,10 +73,7 @@ def is_map(name_or_path: str) -> bool:
     path = Path(name_or_path)
     if path.suffix not in (".yaml", ".yml"):
         return False
-    data = parse_yaml(read_bytes(path, "world file"), f"world file {path}")
-    return isinstance(data, dict) and (
-        not MAP_KEYS.isdisjoint(data) or {"resolution", "origin"} <= data.keys()
-    )
+    return is_kind(parse_yaml(read_bytes(path, "world file"), f"world file {path}"), MAP)
 
 
 def shares_map_frame(world: str, map_file: str) -> bool:

@@ -11,8 +11,9 @@ from pathlib import Path
 
 from chefbot.buildings.people_spec import PeopleSpec, people_spec
 from chefbot.buildings.world_file import Carpet, Door, FloorHole, Opening, Route, Wall, WorldSpec
-from chefbot.config import find_file, parse_config, read_bytes
+from chefbot.config import build, find_file, parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
+from chefbot.file_kinds import WORLD, check_kind, check_no_picture
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.floor import over_holes
 from chefbot.sim.world.free_floor import FreeFloor
@@ -92,6 +93,7 @@ def built_in_worlds() -> dict[str, Path]:
 
 def load_world(name_or_path: str) -> World:
     """Load a built-in world by name or a world file by path. Raises UserError with file, key and reason."""
+    check_no_picture(Path(name_or_path), WORLD, f"world file {name_or_path}", UserError)
     path = find_file("world", name_or_path, built_in_worlds(), UserError)
     return parse_world(read_bytes(path, "world file"), f"world file {path}")
 
@@ -99,7 +101,9 @@ def load_world(name_or_path: str) -> World:
 @lru_cache(maxsize=4)  # demo, simulator and web UI each load the same world
 def parse_world(data: bytes, where: str) -> World:
     """Parse a world from YAML text; `where` begins every error message."""
-    return build_world(parse_config(data, WorldSpec, where), where)
+    content = parse_yaml(data, where)
+    check_kind(content, WORLD, where, UserError)
+    return build_world(build(content, WorldSpec, where), where)
 
 
 def build_world(spec: WorldSpec, where: str) -> World:

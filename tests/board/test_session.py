@@ -13,6 +13,7 @@ from tests.firmware.serial_lines import add_checksum
 from chefbot.board.compatibility import LIMITS, constant_differences, incompatibility
 from chefbot.board.firmware_constants import firmware_constants
 from chefbot.board.framing import unframe
+from chefbot.board.link import BoardLink
 from chefbot.board.link_health import NEUTRAL_REQUIRED, TICKS_STALE, LinkDiagnostics
 from chefbot.board.messages import (
     NO_ECHO,
@@ -143,6 +144,18 @@ def test_diagnostics_report_silence_faults_and_warnings() -> None:
     session.receive_data(motion(2, 901 * MS, BoardFlag.STALL_LEFT), 901 * MS)
     report = health.report(session, "port", 902 * MS)
     assert report.level == ERROR and "left wheel is blocked" in report.message
+
+
+@pytest.mark.parametrize("stopped", [0, BoardFlag.ESTOP_COMMAND])
+def test_the_fault_that_keeps_the_motors_off_has_its_remedy(stopped: int) -> None:
+    link = BoardLink(ROBOT)
+    link.receive_data(motion(1, 0, stopped | BoardFlag.BATTERY_LOW), 0)
+    assert link.fault == "", "neither a stop by the computer nor a warning is a fault"
+    link.receive_data(motion(2, MS, stopped | BoardFlag.ENCODER_LEFT), MS)
+    silent = "The left encoder is silent or counts against the motor."
+    assert link.fault == f"{silent} The motors are off; press STOP, then Resume, to clear it."
+    link.receive_data(motion(3, 2 * MS, stopped), 2 * MS)
+    assert link.fault == ""
 
 
 def test_a_refused_line_is_reported_for_a_limited_time() -> None:

@@ -14,7 +14,7 @@ from chefbot.devices.motor_board import BoardParams, MotorBoardDevice
 from chefbot.msgs.chefbot_msgs import WheelSpeeds, WheelTicks
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.idl.message import Message
-from chefbot.msgs.std_msgs import Bool, Header
+from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import WallClock
 from chefbot.runtime.loop import DEVICE, Loop
@@ -75,6 +75,12 @@ class Driven:
     def health(self) -> str:
         arrays = self.received.get("diagnostics", [])
         return arrays[-1].status[0].message if arrays and isinstance(arrays[-1], DiagnosticArray) else ""
+
+    @property
+    def fault(self) -> str:
+        """For which the board has switched its motors off, as published last."""
+        faults = self.received.get("board_fault", [])
+        return faults[-1].data if faults and isinstance(faults[-1], String) else ""
 
     @property
     def ticks(self) -> int:

@@ -10,6 +10,7 @@ from tests.support.base_bench import LIDAR_ROBOT, TICK, BaseBench
 
 from chefbot.board.sensors import cliff_messages
 from chefbot.control.kinematics import wheel_speeds
+from chefbot.msgs.diagnostic_msgs import ERROR
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.nodes.drive_base import HELD
 from chefbot.robot.load import load_robot
@@ -171,6 +172,44 @@ def test_a_silent_lidar_stops_at_once_and_stick_has_to_be_let_go() -> None:
     base.silent.clear()
     base.run(3.0, "cmd_vel_nav", 0.3)
     assert base.speed == pytest.approx(0.3) and base.texts("base/standing")[-1] == ""
+
+
+ENCODER = (
+    "The left encoder is silent or counts against the motor. The motors are off; press STOP, then Resume."
+)
+
+
+@pytest.mark.parametrize("topic", ["cmd_vel_nav", "cmd_vel_teleop"])
+def test_motors_that_are_off_are_the_reason_to_stand(topic: str) -> None:
+    base = BaseBench()
+    base.run(2.0, topic, 0.3)
+    base.send("board_fault", String(ENCODER))
+    base.run(TICK, topic, 0.3)
+    assert base.speed == 0.0 and base.texts("base/standing")[-1] == ENCODER, "at once, without a ramp"
+    base.run(0.5 - TICK, topic, 0.3)
+    assert base.texts("collision_monitor/reason")[-1] == ENCODER
+    base.run(0.5)
+    base.run(1.0, topic, 0.3)
+    assert base.speed == 0.0, "not even slowly"
+    report = base.messages("cause_reports")[-1]
+    assert (report.kind, report.sentence) == ("stop", ENCODER)
+    base.run(1.0)
+    status = base.messages("diagnostics")[-1].status[0]
+    assert (status.level, status.message) == (ERROR, ENCODER)
+    base.send("board_fault", String(""))
+    base.run(2.0, topic, 0.3)
+    assert base.speed == pytest.approx(0.3)
+    assert base.texts("base/standing")[-1] == base.texts("collision_monitor/reason")[-1] == ""
+
+
+def test_a_held_stick_does_not_drive_once_the_motors_are_back() -> None:
+    base = BaseBench()
+    base.run(2.0, "cmd_vel_teleop", 0.3)
+    base.send("board_fault", String(ENCODER))
+    base.run(0.5, "cmd_vel_teleop", 0.3)
+    base.send("board_fault", String(""))
+    base.run(1.0, "cmd_vel_teleop", 0.3)
+    assert base.speed == 0.0 and base.texts("collision_monitor/reason")[-1] == HELD
 
 
 def test_a_held_stick_is_named_once_the_lidar_is_back() -> None:

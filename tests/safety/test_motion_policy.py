@@ -152,6 +152,17 @@ def test_restrictions_limit_backwards_and_turning(
     assert restricted(StampedCommand(v, w, 0, TELEOP), verdict, 0.15, 0.14) == pytest.approx(left)
 
 
+def test_nobody_drives_while_the_motors_are_off() -> None:
+    seen = SensorVerdict(Restriction.SLOW, "ranger")
+    assert seen.with_board_fault("") is seen and not seen.stands
+    verdict = seen.with_board_fault("encoder")
+    assert verdict == SensorVerdict(Restriction.STAND, "encoder")
+    assert verdict.stands and verdict.standing == "encoder"
+    for source in (TELEOP, NAVIGATION, None):
+        for twist in ((0.3, 0.0), (-0.3, 0.0), (0.0, 1.0), (0.001, 0.001)):
+            assert restricted(StampedCommand(*twist, 0, source), verdict, 0.15, 0.14) == 0.0
+
+
 def test_nobody_but_an_operator_creeps() -> None:
     for source in (NAVIGATION, None):
         command = StampedCommand(0.3, 0.0, 0, source)

@@ -59,6 +59,8 @@ class ChapterLink:
 
     refused: str | None = None
     notice: str | None = NOTICE
+    fault = ""
+    """It reports none."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot

@@ -8,6 +8,7 @@ from typing import Protocol
 from chefbot.board.link_health import LinkDiagnostics
 from chefbot.board.sensors import SensorConverter
 from chefbot.board.session import BoardSession
+from chefbot.board.status_codes import BoardFlag, as_text, motors_off
 from chefbot.msgs.diagnostic_msgs import DiagnosticStatus
 from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
@@ -28,6 +29,13 @@ class MotorBoardLink(Protocol):
     @property
     def is_open(self) -> bool:
         """Whether the board answers and accepts commands."""
+
+    @property
+    def fault(self) -> str:
+        """Why the board has switched its motors off, in sentences with the remedy; empty if it has not.
+
+        An emergency stop commanded by the computer is no fault.
+        """
 
     def receive_data(self, data: bytes, now_ns: int) -> list[Message]:
         """Process bytes from the board and return the sensor messages in them."""
@@ -77,6 +85,11 @@ class BoardLink:
     def is_open(self) -> bool:
         """Whether the handshake is complete and the session has not ended since."""
         return self.session.is_open
+
+    @property
+    def fault(self) -> str:
+        """The latched faults in the board's last line, but for an emergency stop that was commanded."""
+        return as_text(motors_off(self.session.flags & ~BoardFlag.ESTOP_COMMAND))
 
     def receive_data(self, data: bytes, now_ns: int) -> list[Message]:
         """Process bytes from the board and return the messages of the accepted lines."""

@@ -5,13 +5,11 @@ from __future__ import annotations
 from chefbot.board.messages import BoardLine, StatusLine, UptimeLine
 from chefbot.board.session import BoardSession
 from chefbot.board.status_codes import (
-    CLEAR,
     FAULT_LATCHED,
     LATCHED,
-    RESUME,
-    BoardFlag,
     BoardState,
-    faults,
+    as_text,
+    motors_off,
     reason,
     warnings,
 )
@@ -53,7 +51,7 @@ class LinkDiagnostics:
         call."""
         self._measure_loss(session)
         level, sentences = self._assess(session, now_ns)
-        message = " ".join(f"{s[0].upper()}{s[1:]}." for s in sentences) or "The board is OK."
+        message = as_text(sentences) or "The board is OK."
         return DiagnosticStatus(level, "board", message, port, self._values(session))
 
     def _measure_loss(self, session: BoardSession) -> None:
@@ -69,14 +67,9 @@ class LinkDiagnostics:
         if session.silent(now_ns):
             return ERROR, ["no data from the board"]
         # Latched faults: the motors are off until they are cleared.
-        latched_faults = faults(session.flags)
+        latched_faults = motors_off(session.flags)
         if latched_faults:
-            release = RESUME if session.flags & LATCHED == BoardFlag.ESTOP_COMMAND else CLEAR
-            return ERROR, [
-                *latched_faults,
-                f"the motors are off; {release}",
-                *self._warnings(session, now_ns),
-            ]
+            return ERROR, [*latched_faults, *self._warnings(session, now_ns)]
         if not session.is_open:
             return ERROR, ["the board sends data but does not answer the handshake", *warnings(session.flags)]
         sentences = self._warnings(session, now_ns)

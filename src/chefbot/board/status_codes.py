@@ -75,6 +75,18 @@ def faults(flags: int) -> list[str]:
     return [description for flag, description in FAULTS.items() if flags & flag]
 
 
+def motors_off(flags: int) -> list[str]:
+    """Describe why the motors are off, and how to clear it; empty while they are not."""
+    latched_faults = faults(flags)
+    release = RESUME if flags & LATCHED == BoardFlag.ESTOP_COMMAND else CLEAR
+    return [*latched_faults, f"the motors are off; {release}"] if latched_faults else []
+
+
+def as_text(sentences: list[str]) -> str:
+    """Join descriptions to sentences."""
+    return " ".join(f"{s[0].upper()}{s[1:]}." for s in sentences)
+
+
 def warnings(flags: int) -> list[str]:
     """Describe the conditions under which the board continues to drive."""
     return [description for flag, description in WARNINGS.items() if flags & flag]

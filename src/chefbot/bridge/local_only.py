@@ -13,7 +13,7 @@ LOCAL_ONLY_TYPES: tuple[type[Message], ...] = (WheelSpeeds,)
 such as /cmd_vel_teleop and goals go through the drive base, which enforces the emergency stop and the limits;
 measurements may come from external drivers."""
 LOCAL_TOPICS = frozenset(
-    {"process_lost", "process_back", "board_connected", "battery/stored_log", PARAMS_TOPIC}
+    {"process_lost", "process_back", "board_connected", "board_fault", "battery/stored_log", PARAMS_TOPIC}
 )
 """Topics by which the launch, the motor board and the disk report to nodes of their own process: never bridged."""
 MAIN_NODE_NAME = "chefbot"

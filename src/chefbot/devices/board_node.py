@@ -6,13 +6,13 @@ from chefbot.msgs.chefbot_msgs import WheelSpeeds, WheelTicks
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
-from chefbot.msgs.std_msgs import Bool
+from chefbot.msgs.std_msgs import Bool, String
 from chefbot.runtime.node import Device, In, Out, topic
 
 
 class MotorBoardNode(Device):
     """Base of motor board devices: subscribes wheel speeds and emergency stop; publishes ticks, IMU,
-    ultrasonic, cliff sensors, battery, diagnostics and whether the board accepts commands."""
+    ultrasonic, cliff sensors, battery, diagnostics, whether the board accepts commands and why its motors are off."""
 
     wheel_speeds: In[WheelSpeeds]
     emergency_stop: In[Bool]
@@ -24,13 +24,21 @@ class MotorBoardNode(Device):
     diagnostics: Out[DiagnosticArray]
     board_connected: Out[Bool] = topic(latched=True)
 
-    _is_connected = False
+    board_fault: Out[String] = topic(latched=True)
+
+    _is_connected, _fault = False, ""
 
     def publish_connection(self, connected: bool) -> None:
         """Publish whether the board accepts commands if that has changed; nothing before it first does."""
         if connected != self._is_connected:
             self._is_connected = connected
             self.board_connected.publish(Bool(connected))
+
+    def publish_fault(self, sentence: str) -> None:
+        """Publish why the board has switched its motors off if that has changed; empty if it has not."""
+        if sentence != self._fault:
+            self._fault = sentence
+            self.board_fault.publish(String(sentence))
 
     def publish_sensor_message(self, message: Message) -> None:
         """Publish a sensor message on the topic of its type; TypeError for a type without one."""

@@ -116,6 +116,7 @@ class MotorBoardDevice(MotorBoardNode):
         if self._link is not None and self._connected:
             self._send(self._link.data_to_send(self.now_ns))
         self.publish_connection(self._connected and self._link is not None and self._link.is_open)
+        self.publish_fault(self._link.fault if self._connected and self._link is not None else "")
 
     def _send(self, data: bytes) -> None:
         self._failed_writes += not self._line.send(data)

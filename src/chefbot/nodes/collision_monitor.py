@@ -43,6 +43,7 @@ class CollisionMonitorNode(MotionReasonsNode):
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
     ultrasonic: In[Range]
+    board_fault: In[String]
     standing: Out[String] = topic("base/standing", latched=True)
     diagnostics: Out[DiagnosticArray]
 
@@ -97,7 +98,10 @@ class CollisionMonitorNode(MotionReasonsNode):
     # -- twists
 
     def _judge_sensors(self) -> SensorVerdict:
-        """Judge the sensors as they will be when the next command is due, so that none is too old until then."""
+        """Judge the sensors as they will be when the next command is due, so that none is too old until then.
+
+        A fault for which the motor board has switched its motors off comes before those of sensors.
+        """
         (pose, pose_ns), now_ns = self._pose(), self.now_ns
 
         def known() -> NDArray[np.float64]:
@@ -105,13 +109,14 @@ class CollisionMonitorNode(MotionReasonsNode):
             return self._monitor.points(pose, now_ns, self._monitor.zones.reach)
 
         before = self._verdict
-        self._verdict = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)
+        judged = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)
+        self._verdict = judged.with_board_fault(self.board_fault.last.data if self.board_fault.last else "")
         if before.standing != self._verdict.standing:
             self.standing.publish(String(self._verdict.standing))
         return self._verdict
 
     def _allowed_fraction(self, command: StampedCommand) -> float:
-        """Return the fraction of a command that the sensors' faults leave."""
+        """Return the fraction of a command that faults of sensors and of the motor board leave."""
         slow = self.params.monitor.slow * max_speed(self.robot)
         return restricted(command, self._verdict, self.robot.circumscribed_radius, slow)
 
@@ -135,6 +140,6 @@ class CollisionMonitorNode(MotionReasonsNode):
         """Publish what limits the motion, also while the robot stands; again, as others can publish it as well."""
         self.standing.publish(String(self._verdict.standing))
         sentence = self._reasons.sentence
-        level = ERROR if self._verdict.restriction is Restriction.CREEP else WARN if sentence else OK
+        level = ERROR if self._verdict.stands else WARN if sentence else OK
         status = DiagnosticStatus(level, STATUS, sentence or OK_MESSAGE, self.robot.name)
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))

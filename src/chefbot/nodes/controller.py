@@ -19,6 +19,7 @@ from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.behavior_server import BehaviorServerNode
 from chefbot.nodes.local_costmap import LocalCostmapNode
+from chefbot.nodes.navigation.contacts import ContactsNode
 from chefbot.nodes.navigation.controller_params import ControllerNodeParams
 from chefbot.nodes.navigation.goal_tolerances import GoalTolerancesNode
 from chefbot.planning.local_replanning import local_planner, remaining_length, replan_locally
@@ -31,7 +32,7 @@ from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 
-class ControllerNode(BehaviorServerNode, GoalTolerancesNode):
+class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode):
     """Serves follow_path and three motions in the frame `odom`.
 
     It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
@@ -41,7 +42,6 @@ class ControllerNode(BehaviorServerNode, GoalTolerancesNode):
 
     live_params = (*LocalCostmapNode.live_params, *LIVE_PARAMS)
     params: ControllerNodeParams
-    cmd_vel: In[Twist]
     localization_status: In[LocalizationStatus]
     follow_path = action_server(FollowPath)
     local_plan: Out[Path]
@@ -131,8 +131,8 @@ class ControllerNode(BehaviorServerNode, GoalTolerancesNode):
         if result.error_code and self._limit not in result.error_msg:
             result = failed_path(FollowPathError(result.error_code), f"{result.error_msg} {self._limit}")
         self._stop()
-        if result.error_code == FollowPathError.STUCK and self.cmd_vel.last and self.cmd_vel.last.linear.x:
-            self._publish_contact()  # the base drives, but the robot does not move
+        if result.error_code == FollowPathError.STUCK:
+            self.publish_contact_if_driven()
         following.set_result(result)
 
     def _stop(self) -> None:

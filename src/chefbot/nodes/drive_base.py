@@ -17,7 +17,6 @@ from chefbot.safety.cliff_stop import CliffStop
 from chefbot.safety.collision_monitor import CheckedTwist
 from chefbot.safety.command_multiplexer import CommandMultiplexer, CommandSource, StampedCommand
 from chefbot.safety.monitor_text import limited_text
-from chefbot.safety.motion_policy import Restriction
 from chefbot.safety.params import DriveBaseParams
 from chefbot.safety.speed_limit import fraction_within
 from chefbot.safety.velocity_limiter import VelocityLimiter
@@ -87,9 +86,9 @@ class DriveBaseNode(EmergencyStopNode):
     @every(hz=COMMAND_RATE)
     def command(self) -> None:
         """Publish the next step of the velocity ramp, as far as it is safe."""
-        now_ns, was_blind = self.now_ns, self._verdict.restriction is Restriction.CREEP
+        now_ns, stood = self.now_ns, self._verdict.stands
         self.forget_own_stops()
-        if self._judge_sensors().restriction is Restriction.CREEP and not was_blind:
+        if self._judge_sensors().stands and not stood:
             self._commands.interrupt(CommandSource.TELEOP, now_ns)
             self._limiter.reset()  # at once, without a ramp
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)

@@ -39,7 +39,6 @@ class LocalCostmapNode(PeopleMarksNode):
     base_standing: In[String] = topic("base/standing")
     monitor_reason: In[String] = topic("collision_monitor/reason")
     costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
-    contact_out: Out[PoseStamped] = topic("contact")
     diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
@@ -88,10 +87,6 @@ class LocalCostmapNode(PeopleMarksNode):
         place = lambda pose: self._costs.process(contact, pose)  # noqa: E731
         self.tf.on_available("odom", contact.header.frame_id, contact.header.stamp.ns, place)
 
-    def _publish_contact(self) -> None:
-        """Publish that the robot did not move on a free path: something unseen is in its way."""
-        self.contact_out.publish(PoseStamped(Header.of(self.now_ns, "base_link")))
-
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Clear the laser layer around the robot; the next scan marks again what is still there.
 
@@ -111,7 +106,12 @@ class LocalCostmapNode(PeopleMarksNode):
 
     def _sensor_fault(self, pose: SE2) -> str:
         """Return why the robot must stand still, by the monitors here or by those of the base; or an empty string."""
-        return self._sensors.fault(self.now_ns, pose) or (self.base_standing.last or String()).data
+        return self._sensors.fault(self.now_ns, pose) or self._base_fault
+
+    @property
+    def _base_fault(self) -> str:
+        """The fault for which the base stands; empty if it does not."""
+        return self.base_standing.last.data if self.base_standing.last else ""
 
     @property
     def _limit(self) -> str:

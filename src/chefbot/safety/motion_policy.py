@@ -1,4 +1,4 @@
-"""What the base may do while a sensor fails: stand, creep on an operator's word, or drive slowly."""
+"""What the base may do while a sensor or the motor board fails: stand, creep by an operator, drive slowly."""
 
 from __future__ import annotations
 
@@ -22,17 +22,19 @@ ODOMETRY_TIMEOUT_NS = 300_000_000
 
 
 class Restriction(Enum):
-    """How far faults of sensors restrict the motion."""
+    """How far faults of sensors and of the motor board restrict the motion."""
 
     NONE = "none"
     SLOW = "slow"
     NO_FORWARD = "not forward"
     CREEP = "creep"
     """Stand; an operator may creep once he has let go of the stick."""
+    STAND = "stand"
+    """Stand, whoever commands: the motors are off."""
 
 
 class SensorVerdict(NamedTuple):
-    """The restriction by faults of sensors, and the fault in words, empty for none."""
+    """The restriction by faults of sensors or of the motor board, and the fault in words, empty for none."""
 
     restriction: Restriction
     fault: str = ""
@@ -40,7 +42,16 @@ class SensorVerdict(NamedTuple):
     @property
     def standing(self) -> str:
         """The fault for which the robot stands, empty if it does not."""
-        return self.fault if self.restriction is Restriction.CREEP else ""
+        return self.fault if self.stands else ""
+
+    @property
+    def stands(self) -> bool:
+        """Whether the robot stands, unless an operator makes it creep."""
+        return self.restriction in (Restriction.CREEP, Restriction.STAND)
+
+    def with_board_fault(self, fault: str) -> SensorVerdict:
+        """Return the verdict with the motor board's fault, empty for none; its motors are off, so it comes first."""
+        return SensorVerdict(Restriction.STAND, fault) if fault else self
 
 
 class SensorPolicy:
@@ -108,6 +119,8 @@ def restricted(command: StampedCommand, verdict: SensorVerdict, radius: float, s
     speed = abs(command.v) + abs(command.w) * radius
     if speed == 0.0 or verdict.restriction is Restriction.NONE:
         return 1.0
+    if verdict.restriction is Restriction.STAND:
+        return 0.0
     if verdict.restriction is Restriction.NO_FORWARD:
         return 1.0 if command.v <= 0.0 else 0.0
     if verdict.restriction is Restriction.SLOW:

@@ -278,6 +278,7 @@ class SimulatorDevice(MotorBoardNode):
         for message in self._board.run_until(self.now_ns):
             self.publish_sensor_message(message)
         self.publish_connection(self._board.link.is_open)
+        self.publish_fault(self._board.link.fault)
         self._faults.schedule.advance(self.now_ns)
         self._tick += 1
         sensors = self.robot.sensors

@@ -12,7 +12,7 @@ import pytest
 from tests.sim.faults.fault_runs import FaultRun
 
 from chefbot.errors import UserError
-from chefbot.msgs.std_msgs import String
+from chefbot.msgs.std_msgs import Bool, String
 from chefbot.robot.load import load_robot
 from chefbot.sim.faults import events as e
 from chefbot.sim.faults.board_sensors import FaultyReading
@@ -130,6 +130,21 @@ def driven(*events: Any, until: float = END, **params: Any) -> FaultRun:
 
 def speeds(run: FaultRun, begin: float, end: float) -> list[float]:
     return [message.twist.twist.linear.x for message in run.on("ground_truth", begin, end)]
+
+
+def test_silent_encoders_are_the_boards_fault_until_resume() -> None:
+    run = FaultRun(e.SensorStop(sensor="wheel_encoders", at=AT, until=2.5), drives=True).run(AT)
+    assert run.on("board_fault") == []
+    run.run(AT + 0.5)
+    (fault,) = run.on("board_fault")
+    assert "encoder is silent" in fault.data and "press STOP, then Resume" in fault.data
+    run.run(3.0)
+    assert len(run.on("board_fault")) == 1, "encoders that count again do not clear it"
+    for pressed in (True, False):
+        run.loop.publish("emergency_stop", Bool(pressed), "base")
+        run.run(run.loop.now_ns / 1e9 + 0.5)
+    run.close()
+    assert [fault.data for fault in run.on("board_fault")][1:] == [""]
 
 
 def test_a_stopped_sensor_is_silent() -> None:

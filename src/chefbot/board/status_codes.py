@@ -83,7 +83,7 @@ def motors_off(flags: int) -> list[str]:
 
 
 def as_text(sentences: list[str]) -> str:
-    """Join descriptions to sentences."""
+    """Return the descriptions as sentences in one text."""
     return " ".join(f"{s[0].upper()}{s[1:]}." for s in sentences)
 
 

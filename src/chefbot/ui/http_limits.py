@@ -8,7 +8,7 @@ from typing import Any
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from chefbot.ui.access.listener import Peer
+from chefbot.ui.access.listener import Peer, abort
 
 REQUEST_TIMEOUT = 5.0
 """Maximum time from the first byte of a request to the last one of its body, s (against slow-loris)."""
@@ -47,11 +47,11 @@ class GuardedHttp(H11Protocol):
         if self.transport.get_protocol() is not self:  # a web socket has begun, which has checks of its own
             self._stop_timers()
         elif self.cycle is not None and len(self.cycle.body) > MAX_BODY:
-            self.transport.abort()
+            abort(self.transport)
         elif self._is_incomplete():
             if self._request_timer is None:
                 loop = asyncio.get_running_loop()
-                self._request_timer = loop.call_later(REQUEST_TIMEOUT, self.transport.abort)
+                self._request_timer = loop.call_later(REQUEST_TIMEOUT, abort, self.transport)
         elif self._request_timer is not None:
             self._request_timer.cancel()
             self._request_timer = None
@@ -84,7 +84,7 @@ class GuardedSocket(WebSocketsSansIOProtocol):
     async def run_asgi(self, *args: Any) -> None:
         """Run the handler, then close the connection."""
         await super().run_asgi(*args)
-        asyncio.get_running_loop().call_later(LINGER, self.transport.abort)
+        asyncio.get_running_loop().call_later(LINGER, abort, self.transport)
 
 
 class _StallCheck:
@@ -108,7 +108,7 @@ class _StallCheck:
             return  # it has no buffer to ask for any more, and its shutdown has a timeout
         waiting = self._transport.get_write_buffer_size()
         if self._waiting and waiting > self._waiting - MIN_PROGRESS:
-            self._transport.abort()
+            abort(self._transport)
             return
         self._waiting = waiting
         self._schedule()

@@ -23,7 +23,7 @@ from chefbot.ui.access.audit_log import AuditLog
 from chefbot.ui.access.command_audit import CommandAudit
 from chefbot.ui.access.listener import GuardedServer
 from chefbot.ui.access.places import MAX_FULL, ClientPlaces
-from chefbot.ui.access.tls import Tls
+from chefbot.ui.access.tls import MIN_TLS, Tls
 from chefbot.ui.access.visitors import OPERATOR, TokenKey, Visitor
 from chefbot.ui.client import BrowserConnection
 from chefbot.ui.commands import MAX_TEXT, Drive, OperatorCommand, Ping, Stop, Withdraw, parse_command
@@ -296,6 +296,8 @@ def _uvicorn(app: Any, tls: Tls | None) -> GuardedServer:
         ssl_keyfile=tls.key if tls else None,
     )
     config.load()  # here, so that an error is raised to the caller
+    if config.ssl is not None:
+        config.ssl.minimum_version = MIN_TLS
     return GuardedServer(config)
 
 

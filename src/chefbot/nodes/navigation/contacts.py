@@ -16,7 +16,7 @@ class ContactsNode(LocalCostmapNode):
     contact_out: Out[PoseStamped] = topic("contact")
 
     def start(self) -> None:
-        """Start at standstill."""
+        """Create the detector of contacts for a robot that stands."""
         super().start()
         self._contacts = ContactDetector()
 

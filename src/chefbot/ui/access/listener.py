@@ -29,6 +29,16 @@ _RESET = struct.pack("ii", 1, 0)
 """Option of SO_LINGER: a refused connection is reset and leaves nothing behind."""
 
 
+def abort(transport: asyncio.Transport) -> None:
+    """End a connection at once.
+
+    A TLS transport that was closed twice has no protocol any more: Python 3.11.2 (Debian 12) then raises in `abort`;
+    the shutdown, which has a timeout, is under way.
+    """
+    with contextlib.suppress(AttributeError):
+        transport.abort()
+
+
 class LogLimit(logging.Filter):
     """Passes LOG_BURST records, and then one in each LOG_PERIOD: unknown peers must not fill the disk."""
 
@@ -74,7 +84,7 @@ class Peer:
         """End the connection at once."""
         self.leave()
         if self.transport is not None:
-            self.transport.abort()
+            abort(self.transport)
         else:
             with contextlib.suppress(OSError):  # it has ended meanwhile
                 self._raw.shutdown(socket.SHUT_RDWR)

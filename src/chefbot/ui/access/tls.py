@@ -13,6 +13,8 @@ from chefbot.errors import UserError
 from chefbot.fleet.certificates import read_certificate
 from chefbot.fleet.keyring import MAX_PEM_BYTES, Keyring, keys_folder
 
+MIN_TLS = ssl.TLSVersion.TLSv1_2
+"""Oldest version of TLS that is spoken, whatever the system's OpenSSL permits (RFC 8996)."""
 FLEET = "fleet"
 """Value of the parameter `certificate` for the certificate in this machine's key folder."""
 
@@ -57,10 +59,10 @@ def client_context() -> ssl.SSLContext:
     A member's certificate counts at whichever address it is met, as addresses of robots change.
     """
     ring = Keyring(keys_folder())
-    if not ring.is_member:
-        return ssl.create_default_context()
-    context = ssl.create_default_context(cafile=str(ring.identity().authority))
-    context.check_hostname = False
+    authority = str(ring.identity().authority) if ring.is_member else None
+    context = ssl.create_default_context(cafile=authority)
+    context.check_hostname = not ring.is_member
+    context.minimum_version = MIN_TLS
     return context
 
 

@@ -14,7 +14,7 @@ from chefbot.fleet.certificates import read_certificate
 from chefbot.fleet.keyring import MAX_PEM_BYTES, Keyring, keys_folder
 
 MIN_TLS = ssl.TLSVersion.TLSv1_2
-"""Oldest version of TLS that is spoken, whatever the system's OpenSSL permits (RFC 8996)."""
+"""Oldest version of TLS that is accepted, whatever the system's OpenSSL permits (RFC 8996)."""
 FLEET = "fleet"
 """Value of the parameter `certificate` for the certificate in this machine's key folder."""
 

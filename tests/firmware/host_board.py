@@ -8,6 +8,7 @@ import os
 import random
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import c_int16, c_int32, c_void_p
@@ -35,7 +36,8 @@ def need(*tools: str) -> None:
 @cache
 def make(target: str, **variables: object) -> str:
     """Run a target of the firmware's Makefile once and return its output; fail the test if it fails."""
-    command = ["make", "-s", "-C", str(FIRMWARE), target, *(f"{k}={v}" for k, v in variables.items())]
+    settings = {"PYTHON": sys.executable, **variables}  # PYTHON of the environment need not have chefbot
+    command = ["make", "-s", "-C", str(FIRMWARE), target, *(f"{k}={v}" for k, v in settings.items())]
     with _locked("plain" if target in ("coverage", "mutate") else "build"):
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"})
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]

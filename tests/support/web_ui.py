@@ -14,7 +14,7 @@ def show_a_room(server: Any) -> None:
     cells = np.zeros((160, 240), np.int8)
     cells[[0, -1], :] = cells[:, [0, -1]] = 100
     server.set_layer("map", Grid(cells, 0.05, -2.0, -1.0))
-    server.set_layer("robot", RobotView(x=1.0, y=1.0, yaw=0.0, radius=0.2))
+    server.set_layer("robot", RobotView(x=1.0, y=1.0, yaw=0.0))
     server.set_layer("places", {"table_1": (2, 2, 0), "table_2": (4, 2, 0), "<b>kitchen</b>": (6, 2, 0)})
     server.set_layer(
         "status",

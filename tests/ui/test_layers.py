@@ -145,7 +145,7 @@ def test_a_layer_that_is_slow_to_encode_is_sent_less_often() -> None:
 def test_none_clears_a_layer_and_non_finite_numbers_become_null() -> None:
     store = LayerStore()
     store.set_layer("goal", None)
-    store.set_layer("robot", RobotView(x=float("nan"), y=0.0, yaw=0.0, radius=0.2))
+    store.set_layer("robot", RobotView(x=float("nan"), y=0.0, yaw=0.0))
     store.encode_due(lambda: 0.0)
     assert json.loads(store.frames["goal"]) == {"layer": "goal", "value": None}
     assert json.loads(store.frames["robot"])["value"]["x"] is None

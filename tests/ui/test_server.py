@@ -130,7 +130,7 @@ def test_layers_are_rate_limited_and_the_last_value_arrives(page: Any, receive: 
         wait_for(lambda: page.server.clients == 1)
         start = time.monotonic()
         for number in range(20_000):
-            page.server.set_layer("robot", RobotView(x=float(number), y=0.0, yaw=0.0, radius=0.2))
+            page.server.set_layer("robot", RobotView(x=float(number), y=0.0, yaw=0.0))
         seen: list[float] = []
         while not seen or seen[-1] != 19_999:
             seen.append(receive(browser)[1]["x"])

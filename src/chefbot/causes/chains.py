@@ -11,7 +11,7 @@ import numpy as np
 
 from chefbot.causes.reports import END, FAILURE, MAP, SEVERITY, is_zone
 from chefbot.causes.sentences import NOT_ON_MAP, ON_MAP, PERSON, joined, place_links, place_sentence
-from chefbot.maths.grid import Grid
+from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Cause, Quantity
 from chefbot.msgs.geometry_msgs import Point, Pose
@@ -25,8 +25,6 @@ UPSTREAM = {
     "controller": ("base",),
 }
 """Nodes whose checks are behind those of a node."""
-OCCUPIED_PERCENT = 65
-"""Occupancy from which a cell of the static map is an obstacle, percent; as in the costmap."""
 MAP_REACH = 0.15
 """Distance from an obstacle of the static map up to which a place is one of it, m: three cells of error of pose."""
 PERSON_REACH = 0.5
@@ -152,7 +150,7 @@ def is_mapped(grid: Grid, x: float, y: float) -> bool:
     row, column = (y - grid.origin_y) / grid.resolution - 0.5, (x - grid.origin_x) / grid.resolution - 0.5
     top, left = max(math.floor(row - reach), 0), max(math.floor(column - reach), 0)
     window = grid.cells[top : math.ceil(row + reach) + 1, left : math.ceil(column + reach) + 1]
-    rows, columns = np.nonzero(window >= OCCUPIED_PERCENT)
+    rows, columns = np.nonzero(window >= OCCUPIED_FROM)
     return bool((np.hypot(rows + top - row, columns + left - column) <= reach).any())
 
 

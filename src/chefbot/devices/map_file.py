@@ -8,8 +8,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.localization.likelihood_field import OCCUPIED_FROM
 from chefbot.mapping.image_format import MapFormatError
+from chefbot.maths.grid import OCCUPIED_FROM
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Place, Places
 from chefbot.msgs.chefbot_zones import MapZones

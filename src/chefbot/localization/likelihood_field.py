@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 
 from chefbot.localization.errors import LocalizationError
 from chefbot.localization.params import AmclParams
-from chefbot.maths.grid import Grid
+from chefbot.maths.grid import OCCUPIED_FROM, Grid
 
-OCCUPIED_FROM = 65
-"""Occupancy threshold, percent, as in Nav2's map server."""
 SURFACE_DEPTH = 2
 """Depth of the surface of a solid, cells: walls up to four cells thick count completely."""
 FREE_BELOW = 25

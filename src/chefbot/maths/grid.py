@@ -12,6 +12,8 @@ from chefbot.maths.cell_grid import CellGrid
 UNKNOWN = -1
 FREE = 0
 OCCUPIED = 100
+OCCUPIED_FROM = 65
+"""Occupancy from which a cell counts as occupied, percent, as in Nav2's map server."""
 
 
 @dataclass(frozen=True, eq=False)

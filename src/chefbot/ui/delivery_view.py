@@ -30,6 +30,7 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
         round_active=status.state in IN_ROUND,
         delivered=status.delivered,
         missed=status.skipped_reasons,
+        loaded=status.loaded,
         orders=tuple(order.places for order in status.pending_orders),
         errands=tuple(errand.name for errand in status.errands),
     )

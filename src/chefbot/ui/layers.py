@@ -17,14 +17,35 @@ from chefbot.ui.image_encoding import jpeg
 
 
 class RobotView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Estimated pose of the robot in the map frame (m, rad), its radius (m) and its velocity (m/s, rad/s)."""
+    """Estimated pose of the robot in the map frame (m, rad) and its velocity (m/s, rad/s)."""
 
     x: float
     y: float
     yaw: float
-    radius: float
     v: float = 0.0
     w: float = 0.0
+
+
+class ViewCone(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a sensor sees seen from above: its pose in base_link (m, rad), field of view (rad) and range (m)."""
+
+    x: float
+    y: float
+    yaw: float
+    field_of_view: float
+    range: float
+
+
+class ShapeView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The robot seen from above in base_link, m: circumscribed radius, footprint, wheels and sensors."""
+
+    radius: float
+    corners: tuple[tuple[float, float], ...]
+    """Corners of the footprint; empty for a disc of `radius`."""
+    wheels: tuple[tuple[float, float, float, float], ...]
+    """Centre (x, y), length and width of each wheel."""
+    cones: tuple[ViewCone, ...]
+    """Sensors that do not see all around."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +180,8 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """Possible choices now, of go_on, kitchen and end."""
     round_active: bool = False
     """Whether a round is active; a goal elsewhere must then contain `when`."""
+    loaded: bool = False
+    """Whether the food is on the tray."""
     errands: tuple[str, ...] = ()
     """Names of additional goals."""
     delivered: tuple[str, ...] = ()
@@ -317,6 +340,7 @@ LAYERS: dict[str, Layer] = {
     "stop": Layer(0.0, _instance_of(StopView), _ENCODE_JSON),
     "map": Layer(MAP_PERIOD, _grid(np.int8), _ENCODE_GRID),
     "costmap": Layer(COSTMAP_PERIOD, _grid(np.uint8), _ENCODE_GRID),
+    "shape": Layer(0.0, _instance_of(ShapeView), _ENCODE_JSON),
     "robot": Layer(FAST_PERIOD, _instance_of(RobotView), _ENCODE_JSON),
     "truth": Layer(FAST_PERIOD, _pose, _ENCODE_JSON),
     "scan": Layer(FAST_PERIOD, _scan, _encode_scan),

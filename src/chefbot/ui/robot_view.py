@@ -1,16 +1,18 @@
-"""The robot's model for the 3-D view: solids, frames, wheel angles."""
+"""The robot for the views of the web UI: its shape from above, solids, frames, wheel angles."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.joint_states import JOINTS, WHEELS, wheel_positions
+from chefbot.robot.sensors import Sensors
 from chefbot.robot.spec import Robot
-from chefbot.ui.layers import FrameView
+from chefbot.ui.layers import FrameView, ShapeView, ViewCone
 
 
 def make_glb(robot: Robot) -> bytes:
@@ -18,6 +20,26 @@ def make_glb(robot: Robot) -> bytes:
     from chefbot.design.solids.glb import glb
 
     return glb(robot)
+
+
+def shape_view(robot: Robot) -> ShapeView:
+    """Return the robot seen from above: footprint, wheels, and the cones of sensors that do not see all around."""
+    wheels, footprint = robot.wheels, robot.footprint
+    sides = (wheels.separation / 2.0, -wheels.separation / 2.0)
+    return ShapeView(
+        radius=footprint.circumscribed_radius,
+        corners=footprint.corners,
+        wheels=tuple((0.0, y, wheels.diameter, wheels.width) for y in sides),
+        cones=tuple(_cones(robot.sensors)),
+    )
+
+
+def _cones(sensors: Sensors) -> Iterator[ViewCone]:
+    for sensor in (sensors.depth_camera, sensors.lidar):
+        if sensor is None or sensor.field_of_view > math.pi:
+            continue
+        x, y, yaw = sensor.mount.planar
+        yield ViewCone(x=x, y=y, yaw=yaw, field_of_view=sensor.field_of_view, range=sensor.range_max)
 
 
 def frame_views(message: TFMessage) -> dict[str, FrameView]:

@@ -52,7 +52,7 @@ from chefbot.ui.missions.mission_device import MissionDevice
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
-from chefbot.ui.robot_view import frame_views, make_glb, wheel_angles
+from chefbot.ui.robot_view import frame_views, make_glb, shape_view, wheel_angles
 from chefbot.ui.server import WebUiServer
 from chefbot.ui.web_ui_params import WebUiParams
 
@@ -129,6 +129,7 @@ class WebUiDevice(MissionDevice):
         self._server = WebUiServer(
             self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot), self.audit, tls
         )
+        self._server.set_layer("shape", shape_view(self.robot))
         self.url = self._server.start()
         self.announcement = announcement(self._server, self.params, self.url)
         self.qr_code = qr_code(self.url) if self._server.requires_token else ""
@@ -283,9 +284,8 @@ class WebUiDevice(MissionDevice):
         pose = self._lookup("map", "base_link") or self._lookup("odom", "base_link")
         if pose is not None:
             twist = self.odom.last.twist.twist if self.odom.last else Twist()
-            v, w, radius = twist.linear.x, twist.angular.z, self.robot.circumscribed_radius
-            view = layers.RobotView(x=pose.x, y=pose.y, yaw=pose.yaw, radius=radius, v=v, w=w)
-            self._server.set_layer("robot", view)
+            v, w = twist.linear.x, twist.angular.z
+            self._server.set_layer("robot", layers.RobotView(x=pose.x, y=pose.y, yaw=pose.yaw, v=v, w=w))
         self._last_status = self._status(pose)
         self._server.set_layer("status", self._last_status)
         if self._moving_frames:

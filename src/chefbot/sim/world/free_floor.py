@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.maths.grid import Grid
+from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.maths.se2 import SE2
 
 Floats = NDArray[np.float64]
-OCCUPIED_FROM = 65
-"""Occupancy in percent from which a cell counts as a wall, as in ROS's map_server."""
 MARGIN = 0.05
 """Additional clearance in metres around the robot, for planning on cells."""
 TABLES = 5

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from chefbot.buildings.people_spec import NOBODY
 from chefbot.errors import UserError
-from chefbot.maths.grid import FREE, OCCUPIED, Grid
+from chefbot.maths.grid import FREE, OCCUPIED, OCCUPIED_FROM, Grid
 from chefbot.maths.se2 import SE2
-from chefbot.sim.world.free_floor import OCCUPIED_FROM, FreeFloor
+from chefbot.sim.world.free_floor import FreeFloor
 from chefbot.sim.world.furniture import ceiling_shape
 from chefbot.sim.world.shapes import SimulatedShape, box, clearance
 from chefbot.sim.world.world import ROBOT_SPACE, Bounds, World

@@ -1,7 +1,10 @@
 // Connects the parts: the link passes layers to the map and the panels; gestures and buttons send commands.
+import { COLOURS } from "./colours.js";
 import { Driver } from "./drive.js";
+import { Glides } from "./glide.js";
 import { knownArea } from "./grids.js";
-import { COLOURS, PAINTERS, SWITCHES, arrow, scaleBar } from "./layers.js";
+import { Labels } from "./labels.js";
+import { PAINTERS, QUIET, SWITCHES, arrow, scaleBar } from "./layers.js";
 import { Panels } from "./panels.js";
 import { Link } from "./socket.js";
 import { Solid } from "./solid.js";
@@ -11,9 +14,13 @@ import { View } from "./view.js";
 
 const STALE = 2000;                      // milliseconds without data before the page reports it
 const $ = (id) => document.getElementById(id);
+const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
+const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
 const NARROW = window.matchMedia("(max-width: 760px)");
 const data = new Map();
-const hidden = new Set();
+const hidden = new Set(QUIET);
+const glides = new Glides();
+const shown = new Map();                 // poses on the way from their last value to the latest
 let following = true, whole = true, lastData = 0, refusal = 0, failures = null, keepNotice = false;
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
@@ -37,12 +44,30 @@ function gesture(command) {
 }
 
 function paint(context) {
+  glides.advance();
+  if (following && shown.get("robot")) view.centre = shown.get("robot");
+  view.labels = new Labels(context, view);
   for (const [layer, painter] of PAINTERS) {
-    const value = data.get(layer);
+    const value = shown.get(layer) ?? data.get(layer);
     if (value && !hidden.has(layer)) painter(context, view, value, data);
   }
   if (tools.drag && tools.view === view) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
   scaleBar(context, view, NARROW.matches ? 62 : 18);
+  const moving = data.get("path") && !hidden.has("path") && !STILL.matches;
+  if (!solid.on && (moving || !glides.done)) view.refresh();
+}
+
+// The robot is received ten times a second and drawn at every frame in between.
+function glide(layer, pose) {
+  const from = shown.get(layer);
+  if (!pose || !from || Math.hypot(pose.x - from.x, pose.y - from.y) > JUMP) {
+    shown.set(layer, pose);
+    return;
+  }
+  const turn = Math.atan2(Math.sin(pose.yaw - from.yaw), Math.cos(pose.yaw - from.yaw));
+  glides.to(layer, (share) => shown.set(layer, {
+    ...pose, x: from.x + share * (pose.x - from.x), y: from.y + share * (pose.y - from.y), yaw: from.yaw + share * turn,
+  }));
 }
 
 function refresh() {
@@ -100,12 +125,15 @@ const HANDLERS = {
   camera: (value) => panels.camera(value),
 };
 
+const DRAWN = new Set([...PAINTERS.map(([layer]) => layer), "shape", "delivery"]);
+
 link.addEventListener("layer", ({ detail: { layer, value } }) => {
   lastData = performance.now();
   data.set(layer, value);
   HANDLERS[layer]?.(value);
+  if (layer === "robot" || layer === "truth") glide(layer, value);
   solid.take(layer, value);
-  view.refresh();
+  if (DRAWN.has(layer) && !hidden.has(layer)) view.refresh();
 });
 link.addEventListener("up", () => {
   document.body.classList.remove("offline");
@@ -145,7 +173,7 @@ setInterval(() => {
 for (const [layer, label] of SWITCHES) {
   const row = document.createElement("label"), box = document.createElement("input"), colour = document.createElement("i");
   box.type = "checkbox";
-  box.checked = true;
+  box.checked = !hidden.has(layer);
   box.onchange = () => { if (box.checked) hidden.delete(layer); else hidden.add(layer); refresh(); };
   colour.style.background = COLOURS[layer]();
   row.append(box, label, colour);

@@ -1,5 +1,9 @@
-// Maps and costmaps as pictures, coloured for light or dark, one canvas each.
+// Maps as outlines of walls and floor, and costmaps as pictures.
+import { COLOURS } from "./colours.js";
+import { regionPath } from "./outlines.js";
 
+const OCCUPIED_FROM = 65, FREE_BELOW = 25; // percent, as in map files
+const THINNEST = 1.5;                    // CSS pixels: a wall is drawn no thinner
 const LETHAL = 254, INSCRIBED = 253, UNKNOWN_COST = 255;
 
 export function mapColours(dark) {
@@ -47,6 +51,33 @@ export function knownArea(grid) {
   if (right < 0) [left, right, bottom, top] = [0, grid.width - 1, 0, grid.height - 1];
   const x = (column) => grid.x + column * grid.resolution, y = (row) => grid.y + row * grid.resolution;
   return { left: x(left), right: x(right + 1), bottom: y(bottom), top: y(top + 1) };
+}
+
+let outlines = null;                     // of the latest map
+
+// Known floor, doubtful cells and walls; what is unknown stays open.
+export function drawMap(context, view, grid) {
+  if (outlines?.grid !== grid) {
+    outlines = {
+      grid,
+      known: regionPath(grid, (value) => value >= 0),
+      doubtful: regionPath(grid, (value) => value >= FREE_BELOW && value < OCCUPIED_FROM),
+      walls: regionPath(grid, (value) => value >= OCCUPIED_FROM),
+    };
+  }
+  const [x, y] = view.px(0, 0);
+  context.save();
+  context.translate(x, y);
+  context.scale(view.scale, -view.scale);
+  for (const [region, colour] of [["known", COLOURS.floor()], ["doubtful", COLOURS.doubtful()], ["walls", COLOURS.wall()]]) {
+    context.fillStyle = colour;
+    context.fill(outlines[region], "evenodd");
+  }
+  context.strokeStyle = COLOURS.wall();
+  context.lineWidth = Math.max(0, THINNEST / view.scale - grid.resolution) || 0.2 * grid.resolution;
+  context.lineJoin = "round";
+  context.stroke(outlines.walls);
+  context.restore();
 }
 
 export function drawGrid(context, view, grid, image) {

@@ -1,31 +1,7 @@
 // How each layer is drawn. `data` holds the latest value of every layer by name.
-import { costColours, drawGrid, mapColours, picture } from "./grids.js";
-
-const dark = window.matchMedia("(prefers-color-scheme: dark)");
-const pick = (light, darker) => (dark.matches ? darker : light);
-
-export const COLOURS = {
-  path: () => pick("#0f766e", "#2dd4bf"),
-  local_path: () => pick("#7c3aed", "#a78bfa"),
-  particles: () => pick("#2563eb99", "#60a5faaa"),
-  scan: () => pick("#dc2626", "#f87171"),
-  obstacles: () => pick("#d97706", "#fbbf24"),
-  goal: () => pick("#0f766e", "#2dd4bf"),
-  truth: () => pick("#16a34a", "#4ade80"),
-  people: () => pick("#be185d", "#f472b6"),
-  robot: () => pick("#1d2522", "#e6ebe8"),
-  costmap: () => "#e0592b",
-  places: () => pick("#66716c", "#96a39d"),
-  causes: () => pick("#be123c", "#fb7185"),
-  zones: () => pick("#b45309", "#f59e0b"),
-};
-
-const ZONE_COLOURS = {
-  keep_out: () => pick("#b91c1c", "#f87171"),
-  slow: () => COLOURS.zones(),
-  preferred: () => pick("#15803d", "#4ade80"),
-  one_way: () => pick("#1d4ed8", "#60a5fa"),
-};
+import { COLOURS } from "./colours.js";
+import { costColours, drawGrid, drawMap, picture } from "./grids.js";
+import { robot, truth } from "./robot.js";
 
 export const SWITCHES = [
   ["costmap", "Global costmap"], ["path", "Global plan"], ["local_path", "Local plan"], ["particles", "Particles"],
@@ -33,16 +9,16 @@ export const SWITCHES = [
   ["causes", "Causes"], ["truth", "Ground truth (simulation)"],
 ];
 
-const images = new Map();
+const PATH_SPEED = 0.3;                  // metres per second, of the dashes
 
-function gridPainter(layer, colours) {
-  return (context, view, grid) => {
-    const known = images.get(layer);
-    if (!known || known.grid !== grid || known.dark !== dark.matches) {
-      images.set(layer, { grid, dark: dark.matches, image: picture(grid, colours(dark.matches)) });
-    }
-    drawGrid(context, view, grid, images.get(layer).image);
-  };
+// Hidden until somebody wants to see them.
+export const QUIET = ["costmap", "particles"];
+
+let costImage = null;
+
+function costs(context, view, grid) {
+  if (costImage?.grid !== grid) costImage = { grid, image: picture(grid, costColours()) };
+  drawGrid(context, view, grid, costImage.image);
 }
 
 function dots(layer, size) {
@@ -64,6 +40,19 @@ function line(layer, width) {
     for (let i = 0; i < value.count; i++) context.lineTo(...view.px(value.rows[2 * i], value.rows[2 * i + 1]));
     context.stroke();
   };
+}
+
+// The dashes move towards the goal.
+function plannedPath(context, view, value) {
+  const dash = Math.max(6, 0.18 * view.scale);
+  context.save();
+  context.globalAlpha = 0.3;
+  line("path", 5)(context, view, value);
+  context.globalAlpha = 1;
+  context.setLineDash([dash, dash]);
+  context.lineDashOffset = -PATH_SPEED * view.scale * (performance.now() / 1000 % (2 * dash / PATH_SPEED / view.scale));
+  line("path", 3)(context, view, value);
+  context.restore();
 }
 
 function particles(context, view, value) {
@@ -102,74 +91,27 @@ export function arrow(context, view, pose, colour, length) {
   context.restore();
 }
 
-function outline(context, view, pose, radius) {
-  const [x, y] = view.px(pose.x, pose.y);
-  const size = Math.max(7, radius * view.scale);
-  context.beginPath();
-  context.arc(x, y, size, 0, 2 * Math.PI);
-  return [x, y, size];
-}
-
-function headingMark(context, pose, x, y, size) {
-  const corner = (turn, far) => [x + far * size * Math.cos(pose.yaw + turn), y - far * size * Math.sin(pose.yaw + turn)];
-  context.beginPath();
-  context.moveTo(...corner(0, 0.8));
-  context.lineTo(...corner(2.4, 0.62));
-  context.lineTo(...corner(Math.PI, 0.25));
-  context.lineTo(...corner(-2.4, 0.62));
-  context.closePath();
-}
-
-function robot(context, view, pose) {
-  const [x, y, size] = outline(context, view, pose, pose.radius);
-  context.fillStyle = COLOURS.robot();
-  context.fill();
-  context.lineWidth = 2;
-  context.strokeStyle = pick("#ffffff", "#121614");
-  context.stroke();
-  headingMark(context, pose, x, y, size);
-  context.fillStyle = pick("#5eead4", "#0f766e");
-  context.fill();
-}
-
-function truth(context, view, pose, data) {
-  const place = outline(context, view, pose, data.get("robot")?.radius ?? 0.2);
-  context.strokeStyle = COLOURS.truth();
-  context.lineWidth = 2;
-  context.setLineDash([5, 4]);
-  context.stroke();
-  headingMark(context, pose, ...place);
-  context.stroke();
-  context.setLineDash([]);
-}
-
 export const title = (name) => name.replace(/_/g, " ").replace(/^./, (letter) => letter.toUpperCase());
 
 function places(context, view, list) {
-  context.font = "12px system-ui, sans-serif";
-  context.textAlign = "center";
-  for (const place of list) {
-    const [x, y] = view.px(place.x, place.y);
-    context.fillStyle = COLOURS.places();
+  const points = list.map((place) => view.px(place.x, place.y));
+  context.fillStyle = COLOURS.places();
+  for (const [x, y] of points) {
     context.beginPath();
     context.arc(x, y, 3.5, 0, 2 * Math.PI);
     context.fill();
-    context.lineWidth = 3;
-    context.strokeStyle = pick("#ffffffcc", "#121614cc");
-    context.strokeText(title(place.name), x, y - 8);
-    context.fillText(title(place.name), x, y - 8);
+    view.labels.reserve(x, y, 4);
   }
+  list.forEach((place, i) => view.labels.write(title(place.name), ...points[i], COLOURS.places()));
 }
 
 // An outline with the title in its middle, and the direction of a one-way lane.
 function zones(context, view, list) {
-  context.font = "12px system-ui, sans-serif";
-  context.textAlign = "center";
   for (const zone of list) {
     const corners = zone.corners.map(([x, y]) => view.px(x, y));
     const x = corners.reduce((sum, corner) => sum + corner[0], 0) / corners.length;
     const y = corners.reduce((sum, corner) => sum + corner[1], 0) / corners.length;
-    context.strokeStyle = context.fillStyle = (ZONE_COLOURS[zone.kind] ?? COLOURS.zones)();
+    context.strokeStyle = context.fillStyle = zoneColour(zone);
     context.lineWidth = 2;
     context.setLineDash(zone.kind === "keep_out" ? [] : [7, 4]);
     context.beginPath();
@@ -182,12 +124,11 @@ function zones(context, view, list) {
     context.restore();
     context.setLineDash([]);
     if (zone.kind === "one_way") laneArrow(context, x, y + 14, zone.direction);
-    context.lineWidth = 3;
-    context.strokeStyle = pick("#ffffffcc", "#121614cc");
-    context.strokeText(title(zone.title), x, y);
-    context.fillText(title(zone.title), x, y);
+    view.labels.write(title(zone.title), x, y, zoneColour(zone));
   }
 }
+
+const zoneColour = ({ kind }) => (kind === "slow" ? COLOURS.zones : COLOURS[kind] ?? COLOURS.zones)();
 
 function laneArrow(context, x, y, direction) {
   const dx = 14 * Math.cos(direction), dy = -14 * Math.sin(direction);
@@ -198,8 +139,6 @@ const BODY_RADIUS = 0.2; // m
 const ARROW_SECONDS = 1; // a velocity arrow ends where the person will be after that time
 
 function people(context, view, list) {
-  context.font = "600 12px system-ui, sans-serif";
-  context.textAlign = "center";
   for (const person of list) {
     const [x, y] = view.px(person.x, person.y);
     const [bx, by] = view.px(person.x + ARROW_SECONDS * person.vx, person.y + ARROW_SECONDS * person.vy);
@@ -217,11 +156,7 @@ function people(context, view, list) {
     context.stroke();
     context.setLineDash([]);
     if (Math.hypot(bx - x, by - y) > 8) velocityArrow(context, x, y, bx, by);
-    context.lineWidth = 3;
-    context.strokeStyle = pick("#ffffffcc", "#121614cc");
-    const above = y - ring - 5;
-    context.strokeText(`#${person.id}`, x, above);
-    context.fillText(`#${person.id}`, x, above);
+    view.labels.write(`#${person.id}`, x, y - ring, COLOURS.people());
     context.restore();
   }
 }
@@ -254,11 +189,11 @@ function causes(context, view, list) {
 
 // In drawing order, the lowest layer first.
 export const PAINTERS = [
-  ["map", gridPainter("map", mapColours)],
-  ["costmap", gridPainter("costmap", costColours)],
+  ["map", drawMap],
+  ["costmap", costs],
   ["zones", zones],
   ["particles", particles],
-  ["path", line("path", 4)],
+  ["path", plannedPath],
   ["local_path", line("local_path", 3)],
   ["obstacles", dots("obstacles", 4)],
   ["scan", dots("scan", 3)],

@@ -1,6 +1,6 @@
 // The tree of frames (REP-105): joints from the robot description; frames received on /tf take precedence.
 import { Euler, Group, Quaternion, Vector3 } from "three";
-import { Glides } from "./glide.js";
+import { Glides } from "../glide.js";
 
 const PRISMATIC = "prismatic", FIXED = "fixed";
 

@@ -3,8 +3,8 @@ import {
   BufferAttribute, BufferGeometry, CanvasTexture, Color, DoubleSide, Group, Mesh, MeshBasicMaterial, NearestFilter,
   PlaneGeometry, Points, PointsMaterial, RingGeometry, Shape, ShapeGeometry, SRGBColorSpace, Vector2,
 } from "three";
+import { COLOURS } from "../colours.js";
 import { costColours, mapColours, picture } from "../grids.js";
-import { COLOURS } from "../layers.js";
 
 const DARK = window.matchMedia("(prefers-color-scheme: dark)");
 const ORDER = { map: -8, costmap: -7, path: -4, local_path: -3, truth: -2, goal: -1 };   // floor from the ground up
@@ -36,7 +36,7 @@ export class Live {
 
   // Whether there is something new to draw.
   take(layer, value) {
-    if (layer === "robot") this.size(value);
+    if (layer === "shape") this.size(value);
     const maker = MAKERS[layer];
     if (!maker) return false;
     if (this.sheets.parent !== this.frames.home) this.frames.home.add(this.sheets);
@@ -50,9 +50,9 @@ export class Live {
     return true;
   }
 
-  size(robot) {
-    if (!robot) return;
-    this.radius = robot.radius;
+  size(shape) {
+    if (!shape) return;
+    this.radius = shape.radius;
     this.objects.get("truth")?.scale.setScalar(this.radius);
   }
 

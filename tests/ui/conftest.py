@@ -13,6 +13,7 @@ from tests.support.waiting import PATIENCE
 from websockets.sync.client import ClientConnection, connect
 
 from chefbot.ui.commands import OperatorCommand
+from chefbot.ui.protocol import PieceAssembler
 from chefbot.ui.server import WebUiServer
 
 
@@ -43,7 +44,10 @@ def page() -> Iterator[Page]:
 
 def receive_frame(browser: ClientConnection) -> tuple[str, Any]:
     """Return (layer, value), (layer, (header, body)) of a binary layer, or ("refused", message)."""
-    data = browser.recv(timeout=PATIENCE)
+    assembler, data = PieceAssembler(10**9), None
+    while data is None:
+        message = browser.recv(timeout=PATIENCE)
+        data = message if isinstance(message, str) else assembler.add(message)
     if isinstance(data, str):
         message = json.loads(data)
         if "refused" in message:

@@ -13,13 +13,13 @@ RESET = struct.pack("ii", 1, 0)
 
 
 class FaultyNetwork:
-    """A TCP proxy to a local port; `mode`: "pass", "late" (by `delay` seconds) or "hole" (all data are lost).
+    """A TCP proxy to a local port; `mode`: "pass", "late" (by `delay` seconds), "slow" or "hole" (all data are lost).
 
-    accepted: number of connections that browsers have opened.
+    rate: of a slow link, bytes/s. accepted: number of connections that browsers have opened.
     """
 
     def __init__(self, port: int) -> None:
-        self.mode, self.delay, self.accepted = "pass", 0.0, 0
+        self.mode, self.delay, self.rate, self.accepted = "pass", 0.0, 20_000.0, 0
         self._target = port
         self._pairs: list[tuple[socket.socket, socket.socket]] = []
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=64)
@@ -53,9 +53,11 @@ class FaultyNetwork:
         """Forward data; after the first loss the connection stays dead, as its byte stream has a gap."""
         lost = False
         with contextlib.suppress(OSError):
-            while data := source.recv(65536):
+            while data := source.recv(1024 if self.mode == "slow" else 65536):
                 if self.mode == "late":
                     time.sleep(self.delay)
+                elif self.mode == "slow":
+                    time.sleep(len(data) / self.rate)
                 lost = lost or self.mode == "hole"
                 if not lost:
                     sink.sendall(data)

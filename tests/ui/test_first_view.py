@@ -11,7 +11,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.ui.commands import Drive, GoPlace
+from chefbot.ui.commands import Drive, Follow, GoPlace
 from chefbot.ui.layers import DeliveryView, StatusView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
@@ -112,6 +112,14 @@ def test_arrow_keys_drive_on_the_joystick_and_select_elsewhere(page: Any, tab: T
     tab.evaluate("document.getElementById('cancel').focus()")
     while command != Drive(0.0, 0.0):
         command = page.next_command()
+
+
+def test_follow_me_is_a_button_of_its_own(page: Any, tab: Tab) -> None:
+    tab.wait_for("document.querySelectorAll('#tables button').length === 2")
+    tab.evaluate("document.getElementById('follow_me').click()")
+    assert page.next_command() == Follow()
+    ids = json.loads(tab.evaluate("JSON.stringify([...document.querySelectorAll('[id]')].map((one) => one.id))"))
+    assert len(ids) == len(set(ids))
 
 
 def test_an_errand_during_a_round_needs_a_choice_of_time(page: Any, tab: Tab) -> None:

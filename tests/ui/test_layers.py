@@ -133,6 +133,18 @@ def test_a_layer_is_rate_limited_and_sends_its_newest_value() -> None:
     assert store.encode_due(lambda: now) == []
 
 
+def test_a_value_that_has_not_changed_is_not_sent_again() -> None:
+    store, here = LayerStore(), RobotView(x=1.0, y=2.0, yaw=0.0)
+    for now, view, expected in [
+        (0.0, here, ["robot"]),
+        (1.0, here, []),
+        (2.0, None, ["robot"]),
+        (3.0, None, []),
+    ]:
+        store.set_layer("robot", view)
+        assert store.encode_due(lambda now=now: now) == expected
+
+
 def test_a_layer_that_is_slow_to_encode_is_sent_less_often() -> None:
     store, times = LayerStore(), iter([0.0, 0.0, 0.4])
     store.set_layer("path", np.zeros((2, 2)))

@@ -1,4 +1,4 @@
-"""The connection of one browser: pending frames and rate limit."""
+"""The connection of one browser: what is sent to it, and its rate limit."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from chefbot.ui import protocol
 from chefbot.ui.access.visitors import Visitor
+from chefbot.ui.outbox import Outbox
 
 SEND_TIMEOUT = 3.0
 """Timeout of sending one frame, s; a slower browser is disconnected."""
@@ -20,8 +21,7 @@ BURST = 60.0
 
 
 class BrowserConnection:
-    """A browser's connection. It holds only the names of layers that changed since they were sent, so its
-    memory is bounded."""
+    """A browser's connection."""
 
     def __init__(self, socket: WebSocket, visitor: Visitor, address: str) -> None:
         self.socket = socket
@@ -31,7 +31,7 @@ class BrowserConnection:
         self.only_stop = False
         """Whether it has no full place (see `places`) and gets few layers."""
         self.disconnected = asyncio.Event()
-        self._dirty: dict[str, None] = {}
+        self._outbox = Outbox()
         self._pending_answers: deque[str] = deque(maxlen=8)
         self._pong = ""
         self._wake = asyncio.Event()
@@ -39,15 +39,26 @@ class BrowserConnection:
         self._last_message_time = asyncio.get_running_loop().time()
         self.initialized = False
 
-    def mark_changed(self, layers: Iterable[str], stop_layers: Collection[str]) -> None:
-        """Mark layers as changed; a client that may only stop the robot gets those in `stop_layers`."""
-        self._dirty.update((layer, None) for layer in layers if not self.only_stop or layer in stop_layers)
+    def mark_changed(self, layers: Iterable[str]) -> None:
+        """Mark layers as changed."""
+        self._outbox.mark_changed(layers)
         self._wake.set()
 
-    def demote(self, stop_layers: Collection[str], sentence: str) -> None:
+    def show(self, layers: Collection[str], known: Iterable[str]) -> None:
+        """Send only these layers from now on, at once those of them in `known` that it did not get before."""
+        self._outbox.show(layers, known)
+        self._wake.set()
+
+    def note_received(self, count: int) -> None:
+        """Note how many pieces of bulk layers have arrived; this counts as a command only if nothing is new."""
+        if self._outbox.note_received(count):
+            self._tokens += 1
+            self._wake.set()
+
+    def demote(self, sentence: str) -> None:
         """Take the full place away and say why; the emergency stop remains."""
         self.only_stop = True
-        self._dirty = {layer: None for layer in self._dirty if layer in stop_layers}
+        self._outbox.show_only_stop()
         self.send_refusal(sentence)
 
     def send_refusal(self, sentence: str) -> None:
@@ -73,8 +84,7 @@ class BrowserConnection:
         while True:
             await self._wake.wait()
             self._wake.clear()
-            while self._pong or self._pending_answers or self._dirty:
-                frame = self._next(frames)
+            while (frame := self._next(frames)) is not None:
                 try:
                     # wait_for of Python 3.11 loses a cancellation at the moment when the frame is sent
                     async with asyncio.timeout(SEND_TIMEOUT):
@@ -84,17 +94,12 @@ class BrowserConnection:
                 except RuntimeError:  # of uvicorn, when the closing handshake has begun meanwhile
                     return
 
-    def _next(self, frames: Mapping[str, protocol.Frame]) -> protocol.Frame:
-        """Return the next frame: first the pong, then answers, then the emergency stop, then other layers."""
+    def _next(self, frames: Mapping[str, protocol.Frame]) -> protocol.Frame | None:
+        """Return the next frame, None if there is none: first the pong, then answers, then layers."""
         pong, self._pong = self._pong, ""
-        return pong or (
-            self._pending_answers.popleft() if self._pending_answers else frames[self._pop_layer()]
-        )
-
-    def _pop_layer(self) -> str:
-        layer = "stop" if "stop" in self._dirty else next(iter(self._dirty))
-        del self._dirty[layer]
-        return layer
+        if pong or self._pending_answers:
+            return pong or self._pending_answers.popleft()
+        return self._outbox.take(frames)
 
     async def _send(self, frame: protocol.Frame) -> None:
         if isinstance(frame, str):

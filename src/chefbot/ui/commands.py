@@ -140,6 +140,18 @@ class Ping(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="ping")
     n: Annotated[int, msgspec.Meta(ge=0)]
 
 
+class Show(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="show"):
+    """Send only these layers to this browser from now on; `stop` and `status` are always sent."""
+
+    layers: Annotated[list[Name], msgspec.Meta(max_length=64)]
+
+
+class Received(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="received"):
+    """Number of pieces of bulk layers that the browser has received on this connection, so that few are under way."""
+
+    n: Annotated[int, msgspec.Meta(ge=0)]
+
+
 class Drive(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="drive"):
     """Drive manually: forward and counter-clockwise are positive. It must be repeated (see `dead_man`)."""
 
@@ -181,14 +193,14 @@ class Kidnap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="kidn
 
 KINDS = (
     *(Goal, InitialPose, Deliver, Loaded, Taken, NotTaken, Choose, GoPlace, Patrol, Follow, Cancel),
-    *(Stop, Withdraw, Resume, MapSaved, Ping, Drive),
+    *(Stop, Withdraw, Resume, MapSaved, Ping, Show, Received, Drive),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 
 AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | GoPlace | Patrol | Follow | Cancel
-    | Stop | Withdraw | Resume | MapSaved | Ping | Drive
+    | Stop | Withdraw | Resume | MapSaved | Ping | Show | Received | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip
 _DECODER = msgspec.json.Decoder(AnyCommand)

@@ -37,18 +37,22 @@ class LayerStore:
             self._changed[layer] = value
 
     def encode_due(self, clock: Callable[[], float]) -> list[str]:
-        """Encode the changed layers that are due and return their names; call it from one thread at a time.
+        """Encode the layers that are due and return the names of those whose frame is another than before.
 
-        It is only called while browsers are connected, so that nothing is encoded otherwise.
+        Call it from one thread at a time. It is only called while browsers are connected, so that nothing is encoded
+        otherwise.
         """
-        due = self._take_due(clock())
-        for layer, value in due.items():
+        changed = []
+        for layer, value in self._take_due(clock()).items():
             start = clock()
-            self.frames[layer] = _encode(layer, value)
+            frame = _encode(layer, value)
             cost = clock() - start
             # Next due time: the layer's period, or longer if it is expensive to encode.
             self._due_time[layer] = start + max(LAYERS[layer].period, cost / MAX_ENCODING_SHARE)
-        return list(due)
+            if frame != self.frames.get(layer):
+                self.frames[layer] = frame
+                changed.append(layer)
+        return changed
 
     def _take_due(self, now: float) -> dict[str, Any]:
         with self._lock:

@@ -118,6 +118,11 @@ class DoorView(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     open: bool
 
 
+def rounded(number: float | None, digits: int) -> float | None:
+    """Return a number as it is displayed: changes that nobody sees are not sent."""
+    return None if number is None else round(float(number), digits)
+
+
 class StatusView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The robot's state as texts and numbers; None is unknown and shows as a dash."""
 

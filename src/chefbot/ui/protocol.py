@@ -8,7 +8,9 @@ Server to browser, as text (small layers and answers):
     {"refused": SENTENCE}            the answer to a command that was refused
     {"pong": NUMBER}                 the answer to a ping, after all that was sent before it
 
-Server to browser, as bytes (bulk layers): header length (uint16, little-endian), header (JSON), body.
+Server to browser, as bytes (bulk layers), in pieces, so that on a slow link small layers pass between them: each
+begins with a byte, 1 if more pieces of the layer follow and 0 in the last. Together they are the
+header length (uint16, little-endian), the header (JSON) and the body.
     every header                      layer, kind
     kind "points"                     columns, x, y, unit: body int16 (n, columns), little-endian; times
                                       unit[column], plus x or y for the first two: metres, metres, radians;
@@ -59,6 +61,35 @@ class DepthImage:
     millimetres: NDArray[np.uint16]
     pinhole: dict[str, float]
     frame: str
+
+
+PIECE = 4096
+"""Size of a piece of a bulk layer, bytes: 0.2 s of a link of 20 kB/s."""
+_MORE, _LAST = b"\x01", b"\x00"
+
+
+def split_into_pieces(frame: bytes) -> list[bytes]:
+    """Return the messages in which a bulk layer is sent."""
+    parts = [frame[i : i + PIECE] for i in range(0, len(frame), PIECE)]
+    return [_MORE + part for part in parts[:-1]] + [_LAST + parts[-1]]
+
+
+class PieceAssembler:
+    """Puts the pieces of bulk layers together; `limit` is the maximum size of a layer, bytes."""
+
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._parts: list[bytes] = []
+
+    def add(self, piece: bytes) -> bytes | None:
+        """Return the bulk layer whose last piece this is, else None; ValueError for an invalid piece."""
+        self._parts.append(piece[1:])
+        if piece[:1] not in (_MORE, _LAST) or sum(map(len, self._parts)) > self._limit:
+            raise ValueError("not a piece of a layer, or too large a layer")
+        if piece[:1] == _MORE:
+            return None
+        whole, self._parts = b"".join(self._parts), []
+        return whole
 
 
 def pong(number: int) -> str:

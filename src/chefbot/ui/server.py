@@ -17,7 +17,7 @@ from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from chefbot.errors import ChefbotError, UserError
+from chefbot.errors import ChefbotError, UserError, name_hint
 from chefbot.ui.access.address_limits import address_group
 from chefbot.ui.access.audit_log import AuditLog
 from chefbot.ui.access.command_audit import CommandAudit
@@ -26,11 +26,22 @@ from chefbot.ui.access.places import MAX_FULL, ClientPlaces
 from chefbot.ui.access.tls import MIN_TLS, Tls
 from chefbot.ui.access.visitors import OPERATOR, TokenKey, Visitor
 from chefbot.ui.client import BrowserConnection
-from chefbot.ui.commands import MAX_TEXT, Drive, OperatorCommand, Ping, Stop, Withdraw, parse_command
+from chefbot.ui.commands import (
+    MAX_TEXT,
+    Drive,
+    OperatorCommand,
+    Ping,
+    Received,
+    Show,
+    Stop,
+    Withdraw,
+    parse_command,
+)
 from chefbot.ui.dead_man import DeadManSwitch
 from chefbot.ui.files import SECURITY_HEADERS, content_type, response_headers, static_files
 from chefbot.ui.http_limits import GuardedHttp, GuardedSocket
 from chefbot.ui.hub import LayerStore
+from chefbot.ui.layers import LAYERS
 from chefbot.ui.request_guard import RequestGuard
 from chefbot.ui.solids import SolidsEndpoint
 
@@ -42,8 +53,6 @@ ONLY_STOP = (
     f"{MAX_FULL} other screens are open, so here only STOP works; close one of them and reload this page"
 )
 ONLY_VIEW = "This link is for viewers: it shows the robot and can press STOP; ask for the operators' link"
-STOP_LAYERS = ("stop", "status")
-"""Layers for clients that may only stop the robot."""
 PENALTY = 1.0
 """Time for which a client above the rate limit is ignored before it is disconnected, s, so that it does not
 reconnect at once."""
@@ -167,9 +176,7 @@ class WebUiServer:
             if self._clients:
                 changed = await asyncio.to_thread(self._hub.encode_due, asyncio.get_running_loop().time)
                 for client in self._clients:
-                    client.mark_changed(
-                        changed if client.initialized else list(self._hub.frames), STOP_LAYERS
-                    )
+                    client.mark_changed(changed if client.initialized else list(self._hub.frames))
                     client.initialized = True
             await asyncio.sleep(TICK)
 
@@ -179,6 +186,8 @@ class WebUiServer:
         visitor, peer = web.state.visitor, web.state.peer
         peer.leave()  # it has a place of its own from now on
         client = BrowserConnection(web, visitor, peer.host)
+        if (shown := web.query_params.get("layers")) is not None:
+            client.show(shown.split(","), ())
         self._seat(client)
         self._audit.connected(client)
         try:
@@ -197,7 +206,7 @@ class WebUiServer:
         name, role = client.visitor
         seating = self._places.add(client, role, f"{address_group(client.address)} {name}", now)
         for other in (*seating.demoted, *(() if seating.full else (client,))):
-            other.demote(STOP_LAYERS, ONLY_STOP)
+            other.demote(ONLY_STOP)
         for other in seating.dropped:
             other.disconnected.set()
             self._clients.pop(other)
@@ -226,8 +235,7 @@ class WebUiServer:
         except ChefbotError as error:
             client.send_refusal(str(error))
             return
-        if isinstance(command, Ping):
-            client.pong(command.n)
+        if self._serve_view(client, command):
             return
         refusal = ""
         try:
@@ -236,6 +244,21 @@ class WebUiServer:
             refusal = str(error)
             client.send_refusal(refusal)
         self._audit.command(client, command, refusal)
+
+    def _serve_view(self, client: BrowserConnection, command: OperatorCommand) -> bool:
+        """Return whether the command concerns only what this browser is sent, and carry it out then."""
+        if isinstance(command, Ping):
+            client.pong(command.n)
+        elif isinstance(command, Show):
+            for name in command.layers:
+                if name not in LAYERS:
+                    client.send_refusal(f"There is no layer {name!r}{name_hint(name, LAYERS)}")
+            client.show(command.layers, list(self._hub.frames))
+        elif isinstance(command, Received):
+            client.note_received(command.n)
+        else:
+            return False
+        return True
 
     def _pass_on(self, client: BrowserConnection, command: OperatorCommand) -> None:
         """Pass a command on to the robot. Raises UserError if this client may not give it."""

@@ -306,12 +306,14 @@ class WebUiDevice(MissionDevice):
         localization, navigation = self.localization_status.last, self.navigation_status.last
         return layers.StatusView(
             phase=self.phase.last.data if self.phase.last else "",
-            clock=self.now_ns / 1e9,
-            real_time_factor=self._real_time_factor.factor(self.now_ns),
-            battery=100.0 * battery.percentage if battery else None,
-            volts=battery.voltage if battery else None,
-            confidence=localization.confidence if localization else None,
-            localization_error=truth.pose.pose.se2.distance(pose) if truth and pose else None,
+            clock=float(self.now_ns // 1_000_000_000),
+            real_time_factor=layers.rounded(self._real_time_factor.factor(self.now_ns), 1),
+            battery=layers.rounded(100.0 * battery.percentage, 0) if battery else None,
+            volts=layers.rounded(battery.voltage, 1) if battery else None,
+            confidence=layers.rounded(localization.confidence, 2) if localization else None,
+            localization_error=layers.rounded(truth.pose.pose.se2.distance(pose), 3)
+            if truth and pose
+            else None,
             navigation=navigation.state if navigation else "",
             reason=self._why_stopped() or self._causes.sentence or (navigation.reason if navigation else ""),
             stopped=self._stopped,

@@ -18,6 +18,7 @@ from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui.access.tls import client_context
 from chefbot.ui.commands import OperatorCommand
+from chefbot.ui.protocol import PieceAssembler
 from chefbot.ui.remote.blocking_web_socket import BlockingWebSocket
 from chefbot.ui.request_guard import COOKIE
 
@@ -42,6 +43,7 @@ class WebUiClient:
         self.url = url
         self.latest: dict[str, Any] = {}
         """The newest value of each received layer, as returned by `decode`."""
+        self._assembler = PieceAssembler(MAX_FRAME)
         self._socket = _connect(url)
 
     def __enter__(self) -> WebUiClient:
@@ -67,19 +69,27 @@ class WebUiClient:
         Raises UserError with the robot's sentence when it refused a command.
         """
         try:
-            frame = self._socket.receive(timeout)
+            layer, value = decode(self._receive_frame(timeout))
         except TimeoutError:
             return ""
         except ConnectionClosed:
             raise self._connection_lost() from None
-        try:
-            layer, value = decode(frame)
         except ValueError as error:
             raise _not_a_robot(self.url, error) from None
         if layer == "refused":
             raise UserError(f"the robot at {self.url} refused: {value}")
         self.latest[layer] = value
         return layer
+
+    def _receive_frame(self, timeout: float | None) -> str | bytes:
+        """Return the next small layer, or the bulk layer whose last piece is next. Raises TimeoutError."""
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while True:
+            left = None if deadline is None else max(0.0, deadline - time.monotonic())
+            message = self._socket.receive(left)
+            frame = message if isinstance(message, str) else self._assembler.add(message)
+            if frame is not None:
+                return frame
 
     def wait_for(self, layer: str, timeout: float) -> Any:
         """Return the layer's value as soon as it is received; None on timeout after `timeout` seconds."""

@@ -15,6 +15,9 @@ import { View } from "./view.js";
 const STALE = 2000;                      // milliseconds without data before the page reports it
 const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
+const NEEDED = ["shape", "map", "robot", "goal", "places", "delivery", "causes", "progress"];
+const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
+const OLD = 500;                         // milliseconds: the age from which the view says how old it is
 const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
 const NARROW = window.matchMedia("(max-width: 760px)");
 const data = new Map();
@@ -22,16 +25,27 @@ const hidden = new Set(QUIET);
 const glides = new Glides();
 const shown = new Map();                 // poses on the way from their last value to the latest
 let following = true, whole = true, lastData = 0, refusal = 0, failures = null, keepNotice = false;
+let cameraInView = false, solid = null;
 
-const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
+const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, shownLayers);
 const view = new View($("canvas"), paint, () => { if (whole) showWhole(); });
 const panels = new Panels(send);
 const driver = new Driver((command) => link.send(command));
 const stop = new StopButton((command) => link.send(command), () => driver.release());
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
-const solid = new Solid({
-  data, hidden, tools, showNotice, following: () => following, turned: (on) => panels.open(on ? "model-panel" : "serve"),
+solid = new Solid({
+  data, hidden, tools, showNotice, following: () => following,
+  turned: (on) => { panels.open(on ? "model-panel" : "serve"); link.show(); },
 });
+
+// Layers that are shown now, or that panels need.
+function shownLayers() {
+  if (document.hidden) return ["delivery"];
+  const switched = SWITCHES.map(([layer]) => layer).filter((layer) => !hidden.has(layer));
+  return [...new Set([
+    ...NEEDED, ...switched, ...(cameraInView ? ["camera"] : []), ...(solid?.on ? SOLID_LAYERS : []),
+  ])];
+}
 
 function send(command) {
   const sent = link.send(command);
@@ -137,6 +151,7 @@ link.addEventListener("layer", ({ detail: { layer, value } }) => {
 });
 link.addEventListener("up", () => {
   document.body.classList.remove("offline");
+  link.show();
   lastData = performance.now();
   stop.connected();
   solid.reload();
@@ -154,6 +169,10 @@ link.addEventListener("down", ({ detail: lost }) => {
   } else if (!keepNotice) {
     showNotice("Connection lost. The robot stops if it was driven by hand. Reconnecting …", true);
   }
+});
+link.addEventListener("age", ({ detail }) => {
+  $("age").hidden = !link.open || detail < OLD;
+  $("age").textContent = `What you see is ${(detail / 1000).toFixed(1)} s old.`;
 });
 link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); showNotice(detail); });
 
@@ -174,11 +193,21 @@ for (const [layer, label] of SWITCHES) {
   const row = document.createElement("label"), box = document.createElement("input"), colour = document.createElement("i");
   box.type = "checkbox";
   box.checked = !hidden.has(layer);
-  box.onchange = () => { if (box.checked) hidden.delete(layer); else hidden.add(layer); refresh(); };
+  box.onchange = () => {
+    if (box.checked) hidden.delete(layer); else hidden.add(layer);
+    link.show();
+    refresh();
+  };
   colour.style.background = COLOURS[layer]();
   row.append(box, label, colour);
   $("layer-list").append(row);
 }
+new IntersectionObserver(([{ isIntersecting }]) => {
+  if (isIntersecting === cameraInView) return;
+  cameraInView = isIntersecting;
+  link.show();
+}).observe($("camera").parentElement);
+document.addEventListener("visibilitychange", () => link.show());
 $("canvas").addEventListener("wheel", () => { whole = false; });
 $("follow").onclick = () => {
   whole = false;

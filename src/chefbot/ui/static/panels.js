@@ -24,7 +24,7 @@ export class Panels {
     $("cancel").onclick = () => this.send({ do: "cancel" });
     $("deliver").onclick = () => this.deliver();
     $("patrol").onclick = () => this.send({ do: "patrol", places: this.chosen, rounds: 0 }) && this.choose([]);
-    $("follow").onclick = () => this.send({ do: "follow" });
+    $("follow_me").onclick = () => this.send({ do: "follow" });
     for (const tab of document.querySelectorAll("[data-tab]")) tab.onclick = () => this.open(tab.dataset.tab);
     byArrows($("tabs"), "[data-tab]");
   }

@@ -4,12 +4,14 @@ import { decode } from "./wire.js";
 const FIRST_RETRY = 100, LAST_RETRY = 2000;
 const PING = 250, SILENCE = 700, OPENING = 3000;         // milliseconds
 const TRIPS = 20, SLOW = 3;              // timeout as a multiple of the longest recent round trip
-const UNREPORTED = new Set(["drive", "ping", "stop", "withdraw"]);   // the loss of these is not reported
+const UNREPORTED = new Set(["drive", "ping", "stop", "withdraw", "show", "received"]);   // the loss of these is not reported
 
 export class Link extends EventTarget {
-  constructor(url) {
+  // `layers()` lists what the page shows; nothing else is sent.
+  constructor(url, layers) {
     super();
     this.url = url;
+    this.layers = layers;
     this.retry = FIRST_RETRY;
     this.pings = 0;
     this.sent = new Map();               // send times of the pings without a response
@@ -23,14 +25,20 @@ export class Link extends EventTarget {
   get open() { return this.socket.readyState === WebSocket.OPEN; }
 
   connect() {
-    const socket = new WebSocket(this.url);
+    const socket = new WebSocket(`${this.url}?layers=${this.layers().join(",")}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     this.order = Promise.resolve();
     this.sent.clear();
+    this.received = 0;                   // pieces of bulk layers
+    this.pieces = [];                    // of the bulk layer that is arriving
     this.receivedAt = performance.now();
     socket.onopen = () => { this.receivedAt = performance.now(); this.retry = FIRST_RETRY; this.emit("up"); };
-    socket.onmessage = (event) => { this.receivedAt = performance.now(); this.receive(event.data); };
+    socket.onmessage = (event) => {
+      this.receivedAt = performance.now();
+      const whole = typeof event.data === "string" ? event.data : this.assemble(event.data);
+      if (whole !== null) this.receive(whole);
+    };
     socket.onclose = () => this.reconnect();
   }
 
@@ -44,6 +52,29 @@ export class Link extends EventTarget {
       this.sent.set(++this.pings, now);
       this.send({ do: "ping", n: this.pings });
     }
+    this.emit("age", this.age(now));
+  }
+
+  // Pings queue behind the layers: how long the latest one has taken is how old the view is, milliseconds.
+  age(now) {
+    const [waiting] = this.sent.values();
+    return Math.max(this.trips[0] ?? 0, waiting === undefined ? 0 : now - waiting);
+  }
+
+  show() { this.send({ do: "show", layers: this.layers() }); }
+
+  // Return the bulk layer whose last piece this is, else null. The robot has little under way until more is acknowledged,
+  // so that nothing old queues up on a slow link.
+  assemble(piece) {
+    this.send({ do: "received", n: ++this.received });
+    const bytes = new Uint8Array(piece), parts = this.pieces;
+    parts.push(bytes.subarray(1));
+    if (bytes[0] === 1) return null;
+    this.pieces = [];
+    const whole = new Uint8Array(parts.reduce((size, part) => size + part.length, 0));
+    let at = 0;
+    for (const part of parts) { whole.set(part, at); at += part.length; }
+    return whole.buffer;
   }
 
   timeout() {

@@ -118,7 +118,9 @@ def test_follow_me_is_a_button_of_its_own(page: Any, tab: Tab) -> None:
     tab.wait_for("document.querySelectorAll('#tables button').length === 2")
     tab.evaluate("document.getElementById('follow_me').click()")
     assert page.next_command() == Follow()
-    ids = json.loads(tab.evaluate("JSON.stringify([...document.querySelectorAll('[id]')].map((one) => one.id))"))
+    ids = json.loads(
+        tab.evaluate("JSON.stringify([...document.querySelectorAll('[id]')].map((one) => one.id))")
+    )
     assert len(ids) == len(set(ids))
 
 

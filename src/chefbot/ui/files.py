@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import hashlib
 import re
+from collections.abc import Mapping
 from pathlib import Path
+
+from starlette.requests import Request
+from starlette.responses import Response
 
 FOLDER = Path(__file__).parent / "static"
 TYPES = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
@@ -30,6 +35,14 @@ def static_files() -> dict[str, bytes]:
     return {name: path.read_bytes() for name, path in files.items() if path.suffix[1:] in TYPES}
 
 
+def served_files() -> dict[str, Content]:
+    """Return the static files by path as they are served."""
+    return {
+        name: Content(content, content_type(name), response_headers(content))
+        for name, content in static_files().items()
+    }
+
+
 def content_type(path: str) -> str:
     """Return the media type for the file name's extension."""
     return TYPES[path.rsplit(".")[-1]]
@@ -45,3 +58,27 @@ def response_headers(content: bytes) -> dict[str, str]:
     digests = [hashlib.sha256(text).digest() for text in _IMPORT_MAP.findall(content)]
     hashes = "".join(f" 'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
     return SECURITY_HEADERS | {"content-security-policy": POLICY.format(hashes=hashes)}
+
+
+class Content:
+    """A file that is served: compressed where the browser takes that, and not sent again if it has it already."""
+
+    def __init__(self, content: bytes, media_type: str, headers: Mapping[str, str]) -> None:
+        self._content, self._media_type = content, media_type
+        self._compressed = gzip.compress(
+            content, mtime=0
+        )  # here: at a request it would delay an emergency stop
+        tag = hashlib.sha256(content).hexdigest()[:32]
+        self._headers = {**headers, "etag": f'"{tag}"', "vary": "accept-encoding"}
+
+    def response(self, request: Request) -> Response:
+        """Return the answer to a request: 304 if the browser has this very content (RFC 9110, 13.1.2)."""
+        known = (
+            tag.strip().removeprefix("W/") for tag in request.headers.get("if-none-match", "").split(",")
+        )
+        if self._headers["etag"] in known:
+            return Response(status_code=304, headers=self._headers)
+        if "gzip" not in request.headers.get("accept-encoding", ""):
+            return Response(self._content, 200, self._headers, self._media_type)
+        headers = {**self._headers, "content-encoding": "gzip"}
+        return Response(self._compressed, 200, headers, self._media_type)

@@ -38,7 +38,7 @@ from chefbot.ui.commands import (
     parse_command,
 )
 from chefbot.ui.dead_man import DeadManSwitch
-from chefbot.ui.files import SECURITY_HEADERS, content_type, response_headers, static_files
+from chefbot.ui.files import SECURITY_HEADERS, served_files
 from chefbot.ui.http_limits import GuardedHttp, GuardedSocket
 from chefbot.ui.hub import LayerStore
 from chefbot.ui.layers import LAYERS
@@ -135,13 +135,13 @@ class WebUiServer:
         self._hub.set_layer(layer, payload)
 
     def _build_app(self) -> Starlette:
-        files = static_files()
+        files = served_files()
 
         async def serve_file(request: Request) -> Response:
             name = request.path_params.get("name", "index.html")
             if name not in files:
                 return Response("No such file.", 404, SECURITY_HEADERS, "text/plain")
-            return Response(files[name], 200, response_headers(files[name]), content_type(name))
+            return files[name].response(request)
 
         routes = [
             Route("/", serve_file),

@@ -41,6 +41,7 @@ def test_every_command_round_trips_through_json() -> None:
         "pressed": "12",
         "n": 7,
         "places": ["kitchen", "table_1"],
+        "layers": ["map", "scan"],
         "rounds": 3,
         "without_stops": True,
         "person": 7,

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from starlette.applications import Starlette
+from starlette.requests import Request
 from starlette.responses import PlainTextResponse
 from starlette.routing import Route
 
@@ -96,7 +97,7 @@ def test_the_solids_are_generated_once_off_the_event_loop() -> None:
 
     async def both() -> list[Any]:
         endpoint = SolidsEndpoint(make)
-        request: Any = None
+        request = Request({"type": "http", "headers": []})
         return await asyncio.gather(endpoint.serve(request), endpoint.serve(request))
 
     answers = asyncio.run(both())

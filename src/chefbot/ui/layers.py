@@ -244,7 +244,7 @@ def _pose(value: Sequence[float]) -> dict[str, float]:
     x, y, yaw = (float(component) for component in value)
     if not np.isfinite([x, y, yaw]).all():
         raise ValueError(f"a pose must be finite, got {(x, y, yaw)}")
-    return {"x": x, "y": y, "yaw": yaw}
+    return {"x": round(x, 3), "y": round(y, 3), "yaw": round(yaw, 3)}
 
 
 def _places(value: Mapping[str, Sequence[float]]) -> list[dict[str, Any]]:
@@ -336,7 +336,7 @@ def _encode_image(layer: str, image: NDArray[Any]) -> bytes:
 
 
 _ENCODE_JSON, _ENCODE_POINTS, _ENCODE_GRID = protocol.text, protocol.points, protocol.grid
-FAST_PERIOD, CAMERA_PERIOD, COSTMAP_PERIOD, MAP_PERIOD = 0.1, 0.2, 0.5, 1.0
+FAST_PERIOD, SCAN_PERIOD, CAMERA_PERIOD, COSTMAP_PERIOD, MAP_PERIOD = 0.1, 0.2, 0.2, 0.5, 1.0
 """Minimum periods of the layers, s."""
 MAX_CLOUD_WIDTH = 80
 """Points in a row of the depth camera's point cloud: 5 kB per frame."""
@@ -348,8 +348,8 @@ LAYERS: dict[str, Layer] = {
     "shape": Layer(0.0, _instance_of(ShapeView), _ENCODE_JSON),
     "robot": Layer(FAST_PERIOD, _instance_of(RobotView), _ENCODE_JSON),
     "truth": Layer(FAST_PERIOD, _pose, _ENCODE_JSON),
-    "scan": Layer(FAST_PERIOD, _scan, _encode_scan),
-    "obstacles": Layer(FAST_PERIOD, _scan, _encode_scan),
+    "scan": Layer(SCAN_PERIOD, _scan, _encode_scan),
+    "obstacles": Layer(SCAN_PERIOD, _scan, _encode_scan),
     "particles": Layer(FAST_PERIOD, _points(3), _ENCODE_POINTS),
     "path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),
     "local_path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),

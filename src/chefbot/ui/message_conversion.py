@@ -63,11 +63,11 @@ def _person_view(person: TrackedPerson, frame: SE2) -> PersonView:
     deviation = math.sqrt(max(float(person.covariance[0]), float(person.covariance[5])))
     return PersonView(
         id=person.id,
-        x=at.x,
-        y=at.y,
-        vx=velocity.x,
-        vy=velocity.y,
-        deviation=deviation,
+        x=round(at.x, 2),
+        y=round(at.y, 2),
+        vx=round(velocity.x, 2),
+        vy=round(velocity.y, 2),
+        deviation=round(deviation, 2),
         visible=person.visible,
     )
 

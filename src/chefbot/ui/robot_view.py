@@ -7,12 +7,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.joint_states import JOINTS, WHEELS, wheel_positions
 from chefbot.robot.sensors import Sensors
 from chefbot.robot.spec import Robot
-from chefbot.ui.layers import FrameView, ShapeView, ViewCone
+from chefbot.ui.layers import FrameView, RobotView, ShapeView, ViewCone
 
 
 def make_glb(robot: Robot) -> bytes:
@@ -20,6 +22,12 @@ def make_glb(robot: Robot) -> bytes:
     from chefbot.design.solids.glb import glb
 
     return glb(robot)
+
+
+def robot_view(pose: SE2, twist: Twist) -> RobotView:
+    """Return pose and velocity to the millimetre and milliradian: a robot at rest has nothing new to show."""
+    x, y, yaw = (round(float(number), 3) for number in pose)
+    return RobotView(x=x, y=y, yaw=yaw, v=round(twist.linear.x, 3), w=round(twist.angular.z, 3))
 
 
 def shape_view(robot: Robot) -> ShapeView:

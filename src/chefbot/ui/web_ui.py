@@ -52,7 +52,8 @@ from chefbot.ui.missions.mission_device import MissionDevice
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
-from chefbot.ui.robot_view import frame_views, make_glb, shape_view, wheel_angles
+from chefbot.ui.robot_view import frame_views, make_glb, robot_view, shape_view, wheel_angles
+from chefbot.ui.scan_display import ScanDisplay
 from chefbot.ui.server import WebUiServer
 from chefbot.ui.web_ui_params import WebUiParams
 
@@ -129,6 +130,7 @@ class WebUiDevice(MissionDevice):
         self._server = WebUiServer(
             self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot), self.audit, tls
         )
+        self._scans = ScanDisplay(self._server.set_layer)
         self._server.set_layer("shape", shape_view(self.robot))
         self.url = self._server.start()
         self.announcement = announcement(self._server, self.params, self.url)
@@ -181,18 +183,11 @@ class WebUiDevice(MissionDevice):
 
     def on_scan(self, message: LaserScan) -> None:
         """Display the end points of a scan in the map frame."""
-        sensor = self._lookup("map", message.header.frame_id)
-        if sensor is not None:
-            scan = layers.ScanView(sensor, message.angles, message.ranges, message.header.frame_id)
-            self._server.set_layer("scan", scan)
+        self._scans.show("scan", self._lookup("map", message.header.frame_id), message)
 
     def on_obstacles(self, message: ObstacleScan) -> None:
         """Display the obstacles detected by the camera."""
-        sensor = self._lookup("map", message.header.frame_id)
-        if sensor is not None:
-            angles = message.angle_min + message.angle_increment * np.arange(len(message.ranges))
-            scan = layers.ScanView(sensor, angles, message.ranges, message.header.frame_id)
-            self._server.set_layer("obstacles", scan)
+        self._scans.show("obstacles", self._lookup("map", message.header.frame_id), message)
 
     def on_particle_cloud(self, message: ParticleCloud) -> None:
         """Display the particles of the localization."""
@@ -284,8 +279,7 @@ class WebUiDevice(MissionDevice):
         pose = self._lookup("map", "base_link") or self._lookup("odom", "base_link")
         if pose is not None:
             twist = self.odom.last.twist.twist if self.odom.last else Twist()
-            v, w = twist.linear.x, twist.angular.z
-            self._server.set_layer("robot", layers.RobotView(x=pose.x, y=pose.y, yaw=pose.yaw, v=v, w=w))
+            self._server.set_layer("robot", robot_view(pose, twist))
         self._last_status = self._status(pose)
         self._server.set_layer("status", self._last_status)
         if self._moving_frames:

@@ -1,0 +1,81 @@
+"""Tests that a scan is shown if it shows something new, and not if it differs by noise only."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header
+from chefbot.ui.scan_display import ScanDisplay
+
+BEAMS = 360
+POSE = SE2(1.0, 2.0, 3.1)
+
+
+def scan(ranges: np.ndarray) -> LaserScan:
+    increment = math.tau / BEAMS
+    return LaserScan(Header.of(0, "laser"), -math.pi, math.pi, increment, ranges=ranges.astype(np.float32))
+
+
+def changed(ranges: np.ndarray, beams: int, value: float) -> np.ndarray:
+    other = ranges.copy()
+    other[:beams] = value
+    return other
+
+
+@pytest.fixture
+def room() -> np.ndarray:
+    ranges = np.random.default_rng(1).uniform(1.0, 4.0, BEAMS)
+    ranges[100:120] = np.inf
+    return ranges
+
+
+def shown(first: np.ndarray, second: np.ndarray, pose: SE2 = POSE) -> bool:
+    """Return whether the second scan is shown after the first."""
+    calls: list[Any] = []
+    display = ScanDisplay(lambda layer, view: calls.append((layer, view)))
+    display.show("scan", POSE, scan(first))
+    display.show("scan", pose, scan(second))
+    assert calls[0][0] == "scan"
+    return len(calls) == 2
+
+
+def test_noise_at_rest_is_nothing_new(room: np.ndarray) -> None:
+    noise = np.random.default_rng(2).normal(0.0, 0.012, BEAMS)
+    assert not shown(room, room + noise)
+    assert not shown(room, changed(room, 5, 9.0)), "single beams at edges jump"
+
+
+@pytest.mark.parametrize("value", [0.5, math.inf, math.nan])
+def test_somebody_who_comes_is_new(room: np.ndarray, value: float) -> None:
+    assert shown(room, changed(room, 12, value))
+
+
+@pytest.mark.parametrize(
+    "pose", [SE2(1.02, 2.0, 3.1), SE2(1.0, 2.0, 3.12), SE2(1.0, 2.0, 3.1 - math.tau + 0.01)]
+)
+def test_a_scan_from_elsewhere_is_new(room: np.ndarray, pose: SE2) -> None:
+    assert shown(room, room, pose)
+    assert not shown(room, room, SE2(1.0, 2.0, 3.1 - math.tau))
+
+
+def test_slow_changes_add_up(room: np.ndarray) -> None:
+    calls: list[Any] = []
+    display = ScanDisplay(lambda *shown: calls.append(shown))
+    for step in range(10):
+        display.show("scan", POSE, scan(room - 0.01 * step))
+    assert len(calls) == 2, "each is compared with the one that is shown"
+
+
+def test_nothing_is_shown_without_a_pose_and_layers_do_not_mix(room: np.ndarray) -> None:
+    calls: list[tuple[Any, ...]] = []
+    display = ScanDisplay(lambda *shown: calls.append(shown))
+    display.show("scan", None, scan(room))
+    display.show("scan", POSE, scan(room))
+    display.show("obstacles", POSE, scan(room))
+    assert [layer for layer, _ in calls] == ["scan", "obstacles"]

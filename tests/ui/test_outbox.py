@@ -68,7 +68,7 @@ def test_only_layers_that_are_shown_are_sent() -> None:
     assert taken(outbox) == ["map"]
 
 
-def test_the_emergency_stop_comes_first_and_remains_to_who_may_only_stop() -> None:
+def test_the_emergency_stop_comes_first_and_always_remains() -> None:
     outbox = Outbox()
     outbox.mark_changed(["map", "robot", "stop"])
     assert taken(outbox) == ["stop", "robot", "map"]

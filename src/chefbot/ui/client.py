@@ -21,7 +21,7 @@ BURST = 60.0
 
 
 class BrowserConnection:
-    """A browser's connection."""
+    """The connection of one browser, which gets what its outbox gives out."""
 
     def __init__(self, socket: WebSocket, visitor: Visitor, address: str) -> None:
         self.socket = socket
@@ -40,7 +40,7 @@ class BrowserConnection:
         self.initialized = False
 
     def mark_changed(self, layers: Iterable[str]) -> None:
-        """Mark layers as changed."""
+        """Note layers whose frames have changed."""
         self._outbox.mark_changed(layers)
         self._wake.set()
 

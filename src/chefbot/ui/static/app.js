@@ -17,7 +17,7 @@ const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
 const NEEDED = ["shape", "map", "robot", "goal", "places", "delivery", "causes", "progress"];
 const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
-const OLD = 500;                         // milliseconds: the age from which the view says how old it is
+const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
 const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
 const NARROW = window.matchMedia("(max-width: 760px)");
 const data = new Map();

@@ -13,6 +13,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
+from chefbot.maths.grid import Grid
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.robot.load import load_robot
 from chefbot.ui.delivery_view import delivery_view
@@ -33,6 +34,14 @@ LABELS = """(async (points, scale) => {
   points.forEach(([x, y], i) => labels.write(`Table ${i}`, x, y, '#000'));
   return JSON.stringify(labels.taken.map((box) => [box.left, box.right, box.top, box.bottom]));
 })(%s, %s)"""
+DARK_GREY = """(() => {
+  const { width, height } = canvas, data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) count += data[i] === 40 && data[i + 1] === 40 && data[i + 2] === 40;
+  return count;
+})()"""
+"""Number of pixels in the colour that walls have in pictures of maps, but not as outlines."""
+DRAWN = "canvas.getContext('2d').getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data[3] === 255"
 COUNT_PAINTS = """(() => {
   window.paints = 0;
   const clear = CanvasRenderingContext2D.prototype.clearRect;
@@ -143,6 +152,16 @@ def test_nothing_is_drawn_while_nothing_on_the_map_changes(page: Any, tmp_path: 
         assert tab.evaluate("window.paints") == 0
         page.server.set_layer("robot", RobotView(x=1.2, y=1.0, yaw=0.0))
         tab.wait_for("window.paints > 0")
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_a_map_with_very_many_corners_is_a_picture(page: Any, tmp_path: Path) -> None:
+    noise = np.random.default_rng(1).choice([0, 100], (300, 300)).astype(np.int8)
+    for cells, is_picture in [(noise, True), (np.where(np.eye(300) > 0, 100, 0).astype(np.int8), False)]:
+        page.server.set_layer("map", Grid(cells, 0.05, 0.0, 0.0))
+        with open_tab(page.url, tmp_path / str(is_picture), NO_GPU) as tab:
+            tab.wait_for(f"{DARK_GREY} {'>' if is_picture else '==='} 0 && {DRAWN}")
 
 
 @pytest.mark.parametrize("name", ["chefbot", "chefbot_lidar", "jackal"])

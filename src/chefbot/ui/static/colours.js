@@ -2,7 +2,8 @@
 
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 
-export const pick = (light, darker) => (dark.matches ? darker : light);
+export const isDark = () => dark.matches;
+const pick = (light, darker) => (dark.matches ? darker : light);
 
 export const COLOURS = {
   path: () => pick("#0f766e", "#2dd4bf"),
@@ -16,7 +17,7 @@ export const COLOURS = {
   robot: () => pick("#1d2522", "#e6ebe8"),
   tyre: () => pick("#66716c", "#66716c"),
   heading: () => pick("#5eead4", "#0f766e"),
-  dish: () => pick("#f8fafc", "#ffffff"),
+  dish: () => "#f59e0b",
   cone: () => pick("#0f766e2e", "#2dd4bf30"),
   coneEnd: () => pick("#0f766e00", "#2dd4bf00"),
   costmap: () => "#e0592b",

@@ -1,8 +1,9 @@
 // Maps as outlines of walls and floor, and costmaps as pictures.
-import { COLOURS } from "./colours.js";
-import { regionPath } from "./outlines.js";
+import { COLOURS, isDark } from "./colours.js";
+import { regionOutline } from "./outlines.js";
 
 const OCCUPIED_FROM = 65, FREE_BELOW = 25; // percent, as in map files
+const MOST_CORNERS = 60000;              // of outlines that are drawn at every frame
 const THINNEST = 1.5;                    // CSS pixels: a wall is drawn no thinner
 const LETHAL = 254, INSCRIBED = 253, UNKNOWN_COST = 255;
 
@@ -53,30 +54,38 @@ export function knownArea(grid) {
   return { left: x(left), right: x(right + 1), bottom: y(bottom), top: y(top + 1) };
 }
 
-let outlines = null;                     // of the latest map
+let latest = null;                       // map, with its regions or, if these have very many corners, its picture
 
 // Known floor, doubtful cells and walls; what is unknown stays open.
 export function drawMap(context, view, grid) {
-  if (outlines?.grid !== grid) {
-    outlines = {
-      grid,
-      known: regionPath(grid, (value) => value >= 0),
-      doubtful: regionPath(grid, (value) => value >= FREE_BELOW && value < OCCUPIED_FROM),
-      walls: regionPath(grid, (value) => value >= OCCUPIED_FROM),
-    };
-  }
+  if (latest?.grid !== grid || latest.dark !== isDark()) latest = prepared(grid);
+  if (latest.image) drawGrid(context, view, grid, latest.image);
+  else drawRegions(context, view, grid, latest.regions);
+}
+
+function prepared(grid) {
+  const regions = [
+    [regionOutline(grid, (value) => value >= 0), COLOURS.floor()],
+    [regionOutline(grid, (value) => value >= FREE_BELOW && value < OCCUPIED_FROM), COLOURS.doubtful()],
+    [regionOutline(grid, (value) => value >= OCCUPIED_FROM), COLOURS.wall()],
+  ];
+  const dark = isDark(), corners = regions.reduce((sum, [outline]) => sum + outline.corners, 0);
+  return { grid, dark, regions, image: corners > MOST_CORNERS ? picture(grid, mapColours(dark)) : null };
+}
+
+function drawRegions(context, view, grid, regions) {
   const [x, y] = view.px(0, 0);
   context.save();
   context.translate(x, y);
   context.scale(view.scale, -view.scale);
-  for (const [region, colour] of [["known", COLOURS.floor()], ["doubtful", COLOURS.doubtful()], ["walls", COLOURS.wall()]]) {
+  for (const [{ path }, colour] of regions) {
     context.fillStyle = colour;
-    context.fill(outlines[region], "evenodd");
+    context.fill(path, "evenodd");
   }
   context.strokeStyle = COLOURS.wall();
   context.lineWidth = Math.max(0, THINNEST / view.scale - grid.resolution) || 0.2 * grid.resolution;
   context.lineJoin = "round";
-  context.stroke(outlines.walls);
+  context.stroke(regions.at(-1)[0].path);
   context.restore();
 }
 

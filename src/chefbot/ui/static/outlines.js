@@ -5,17 +5,21 @@ const WIDEST_BUMP = 4;                   // cells
 const FEW = 8;                           // corners of a polygon that is left as it is: small, or already straight
 const STEPS = [[1, 0], [0, 1], [-1, 0], [0, -1]]; // directions 0 to 3: east, north, west, south
 
-// A Path2D in the grid's frame, metres, of the cells for which `inside(value)` is true. Fill it by the even-odd rule.
-export function regionPath(grid, inside) {
+// The cells for which `inside(value)` is true, as a Path2D in the grid's frame, metres, to be filled by the even-odd rule,
+// and the number of its corners.
+export function regionOutline(grid, inside) {
   const path = new Path2D(), { x, y, resolution } = grid;
+  let corners = 0;
   for (const loop of regionLoops(grid, inside)) {
-    straightened(loop).forEach(([column, row], i) => {
+    const outline = straightened(loop);
+    corners += outline.length;
+    outline.forEach(([column, row], i) => {
       const point = [x + column * resolution, y + row * resolution];
       if (i) path.lineTo(...point); else path.moveTo(...point);
     });
     path.closePath();
   }
-  return path;
+  return { path, corners };
 }
 
 // The boundary of a region as loops of corners [column, row]: the region is on the left of each edge, and cells that

@@ -157,7 +157,7 @@ def test_nothing_is_drawn_while_nothing_on_the_map_changes(page: Any, tmp_path: 
 @pytest.mark.slow
 @needs_chromium
 def test_a_map_with_very_many_corners_is_a_picture(page: Any, tmp_path: Path) -> None:
-    noise = np.random.default_rng(1).choice([0, 100], (300, 300)).astype(np.int8)
+    noise = np.random.default_rng(1).choice([0, 100], (500, 500)).astype(np.int8)
     for cells, is_picture in [(noise, True), (np.where(np.eye(300) > 0, 100, 0).astype(np.int8), False)]:
         page.server.set_layer("map", Grid(cells, 0.05, 0.0, 0.0))
         with open_tab(page.url, tmp_path / str(is_picture), NO_GPU) as tab:

@@ -40,6 +40,7 @@ def test_every_command_round_trips_through_json() -> None:
         "id": "a-b-c",
         "pressed": "12",
         "n": 7,
+        "pin": "2468",
         "places": ["kitchen", "table_1"],
         "layers": ["map", "scan"],
         "rounds": 3,

@@ -95,11 +95,11 @@ class BrowserConnection:
                     return
 
     def _next(self, frames: Mapping[str, protocol.Frame]) -> protocol.Frame | None:
-        """Return the next frame, None if there is none: first the pong, then answers, then layers."""
+        """Return the next frame, None if there is none: first answers, then the pong, then layers."""
+        if self._pending_answers:
+            return self._pending_answers.popleft()
         pong, self._pong = self._pong, ""
-        if pong or self._pending_answers:
-            return pong or self._pending_answers.popleft()
-        return self._outbox.take(frames)
+        return pong or self._outbox.take(frames)
 
     async def _send(self, frame: protocol.Frame) -> None:
         if isinstance(frame, str):

@@ -152,6 +152,12 @@ class Received(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="re
     n: Annotated[int, msgspec.Meta(ge=0)]
 
 
+class LeaveKiosk(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="leave_kiosk"):
+    """Leave the view on the robot's own screen; refused with a wrong PIN."""
+
+    pin: Annotated[str, msgspec.Meta(max_length=8)]
+
+
 class Drive(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="drive"):
     """Drive manually: forward and counter-clockwise are positive. It must be repeated (see `dead_man`)."""
 
@@ -193,14 +199,14 @@ class Kidnap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="kidn
 
 KINDS = (
     *(Goal, InitialPose, Deliver, Loaded, Taken, NotTaken, Choose, GoPlace, Patrol, Follow, Cancel),
-    *(Stop, Withdraw, Resume, MapSaved, Ping, Show, Received, Drive),
+    *(Stop, Withdraw, Resume, MapSaved, Ping, Show, Received, LeaveKiosk, Drive),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 
 AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | GoPlace | Patrol | Follow | Cancel
-    | Stop | Withdraw | Resume | MapSaved | Ping | Show | Received | Drive
+    | Stop | Withdraw | Resume | MapSaved | Ping | Show | Received | LeaveKiosk | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip
 _DECODER = msgspec.json.Decoder(AnyCommand)

@@ -21,6 +21,7 @@ from chefbot.errors import ChefbotError, UserError, name_hint
 from chefbot.ui.access.address_limits import address_group
 from chefbot.ui.access.audit_log import AuditLog
 from chefbot.ui.access.command_audit import CommandAudit
+from chefbot.ui.access.kiosk_lock import KioskLock
 from chefbot.ui.access.listener import GuardedServer
 from chefbot.ui.access.places import MAX_FULL, ClientPlaces
 from chefbot.ui.access.tls import MIN_TLS, Tls
@@ -29,6 +30,7 @@ from chefbot.ui.client import BrowserConnection
 from chefbot.ui.commands import (
     MAX_TEXT,
     Drive,
+    LeaveKiosk,
     OperatorCommand,
     Ping,
     Received,
@@ -80,6 +82,7 @@ class WebUiServer:
         model: Callable[[], bytes] | None = None,
         audit: AuditLog | None = None,
         tls: Tls | None = None,
+        kiosk_pin: str = "",
     ) -> None:
         self._address = (host, port)
         self._on_command = on_command
@@ -89,6 +92,7 @@ class WebUiServer:
         self._places: ClientPlaces[BrowserConnection] = ClientPlaces()
         self._audit = CommandAudit(audit)
         self._tls = tls
+        self._kiosk_lock = KioskLock(kiosk_pin)
         self._key = None if _is_loopback(host) else TokenKey.from_environment()
         self._solids = SolidsEndpoint(model)
         self._uvicorn: Any = None
@@ -267,8 +271,11 @@ class WebUiServer:
                 raise UserError(ONLY_VIEW)
             if client.only_stop:
                 raise UserError(ONLY_STOP)
-        self._places.note_command(client, asyncio.get_running_loop().time())
-        if isinstance(command, Drive):
+        now = asyncio.get_running_loop().time()
+        self._places.note_command(client, now)
+        if isinstance(command, LeaveKiosk):
+            self._kiosk_lock.check(command.pin, now)
+        elif isinstance(command, Drive):
             self._deadman.drive(client, command)
         else:
             self._on_command(command)

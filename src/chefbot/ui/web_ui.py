@@ -127,8 +127,9 @@ class WebUiDevice(MissionDevice):
         self._diagnostics = RecentDiagnostics()
         self._moving_frames, self._fixed_frames = dict[str, layers.FrameView](), dict[str, layers.FrameView]()
         tls = load_tls(self.params.certificate)
+        p = self.params
         self._server = WebUiServer(
-            self.params.port, self.params.host, self._receive, lambda: make_glb(self.robot), self.audit, tls
+            p.port, p.host, self._receive, lambda: make_glb(self.robot), self.audit, tls, p.kiosk_pin
         )
         self._scans = ScanDisplay(self._server.set_layer)
         self._server.set_layer("shape", shape_view(self.robot))

@@ -32,4 +32,11 @@ class WebUiParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
             description="for https: `fleet` for this machine's certificate, or a PEM file with its .key beside it"
         ),
     ] = ""
+    kiosk_pin: Annotated[
+        str,
+        Meta(
+            pattern=r"^([0-9]{4,8})?$",
+            description="digits that end the view #kiosk on the robot's screen; empty: none",
+        ),
+    ] = ""
     view: Annotated[Literal["2d", "3d"], Meta(description="what the printed address opens first")] = "2d"

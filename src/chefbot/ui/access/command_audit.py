@@ -51,6 +51,7 @@ class CommandAudit:
             self._presses.append(command.id)
         kind = Kind.SAFETY if isinstance(command, Stop | Withdraw | Resume) else Kind.COMMAND
         details = msgspec.to_builtins(command)
+        details.pop("pin", None)
         self._record(kind, client, details.pop("do"), details, refusal)
 
     def _record(

@@ -3,6 +3,7 @@ import { COLOURS } from "./colours.js";
 import { Driver } from "./drive.js";
 import { Glides } from "./glide.js";
 import { knownArea } from "./grids.js";
+import { Kiosk } from "./kiosk.js";
 import { Labels } from "./labels.js";
 import { PAINTERS, QUIET, SWITCHES, arrow, scaleBar } from "./layers.js";
 import { Panels } from "./panels.js";
@@ -25,7 +26,7 @@ const hidden = new Set(QUIET);
 const glides = new Glides();
 const shown = new Map();                 // poses on the way from their last value to the latest
 let following = true, whole = true, lastData = 0, refusal = 0, failures = null, keepNotice = false;
-let cameraInView = false, solid = null;
+let cameraInView = false, solid = null, kiosk = null;
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, shownLayers);
 const view = new View($("canvas"), paint, () => { if (whole) showWhole(); });
@@ -40,7 +41,7 @@ solid = new Solid({
 
 // Layers that are shown now, or that panels need.
 function shownLayers() {
-  if (document.hidden) return ["delivery"];
+  if (document.hidden || kiosk?.on) return ["delivery"];
   const switched = SWITCHES.map(([layer]) => layer).filter((layer) => !hidden.has(layer));
   return [...new Set([
     ...NEEDED, ...switched, ...(cameraInView ? ["camera"] : []), ...(solid?.on ? SOLID_LAYERS : []),
@@ -52,6 +53,8 @@ function send(command) {
   if (!sent) showNotice("Not connected: the command was not sent.");
   return sent;
 }
+
+kiosk = new Kiosk(send, () => link.show());
 
 function gesture(command) {
   return command.do === "goal" ? panels.round.go(command, "this point") : send(command);
@@ -133,7 +136,7 @@ const HANDLERS = {
   robot: (value) => { panels.robot(value); if (following) follow(true); },
   status: (value) => { panels.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
   places: (value) => panels.places(value ?? []),
-  delivery: (value) => panels.delivery(value),
+  delivery: (value) => { panels.delivery(value); kiosk.show(value); },
   progress: (value) => panels.progress(value),
   causes: (value) => panels.causes(value ?? []),
   camera: (value) => panels.camera(value),
@@ -154,6 +157,7 @@ link.addEventListener("up", () => {
   link.show();
   lastData = performance.now();
   stop.connected();
+  kiosk.show(data.get("delivery"));
   solid.reload();
   if (!keepNotice) showNotice("");
   keepNotice = false;
@@ -161,6 +165,7 @@ link.addEventListener("up", () => {
 link.addEventListener("down", ({ detail: lost }) => {
   document.body.classList.add("offline");
   driver.release();
+  kiosk.lost();
   $("phase").textContent = "No connection to the robot.";
   if (lost.length) {
     keepNotice = true;
@@ -174,7 +179,8 @@ link.addEventListener("age", ({ detail }) => {
   $("age").hidden = !link.open || detail < OLD;
   $("age").textContent = `What you see is ${(detail / 1000).toFixed(1)} s old.`;
 });
-link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); showNotice(detail); });
+link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); kiosk.refused(detail); showNotice(detail); });
+link.addEventListener("done", ({ detail }) => kiosk.done(detail));
 
 function showNotice(sentence, stays = false) {
   clearTimeout(refusal);

@@ -86,6 +86,7 @@ export class Link extends EventTarget {
     const now = performance.now();
     if (this.sent.has(ping)) this.trips = [now - this.sent.get(ping), ...this.trips].slice(0, TRIPS);
     for (const number of this.sent.keys()) if (number <= ping) this.sent.delete(number);
+    for (const [after, command] of this.unsure) if (after < ping) this.emit("done", command);
     this.unsure = this.unsure.filter(([after]) => after >= ping);
   }
 

@@ -1,0 +1,71 @@
+// The view on the robot's own screen, at #kiosk: what the robot wants in large letters, one button, a PIN to leave.
+import { title } from "./layers.js";
+
+const $ = (id) => document.getElementById(id);
+const HASH = "#kiosk";
+
+export class Kiosk {
+  constructor(send, changed) {
+    this.send = send;
+    this.changed = changed;
+    this.delivery = null;
+    this.leaving = false;
+    $("kiosk-confirm").onclick = () => send({ do: this.press, place: this.delivery.place });
+    $("kiosk-leave").onclick = () => this.leave("");
+    $("kiosk-pin").onsubmit = (event) => { event.preventDefault(); this.leave($("kiosk-digits").value); };
+    window.addEventListener("hashchange", () => this.turn(location.hash === HASH));
+    this.turn(location.hash === HASH);
+  }
+
+  turn(on) {
+    this.on = on;
+    $("kiosk").hidden = !on;
+    $("kiosk-note").textContent = "";
+    $("kiosk-pin").hidden = true;
+    document.body.classList.toggle("kiosk", on);
+    this.changed();
+  }
+
+  show(delivery) {
+    this.delivery = delivery;
+    const { waits_for: waits = "", place = "", state = "", step = "" } = delivery ?? {};
+    this.press = waits;
+    const confirms = waits === "loaded" || waits === "taken";
+    $("kiosk-title").textContent = waits === "taken" ? `${title(place)}: your food` : TITLES[waits] ?? STATES[state] ?? "No delivery";
+    $("kiosk-text").textContent = step;
+    $("kiosk-confirm").hidden = !confirms;
+    $("kiosk-confirm").textContent = confirms ? title(waits) : "";
+  }
+
+  // Nothing can be confirmed without a connection.
+  lost() {
+    $("kiosk-title").textContent = "Please wait";
+    $("kiosk-text").textContent = "No connection to the robot.";
+    $("kiosk-confirm").hidden = true;
+    this.leaving = false;
+  }
+
+  // The robot refuses a wrong PIN; if it has answered without a refusal, the view is left.
+  leave(pin) {
+    this.leaving = this.send({ do: "leave_kiosk", pin });
+    $("kiosk-digits").value = "";
+  }
+
+  refused(sentence) {
+    $("kiosk-note").textContent = sentence;
+    if (!this.leaving) return;
+    this.leaving = false;
+    $("kiosk-pin").hidden = false;
+    $("kiosk-digits").focus();
+  }
+
+  done(command) {
+    if (command.do !== "leave_kiosk" || !this.leaving) return;
+    this.leaving = false;
+    history.replaceState(null, "", location.pathname);
+    this.turn(false);
+  }
+}
+
+const TITLES = { loaded: "Load the food", choice: "Please call the staff" };
+const STATES = { driving: "On the way", returning: "On the way back", errand: "On the way", failed: "Please call the staff" };

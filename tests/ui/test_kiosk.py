@@ -1,0 +1,124 @@
+"""Tests of the view on the robot's own screen: what it asks for, its button, and the PIN to leave."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from tests.support.web_ui import show_a_room
+from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
+from tests.ui.conftest import Page
+
+from chefbot.errors import UserError
+from chefbot.ui.access.kiosk_lock import ATTEMPTS, PERIOD, KioskLock
+from chefbot.ui.commands import Loaded, Taken
+from chefbot.ui.layers import DeliveryView
+from chefbot.ui.server import WebUiServer
+
+PIN = "2468"
+TITLE = "document.getElementById('kiosk-title').textContent"
+LEFT = "!document.body.classList.contains('kiosk')"
+
+
+class Kiosk(Page):
+    """A web UI with a PIN."""
+
+    delivery: DeliveryView | None = None
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.server.stop()
+        self.serve()
+
+    def serve(self) -> None:
+        """Serve at the port of the one before; its layers are set again as a robot does."""
+        port = urlsplit(self.url).port or 0
+        self.server = WebUiServer(port, "127.0.0.1", lambda command: self.on_command(command), kiosk_pin=PIN)
+        self.url = self.server.start()
+        self.server.set_layer("delivery", self.delivery)
+
+    def ask(self, delivery: DeliveryView) -> None:
+        """Let the robot wait for a confirmation."""
+        self.delivery = delivery
+        self.server.set_layer("delivery", delivery)
+
+
+@pytest.fixture
+def kiosk() -> Iterator[Kiosk]:
+    served = Kiosk()
+    yield served
+    served.server.stop()
+
+
+def enter(tab: Tab, pin: str) -> None:
+    """Type a PIN and press "Leave"."""
+    tab.evaluate(f"document.getElementById('kiosk-digits').value = '{pin}'")
+    tab.evaluate("document.querySelector('#kiosk-pin button').click()")
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_screen_asks_in_large_letters_and_is_left_with_the_pin(kiosk: Kiosk, tmp_path: Path) -> None:
+    with open_tab(f"{kiosk.url}#kiosk", tmp_path, NO_GPU) as tab:
+        tab.wait_for(f"{TITLE} === 'No delivery'")
+        kiosk.ask(DeliveryView(waits_for="loaded", place="kitchen", state="loading"))
+        tab.wait_for(f"{TITLE} === 'Load the food'")
+        tab.click("#kiosk-confirm")
+        assert kiosk.next_command() == Loaded("kitchen")
+        kiosk.ask(DeliveryView(waits_for="taken", place="table_3", state="waiting"))
+        tab.wait_for(f"{TITLE} === 'Table 3: your food'")
+        tab.click("#kiosk-confirm")
+        assert kiosk.next_command() == Taken("table_3")
+        assert tab.evaluate("getComputedStyle(document.getElementById('stop')).display") != "none"
+        assert tab.evaluate("document.getElementById('map').offsetParent") is None
+
+        kiosk.server.stop()
+        tab.wait_for(f"{TITLE} === 'Please wait' && document.getElementById('kiosk-confirm').hidden")
+        kiosk.serve()
+        tab.wait_for(f"{TITLE} === 'Table 3: your food'")
+
+        tab.click("#kiosk-leave")
+        tab.wait_for("!document.getElementById('kiosk-pin').hidden")
+        enter(tab, "1111")
+        tab.wait_for("document.getElementById('kiosk-note').textContent === 'The PIN is wrong'")
+        assert not tab.evaluate(LEFT)
+        enter(tab, PIN)
+        tab.wait_for(LEFT)
+        show_a_room(kiosk.server)
+        tab.wait_for("document.querySelectorAll('#tables button').length === 2")  # all layers are sent again
+        assert tab.evaluate("location.hash") == ""
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_without_a_pin_one_press_leaves(page: Page, tmp_path: Path) -> None:
+    with open_tab(f"{page.url}#kiosk", tmp_path, NO_GPU) as tab:
+        tab.wait_for("!document.body.classList.contains('offline')")
+        tab.click("#kiosk-leave")
+        tab.wait_for(LEFT)
+
+
+def test_a_pin_cannot_be_guessed() -> None:
+    lock = KioskLock(PIN)
+    for attempt in range(ATTEMPTS):
+        with pytest.raises(UserError, match="The PIN is wrong"):
+            lock.check(f"000{attempt}", float(attempt))
+    for pin in ("9999", PIN):
+        with pytest.raises(UserError, match=f"wait {PERIOD - 10:.0f} s"):
+            lock.check(pin, 10.0)
+    lock.check(PIN, PERIOD)
+    guesses = 0
+    for now in itertools.takewhile(lambda second: second < 3600, itertools.count()):
+        with pytest.raises(UserError) as refusal:
+            lock.check("0000", float(now) + 2 * PERIOD)
+        guesses += "The PIN is wrong" in str(refusal.value)
+    assert guesses <= 3600 / PERIOD * ATTEMPTS
+
+
+def test_no_pin_is_needed_if_the_owner_sets_none() -> None:
+    KioskLock("").check("", 0.0)
+    with pytest.raises(UserError, match="needs the PIN"):
+        KioskLock(PIN).check("", 0.0)

@@ -12,6 +12,7 @@ import { Solid } from "./solid.js";
 import { StopButton } from "./stop_button.js";
 import { Tools } from "./tools.js";
 import { View } from "./view.js";
+import { whereSentence } from "./where.js";
 
 const STALE = 2000;                      // milliseconds without data before the page reports it
 const $ = (id) => document.getElementById(id);
@@ -221,4 +222,5 @@ $("follow").onclick = () => {
   if (following) solid.view?.home();
 };
 $("fit").onclick = fit;
+$("where").onclick = () => { $("where-text").textContent = whereSentence(data); };
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });

@@ -1,4 +1,4 @@
-"""Tests of the view on the robot's own screen: what it asks for, its button, and the PIN to leave."""
+"""Tests of the view on the robot's own screen: what it shows, its button, and the PIN to leave."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Kiosk(Page):
         self.url = self.server.start()
         self.server.set_layer("delivery", self.delivery)
 
-    def ask(self, delivery: DeliveryView) -> None:
+    def wait_at(self, delivery: DeliveryView) -> None:
         """Let the robot wait for a confirmation."""
         self.delivery = delivery
         self.server.set_layer("delivery", delivery)
@@ -61,14 +61,14 @@ def enter(tab: Tab, pin: str) -> None:
 
 @pytest.mark.slow
 @needs_chromium
-def test_the_screen_asks_in_large_letters_and_is_left_with_the_pin(kiosk: Kiosk, tmp_path: Path) -> None:
+def test_the_robots_screen_is_left_with_the_pin(kiosk: Kiosk, tmp_path: Path) -> None:
     with open_tab(f"{kiosk.url}#kiosk", tmp_path, NO_GPU) as tab:
         tab.wait_for(f"{TITLE} === 'No delivery'")
-        kiosk.ask(DeliveryView(waits_for="loaded", place="kitchen", state="loading"))
+        kiosk.wait_at(DeliveryView(waits_for="loaded", place="kitchen", state="loading"))
         tab.wait_for(f"{TITLE} === 'Load the food'")
         tab.click("#kiosk-confirm")
         assert kiosk.next_command() == Loaded("kitchen")
-        kiosk.ask(DeliveryView(waits_for="taken", place="table_3", state="waiting"))
+        kiosk.wait_at(DeliveryView(waits_for="taken", place="table_3", state="waiting"))
         tab.wait_for(f"{TITLE} === 'Table 3: your food'")
         tab.click("#kiosk-confirm")
         assert kiosk.next_command() == Taken("table_3")

@@ -29,9 +29,10 @@ console = Console(highlight=False, soft_wrap=True)
 
 
 def current_commit() -> str:
-    """Return the commit of the checkout, with a + if files have been changed since."""
+    """Return the commit of the checkout, with a + if files have been changed since, other than by the matrix."""
     commit = _git("rev-parse", "--short", "HEAD")
-    changed = _git("status", "--porcelain", "--", "src", "firmware", "tests")
+    own = f":!{SAFE_RUNS.relative_to(ROOT)}"
+    changed = _git("status", "--porcelain", "--", "src", "firmware", "tests", own)
     return f"{commit}+" if changed else commit
 
 

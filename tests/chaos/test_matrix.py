@@ -117,9 +117,9 @@ def test_a_row_that_was_run_in_part_is_marked(count: int, run: int, word: str) -
 
 @pytest.mark.slow
 def test_a_part_of_the_runs_is_still_safe() -> None:
-    """Two runs, others for each commit, of those that were safe when the matrix was last written."""
+    """One run, another for each commit, of those that were safe when the matrix was last written."""
     safe = safe_runs()
-    part = [unit for unit in rotated(RUNS, current_commit()) if f"{unit.row} {unit.name}" in safe][:2]
+    part = [unit for unit in rotated(RUNS, current_commit()) if f"{unit.row} {unit.name}" in safe][:1]
     for unit in part:
         report(f"{unit.row} {unit.name}, seed {unit.seed}")
         assert isinstance(unit.work, Scenario)

@@ -182,5 +182,5 @@ def test_a_program_sees_the_simulated_robot_in_its_web_ui() -> None:
         assert isinstance(page, WebUiDevice)
         with WebUiClient(page.url) as remote:
             system.loop.run(until_ns=2_000_000_000)
-            assert remote.wait_for("robot", PATIENCE)["radius"] == system.robot.circumscribed_radius
+            assert remote.wait_for("shape", PATIENCE)["radius"] == system.robot.circumscribed_radius
             assert remote.wait_for("status", PATIENCE)["simulation"] is True

@@ -16,16 +16,16 @@ PLACES = ("home", "kitchen", "table_1", "table_2")
 STATES = ("idle", "loading", "driving", "waiting", "returning", "errand", "failed")
 
 
-@given(st.sampled_from(STATES), st.sampled_from(["", "stop", "errand", "choice"]))
-def test_the_view_follows_the_status(state: str, hold: str) -> None:
+@given(st.sampled_from(STATES), st.sampled_from(["", "stop", "errand", "choice"]), st.booleans())
+def test_the_view_follows_the_status(state: str, hold: str, loaded: bool) -> None:
     status = DeliveryStatus(
-        state=state, place="table_1", queue=("table_2",), description="text", hold_reason=hold
+        state=state, place="table_1", queue=("table_2",), description="text", hold_reason=hold, loaded=loaded
     )
     view = delivery_view(status, "")
     assert (view.state, view.place, view.queue, view.step) == (state, "table_1", ("table_2",), "text")
     assert view.round_active == (state in status_messages.IN_ROUND)
     assert bool(view.choices) == (hold == "choice") == (view.waits_for == "choice")
-    assert ("kitchen" in view.choices) == (hold == "choice" and state in ("loading", "driving", "waiting"))
+    assert ("kitchen" in view.choices) == (hold == "choice" and loaded and state in ("driving", "waiting"))
 
 
 def test_an_unanswered_order_replaces_the_description() -> None:
@@ -82,9 +82,11 @@ def test_a_list_of_names_reads_as_a_sentence(names: list[str]) -> None:
 
 @pytest.mark.parametrize("state", ["idle", "returning", "driving"])
 def test_the_choices_depend_on_the_state(state: str) -> None:
-    text = status_messages.choose(DeliveryStatus(state=state, place="table_1"), "Released.")
-    assert text.startswith("Released. The round waits.") and text.endswith(".")
-    assert ("kitchen" in text) == (state == "driving")
+    for loaded in (True, False):
+        status = DeliveryStatus(state=state, place="table_1", loaded=loaded)
+        text = status_messages.choose(status, "Released.")
+        assert text.startswith("Released. The round waits.") and text.endswith(".")
+        assert ("kitchen" in text) == (state == "driving" and loaded)
 
 
 def test_unserved_tables_are_listed() -> None:

@@ -15,7 +15,7 @@ from tests.ui.conftest import Page
 from chefbot.errors import UserError
 from chefbot.ui.access.kiosk_lock import ATTEMPTS, PERIOD, KioskLock
 from chefbot.ui.commands import Loaded, Taken
-from chefbot.ui.layers import DeliveryView
+from chefbot.ui.layers import DeliveryView, StopView
 from chefbot.ui.server import WebUiServer
 
 PIN = "2468"
@@ -75,6 +75,13 @@ def test_the_robots_screen_is_left_with_the_pin(kiosk: Kiosk, tmp_path: Path) ->
         assert tab.evaluate("getComputedStyle(document.getElementById('stop')).display") != "none"
         assert tab.evaluate("document.getElementById('map').offsetParent") is None
 
+        for address in ("#3d", "#"):
+            tab.evaluate(f"location.hash = '{address}'")
+            tab.wait_for(f"location.hash === '#kiosk' && !({LEFT})")
+        kiosk.server.set_layer("stop", StopView(stopped=True))
+        tab.wait_for(f"{TITLE} === 'Stopped'")
+        kiosk.server.set_layer("stop", StopView())
+        tab.wait_for(f"{TITLE} === 'Table 3: your food'")
         kiosk.server.stop()
         tab.wait_for(f"{TITLE} === 'Please wait' && document.getElementById('kiosk-confirm').hidden")
         kiosk.serve()
@@ -99,6 +106,8 @@ def test_without_a_pin_one_press_leaves(page: Page, tmp_path: Path) -> None:
         tab.wait_for("!document.body.classList.contains('offline')")
         tab.click("#kiosk-leave")
         tab.wait_for(LEFT)
+        tab.evaluate("location.hash = '#kiosk'")
+        tab.wait_for(f"!({LEFT})")
 
 
 def test_a_pin_cannot_be_guessed() -> None:

@@ -69,7 +69,7 @@ def choose(status: DeliveryStatus, reason: str) -> str:
     """Return the message while the round waits for the operator's choice."""
     if status.state not in IN_ROUND:
         options = "begin with the next order, or drop it"
-    elif status.state == "returning":
+    elif status.state == "returning" or not status.loaded:
         options = f"go on to {display_name(status.place)}, or end the round"
     else:
         options = f"go on to {display_name(status.place)}, go back to the kitchen, or end the round"

@@ -37,7 +37,7 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
 
 
 def _choices(status: DeliveryStatus) -> tuple[str, ...]:
-    under_way = status.state in ("loading", "driving", "waiting")
+    under_way = status.loaded and status.state in ("driving", "waiting")  # else the kitchen is next anyway
     return ("go_on", "kitchen", "end") if under_way else ("go_on", "end")
 
 

@@ -33,7 +33,7 @@ const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${loca
 const view = new View($("canvas"), paint, () => { if (whole) showWhole(); });
 const panels = new Panels(send);
 const driver = new Driver((command) => link.send(command));
-const stop = new StopButton((command) => link.send(command), () => driver.release());
+const stop = new StopButton((command) => link.send(command), () => { driver.release(); panels.round.answer(""); });
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
 solid = new Solid({
   data, hidden, tools, showNotice, following: () => following,
@@ -132,7 +132,7 @@ function showFailure(status) {
 }
 
 const HANDLERS = {
-  stop: (value) => stop.take(value),
+  stop: (value) => { stop.take(value); kiosk.stop(value); },
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
   status: (value) => { panels.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },

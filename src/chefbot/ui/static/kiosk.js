@@ -9,12 +9,19 @@ export class Kiosk {
     this.send = send;
     this.changed = changed;
     this.delivery = null;
+    this.stopped = false;
     this.leaving = false;
     $("kiosk-confirm").onclick = () => send({ do: this.press, place: this.delivery.place });
     $("kiosk-leave").onclick = () => this.leave("");
     $("kiosk-pin").onsubmit = (event) => { event.preventDefault(); this.leave($("kiosk-digits").value); };
-    window.addEventListener("hashchange", () => this.turn(location.hash === HASH));
+    window.addEventListener("hashchange", () => this.follow(location.hash));
     this.turn(location.hash === HASH);
+  }
+
+  // Once entered, the view is left by its button only.
+  follow(hash) {
+    if (this.on) history.replaceState(null, "", HASH);
+    else this.turn(hash === HASH);
   }
 
   turn(on) {
@@ -31,10 +38,17 @@ export class Kiosk {
     const { waits_for: waits = "", place = "", state = "", step = "" } = delivery ?? {};
     this.press = waits;
     const confirms = waits === "loaded" || waits === "taken";
-    $("kiosk-title").textContent = waits === "taken" ? `${title(place)}: your food` : TITLES[waits] ?? STATES[state] ?? "No delivery";
-    $("kiosk-text").textContent = step;
+    const heading = waits === "taken" ? `${title(place)}: your food` : TITLES[waits] ?? STATES[state] ?? "No delivery";
+    $("kiosk-title").textContent = this.stopped ? "Stopped" : heading;
+    $("kiosk-text").textContent = waits === "choice" ? "" : step;
     $("kiosk-confirm").hidden = !confirms;
     $("kiosk-confirm").textContent = confirms ? title(waits) : "";
+  }
+
+  // The emergency stop was pressed or released.
+  stop({ stopped }) {
+    this.stopped = stopped;
+    this.show(this.delivery);
   }
 
   // Nothing can be confirmed without a connection.

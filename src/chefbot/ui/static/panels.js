@@ -91,7 +91,7 @@ export class Panels {
   }
 
   robot(value) {
-    text("speed", orDash(value, ({ v }) => `${v.toFixed(2)} m/s`));
+    text("speed", orDash(value, ({ v }) => `${(Math.abs(v) < 0.005 ? 0 : v).toFixed(2)} m/s`));
   }
 
   status(value) {

@@ -17,7 +17,7 @@ export class Solid {
     if (on === this.on) return;
     this.on = on;
     this.tools.choose("look");           // a drag that was begun in the other view ends
-    history.replaceState(null, "", on ? HASH : location.pathname);
+    if (on || location.hash === HASH) history.replaceState(null, "", on ? HASH : location.pathname);
     document.body.classList.toggle("solid", on);
     $("solid").setAttribute("aria-pressed", String(on));
     $("canvas").hidden = on;

@@ -11,6 +11,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 from tests.ui.conftest import Page
+from tests.ui.faulty_network import FaultyNetwork
 
 from chefbot.errors import UserError
 from chefbot.ui.access.kiosk_lock import ATTEMPTS, PERIOD, KioskLock
@@ -20,6 +21,16 @@ from chefbot.ui.server import WebUiServer
 
 PIN = "2468"
 TITLE = "document.getElementById('kiosk-title').textContent"
+WRONG_AT_ONCE = """new Promise((done) => {
+  const form = document.getElementById('kiosk-pin');
+  new MutationObserver(() => {
+    document.getElementById('kiosk-digits').value = '1112';
+    form.querySelector('button').click();
+    done();
+  }).observe(form, { attributes: true });
+  document.getElementById('kiosk-leave').click();
+})"""
+"""A wrong PIN in the very moment in which the page wants it, before the robot has answered the next ping."""
 LEFT = "!document.body.classList.contains('kiosk')"
 
 
@@ -97,6 +108,20 @@ def test_the_robots_screen_is_left_with_the_pin(kiosk: Kiosk, tmp_path: Path) ->
         show_a_room(kiosk.server)
         tab.wait_for("document.querySelectorAll('#tables button').length === 2")  # all layers are sent again
         assert tab.evaluate("location.hash") == ""
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_answer_to_an_earlier_press_opens_nothing(kiosk: Kiosk, tmp_path: Path) -> None:
+    network = FaultyNetwork(urlsplit(kiosk.url).port or 0)
+    with open_tab(f"http://127.0.0.1:{network.port}/#kiosk", tmp_path, NO_GPU) as tab:
+        tab.wait_for("!document.body.classList.contains('offline')")
+        network.mode, network.delay = "late", 0.2
+        tab.evaluate("new Promise((done) => setTimeout(done, 1000))")
+        tab.evaluate(WRONG_AT_ONCE)
+        tab.evaluate("new Promise((done) => setTimeout(done, 2000))")  # the next ping is answered first
+        assert not tab.evaluate(LEFT)
+    network.close()
 
 
 @pytest.mark.slow

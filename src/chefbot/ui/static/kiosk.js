@@ -10,7 +10,7 @@ export class Kiosk {
     this.changed = changed;
     this.delivery = null;
     this.stopped = false;
-    this.leaving = false;
+    this.leaving = null;                 // command that is not answered yet
     $("kiosk-confirm").onclick = () => send({ do: this.press, place: this.delivery.place });
     $("kiosk-leave").onclick = () => this.leave("");
     $("kiosk-pin").onsubmit = (event) => { event.preventDefault(); this.leave($("kiosk-digits").value); };
@@ -56,26 +56,27 @@ export class Kiosk {
     $("kiosk-title").textContent = "Please wait";
     $("kiosk-text").textContent = "No connection to the robot.";
     $("kiosk-confirm").hidden = true;
-    this.leaving = false;
+    this.leaving = null;
   }
 
   // The robot refuses a wrong PIN; if it has answered without a refusal, the view is left.
   leave(pin) {
-    this.leaving = this.send({ do: "leave_kiosk", pin });
+    const command = { do: "leave_kiosk", pin };
+    this.leaving = this.send(command) ? command : null;
     $("kiosk-digits").value = "";
   }
 
   refused(sentence) {
     $("kiosk-note").textContent = sentence;
     if (!this.leaving) return;
-    this.leaving = false;
+    this.leaving = null;
     $("kiosk-pin").hidden = false;
     $("kiosk-digits").focus();
   }
 
   done(command) {
-    if (command.do !== "leave_kiosk" || !this.leaving) return;
-    this.leaving = false;
+    if (command !== this.leaving) return;
+    this.leaving = null;
     history.replaceState(null, "", location.pathname);
     this.turn(false);
   }

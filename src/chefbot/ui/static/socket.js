@@ -86,8 +86,12 @@ export class Link extends EventTarget {
     const now = performance.now();
     if (this.sent.has(ping)) this.trips = [now - this.sent.get(ping), ...this.trips].slice(0, TRIPS);
     for (const number of this.sent.keys()) if (number <= ping) this.sent.delete(number);
-    for (const [after, command] of this.unsure) if (after < ping) this.emit("done", command);
+    const done = this.unsure.filter(([after]) => after < ping), at = this.socket;
     this.unsure = this.unsure.filter(([after]) => after >= ping);
+    // In the order of arrival: a refusal that came before may wait for a map that is being decoded.
+    this.order = this.order.then(() => {
+      if (at === this.socket) for (const [, command] of done) this.emit("done", command);
+    });
   }
 
   abandon() {

@@ -114,6 +114,30 @@ def test_arrow_keys_drive_on_the_joystick_and_select_elsewhere(page: Any, tab: T
         command = page.next_command()
 
 
+ROBOT_AT = """(() => {
+  const { width, height } = canvas, data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
+  let [x, y, count] = [0, 0, 0];
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i] !== 29 || data[i + 1] !== 37 || data[i + 2] !== 34) continue;
+    x += (i >> 2) % width; y += Math.floor((i >> 2) / width); count++;
+  }
+  return JSON.stringify([x / count, y / count]);
+})()"""
+"""Where the pixels in the colour of the robot are."""
+
+
+def test_zooming_while_following_does_not_move_the_robot(tab: Tab) -> None:
+    tab.wait_for("document.querySelectorAll('#tables button').length === 2")
+    area_of_whole_map(tab)
+    before = json.loads(tab.evaluate(ROBOT_AT))
+    tab.evaluate(f"document.getElementById('follow').click(), {FRAMES}")
+    wheel = "new WheelEvent('wheel', { deltaY: -300, clientX: 100, clientY: 200, cancelable: true })"
+    tab.evaluate(f"canvas.dispatchEvent({wheel}), {FRAMES}")
+    tab.evaluate(f"document.getElementById('follow').click(), {FRAMES}")
+    area_of_whole_map(tab)
+    assert json.loads(tab.evaluate(ROBOT_AT)) == pytest.approx(before, abs=1.0)
+
+
 def test_follow_me_is_a_button_of_its_own(page: Any, tab: Tab) -> None:
     tab.wait_for("document.querySelectorAll('#tables button').length === 2")
     tab.evaluate("document.getElementById('follow_me').click()")

@@ -65,9 +65,8 @@ class Content:
 
     def __init__(self, content: bytes, media_type: str, headers: Mapping[str, str]) -> None:
         self._content, self._media_type = content, media_type
-        self._compressed = gzip.compress(
-            content, mtime=0
-        )  # here: at a request it would delay an emergency stop
+        # Here, because at a request it would delay an emergency stop.
+        self._compressed = gzip.compress(content, mtime=0)
         tag = hashlib.sha256(content).hexdigest()[:32]
         self._headers = {**headers, "etag": f'"{tag}"', "vary": "accept-encoding"}
 

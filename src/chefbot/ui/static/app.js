@@ -63,7 +63,8 @@ function gesture(command) {
 
 function paint(context) {
   glides.advance();
-  if (following && shown.get("robot")) view.centre = shown.get("robot");
+  const robot = shown.get("robot");
+  if (following && robot) view.centre = { x: robot.x, y: robot.y };   // a copy: gestures move the centre
   view.labels = new Labels(context, view);
   for (const [layer, painter] of PAINTERS) {
     const value = shown.get(layer) ?? data.get(layer);

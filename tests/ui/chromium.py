@@ -27,6 +27,17 @@ SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swi
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: `apt-get install chromium`")
 
 
+def pixels(red: int, green: int, blue: int) -> str:
+    """Return the expression for the number of pixels of the map in a colour."""
+    return f"""(() => {{
+      const {{ width, height }} = canvas, data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
+      let count = 0;
+      for (let i = 0; i < data.length; i += 4)
+        count += data[i] === {red} && data[i + 1] === {green} && data[i + 2] === {blue};
+      return count;
+    }})()"""
+
+
 class Tab:
     """A tab of the browser; `events` contains its requests, exceptions and console messages."""
 

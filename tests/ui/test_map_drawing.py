@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.support.web_ui import show_a_room
-from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
+from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab, pixels
 
 from chefbot.maths.grid import Grid
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
@@ -34,12 +34,7 @@ LABELS = """(async (points, scale) => {
   points.forEach(([x, y], i) => labels.write(`Table ${i}`, x, y, '#000'));
   return JSON.stringify(labels.taken.map((box) => [box.left, box.right, box.top, box.bottom]));
 })(%s, %s)"""
-DARK_GREY = """(() => {
-  const { width, height } = canvas, data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
-  let count = 0;
-  for (let i = 0; i < data.length; i += 4) count += data[i] === 40 && data[i + 1] === 40 && data[i + 2] === 40;
-  return count;
-})()"""
+DARK_GREY = pixels(40, 40, 40)
 """Number of pixels in the colour that walls have in pictures of maps, but not as outlines."""
 DRAWN = "canvas.getContext('2d').getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data[3] === 255"
 COUNT_PAINTS = """(() => {

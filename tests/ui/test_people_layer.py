@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.support.web_ui import show_a_room
-from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
+from tests.ui.chromium import NO_GPU, needs_chromium, open_tab, pixels
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
@@ -18,12 +18,7 @@ from chefbot.ui.layers import LAYERS, PersonView
 from chefbot.ui.message_conversion import people_views
 
 PERSON = PersonView(id=7, x=4.0, y=3.0, vx=1.0, vy=0.0, deviation=0.1, visible=True)
-PINK = """(() => {
-  const { width, height } = canvas, data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
-  let count = 0;
-  for (let i = 0; i < data.length; i += 4) count += data[i] === 190 && data[i + 1] === 24 && data[i + 2] === 93;
-  return count;
-})()"""
+PINK = pixels(190, 24, 93)
 """Number of pixels in the colour of people."""
 
 

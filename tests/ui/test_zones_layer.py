@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from tests.support.web_ui import show_a_room
-from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
+from tests.ui.chromium import NO_GPU, needs_chromium, open_tab, pixels
 
 from chefbot.msgs.chefbot_zones import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
@@ -15,12 +15,7 @@ from chefbot.ui.layers import LAYERS, ZoneView
 from chefbot.ui.message_conversion import zone_views
 
 CORNERS = tuple(Point(x, y, 0.0) for x, y in ((3.0, 2.0), (5.0, 2.0), (5.0, 4.0)))
-RED = """(() => {
-  const { width, height } = canvas, data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
-  let count = 0;
-  for (let i = 0; i < data.length; i += 4) count += data[i] === 185 && data[i + 1] === 28 && data[i + 2] === 28;
-  return count;
-})()"""
+RED = pixels(185, 28, 28)
 """Number of pixels in the colour of keep-out zones."""
 
 

@@ -31,7 +31,7 @@ from chefbot.board.pretty_print import describe, flags
 from chefbot.board.sensors import SPEED_OF_SOUND, SensorConverter, battery_state, range_message
 from chefbot.board.sequence_filter import ReceivedLine
 from chefbot.board.session import COMMAND_TIMEOUT_NS, HANDSHAKE_NS, HEARTBEAT_NS, REPEAT_NS, BoardSession
-from chefbot.board.status_codes import FAULTS, WARNINGS, BoardFlag
+from chefbot.board.status_codes import FAULT_LATCHED, FAULTS, WARNINGS, BoardFlag
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN
 from chefbot.msgs.sensor_msgs import Imu, Range
@@ -168,6 +168,19 @@ def test_a_refused_line_is_reported_for_a_limited_time() -> None:
     assert {value.key: value.value for value in report.values}["lines dropped (buffer full)"] == "1"
     session.receive_data(motion(2, 3100 * MS), 3100 * MS)
     assert health.report(session, "port", 3100 * MS).level == OK
+
+
+def test_lines_refused_for_a_latched_fault_are_no_fault_of_their_own() -> None:
+    """After the release nothing is wrong any more; while it is latched, the fault itself is reported."""
+    health, session = LinkDiagnostics(), opened()
+    health.update(status(), 0)
+    session.receive_data(motion(2, MS, BoardFlag.ESTOP_COMMAND), MS)
+    health.update(status(BoardFlag.ESTOP_COMMAND, refused=3, reason=FAULT_LATCHED), MS)
+    report = health.report(session, "port", 2 * MS)
+    assert report.level == ERROR and "refused" not in report.message
+    session.receive_data(motion(3, 3 * MS), 3 * MS)
+    health.update(status(refused=3, reason=FAULT_LATCHED), 3 * MS)
+    assert health.report(session, "port", 4 * MS).level == OK
 
 
 @given(st.integers(0, 0xFFFF))

@@ -14,7 +14,7 @@ from chefbot.bridge.membership_health import MembershipHealth
 from chefbot.bridge.wire_health import RECENT_NS, WireHealth
 from chefbot.fleet.keyring import Keyring
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticStatus
-from chefbot.ros2.rmw.errors import ErrorCounter
+from chefbot.ros2.rmw.errors import QUEUE_FULL, ErrorCounter
 
 SECOND = 1_000_000_000
 
@@ -24,7 +24,7 @@ def parts() -> SimpleNamespace:
     """Health with all that it reports to; `published` is what came into the loop."""
     published: list[DiagnosticStatus] = []
     graph, tally = SimpleNamespace(mismatches=list), ErrorCounter()
-    own = SimpleNamespace(publisher=lambda *_: SimpleNamespace(has_subscribers=False))
+    own = SimpleNamespace(full_name="/robot", publisher=lambda *_: SimpleNamespace(has_subscribers=False))
     there: Any = SimpleNamespace(
         own_rosout=SimpleNamespace(log=lambda *_: None), own=own, foreign_publishers=lambda _: []
     )
@@ -34,14 +34,32 @@ def parts() -> SimpleNamespace:
 
 
 def test_a_burst_is_a_warning_for_a_while_then_only_counted(parts: SimpleNamespace) -> None:
-    parts.tally.add("/tf: send queue is full, the oldest message is dropped")
+    dropped = f"/tf: send {QUEUE_FULL}"
+    parts.tally.add(dropped)
     for second in range(20):
         parts.health.publish(second * SECOND)
-    assert [one.level for one in parts.published] == [WARN, OK]
-    assert all(one.message.startswith("1 messages rejected or lost") for one in parts.published)
-    parts.tally.add("/tf: send queue is full, the oldest message is dropped")
+    total = "1 messages were rejected or lost since the start"
+    overloaded = "this computer is too slow, messages are lost on /tf"
+    assert [(one.level, one.message) for one in parts.published] == [(WARN, overloaded), (OK, total)]
+    parts.tally.add(dropped)
     parts.health.publish(20 * SECOND)
     assert (parts.published[-1].level, parts.published[-1].values[0].value) == (WARN, "2")
+
+
+def test_the_message_names_what_is_lost_now_and_not_how_often(parts: SimpleNamespace) -> None:
+    """A sentence that changed each second would move the page on which it is read."""
+    for second in range(8):
+        parts.tally.add("/tf: not of its type")
+        parts.health.publish(second * SECOND)
+    assert {one.message for one in parts.published} == {"/tf: not of its type"}
+    for topic in ("/odom", "/map", "/scan"):
+        parts.tally.add(f"{topic}: receive {QUEUE_FULL}")
+    parts.tally.add("/plan: not of its type")
+    parts.health.publish(RECENT_NS + 8 * SECOND)
+    expected = (
+        "this computer is too slow, messages are lost on /map, /odom, and 1 more; /plan: not of its type"
+    )
+    assert (parts.published[-1].message, parts.published[-1].hardware_id) == (expected, "/robot")
 
 
 def test_a_qos_mismatch_is_a_warning_as_long_as_it_lasts(parts: SimpleNamespace) -> None:
@@ -60,7 +78,7 @@ def test_a_member_of_a_fleet_reports_its_certificate(tmp_path: Path) -> None:
     """Status `fleet` beside status `wire`, in the loop and in the log when it becomes a problem."""
     published: list[tuple[DiagnosticStatus, ...]] = []
     logged: list[str] = []
-    own = SimpleNamespace(publisher=lambda *_: SimpleNamespace(has_subscribers=False))
+    own = SimpleNamespace(full_name="/robot", publisher=lambda *_: SimpleNamespace(has_subscribers=False))
     there: Any = SimpleNamespace(
         own_rosout=SimpleNamespace(log=lambda _, text, __: logged.append(text)),
         own=own,

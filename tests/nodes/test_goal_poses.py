@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner
 
+from chefbot.causes.statuses import CANCELLED, ENDED_BY_STOP, StatusReports
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_SUCCEEDED
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Quaternion, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.nodes.navigation.goal_pose import GoalError, goal_in_map
@@ -184,3 +185,23 @@ def test_a_goal_without_a_frame_is_on_the_map() -> None:
     assert goal_in_map(goal, TransformBuffer()) is goal
     with pytest.raises(GoalError, match="in the frame 'odom'"):
         goal_in_map(at(1.0, 0.0, "odom"), TransformBuffer())
+
+
+@pytest.mark.parametrize(
+    ("topic", "message", "reason"),
+    [("emergency_stop", Bool(True), ENDED_BY_STOP), ("cancel", Empty(), CANCELLED)],
+)
+def test_the_status_tells_who_ended_a_goal(topic: str, message: Any, reason: str) -> None:
+    nodes = room()
+    send_goal(nodes, PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 1.0, 0.0))))
+    nodes.run(0.1)
+    assert nodes.messages("navigation_status")[-1].state == "driving"
+    nodes.loop.publish(topic, message, "client", from_device=True)
+    nodes.run(1.0)
+    status = nodes.messages("navigation_status")[-1]
+    assert (status.state, status.reason) == ("idle", reason)
+    reported = StatusReports()
+    causes = [
+        one.check for sent in nodes.messages("navigation_status") for one in reported.navigation(sent, 0)
+    ]
+    assert causes == ([] if topic == "emergency_stop" else ["cancelled goal"])

@@ -59,8 +59,8 @@ def test_a_waiting_reader_is_woken_by_a_message() -> None:
     reader.start()
     queues.put("a", 1, 1)
     reader.join()
-    queues.put("a", 2, 1, newest=True)
-    queues.put("a", 3, 1, newest=True)
+    queues.put("a", 2, 1, count_drops=False)
+    queues.put("a", 3, 1, count_drops=False)
     assert found == [1] and queues.take(0.0) == 3 and queues.take(0.0) is None
     assert sum(dropped.counts().values()) == 0
 

@@ -13,14 +13,15 @@ RESET = struct.pack("ii", 1, 0)
 
 
 class FaultyNetwork:
-    """A TCP proxy to a local port; `mode`: "pass", "late" (by `delay` seconds), "slow" or "hole" (all data are lost).
+    """A TCP proxy to a local port.
 
+    mode: "pass", "late" (by `delay` seconds), "slow", "hole" (all data are lost) or "answers lost".
     rate: of a slow link, bytes/s. accepted: number of connections that browsers have opened.
     """
 
     def __init__(self, port: int) -> None:
         self.mode, self.delay, self.rate, self.accepted = "pass", 0.0, 20_000.0, 0
-        self._target = port
+        self.target = port
         self._pairs: list[tuple[socket.socket, socket.socket]] = []
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=64)
         self.port: int = self._listener.getsockname()[1]
@@ -43,13 +44,13 @@ class FaultyNetwork:
         with contextlib.suppress(OSError):
             while True:
                 browser = self._listener.accept()[0]
-                server = socket.create_connection(("127.0.0.1", self._target))
+                server = socket.create_connection(("127.0.0.1", self.target))
                 self._pairs.append((browser, server))
                 self.accepted += 1
-                for ends in ((browser, server), (server, browser)):
+                for ends in ((browser, server, "hole"), (server, browser, "answers lost")):
                     threading.Thread(target=self._pump, args=ends, daemon=True).start()
 
-    def _pump(self, source: socket.socket, sink: socket.socket) -> None:
+    def _pump(self, source: socket.socket, sink: socket.socket, losing: str) -> None:
         """Forward data; after the first loss the connection stays dead, as its byte stream has a gap."""
         lost = False
         with contextlib.suppress(OSError):
@@ -58,7 +59,7 @@ class FaultyNetwork:
                     time.sleep(self.delay)
                 elif self.mode == "slow":
                     time.sleep(len(data) / self.rate)
-                lost = lost or self.mode == "hole"
+                lost = lost or self.mode in ("hole", losing)
                 if not lost:
                     sink.sendall(data)
             sink.shutdown(socket.SHUT_WR)

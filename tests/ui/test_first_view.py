@@ -75,6 +75,19 @@ def test_the_full_map_is_shown_at_the_first_load(tab: Tab, width: int, height: i
         assert tab.evaluate("document.getElementById('follow').getAttribute('aria-pressed')") == "false"
 
 
+@pytest.mark.parametrize("name", ["app.js", "view.js", "style.css"])
+def test_a_page_of_which_a_file_did_not_arrive_is_loaded_again(tab: Tab, name: str) -> None:
+    """As when a phone changes networks meanwhile: Chromium fails what is under way with ERR_NETWORK_CHANGED."""
+    tab.call("Network.setCacheDisabled", cacheDisabled=True)
+    tab.call("Network.setBlockedURLs", urls=[f"*/{name}"])
+    tab.call("Page.reload")
+    tab.wait_for("document.readyState === 'complete'")
+    tab.evaluate("window.before = true")
+    tab.call("Network.setBlockedURLs", urls=[])
+    tab.wait_for("!window.before && document.querySelectorAll('#tables button').length === 2")
+    assert tab.evaluate("getComputedStyle(document.body).margin") == "0px", "with the style sheet"
+
+
 def test_the_full_map_stays_visible_below_a_warning(page: Any, tab: Tab) -> None:
     tab.wait_for(f"JSON.parse({DRAWN_AREA})[1] >= 0")
     height = tab.evaluate("document.getElementById('canvas').height")

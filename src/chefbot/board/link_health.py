@@ -86,10 +86,9 @@ class LinkDiagnostics:
         if self._loss > MAX_LOSS:
             sentences.append(f"{100 * self._loss:.0f} % of the board's lines are lost or damaged")
         if self.status is not None and now_ns - self._refused_ns < REFUSALS_SHOWN_NS:
-            already_reported = self.status.reason == FAULT_LATCHED and session.flags & LATCHED
-            sentences += (
-                [] if already_reported else [f"the board refused a line: {reason(self.status.reason)}"]
-            )
+            # A latched fault is reported itself, as long as it is latched.
+            is_known = self.status.reason == FAULT_LATCHED
+            sentences += [] if is_known else [f"the board refused a line: {reason(self.status.reason)}"]
         return sentences
 
     def _values(self, session: BoardSession) -> tuple[KeyValue, ...]:

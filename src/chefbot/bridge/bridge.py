@@ -24,7 +24,7 @@ from chefbot.msgs.rcl_interfaces import INFO
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.sensor_msgs import CompressedImage, Image
 from chefbot.msgs.std_msgs import String
-from chefbot.ros2.rmw.errors import ErrorCounter
+from chefbot.ros2.rmw.errors import QUEUE_FULL, ErrorCounter
 from chefbot.ros2.rmw.liveliness import SUBSCRIPTION
 from chefbot.ros2.rmw.message_queues import MessageQueues
 from chefbot.ros2.rmw.names import resolve as full_topic
@@ -65,9 +65,7 @@ class Bridge:
         self._system, self._wire, self._namespace = system, wire, namespace
         self._publishes_clock = simulated and publishes_clock
         self._last_clock_ns = -CLOCK_PERIOD_NS
-        self._jobs: MessageQueues[Job] = MessageQueues(
-            self.errors, "send queue is full, the oldest message is dropped"
-        )
+        self._jobs: MessageQueues[Job] = MessageQueues(self.errors, f"send {QUEUE_FULL}")
         self._inbox = Inbox(system.loop, self.errors)
         self._proxies = NodeProxies(wire, (namespace, node_name), self._inbox, system, simulated)
         if self._publishes_clock:
@@ -160,13 +158,15 @@ class Bridge:
             return
         publisher = self._proxies.publishers.get((publication.publisher, topic))
         if publisher is None or publisher.has_subscribers or is_for_operator(publication):
-            self._jobs.put(f"/{topic}", partial(self._send, publication), _depth(publication))
+            # Before a publisher is on the wire it has no subscribers, so a drop is no loss to anybody.
+            job, depth = partial(self._send, publication), _depth(publication)
+            self._jobs.put(f"/{topic}", job, depth, count_drops=publisher is not None)
 
     def _publish_clock(self, now_ns: int) -> None:
         if now_ns - self._last_clock_ns >= CLOCK_PERIOD_NS:
             self._last_clock_ns = now_ns
             clock = Clock(Time.of(now_ns))
-            self._jobs.put("/clock", partial(self._proxies.publish_clock, clock), 1, newest=True)
+            self._jobs.put("/clock", partial(self._proxies.publish_clock, clock), 1, count_drops=False)
 
     # -- in the bridge's thread
 

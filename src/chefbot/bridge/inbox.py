@@ -7,7 +7,7 @@ from collections import deque
 from functools import partial
 
 from chefbot.msgs.idl.message import Message
-from chefbot.ros2.rmw.errors import ErrorCounter
+from chefbot.ros2.rmw.errors import QUEUE_FULL, ErrorCounter
 from chefbot.runtime.loop import DEVICE, Loop
 
 WIRE_PUBLISHER = "wire"
@@ -35,7 +35,7 @@ class Inbox:
             if queue is not None:  # a delivery is scheduled already
                 if len(queue) >= depth:
                     queue.popleft()
-                    self._dropped.add(f"/{topic}: receive queue is full, the oldest message is dropped")
+                    self._dropped.add(f"/{topic}: receive {QUEUE_FULL}")
                 queue.append((message, latched))
                 return
             self._waiting[topic] = deque([(message, latched)])

@@ -10,7 +10,7 @@ from chefbot.bridge.node_proxies import NodeProxies
 from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus, KeyValue
 from chefbot.msgs.rcl_interfaces import WARN as LOG_WARN
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.ros2.rmw.errors import ErrorCounter
+from chefbot.ros2.rmw.errors import QUEUE_FULL, ErrorCounter
 from chefbot.ros2.rmw.graph import Graph
 
 CMD_VEL = "cmd_vel"
@@ -20,6 +20,8 @@ RECENT_NS = 10_000_000_000
 fault."""
 MAX_VALUES = 50
 """Maximum number of values in a diagnostic status."""
+SHOWN_PARTS = 2
+"""Number of problems, and of topics, that the message names; the values name all."""
 
 
 class WireHealth:
@@ -40,12 +42,13 @@ class WireHealth:
     ) -> None:
         self._tally, self._graph, self._there, self._inbox = tally, graph, proxies, inbox
         self._membership = membership
+        self._name = proxies.own.full_name
         self._reported_membership: tuple[int, str] = (OK, "")
         self._rosout = proxies.own_rosout
         self._publisher = proxies.own.publisher("diagnostics", DiagnosticArray)
         self._reported: tuple[dict[str, int], list[str]] = ({}, [])
-        self._last_loss_ns = -RECENT_NS
-        self._was_warning = False
+        self._last_increase_ns: dict[str, int] = {}
+        self._reported_losses: list[str] = []
         self._mismatches: list[str] = []
         self._reported_foreign: set[str] = set()
 
@@ -64,25 +67,31 @@ class WireHealth:
     def publish(self, now_ns: int) -> None:
         """Publish the diagnostics; changes go into the loop as well, so that they are recorded."""
         counts, mismatches = self._tally.counts(), self._mismatches
-        if counts != self._reported[0]:
-            self._last_loss_ns = now_ns
-        warning = bool(mismatches) or now_ns - self._last_loss_ns < RECENT_NS
+        losses = self._recent_losses(counts, now_ns)
         fleet = None if self._membership is None else self._membership.status(datetime.now(UTC))
-        statuses = (_status(WARN if warning else OK, counts, mismatches), *([] if fleet is None else [fleet]))
+        wire = _status(self._name, counts, losses, mismatches)
+        statuses = (wire, *([] if fleet is None else [fleet]))
         message = DiagnosticArray(Header.of(now_ns, ""), statuses)
         if self._publisher.has_subscribers:
             self._publisher.publish(message)
         membership = (OK, "") if fleet is None else (fleet.level, fleet.message)
         same = (counts, mismatches) == self._reported and membership == self._reported_membership
-        if same and warning == self._was_warning:
+        if same and losses == self._reported_losses:
             return
         self._log_membership(membership, now_ns)
-        self._was_warning = warning
+        self._reported_losses = losses
         for reason in [*(reason for reason in counts if reason not in self._reported[0]), *mismatches]:
             if reason not in self._reported[1]:
                 self._rosout.log(LOG_WARN, reason, now_ns)
         self._reported = (counts, mismatches)
         self._inbox.publish("diagnostics", message)
+
+    def _recent_losses(self, counts: dict[str, int], now_ns: int) -> list[str]:
+        """Return the reasons whose counts have increased within RECENT_NS."""
+        for reason, count in counts.items():
+            if count != self._reported[0].get(reason):
+                self._last_increase_ns[reason] = now_ns
+        return [reason for reason in counts if now_ns - self._last_increase_ns[reason] < RECENT_NS]
 
     def _log_membership(self, membership: tuple[int, str], now_ns: int) -> None:
         """Log a problem of this machine's membership, a level and a sentence, when it appears."""
@@ -91,8 +100,28 @@ class WireHealth:
         self._reported_membership = membership
 
 
-def _status(level: int, counts: dict[str, int], mismatches: list[str]) -> DiagnosticStatus:
+def _status(name: str, counts: dict[str, int], losses: list[str], mismatches: list[str]) -> DiagnosticStatus:
+    """Return the status: what is wrong now is its message, all counts since the start are its values."""
     values = [KeyValue(reason[:200], str(count)) for reason, count in counts.items()]
     values += [KeyValue("mismatch", sentence[:200]) for sentence in mismatches]
-    text = f"{sum(counts.values())} messages rejected or lost, {len(mismatches)} mismatches"
-    return DiagnosticStatus(level, "wire", text, "", tuple(values[:MAX_VALUES]))
+    problems = [sentence[:200] for sentence in (*mismatches, *_sentences(losses))]
+    text = "; ".join(_first(problems))
+    total = f"{sum(counts.values())} messages were rejected or lost since the start"
+    return DiagnosticStatus(WARN if problems else OK, "wire", text or total, name, tuple(values[:MAX_VALUES]))
+
+
+def _sentences(losses: list[str]) -> list[str]:
+    """Return the losses as sentences; those by full queues, which occur together, as one."""
+    full = [reason.partition(":")[0] for reason in losses if reason.endswith(QUEUE_FULL)]
+    others = [reason for reason in losses if not reason.endswith(QUEUE_FULL)]
+    if not full:
+        return others
+    return [
+        f"this computer is too slow, messages are lost on {', '.join(_first(sorted(set(full))))}",
+        *others,
+    ]
+
+
+def _first(parts: list[str]) -> list[str]:
+    more = len(parts) - SHOWN_PARTS
+    return [*parts[:SHOWN_PARTS], f"and {more} more"] if more > 0 else parts

@@ -17,6 +17,8 @@ from chefbot.msgs.chefbot_msgs import (
 
 CANCELLED = "The goal was cancelled."
 """Reason of a navigation that somebody ended; it has not failed."""
+ENDED_BY_STOP = "The emergency stop ended the goal."
+"""Reason of a navigation that the emergency stop ended."""
 
 
 class StatusReports:
@@ -34,7 +36,12 @@ class StatusReports:
         """Report recoveries, and goals that ended without being reached."""
         before, self._navigation = self._navigation, status
         reports = []
-        if before.state != "idle" and status.state == "idle" and status.reason not in ("", CANCELLED):
+        is_failure = status.reason not in (
+            "",
+            CANCELLED,
+            ENDED_BY_STOP,
+        )  # the base reports the emergency stop
+        if before.state != "idle" and status.state == "idle" and is_failure:
             aborted = make_report(
                 FAILURE, "goal aborted", f"The goal was aborted: {after_colon(status.reason)}"
             )

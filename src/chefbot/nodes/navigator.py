@@ -8,6 +8,7 @@ from chefbot.behavior.navigation_progress import NavigationProgress, NavigationS
 from chefbot.behavior.recovery import NavigatorParams
 from chefbot.behavior_tree.blackboard import BehaviorTreeError
 from chefbot.behavior_tree.navigation_tree import NavigationTrees
+from chefbot.causes.statuses import CANCELLED, ENDED_BY_STOP
 from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
@@ -97,7 +98,8 @@ class NavigatorNode(TreeRunnerNode):
             reached = await self._run(tree, lambda: self._trees.set_params(tree, self.params))
         except Cancelled:
             if not self.navigate_to_pose.preempting:
-                self._publish_status("idle", "The goal was cancelled.")
+                stopped = is_pressed(self.emergency_stop.last)
+                self._publish_status("idle", ENDED_BY_STOP if stopped else CANCELLED)
             raise
         except BehaviorTreeError as error:
             return self._end(UNKNOWN, f"The behavior tree failed: {error}")

@@ -38,6 +38,8 @@ class BrowserConnection:
         self._tokens = BURST
         self._last_message_time = asyncio.get_running_loop().time()
         self.initialized = False
+        self.page = ""
+        """The page's name for itself, the same on its next connection; empty if it has none."""
 
     def mark_changed(self, layers: Iterable[str]) -> None:
         """Note layers whose frames have changed."""
@@ -64,6 +66,11 @@ class BrowserConnection:
     def send_refusal(self, sentence: str) -> None:
         """Send why a command was refused; the oldest of many unsent sentences are dropped."""
         self._pending_answers.append(protocol.refused(sentence))
+        self._wake.set()
+
+    def greet(self, server: str, last_ping: int) -> None:
+        """Send the first message: which server this is and what it has received from this page."""
+        self._pending_answers.append(protocol.connected(server, last_ping))
         self._wake.set()
 
     def pong(self, number: int) -> None:

@@ -26,7 +26,7 @@ SECURITY_HEADERS = {
     "cache-control": "no-cache",
 }
 """HTTP headers of every response."""
-_IMPORT_MAP = re.compile(rb'<script type="importmap">(.*?)</script>', re.DOTALL)
+_INLINE_SCRIPT = re.compile(rb'<script(?: type="importmap")?>(.*?)</script>', re.DOTALL)
 
 
 def static_files() -> dict[str, bytes]:
@@ -49,13 +49,14 @@ def content_type(path: str) -> str:
 
 
 def response_headers(content: bytes) -> dict[str, str]:
-    """Return the HTTP headers of a file: the only inline script that may run is its import map, identified by
-    its hash.
+    """Return the HTTP headers of a file: the only inline scripts that may run are its own, identified by their
+    hashes.
 
-    Browsers take an import map from the page itself only (HTML Living Standard, "Import maps"), and a policy
-    allows one script of a page by the hash of its text (W3C, Content Security Policy Level 3, "hash-source").
+    They are the import map, which browsers take from the page itself only (HTML Living Standard, "Import maps"), and
+    what loads the page again if a file did not arrive. A policy allows a script of a page by the hash of its text
+    (W3C, Content Security Policy Level 3, "hash-source").
     """
-    digests = [hashlib.sha256(text).digest() for text in _IMPORT_MAP.findall(content)]
+    digests = [hashlib.sha256(text).digest() for text in _INLINE_SCRIPT.findall(content)]
     hashes = "".join(f" 'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
     return SECURITY_HEADERS | {"content-security-policy": POLICY.format(hashes=hashes)}
 

@@ -114,21 +114,24 @@ def _cause_view(span: CauseSpan) -> CauseView:
 
 
 class RecentDiagnostics:
-    """Diagnostics that are not OK, by name, with the time at which each was received."""
+    """Diagnostics that are not OK, by name and hardware, with the time at which each was received."""
 
     def __init__(self) -> None:
-        self._received: dict[str, tuple[int, str]] = {}
+        self._received: dict[tuple[str, str], tuple[int, str]] = {}
 
     def update(self, message: DiagnosticArray, now_ns: int) -> None:
         """Store a message's diagnostics; those that are OK again are removed."""
         for entry in message.status:
-            self._received.pop(entry.name, None)
+            key = (entry.name, entry.hardware_id)
+            self._received.pop(key, None)
             if entry.level != OK:
                 text = f"{entry.name[:1].upper()}{entry.name[1:]}: {entry.message}"
-                self._received[entry.name] = (now_ns, text)
+                self._received[key] = (now_ns, text)
 
     def warnings(self, now_ns: int) -> tuple[str, ...]:
-        """Return the diagnostics that were received recently, as sentences for the operator."""
-        return tuple(
-            text for received_ns, text in self._received.values() if now_ns - received_ns < DIAGNOSTICS_AGE_NS
-        )
+        """Return the diagnostics that were received recently, as sentences for the operator, each once.
+
+        In the order of their names, so that they keep their places when they are repeated.
+        """
+        recent = sorted(item for item in self._received.items() if now_ns - item[1][0] < DIAGNOSTICS_AGE_NS)
+        return tuple(dict.fromkeys(text for _, (_, text) in recent))

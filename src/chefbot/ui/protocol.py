@@ -7,6 +7,9 @@ Server to browser, as text (small layers and answers):
     {"layer": NAME, "value": ...}    the latest value; null clears the layer
     {"refused": SENTENCE}            the answer to a command that was refused
     {"pong": NUMBER}                 the answer to a ping, after all that was sent before it
+    {"connected": SERVER, "last_ping": NUMBER}   first message to a browser whose address has `page=NAME`: a name
+                                     that is another one after a restart, and the last ping from this page, also on
+                                     an earlier connection; what it sent before that ping has arrived
 
 Server to browser, as bytes (bulk layers), in pieces, so that on a slow link small layers pass between them: each
 begins with a byte, 1 if more pieces of the layer follow and 0 in the last. Together they are the
@@ -95,6 +98,11 @@ class PieceAssembler:
 def pong(number: int) -> str:
     """Encode the answer to a ping."""
     return msgspec.json.encode({"pong": number}).decode()
+
+
+def connected(server: str, last_ping: int) -> str:
+    """Encode the first message to a page."""
+    return msgspec.json.encode({"connected": server, "last_ping": last_ping}).decode()
 
 
 def text(layer: str, value: Any) -> str:

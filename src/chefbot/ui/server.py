@@ -44,6 +44,7 @@ from chefbot.ui.files import SECURITY_HEADERS, served_files
 from chefbot.ui.http_limits import GuardedHttp, GuardedSocket
 from chefbot.ui.hub import LayerStore
 from chefbot.ui.layers import LAYERS
+from chefbot.ui.received_pings import ReceivedPings
 from chefbot.ui.request_guard import RequestGuard
 from chefbot.ui.solids import SolidsEndpoint
 
@@ -93,6 +94,7 @@ class WebUiServer:
         self._audit = CommandAudit(audit)
         self._tls = tls
         self._kiosk_lock = KioskLock(kiosk_pin)
+        self._pings = ReceivedPings()
         self._key = None if _is_loopback(host) else TokenKey.from_environment()
         self._solids = SolidsEndpoint(model)
         self._uvicorn: Any = None
@@ -192,6 +194,9 @@ class WebUiServer:
         client = BrowserConnection(web, visitor, peer.host)
         if (shown := web.query_params.get("layers")) is not None:
             client.show(shown.split(","), ())
+        if page := web.query_params.get("page", ""):
+            client.page = page
+            client.greet(self._pings.server, self._pings.last(page))
         self._seat(client)
         self._audit.connected(client)
         try:
@@ -253,6 +258,7 @@ class WebUiServer:
         """Return whether the command concerns only what this browser is sent, and carry it out then."""
         if isinstance(command, Ping):
             client.pong(command.n)
+            self._pings.note(client.page, command.n)
         elif isinstance(command, Show):
             for name in command.layers:
                 if name not in LAYERS:

@@ -10,7 +10,8 @@ from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import FollowOrder, NavigationStatus
 from chefbot.msgs.chefbot_people import TrackedPeople
 from chefbot.msgs.geometry_msgs import PoseStamped
-from chefbot.msgs.std_msgs import Bool, Empty, String
+from chefbot.msgs.std_msgs import Bool, Empty
+from chefbot.nodes.navigation.mission_node import MissionNode
 from chefbot.nodes.navigation.target_driver import FRAME, TargetDriverNode
 from chefbot.people.following import (
     FAILED_TO_CONTROL,
@@ -23,20 +24,21 @@ from chefbot.people.following import (
 )
 from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.coroutines import Cancelled
-from chefbot.runtime.node import In, Out
+from chefbot.runtime.node import In
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 PERIOD = 0.2
 """Time between two decisions, s."""
 NOT_A_PERSON = "This robot follows tracked people: person_7 is number 7, person the nearest one ahead."
+ENDED_BY_STOP = "The emergency stop ended the following."
 BUSY = "The robot drives to a goal; cancel it first."
 
 
-class FollowingServerNode(TargetDriverNode):
+class FollowingServerNode(MissionNode, TargetDriverNode):
     """Serves follow_object for people, in frames named `person_<number>`; `follow_order` comes from the web UI.
 
-    What it does is published as a sentence on `phase`. A goal of the navigator ends the following.
+    A goal of the navigator ends the following.
     """
 
     live_params = ("*",)
@@ -49,12 +51,6 @@ class FollowingServerNode(TargetDriverNode):
     cancel: In[Empty]
     follow_object = action_server(nav2.FollowObject)
     follow_object_client = action_client(nav2.FollowObject, "follow_object")
-    phase: Out[String]
-
-    def start(self) -> None:
-        """Start without a person to follow."""
-        super().start()
-        self._sentence = ""
 
     def on_follow_order(self, order: FollowOrder) -> None:
         """Follow a person by the node's own action."""
@@ -93,7 +89,8 @@ class FollowingServerNode(TargetDriverNode):
         try:
             return self._end(await self._run(number, goal.max_duration.seconds, feedback))
         except Cancelled:
-            self._publish_phase("Following was cancelled.")
+            stopped = is_pressed(self.emergency_stop.last)
+            self._publish_outcome(ENDED_BY_STOP if stopped else "Following was cancelled.")
             raise
         finally:
             self._halt()
@@ -137,10 +134,5 @@ class FollowingServerNode(TargetDriverNode):
             self._halt()
 
     def _end(self, result: nav2.FollowObject_Result) -> nav2.FollowObject_Result:
-        self._publish_phase(result.error_msg or "Following has ended.")
+        self._publish_outcome(result.error_msg or "Following has ended.")
         return result
-
-    def _publish_phase(self, sentence: str) -> None:
-        if sentence != self._sentence:
-            self._sentence = sentence
-            self.phase.publish(String(sentence))

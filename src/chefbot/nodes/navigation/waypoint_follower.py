@@ -16,18 +16,19 @@ from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.chefbot_msgs import PatrolOrder, Places
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav_msgs import Goals
-from chefbot.msgs.std_msgs import Empty, String
+from chefbot.msgs.std_msgs import Empty
+from chefbot.nodes.navigation.mission_node import MissionNode
 from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.coroutines import Cancelled
-from chefbot.runtime.node import In, Node, Out
+from chefbot.runtime.node import In
 from chefbot.safety.emergency_stop import REFUSED
 from chefbot.storage.places import find_place
 
 
-class WaypointFollowerNode(Node):
+class WaypointFollowerNode(MissionNode):
     """Serves follow_waypoints by navigate_to_pose; also accepts a `patrol` over places from the web UI.
 
-    What it does is published as a sentence on `phase`. A goal of another client of the navigator ends the run.
+    A goal of another client of the navigator ends the run.
     """
 
     live_params = ("*",)
@@ -39,7 +40,6 @@ class WaypointFollowerNode(Node):
     navigate_to_pose = action_client(nav2.NavigateToPose)
     patrol_client = action_client(nav2.FollowWaypoints, "follow_waypoints")
     passage_client = action_client(nav2.NavigateThroughPoses, "navigate_through_poses")
-    phase: Out[String]
 
     def on_patrol(self, order: PatrolOrder) -> None:
         """Drive to the places, or through them, by the node's own or the other action."""
@@ -53,7 +53,7 @@ class WaypointFollowerNode(Node):
         try:
             poses = self._poses_of(order.places)
         except UserError as error:
-            self.phase.publish(String(f"No patrol: {error}."))
+            self._publish_outcome(f"No patrol: {error}.")
             return
         if order.without_stops:
             goals = Goals(
@@ -81,7 +81,7 @@ class WaypointFollowerNode(Node):
         try:
             return self._end(await self._drive(run, len(goal.poses), feedback))
         except Cancelled:
-            self.phase.publish(String("The waypoints were cancelled."))
+            self._publish_outcome("The waypoints were cancelled.")
             raise
 
     async def _drive(
@@ -90,7 +90,7 @@ class WaypointFollowerNode(Node):
         going_on = True
         while going_on:
             feedback(nav2.FollowWaypoints_Feedback(run.index))
-            self.phase.publish(String(self._sentence(run, count)))
+            self._publish_phase(self._leg_sentence(run, count))
             result = await self.navigate_to_pose.call(nav2.NavigateToPose_Goal(run.pose))
             if result.error_msg == REFUSED:
                 return nav2.FollowWaypoints_Result((), UNKNOWN, REFUSED)
@@ -103,7 +103,7 @@ class WaypointFollowerNode(Node):
                 going_on = run.reached()
         return run.result(stopped=False)
 
-    def _sentence(self, run: WaypointRun, count: int) -> str:
+    def _leg_sentence(self, run: WaypointRun, count: int) -> str:
         """Return where the robot drives to, as a sentence."""
         name = self._name_of(run.pose) or "waypoint"
         rounds = "" if run.number_of_loops == ENDLESS else f" of {run.number_of_loops + 1}"
@@ -118,5 +118,5 @@ class WaypointFollowerNode(Node):
         missed = (
             f"{len(result.missed_waypoints)} of the waypoints were missed." if result.missed_waypoints else ""
         )
-        self.phase.publish(String(result.error_msg or missed or "All waypoints were reached."))
+        self._publish_outcome(result.error_msg or missed or "All waypoints were reached.")
         return result

@@ -7,6 +7,9 @@ from collections import Counter
 
 from chefbot.errors import ChefbotError
 
+QUEUE_FULL = "queue is full, the oldest message is dropped"
+"""End of the reasons for messages that are lost because this process does not keep up."""
+
 
 class RmwError(ChefbotError):
     """Raised for a token, QoS string, attachment or name that does not have rmw_zenoh's form.

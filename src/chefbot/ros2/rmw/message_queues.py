@@ -22,16 +22,16 @@ class MessageQueues(Generic[T]):
         self._order: deque[Hashable] = deque()
         self._filled = threading.Condition()
 
-    def put(self, key: Hashable, item: T, depth: int, *, newest: bool = False) -> None:
+    def put(self, key: Hashable, item: T, depth: int, *, count_drops: bool = True) -> None:
         """Append an item; if `depth` items already wait under `key`, the oldest of them is dropped.
 
-        With `newest` only the latest item matters, so the drop is not counted.
+        Without `count_drops` it is not counted: nobody misses it, or only the latest item matters.
         """
         with self._filled:
             queue = self._queues.setdefault(key, deque())
             if len(queue) >= depth:
                 queue.popleft()
-                if not newest:
+                if count_drops:
                     self._dropped.add(f"{key}: {self._why}")
             else:
                 self._order.append(key)

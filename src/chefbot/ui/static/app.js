@@ -146,13 +146,26 @@ const HANDLERS = {
 
 const DRAWN = new Set([...PAINTERS.map(([layer]) => layer), "shape", "delivery"]);
 
-link.addEventListener("layer", ({ detail: { layer, value } }) => {
+function take(layer, value) {
   lastData = performance.now();
   data.set(layer, value);
   HANDLERS[layer]?.(value);
   if (layer === "robot" || layer === "truth") glide(layer, value);
   solid.take(layer, value);
   if (DRAWN.has(layer) && !hidden.has(layer)) view.refresh();
+}
+
+// A robot that was restarted knows nothing of what the page still shows.
+function forget() {
+  const unserved = panels.round.unserved();
+  for (const layer of data.keys()) if (layer !== "stop" && layer !== "shape") take(layer, null);
+  if (unserved) showNotice(`chefbot was restarted and has lost the round. Not served: ${unserved}.`, true);
+}
+
+link.addEventListener("layer", ({ detail: { layer, value } }) => take(layer, value));
+link.addEventListener("greeted", ({ detail: { arrived, restarted } }) => {
+  if (arrived) showNotice("Connected again. The robot had received the last command.");
+  if (restarted) forget();
 });
 link.addEventListener("up", () => {
   document.body.classList.remove("offline");

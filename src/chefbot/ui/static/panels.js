@@ -108,7 +108,7 @@ export class Panels {
     text("reason", status.reason || "nothing holds the robot up");
     text("last-stop", status.reason ? `Why: ${status.reason}` : "");
     const warnings = status.warnings ?? [];
-    text("warnings", warnings.join(" "));
+    text("warnings", warnings.join("\n"));
     $("warnings").hidden = warnings.length === 0;
     this.simulation(status);
   }

@@ -3,6 +3,7 @@ import { title } from "./layers.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
+const names = (list) => (list ?? []).map(title).join(", ");
 
 export class RoundCard {
   constructor(send) {
@@ -30,8 +31,14 @@ export class RoundCard {
     if (!value?.round_active) this.answer("");
   }
 
+  // Names of the tables that are still to be served; empty without a round.
+  unserved() {
+    const { state = "", place = "", loaded = false, queue = [], orders = [] } = this.value ?? {};
+    const next = loaded && (state === "driving" || state === "waiting") ? [place] : [];
+    return names([...next, ...queue, ...orders.flat()]);
+  }
+
   rest(value) {
-    const names = (list) => (list ?? []).map(title).join(", ");
     const orders = (value?.orders ?? []).map(names).join("; ");
     return [
       value?.delivered.length && `Taken at: ${names(value.delivered)}.`,

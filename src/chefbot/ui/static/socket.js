@@ -16,7 +16,10 @@ export class Link extends EventTarget {
     this.pings = 0;
     this.sent = new Map();               // send times of the pings without a response
     this.trips = [];                     // recent round-trip times, milliseconds
-    this.unsure = [];                    // commands sent after the last acknowledged ping
+    this.unsure = [];                    // commands that are not acknowledged, each with the ping after it
+    this.doubtful = [];                  // such commands of connections that were lost
+    this.page = crypto.getRandomValues(new Uint32Array(4)).join("-");
+    this.server = "";                    // name of the robot's server, another one after a restart
     this.watched = performance.now();
     this.connect();
     setInterval(() => this.watch(), PING);
@@ -25,7 +28,7 @@ export class Link extends EventTarget {
   get open() { return this.socket.readyState === WebSocket.OPEN; }
 
   connect() {
-    const socket = new WebSocket(`${this.url}?layers=${this.layers().join(",")}`);
+    const socket = new WebSocket(`${this.url}?page=${this.page}&layers=${this.layers().join(",")}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     this.order = Promise.resolve();
@@ -48,11 +51,13 @@ export class Link extends EventTarget {
     this.watched = now;
     if (suspended) this.receivedAt = now;        // the page was suspended, perhaps not the connection
     if (this.socket.readyState <= WebSocket.OPEN && now - this.receivedAt > this.timeout()) this.abandon();
-    else if (this.open) {
-      this.sent.set(++this.pings, now);
-      this.send({ do: "ping", n: this.pings });
-    }
+    else if (this.open) this.ping();
     this.emit("age", this.age(now));
+  }
+
+  ping() {
+    this.sent.set(++this.pings, performance.now());
+    this.send({ do: "ping", n: this.pings });
   }
 
   // Pings queue behind the layers: how long the latest one has taken is how old the view is, milliseconds.
@@ -86,8 +91,8 @@ export class Link extends EventTarget {
     const now = performance.now();
     if (this.sent.has(ping)) this.trips = [now - this.sent.get(ping), ...this.trips].slice(0, TRIPS);
     for (const number of this.sent.keys()) if (number <= ping) this.sent.delete(number);
-    const done = this.unsure.filter(([after]) => after < ping), at = this.socket;
-    this.unsure = this.unsure.filter(([after]) => after >= ping);
+    const done = this.unsure.filter(([after]) => after <= ping), at = this.socket;
+    this.unsure = this.unsure.filter(([after]) => after > ping);
     // In the order of arrival: a refusal that came before may wait for a map that is being decoded.
     this.order = this.order.then(() => {
       if (at === this.socket) for (const [, command] of done) this.emit("done", command);
@@ -105,10 +110,20 @@ export class Link extends EventTarget {
 
   reconnect() {
     const lost = this.unsure.map(([, command]) => command);
+    this.doubtful.push(...this.unsure);
     this.unsure = [];
     this.emit("down", lost);
     setTimeout(() => this.connect(), this.retry);
     this.retry = Math.min(2 * this.retry, LAST_RETRY);
+  }
+
+  // What was sent before the last ping that the robot received has arrived, although its answer was lost.
+  greeted({ connected, last_ping }) {
+    const arrived = this.doubtful.length > 0 && this.doubtful.every(([after]) => after <= last_ping);
+    const restarted = this.server !== "" && this.server !== connected;
+    this.doubtful = [];
+    this.server = connected;
+    this.emit("greeted", { arrived, restarted });
   }
 
   // Decoding a map takes time; the chain keeps the order of arrival. The emergency stop does not wait.
@@ -116,6 +131,10 @@ export class Link extends EventTarget {
     const text = typeof data === "string";
     if (text && data.startsWith('{"pong"')) {
       this.answered(JSON.parse(data).pong);
+      return;
+    }
+    if (text && data.startsWith('{"connected"')) {
+      this.greeted(JSON.parse(data));
       return;
     }
     const at = this.socket;
@@ -137,7 +156,10 @@ export class Link extends EventTarget {
     if (!this.open) return false;
     if (command.do === "drive" && (command.v || command.w) && this.socket.bufferedAmount > 0) return false;
     this.socket.send(JSON.stringify(command));
-    if (!UNREPORTED.has(command.do)) this.unsure.push([this.pings, command]);
+    if (!UNREPORTED.has(command.do)) {
+      this.unsure.push([this.pings + 1, command]);
+      this.ping();
+    }
     return true;
   }
 }

@@ -1,0 +1,87 @@
+"""Tests in Chromium what the page reports after a lost connection: about the last command, and about a restart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+from tests.support.web_ui import show_a_room
+from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
+from tests.ui.faulty_network import FaultyNetwork
+
+from chefbot.ui.commands import Cancel, Deliver
+from chefbot.ui.layers import DeliveryView
+from chefbot.ui.server import WebUiServer
+
+pytestmark = [pytest.mark.slow, needs_chromium]
+NOTICE = "document.getElementById('notice').textContent"
+OFFLINE = "document.body.classList.contains('offline')"
+
+
+@pytest.fixture
+def network(page: Any) -> Iterator[FaultyNetwork]:
+    between = FaultyNetwork(urlsplit(page.url).port or 0)
+    yield between
+    between.close()
+
+
+@pytest.fixture
+def tab(page: Any, network: FaultyNetwork, tmp_path: Path) -> Iterator[Tab]:
+    show_a_room(page.server)
+    with open_tab(f"http://127.0.0.1:{network.port}/", tmp_path, NO_GPU) as opened:
+        opened.wait_for("document.querySelectorAll('#tables button').length === 2")
+        opened.evaluate("window.page = true")  # gone after a reload
+        yield opened
+
+
+def press_cancel_while(tab: Tab, network: FaultyNetwork, mode: str) -> None:
+    """Press Cancel on a link with a fault, and let the link recover once the page has noticed it."""
+    network.mode = mode
+    tab.evaluate("document.getElementById('cancel').click()")
+    tab.wait_for(OFFLINE)
+    assert "before the robot confirmed" in tab.evaluate(NOTICE)
+    network.mode = "pass"
+    tab.wait_for(f"!{OFFLINE}")
+
+
+def test_a_command_that_arrived_is_not_reported_as_doubtful(
+    page: Any, network: FaultyNetwork, tab: Tab
+) -> None:
+    press_cancel_while(tab, network, "answers lost")
+    assert page.next_command() == Cancel()
+    tab.wait_for(f"{NOTICE}.includes('had received the last command')")
+    assert page.commands.empty() and tab.evaluate("window.page")
+
+
+def test_a_command_that_was_lost_stays_reported(page: Any, network: FaultyNetwork, tab: Tab) -> None:
+    press_cancel_while(tab, network, "hole")
+    tab.evaluate("document.querySelector('#tables button').click()")
+    tab.evaluate("document.getElementById('deliver').click()")
+    assert page.next_command() == Deliver(["table_1"])
+    assert "before the robot confirmed" in tab.evaluate(NOTICE)
+
+
+def test_a_restarted_robot_is_noticed_with_the_tables_it_forgot(
+    page: Any, network: FaultyNetwork, tab: Tab
+) -> None:
+    on_the_way = DeliveryView(
+        state="driving", place="table_1", loaded=True, round_active=True, orders=(("table_2",),)
+    )
+    page.server.set_layer("delivery", on_the_way)
+    tab.wait_for("document.getElementById('round-rest').textContent.includes('Table 2')")
+    restarted = WebUiServer(0, "127.0.0.1", page.commands.put)
+    network.target = urlsplit(restarted.start()).port or 0
+    network.reset()
+    try:
+        lost = "chefbot was restarted and has lost the round. Not served: Table 1, Table 2."
+        tab.wait_for(f"{NOTICE} === '{lost}'")
+        assert tab.evaluate("document.getElementById('step').textContent") == "No delivery."
+        assert tab.evaluate("document.querySelectorAll('#tables button').length") == 0
+        assert tab.evaluate("window.page")
+    finally:
+        restarted.stop()
+    page_errors = [error for error in tab.errors() if "WebSocket" not in str(error)]
+    assert page_errors == []

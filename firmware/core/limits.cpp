@@ -29,6 +29,12 @@ int16_t whole(int32_t q16) { return static_cast<int16_t>(shift_down(q16, 16)); }
 
 int32_t q16(int16_t whole) { return static_cast<int32_t>(whole) * 65536; }
 
+// The computer rounds each wheel to whole ticks/s, so a speed at a limit may exceed it by one: that is no excess.
+bool reduced(int32_t requested, int16_t allowed) {
+    const int32_t change = requested - allowed;
+    return change > 1 || change < -1;
+}
+
 // Moves one wheel by its part; ratio_q16 of a step per tick/s still to go, at most one.
 CHEFBOT_OUT_OF_LINE void approach(int16_t target, uint32_t ratio_q16, int32_t *set_q16) {
     const int16_t now = whole(*set_q16);
@@ -45,7 +51,7 @@ bool limit_speed(const RobotConstants &robot, int32_t left, int32_t right, Pair 
     shrink(magnitude(speed->right), robot.max_wheel, speed);
     shrink(distance(speed->left, static_cast<int16_t>(-speed->right)) / 2, robot.max_forward, speed);
     shrink(distance(speed->left, speed->right), robot.max_turn, speed);
-    return speed->left != left || speed->right != right;
+    return reduced(left, speed->left) || reduced(right, speed->right);
 }
 
 void Ramp::step(Pair target) {

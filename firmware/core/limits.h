@@ -6,7 +6,7 @@
 
 namespace chefbot {
 
-// Scale left, right (ticks/s, any number) down to the robot's limits. True if they exceeded them.
+// Scale left, right (ticks/s, any number) down to the robot's limits. True if that reduces one by more than 1 tick/s.
 bool limit_speed(const RobotConstants &robot, int32_t left, int32_t right, Pair *speed);
 
 // The set speed on its way to the target.

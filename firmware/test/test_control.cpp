@@ -42,8 +42,17 @@ TEST(each_limit_scales_both_wheels) {
     out = limited(-5000, 5000, true);
     CHECK_EQ(out.left, -4000);
     CHECK_EQ(out.right, 4000);
-    CHECK_EQ(limited(9601, 9601, true).left, 9600);
-    CHECK_EQ(limited(4000, -4001, true).left, 3999);
+    CHECK_EQ(limited(9602, 9602, true).left, 9600);
+    CHECK_EQ(limited(4001, -4002, true).right, -4000);
+}
+
+TEST(a_speed_at_a_limit_rounded_to_whole_ticks_is_no_excess) {
+    CHECK_EQ(limited(9601, 9601, false).left, 9600);
+    CHECK_EQ(limited(-9601, -9601, false).right, -9600);
+    const Pair turn = limited(4001, -4001, false);
+    CHECK_EQ(turn.left, 4000);
+    CHECK_EQ(turn.right, -4000);
+    CHECK_EQ(limited(4000, -4001, false).left, 3999);
 }
 
 TEST(absurd_speeds_stay_in_bounds) {

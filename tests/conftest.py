@@ -54,7 +54,8 @@ def own_number() -> int:
 os.environ["ROS_DOMAIN_ID"] = str(own_number())  # tests that run at once cannot communicate
 os.environ["CHEFBOT_WIRE_PORT"] = str(21000 + int(os.environ["ROS_DOMAIN_ID"]))
 
-os.environ["CHEFBOT_STATE"] = tempfile.mkdtemp(prefix="chefbot_state_")  # no test stops the owner's robot
+_STATE = tempfile.TemporaryDirectory(prefix="chefbot_state_", ignore_cleanup_errors=True)
+os.environ["CHEFBOT_STATE"] = _STATE.name  # no test stops the owner's robot
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as for what a shell starts in the background
     signal.signal(signal.SIGINT, signal.default_int_handler)

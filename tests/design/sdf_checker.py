@@ -7,7 +7,7 @@ import shutil
 import subprocess
 from functools import lru_cache
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -80,15 +80,17 @@ int main(int, char **argv) {
 
 
 @lru_cache(maxsize=1)
-def _checker() -> Path:
-    folder = Path(mkdtemp(prefix="chefbot_sdf_"))
-    source = folder / "check.cpp"
+def _checker() -> TemporaryDirectory[str]:
+    """Build the checker; its folder is removed with this process."""
+    folder = TemporaryDirectory(prefix="chefbot_sdf_")
+    source = Path(folder.name, "check.cpp")
     source.write_text(SOURCE)
     flags = subprocess.run(
         ["pkg-config", "--cflags", "--libs", "sdformat12"], capture_output=True, text=True, check=True
     ).stdout.split()
-    subprocess.run(["g++", "-std=c++17", "-O0", str(source), "-o", str(folder / "check"), *flags], check=True)
-    return folder / "check"
+    program = str(source.with_suffix(""))
+    subprocess.run(["g++", "-std=c++17", "-O0", str(source), "-o", program, *flags], check=True)
+    return folder
 
 
 def read_by_libsdformat(path: Path) -> dict[str, Any]:
@@ -100,6 +102,8 @@ def read_by_libsdformat(path: Path) -> dict[str, Any]:
         pytest.skip("needs g++ and pkg-config")
     if subprocess.run(["pkg-config", "--exists", "sdformat12"], check=False).returncode != 0:
         pytest.skip("needs libsdformat 12: apt-get install libsdformat-dev")
-    done = subprocess.run([str(_checker()), str(path)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [f"{_checker().name}/check", str(path)], capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stderr) == (0, "")
     return json.loads(done.stdout)

@@ -79,15 +79,21 @@ def end(process: subprocess.Popen[str]) -> str:
 
 
 class Network:
-    """A network bridge, and namespaces with one address each."""
+    """A network bridge, and namespaces with one address each.
+
+    The bridge has a namespace of its own: a browser that tests beside this one would give up its requests whenever a
+    link appears in the network of the computer itself.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._tag = folder, f"cb{os.getpid() % 100000}"
         self._namespaces: list[str] = []
         self._running: list[Machine] = []
         self._programs: list[subprocess.Popen[str]] = []
-        ip("link", "add", self._tag, "type", "bridge")
-        ip("link", "set", self._tag, "up")
+        self._hub = f"{self._tag}hub"
+        ip("netns", "add", self._hub)
+        ip("-n", self._hub, "link", "add", "bridge", "type", "bridge")
+        ip("-n", self._hub, "link", "set", "bridge", "up")
 
     def start(self, name: str, *join: str) -> Machine:
         """Start a machine with the keys in the folder of that name."""
@@ -114,7 +120,7 @@ class Network:
 
     def link(self, name: str, state: str) -> None:
         """Set the state of a machine's link, `down` or `up`."""
-        ip("link", "set", f"{self._tag}v{self._namespaces.index(self._namespace(name)) + 1}", state)
+        ip("-n", self._hub, "link", "set", f"v{self._namespaces.index(self._namespace(name)) + 1}", state)
 
     def address(self, name: str) -> str:
         return f"10.199.7.{self._namespaces.index(self._namespace(name)) + 1}"
@@ -128,7 +134,7 @@ class Network:
             sys.stdout.write(f"--- {process.args}\n{end(process)}")  # pytest shows it if the test fails
         for namespace in self._namespaces:
             ip("netns", "del", namespace)
-        ip("link", "del", self._tag)
+        ip("netns", "del", self._hub)
 
     def _start(self, command: list[str]) -> Machine:
         machine = Machine(command)
@@ -143,20 +149,10 @@ class Network:
         if namespace not in self._namespaces:
             self._namespaces.append(namespace)
             number = len(self._namespaces)
+            veth = ("type", "veth", "peer", "name", "eth0", "netns", namespace)
             ip("netns", "add", namespace)
-            ip(
-                "link",
-                "add",
-                f"{self._tag}v{number}",
-                "type",
-                "veth",
-                "peer",
-                "name",
-                "eth0",
-                "netns",
-                namespace,
-            )
-            ip("link", "set", f"{self._tag}v{number}", "master", self._tag, "up")
+            ip("-n", self._hub, "link", "add", f"v{number}", *veth)
+            ip("-n", self._hub, "link", "set", f"v{number}", "master", "bridge", "up")
             ip("-n", namespace, "addr", "add", f"10.199.7.{number}/24", "dev", "eth0")
             ip("-n", namespace, "link", "set", "eth0", "up")
             ip("-n", namespace, "link", "set", "lo", "up")

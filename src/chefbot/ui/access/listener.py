@@ -33,9 +33,9 @@ def abort(transport: asyncio.Transport) -> None:
     """End a connection at once.
 
     A TLS transport that was closed twice has no protocol any more: Python 3.11.2 (Debian 12) then raises in `abort`;
-    the shutdown, which has a timeout, is under way.
+    the shutdown, which has a timeout, is under way. Later versions look for the protocol themselves.
     """
-    with contextlib.suppress(AttributeError):
+    if getattr(transport, "_ssl_protocol", transport) is not None:
         transport.abort()
 
 

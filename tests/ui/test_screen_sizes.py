@@ -1,0 +1,52 @@
+"""Tests in Chromium that what a waiter needs is there on every screen: phone, on its side, laptop, zoomed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.support.web_ui import show_a_room
+from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
+
+from chefbot.ui.layers import DeliveryView, StatusView
+
+pytestmark = [pytest.mark.slow, needs_chromium]
+SIZES = [(320, 640), (390, 844), (640, 320), (844, 390), (720, 450), (1440, 900)]
+"""Widths and heights in pixels of the style sheet; 720 x 450 is a laptop's screen at a zoom of 200 %."""
+WARNINGS = tuple(f"Sensor {number}: it has sent nothing for {number} s." for number in range(1, 6))
+CAN_BE_PRESSED = """((id) => {
+  const button = document.getElementById(id);
+  button.scrollIntoView();
+  const { x, y, width, height } = button.getBoundingClientRect();
+  const hit = document.elementFromPoint(x + width / 2, y + height / 2);
+  return width > 40 && height > 30 && (hit === button || button.contains(hit));
+})"""
+AREA_OF_MAP = """(() => {
+  const { width, height } = document.getElementById('map').getBoundingClientRect();
+  return width * height / (innerWidth * innerHeight);
+})()"""
+
+
+@pytest.fixture
+def waiting(page: Any) -> Any:
+    """A robot that waits at a table, with more warnings than lines for them."""
+    show_a_room(page.server)
+    waits = DeliveryView(state="waiting", place="table_1", waits_for="taken", round_active=True, loaded=True)
+    page.server.set_layer("delivery", waits)
+    page.server.set_layer("status", StatusView(phase="At table 1.", warnings=WARNINGS))
+    return page
+
+
+def test_a_round_can_be_served_on_every_screen(waiting: Any, tmp_path: Path) -> None:
+    with open_tab(waiting.url, tmp_path, NO_GPU) as tab:
+        for width, height in SIZES:
+            tab.call(
+                "Emulation.setDeviceMetricsOverride",
+                width=width, height=height, deviceScaleFactor=1, mobile=False,
+            )  # fmt: skip
+            tab.wait_for("!document.getElementById('taken').hidden")
+            for button in ("taken", "not_taken", "stop", "fit", "follow"):
+                assert tab.evaluate(f"{CAN_BE_PRESSED}('{button}')"), (button, width, height)
+            assert tab.evaluate(AREA_OF_MAP) > 0.2, (width, height)
+            assert tab.evaluate("document.documentElement.scrollWidth") == width

@@ -62,6 +62,14 @@ def test_stop_is_called_and_the_handlers_are_restored(number: int) -> None:
     assert calls == [1, 1] and signal.getsignal(number) is before
 
 
+def test_the_notice_is_written_at_the_first_signal(capfd: pytest.CaptureFixture[str]) -> None:
+    with stop_on_signals(lambda: None, notice="Ending."):
+        assert capfd.readouterr().err == ""
+        for _ in range(2):
+            os.kill(os.getpid(), signal.SIGINT)
+    assert capfd.readouterr().err == "\nEnding.\n"
+
+
 def test_later_signals_are_ignored_during_the_last_shutdown() -> None:
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

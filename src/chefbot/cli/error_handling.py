@@ -12,6 +12,7 @@ from pathlib import Path
 
 import chefbot
 from chefbot.errors import ChefbotError
+from chefbot.signals import INTERRUPTED
 
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Errors of a disk that standard output may be redirected to."""
@@ -46,7 +47,7 @@ def user_errors_reported() -> Iterator[None]:
         with _flushed(), _bad_input_reported():
             yield
     except KeyboardInterrupt:
-        raise SystemExit(130) from None
+        raise SystemExit(INTERRUPTED) from None
     except BrokenPipeError as error:
         _redirect_stdout_to_null()
         ended = error.__context__  # the command's own end, if only the flush after it has failed

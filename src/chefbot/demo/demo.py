@@ -43,6 +43,7 @@ FIRST_MAP_NS = 2_500_000_000
 """Time until there is a first map, before anything is planned on it, ns of the robot's time."""
 LOG_PERIOD = 60_000_000_000
 """Period of progress lines where the output is not a terminal, ns of the robot's time."""
+ABORTED = "interrupted before it was done"
 console = Console(highlight=False)
 
 
@@ -106,7 +107,7 @@ class Demo:
         for phase in (self._explore, self._localize, self._deliver):
             self.failure = phase()
             if self.failure and self._aborted:
-                self.failure = "aborted before it was done"
+                self.failure = ABORTED
             if self.failure:
                 break
         self.wall_time = (wall_ns() - self._began_ns) / 1e9

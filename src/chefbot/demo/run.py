@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from chefbot.demo.demo import Demo, DemoOptions, console
+from chefbot.demo.demo import ABORTED, Demo, DemoOptions, console
 from chefbot.demo.processes import MAX_REAL_TIME_FACTOR, DemoProcesses
 from chefbot.demo.report import write_report
 from chefbot.demo.summary import DemoResult, summarize
@@ -17,7 +17,7 @@ from chefbot.kernels.precompile import start_compilation
 from chefbot.launcher.session import session
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import LeaderClock
-from chefbot.signals import stop_on_signals
+from chefbot.signals import INTERRUPTED, stop_on_signals
 from chefbot.sim.world.load import load_any_world, with_drawn_places
 from chefbot.sim.world.world import World
 from chefbot.storage.atomic_files import make_folder, write_atomic
@@ -27,7 +27,7 @@ TABLES = 3
 
 
 def run_demo(options: DemoOptions) -> int:
-    """Run the demo; return the exit code: 0 if all was delivered without a collision, else 1."""
+    """Run the demo; return the exit code: 0 if all was delivered without a collision, 130 after Ctrl-C, else 1."""
     speed = _speed(options.speed)
     clock = (
         LeaderClock(min(speed or MAX_REAL_TIME_FACTOR, MAX_REAL_TIME_FACTOR)) if options.processes else None
@@ -45,12 +45,14 @@ def run_demo(options: DemoOptions) -> int:
             warming.wait()
             demo.processes = DemoProcesses(system, clock, console, demo.is_running)
             stack.callback(demo.processes.close)
-        with stop_on_signals(demo.abort):
+        with stop_on_signals(demo.abort, notice="Ending; the report of what is done is written."):
             demo.run()
     result = summarize(demo)
     write_atomic(options.out / "summary.json", result.to_json().encode())
     write_report(options.out, result, demo.scorer, world, robot)
     _print(result, demo.processes, options.out)
+    if not demo.is_running():
+        return INTERRUPTED
     return 0 if result.success else 1
 
 
@@ -91,4 +93,5 @@ def _print(result: DemoResult, processes: DemoProcesses | None, out: Path) -> No
         table.add_row(name, value)
     console.print(table)
     verdict = "[green]success[/]" if result.success else f"[red]failed[/]: {result.failure}"
+    verdict = ABORTED.capitalize() if result.failure == ABORTED else verdict
     console.print(f"{verdict}; pictures in {out / 'report.html'}")

@@ -247,5 +247,5 @@ def _announce(system: NodeContainer, launch: Launch) -> None:
 def _run(system: NodeContainer, duration: float) -> None:
     loop = system.loop
     until = loop.now_ns + round(duration * 1e9) if duration > 0 else None
-    with stop_on_signals(loop.stop, last=True), reports_to_service_manager(loop):
+    with stop_on_signals(loop.stop, last=True, notice="Ending the launch."), reports_to_service_manager(loop):
         loop.run(until_ns=until)

@@ -149,10 +149,14 @@ def make_missing(
                 done[record.key] = record
                 progress.add(record)
 
-            for first in range(0, len(missing), batch):
-                if wall_ns() - began_ns > minutes * 60e9:
-                    break
-                collect(connected, missing[first : first + batch], add)
+            try:
+                for first in range(0, len(missing), batch):
+                    if wall_ns() - began_ns > minutes * 60e9:
+                        break
+                    collect(connected, missing[first : first + batch], add)
+            except KeyboardInterrupt:
+                console.print("\nEnding the workers.")  # at once, as that takes seconds
+                raise
     except KeyboardInterrupt:
         console.print(
             f"{len(done)} of {total} runs are done and kept; `chefbot prove --resume --out {results.folder}` resumes"

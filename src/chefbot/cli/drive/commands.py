@@ -41,6 +41,14 @@ def _teleoperate(local: str, remote: str, arguments: list[str], page: str, join:
     raise typer.Exit(run_launch(local, [f"page:={page}", *arguments]))
 
 
+@drive_app.command("status")
+def status(page: Annotated[str, PAGE] = WEB_UI) -> None:
+    """Print where the robot is, what it does and what is wrong; exit code 1 while its emergency stop is active."""
+    from chefbot.cli.drive.status import show_status
+
+    raise typer.Exit(show_status(page))
+
+
 @drive_app.command("goto")
 def goto(
     target: Annotated[

@@ -1,0 +1,79 @@
+"""`chefbot drive status`: where a running robot is, what it does, what it waits for, and what is wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from rich.console import Console
+
+from chefbot.cli.running_robot import LAYER_TIMEOUT, known_places
+from chefbot.delivery.status_messages import display_name
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.ui.remote.web_ui_client import WebUiClient
+
+HERE = 0.3
+"""Distance from a place at which the robot is there, m."""
+SLOWEST = 0.01
+"""Speed below which the robot stands, m/s."""
+SHOWN_LAYERS = {"status", "robot", "delivery"}
+NAME_WIDTH = len("emergency stop")
+console = Console(highlight=False, soft_wrap=True, markup=False)
+
+
+def show_status(page: str) -> int:
+    """Print the status of the robot at this address. Returns the exit code: 1 if the emergency stop is active."""
+    with WebUiClient(page) as robot:
+        places = known_places(robot)
+        robot.wait_until(lambda: robot.latest.keys() >= SHOWN_LAYERS, LAYER_TIMEOUT)
+        layers = dict(robot.latest)
+    status = layers.get("status")
+    if status is None:
+        raise UserError(f"the robot at {page} does not report its status")
+    for name, text in _rows(status, layers, places):
+        console.print(f"{name:{NAME_WIDTH}}  {text}")
+    return 1 if status["stopped"] else 0
+
+
+def _rows(
+    status: dict[str, Any], layers: dict[str, Any], places: dict[str, SE2]
+) -> Iterator[tuple[str, str]]:
+    yield "place", place_sentence(layers.get("robot"), places)
+    yield "speed", _speed(layers.get("robot"))
+    yield "activity", status["phase"] or status["navigation"] or "none"
+    yield "delivery", (layers.get("delivery") or {}).get("step") or "none"
+    yield "battery", _battery(status)
+    yield "localization", "unknown" if status["confidence"] is None else f"{status['confidence']:.0%} sure"
+    yield "emergency stop", "active" if status["stopped"] else "not active"
+    if status["reason"]:
+        yield "last stop", status["reason"]
+    for warning in status["warnings"]:
+        yield "warning", warning
+
+
+def place_sentence(robot: dict[str, float] | None, places: dict[str, SE2]) -> str:
+    """Return where the robot is: by the nearest named place, else by its pose in the map frame."""
+    if robot is None:
+        return "unknown"
+    x, y = robot["x"], robot["y"]
+    pose = f"({x:.2f}, {y:.2f}) m, {math.degrees(robot['yaw']):.0f} degrees"
+    if not places:
+        return pose
+    distance, name = min((math.hypot(place.x - x, place.y - y), name) for name, place in places.items())
+    if distance < HERE:
+        return f"at {display_name(name)}; {pose}"
+    return f"{distance:.1f} m from {display_name(name)}; {pose}"
+
+
+def _speed(robot: dict[str, float] | None) -> str:
+    if robot is None:
+        return "unknown"
+    return "0, it stands" if abs(robot["v"]) < SLOWEST else f"{robot['v']:.2f} m/s"
+
+
+def _battery(status: dict[str, Any]) -> str:
+    if status["battery"] is None:
+        return "unknown"
+    return f"{status['battery']:.0f} %" + ("" if status["volts"] is None else f", {status['volts']:.1f} V")

@@ -1,0 +1,73 @@
+"""`chefbot drive status` against a served web UI."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from tests.support.fake_robot import fake_robot
+
+from chefbot.cli.drive import status as drive_status
+from chefbot.cli.drive.status import place_sentence, show_status
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.ui.layers import DeliveryView, RobotView, StatusView
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drive_status, "LAYER_TIMEOUT", 0.5)
+
+
+def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        robot.show_places()
+        robot.server.set_layer("robot", RobotView(x=2.0, y=1.1, yaw=math.pi / 2, v=0.25))
+        robot.server.set_layer("delivery", DeliveryView(step="Driving to table 3."))
+        warnings = ("Board: low battery [1]", "Lidar: late")
+        known = StatusView(
+            phase="Delivering.",
+            battery=62.4,
+            volts=11.6,
+            confidence=0.97,
+            warnings=warnings,
+            reason="A door.",
+        )
+        robot.server.set_layer("status", known)
+        assert show_status(robot.url) == 0
+    out = capsys.readouterr().out
+    rows = dict(line.split(None, 1) for line in out.splitlines())
+    assert rows["speed"] == "0.25 m/s" and rows["activity"] == "Delivering."
+    assert rows["battery"] == "62 %, 11.6 V" and rows["localization"] == "97% sure"
+    assert rows["delivery"] == "Driving to table 3." and rows["warning"] == "Lidar: late"
+    assert "last stop       A door.\n" in out
+
+
+def test_an_active_emergency_stop_is_the_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        robot.server.set_layer("status", StatusView(stopped=True, reason="Emergency stop was pressed."))
+        assert show_status(robot.url) == 1
+    out = capsys.readouterr().out
+    assert "emergency stop  active" in out and out.count("unknown") == 4
+
+
+def test_a_robot_without_status_is_reported() -> None:
+    with fake_robot() as robot:
+        robot.server.set_layer("status", None)
+        with pytest.raises(UserError, match="does not report its status"):
+            show_status(robot.url)
+
+
+@pytest.mark.parametrize(
+    ("pose", "expected"),
+    [
+        ((2.0, 1.1), "at table 1; (2.00, 1.10) m, 90 degrees"),
+        ((3.0, 1.0), "1.0 m from table 1; (3.00, 1.00) m, 90 degrees"),
+    ],
+)
+def test_the_nearest_place_names_where_the_robot_is(pose: tuple[float, float], expected: str) -> None:
+    robot = {"x": pose[0], "y": pose[1], "yaw": math.pi / 2}
+    places = {"table_1": SE2(2.0, 1.0, 0.0), "kitchen": SE2(9.0, 1.0, 0.0)}
+    assert place_sentence(robot, places) == expected
+    assert place_sentence(robot, {}) == expected.partition("; ")[2]
+    assert place_sentence(None, places) == "unknown"

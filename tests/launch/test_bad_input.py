@@ -95,6 +95,18 @@ def test_a_missing_map_is_refused_before_kernels_are_compiled(monkeypatch: pytes
         run_launch("amcl_demo", ["map_file:=none.yaml", "world:=room", *QUICK])
 
 
+def test_no_map_at_all_is_noticed_before_kernels_are_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("chefbot.launcher.launch.compile_kernels", lambda _: pytest.fail("compiled first"))
+    monkeypatch.chdir(tmp_path)
+    for name in ("amcl_demo", "waiter"):
+        with pytest.raises(UserError, match=r"no map yet: `chefbot demo` makes"):
+            run_launch(name, ["world:=room", *QUICK])
+        with pytest.raises(UserError, match=r"no map is given: map_file:=MAP.yaml"):
+            run_launch(name, ["built:=true", *QUICK[:1]])
+
+
 def test_a_map_without_walls_ends_the_start(tmp_path: Path) -> None:
     save_map(tmp_path / "floor", Grid(np.zeros((40, 40), np.int8), 0.05, 0.0, 0.0))
     with pytest.raises(MapFormatError, match=r"floor\.yaml has no occupied cell"):

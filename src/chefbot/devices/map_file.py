@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.errors import UserError
 from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import OCCUPIED_FROM
 from chefbot.maths.se2 import SE2
@@ -21,11 +22,24 @@ from chefbot.storage.map_files import load_map
 from chefbot.storage.places import PlaceEntry, load_entries, places_path
 from chefbot.storage.zones import LoadedZones, load_zones, zones_path
 
+MAP_FILE_KIND = "chefbot.devices.map_file:MapFileDevice"
+SAVED_MAP_KIND = "chefbot.sim.world.saved_map:SavedMapDevice"
+"""The map servers of a built and of a simulated robot, by their names in launch files."""
+
+
+def given_map(path: str) -> Path:
+    """Return the path of the map to localize on. Raises UserError if none is given."""
+    if not path:
+        raise UserError(
+            "no map is given: map_file:=MAP.yaml; `chefbot map save -f MAP` writes one while you map"
+        )
+    return Path(path)
+
 
 class MapFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the map server: the paths of the map and of its zones."""
 
-    map: Annotated[str, Meta(min_length=1, description="path of a ROS map file, NAME.yaml")]
+    map: Annotated[str, Meta(description="path of a ROS map file, NAME.yaml")]
     zones: Annotated[
         str, Meta(description="path of a zones file; empty: NAME.zones.yaml beside the map, if there is one")
     ] = ""
@@ -48,7 +62,7 @@ class MapFileDevice(Device):
 
     def read(self) -> None:
         """Read the files given by the parameters."""
-        self.read_map(Path(self.params.map))
+        self.read_map(given_map(self.params.map))
 
     def read_map(self, path: Path) -> None:
         """Read a map and the places file beside it, if there is one."""

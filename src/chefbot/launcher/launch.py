@@ -22,6 +22,7 @@ from chefbot.bridge.attach import (
     with_namespace,
 )
 from chefbot.bridge.robot_time import RobotTime
+from chefbot.devices.map_file import MAP_FILE_KIND, SAVED_MAP_KIND, given_map
 from chefbot.errors import UserError
 from chefbot.fleet.secure_router import ExternalEndpoints, endpoint
 from chefbot.kernels.precompile import compile_kernels
@@ -38,6 +39,7 @@ from chefbot.runtime.launch import (
     ArgValue,
     Launch,
     built_in_launches,
+    checked_node,
     find_launch,
     load_launch,
     split_by_process,
@@ -110,8 +112,10 @@ def run_launch(
     folder = find_launch(name).parent.resolve()
     sys.path.append(str(folder))  # user node classes are beside the launch file
     robot = load_robot(str(launch.args["robot"]))
+    # Before minutes are spent on kernels:
     if launch.clock == "simulation":
         _check_world(launch, robot)
+    _check_nodes(launch)
     _check_map(launch)
     try:
         compile_kernels(console)
@@ -219,8 +223,15 @@ def _check(launch: Launch) -> None:
         raise UserError(f"launch {launch.name}: duration:={duration} must be seconds, or 0 for no end")
 
 
+def _check_nodes(launch: Launch) -> None:
+    """Raise UserError for a wrong kind or parameter of a node of this process; others are not imported here."""
+    for name, entry in launch.nodes.items():
+        if not entry.process:
+            checked_node(launch.name, name, entry)
+
+
 def _check_world(launch: Launch, robot: Robot) -> None:
-    """Raise UserError for a world that the simulator cannot load, before minutes are spent on kernels."""
+    """Raise UserError for a world that the simulator cannot load."""
     # imported here: the processes of a built robot have no simulator
     from chefbot.sim.faults.node_faults import SIMULATOR_KIND
     from chefbot.sim.world.load import load_any_world
@@ -233,7 +244,14 @@ def _check_world(launch: Launch, robot: Robot) -> None:
 
 
 def _check_map(launch: Launch) -> None:
-    """Raise UserError for a map that a node here cannot load, before minutes are spent on kernels."""
+    """Raise UserError for a map that a node here cannot load, or where there is none to localize on."""
+    for entry in launch.nodes.values():
+        if entry.kind == MAP_FILE_KIND:
+            given_map(str(entry.params["map"]))
+        if entry.kind == SAVED_MAP_KIND:
+            from chefbot.sim.world.load import map_to_localize_on
+
+            map_to_localize_on(str(entry.params["world"]), str(entry.params["map"]))
     map_file = str(launch.args.get("map_file", ""))
     if map_file and any(entry.params.get("map") == map_file for entry in launch.nodes.values()):
         load_map(Path(map_file))

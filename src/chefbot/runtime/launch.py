@@ -185,6 +185,13 @@ def node_params(kind: type[Node], params: Mapping[str, Any], where: str) -> msgs
     return build(dict(params), params_type(kind), f"{where}: params")
 
 
+def checked_node(launch: str, name: str, entry: NodeEntry) -> tuple[type[Node], msgspec.Struct]:
+    """Import the class of a launch's node and check its parameters. UserError if either is wrong."""
+    where = f"launch {launch}: node {name}"
+    kind = node_class(entry.kind, where)
+    return kind, node_params(kind, entry.params, where)
+
+
 def _read(path: Path, arguments: Mapping[str, ArgValue]) -> LaunchFile:
     where = f"launch file {path}"
     content = parse_yaml(read_bytes(path, "launch file"), where)

@@ -16,7 +16,7 @@ from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import Fault, Faults
-from chefbot.runtime.launch import Launch, NodeEntry, node_class, node_params
+from chefbot.runtime.launch import Launch, NodeEntry, checked_node
 from chefbot.runtime.live_params import check_live, check_safety
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import RESTORED_PREFIX, Context, Device, Node, params_type
@@ -178,9 +178,8 @@ class NodeContainer:
         self.transforms.clear()
 
     def _prepare(self, launch: str, name: str, entry: NodeEntry) -> _NodePlan:
-        where = f"launch {launch}: node {name}"
-        kind = node_class(entry.kind, where)
-        return kind, node_params(kind, entry.params, where), entry.remap
+        kind, params = checked_node(launch, name, entry)
+        return kind, params, entry.remap
 
     def _on_tf(self, static: bool, message: Message) -> None:
         """Add a message's transforms to the buffer; TransformError for an invalid one."""

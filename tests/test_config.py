@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.config import MAX_BYTES, ConfigError, build, parse_config, parse_yaml, read_bytes, read_config
+from chefbot.config import MAX_BYTES, ConfigError, build, parse_yaml, read_bytes
 from chefbot.errors import name_hint
 
 
@@ -28,7 +28,11 @@ class Outer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 def parse(text):
-    return parse_config(text.encode(), Outer, "file f.yaml")
+    return build(parse_yaml(text.encode(), "file f.yaml"), Outer, "file f.yaml")
+
+
+def read(path):
+    return parse(read_bytes(path, "thing file").decode())
 
 
 def fault(text):
@@ -122,17 +126,17 @@ def test_nested_yaml_aliases_do_not_expand():
 def test_configuration_files_load_or_are_refused(tmp_path):
     good = tmp_path / "f.yaml"
     good.write_text("inner: {length: 1 m}")
-    assert read_config(good, Outer, "thing file").inner.length == 1.0
+    assert read(good).inner.length == 1.0
     for name, reason in (("missing", "does not exist"), ("", "cannot be read"), ("a\0b", "cannot be read")):
         with pytest.raises(ConfigError, match=reason) as caught:
-            read_config(tmp_path / name, Outer, "thing file")
+            read(tmp_path / name)
         assert str(caught.value).startswith("thing file")
     (tmp_path / "huge").write_bytes(b"#" * (MAX_BYTES + 1))
     with pytest.raises(ConfigError, match="longer"):
         read_bytes(tmp_path / "huge", "thing file")
     (tmp_path / "bytes").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ConfigError, match="UTF-8"):
-        read_config(tmp_path / "bytes", Outer, "thing file")
+        parse_yaml(read_bytes(tmp_path / "bytes", "thing file"), "thing file")
 
 
 @settings(max_examples=200)
@@ -170,7 +174,7 @@ def test_any_plain_data_is_a_value_or_one_sentence(value):
             assert str(error).startswith("f")
         else:
             assert 0 < result.inner.length <= 10
-            assert parse_config(yaml.safe_dump({"inner": {"length": "1 m"}}).encode(), Outer, "f")
+            assert parse(yaml.safe_dump({"inner": {"length": "1 m"}}))
 
 
 def test_only_the_nearest_few_names_are_suggested() -> None:

@@ -93,16 +93,6 @@ def open_file(path: Path) -> BinaryIO:
     return os.fdopen(handle, "rb")
 
 
-def read_config(path: Path, kind: type[T], what: str) -> T:
-    """Read a YAML file into the struct type `kind`; `what` names it in errors, as in 'robot file'."""
-    return parse_config(read_bytes(path, what), kind, f"{what} {path}")
-
-
-def parse_config(data: bytes, kind: type[T], where: str) -> T:
-    """Parse YAML text into the struct type `kind`; `where` begins every error message."""
-    return build(parse_yaml(data, where), kind, where)
-
-
 def parse_yaml(data: bytes, where: str) -> Any:
     """Parse YAML text into dicts, lists, numbers and strings."""
     try:

@@ -8,6 +8,7 @@ from typing import Any
 from chefbot.errors import ChefbotError
 
 ROBOT, WORLD, MAP, ZONES = "robot", "world", "map", "zones"
+PLACES, LAUNCH, SCENARIO = "places", "launch", "scenario"
 _ROBOT_KEYS = frozenset(
     [
         "like",
@@ -44,17 +45,50 @@ _WORLD_KEYS = frozenset(
     ]
 )
 _MAP_KEYS = frozenset(["image", "mode", "negate", "occupied_thresh", "free_thresh"])
-KEYS = {MAP: _MAP_KEYS, ROBOT: _ROBOT_KEYS, WORLD: _WORLD_KEYS, ZONES: frozenset({"zones"})}
+_LAUNCH_KEYS = frozenset(["clock", "args", "include", "nodes", "simulated", "built"])
+_SCENARIO_KEYS = frozenset(
+    [
+        "profile",
+        "faults",
+        "odometry_error",
+        "task",
+        "limits",
+        "criteria",
+        "claim",
+        "known_failure",
+        "peer",
+        "seeds",
+    ]
+)
+KEYS = {
+    MAP: _MAP_KEYS,
+    ROBOT: _ROBOT_KEYS,
+    WORLD: _WORLD_KEYS,
+    ZONES: frozenset({"zones"}),
+    LAUNCH: _LAUNCH_KEYS,
+    SCENARIO: _SCENARIO_KEYS,
+    PLACES: frozenset[str](),  # worlds have places, too; a places file has nothing else
+}
 """Keys that files of one kind only have."""
 PICTURES = (".pgm", ".png")
 """Endings of the picture that belongs to a map."""
-_WHAT_IT_IS = {ROBOT: "is a robot", WORLD: "is a world", MAP: "is a map", ZONES: "holds the zones of a map"}
+_WHAT_IT_IS = {
+    ROBOT: "is a robot",
+    WORLD: "is a world",
+    MAP: "is a map",
+    ZONES: "holds the zones of a map",
+    LAUNCH: "is a launch",
+    SCENARIO: "is a scenario",
+    PLACES: "holds the places of a map",
+}
 
 
 def is_kind(data: Any, kind: str) -> bool:
     """Return whether parsed YAML has a key that only files of this kind have."""
     if not isinstance(data, dict):
         return False
+    if kind == PLACES:
+        return data.keys() == {"places"}
     return not KEYS[kind].isdisjoint(data) or (kind == MAP and {"resolution", "origin"} <= data.keys())
 
 

@@ -14,6 +14,7 @@ from chefbot.buildings.parameters import KINDS, BuildingError, draw_numbers
 from chefbot.buildings.people_spec import MAX_PEOPLE, PeopleSpec
 from chefbot.config import build, find_file, parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
+from chefbot.file_kinds import SCENARIO, check_kind
 from chefbot.proving.figures import FIGURES
 from chefbot.proving.scenario_tasks import Bounds, MapLogTask, RunLimits, Task
 from chefbot.sim.faults.events import FaultEvent
@@ -102,6 +103,7 @@ def load_scenario(name_or_path: str) -> Scenario:
 def parse_scenario(data: bytes, where: str) -> Scenario:
     """Parse a scenario from YAML text; `where` begins every error message."""
     content = parse_yaml(data, where)
+    check_kind(content, SCENARIO, where, UserError)
     scenario = build(content, Scenario, where)
     if isinstance(scenario.task, MapLogTask) and "criteria" not in content:
         scenario = msgspec.structs.replace(scenario, criteria={})  # a log has no collisions

@@ -23,6 +23,7 @@ from msgspec import Meta
 
 from chefbot.config import build, parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
+from chefbot.file_kinds import LAUNCH, check_kind
 from chefbot.runtime.node import Node, params_type
 
 LAUNCH_FOLDER = Path(__file__).parent.parent / "launch"
@@ -206,6 +207,7 @@ def _collect_arguments(path: Path, including: list[Path], built: bool) -> dict[s
         raise UserError(f"launch file {path} includes itself")
     where = f"launch file {path}"
     content = parse_yaml(read_bytes(path, "launch file"), where)
+    check_kind(content, LAUNCH, where, UserError)
     part = build(_without_nodes(content), LaunchFile, where).for_robot(built)
     arguments: dict[str, ArgValue] = {}
     for name in part.include:

@@ -19,8 +19,9 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.error import YAMLError
 
-from chefbot.config import ConfigError, read_config
+from chefbot.config import ConfigError, build, parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
+from chefbot.file_kinds import PLACES, check_kind
 from chefbot.maths.se2 import SE2
 from chefbot.robot.quantities import Name
 from chefbot.storage.atomic_files import write_atomic
@@ -66,7 +67,10 @@ def entry_of(pose: SE2) -> PlaceEntry:
 
 def load_entries(path: Path) -> dict[str, PlaceEntry]:
     """Load the places by name; ConfigError with file and key if the file is invalid."""
-    return read_config(path, PlacesFile, "places file").places
+    where = f"places file {path}"
+    content = parse_yaml(read_bytes(path, "places file"), where)
+    check_kind(content, PLACES, where, ConfigError)
+    return build(content, PlacesFile, where).places
 
 
 def load_places(path: Path) -> dict[str, SE2]:

@@ -51,7 +51,7 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Site]:
     monkeypatch.setattr(web_ui_client, "CONNECT_TIMEOUT", PATIENCE)
     Keyring(tmp_path / "keys").create_fleet("hotel", datetime.now(UTC))
     commands: list[OperatorCommand] = []
-    server = WebUiServer(0, "0.0.0.0", commands.append, tls=load_tls("fleet"))
+    server = WebUiServer(0, "0.0.0.0", lambda command, _: commands.append(command), tls=load_tls("fleet"))
     url = httpx.URL(server.start())
     yield Site(server, str(url.copy_with(host="127.0.0.1")), commands)
     server.stop()

@@ -43,7 +43,9 @@ class Site:
     def __init__(self, folder: Path) -> None:
         self.commands: list[OperatorCommand] = []
         self.log = AuditLog(folder / "robot.jsonl", print)
-        self.server = WebUiServer(0, "0.0.0.0", self.commands.append, audit=self.log)
+        self.server = WebUiServer(
+            0, "0.0.0.0", lambda command, _: self.commands.append(command), audit=self.log
+        )
         self.port = httpx.URL(self.server.start()).port or 0
         self.stack = ExitStack()
 

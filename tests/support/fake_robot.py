@@ -71,7 +71,7 @@ class FakeRobot:
         self.server.set_layer("map", grid)
         return grid
 
-    def _receive(self, command: OperatorCommand) -> None:
+    def _receive(self, command: OperatorCommand, _: str) -> None:
         if self.fate == "refused":
             raise UserError("not today")
         self.commands.put(command)

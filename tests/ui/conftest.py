@@ -23,7 +23,7 @@ class Page:
     def __init__(self) -> None:
         self.commands: queue.Queue[OperatorCommand] = queue.Queue()
         self.on_command: Callable[[OperatorCommand], None] = self.commands.put
-        self.server = WebUiServer(0, "127.0.0.1", lambda command: self.on_command(command))
+        self.server = WebUiServer(0, "127.0.0.1", lambda command, _: self.on_command(command))
         self.url = self.server.start()
         self.live = self.url.replace("http", "ws") + "live"
 

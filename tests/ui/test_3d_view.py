@@ -43,7 +43,7 @@ MATRIX = "modelView.frames.settle(), modelView.frames.group({!r}).matrixWorld.to
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[WebUiServer]:
-    web_ui = WebUiServer(0, "127.0.0.1", COMMANDS.put, lambda: boxes_glb(SIZES))
+    web_ui = WebUiServer(0, "127.0.0.1", lambda command, _: COMMANDS.put(command), lambda: boxes_glb(SIZES))
     web_ui.set_layer("description", urdf(ROBOT))
     web_ui.set_layer(
         "fixed_frames",

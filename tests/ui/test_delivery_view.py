@@ -34,6 +34,18 @@ def test_an_unanswered_order_replaces_the_description() -> None:
     assert view.step == "The order was not accepted." and view.orders == (("table_1", "table_2"),)
 
 
+@pytest.mark.parametrize("state", STATES)
+def test_tables_that_were_given_up_can_be_ordered_again(state: str) -> None:
+    places = ("table_1", "table_2", "table_3")
+    status = DeliveryStatus(state=state, places=places, delivered=("table_2",))
+    is_over = state not in ("loading", "driving", "waiting")
+    assert delivery_view(status, "").unserved == (("table_1", "table_3") if is_over else ())
+    ordered = DeliveryStatus(
+        state=state, places=places, delivered=("table_2",), pending_orders=(Order(("table_3",)),)
+    )
+    assert delivery_view(ordered, "").unserved == (("table_1",) if is_over else ())
+
+
 @pytest.mark.parametrize(
     ("command", "state"),
     [(do.Loaded(), "loading"), (do.Taken("table_1"), "waiting"), (do.NotTaken(), "waiting")],

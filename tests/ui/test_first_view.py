@@ -11,11 +11,13 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.ui.commands import Drive, Follow, GoPlace
+from chefbot.storage.delivery_history import RecordedRound, RecordedStop
+from chefbot.ui.commands import Deliver, Drive, Follow, GoPlace
 from chefbot.ui.layers import DeliveryView, StatusView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 LOADS = 5
+NOON = "2026-11-27T12:00:00+00:00"
 LATE_RESIZE = """window.ResizeObserver = class {
   constructor(resized) { this.resized = resized; }
   observe() { setTimeout(this.resized, 700); }
@@ -159,6 +161,21 @@ def test_follow_me_is_a_button_of_its_own(page: Any, tab: Tab) -> None:
         tab.evaluate("JSON.stringify([...document.querySelectorAll('[id]')].map((one) => one.id))")
     )
     assert len(ids) == len(set(ids))
+
+
+def test_missed_tables_are_ordered_again_by_one_tap_and_rounds_are_listed(page: Any, tab: Tab) -> None:
+    taken, missed = RecordedStop("table_1", "taken", NOON), RecordedStop("table_2", "<i>no way</i>", NOON)
+    rounds = (RecordedRound("anna", False, NOON, NOON, NOON, "", (taken, missed)),)
+    page.server.set_layer("history", rounds)
+    page.server.set_layer("delivery", DeliveryView(state="failed", step="Failed.", unserved=("table_2",)))
+    tab.wait_for("!document.getElementById('again').hidden")
+    assert tab.evaluate("document.getElementById('again').textContent") == "Order Table 2 again"
+    tab.evaluate("document.getElementById('again').click()")
+    assert page.next_command() == Deliver(["table_2"])
+    listed = tab.evaluate("document.getElementById('history').textContent")
+    assert listed.endswith(", anna: Table 1 taken; Table 2 <i>no way</i>")
+    page.server.set_layer("delivery", DeliveryView(state="loading", round_active=True))
+    tab.wait_for("document.getElementById('again').hidden")
 
 
 def test_an_errand_during_a_round_needs_a_choice_of_time(page: Any, tab: Tab) -> None:

@@ -47,7 +47,9 @@ class Kiosk(Page):
     def serve(self) -> None:
         """Serve at the port of the one before; its layers are set again as a robot does."""
         port = urlsplit(self.url).port or 0
-        self.server = WebUiServer(port, "127.0.0.1", lambda command: self.on_command(command), kiosk_pin=PIN)
+        self.server = WebUiServer(
+            port, "127.0.0.1", lambda command, _: self.on_command(command), kiosk_pin=PIN
+        )
         self.url = self.server.start()
         self.server.set_layer("delivery", self.delivery)
 

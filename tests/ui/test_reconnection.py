@@ -72,7 +72,7 @@ def test_a_restarted_robot_is_noticed_with_the_tables_it_forgot(
     )
     page.server.set_layer("delivery", on_the_way)
     tab.wait_for("document.getElementById('round-rest').textContent.includes('Table 2')")
-    restarted = WebUiServer(0, "127.0.0.1", page.commands.put)
+    restarted = WebUiServer(0, "127.0.0.1", lambda command, _: page.commands.put(command))
     network.target = urlsplit(restarted.start()).port or 0
     network.reset()
     try:

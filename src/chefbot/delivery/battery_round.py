@@ -189,7 +189,7 @@ class BatteryRound(DeliveryRound):
             for table in self._unserved_tables():
                 self._add_missed(status_messages.battery_skipped(table))
         else:
-            self._update_status(order_id="", delivered=(), skipped_reasons=())
+            self._update_status(order_id="", places=(), delivered=(), skipped_reasons=())
         self._update_status(queue=(), errands=(), hold_reason="")
         self._drive("returning", self.home)
         self._update_status(

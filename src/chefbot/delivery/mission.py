@@ -370,7 +370,7 @@ class DeliveryRound:
         ):
             first, *rest = self.status.pending_orders
             self._update_status(
-                pending_orders=tuple(rest), order_id=first.id, delivered=(), skipped_reasons=()
+                pending_orders=tuple(rest), order_id=first.id, places=(), delivered=(), skipped_reasons=()
             )
             try:
                 tables = self._tables(first)
@@ -378,7 +378,7 @@ class DeliveryRound:
                 self._set_standing("failed", str(error))
                 self._on_end(OrderOutcome(first.id, (), error.code, str(error)))
             else:
-                self._update_status(queue=tables)
+                self._update_status(places=tables, queue=tables)
                 self._drive("driving", self.kitchen)
 
     def _tables(self, order: Order) -> tuple[str, ...]:

@@ -192,7 +192,7 @@ def _wait_with_web_ui(console: Console, warming: KernelCompilation, port: int) -
         page.stop()
 
 
-def _reject_command(_: OperatorCommand) -> None:
+def _reject_command(_: OperatorCommand, __: str) -> None:
     raise UserError("The robot has not started yet; kernels are being compiled")
 
 

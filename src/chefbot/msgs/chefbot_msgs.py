@@ -195,6 +195,8 @@ class DeliveryStatus(Message, frozen=True, eq=False):
     operator); or empty."""
     errands: tuple[Errand, ...] = ()
     """Errands to be done, in order."""
+    places: StringArray = ()
+    """Places of the current round, or of the last one, as they were ordered."""
 
 
 class EmergencyStopStatus(Message, frozen=True, eq=False):

@@ -31,9 +31,18 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
         delivered=status.delivered,
         missed=status.skipped_reasons,
         loaded=status.loaded,
+        unserved=_unserved(status),
         orders=tuple(order.places for order in status.pending_orders),
         errands=tuple(errand.name for errand in status.errands),
     )
+
+
+def _unserved(status: DeliveryStatus) -> tuple[str, ...]:
+    """Return the tables that the robot has given up, once no food is on its way to others."""
+    if status.state in IN_ROUND and status.state != "returning":
+        return ()
+    settled = {*status.delivered, *(place for order in status.pending_orders for place in order.places)}
+    return tuple(place for place in status.places if place not in settled)
 
 
 def _choices(status: DeliveryStatus) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from chefbot.errors import UserError
 from chefbot.maths.cell_grid import CellGrid
+from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import protocol
 from chefbot.ui.image_encoding import jpeg
 
@@ -193,6 +194,8 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """Tables of this order that were served."""
     missed: tuple[str, ...] = ()
     """Why tables of this order were not served, a sentence each."""
+    unserved: tuple[str, ...] = ()
+    """Tables of the last order that were not served and are not ordered again."""
     orders: tuple[tuple[str, ...], ...] = ()
     """Tables of the queued orders."""
 
@@ -240,6 +243,11 @@ def _instance_of(kind: type[msgspec.Struct]) -> Callable[[Any], Any]:
     return take
 
 
+def _tuple_of(kind: type[msgspec.Struct]) -> Callable[[Any], Any]:
+    take = _instance_of(kind)
+    return lambda values: tuple(take(value) for value in values)
+
+
 def _pose(value: Sequence[float]) -> dict[str, float]:
     x, y, yaw = (float(component) for component in value)
     if not np.isfinite([x, y, yaw]).all():
@@ -274,24 +282,8 @@ def _encode_scan(layer: str, value: tuple[NDArray[np.float64], str]) -> bytes:
     return protocol.points(layer, *value)
 
 
-def _frames(value: Sequence[FrameView]) -> tuple[FrameView, ...]:
-    return tuple(_instance_of(FrameView)(frame) for frame in value)
-
-
-def _causes(value: Sequence[CauseView]) -> tuple[CauseView, ...]:
-    return tuple(_instance_of(CauseView)(cause) for cause in value)
-
-
 def _joints(value: Mapping[str, float]) -> dict[str, float]:
     return {str(name): float(position) for name, position in value.items()}
-
-
-def _people(value: Sequence[PersonView]) -> tuple[PersonView, ...]:
-    return tuple(_instance_of(PersonView)(person) for person in value)
-
-
-def _zones(value: Sequence[ZoneView]) -> tuple[ZoneView, ...]:
-    return tuple(_instance_of(ZoneView)(zone) for zone in value)
 
 
 def _text(value: str) -> str:
@@ -354,17 +346,18 @@ LAYERS: dict[str, Layer] = {
     "path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),
     "local_path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),
     "goal": Layer(FAST_PERIOD, _pose, _ENCODE_JSON),
-    "people": Layer(FAST_PERIOD, _people, _ENCODE_JSON),
+    "people": Layer(FAST_PERIOD, _tuple_of(PersonView), _ENCODE_JSON),
     "camera": Layer(CAMERA_PERIOD, _image, _encode_image),
     "status": Layer(FAST_PERIOD, _instance_of(StatusView), _ENCODE_JSON),
     "places": Layer(FAST_PERIOD, _places, _ENCODE_JSON),
-    "zones": Layer(MAP_PERIOD, _zones, _ENCODE_JSON),
+    "zones": Layer(MAP_PERIOD, _tuple_of(ZoneView), _ENCODE_JSON),
     "delivery": Layer(FAST_PERIOD, _instance_of(DeliveryView), _ENCODE_JSON),
-    "frames": Layer(FAST_PERIOD, _frames, _ENCODE_JSON),
-    "fixed_frames": Layer(MAP_PERIOD, _frames, _ENCODE_JSON),
+    "history": Layer(FAST_PERIOD, _tuple_of(RecordedRound), _ENCODE_JSON),
+    "frames": Layer(FAST_PERIOD, _tuple_of(FrameView), _ENCODE_JSON),
+    "fixed_frames": Layer(MAP_PERIOD, _tuple_of(FrameView), _ENCODE_JSON),
     "joints": Layer(FAST_PERIOD, _joints, _ENCODE_JSON),
     "description": Layer(MAP_PERIOD, _text, _ENCODE_JSON),
     "depth": Layer(CAMERA_PERIOD, _depth, protocol.depth),
-    "causes": Layer(FAST_PERIOD, _causes, _ENCODE_JSON),
+    "causes": Layer(FAST_PERIOD, _tuple_of(CauseView), _ENCODE_JSON),
     "progress": Layer(FAST_PERIOD, _instance_of(ProgressView), _ENCODE_JSON),
 }

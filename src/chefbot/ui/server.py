@@ -67,7 +67,7 @@ STOP_TIMEOUT = 10.0
 
 
 class WebUiServer:
-    """Sends layers to browsers and passes their commands to `on_command`.
+    """Sends layers to browsers and passes their commands to `on_command`, each with the name or role of who gave it.
 
     `on_command` runs in the server's thread and must return at once (put the command into a queue); a
     ChefbotError that it raises is sent as a sentence to the browser that sent the command. Bound to a network
@@ -79,7 +79,7 @@ class WebUiServer:
         self,
         port: int,
         host: str,
-        on_command: Callable[[OperatorCommand], None],
+        on_command: Callable[[OperatorCommand, str], None],
         model: Callable[[], bytes] | None = None,
         audit: AuditLog | None = None,
         tls: Tls | None = None,
@@ -284,11 +284,12 @@ class WebUiServer:
         elif isinstance(command, Drive):
             self._deadman.drive(client, command)
         else:
-            self._on_command(command)
+            name, role = client.visitor
+            self._on_command(command, name or role)
 
     def _on_drive(self, command: Drive) -> None:
         self._audit.driver(self._deadman.driver)
-        self._on_command(command)
+        self._on_command(command, "")  # also of nobody: it ends when the driver is silent
 
 
 async def _receive_texts(web: WebSocket) -> AsyncIterator[str]:

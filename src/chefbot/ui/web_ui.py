@@ -48,7 +48,7 @@ from chefbot.ui.message_conversion import (
     people_views,
     zone_views,
 )
-from chefbot.ui.missions.mission_device import MissionDevice
+from chefbot.ui.missions.history_device import HistoryDevice
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
@@ -61,7 +61,7 @@ REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
 
 
-class WebUiDevice(MissionDevice):
+class WebUiDevice(HistoryDevice):
     """One web UI for everything; its publications are recorded, so a replay executes the same clicks."""
 
     # A flood may delay the page; remote driving ends by the base's own command timeout, which is shorter.
@@ -133,6 +133,7 @@ class WebUiDevice(MissionDevice):
         )
         self._scans = ScanDisplay(self._server.set_layer)
         self._server.set_layer("shape", shape_view(self.robot))
+        self._server.set_layer("history", self._open_history(simulated=p.simulation))
         self.url = self._server.start()
         self.announcement = announcement(self._server, self.params, self.url)
         self.qr_code = qr_code(self.url) if self._server.requires_token else ""
@@ -265,6 +266,8 @@ class WebUiDevice(MissionDevice):
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """Update the state of the deliveries and confirm accepted orders."""
         self._pending.confirm_orders(message.accepted, self.now_ns)
+        if self._record_round(message, self._pending.ordered_by(message.order_id)):
+            self._server.set_layer("history", self._newest_rounds())
         self._show_delivery(message)
 
     def _show_delivery(self, message: DeliveryStatus) -> None:
@@ -332,7 +335,7 @@ class WebUiDevice(MissionDevice):
 
     # -- commands of the operator
 
-    def _receive(self, command: do.OperatorCommand) -> None:
+    def _receive(self, command: do.OperatorCommand, who: str) -> None:
         validate_command(command, self._places, self._round)
         if isinstance(command, do.Resume) and command.pressed not in ("", self._last_stop.pressed):
             raise UserError(
@@ -342,9 +345,9 @@ class WebUiDevice(MissionDevice):
             # Display the press at once: the event loop may be late, or simulated time may be paused.
             self._server.set_layer("status", msgspec.structs.replace(self._last_status, stop_pending=True))
             self._server.set_layer("stop", msgspec.structs.replace(self._last_stop, requested=True))
-        self.post(lambda: self._execute(command))
+        self.post(lambda: self._execute(command, who))
 
-    def _execute(self, command: do.OperatorCommand) -> None:
+    def _execute(self, command: do.OperatorCommand, who: str) -> None:
         match command:
             case do.Goal(x, y, yaw, when):
                 self._publish_goal(SE2(x, y, yaw), "", when)
@@ -353,7 +356,7 @@ class WebUiDevice(MissionDevice):
             case do.InitialPose(x, y, yaw):
                 self.initialpose.publish(clicked_pose(self._stamped(SE2(x, y, yaw))))
             case do.Deliver(tables):
-                self._pending.deliver(tables, self.now_ns)
+                self._pending.deliver(tables, self.now_ns, who)
             case do.Loaded():
                 self.loaded.publish(Empty())
             case do.Taken():

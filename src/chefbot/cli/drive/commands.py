@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
@@ -149,6 +150,18 @@ def confirm(
     from chefbot.cli.drive.orders import confirm_step
 
     raise typer.Exit(confirm_step(answer, page))
+
+
+@drive_app.command("deliveries")
+def deliveries(
+    robot: Annotated[str, typer.Argument(help="name of the robot; not needed if it is the only one")] = "",
+    last: Annotated[int, typer.Option(min=1, help="number of rounds")] = 50,
+    csv: Annotated[Path | None, typer.Option(help="write them to this file, a line for each place")] = None,
+) -> None:
+    """Print the robot's delivery rounds: when, ordered by whom, what became of each table; on its own computer."""
+    from chefbot.cli.drive.deliveries import print_deliveries
+
+    print_deliveries(robot, last, csv)
 
 
 @drive_app.command("history")

@@ -13,6 +13,7 @@ export class RoundCard {
       $(press).onclick = () => send({ do: press, place: this.value?.place ?? "" });
     }
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).onclick = () => send({ do: "choose", choice });
+    $("again").onclick = () => send({ do: "deliver", tables: this.value.unserved });
     for (const when of ["now", "after", "instead"]) $(`when_${when}`).onclick = () => this.answer(when);
     $("when_not").onclick = () => this.answer("");
   }
@@ -27,8 +28,22 @@ export class RoundCard {
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
     text("go_on", value?.place ? `Go on to ${next}` : `Begin with ${next}`);
     text("end", value?.round_active ? "End the round" : "Cancel the next order");
+    $("again").hidden = !value?.unserved.length;
+    text("again", `Order ${names(value?.unserved)} again`);
     document.body.classList.toggle("waits", Boolean(waits));
     if (!value?.round_active) this.answer("");
+  }
+
+  // The newest rounds first, each with what became of its tables.
+  showHistory(rounds) {
+    $("history-box").hidden = !rounds.length;
+    $("history").replaceChildren(...rounds.map((round) => {
+      const item = document.createElement("li"), head = document.createElement("b");
+      const began = new Date(round.began).toLocaleString([], { dateStyle: "short", timeStyle: "short" });
+      head.textContent = round.ordered_by ? `${began}, ${round.ordered_by}: ` : `${began}: `;
+      item.append(head, round.stops.map((stop) => `${title(stop.place)} ${stop.outcome || "open"}`).join("; "));
+      return item;
+    }));
   }
 
   // Names of the tables that are still to be served; empty without a round.

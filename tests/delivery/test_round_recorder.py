@@ -1,0 +1,114 @@
+"""What the history notes of rounds that the delivery mission makes, also over a restart of the recording process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from chefbot.delivery.mission import DeliveryRound
+from chefbot.msgs.chefbot_msgs import Order
+from chefbot.storage.delivery_history import DeliveryHistory, RecordedRound
+from chefbot.ui.missions.round_recorder import NOT_SERVED, TAKEN, RoundRecorder
+
+
+class Recorded:
+    """A round whose every status is recorded, as the page does that shows it."""
+
+    def __init__(self, path: Path) -> None:
+        self.history = DeliveryHistory(path)
+        self.round = DeliveryRound("kitchen", "home", lambda places: places, lambda _: self.note())
+        self.restart()
+
+    def restart(self) -> None:
+        """Record by a new process, to which the last status is sent."""
+        self.recorder = RoundRecorder(self.history, simulated=False)
+        self.note()
+
+    def note(self) -> None:
+        self.recorder.process(self.round.status, "anna")
+
+    def do(self, *steps: Callable[[], None]) -> None:
+        for step in steps:
+            step()
+            self.note()
+
+    def order(self, *places: str, number: str = "a") -> None:
+        self.do(lambda: self.round.order(Order(places, number)))
+
+    def serve(self) -> None:
+        """Reach the next table, where the food is taken."""
+        self.do(self.round.arrived, self.round.taken)
+
+    @property
+    def outcomes(self) -> list[tuple[str, str]]:
+        return [(stop.place, stop.outcome) for one in self.rounds for stop in one.stops]
+
+    @property
+    def rounds(self) -> list[RecordedRound]:
+        return self.history.rounds(10)
+
+
+@pytest.fixture
+def one(tmp_path: Path) -> Recorded:
+    return Recorded(tmp_path / "one.sqlite")
+
+
+@pytest.mark.parametrize("restarts", [False, True])
+def test_every_table_of_a_round_has_its_outcome(one: Recorded, restarts: bool) -> None:
+    one.order("table_1", "table_12", "table_1", "table_3")
+    one.do(one.round.arrived, one.round.loaded)
+    one.serve()
+    if restarts:
+        one.restart()
+    one.do(lambda: one.round.arrived("a door is closed"))
+    if restarts:
+        one.restart()
+    one.serve()
+    one.do(one.round.arrived, one.round.skip)
+    one.do(one.round.arrived)
+    assert [stop[0] for stop in one.outcomes] == ["table_1", "table_12", "table_1", "table_3"]
+    first, second, third, fourth = (stop[1] for stop in one.outcomes)
+    assert (first, third) == (TAKEN, TAKEN)
+    assert second == "table 12 was not reached: a door is closed" and "nobody took the food" in fourth
+    (recorded,) = one.rounds
+    assert recorded.ordered_by == "anna" and recorded.loaded and recorded.ended
+    assert recorded.outcome == "; ".join(one.round.status.skipped_reasons)
+
+
+def test_a_cancelled_round_leaves_no_table_open(one: Recorded) -> None:
+    one.order("table_1", "table_2")
+    one.do(one.round.arrived, one.round.loaded)
+    one.serve()
+    one.do(one.round.cancel)
+    assert one.outcomes == [("table_1", TAKEN), ("table_2", NOT_SERVED)]
+    assert one.rounds[0].outcome == "The delivery was cancelled."
+
+
+def test_the_order_that_waited_is_a_round_of_its_own(one: Recorded) -> None:
+    one.order("table_1", number="a")
+    one.order("table_1", number="b")
+    for _ in range(2):
+        one.do(one.round.arrived, one.round.loaded)
+        one.serve()
+        one.do(one.round.arrived)
+    assert one.outcomes == [("table_1", TAKEN)] * 2
+    assert [bool(recorded.ended) for recorded in one.rounds] == [True, True]
+
+
+def test_food_that_went_back_to_the_kitchen_is_loaded_once(one: Recorded) -> None:
+    one.order("table_1")
+    one.do(one.round.arrived, one.round.loaded)
+    loaded = one.rounds[0].loaded
+    one.do(lambda: one.round.stop(True), lambda: one.round.stop(False), lambda: one.round.choose("kitchen"))
+    one.do(one.round.arrived, one.round.loaded)
+    one.serve()
+    assert one.outcomes == [("table_1", TAKEN)] and one.rounds[0].loaded == loaded
+
+
+def test_nothing_new_is_not_reported_as_a_change(one: Recorded) -> None:
+    assert not one.recorder.process(one.round.status, "")
+    one.round.order(Order(("table_1",), "a"))
+    assert one.recorder.process(one.round.status, "")
+    assert not one.recorder.process(one.round.status, "")

@@ -170,7 +170,7 @@ def test_a_refused_line_is_reported_for_a_limited_time() -> None:
     assert health.report(session, "port", 3100 * MS).level == OK
 
 
-def test_lines_refused_for_a_latched_fault_are_no_fault_of_their_own() -> None:
+def test_a_refusal_for_a_latched_fault_is_no_fault_of_its_own() -> None:
     """After the release nothing is wrong any more; while it is latched, the fault itself is reported."""
     health, session = LinkDiagnostics(), opened()
     health.update(status(), 0)

@@ -191,7 +191,7 @@ def test_a_goal_without_a_frame_is_on_the_map() -> None:
     ("topic", "message", "reason"),
     [("emergency_stop", Bool(True), ENDED_BY_STOP), ("cancel", Empty(), CANCELLED)],
 )
-def test_the_status_tells_who_ended_a_goal(topic: str, message: Any, reason: str) -> None:
+def test_the_status_names_what_ended_a_goal(topic: str, message: Any, reason: str) -> None:
     nodes = room()
     send_goal(nodes, PoseStamped(Header.of(0, "map"), Pose.of(SE2(1.0, 1.0, 0.0))))
     nodes.run(0.1)

@@ -99,7 +99,7 @@ def test_all_waypoints_are_visited_in_all_rounds() -> None:
     assert feedback == [1, 2, 0, 1, 2]
     phases = [one.data for one in nodes.messages("phase")]
     assert phases[0] == "Driving to table 1 (2 of 3, round 1 of 2)." and phases[-2].startswith("All")
-    assert phases[-1] == "", "the outcome is not shown for ever"
+    assert phases[-1] == "", "the outcome is shown for a limited time"
 
 
 def test_a_missed_waypoint_is_reported_and_the_next_one_follows() -> None:

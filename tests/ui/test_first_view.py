@@ -163,7 +163,7 @@ def test_follow_me_is_a_button_of_its_own(page: Any, tab: Tab) -> None:
     assert len(ids) == len(set(ids))
 
 
-def test_missed_tables_are_ordered_again_by_one_tap_and_rounds_are_listed(page: Any, tab: Tab) -> None:
+def test_missed_tables_are_ordered_again_by_one_tap(page: Any, tab: Tab) -> None:
     taken, missed = RecordedStop("table_1", "taken", NOON), RecordedStop("table_2", "<i>no way</i>", NOON)
     rounds = (RecordedRound("anna", False, NOON, NOON, NOON, "", (taken, missed)),)
     page.server.set_layer("history", rounds)

@@ -71,7 +71,7 @@ class DeliveryHistory:
             self._migrate()
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file and end its use."""
         self._db.close()
 
     def begin(self, order_id: str, ordered_by: str, places: Sequence[str], *, simulated: bool) -> int:

@@ -15,7 +15,7 @@ class MissionNode(Node):
     phase: Out[String]
 
     def start(self) -> None:
-        """Start without a mission."""
+        """Start the node without a mission."""
         super().start()
         self._sentence = ""
 

@@ -27,7 +27,7 @@ class HistoryDevice(MissionDevice):
     _recorder: RoundRecorder | None = None
 
     def stop(self) -> None:
-        """Close the history."""
+        """Close the file with the history."""
         super().stop()
         if self._history is not None:
             self._history.close()

@@ -71,7 +71,7 @@ def test_every_table_of_a_round_has_its_outcome(one: Recorded, restarts: bool) -
     assert [stop[0] for stop in one.outcomes] == ["table_1", "table_12", "table_1", "table_3"]
     first, second, third, fourth = (stop[1] for stop in one.outcomes)
     assert (first, third) == (TAKEN, TAKEN)
-    assert second == "table 12 was not reached: a door is closed" and "nobody took the food" in fourth
+    assert (second, fourth) == ("was not reached: a door is closed", "nobody took the food")
     (recorded,) = one.rounds
     assert recorded.ordered_by == "anna" and recorded.loaded and recorded.ended
     assert recorded.outcome == "; ".join(one.round.status.skipped_reasons)

@@ -37,7 +37,7 @@ class RecordedStop(msgspec.Struct, frozen=True):
 
     place: str
     outcome: str
-    """taken, or a sentence why the food was not; empty as long as it is open."""
+    """taken, or why the food was not; empty as long as it is open."""
     at: str | None
 
 

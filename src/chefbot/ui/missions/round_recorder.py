@@ -51,7 +51,8 @@ class RoundRecorder:
             self._history.note_stop(self._number, place, TAKEN)
         for reason in reasons:
             if place := _place_of(reason, status.places):
-                self._history.note_stop(self._number, place, reason)
+                why = reason.removeprefix(display_name(place)).lstrip(": ")
+                self._history.note_stop(self._number, place, why)
         return bool(taken or reasons)
 
     def _end(self, sentence: str) -> bool:

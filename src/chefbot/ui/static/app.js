@@ -1,4 +1,5 @@
 // Connects the parts: the link passes layers to the map and the panels; gestures and buttons send commands.
+import { Alerts } from "./alerts.js";
 import { COLOURS } from "./colours.js";
 import { Driver } from "./drive.js";
 import { Glides } from "./glide.js";
@@ -34,6 +35,7 @@ const view = new View($("canvas"), paint, () => { if (whole) showWhole(); });
 const panels = new Panels(send);
 const driver = new Driver((command) => link.send(command));
 const stop = new StopButton((command) => link.send(command), () => { driver.release(); panels.round.answer(""); });
+const alerts = new Alerts($("alerts"));
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
 solid = new Solid({
   data, hidden, tools, showNotice, following: () => following,
@@ -128,7 +130,10 @@ function showWhole() {
 // Report a failed goal on every tab.
 function showFailure(status) {
   const count = status?.failures ?? 0;
-  if (failures !== null && count > failures && status.reason) showNotice(status.reason);
+  if (failures !== null && count > failures && status.reason) {
+    showNotice(status.reason);
+    alerts.give(status.reason);
+  }
   failures = count;
 }
 
@@ -136,9 +141,9 @@ const HANDLERS = {
   stop: (value) => { stop.take(value); kiosk.stop(value); },
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
-  status: (value) => { panels.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
+  status: (value) => { panels.status(value); alerts.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
   places: (value) => panels.places(value ?? []),
-  delivery: (value) => { panels.delivery(value); kiosk.show(value); },
+  delivery: (value) => { panels.delivery(value); kiosk.show(value); alerts.delivery(value); },
   history: (value) => panels.round.showHistory(value ?? []),
   progress: (value) => panels.progress(value),
   causes: (value) => panels.causes(value ?? []),

@@ -1,0 +1,66 @@
+// Sound, vibration and a notification when the robot needs a person: it waits for one, has failed, or its battery is low.
+const KEY = "chefbot-alerts", LOW_BATTERY = 20;          // percent
+const NOTES = [660, 880], NOTE = 0.18, VOLUME = 0.2;     // hertz, seconds, share of the loudest
+const VIBRATION = [200, 100, 200];
+
+export class Alerts {
+  constructor(box) {
+    this.box = box;
+    this.waits = null;                   // null: nothing received yet, so nothing is new
+    this.battery = null;
+    this.audio = null;
+    box.checked = localStorage.getItem(KEY) === "on";
+    box.onchange = () => this.turn(box.checked);
+    // Browsers play sound only after the page was touched.
+    window.addEventListener("pointerdown", () => { if (box.checked) this.prepare(); });
+  }
+
+  turn(on) {
+    localStorage.setItem(KEY, on ? "on" : "off");
+    if (!on) return;
+    this.prepare();
+    if ("Notification" in window && Notification.permission === "default") Notification.requestPermission();
+    this.sound();
+  }
+
+  prepare() {
+    this.audio ??= new AudioContext();
+    if (this.audio.state === "suspended") this.audio.resume();
+  }
+
+  delivery(value) {
+    const waits = value?.waits_for ?? "", before = this.waits;
+    this.waits = `${waits} ${value?.place ?? ""}`;
+    if (before !== null && waits && this.waits !== before) this.give(value.step);
+  }
+
+  status(value) {
+    const battery = value?.battery ?? null, before = this.battery;
+    this.battery = battery;
+    if (before !== null && battery !== null && before >= LOW_BATTERY && battery < LOW_BATTERY) {
+      this.give(`The battery has ${Math.round(battery)} % left.`);
+    }
+  }
+
+  give(sentence) {
+    if (!this.box.checked) return;
+    this.sound();
+    if (navigator.userActivation?.hasBeenActive ?? true) navigator.vibrate?.(VIBRATION);
+    if (document.hidden && "Notification" in window && Notification.permission === "granted") {
+      new Notification("Chefbot", { body: sentence, icon: "icon.svg", tag: "chefbot" });
+    }
+  }
+
+  sound() {
+    if (this.audio?.state !== "running") return;
+    NOTES.forEach((frequency, i) => {
+      const tone = this.audio.createOscillator(), volume = this.audio.createGain(), from = this.audio.currentTime + i * NOTE;
+      tone.frequency.value = frequency;
+      volume.gain.setValueAtTime(VOLUME, from);
+      volume.gain.exponentialRampToValueAtTime(0.001, from + NOTE);
+      tone.connect(volume).connect(this.audio.destination);
+      tone.start(from);
+      tone.stop(from + NOTE);
+    });
+  }
+}

@@ -20,7 +20,7 @@ LISTEN = """
   });
   Object.defineProperty(navigator, "vibrate", { value: () => window.given.push("vibration") });
 """
-"""Notes what the browser is told to do, of which a computer without loudspeaker shows nothing."""
+"""Notes the calls to the browser, of which a computer without loudspeaker shows nothing."""
 ALERT = ["tone", "tone", "vibration"]
 
 
@@ -40,7 +40,7 @@ def waits_at(place: str, confirmation: str) -> DeliveryView:
 
 
 def given_after(tab: Tab, shown: str) -> list[str]:
-    """Return what the browser was told to do until a condition holds."""
+    """Return the calls to the browser until a condition holds."""
     tab.wait_for(shown)
     given: list[str] = tab.evaluate("window.given.splice(0)")
     return given

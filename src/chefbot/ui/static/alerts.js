@@ -9,14 +9,14 @@ export class Alerts {
     this.waits = null;                   // null: nothing received yet, so nothing is new
     this.battery = null;
     this.audio = null;
-    box.checked = localStorage.getItem(KEY) === "on";
+    box.checked = recall() === "on";
     box.onchange = () => this.turn(box.checked);
     // Browsers play sound only after the page was touched.
     window.addEventListener("pointerdown", () => { if (box.checked) this.prepare(); });
   }
 
   turn(on) {
-    localStorage.setItem(KEY, on ? "on" : "off");
+    remember(on ? "on" : "off");
     if (!on) return;
     this.prepare();
     if ("Notification" in window && Notification.permission === "default") Notification.requestPermission();
@@ -63,4 +63,13 @@ export class Alerts {
       tone.stop(from + NOTE);
     });
   }
+}
+
+// A browser that blocks cookies refuses this, too; the choice then lasts as long as the page.
+function recall() {
+  try { return localStorage.getItem(KEY); } catch { return null; }
+}
+
+function remember(choice) {
+  try { localStorage.setItem(KEY, choice); } catch { return; }
 }

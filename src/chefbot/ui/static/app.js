@@ -29,6 +29,7 @@ const glides = new Glides();
 const shown = new Map();                 // poses on the way from their last value to the latest
 let following = true, whole = true, lastData = 0, refusal = 0, failures = null, keepNotice = false;
 let cameraInView = false, solid = null, kiosk = null;
+let unserved = "";                       // tables of a round of which a restarted server has not reported yet
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, shownLayers);
 const view = new View($("canvas"), paint, () => { if (whole) showWhole(); });
@@ -143,7 +144,7 @@ const HANDLERS = {
   robot: (value) => { panels.robot(value); if (following) follow(true); },
   status: (value) => { panels.status(value); alerts.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
   places: (value) => panels.places(value ?? []),
-  delivery: (value) => { panels.delivery(value); kiosk.show(value); alerts.delivery(value); },
+  delivery: (value) => { panels.delivery(value); kiosk.show(value); alerts.delivery(value); reportLostRound(value); },
   history: (value) => panels.round.showHistory(value ?? []),
   progress: (value) => panels.progress(value),
   causes: (value) => panels.causes(value ?? []),
@@ -161,11 +162,19 @@ function take(layer, value) {
   if (DRAWN.has(layer) && !hidden.has(layer)) view.refresh();
 }
 
-// A robot that was restarted knows nothing of what the page still shows.
+// A server that was restarted may know nothing of what the page still shows.
 function forget() {
-  const unserved = panels.round.unserved();
+  unserved = panels.round.unserved();
   for (const layer of data.keys()) if (layer !== "stop" && layer !== "shape") take(layer, null);
-  if (unserved) showNotice(`chefbot was restarted and has lost the round. Not served: ${unserved}.`, true);
+}
+
+// If only the page's process was restarted, the robot still has the round.
+function reportLostRound(delivery) {
+  if (!unserved || !delivery) return;
+  if (!delivery.round_active && !delivery.orders.length) {
+    showNotice(`chefbot was restarted and has lost the round. Not served: ${unserved}.`, true);
+  }
+  unserved = "";
 }
 
 link.addEventListener("layer", ({ detail: { layer, value } }) => take(layer, value));

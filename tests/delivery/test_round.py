@@ -228,6 +228,40 @@ def test_an_impossible_order_fails_and_the_next_one_starts(places: tuple[str, ..
     assert waiter.now == ("driving", "kitchen", "")
 
 
+def test_tables_are_served_in_another_order_and_left_out() -> None:
+    waiter = Waiter()
+    one = waiter.round
+    one.order(Order(("table_1", "table_2", "table_3", "table_2"), "a"))
+    one.arrived()
+    one.change_queue("a", ("table_3", "table_2", "table_1"))
+    assert one.status.queue == ("table_3", "table_2", "table_1")
+    assert "table 3, table 2 and table 1" in one.status.description, "what is loaded is known in the kitchen"
+    assert one.status.skipped_reasons == ("table 2: it was taken out of the round",)
+    one.loaded()
+    assert waiter.now == ("driving", "table_3", "")
+    for order_id, places in (("a", ("table_3",)), ("b", ("table_1",)), ("a", ("table_1", "table_1"))):
+        with pytest.raises(OrderError, match="has changed meanwhile"):
+            one.change_queue(order_id, places)
+    one.change_queue("a", ())
+    one.arrived()
+    one.taken()
+    assert waiter.now == ("returning", "home", "")
+    one.arrived()
+    assert waiter.outcomes[0].delivered == ("table_3",) and len(one.status.skipped_reasons) == 3
+
+
+@pytest.mark.parametrize("in_the_kitchen", [False, True])
+def test_a_round_without_tables_ends_before_it_is_loaded(in_the_kitchen: bool) -> None:
+    waiter = Waiter()
+    waiter.round.order(Order(("table_1",), "a"))
+    waiter.round.order(Order(("table_2",), "b"))
+    if in_the_kitchen:
+        waiter.round.arrived()
+    waiter.round.change_queue("a", ())
+    assert [one.order_id for one in waiter.outcomes] == ["a"]
+    assert waiter.now == ("driving", "kitchen", "") and waiter.round.status.queue == ("table_2",)
+
+
 class AnyDay(RuleBasedStateMachine):
     """People, STOP, errands, faults and restarts in any order."""
 
@@ -295,6 +329,23 @@ class AnyDay(RuleBasedStateMachine):
             self.round.choose(choice)
         except OrderError:
             assert self.state is before
+
+    @rule(
+        turns=st.permutations(range(3)),
+        kept=st.integers(0, 3),
+        seen=st.sampled_from(["now", "before", "moon"]),
+    )
+    def change_queue(self, turns: list[int], kept: int, seen: str) -> None:
+        """The operator saw the round as it is, an earlier one, or a table that it does not have."""
+        before, queue = self.state, self.state.queue
+        places = [queue[i] for i in turns if i < len(queue)][:kept] + (["moon"] if seen == "moon" else [])
+        try:
+            self.round.change_queue(before.order_id + ("" if seen == "now" else "x"), places)
+        except OrderError:
+            assert self.state is before
+        else:
+            assert seen == "now" and self.state.queue == tuple(places)
+            assert self.state.delivered == before.delivered
 
     @rule()
     def somebody_else_sends_it_away(self) -> None:

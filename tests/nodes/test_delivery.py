@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from tests.support.nodes import ROOM, NodeRunner
 
+from chefbot.delivery.status_messages import QUEUE_CHANGED
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
@@ -149,6 +150,20 @@ def test_an_errand_on_the_way_to_a_table_keeps_the_orders(source: str) -> None:
     runner.until("idle", "")
     assert runner.reached[2:] == ["table_1", "table_2", "home", "kitchen", "table_2", "home"]
     assert not runner.now.skipped_reasons
+
+
+def test_a_changed_queue_is_driven_and_an_outdated_change_is_a_remark() -> None:
+    runner = start_orders(("table_1", "table_2", "table_1"))
+    runner.until("driving", "table_1")
+    runner.publish("round_queue", Order(("table_1", "table_1"), runner.now.order_id))
+    runner.publish("round_queue", Order(("table_2",), "another round"))
+    runner.run(0.5)
+    assert runner.now.queue == ("table_2", "table_1"), "neither was possible"
+    assert [one.data for one in runner.messages("delivery/remark")] == [QUEUE_CHANGED] * 2
+    runner.publish("round_queue", Order(("table_1",), runner.now.order_id))
+    runner.until("failed", "")
+    assert runner.reached == ["kitchen", "table_1", "table_1", "home"]
+    assert runner.now.skipped_reasons == ("table 2: it was taken out of the round",)
 
 
 @pytest.mark.parametrize("source", ["other client", "now"])

@@ -37,6 +37,7 @@ def test_every_command_round_trips_through_json() -> None:
         "when": "now",
         "place": "table_1",
         "choice": "go_on",
+        "order": "page 1",
         "id": "a-b-c",
         "pressed": "12",
         "n": 7,

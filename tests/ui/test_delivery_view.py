@@ -34,6 +34,16 @@ def test_an_unanswered_order_replaces_the_description() -> None:
     assert view.step == "The order was not accepted." and view.orders == (("table_1", "table_2"),)
 
 
+def test_only_the_round_that_was_seen_is_changed() -> None:
+    status = DeliveryStatus(state="driving", place="table_1", queue=("table_2", "kitchen"), order_id="a")
+    validate_command(do.ChangeQueue(["kitchen", "table_2"], "a"), PLACES, status)
+    validate_command(do.ChangeQueue([], "a"), PLACES, status)
+    for order_id, place in (("b", "table_2"), ("a", "table_1"), ("a", "moon")):
+        command = do.ChangeQueue([place], order_id)
+        with pytest.raises(UserError, match="has changed meanwhile"):
+            validate_command(command, PLACES, status)
+
+
 @pytest.mark.parametrize("state", STATES)
 def test_tables_that_were_given_up_can_be_ordered_again(state: str) -> None:
     places = ("table_1", "table_2", "table_3")

@@ -12,7 +12,7 @@ from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
 from chefbot.storage.delivery_history import RecordedRound, RecordedStop
-from chefbot.ui.commands import Deliver, Drive, Follow, GoPlace
+from chefbot.ui.commands import ChangeQueue, Deliver, Drive, Follow, GoPlace
 from chefbot.ui.layers import DeliveryView, StatusView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
@@ -161,6 +161,22 @@ def test_follow_me_is_a_button_of_its_own(page: Any, tab: Tab) -> None:
         tab.evaluate("JSON.stringify([...document.querySelectorAll('[id]')].map((one) => one.id))")
     )
     assert len(ids) == len(set(ids))
+
+
+def test_a_round_is_changed_by_its_chips(page: Any, tab: Tab) -> None:
+    queue = ("table_1", "table_2", "table_1")
+    page.server.set_layer(
+        "delivery", DeliveryView(state="driving", round_active=True, queue=queue, order_id="a")
+    )
+    tab.wait_for("document.querySelectorAll('#queue li').length === 3")
+    assert tab.evaluate("document.querySelector('#queue button').disabled"), "the first cannot be earlier"
+    press = "document.querySelectorAll('#queue li')[{}].querySelectorAll('button')[{}].click()"
+    tab.evaluate(press.format(1, 0))
+    assert page.next_command() == ChangeQueue(["table_2", "table_1", "table_1"], "a")
+    tab.evaluate(press.format(2, 1))
+    assert page.next_command() == ChangeQueue(["table_1", "table_2"], "a")
+    page.server.set_layer("delivery", DeliveryView(state="returning", round_active=True))
+    tab.wait_for("document.querySelectorAll('#queue li').length === 0")
 
 
 def test_missed_tables_are_ordered_again_by_one_tap(page: Any, tab: Tab) -> None:

@@ -7,7 +7,8 @@ so that a restarted process continues from the last message. Food counts as deli
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import msgspec
@@ -199,6 +200,24 @@ class DeliveryRound:
             self._end_round(status_messages.ended(self._unserved_tables()))
         elif choice == "end" and self.status.hold_reason:
             self._drop_next_order()
+
+    def change_queue(self, order_id: str, places: Sequence[str]) -> None:
+        """Serve the tables after the current one in this order, and leave out those that are missing in it.
+
+        Raises OrderError if this round does not have them to serve: the operator saw an older state.
+        """
+        left, wanted = Counter(self.status.queue), Counter(places)
+        if not self.in_progress or order_id != self.status.order_id or wanted - left:
+            raise OrderError(status_messages.QUEUE_CHANGED)
+        for place in (left - wanted).elements():
+            self._add_missed(status_messages.left_out(place))
+        self._update_status(queue=tuple(places))
+        if not places and not self.status.loaded:
+            self._end_round(status_messages.NOTHING_LEFT)
+        elif self.status.hold_reason:
+            self._update_held_sentence()
+        elif self.status.state == "loading":
+            self._update_status(description=status_messages.load(self.status.queue))
 
     def arrived(self, fault: str = "") -> None:
         """Process the end of the drive of `leg`; `fault` is the reason if the place was not reached."""

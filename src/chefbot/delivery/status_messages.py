@@ -13,6 +13,8 @@ DIVERTED = "Somebody sent the robot elsewhere."
 ORDER_KEPT = "The emergency stop is active. The order is kept; press Resume, then choose whether to begin."
 NOT_WHILE_STOPPED = "The emergency stop is active. Press Resume first."
 CANCELLED_TOO = "The delivery was cancelled, and {} more that waited."
+QUEUE_CHANGED = "The round has changed meanwhile; look at it and change it again."
+NOTHING_LEFT = "The round has no table left to serve."
 ERRAND_ENDED = "The drive was ended."
 NO_PLACE = "The order names no place."
 LOW_BATTERY = "The battery is low."
@@ -47,6 +49,7 @@ take = _about("Your food is here, {}. Please take it and press 'Taken'.")
 not_taken = _about("{}: nobody took the food")
 battery_skipped = _about("{}: the battery was not enough for it")
 not_served = _about("{}: the round was ended before it was served")
+left_out = _about("{}: it was taken out of the round")
 """Sentences by the name of a place: while driving, after an errand, at a table; and why a table was not served."""
 
 

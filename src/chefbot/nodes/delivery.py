@@ -30,6 +30,7 @@ class DeliveryNode(DeliveryRoundNode):
     taken: In[Empty]
     not_taken: In[Empty]
     round_choice: In[String]
+    round_queue: In[msgs.Order]
     errand: In[msgs.Errand]
     cancel: In[Empty]
     emergency_stop: In[Bool]
@@ -93,6 +94,10 @@ class DeliveryNode(DeliveryRoundNode):
     def on_round_choice(self, choice: String) -> None:
         """Process the operator's choice for a waiting round: go_on, kitchen or end."""
         self._apply_event(lambda: self._round.choose(choice.data))
+
+    def on_round_queue(self, order: msgs.Order) -> None:
+        """Change the order of the tables of the current round, or leave some out."""
+        self._apply_event(lambda: self._round.change_queue(order.id, order.places))
 
     def on_errand(self, errand: msgs.Errand) -> None:
         """Drive to another place on request of the operator."""

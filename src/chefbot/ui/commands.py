@@ -82,6 +82,16 @@ class Choose(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="choo
     choice: Literal["go_on", "kitchen", "end"]
 
 
+class ChangeQueue(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="queue"):
+    """Serve the tables that are left in this order, without those that are missing in it.
+
+    `order`: id of the round that the operator saw.
+    """
+
+    tables: Annotated[list[Name], msgspec.Meta(max_length=32)]
+    order: Id = ""
+
+
 class GoPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="go_place"):
     """Drive to the place with this name."""
 
@@ -198,14 +208,28 @@ class Kidnap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="kidn
 
 
 KINDS = (
-    *(Goal, InitialPose, Deliver, Loaded, Taken, NotTaken, Choose, GoPlace, Patrol, Follow, Cancel),
+    *(
+        Goal,
+        InitialPose,
+        Deliver,
+        Loaded,
+        Taken,
+        NotTaken,
+        Choose,
+        ChangeQueue,
+        GoPlace,
+        Patrol,
+        Follow,
+        Cancel,
+    ),
     *(Stop, Withdraw, Resume, MapSaved, Ping, Show, Received, LeaveKiosk, Drive),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 
 AnyCommand = (
-    Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | GoPlace | Patrol | Follow | Cancel
+    Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | GoPlace | Patrol | Follow
+    | Cancel
     | Stop | Withdraw | Resume | MapSaved | Ping | Show | Received | LeaveKiosk | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection
 
-from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, IN_ROUND, display_name
+from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, IN_ROUND, QUEUE_CHANGED, display_name
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.ui import commands as do
@@ -22,6 +23,7 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
     choice = status.hold_reason == "choice"
     return DeliveryView(
         queue=status.queue,
+        order_id=status.order_id,
         step=unanswered or status.description,
         state=status.state,
         place=status.place,
@@ -63,6 +65,10 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         raise UserError("A delivery round is active; end it first")
     if isinstance(command, do.Loaded | do.Taken | do.NotTaken):
         _check_confirmation(command, status)
+    if isinstance(command, do.ChangeQueue) and (
+        command.order != status.order_id or Counter(command.tables) - Counter(status.queue)
+    ):
+        raise UserError(QUEUE_CHANGED)
 
 
 def _place_names(command: do.OperatorCommand) -> tuple[str, ...]:

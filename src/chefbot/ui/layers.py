@@ -175,6 +175,7 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     confirm."""
 
     queue: tuple[str, ...] = ()
+    order_id: str = ""
     step: str = ""
     state: str = ""
     """State of the mission as in chefbot_msgs/DeliveryStatus."""

@@ -23,11 +23,11 @@ from chefbot.msgs.chefbot_msgs import (
 from chefbot.msgs.chefbot_people import TrackedPeople
 from chefbot.msgs.chefbot_zones import MapZones
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Twist
+from chefbot.msgs.geometry_msgs import PoseStamped, PoseWithCovarianceStamped, Twist
 from chefbot.msgs.nav2_msgs import ParticleCloud
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry, Path
 from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, JointState, LaserScan
-from chefbot.msgs.std_msgs import Bool, Empty, Header, String
+from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import In, Out, every, topic
@@ -48,7 +48,7 @@ from chefbot.ui.message_conversion import (
     people_views,
     zone_views,
 )
-from chefbot.ui.missions.history_device import HistoryDevice
+from chefbot.ui.missions.simulation_device import SimulationDevice
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
@@ -61,7 +61,7 @@ REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
 
 
-class WebUiDevice(HistoryDevice):
+class WebUiDevice(SimulationDevice):
     """One web UI for everything; its publications are recorded, so a replay executes the same clicks."""
 
     # A flood may delay the page; remote driving ends by the base's own command timeout, which is shorter.
@@ -105,13 +105,11 @@ class WebUiDevice(HistoryDevice):
     taken: Out[Empty]
     not_taken: Out[Empty]
     round_choice: Out[String]
+    round_queue: Out[Order]
     errand: Out[Errand]
     cancel: Out[Empty]
     stop_request: Out[Bool]
     cmd_vel_teleop: Out[Twist]
-    drop_box: Out[PoseStamped] = topic("simulation/drop_box")
-    door: Out[String] = topic("simulation/door")
-    kidnap: Out[PoseStamped] = topic("simulation/kidnap")
 
     def start(self) -> None:
         """Start the server of the web UI."""
@@ -365,6 +363,8 @@ class WebUiDevice(HistoryDevice):
                 self.not_taken.publish(Empty())
             case do.Choose(choice):
                 self.round_choice.publish(String(choice))
+            case do.ChangeQueue(tables, order):
+                self.round_queue.publish(Order(tuple(tables), order))
             case do.Patrol() | do.Follow():
                 self._execute_mission(command)
             case do.Cancel():
@@ -381,20 +381,11 @@ class WebUiDevice(HistoryDevice):
                 self._show_stop()
             case do.Drive(v, w):
                 self.cmd_vel_teleop.publish(Twist.of(v * max_speed(self.robot), w * max_turn(self.robot)))
-            case do.DropBox(x, y):
-                self.drop_box.publish(self._stamped(SE2(x, y, 0.0)))
-            case do.Kidnap(x, y, yaw):
-                self.kidnap.publish(self._stamped(SE2(x, y, yaw)))
-            case do.OpenDoor(name):
-                self.door.publish(String(f"open {name}"))
-            case do.CloseDoor(name):
-                self.door.publish(String(f"close {name}"))
+            case do.DropBox() | do.Kidnap() | do.OpenDoor() | do.CloseDoor():
+                self._execute_in_simulation(command)
 
     def _publish_goal(self, pose: SE2, name: str, when: str) -> None:
         if is_errand(when, self._round):
             self.errand.publish(Errand(name, self._stamped(pose), when))
         else:
             self.goal_pose.publish(self._stamped(pose))
-
-    def _stamped(self, pose: SE2) -> PoseStamped:
-        return PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))

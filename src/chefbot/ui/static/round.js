@@ -9,6 +9,7 @@ export class RoundCard {
   constructor(send) {
     this.send = send;
     this.value = null;
+    this.queue = "[]";
     for (const press of ["loaded", "taken", "not_taken"]) {
       $(press).onclick = () => send({ do: press, place: this.value?.place ?? "" });
     }
@@ -30,9 +31,28 @@ export class RoundCard {
     text("end", value?.round_active ? "End the round" : "Cancel the next order");
     $("again").hidden = !value?.unserved.length;
     text("again", `Order ${names(value?.unserved)} again`);
+    this.showQueue(value?.queue ?? []);
     document.body.classList.toggle("waits", Boolean(waits));
     if (!value?.round_active) this.answer("");
   }
+
+  // The tables that are left, each with buttons to serve it earlier and to leave it out.
+  showQueue(queue) {
+    const state = JSON.stringify(queue);
+    if (state === this.queue) return;      // keeps the focus on a button
+    this.queue = state;
+    $("queue").replaceChildren(...queue.map((name, i) => {
+      const item = document.createElement("li"), label = document.createElement("span");
+      label.textContent = title(name);
+      const earlier = chip("↑", `Serve ${title(name)} earlier`, () => this.changeQueue(moved(queue, i)));
+      const leave = chip("×", `Leave out ${title(name)}`, () => this.changeQueue(queue.filter((_, k) => k !== i)));
+      earlier.disabled = i === 0;
+      item.append(label, earlier, leave);
+      return item;
+    }));
+  }
+
+  changeQueue(tables) { this.send({ do: "queue", tables, order: this.value.order_id }); }
 
   // The newest rounds first, each with what became of its tables.
   showHistory(rounds) {
@@ -57,7 +77,6 @@ export class RoundCard {
     const orders = (value?.orders ?? []).map(names).join("; ");
     return [
       value?.delivered.length && `Taken at: ${names(value.delivered)}.`,
-      value?.queue.length && `Still to serve: ${names(value.queue)}.`,
       value?.errands.length && `Then to: ${names(value.errands.map((name) => name || "a point on the map"))}.`,
       orders && `Ordered after that: ${orders}.`,
       ...(value?.missed ?? []).map((why) => `Not served: ${why}.`),
@@ -80,4 +99,14 @@ export class RoundCard {
     $("when").hidden = true;
     if (command && when) this.send({ ...command, when });
   }
+}
+
+const moved = (list, i) => [...list.slice(0, i - 1), list[i], list[i - 1], ...list.slice(i + 1)];
+
+function chip(sign, label, action) {
+  const button = document.createElement("button");
+  button.textContent = sign;
+  button.ariaLabel = button.title = label;
+  button.onclick = action;
+  return button;
 }

@@ -62,5 +62,17 @@ def test_a_robot_without_history_is_one_sentence(
     with pytest.raises(UserError, match="deliveries of other, waiter"):
         print_deliveries("", 5, None)
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "new"))
-    with pytest.raises(UserError, match="there are none in "):
+    with pytest.raises(UserError, match=r"^there are no deliveries in .*; name a robot$"):
         print_deliveries("", 5, None)
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "file"))
+    with pytest.raises(UserError, match=r"is not a folder$"):
+        print_deliveries("", 5, None)
+
+
+def test_an_empty_history_is_said_to_be_empty(
+    history: DeliveryHistory, capsys: pytest.CaptureFixture[str]
+) -> None:
+    history.close()
+    print_deliveries("waiter", 5, None)
+    assert capsys.readouterr().out == "No rounds yet.\n"

@@ -52,7 +52,7 @@ def test_bad_input_is_one_sentence_and_code_2(
 
 def test_ctrl_c_gives_the_code_of_the_signal(capsys: pytest.CaptureFixture[str]) -> None:
     assert end_of(KeyboardInterrupt()) == 130
-    assert capsys.readouterr().err == ""
+    assert capsys.readouterr().err == "chefbot: interrupted\n"
 
 
 @pytest.mark.parametrize("code", [0, 1, 3])

@@ -79,6 +79,7 @@ def test_a_group_without_a_command_shows_its_help(
         ("topic ecko", "did you mean `chefbot topic echo`?"),
         ("board qqq", "`chefbot board --help` lists all commands"),
         ("robot check chefbot --jsn", "`chefbot robot check` has no option --jsn (did you mean '--json'?)"),
+        ("drive goto 1.5 -0.3", "-0 is no option; write `--` before negative numbers"),
         ("--versio", "has no option --versio (did you mean '--version'?)"),
         ("robot check", "missing argument"),
         ("demo --port many", "invalid value for '--port'"),

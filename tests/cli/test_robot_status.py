@@ -23,7 +23,10 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     with fake_robot() as robot:
         robot.show_places()
         robot.server.set_layer("robot", RobotView(x=2.0, y=1.1, yaw=math.pi / 2, v=0.25))
-        robot.server.set_layer("delivery", DeliveryView(step="Driving to table 3."))
+        on_the_way = DeliveryView(
+            step="Driving to table 3.", queue=("table_2",), orders=(("table_1", "table_3"),)
+        )
+        robot.server.set_layer("delivery", on_the_way)
         warnings = ("Board: low battery [1]", "Lidar: late")
         known = StatusView(
             phase="Delivering.",
@@ -41,6 +44,7 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     assert rows["battery"] == "62 %, 11.6 V" and rows["localization"] == "97% sure"
     assert rows["delivery"] == "Driving to table 3." and rows["warning"] == "Lidar: late"
     assert "last stop       A door.\n" in out
+    assert "still to serve  table 2\nordered next    table 1 and table 3\n" in out
 
 
 def test_an_active_emergency_stop_is_the_exit_code(capsys: pytest.CaptureFixture[str]) -> None:

@@ -107,6 +107,15 @@ def test_no_map_at_all_is_noticed_before_kernels_are_compiled(
             run_launch(name, ["built:=true", *QUICK[:1]])
 
 
+def test_ctrl_c_before_the_nodes_run_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("chefbot.launcher.launch.compile_kernels", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        run_launch("explore", ["world:=room", *QUICK])
+
+
 def test_a_map_without_walls_ends_the_start(tmp_path: Path) -> None:
     save_map(tmp_path / "floor", Grid(np.zeros((40, 40), np.int8), 0.05, 0.0, 0.0))
     with pytest.raises(MapFormatError, match=r"floor\.yaml has no occupied cell"):
@@ -181,7 +190,9 @@ def test_a_used_port_gives_the_next_one_with_a_notice(capsys: pytest.CaptureFixt
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         run_launch("chefbot_empty_world", [f"port:={port}", "duration:=0.2", "speed:=0"])
-    shown = next(line for line in capsys.readouterr().out.splitlines() if "Web UI: " in line)
+    out = capsys.readouterr().out
+    shown = next(line for line in out.splitlines() if "Web UI: " in line)
+    assert f"Port {port} is in use by another program." in out
     address = urlsplit(shown.split()[-1])
     assert address.port is not None and port < address.port < port + 20
 

@@ -161,7 +161,7 @@ def test_the_start_warns_where_traffic_can_be_read(site: Site) -> None:
     assert page_access.NOT_ENCRYPTED in page_access.announcement(site.server, WebUiParams(), site.url)
     local = WebUiServer(0, "127.0.0.1", print)
     url = local.start()
-    assert page_access.announcement(local, WebUiParams(), url) == f"Web UI: {url}"
+    assert page_access.announcement(local, WebUiParams(port=0), url) == f"Web UI: {url}"
     local.stop()
 
 

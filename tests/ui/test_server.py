@@ -18,10 +18,12 @@ from websockets.exceptions import ConnectionClosed
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui import client, dead_man
+from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.places import MAX_FULL, MAX_RESERVED
 from chefbot.ui.commands import Drive, GoPlace, OperatorCommand, Stop
 from chefbot.ui.layers import RobotView, StatusView, StopView
 from chefbot.ui.server import ONLY_STOP, WebUiServer
+from chefbot.ui.web_ui_params import WebUiParams
 
 LOOPBACK = "127.0.0.1"
 PATIENCE = 20.0
@@ -204,12 +206,16 @@ def test_server_stop_frees_the_port_with_clients_connected() -> None:
     idle.close()
 
 
-def test_the_next_free_port_is_used() -> None:
+def test_the_next_free_port_is_used_and_announced() -> None:
     first = WebUiServer(0, LOOPBACK, print)
     port = urlsplit(first.start()).port or 0
     second = WebUiServer(port, LOOPBACK, print)
-    other = urlsplit(second.start()).port or 0
-    assert port < other < port + 20
+    url = second.start()
+    other = urlsplit(url).port or 0
+    assert port < other < port + 20 and second.port == other
+    in_use = f"Web UI: {url}\n  Port {port} is in use by another program."
+    assert announcement(second, WebUiParams(port=port), url) == in_use
+    assert announcement(second, WebUiParams(port=other), url) == f"Web UI: {url}"
     second.stop()
     first.stop()
 

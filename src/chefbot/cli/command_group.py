@@ -93,6 +93,8 @@ def explain_usage_error(error: Any) -> str:
     if not hasattr(error, "possibilities"):  # all errors but that of an unknown option
         sentence = error.format_message().rstrip(".")
         return f"`{path}`: {sentence[:1].lower()}{sentence[1:]}; see `{path} --help`"
+    if error.option_name.lstrip("-")[:1].isdigit():
+        return f"`{path}`: {error.option_name} is no option; write `--` before negative numbers, after all options"
     options = [text for parameter in error.ctx.command.params for text in parameter.opts if text[:1] == "-"]
     return f"`{path}` has no option {error.option_name}{name_hint(error.option_name, [*options, '--help'])}"
 

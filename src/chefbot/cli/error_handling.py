@@ -47,6 +47,7 @@ def user_errors_reported() -> Iterator[None]:
         with _flushed(), _bad_input_reported():
             yield
     except KeyboardInterrupt:
+        _report("interrupted")
         raise SystemExit(INTERRUPTED) from None
     except BrokenPipeError as error:
         _redirect_stdout_to_null()

@@ -13,6 +13,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.errors import UserError
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.storage.atomic_files import sync_folder
@@ -31,6 +32,13 @@ def state_folder() -> Path:
     if folder := os.environ.get(VARIABLE):
         return Path(folder)
     return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "chefbot"
+
+
+def check_state_folder() -> None:
+    """Raise UserError if there is something else in the place of the folder."""
+    folder = state_folder()
+    if folder.exists() and not folder.is_dir():
+        raise UserError(f"{folder}, where the state of robots is kept ({VARIABLE}), is not a folder")
 
 
 class StopFile:

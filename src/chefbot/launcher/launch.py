@@ -117,15 +117,13 @@ def run_launch(
         _check_world(launch, robot)
     _check_nodes(launch)
     _check_map(launch)
-    try:
-        compile_kernels(console)
-        with open_wire(launch, endpoints, console.print) as wire:
-            if launch.clock != "robot":
-                faults = _run_robot(launch, robot, wire, folder)
-            else:
-                faults = _run_joined(launch, robot, wire, folder) if wire is not None else 0
-    except KeyboardInterrupt:  # before the nodes were created; later the loop ends by itself
-        return 0
+    # Ctrl-C is an interruption until the nodes run; from then on it is how a launch ends.
+    compile_kernels(console)
+    with open_wire(launch, endpoints, console.print) as wire:
+        if launch.clock != "robot":
+            faults = _run_robot(launch, robot, wire, folder)
+        else:
+            faults = _run_joined(launch, robot, wire, folder) if wire is not None else 0
     return min(faults, 1)
 
 

@@ -139,12 +139,9 @@ class TransformBuffer:
             return ""
         moving = [edge.stamps[-1] for name, edge in self._edges.items() if not edge.static and name != child]
         agrees = any(abs(stamp - now_ns) <= FUTURE_TOLERANCE_NS for stamp in moving)
-        wrong = (
-            "the clock of its publisher is wrong"
-            if agrees
-            else "the clock of its publisher or this one is wrong"
-        )
-        return f"{parent} -> {child} is stamped {ahead_ns / 1e9:.6g} s ahead of the robot's clock: {wrong}"
+        clock = "the clock of its publisher" if agrees else "the clock of its publisher or this one"
+        reason = f"{clock} is wrong, or this computer is too slow"
+        return f"{parent} -> {child} is stamped {ahead_ns / 1e9:.6g} s ahead of the robot's clock: {reason}"
 
     def _add(self, stamped: TransformStamped, static: bool) -> str:
         """Add a transform to the tree, or return the reason why it is refused."""

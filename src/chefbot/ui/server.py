@@ -127,6 +127,12 @@ class WebUiServer:
         self._thread = None
 
     @property
+    def port(self) -> int:
+        """Port on which it listens, once it is started: the requested one, or the next free one."""
+        assert self._listener is not None, "it is started"
+        return int(self._listener.getsockname()[1])
+
+    @property
     def clients(self) -> int:
         """Number of browsers that are connected."""
         return len(self._clients)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 from rich.console import Console
 
+from chefbot.devices.stop_memory import check_state_folder
 from chefbot.errors import UserError, name_hint
 from chefbot.ui.access.audit_log import AuditEntry, audit_path, read_entries, recorded_robots
 
@@ -16,6 +17,7 @@ def print_history(robot: str, last: int) -> None:
 
     Raises UserError if there is no such log, or if there are several and none was named.
     """
+    check_state_folder()
     robots = recorded_robots()
     if not robot and len(robots) == 1:
         robot = robots[0]

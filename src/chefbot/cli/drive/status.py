@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from chefbot.cli.running_robot import LAYER_TIMEOUT, known_places
-from chefbot.delivery.status_messages import display_name
+from chefbot.delivery.status_messages import display_name, join_names
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.ui.remote.web_ui_client import WebUiClient
@@ -43,7 +43,7 @@ def _rows(
     yield "place", place_sentence(layers.get("robot"), places)
     yield "speed", _speed(layers.get("robot"))
     yield "activity", status["phase"] or status["navigation"] or "none"
-    yield "delivery", (layers.get("delivery") or {}).get("step") or "none"
+    yield from _delivery(layers.get("delivery") or {})
     yield "battery", _battery(status)
     yield "localization", "unknown" if status["confidence"] is None else f"{status['confidence']:.0%} sure"
     yield "emergency stop", "active" if status["stopped"] else "not active"
@@ -51,6 +51,14 @@ def _rows(
         yield "last stop", status["reason"]
     for warning in status["warnings"]:
         yield "warning", warning
+
+
+def _delivery(delivery: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "delivery", delivery.get("step") or "none"
+    if queue := delivery.get("queue"):
+        yield "still to serve", join_names(queue)
+    for order in delivery.get("orders", ()):
+        yield "ordered next", join_names(order)
 
 
 def place_sentence(robot: dict[str, float] | None, places: dict[str, SE2]) -> str:

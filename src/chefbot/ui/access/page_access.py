@@ -16,6 +16,8 @@ NOT_ENCRYPTED = (
 def announcement(server: WebUiServer, params: WebUiParams, url: str) -> str:
     """Return the lines that the launch prints: the address, and on a network those of further visitors."""
     lines = [f"Web UI: {url_for_view(url, params.view)}"]
+    if params.port not in (0, server.port):
+        lines.append(f"Port {params.port} is in use by another program.")
     if server.requires_token:
         visitors = [VIEWER, *(Visitor(name, role) for name, role in params.visitors.items())]
         lines += [f"For {_display_name(visitor)}: {server.url_for(visitor)}" for visitor in visitors]

@@ -70,9 +70,7 @@ def test_a_robot_without_history_is_one_sentence(
         print_deliveries("", 5, None)
 
 
-def test_an_empty_history_is_said_to_be_empty(
-    history: DeliveryHistory, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_empty_history_has_no_rounds(history: DeliveryHistory, capsys: pytest.CaptureFixture[str]) -> None:
     history.close()
     print_deliveries("waiter", 5, None)
     assert capsys.readouterr().out == "No rounds yet.\n"

@@ -13,7 +13,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from chefbot.delivery import status_messages
 from chefbot.delivery.battery_round import RETRY_TIME, BatteryRound
 from chefbot.delivery.energy_forecast import MARGIN, EnergyForecast, PlannedRoute, Stop
-from chefbot.delivery.mission import BATTERY_TOO_LOW, OrderError, OrderOutcome
+from chefbot.delivery.round_outcome import BATTERY_TOO_LOW, OrderError, OrderOutcome
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import BatteryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped

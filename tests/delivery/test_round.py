@@ -9,7 +9,8 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from chefbot.delivery.mission import ENDED_BY_PERSON, UNKNOWN_PLACE, DeliveryRound, OrderError, OrderOutcome
+from chefbot.delivery.mission import DeliveryRound
+from chefbot.delivery.round_outcome import ENDED_BY_PERSON, UNKNOWN_PLACE, OrderError, OrderOutcome
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import PoseStamped

@@ -152,7 +152,7 @@ def test_an_errand_on_the_way_to_a_table_keeps_the_orders(source: str) -> None:
     assert not runner.now.skipped_reasons
 
 
-def test_a_changed_queue_is_driven_and_an_outdated_change_is_a_remark() -> None:
+def test_a_changed_queue_is_driven_unless_it_is_outdated() -> None:
     runner = start_orders(("table_1", "table_2", "table_1"))
     runner.until("driving", "table_1")
     runner.publish("round_queue", Order(("table_1", "table_1"), runner.now.order_id))

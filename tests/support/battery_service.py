@@ -21,7 +21,7 @@ from chefbot.battery.pack import BatteryPack
 from chefbot.battery.params import BatteryParams
 from chefbot.delivery.battery_round import BatteryRound
 from chefbot.delivery.energy_forecast import EnergyForecast, Stop
-from chefbot.delivery.mission import BATTERY_TOO_LOW, OrderOutcome
+from chefbot.delivery.round_outcome import BATTERY_TOO_LOW, OrderOutcome
 from chefbot.delivery.status_messages import PARKING_PLACE
 from chefbot.design.sizing.energy_budget import usable_energy
 from chefbot.maths.se2 import SE2

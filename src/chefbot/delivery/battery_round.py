@@ -6,13 +6,8 @@ from collections.abc import Callable
 
 from chefbot.delivery import status_messages
 from chefbot.delivery.energy_forecast import EnergyForecast, PlannedRoute
-from chefbot.delivery.mission import (
-    BATTERY_TOO_LOW,
-    DeliveryRound,
-    OrderError,
-    OrderOutcome,
-    Resolve,
-)
+from chefbot.delivery.mission import DeliveryRound, Resolve
+from chefbot.delivery.round_outcome import BATTERY_TOO_LOW, OrderError, OrderOutcome
 from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import BatteryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import PoseStamped

@@ -9,44 +9,25 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 
 from chefbot.delivery import status_messages
+from chefbot.delivery.round_outcome import (
+    ENDED_BY_PERSON,
+    NOT_REACHED,
+    DriveRequest,
+    OrderError,
+    OrderOutcome,
+)
 from chefbot.delivery.status_messages import IN_ROUND
 from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
-from chefbot.msgs.geometry_msgs import PoseStamped
 
-UNKNOWN_PLACE, NOT_REACHED, ENDED_BY_PERSON, BATTERY_TOO_LOW = 1, 2, 3, 4
-"""Error codes of an outcome."""
 MAX_ACCEPTED_IDS = 16
 """Number of accepted order ids kept, so that a repeated request is not served again."""
 Resolve = Callable[[tuple[str, ...]], tuple[str, ...]]
-
-
-class DriveRequest(NamedTuple):
-    """A drive to a place by name, or to a pose; each drive has a new number."""
-
-    number: int
-    place: str
-    pose: PoseStamped | None
-
-
-class OrderOutcome(NamedTuple):
-    """The outcome of an order; code 0 if everything was taken."""
-
-    order_id: str
-    delivered: tuple[str, ...]
-    code: int
-    sentence: str
-
-
-class OrderError(ChefbotError):
-    """An order or request that the round cannot accept in its present state; a sentence for the operator."""
-
-    code = UNKNOWN_PLACE
 
 
 class DeliveryRound:

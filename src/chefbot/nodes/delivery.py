@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from chefbot.delivery.drive_retry import RETRY_PERIOD
-from chefbot.delivery.mission import OrderError, OrderOutcome
 from chefbot.delivery.params import DeliveryParams
+from chefbot.delivery.round_outcome import OrderError, OrderOutcome
 from chefbot.msgs import chefbot_msgs as msgs
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, String

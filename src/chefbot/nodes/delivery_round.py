@@ -7,7 +7,7 @@ import msgspec
 from chefbot.delivery.battery_round import BatteryRound
 from chefbot.delivery.button_timer import ButtonPress, ButtonTimer
 from chefbot.delivery.drive_retry import NO_NAVIGATOR, DriveRetry
-from chefbot.delivery.mission import DriveRequest, OrderOutcome
+from chefbot.delivery.round_outcome import DriveRequest, OrderOutcome
 from chefbot.msgs.chefbot_msgs import BatteryStatus, DeliveryStatus, LocalizationStatus
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Header

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import shutil
 import subprocess
+import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 from tests.support.waiting import PATIENCE
 from websockets.sync.client import connect
@@ -99,31 +100,70 @@ class Tab:
         ]
 
 
+class Browser:
+    """A browser that runs until this process ends; its tabs know nothing of each other."""
+
+    def __init__(self, flags: tuple[str, ...]) -> None:
+        assert CHROMIUM is not None
+        self._stack = contextlib.ExitStack()
+        folder = self._stack.enter_context(
+            tempfile.TemporaryDirectory(prefix="chefbot_browser_", ignore_cleanup_errors=True)
+        )
+        command = [CHROMIUM, *FLAGS, *flags, f"--user-data-dir={folder}", "about:blank"]
+        self._process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+        self._stack.callback(self._end)
+        self.port, path = _devtools_address(Path(folder))
+        address = f"ws://127.0.0.1:{self.port}{path}"
+        self._tab = Tab(self._stack.enter_context(connect(address, max_size=None)))
+        atexit.register(self._stack.close)
+
+    @property
+    def is_running(self) -> bool:
+        return self._process.poll() is None
+
+    def _end(self) -> None:
+        self._process.terminate()
+        self._process.wait()
+
+    @contextlib.contextmanager
+    def profile(self) -> Iterator[str]:
+        """Yield the DevTools address of a tab with cookies and storage of its own, which are gone afterwards."""
+        profile = self._tab.call("Target.createBrowserContext")["browserContextId"]
+        try:
+            new = self._tab.call("Target.createTarget", url="about:blank", browserContextId=profile)
+            yield f"ws://127.0.0.1:{self.port}/devtools/page/{new['targetId']}"
+        finally:
+            self._tab.call("Target.disposeBrowserContext", browserContextId=profile)
+
+
+_BROWSERS: dict[tuple[str, ...], Browser] = {}
+
+
+def _browser(flags: tuple[str, ...]) -> Browser:
+    """Return the browser of this process with these flags; a new one if there is none, or if it has crashed."""
+    if flags not in _BROWSERS or not _BROWSERS[flags].is_running:
+        _BROWSERS[flags] = Browser(flags)
+    return _BROWSERS[flags]
+
+
 @contextlib.contextmanager
-def open_tab(url: str, folder: Path, flags: list[str]) -> Iterator[Tab]:
-    """Start a browser with one tab whose events are recorded from the first request on."""
-    assert CHROMIUM is not None
-    command = [CHROMIUM, *FLAGS, *flags, f"--user-data-dir={folder}", "about:blank"]
-    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
-    try:
-        with connect(_devtools_address(folder), max_size=None) as connection:
-            tab = Tab(connection)
-            for domain in ("Network", "Log", "Runtime", "Page"):
-                tab.call(f"{domain}.enable")
-            tab.call("Page.navigate", url=url)
-            tab.wait_for("document.readyState === 'complete'")
-            yield tab
-    finally:
-        process.terminate()
-        process.wait()
+def open_tab(url: str, flags: list[str]) -> Iterator[Tab]:
+    """Open a tab whose events are recorded from the first request on."""
+    with _browser(tuple(flags)).profile() as address, connect(address, max_size=None) as connection:
+        tab = Tab(connection)
+        for domain in ("Network", "Log", "Runtime", "Page"):
+            tab.call(f"{domain}.enable")
+        tab.call("Page.navigate", url=url)
+        tab.wait_for("document.readyState === 'complete'")
+        yield tab
 
 
-def _devtools_address(folder: Path) -> str:
+def _devtools_address(folder: Path) -> tuple[int, str]:
+    """Return port and path of the browser's own DevTools endpoint, which it writes into its folder."""
     deadline = time.monotonic() + PATIENCE
     while time.monotonic() < deadline:
-        time.sleep(0.1)
-        with contextlib.suppress(OSError, httpx.TransportError, StopIteration, IndexError):
-            port = (folder / "DevToolsActivePort").read_text().split()[0]
-            tabs = httpx.get(f"http://127.0.0.1:{port}/json").json()
-            return str(next(item for item in tabs if item["url"] == "about:blank")["webSocketDebuggerUrl"])
+        with contextlib.suppress(OSError, ValueError):
+            port, path = (folder / "DevToolsActivePort").read_text().split()
+            return int(port), path
+        time.sleep(0.05)
     raise AssertionError("Chromium did not start")

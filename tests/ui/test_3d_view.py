@@ -6,7 +6,6 @@ import base64
 import io
 import queue
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -54,9 +53,9 @@ def server() -> Iterator[WebUiServer]:
 
 
 @pytest.fixture(scope="module")
-def tab(server: WebUiServer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+def tab(server: WebUiServer) -> Iterator[Tab]:
     url = server.start()
-    with open_tab(f"{url}#3d", tmp_path_factory.mktemp("profile"), SOFTWARE_GL) as opened:
+    with open_tab(f"{url}#3d", SOFTWARE_GL) as opened:
         opened.url = url  # type: ignore[attr-defined]
         opened.wait_for(LOADED)
         yield opened
@@ -292,27 +291,31 @@ def test_poses_are_interpolated_between_updates(tab: Tab, server: WebUiServer) -
     assert places == pytest.approx([0.0, 0.05, 0.1], abs=0.002)
 
 
-def test_a_broken_description_is_explained_and_retried(tmp_path: Path) -> None:
+def test_a_broken_description_is_explained_and_retried() -> None:
     web_ui = WebUiServer(0, "127.0.0.1", print)
     web_ui.set_layer("description", "<robot><link name='bro")
     url = web_ui.start()
-    with open_tab(f"{url}#3d", tmp_path, SOFTWARE_GL) as tab:
+    with open_tab(f"{url}#3d", SOFTWARE_GL) as tab:
         tab.wait_for("document.getElementById('model-note').textContent.includes('not XML')")
         web_ui.set_layer("description", urdf(ROBOT))
         tab.wait_for("modelView.axes.get('imu_link')?.visible")
+        base = FrameView(name="base_footprint", parent="odom", at=(0, 0, 0), turn=IDENTITY_ROTATION)
+        web_ui.set_layer("frames", [base])
+        tab.wait_for("modelView.known.has('frames')")
         web_ui.stop()
         assert "no robot" in tab.evaluate("document.getElementById('model-note').textContent")
         robot = WebUiServer(urlsplit(url).port or 0, "127.0.0.1", print, lambda: boxes_glb(SIZES))
         assert robot.start() == url
         tab.wait_for(LOADED)
         assert tab.evaluate("document.getElementById('model-note').hidden")
+        assert not [event for event in tab.errors() if event.get("method") == "Runtime.exceptionThrown"]
         robot.stop()
 
 
-def test_a_browser_without_3d_still_shows_the_map(tmp_path: Path) -> None:
+def test_a_browser_without_3d_still_shows_the_map() -> None:
     web_ui = WebUiServer(0, "127.0.0.1", print)
     flags = ["--disable-gpu", "--disable-3d-apis"]
-    with open_tab(f"{web_ui.start()}#3d", tmp_path, flags) as tab:
+    with open_tab(f"{web_ui.start()}#3d", flags) as tab:
         tab.wait_for("document.getElementById('notice').textContent.includes('cannot show the robot in 3-D')")
         assert tab.evaluate("document.getElementById('canvas').clientWidth") > 100
     web_ui.stop()

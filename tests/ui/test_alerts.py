@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -25,10 +24,10 @@ ALERT = ["tone", "tone", "vibration"]
 
 
 @pytest.fixture
-def tab(page: Any, tmp_path: Path) -> Iterator[Tab]:
+def tab(page: Any) -> Iterator[Tab]:
     show_a_room(page.server)
     page.server.set_layer("delivery", waits_at("kitchen", "loaded"))
-    with open_tab("about:blank", tmp_path, NO_GPU) as opened:
+    with open_tab("about:blank", NO_GPU) as opened:
         opened.call("Page.addScriptToEvaluateOnNewDocument", source=LISTEN)
         opened.call("Page.navigate", url=page.url)
         opened.wait_for("document.getElementById('loaded')?.hidden === false")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,9 +16,9 @@ pytestmark = [pytest.mark.slow, needs_chromium]
 
 
 @pytest.fixture
-def tab(page: Any, tmp_path: Path) -> Iterator[Tab]:
+def tab(page: Any) -> Iterator[Tab]:
     show_a_room(page.server)
-    with open_tab(page.url, tmp_path, NO_GPU) as opened:
+    with open_tab(page.url, NO_GPU) as opened:
         opened.wait_for("document.querySelectorAll('#tables button').length === 2")
         yield opened
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -49,7 +48,7 @@ def test_the_list_is_short() -> None:
 
 @pytest.mark.slow
 @needs_chromium
-def test_the_page_shows_each_cause_with_its_chain(page: Any, tmp_path: Path) -> None:
+def test_the_page_shows_each_cause_with_its_chain(page: Any) -> None:
     show_a_room(page.server)
     history = CauseHistory(
         [
@@ -65,7 +64,7 @@ def test_the_page_shows_each_cause_with_its_chain(page: Any, tmp_path: Path) -> 
     )
     page.server.set_layer("causes", cause_views(history))
     page.server.set_layer("status", StatusView(phase="Driving.", reason=history.sentence))
-    with open_tab(page.url, tmp_path, NO_GPU) as tab:
+    with open_tab(page.url, NO_GPU) as tab:
         tab.wait_for("document.querySelectorAll('#causes > li').length === 2")
         heads = tab.evaluate(
             "[...document.querySelectorAll('#causes summary')].map(e => e.textContent).join('|')"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -42,9 +41,9 @@ FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFram
 
 
 @pytest.fixture
-def tab(page: Any, tmp_path: Path) -> Iterator[Tab]:
+def tab(page: Any) -> Iterator[Tab]:
     show_a_room(page.server)
-    with open_tab(page.url, tmp_path, NO_GPU) as opened:
+    with open_tab(page.url, NO_GPU) as opened:
         yield opened
 
 

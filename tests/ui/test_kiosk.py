@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -74,8 +73,8 @@ def enter(tab: Tab, pin: str) -> None:
 
 @pytest.mark.slow
 @needs_chromium
-def test_the_robots_screen_is_left_with_the_pin(kiosk: Kiosk, tmp_path: Path) -> None:
-    with open_tab(f"{kiosk.url}#kiosk", tmp_path, NO_GPU) as tab:
+def test_the_robots_screen_is_left_with_the_pin(kiosk: Kiosk) -> None:
+    with open_tab(f"{kiosk.url}#kiosk", NO_GPU) as tab:
         tab.wait_for(f"{TITLE} === 'No delivery'")
         kiosk.wait_at(DeliveryView(waits_for="loaded", place="kitchen", state="loading"))
         tab.wait_for(f"{TITLE} === 'Load the food'")
@@ -114,9 +113,9 @@ def test_the_robots_screen_is_left_with_the_pin(kiosk: Kiosk, tmp_path: Path) ->
 
 @pytest.mark.slow
 @needs_chromium
-def test_the_answer_to_an_earlier_press_opens_nothing(kiosk: Kiosk, tmp_path: Path) -> None:
+def test_the_answer_to_an_earlier_press_opens_nothing(kiosk: Kiosk) -> None:
     network = FaultyNetwork(urlsplit(kiosk.url).port or 0)
-    with open_tab(f"http://127.0.0.1:{network.port}/#kiosk", tmp_path, NO_GPU) as tab:
+    with open_tab(f"http://127.0.0.1:{network.port}/#kiosk", NO_GPU) as tab:
         tab.wait_for("!document.body.classList.contains('offline')")
         network.mode, network.delay = "late", 0.2
         tab.evaluate("new Promise((done) => setTimeout(done, 1000))")
@@ -128,8 +127,8 @@ def test_the_answer_to_an_earlier_press_opens_nothing(kiosk: Kiosk, tmp_path: Pa
 
 @pytest.mark.slow
 @needs_chromium
-def test_without_a_pin_one_press_leaves(page: Page, tmp_path: Path) -> None:
-    with open_tab(f"{page.url}#kiosk", tmp_path, NO_GPU) as tab:
+def test_without_a_pin_one_press_leaves(page: Page) -> None:
+    with open_tab(f"{page.url}#kiosk", NO_GPU) as tab:
         tab.wait_for("!document.body.classList.contains('offline')")
         tab.click("#kiosk-leave")
         tab.wait_for(LEFT)

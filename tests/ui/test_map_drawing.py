@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -74,12 +73,12 @@ def distances_to_outlines(points: np.ndarray, loops: list[np.ndarray]) -> np.nda
 
 
 @pytest.fixture(scope="module")
-def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+def tab() -> Iterator[Tab]:
     from tests.ui.conftest import Page
 
     page = Page()
     show_a_room(page.server)
-    with open_tab(page.url, tmp_path_factory.mktemp("browser"), NO_GPU) as opened:
+    with open_tab(page.url, NO_GPU) as opened:
         yield opened
     page.server.stop()
 
@@ -132,9 +131,9 @@ def test_no_label_covers_another_and_far_away_there_are_none(tab: Tab) -> None:
 
 @pytest.mark.slow
 @needs_chromium
-def test_nothing_is_drawn_while_nothing_on_the_map_changes(page: Any, tmp_path: Path) -> None:
+def test_nothing_is_drawn_while_nothing_on_the_map_changes(page: Any) -> None:
     show_a_room(page.server)
-    with open_tab(page.url, tmp_path, NO_GPU) as tab:
+    with open_tab(page.url, NO_GPU) as tab:
         tab.wait_for("document.querySelectorAll('#tables button').length === 2")
         time.sleep(1.0)
         tab.evaluate(COUNT_PAINTS)
@@ -151,11 +150,11 @@ def test_nothing_is_drawn_while_nothing_on_the_map_changes(page: Any, tmp_path: 
 
 @pytest.mark.slow
 @needs_chromium
-def test_a_map_with_very_many_corners_is_a_picture(page: Any, tmp_path: Path) -> None:
+def test_a_map_with_very_many_corners_is_a_picture(page: Any) -> None:
     noise = np.random.default_rng(1).choice([0, 100], (500, 500)).astype(np.int8)
     for cells, is_picture in [(noise, True), (np.where(np.eye(300) > 0, 100, 0).astype(np.int8), False)]:
         page.server.set_layer("map", Grid(cells, 0.05, 0.0, 0.0))
-        with open_tab(page.url, tmp_path / str(is_picture), NO_GPU) as tab:
+        with open_tab(page.url, NO_GPU) as tab:
             tab.wait_for(f"{DARK_GREY} {'>' if is_picture else '==='} 0 && {DRAWN}")
 
 

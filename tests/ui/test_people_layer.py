@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,10 +38,10 @@ def test_the_layer_takes_nothing_but_people() -> None:
 
 @pytest.mark.slow
 @needs_chromium
-def test_people_are_drawn_until_they_are_gone(page: Any, tmp_path: Path) -> None:
+def test_people_are_drawn_until_they_are_gone(page: Any) -> None:
     show_a_room(page.server)
     page.server.set_layer("people", (PERSON,))
-    with open_tab(page.url, tmp_path, NO_GPU) as tab:
+    with open_tab(page.url, NO_GPU) as tab:
         tab.wait_for(f"{PINK} > 50")
         one = tab.evaluate(PINK)
         page.server.set_layer(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -30,9 +29,9 @@ def network(page: Any) -> Iterator[FaultyNetwork]:
 
 
 @pytest.fixture
-def tab(page: Any, network: FaultyNetwork, tmp_path: Path) -> Iterator[Tab]:
+def tab(page: Any, network: FaultyNetwork) -> Iterator[Tab]:
     show_a_room(page.server)
-    with open_tab(f"http://127.0.0.1:{network.port}/", tmp_path, NO_GPU) as opened:
+    with open_tab(f"http://127.0.0.1:{network.port}/", NO_GPU) as opened:
         opened.wait_for("document.querySelectorAll('#tables button').length === 2")
         opened.evaluate("window.page = true")  # gone after a reload
         yield opened

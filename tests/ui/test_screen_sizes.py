@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -38,8 +37,8 @@ def waiting(page: Any) -> Any:
     return page
 
 
-def test_a_round_can_be_served_on_every_screen(waiting: Any, tmp_path: Path) -> None:
-    with open_tab(waiting.url, tmp_path, NO_GPU) as tab:
+def test_a_round_can_be_served_on_every_screen(waiting: Any) -> None:
+    with open_tab(waiting.url, NO_GPU) as tab:
         for width, height in SIZES:
             tab.call(
                 "Emulation.setDeviceMetricsOverride",

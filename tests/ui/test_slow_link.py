@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -44,12 +43,12 @@ def _scan(rng: np.random.Generator) -> Any:
     return ScanView((0.0, 0.0, 0.0), np.linspace(-3.0, 3.0, 360), rng.uniform(1.0, 2.0, 360))
 
 
-def test_a_slow_link_shows_its_age_and_stops_soon(page: Any, network: FaultyNetwork, tmp_path: Path) -> None:
+def test_a_slow_link_shows_its_age_and_stops_soon(page: Any, network: FaultyNetwork) -> None:
     show_a_room(page.server)
     ended = threading.Event()
     threading.Thread(target=flood, args=(page, ended), daemon=True).start()
     try:
-        with open_tab(f"http://127.0.0.1:{network.port}/", tmp_path, NO_GPU) as tab:
+        with open_tab(f"http://127.0.0.1:{network.port}/", NO_GPU) as tab:
             tab.wait_for("document.querySelectorAll('#tables button').length === 2")
             assert not tab.evaluate(SHOWN)
             network.mode = "slow"

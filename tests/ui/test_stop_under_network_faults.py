@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
-from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -63,11 +62,11 @@ class Phone:
 
 
 @pytest.fixture
-def phone(tmp_path: Path) -> Iterator[Phone]:
+def phone() -> Iterator[Phone]:
     robot = Robot(base=True)
     network = FaultyNetwork(urlsplit(robot.system.nodes["here"].url).port or 0)  # type: ignore[attr-defined]
     try:
-        with open_tab(f"http://127.0.0.1:{network.port}/", tmp_path, NO_GPU) as tab:
+        with open_tab(f"http://127.0.0.1:{network.port}/", NO_GPU) as tab:
             tab.wait_for("!document.body.classList.contains('offline')")
             yield Phone(tab, network, robot)
     finally:

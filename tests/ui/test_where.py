@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ pytestmark = [pytest.mark.slow, needs_chromium]
 PLACES = {"table_4": (5.0, 1.0, 0.0), "kitchen": (0.0, 0.0, 0.0)}
 
 
-def test_the_sentence_names_place_goal_distance_and_time(page: Any, tmp_path: Path) -> None:
+def test_the_sentence_names_place_goal_distance_and_time(page: Any) -> None:
     path = np.column_stack([np.linspace(1.0, 5.0, 41), np.ones(41)])
     steps: list[tuple[dict[str, Any], str]] = [
         ({}, "The robot does not know where it is."),
@@ -37,7 +36,7 @@ def test_the_sentence_names_place_goal_distance_and_time(page: Any, tmp_path: Pa
             "The robot is 2.0 m from Table 4. It drives at 0.1 m/s.",
         ),
     ]
-    with open_tab(page.url, tmp_path, NO_GPU) as tab:
+    with open_tab(page.url, NO_GPU) as tab:
         tab.wait_for("!document.body.classList.contains('offline')")
         for layers, sentence in steps:
             for layer, value in layers.items():

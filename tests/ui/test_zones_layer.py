@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -36,10 +35,10 @@ def test_the_layer_takes_nothing_but_zones() -> None:
 
 @pytest.mark.slow
 @needs_chromium
-def test_zones_are_drawn(page: Any, tmp_path: Path) -> None:
+def test_zones_are_drawn(page: Any) -> None:
     show_a_room(page.server)
     zones = (MapZone("stairs", KEEP_OUT, CORNERS),)
-    with open_tab(page.url, tmp_path, NO_GPU) as tab:
+    with open_tab(page.url, NO_GPU) as tab:
         page.server.set_layer("zones", zone_views(MapZones(zones=zones)))
         tab.wait_for(f"{RED} > 50")
         page.server.set_layer("zones", ())

@@ -20,6 +20,7 @@ const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
 const NEEDED = ["shape", "map", "robot", "goal", "places", "delivery", "history", "causes", "progress"];
 const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
+const OF_THE_ROBOT = new Set(["stop", "shape", ...SOLID_LAYERS]);        // the same after a restart
 const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
 const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
 const NARROW = window.matchMedia("(max-width: 760px), (max-height: 480px)");
@@ -165,7 +166,7 @@ function take(layer, value) {
 // A server that was restarted may know nothing of what the page still shows.
 function forget() {
   unserved = panels.round.unserved();
-  for (const layer of data.keys()) if (layer !== "stop" && layer !== "shape") take(layer, null);
+  for (const layer of data.keys()) if (!OF_THE_ROBOT.has(layer)) take(layer, null);
 }
 
 // If only the page's process was restarted, the robot still has the round.

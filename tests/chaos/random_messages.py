@@ -78,9 +78,11 @@ LIMITS_MS = {
     "finder <- scan": 2000.0,
     "gmapping <- scan": 500.0,
     "calibrator <- scan": 1000.0,
+    "planner <- map": 100.0,
 }
 """Limits of callbacks that compute longer by design: global localization weighs 400,000 particles once, a scan that
-fits nowhere makes the mapper search all its particles, and the calibrator matches scans while the robot stands."""
+fits nowhere makes the mapper search all its particles, the calibrator matches scans while the robot stands, and random
+odometry lets the mapper grow its map to nearly 64 million cells (`max_cells`), which the planner inflates."""
 HARDWARE = ("motor_board", "keyboard", "gamepad", "remote_drive", "viewer")
 """Modules of devices that are left out, because they need a board, a terminal, a gamepad or a running robot."""
 MUTATED_SHARE = 0.6

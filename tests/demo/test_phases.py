@@ -12,6 +12,7 @@ import pytest
 
 from chefbot.demo import demo as module
 from chefbot.demo.demo import (
+    ABORTED,
     DELIVERY_TIMEOUT,
     EXPLORATION_TIME_PER_AREA,
     EXPLORATION_TIMEOUT,
@@ -193,7 +194,7 @@ def test_an_aborted_demo_ends_at_once_and_reports_it(tmp_path: Path) -> None:
     play = Play(tmp_path, explore=[(500.0, *DONE)])
     play.system.loop.schedule(9 * SECOND, DEVICE, play.abort)
     play.run()
-    assert play.failure == "aborted before it was done" and not play.is_running()
+    assert play.failure == ABORTED and not play.is_running()
     assert play.seconds == pytest.approx(9.0, abs=1.0) and len(play.started) == 1
 
 

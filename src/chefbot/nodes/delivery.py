@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from chefbot.delivery.drive_retry import RETRY_PERIOD
-from chefbot.delivery.params import DeliveryParams
 from chefbot.delivery.round_outcome import OrderError, OrderOutcome
 from chefbot.msgs import chefbot_msgs as msgs
 from chefbot.msgs.geometry_msgs import PoseStamped
@@ -47,11 +46,6 @@ class DeliveryNode(DeliveryRoundNode):
         self._goals = 0
         self._feedback: Callable[[msgs.Deliver_Feedback], None] = lambda _: None
         self.spawn(self._restore())
-
-    def reconfigure(self, params: DeliveryParams) -> None:
-        """Apply new parameters from the next leg on."""
-        self.params = params
-        self._round.kitchen, self._round.home = params.kitchen, params.home
 
     def on_restored_status(self, restored: msgs.DeliveryStatus) -> None:
         """Restore the round after a restart, before any new message is processed."""

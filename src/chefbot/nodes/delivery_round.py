@@ -7,6 +7,7 @@ import msgspec
 from chefbot.delivery.battery_round import BatteryRound
 from chefbot.delivery.button_timer import ButtonPress, ButtonTimer
 from chefbot.delivery.drive_retry import NO_NAVIGATOR, DriveRetry
+from chefbot.delivery.params import DeliveryParams
 from chefbot.delivery.round_outcome import DriveRequest, OrderOutcome
 from chefbot.msgs.chefbot_msgs import BatteryStatus, DeliveryStatus, LocalizationStatus
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
@@ -38,6 +39,11 @@ class DeliveryRoundNode(DeliveryEnergyNode):
         self._leg: DriveRequest | None = None
         self._drive: Task[None] | None = None
         self._timer = ButtonTimer()
+
+    def reconfigure(self, params: DeliveryParams) -> None:
+        """Apply new parameters from the next leg on."""
+        self.params = params
+        self._round.kitchen, self._round.home = params.kitchen, params.home
 
     def on_battery_status(self, battery: BatteryStatus) -> None:
         """Shorten the round, go home or park, as the battery allows."""

@@ -9,11 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy.ndimage
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.people.observation import Floats, Observation
@@ -32,8 +30,8 @@ FREE_STEP = 3
 """Evidence that a beam through a cell takes off."""
 OCCUPIED = 65
 """Occupancy of the static map from which a cell is an obstacle, percent."""
-MAX_DISTANCE = 1000
-"""Distance to the nearest obstacle outside the map, m."""
+MAX_COORDINATE = 1e6
+"""Coordinate of a point beyond which it has no cell, m."""
 
 
 @njit(cache=True, nogil=True)
@@ -121,6 +119,37 @@ def _read(
                     stays[i] = True
 
 
+@njit(cache=True, nogil=True)
+def _find_near_obstacles(
+    cells: NDArray[np.int8],
+    resolution: float,
+    origin_x: float,
+    origin_y: float,
+    points: Floats,
+    margin: Floats,
+    near: NDArray[np.bool_],
+) -> None:
+    """Write for points (n, 2) on the map whether the centre of an obstacle's cell is within a margin (n,) of theirs.
+
+    Only the cells around the points are read: a distance transform of each new map would take 0.1 s for 10^6 cells.
+    """
+    height, width = cells.shape
+    for i in range(len(points)):
+        near[i] = False
+        x, y = points[i, 0] - origin_x, points[i, 1] - origin_y
+        if not (abs(x) < MAX_COORDINATE and abs(y) < MAX_COORDINATE):
+            continue
+        row, column = math.floor(y / resolution), math.floor(x / resolution)
+        if not (0 <= row < height and 0 <= column < width):
+            continue
+        reach = int(min(margin[i] / resolution, float(height + width)))
+        for r in range(max(row - reach, 0), min(row + reach + 1, height)):
+            for c in range(max(column - reach, 0), min(column + reach + 1, width)):
+                distance = math.sqrt((r - row) ** 2 + (c - column) ** 2) * resolution
+                if cells[r, c] >= OCCUPIED and distance <= margin[i]:
+                    near[i] = True
+
+
 class Background:
     """Evidence of what does not move, in the tracking frame, and the static map."""
 
@@ -130,18 +159,10 @@ class Background:
         self._free_at = np.full((CELLS, CELLS), -np.inf)
         self._hit_at = np.full((CELLS, CELLS), -np.inf)
         self._map: Grid | None = None
-        self._distance: CellGrid | None = None
 
     def set_map(self, grid: Grid) -> None:
         """Set or replace the static map."""
         self._map = grid
-        occupied = grid.cells >= OCCUPIED
-        if occupied.any():
-            distance = scipy.ndimage.distance_transform_edt(~occupied) * grid.resolution
-        else:
-            distance = np.full(occupied.shape, MAX_DISTANCE)
-        cells = distance.astype(np.float32)
-        self._distance = CellGrid(cells, grid.resolution, grid.origin_x, grid.origin_y)
 
     @property
     def has_map(self) -> bool:
@@ -184,9 +205,14 @@ class Background:
 
         Without a map or a transform none does either.
         """
-        if self._map is None or self._distance is None or map_T_frame is None:
-            return np.zeros(len(points), np.bool_), np.zeros(len(points), np.bool_)
-        x, y = map_T_frame.apply(points).T
-        near = self._distance.values(x, y, MAX_DISTANCE) <= margin
-        known = self._map.values(x, y, UNKNOWN) != UNKNOWN
-        return np.asarray(near), np.asarray(known & ~near)
+        grid, near = self._map, np.zeros(len(points), np.bool_)
+        if grid is None or map_T_frame is None:
+            return near, near.copy()
+        placed = map_T_frame.apply(points)
+        origin = grid.origin_x, grid.origin_y
+        _find_near_obstacles(
+            grid.cells, grid.resolution, *origin, placed, np.asarray(margin, np.float64), near
+        )
+        x, y = placed.T
+        known = grid.values(x, y, UNKNOWN) != UNKNOWN
+        return near, np.asarray(known & ~near)

@@ -81,8 +81,8 @@ LIMITS_MS = {
     "planner <- map": 100.0,
 }
 """Limits of callbacks that compute longer by design: global localization weighs 400,000 particles once, a scan that
-fits nowhere makes the mapper search all its particles, the calibrator matches scans while the robot stands, and random
-odometry lets the mapper grow its map to nearly 64 million cells (`max_cells`), which the planner inflates."""
+fits nowhere makes the mapper search all its particles, the calibrator matches scans while the robot stands, and with
+random odometry the mapper's map grows to nearly 64 million cells (`max_cells`), which the planner inflates."""
 HARDWARE = ("motor_board", "keyboard", "gamepad", "remote_drive", "viewer")
 """Modules of devices that are left out, because they need a board, a terminal, a gamepad or a running robot."""
 MUTATED_SHARE = 0.6

@@ -112,9 +112,7 @@ class Browser:
         command = [CHROMIUM, *FLAGS, *flags, f"--user-data-dir={folder}", "about:blank"]
         self._process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
         self._stack.callback(self._end)
-        self.port, path = _devtools_address(Path(folder))
-        address = f"ws://127.0.0.1:{self.port}{path}"
-        self._tab = Tab(self._stack.enter_context(connect(address, max_size=None)))
+        self.port, self._path = _devtools_address(Path(folder))
         atexit.register(self._stack.close)
 
     @property
@@ -127,13 +125,18 @@ class Browser:
 
     @contextlib.contextmanager
     def profile(self) -> Iterator[str]:
-        """Yield the DevTools address of a tab with cookies and storage of its own, which are gone afterwards."""
-        profile = self._tab.call("Target.createBrowserContext")["browserContextId"]
-        try:
-            new = self._tab.call("Target.createTarget", url="about:blank", browserContextId=profile)
-            yield f"ws://127.0.0.1:{self.port}/devtools/page/{new['targetId']}"
-        finally:
-            self._tab.call("Target.disposeBrowserContext", browserContextId=profile)
+        """Yield the DevTools address of a tab with cookies and storage of its own, which are gone afterwards.
+
+        Nothing stays connected: a thread that draws random numbers for its pings would disturb Hypothesis.
+        """
+        with connect(f"ws://127.0.0.1:{self.port}{self._path}", max_size=None) as connection:
+            browser = Tab(connection)
+            profile = browser.call("Target.createBrowserContext")["browserContextId"]
+            try:
+                new = browser.call("Target.createTarget", url="about:blank", browserContextId=profile)
+                yield f"ws://127.0.0.1:{self.port}/devtools/page/{new['targetId']}"
+            finally:
+                browser.call("Target.disposeBrowserContext", browserContextId=profile)
 
 
 _BROWSERS: dict[tuple[str, ...], Browser] = {}

@@ -19,6 +19,8 @@ CANCELLED = "The goal was cancelled."
 """Reason of a navigation that somebody ended; it has not failed."""
 ENDED_BY_STOP = "The emergency stop ended the goal."
 """Reason of a navigation that the emergency stop ended."""
+NO_FAILURE = ("", CANCELLED, ENDED_BY_STOP)
+"""Reasons of a navigation that has not failed; the base reports the emergency stop."""
 
 
 class StatusReports:
@@ -36,12 +38,7 @@ class StatusReports:
         """Report recoveries, and goals that ended without being reached."""
         before, self._navigation = self._navigation, status
         reports = []
-        is_failure = status.reason not in (
-            "",
-            CANCELLED,
-            ENDED_BY_STOP,
-        )  # the base reports the emergency stop
-        if before.state != "idle" and status.state == "idle" and is_failure:
+        if before.state != "idle" and status.state == "idle" and status.reason not in NO_FAILURE:
             aborted = make_report(
                 FAILURE, "goal aborted", f"The goal was aborted: {after_colon(status.reason)}"
             )

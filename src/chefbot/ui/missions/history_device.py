@@ -36,10 +36,9 @@ class HistoryDevice(MissionDevice):
         """Open the history of the robot and return its newest rounds; `simulated` is noted with each new one."""
         try:
             self._history = DeliveryHistory(history_path(self.robot.name))
+            self._recorder = RoundRecorder(self._history, simulated=simulated)
         except StorageError as error:
             self._warn(str(error))
-        else:
-            self._recorder = RoundRecorder(self._history, simulated=simulated)
         return self._newest_rounds()
 
     def _record_round(self, status: DeliveryStatus, ordered_by: str) -> bool:
@@ -54,4 +53,11 @@ class HistoryDevice(MissionDevice):
             return False
 
     def _newest_rounds(self) -> tuple[RecordedRound, ...]:
-        return () if self._history is None else tuple(reversed(self._history.rounds(SHOWN_ROUNDS)))
+        if self._history is None or self._recorder is None:
+            return ()
+        try:
+            return tuple(reversed(self._history.rounds(SHOWN_ROUNDS)))
+        except StorageError as error:  # a file that is damaged further inside
+            self._warn(str(error))
+            self._recorder = None
+            return ()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from contextlib import closing
 from pathlib import Path
 
 import msgspec
@@ -13,7 +12,6 @@ from tests.support.bridged_loop import launch_of, running
 from tests.support.waiting import PATIENCE, in_time, wait_for
 
 from chefbot.bridge.attach import open_wire
-from chefbot.bridge.bridge import Bridge
 from chefbot.bridge.bridged_actions import ABORTED_WITHOUT_REASON
 from chefbot.bridge.inbox import WIRE_PUBLISHER
 from chefbot.errors import UserError
@@ -39,7 +37,6 @@ from chefbot.msgs.rcl_interfaces import (
 )
 from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.std_msgs import Float64, String
-from chefbot.robot.load import load_robot
 from chefbot.ros2.rmw.action_client import ActionClient
 from chefbot.ros2.rmw.action_server import ActionServer
 from chefbot.ros2.rmw.attachment import Attachment
@@ -47,9 +44,6 @@ from chefbot.ros2.rmw.names import InterfaceType, topic_key
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import CLOCK, ROSOUT, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
-from chefbot.runtime.clock import PacedClock
-from chefbot.runtime.loop import Loop
-from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.node_restart import RECOVER_TOPIC
 from chefbot.runtime.replay import Replay, read_log
 
@@ -387,16 +381,3 @@ def test_a_second_launch_with_equal_names_stays_off_the_network(
         open_wire(odd, ExternalEndpoints(), reported.append),
     ):
         pass
-
-
-def test_messages_before_the_first_nodes_are_not_counted_as_lost(port: int) -> None:
-    """Nobody can have subscribed to them yet; a launch that starts slowly is not reported as one that loses."""
-    system = NodeContainer(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
-    with RmwContext(port=port) as wire, closing(Bridge(system, wire, simulated=True)) as bridge:
-        for number in range(100):
-            system.loop.publish("double", Float64(number), "doubler")
-        system.launch(launch_of(("doubler",)))
-        bridge.represent(system.nodes.values())
-        assert bridge.flush()
-        assert bridge.errors.counts() == {}
-    system.stop()

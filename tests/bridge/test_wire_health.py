@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from tests.support.bridged_loop import launch_of
 from tests.support.network import admit
 
+from chefbot.bridge.bridge import Bridge
 from chefbot.bridge.membership_health import MembershipHealth
 from chefbot.bridge.wire_health import RECENT_NS, WireHealth
 from chefbot.fleet.keyring import Keyring
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticStatus
+from chefbot.msgs.std_msgs import Float64
+from chefbot.robot.load import load_robot
 from chefbot.ros2.rmw.errors import QUEUE_FULL, ErrorCounter
+from chefbot.ros2.rmw.session import RmwContext
+from chefbot.runtime.clock import PacedClock
+from chefbot.runtime.loop import Loop
+from chefbot.runtime.node_container import NodeContainer
 
 SECOND = 1_000_000_000
 
@@ -100,3 +109,16 @@ def test_a_member_of_a_fleet_reports_its_certificate(tmp_path: Path) -> None:
     assert [(one.name, one.level) for one in published[-1]] == [("wire", OK), ("fleet", ERROR)]
     assert len(published) == 2
     assert ["removed or replaced" in text for text in logged] == [True]
+
+
+def test_messages_before_the_first_nodes_are_not_counted_as_lost(port: int) -> None:
+    """Nobody can have subscribed to them yet; a launch that starts slowly is not reported as one that loses."""
+    system = NodeContainer(Loop(PacedClock(1.0)), load_robot("chefbot"), 5)
+    with RmwContext(port=port) as wire, closing(Bridge(system, wire, simulated=True)) as bridge:
+        for number in range(100):
+            system.loop.publish("double", Float64(number), "doubler")
+        system.launch(launch_of(("doubler",)))
+        bridge.represent(system.nodes.values())
+        assert bridge.flush()
+        assert bridge.errors.counts() == {}
+    system.stop()

@@ -62,7 +62,7 @@ def test_a_robot_without_history_is_one_sentence(
     with pytest.raises(UserError, match="deliveries of other, waiter"):
         print_deliveries("", 5, None)
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "new"))
-    with pytest.raises(UserError, match=r"^there are no deliveries in .*; name a robot$"):
+    with pytest.raises(UserError, match=r"^there are no deliveries in [^;]*$"):
         print_deliveries("", 5, None)
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "file"))

@@ -10,10 +10,9 @@ from pathlib import Path
 
 from rich.console import Console
 
+from chefbot.cli.drive.recorded_robot import recorded_robot
 from chefbot.cli.plural import number_of
 from chefbot.delivery.status_messages import display_name
-from chefbot.devices.stop_memory import check_state_folder
-from chefbot.errors import UserError, name_hint
 from chefbot.storage.atomic_files import write_into_folder
 from chefbot.storage.delivery_history import RecordedRound, read_history
 from chefbot.ui.missions.history_device import history_path
@@ -41,20 +40,8 @@ def print_deliveries(robot: str, last: int, csv_file: Path | None) -> None:
 
 def _existing_history(robot: str) -> Path:
     folder = history_path("").parent
-    check_state_folder()
     robots = sorted(path.stem for path in folder.glob("*.sqlite") if path.stem)
-    if not robot and len(robots) == 1:
-        robot = robots[0]
-    if robot in robots:
-        return history_path(robot)
-    found = (
-        f"there are deliveries of {', '.join(robots)}" if robots else f"there are no deliveries in {folder}"
-    )
-    raise UserError(
-        f"no deliveries of robot {robot!r}{name_hint(robot, robots)}; {found}"
-        if robot
-        else f"{found}; name a robot"
-    )
+    return history_path(recorded_robot(robot, robots, "deliveries", folder))
 
 
 def round_line(one: RecordedRound) -> str:

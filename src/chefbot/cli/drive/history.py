@@ -5,8 +5,7 @@ from __future__ import annotations
 import msgspec
 from rich.console import Console
 
-from chefbot.devices.stop_memory import check_state_folder
-from chefbot.errors import UserError, name_hint
+from chefbot.cli.drive.recorded_robot import recorded_robot
 from chefbot.ui.access.audit_log import AuditEntry, audit_path, read_entries, recorded_robots
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -17,18 +16,7 @@ def print_history(robot: str, last: int) -> None:
 
     Raises UserError if there is no such log, or if there are several and none was named.
     """
-    check_state_folder()
-    robots = recorded_robots()
-    if not robot and len(robots) == 1:
-        robot = robots[0]
-    if robot not in robots:
-        folder = audit_path("").parent
-        found = f"there are logs of {', '.join(robots)}" if robots else f"there is no log in {folder}"
-        raise UserError(
-            f"no log of robot {robot!r}{name_hint(robot, robots)}; {found}"
-            if robot
-            else f"{found}; name a robot"
-        )
+    robot = recorded_robot(robot, recorded_robots(), "logs", audit_path("").parent)
     for entry in list(read_entries(audit_path(robot)))[-last:]:
         console.print(_line(entry))
 

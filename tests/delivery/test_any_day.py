@@ -1,0 +1,172 @@
+"""Deliveries in any order of events: people, STOP, errands, faults and restarts lose no order and no food."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from tests.support.rounds import TABLES, errand, resolve
+
+from chefbot.delivery.mission import DeliveryRound
+from chefbot.delivery.round_outcome import ENDED_BY_PERSON, OrderError, OrderOutcome
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
+
+
+class AnyDay(RuleBasedStateMachine):
+    """People, STOP, errands, faults and restarts in any order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.outcomes: list[OrderOutcome] = []
+        self.round = DeliveryRound("kitchen", "home", resolve, self.outcomes.append)
+        self.given: list[str] = []
+        self.taken: Counter[str] = Counter()
+        self.may_start = True
+
+    @property
+    def state(self) -> DeliveryStatus:
+        return self.round.status
+
+    @rule(tables=st.lists(st.sampled_from((*TABLES, "moon")), max_size=3).map(tuple), again=st.booleans())
+    def order(self, tables: tuple[str, ...], again: bool) -> None:
+        name = f"order {len(self.given)}"
+        self.given.append(name)
+        self.round.order(Order(tables, name))
+        if again:
+            self.round.order(Order(tables, name))
+
+    @precondition(lambda self: len(self.given) > 1)
+    @rule()
+    def an_older_order_is_repeated(self) -> None:
+        self.round.order(Order(("table_1",), self.given[-2]))
+
+    @rule()
+    def load(self) -> None:
+        self.round.loaded()
+
+    @rule()
+    def take(self) -> None:
+        if self.state.state == "waiting":
+            self.taken[self.state.order_id] += 1
+        self.round.taken()
+
+    @rule()
+    def skip(self) -> None:
+        self.round.skip()
+
+    @rule(fault=st.sampled_from(["", "", "blocked"]))
+    def arrive(self, fault: str) -> None:
+        self.round.arrived(fault)
+
+    @rule(pressed=st.booleans())
+    def stop(self, pressed: bool) -> None:
+        standing = self.round.leg is None
+        self.round.stop(pressed)
+        assert self.round.leg is None or not standing, "neither STOP nor its release sets the robot in motion"
+
+    @rule(when=st.sampled_from(["", "now", "after", "instead"]))
+    def go(self, when: str) -> None:
+        before = self.state
+        try:
+            self.round.go(errand(when))
+        except OrderError:
+            assert self.state is before
+
+    @rule(choice=st.sampled_from(["go_on", "kitchen", "end", "nonsense"]))
+    def choose(self, choice: str) -> None:
+        before = self.state
+        try:
+            self.round.choose(choice)
+        except OrderError:
+            assert self.state is before
+
+    @rule(
+        turns=st.permutations(range(3)),
+        kept=st.integers(0, 3),
+        seen=st.sampled_from(["now", "before", "moon"]),
+    )
+    def change_queue(self, turns: list[int], kept: int, seen: str) -> None:
+        """The operator saw the round as it is, an earlier one, or a table that it does not have."""
+        before, queue = self.state, self.state.queue
+        places = [queue[i] for i in turns if i < len(queue)][:kept] + (["moon"] if seen == "moon" else [])
+        try:
+            self.round.change_queue(before.order_id + ("" if seen == "now" else "x"), places)
+        except OrderError:
+            assert self.state is before
+        else:
+            assert seen == "now" and self.state.queue == tuple(places)
+            assert self.state.delivered == before.delivered
+
+    @rule()
+    def somebody_else_sends_it_away(self) -> None:
+        self.round.on_diverted()
+
+    @rule(which=st.integers(0, 3))
+    def an_action_goal_is_cancelled(self, which: int) -> None:
+        waiting = [self.state.order_id, *(one.id for one in self.state.pending_orders)]
+        if which < len(waiting) and waiting[which]:
+            before = len(self.outcomes)
+            self.round.withdraw(waiting[which])
+            if len(self.outcomes) == before:  # it waited: whoever cancelled it knows
+                self.outcomes.append(OrderOutcome(waiting[which], (), ENDED_BY_PERSON, ""))
+
+    @rule()
+    def cancel(self) -> None:
+        self.round.cancel()
+        assert self.round.leg is None and not self.state.pending_orders and not self.round.in_progress
+
+    @rule()
+    def the_process_dies(self) -> None:
+        """All that is known comes over the wire again."""
+        received, stopped = DeliveryStatus.from_cdr(self.state.to_cdr()), self.round.stopped
+        self.round = DeliveryRound("kitchen", "home", resolve, self.outcomes.append)
+        self.round.resume(received)
+        if stopped or received.hold_reason == "stop":
+            self.round.stop(True)
+            self.round.stop(stopped)
+
+    @invariant()
+    def nothing_drives_while_stop_is_pressed(self) -> None:
+        assert not (self.round.stopped and self.round.leg)
+
+    @invariant()
+    def a_round_that_is_held_does_not_drive_to_a_table(self) -> None:
+        leg = self.round.leg
+        assert not (self.state.hold_reason and leg) or (leg is not None and leg.place == "reception")
+
+    @invariant()
+    def every_order_is_in_one_place(self) -> None:
+        in_hand = [self.state.order_id] if self.round.in_progress else []
+        waiting = [one.id for one in self.state.pending_orders]
+        assert Counter([*in_hand, *waiting, *(one.order_id for one in self.outcomes)]) == Counter(self.given)
+
+    @invariant()
+    def delivered_is_what_was_taken(self) -> None:
+        for one in self.outcomes:
+            assert len(one.delivered) == self.taken[one.order_id]
+        if self.round.in_progress:
+            assert len(self.state.delivered) == self.taken[self.state.order_id]
+
+    @invariant()
+    def a_robot_that_stands_reports_what_it_waits_for(self) -> None:
+        waits = self.state.state in ("idle", "failed", "loading", "waiting") or self.state.hold_reason
+        assert self.round.leg or (waits and self.state.description)
+        assert not (
+            self.round.in_progress and not self.round.leg and not self.state.hold_reason
+        ) or self.state.state in (
+            "loading",
+            "waiting",
+        )
+
+    @invariant()
+    def orders_do_not_wait_for_nothing(self) -> None:
+        busy = self.round.in_progress or self.state.hold_reason or self.state.state == "errand"
+        assert busy or not self.state.pending_orders
+
+
+AnyDay.TestCase.settings = settings(
+    max_examples=60, stateful_step_count=30, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+TestAnyDay = AnyDay.TestCase

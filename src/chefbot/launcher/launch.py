@@ -96,7 +96,7 @@ def run_launch(
 ) -> int:
     """Run a launch until Ctrl-C, or for `duration:=` seconds of its clock.
 
-    Returns the exit code: 1 if a node raised an unexpected exception.
+    Returns the exit code: 1 if a node raised an unexpected exception, 0 if Ctrl-C ended the launch at any time.
 
     `join`, `listen`: endpoints to other machines. `host`: which machine this is, for launch files with parts
     for several. `lan`: serve the web UI to the network.
@@ -117,14 +117,20 @@ def run_launch(
         _check_world(launch, robot)
     _check_nodes(launch)
     _check_map(launch)
-    # Ctrl-C is an interruption until the nodes run; from then on it is how a launch ends.
-    compile_kernels(console)
+    try:
+        compile_kernels(console)
+        return min(_run_on_wire(launch, robot, endpoints, folder), 1)
+    except KeyboardInterrupt:
+        console.print("\nThe launch was ended before its nodes ran.")
+        return 0
+
+
+def _run_on_wire(launch: Launch, robot: Robot, endpoints: ExternalEndpoints, folder: Path) -> int:
+    """Open the wire if the launch has one, and run the launch; return the number of node faults."""
     with open_wire(launch, endpoints, console.print) as wire:
         if launch.clock != "robot":
-            faults = _run_robot(launch, robot, wire, folder)
-        else:
-            faults = _run_joined(launch, robot, wire, folder) if wire is not None else 0
-    return min(faults, 1)
+            return _run_robot(launch, robot, wire, folder)
+        return _run_joined(launch, robot, wire, folder) if wire is not None else 0
 
 
 def _part(launch: Launch, host: str) -> Launch:

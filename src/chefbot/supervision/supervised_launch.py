@@ -99,7 +99,7 @@ class LaunchParent:
                     delay = MIN_RESTART_DELAY
                 self._log(f"The launch ended ({_reason(launch, code)}); it starts again in {delay:.1f} s.")
                 if self._pause(delay):
-                    return INTERRUPTED
+                    return 0
                 delay = min(2.0 * delay, MAX_RESTART_DELAY)
 
     def _wait(self, launch: SupervisedLaunch) -> int:

@@ -107,15 +107,6 @@ def test_no_map_at_all_is_noticed_before_kernels_are_compiled(
             run_launch(name, ["built:=true", *QUICK[:1]])
 
 
-def test_ctrl_c_before_the_nodes_run_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupt(_: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("chefbot.launcher.launch.compile_kernels", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        run_launch("explore", ["world:=room", *QUICK])
-
-
 def test_a_map_without_walls_ends_the_start(tmp_path: Path) -> None:
     save_map(tmp_path / "floor", Grid(np.zeros((40, 40), np.int8), 0.05, 0.0, 0.0))
     with pytest.raises(MapFormatError, match=r"floor\.yaml has no occupied cell"):

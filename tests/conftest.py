@@ -21,12 +21,13 @@ from tests.support.same_examples import ignore_constants_of_the_code
 
 __all__ = ["fleet", "network", "other", "peer", "port", "wire"]
 
-settings.register_profile("same", deadline=None, derandomize=True)  # a busy machine is no finding
-settings.register_profile("search", deadline=None)
+settings.register_profile("search", deadline=None)  # a busy machine is no finding
+settings.register_profile("thorough", settings.get_profile("search"), derandomize=True)
+settings.register_profile("same", settings.get_profile("thorough"), max_examples=30)
 PROFILE = os.environ.get("HYPOTHESIS_PROFILE", "same")
-"""A red run must mean a change, not bad luck; `make test-long` searches by chance."""
+"""A red run must mean a change, not bad luck: only `make test-long` searches by chance. The safety gate: thorough."""
 settings.load_profile(PROFILE)
-if PROFILE == "same":
+if PROFILE != "search":
     ignore_constants_of_the_code()
 
 typer.main.get_command = functools.cache(typer.main.get_command)  # it takes 0.1 s, and commands stay the same

@@ -4,7 +4,6 @@ import math
 
 import msgspec
 import pytest
-import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -28,6 +27,7 @@ from chefbot.robot.motion_limits import (
 )
 from chefbot.robot.spec import GRAVITY, Robot
 from chefbot.robot.validation import check_buildable
+from chefbot.strict_yaml import load_strict
 
 CHEFBOT = load_robot("chefbot")
 TEXT = built_in_robots()["chefbot"].read_text()
@@ -35,15 +35,13 @@ TEXT = built_in_robots()["chefbot"].read_text()
 
 def spelled(section):
     """The catalogue's entry that the Chefbot names, as a section that a person could write."""
-    entry = yaml.safe_load(
-        (built_in_robots()["chefbot"].parent / "catalogue" / KINDS[section][0]).read_text()
-    )
-    return dict(entry[yaml.safe_load(TEXT)[section]])
+    entry = load_strict((built_in_robots()["chefbot"].parent / "catalogue" / KINDS[section][0]).read_text())
+    return dict(entry[load_strict(TEXT)[section]])
 
 
 def changed(**sections):
     """The Chefbot's file with some keys of some sections set; a key set to None is taken out."""
-    data = yaml.safe_load(TEXT)
+    data = load_strict(TEXT)
     for section, keys in sections.items():
         if section in KINDS:
             data[section] = spelled(section)
@@ -156,15 +154,15 @@ def test_an_impossible_robot_is_one_sentence(section, key, value, sentence):
 def test_a_part_is_a_catalogue_name_or_a_section(section):
     """Both give the same robot; a name that is not in the catalogue gets the nearest one."""
     assert load(changed(**{section: {}})) == CHEFBOT
-    name = yaml.safe_load(TEXT)[section]
+    name = load_strict(TEXT)[section]
     with pytest.raises(RobotFileError, match=rf"{section}: the catalogue has no .*did you mean '{name}'"):
-        load({**yaml.safe_load(TEXT), section: name + "x"})
+        load({**load_strict(TEXT), section: name + "x"})
     with pytest.raises(ConfigError, match=rf"{section}"):
-        load({**yaml.safe_load(TEXT), section: 7})
+        load({**load_strict(TEXT), section: 7})
 
 
 def test_equipment_names_must_be_unique():
-    twice = yaml.safe_load(TEXT)
+    twice = load_strict(TEXT)
     twice["equipment"][1]["name"] = "computer"
     with pytest.raises(RobotFileError, match="computer"):
         load(twice)
@@ -177,7 +175,7 @@ def test_equipment_names_must_be_unique():
 @pytest.mark.parametrize("name", ["battery", "base_link", "base_footprint", "imu_link", "wheel_left"])
 def test_a_robot_may_not_have_the_name_of_a_part(name):
     with pytest.raises(RobotFileError, match=f"name: a part of the robot is called '{name}' too"):
-        load({**yaml.safe_load(TEXT), "name": name})
+        load({**load_strict(TEXT), "name": name})
 
 
 def test_robots_are_found_by_name_and_path(tmp_path):
@@ -314,7 +312,7 @@ def test_a_buildable_robot_has_finite_figures(robot):
 
 def test_a_robot_file_has_every_key_exactly_once():
     """Every key of the Chefbot's file is needed or has another default; unknown ones were refused."""
-    data = yaml.safe_load(TEXT)
+    data = load_strict(TEXT)
     sections = (
         "body",
         "plates",

@@ -3,11 +3,12 @@
 import contextlib
 import math
 
+import pint
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.maths.units import UnitError, to_si
+from chefbot.maths.units import DEFINITIONS, UnitError, to_si
 
 
 @pytest.mark.parametrize(
@@ -42,6 +43,24 @@ from chefbot.maths.units import UnitError, to_si
 )
 def test_common_spellings_of_quantities_parse(text, unit, value):
     assert to_si(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+def defined_names():
+    """The names of all units of our definitions."""
+    for line in DEFINITIONS.read_text().splitlines():
+        name, *rest = line.partition("#")[0].split(" = ")
+        if rest and not name.endswith("-"):
+            yield from (name, *rest[1:])
+
+
+def test_every_unit_equals_that_of_pint():
+    own, theirs = pint.UnitRegistry(DEFINITIONS), pint.UnitRegistry()
+    names = set(defined_names()) - {"rev"}  # pint knows the revolution as `turn` only
+    assert len(names) > 80
+    for name in names:
+        expected = theirs.Quantity(1.0, name).to_base_units()
+        found = own.Quantity(1.0, name).to(str(expected.units)).magnitude
+        assert found == pytest.approx(expected.magnitude, rel=1e-12), name
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 from tests.support.waiting import PATIENCE
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = [
@@ -129,7 +129,7 @@ class Browser:
 
         Nothing stays connected: a thread that draws random numbers for its pings would disturb Hypothesis.
         """
-        with connect(f"ws://127.0.0.1:{self.port}{self._path}", max_size=None) as connection:
+        with _connect(f"ws://127.0.0.1:{self.port}{self._path}") as connection:
             browser = Tab(connection)
             profile = browser.call("Target.createBrowserContext")["browserContextId"]
             try:
@@ -152,13 +152,18 @@ def _browser(flags: tuple[str, ...]) -> Browser:
 @contextlib.contextmanager
 def open_tab(url: str, flags: list[str]) -> Iterator[Tab]:
     """Open a tab whose events are recorded from the first request on."""
-    with _browser(tuple(flags)).profile() as address, connect(address, max_size=None) as connection:
+    with _browser(tuple(flags)).profile() as address, _connect(address) as connection:
         tab = Tab(connection)
         for domain in ("Network", "Log", "Runtime", "Page"):
             tab.call(f"{domain}.enable")
         tab.call("Page.navigate", url=url)
         tab.wait_for("document.readyState === 'complete'")
         yield tab
+
+
+def _connect(address: str) -> ClientConnection:
+    """Connect to DevTools; with a limit, events that nobody has read yet would delay the end by ten seconds."""
+    return connect(address, max_size=None, max_queue=None)
 
 
 def _devtools_address(folder: Path) -> tuple[int, str]:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Mapping
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -25,6 +24,7 @@ from chefbot.config import build, parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
 from chefbot.file_kinds import LAUNCH, check_kind
 from chefbot.runtime.node import Node, params_type
+from chefbot.runtime.plugins import class_path
 
 LAUNCH_FOLDER = Path(__file__).parent.parent / "launch"
 ArgValue = str | int | float | bool
@@ -170,8 +170,7 @@ def find_launch(name_or_path: str) -> Path:
 
 def node_class(kind: str, where: str) -> type[Node]:
     """Import the node class that a launch file names; UserError if there is none or it is not a node."""
-    entry_point_values = {point.name: point.value for point in entry_points(group="chefbot.nodes")}
-    module, _, name = entry_point_values.get(kind, kind).partition(":")
+    module, name = class_path(kind, "chefbot.nodes")
     try:
         node_type = getattr(importlib.import_module(module), name)
     except (ImportError, AttributeError, TypeError) as error:  # TypeError: a relative name

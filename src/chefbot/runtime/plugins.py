@@ -19,9 +19,16 @@ def load_plugin(name: str, built_in: Callable[[Any], Any], settings: Any) -> Any
     return (built_in if not name else _find(name))(settings)
 
 
+def class_path(name: str, group: str) -> tuple[str, str]:
+    """Return module and class of `pkg.module:Class`, or of an entry point in a group of entry points."""
+    if ":" not in name:  # searched for such names only: it reads a file of every installed package
+        name = next((point.value for point in entry_points(group=group) if point.name == name), name)
+    module, _, attribute = name.partition(":")
+    return module, attribute
+
+
 def _find(name: str) -> type:
-    entry_point_values = {point.name: point.value for point in entry_points(group="chefbot.plugins")}
-    module, _, attribute = entry_point_values.get(name, name).partition(":")
+    module, attribute = class_path(name, "chefbot.plugins")
     try:
         plugin_class = getattr(_imported(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:

@@ -29,7 +29,7 @@ def in_new_process(step: str, modules: Sequence[str], jobs: int = 1) -> list[lis
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder, "result.json")
         command = [sys.executable, "-m", "tests.support.safety_gate", step, *modules, "--out", str(out)]
-        environment = {**os.environ, **without_compiler(modules)}
+        environment = {**os.environ, **without_compiler(modules), "HYPOTHESIS_PROFILE": "thorough"}
         done = subprocess.run(
             [*command, "--jobs", str(jobs)], env=environment, check=False, stdout=subprocess.PIPE, text=True
         )

@@ -8,9 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-import yaml
-
 from chefbot.design.errors import DesignError
+from chefbot.strict_yaml import load_strict
 
 Plain: TypeAlias = bool | int | float | str | list[str] | list[float] | list[bool]
 """The types of ROS 2 parameters; an empty list has no type."""
@@ -41,7 +40,7 @@ def plain_values(tree: Tree) -> PlainTree:
 
 def with_template(name: str, derived: Tree) -> Tree:
     """Return a template's parameters with the derived values; DesignError for a value that is missing."""
-    return _filled(yaml.safe_load((TEMPLATES / name).read_text()), derived)
+    return _filled(load_strict((TEMPLATES / name).read_text()), derived)
 
 
 def _filled(template: Mapping[str, Any], derived: Tree) -> Tree:

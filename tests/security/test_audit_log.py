@@ -128,6 +128,7 @@ def test_the_history_prints_local_time_and_names(
         log = AuditLog(audit_path(robot), print)
         for number in range(9):
             record(log, Kind.COMMAND, f"go {number}")
+        record(log, Kind.CONNECTION, "disconnected")
         log.close()
     with pytest.raises(UserError, match="there are logs of chefbot, other; name a robot"):
         print_history("", 5)
@@ -136,4 +137,6 @@ def test_the_history_prints_local_time_and_names(
     print_history("chefbot", 2)
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition("  ")[2] for line in lines] == [f"anna at 192.168.1.7: go {n}" for n in (7, 8)]
+    print_history("chefbot", 1, connections=True)
+    assert capsys.readouterr().out.rstrip().endswith("anna at 192.168.1.7: disconnected")
     assert sys.platform != "win32"

@@ -36,15 +36,15 @@ class LayeredCostmap:
     """A static map and the marks of each sensor, from which layers compute costs on demand.
 
     A cell is lethal if it is lethal in the map or any layer. A source clears its own layer and, if given, one other
-    (`also`), whose marks it would detect if they were still there. So the lidar, whose plane passes under the table,
-    never clears the table edge that the camera marked, but does clear the leg of a person who has left. A mark stays
-    until a beam clears it, the robot itself stands there, a recovery behavior clears it, or, with
+    (`also_clear`), whose marks it would detect if they were still there. So the lidar, whose plane passes under the
+    table, never clears the table edge that the camera marked, but does clear the leg of a person who has left. A mark
+    stays until a beam clears it, the robot itself stands there, a recovery behavior clears it, or, with
     `params.decay_time`, no measurement has confirmed it for that time: a camera sees neither beside itself nor near.
     In a costmap of the whole map that time runs only while the robot is within marking range of the mark, and could
     see it, and not for what other sensors may not see.
 
-    `wary`: the robot's centre keeps its radius from unknown space, as it does from obstacles. A sensor that looks
-    ahead only does not see the corner beside it that the robot turns about.
+    `avoid_unknown`: the robot's centre keeps its radius from unknown space, as it does from obstacles. A sensor that
+    looks ahead only does not see the corner beside it that the robot turns about.
 
     With `rolling=True` the costmap is a square window (params.size) that follows `move_to`, else it has the size of
     the map given to `set_static`, which may be replaced by a larger one at any time; the obstacle layers keep their
@@ -62,7 +62,7 @@ class LayeredCostmap:
     ) -> None:
         self.params = params
         self.rolling = rolling
-        self.wary = avoid_unknown
+        self._avoid_unknown = avoid_unknown
         self.lanes = NO_LANES
         self._time = 0.0
         self._decayed_at = -math.inf
@@ -142,8 +142,8 @@ class LayeredCostmap:
 
         angles, ranges: (n,) rad, m. A range of inf clears up to the clearing range; NaN and ranges <= 0 are invalid.
         With `floor` (from, to), each (n,), of an obstacle scan from depth images, a beam clears that interval only
-        (nothing if not finite or <= 0) and marks where the range is finite. `also`: another layer, if it exists,
-        that the beams clear but do not mark.
+        (nothing if not finite or <= 0) and marks where the range is finite. `also_clear`: another layer, if it
+        exists, that the beams clear but do not mark.
         """
         p, layer, self._sensor = self.params, self._layer(source), sensor
         start, end = (_NO_FLOOR, _NO_FLOOR) if floor is None else floor
@@ -339,7 +339,7 @@ class LayeredCostmap:
         return replace(self._costmap(combined.costs), lanes=NO_LANES)
 
     def _new_master(self, layers: Sequence[CostmapLayer]) -> MasterCostmap:
-        radius = self._robot.inscribed_radius / self.resolution if self.wary else 0.0
+        radius = self._robot.inscribed_radius / self.resolution if self._avoid_unknown else 0.0
         return MasterCostmap(self, layers, radius)
 
     def _costmap(self, cells: NDArray[np.uint8]) -> Costmap:

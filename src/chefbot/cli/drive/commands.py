@@ -168,8 +168,11 @@ def deliveries(
 def history(
     robot: Annotated[str, typer.Argument(help="name of the robot; not needed if it is the only one")] = "",
     last: Annotated[int, typer.Option(min=1, help="number of entries")] = 50,
+    connections: Annotated[
+        bool, typer.Option("--connections", help="also who connected and disconnected")
+    ] = False,
 ) -> None:
     """Print who gave which command in the web UI and when; on the robot's own computer."""
     from chefbot.cli.drive.history import print_history
 
-    print_history(robot, last)
+    print_history(robot, last, connections)

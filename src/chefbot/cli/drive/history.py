@@ -7,17 +7,21 @@ from rich.console import Console
 
 from chefbot.cli.drive.recorded_robot import recorded_robot
 from chefbot.ui.access.audit_log import AuditEntry, audit_path, read_entries, recorded_robots
+from chefbot.ui.access.command_audit import CONNECTION_ACTIONS
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
 
 
-def print_history(robot: str, last: int) -> None:
-    """Print the newest `last` entries; `robot`: its name in its file, empty if there is only one log.
+def print_history(robot: str, last: int, connections: bool = False) -> None:
+    """Print the newest `last` commands; `robot`: its name in its file, empty if there is only one log.
 
+    `connections`: print also who connected and disconnected; each command of a terminal connects for itself.
     Raises UserError if there is no such log, or if there are several and none was named.
     """
     robot = recorded_robot(robot, recorded_robots(), "logs", audit_path("").parent)
-    for entry in list(read_entries(audit_path(robot)))[-last:]:
+    entries = read_entries(audit_path(robot))
+    printed = [entry for entry in entries if connections or entry.action not in CONNECTION_ACTIONS]
+    for entry in printed[-last:]:
         console.print(_line(entry))
 
 

@@ -11,6 +11,8 @@ from chefbot.ui.access.audit_log import AuditLog, Kind
 from chefbot.ui.client import BrowserConnection
 from chefbot.ui.commands import Drive, OperatorCommand, Resume, Stop, Withdraw
 
+CONNECTION_ACTIONS = CONNECTED, DISCONNECTED = "connected", "disconnected"
+"""Actions of the entries of clients that connect and disconnect."""
 MAX_IDS = 64
 """Number of presses of the emergency stop whose repetitions are recognized."""
 
@@ -25,11 +27,11 @@ class CommandAudit:
 
     def connected(self, client: BrowserConnection) -> None:
         """Record that a client connected."""
-        self._record(Kind.CONNECTION, client, "connected", {"only_stop": True} if client.only_stop else {})
+        self._record(Kind.CONNECTION, client, CONNECTED, {"only_stop": True} if client.only_stop else {})
 
     def disconnected(self, client: BrowserConnection) -> None:
         """Record that a client disconnected."""
-        self._record(Kind.CONNECTION, client, "disconnected")
+        self._record(Kind.CONNECTION, client, DISCONNECTED)
 
     def driver(self, driver: BrowserConnection | None) -> None:
         """Record that a client begins or ends to drive, when `driver` differs from the last one."""

@@ -202,12 +202,12 @@ def test_parameters_apply_and_marks_stay() -> None:
 
 
 @pytest.mark.parametrize(
-    ("robot", "rolling", "wary"),
+    ("robot", "rolling", "avoids"),
     [("chefbot", False, True), ("chefbot", True, False), ("chefbot_lidar", False, False)],
 )
-def test_a_robot_that_sees_only_ahead_avoids_unknown_space(robot: str, rolling: bool, wary: bool) -> None:
+def test_a_robot_that_sees_only_ahead_avoids_unknown_space(robot: str, rolling: bool, avoids: bool) -> None:
     costs = make_costmap(CostmapParams(), load_robot(robot), rolling=rolling)
-    assert (costs.wary, costs.rolling) == (wary, rolling)
+    assert (costs.avoid_unknown, costs.rolling) == (avoids, rolling)
     assert len(costs.layers) == len(CostmapParams().layers)
 
 

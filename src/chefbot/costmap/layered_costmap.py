@@ -62,7 +62,7 @@ class LayeredCostmap:
     ) -> None:
         self.params = params
         self.rolling = rolling
-        self._avoid_unknown = avoid_unknown
+        self.avoid_unknown = avoid_unknown
         self.lanes = NO_LANES
         self._time = 0.0
         self._decayed_at = -math.inf
@@ -339,7 +339,7 @@ class LayeredCostmap:
         return replace(self._costmap(combined.costs), lanes=NO_LANES)
 
     def _new_master(self, layers: Sequence[CostmapLayer]) -> MasterCostmap:
-        radius = self._robot.inscribed_radius / self.resolution if self._avoid_unknown else 0.0
+        radius = self._robot.inscribed_radius / self.resolution if self.avoid_unknown else 0.0
         return MasterCostmap(self, layers, radius)
 
     def _costmap(self, cells: NDArray[np.uint8]) -> Costmap:

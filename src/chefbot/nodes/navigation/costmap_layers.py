@@ -18,5 +18,7 @@ def make_costmap(params: CostmapParams, robot: Robot, *, rolling: bool) -> Layer
     """
     settings = LayerSettings(params, robot, drop_range(robot))
     layers: list[CostmapLayer] = [load_plugin(name, StaticLayer, settings) for name in params.layers]
-    wary = robot.sensors.forward_sensing_only and not rolling
-    return LayeredCostmap(params, robot.footprint, rolling=rolling, avoid_unknown=wary, layers=layers)
+    avoid_unknown = robot.sensors.forward_sensing_only and not rolling
+    return LayeredCostmap(
+        params, robot.footprint, rolling=rolling, avoid_unknown=avoid_unknown, layers=layers
+    )

@@ -34,7 +34,7 @@ def exhaustive(points, window: SearchWindow, field, origin) -> float:
     return best / (FIELD_MAX * len(points))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     seed=st.integers(0, 10_000),
     linear=st.floats(0.05, 1.5),

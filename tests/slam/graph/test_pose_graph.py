@@ -34,7 +34,7 @@ def chain_and_loops(n: int) -> list[tuple[int, int]]:
     return [(k, k + 1) for k in range(n - 1)] + [(0, n - 1), (n // 4, 3 * n // 4)]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(n=st.integers(4, 40), seed=st.integers(0, 10_000))
 def test_consistent_measurements_are_met_exactly(n: int, seed: int) -> None:
     true = ring_of(n)

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.core import TyperGroup
 
+from chefbot.cli.app import app
 from chefbot.cli.command_group import UsageError, explain_usage_error, new_group, suggestion
 from chefbot.errors import UserError
 
@@ -86,7 +87,8 @@ def test_an_unknown_command_of_a_subgroup_is_named_with_its_path() -> None:
     ("arguments", "sentence"),
     [
         (["map", "save", "--sise", "3"], "`x map save` has no option --sise (did you mean '--size'?)"),
-        (["map", "save", "--size", "0"], "`x map save`: invalid value for '--size'"),
+        (["map", "save", "--size", "0"], "`x map save`: invalid value for '--size': must be at least 1; see"),
+        (["map", "save", "--size", "a"], "`x map save`: invalid value for '--size': must be a whole number; see"),
         (
             ["map", "save", "--size"],
             "`x map save`: option '--size' requires an argument; see `x map save --help`",
@@ -100,6 +102,12 @@ def test_a_wrong_option_or_argument_is_one_sentence(arguments: list[str], senten
         run(*arguments)
     explanation = explain_usage_error(error.value)
     assert explanation.startswith(sentence) and "\n" not in explanation
+
+
+def test_a_choice_is_listed_without_the_empty_default() -> None:
+    with pytest.raises(UsageError) as error:
+        app(["drive", "confirm", "perhaps"], prog_name="x", standalone_mode=False)
+    assert "for 'answer': 'perhaps' is not one of 'loaded', 'taken'" in explain_usage_error(error.value)
 
 
 def test_a_group_alone_prints_its_help_and_succeeds(capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,17 @@ from chefbot.errors import UserError, name_hint
 
 UsageError = cast(type[Exception], typer.BadParameter.__base__)
 """Base class of the errors in options and arguments; Typer does not export it under a name of its own."""
+LIBRARY_PHRASES = {
+    r"Value error, ": "",
+    r"is not one of '', ": "is not one of ",
+    r"Input should be greater than or equal to": "must be at least",
+    r"Input should be less than or equal to": "must be at most",
+    r"Input should be greater than": "must be more than",
+    r"Input should be less than": "must be less than",
+    r"Input should be a valid integer.*": "must be a whole number",
+    r"Input should be a valid number.*": "must be a number",
+}
+"""Phrases of the libraries that check options, as patterns, and what they mean to somebody at a terminal."""
 HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 
@@ -91,12 +102,18 @@ def explain_usage_error(error: Any) -> str:
     """Return one sentence for an error in options or arguments, with the command and the nearest option."""
     path = error.ctx.command_path if error.ctx is not None else "chefbot"
     if not hasattr(error, "possibilities"):  # all errors but that of an unknown option
-        sentence = error.format_message().rstrip(".")
+        sentence = _without_library_phrases(error.format_message().rstrip("."))
         return f"`{path}`: {sentence[:1].lower()}{sentence[1:]}; see `{path} --help`"
     if error.option_name.lstrip("-")[:1].isdigit():
         return f"`{path}`: {error.option_name} is no option; write `--` before negative numbers, after all options"
     options = [text for parameter in error.ctx.command.params for text in parameter.opts if text[:1] == "-"]
     return f"`{path}` has no option {error.option_name}{name_hint(error.option_name, [*options, '--help'])}"
+
+
+def _without_library_phrases(sentence: str) -> str:
+    for pattern, phrase in LIBRARY_PHRASES.items():
+        sentence = re.sub(pattern, phrase, sentence)
+    return sentence
 
 
 def new_group(help_text: str, **settings: Any) -> typer.Typer:

@@ -88,7 +88,10 @@ def test_an_unknown_command_of_a_subgroup_is_named_with_its_path() -> None:
     [
         (["map", "save", "--sise", "3"], "`x map save` has no option --sise (did you mean '--size'?)"),
         (["map", "save", "--size", "0"], "`x map save`: invalid value for '--size': must be at least 1; see"),
-        (["map", "save", "--size", "a"], "`x map save`: invalid value for '--size': must be a whole number; see"),
+        (
+            ["map", "save", "--size", "a"],
+            "`x map save`: invalid value for '--size': must be a whole number; see",
+        ),
         (
             ["map", "save", "--size"],
             "`x map save`: option '--size' requires an argument; see `x map save --help`",

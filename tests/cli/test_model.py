@@ -6,6 +6,7 @@ import errno
 import os
 import subprocess
 import sys
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from PIL import Image
 from tests.support.waiting import in_time
 
 from chefbot.cli.robot.solids import Format, run_model
+from chefbot.design.solids import renderer
 from chefbot.errors import ChefbotError, UserError
 from chefbot.robot.geometry.mass import unloaded_mass
 from chefbot.robot.load import load_robot
@@ -35,6 +37,12 @@ from chefbot.cli.app import main
 main()
 """
 """A cold process that reports at its end the processor seconds and megabytes that it took."""
+
+
+@pytest.fixture(autouse=True)
+def _small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw small pictures in this process: they take most of the time, and have tests of their own."""
+    monkeypatch.setattr(renderer, "picture", partial(renderer.picture, size=(160, 120)))
 
 
 @pytest.mark.slow

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
+from functools import lru_cache, partial
 from itertools import combinations, islice
 from typing import NamedTuple
 
 import numpy as np
 
 from chefbot.design.checks.finding import Finding, nearest_valid_length
-from chefbot.design.checks.part_bodies import PartBody, bodies, named, room_of_box
+from chefbot.design.checks.part_bodies import PAIRS, PartBody, bodies, named, room_of_box
 from chefbot.robot.geometry.solids import RobotPart
 from chefbot.robot.spec import Robot
 
@@ -50,6 +50,7 @@ def overlapping(robot: Robot) -> Iterator[Overlap]:
             yield found
 
 
+@lru_cache(PAIRS)  # the robots that are compared while a remedy is sought share most of their parts
 def overlap(one: PartBody, other: PartBody) -> Overlap | None:
     """Return the overlap of two bodies, None if it is not larger than TOLERANCE."""
     if np.any(one.high <= other.low) or np.any(other.high <= one.low):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,16 @@ DEVIATION = 4e-6
 """Metres between arcs and their polygons: fine enough that a shaft in its bore shares no volume."""
 
 
-class PartBody(NamedTuple):
-    """A part, its closed surface in base_link, and the corners of its bounding box."""
+PAIRS = 1 << 14
+"""Number of pairs of bodies of which a check remembers what it found: a robot has a thousand."""
+
+
+@dataclass(frozen=True, eq=False)
+class PartBody:
+    """A part, its closed surface in base_link, and the corners of its bounding box.
+
+    There is one object for each part and place, which also serves as a key.
+    """
 
     part: RobotPart
     surface: Manifold

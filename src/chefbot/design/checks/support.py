@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chefbot.design.checks.finding import Bound, Finding, below, mm_down, mm_up
 from chefbot.design.checks.overlaps import keys_of
-from chefbot.design.checks.part_bodies import PartBody, bodies, room_of_box
+from chefbot.design.checks.part_bodies import PAIRS, PartBody, bodies, room_of_box
 from chefbot.robot.geometry import layout
 from chefbot.robot.plate_shape import RectangularPlate
 from chefbot.robot.spec import Robot
@@ -138,6 +139,7 @@ def _floating(found: tuple[PartBody, ...]) -> set[str]:
     return set(left)
 
 
+@lru_cache(PAIRS)  # the robots that are compared while a remedy is sought share most of their parts
 def _touch(one: PartBody, other: PartBody) -> bool:
     """A tilted sensor is fixed to its stand, which ends below the middle of the housing."""
     if f"{one.name}_stand" == other.name or f"{other.name}_stand" == one.name:

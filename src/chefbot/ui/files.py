@@ -7,6 +7,7 @@ import gzip
 import hashlib
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 
 from starlette.requests import Request
@@ -61,13 +62,18 @@ def response_headers(content: bytes) -> dict[str, str]:
     return SECURITY_HEADERS | {"content-security-policy": POLICY.format(hashes=hashes)}
 
 
+@lru_cache(128)  # the servers of one process serve the same files
+def _compressed(content: bytes) -> bytes:
+    return gzip.compress(content, mtime=0)
+
+
 class Content:
     """A file that is served: compressed where the browser takes that, and not sent again if it has it already."""
 
     def __init__(self, content: bytes, media_type: str, headers: Mapping[str, str]) -> None:
         self._content, self._media_type = content, media_type
         # Here, because at a request it would delay an emergency stop.
-        self._compressed = gzip.compress(content, mtime=0)
+        self._compressed = _compressed(content)
         tag = hashlib.sha256(content).hexdigest()[:32]
         self._headers = {**headers, "etag": f'"{tag}"', "vary": "accept-encoding"}
 

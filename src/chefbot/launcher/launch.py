@@ -121,7 +121,7 @@ def run_launch(
         compile_kernels(console)
         return min(_run_on_wire(launch, robot, endpoints, folder), 1)
     except KeyboardInterrupt:
-        console.print("\nThe launch was ended before its nodes ran.")
+        console.print("\nThe launch was ended.")
         return 0
 
 

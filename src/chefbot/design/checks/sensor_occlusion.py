@@ -6,6 +6,7 @@ it, on which shares of area are shares of the picture; nothing is sampled.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
@@ -96,6 +97,8 @@ def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hid
     view = view.transform(placement(turn, at))
     full_area, shadows, by_part = _polygon_area(window), [], {}
     for body in _others(robot, name):
+        if _is_outside(body, window, turn, at):
+            continue
         seen = body.surface ^ view
         if not seen.is_empty():
             shadows.append(_shadow(seen, turn, at))
@@ -103,6 +106,22 @@ def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hid
             if by_part[body.name] > enough:
                 break
     return Hidden(_union_area(shadows) / full_area, by_part)
+
+
+def _is_outside(
+    body: PartBody, window: NDArray[np.float64], turn: NDArray[np.float64], at: NDArray[np.float64]
+) -> bool:
+    """Whether the bounding box of a body lies beyond one side of a view, so that the sensor sees nothing of it."""
+    rays = np.column_stack([np.ones(len(window)), window])
+    normals = np.cross(rays, np.roll(rays, -1, axis=0))
+    inwards = normals * np.sign(normals[:, :1])  # the axis of the view, (1, 0, 0), is inside
+    return bool((_box_corners(body, turn, at) @ inwards.T < 0.0).all(axis=0).any())
+
+
+def _box_corners(body: PartBody, turn: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners (8, 3) of a body's bounding box in the frame of a sensor."""
+    corners = np.array(list(itertools.product(*zip(body.low, body.high, strict=True))))
+    return (corners - at) @ turn
 
 
 def _others(robot: Robot, name: str) -> list[PartBody]:
@@ -219,6 +238,9 @@ def hidden_sectors(robot: Robot, lidar: Lidar) -> Sectors:
 
 def _section(body: PartBody, turn: NDArray[np.float64], at: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Outer loops (n, 2) in the lidar's plane."""
+    heights = _box_corners(body, turn, at)[:, 2]
+    if heights.min() > 0.0 or heights.max() < 0.0:
+        return []
     back = body.surface.transform(placement(turn.T, -turn.T @ at))
     loops = (np.asarray(loop) for loop in back.slice(0.0).to_polygons())
     return [loop for loop in loops if _cross(loop, np.roll(loop, -1, axis=0)).sum() > 0.0]

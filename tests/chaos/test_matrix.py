@@ -117,6 +117,7 @@ def test_a_row_that_was_run_in_part_is_marked(count: int, run: int, word: str) -
     assert verdict(count, [a_result(RUNS[0])] * run) == word
 
 
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_a_part_of_the_runs_is_still_safe() -> None:
     """One run, another for each commit, of those that were safe when the matrix was last written."""

@@ -114,6 +114,7 @@ def test_a_board_that_restarts_while_driving_stands(driven: Driven, cable: Cable
     count = len(cable.lines)
     driven.until(lambda: ready(cable), "the new session")
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    assert driven.ticks < 3000  # it has not driven since the restart
     drive(driven, cable)
 
 

@@ -113,6 +113,7 @@ def test_a_board_reset_while_driving_stands_until_a_zero_command(
     count = len(cable.lines)
     driven.until(lambda: ready(cable), "the new session")
     driven.until(lambda: standing(cable, count, 10), "standstill although a speed is commanded")
+    assert driven.ticks < 2000  # it has not driven since the restart
     drive(driven, cable, SPEED)
 
 

@@ -6,11 +6,12 @@ from collections import Counter
 
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from tests.support.rounds import TABLES, errand, resolve
 
 from chefbot.delivery.mission import DeliveryRound
 from chefbot.delivery.round_outcome import ENDED_BY_PERSON, OrderError, OrderOutcome
+from chefbot.delivery.trays import stops_left
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
 
 
@@ -24,6 +25,10 @@ class AnyDay(RuleBasedStateMachine):
         self.given: list[str] = []
         self.taken: Counter[str] = Counter()
         self.may_start = True
+
+    @initialize(trays=st.integers(0, 3))
+    def build(self, trays: int) -> None:
+        self.round.trays = trays
 
     @property
     def state(self) -> DeliveryStatus:
@@ -96,7 +101,8 @@ class AnyDay(RuleBasedStateMachine):
         except OrderError:
             assert self.state is before
         else:
-            assert seen == "now" and self.state.queue == tuple(places)
+            assert seen == "now" and Counter(self.state.queue) == Counter(places)
+            assert before.on_trays or self.state.queue == tuple(places)
             assert self.state.delivered == before.delivered
 
     @rule()
@@ -120,8 +126,13 @@ class AnyDay(RuleBasedStateMachine):
     @rule()
     def the_process_dies(self) -> None:
         """All that is known comes over the wire again."""
-        received, stopped = DeliveryStatus.from_cdr(self.state.to_cdr()), self.round.stopped
+        received, stopped, trays = (
+            DeliveryStatus.from_cdr(self.state.to_cdr()),
+            self.round.stopped,
+            self.round.trays,
+        )
         self.round = DeliveryRound("kitchen", "home", resolve, self.outcomes.append)
+        self.round.trays = trays
         self.round.resume(received)
         if stopped or received.hold_reason == "stop":
             self.round.stop(True)
@@ -159,6 +170,23 @@ class AnyDay(RuleBasedStateMachine):
             "loading",
             "waiting",
         )
+
+    @invariant()
+    def food_is_served_from_its_tray(self) -> None:
+        status = self.state
+        assert len(status.on_trays) <= self.round.trays and (status.loaded or not status.on_trays)
+        if status.on_trays and status.state == "waiting":
+            assert status.place in status.on_trays
+            assert f"tray {status.on_trays.index(status.place) + 1}" in status.description or (
+                len(status.on_trays) == 1 or status.hold_reason
+            )
+
+    @invariant()
+    def what_is_left_of_a_round_begins_with_its_drive(self) -> None:
+        if self.state.state == "driving":
+            left = stops_left(self.state, self.state.queue, self.round.trays, "kitchen")
+            assert left[0] == self.state.place
+            assert not Counter(self.state.queue) - Counter(left[1:]), "all tables of the queue"
 
     @invariant()
     def orders_do_not_wait_for_nothing(self) -> None:

@@ -8,6 +8,7 @@ from chefbot.delivery import status_messages
 from chefbot.delivery.energy_forecast import EnergyForecast, PlannedRoute
 from chefbot.delivery.mission import DeliveryRound, Resolve
 from chefbot.delivery.round_outcome import BATTERY_TOO_LOW, OrderError, OrderOutcome
+from chefbot.delivery.trays import stops_left, with_kitchen
 from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import BatteryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import PoseStamped
@@ -104,15 +105,16 @@ class BatteryRound(DeliveryRound):
         return status_messages.refused(tables, reach, self._forecast.length(route.stops))
 
     def _route_of(self, tables: tuple[str, ...]) -> PlannedRoute:
-        return PlannedRoute((self.kitchen, *tables, self.home), 1 + len(tables))
+        stops = with_kitchen(tables, self.trays, self.kitchen)
+        return PlannedRoute((*stops, self.home), len(stops))
 
-    def _remaining(self) -> PlannedRoute:
-        """Return what is left of the round: the place on the way to, the tables behind it, and home."""
+    def _remaining(self, tables: int | None = None) -> PlannedRoute:
+        """Return what is left of the round, with all tables of the queue or the first few: its places, and home."""
         status = self.status
         if status.state not in ("loading", "driving", "waiting"):
             return PlannedRoute((self.home,), 0)
-        here = (status.place,) if status.state == "driving" else ()
-        return PlannedRoute((*here, *status.queue, self.home), 1 + len(status.queue))
+        stops = stops_left(status, status.queue[:tables], self.trays, self.kitchen)
+        return PlannedRoute((*stops, self.home), len(stops) + (status.state != "driving"))
 
     # -- the way home
 
@@ -121,7 +123,7 @@ class BatteryRound(DeliveryRound):
         self._forecast.battery = battery
         if self.stopped or self.status.hold_reason in ("stop", "choice") or self._is_parking:
             return
-        if self.status.state in ("idle", "failed"):
+        if self.status.state in status_messages.STANDING:
             self._check_standing(time)
         elif not self._forecast.suffices(PlannedRoute((self.home,), 0), NO_MARGIN):
             self._park_or_go_home()
@@ -165,11 +167,9 @@ class BatteryRound(DeliveryRound):
         A robot at a table waits there as long as it still gets home.
         """
         status = self.status
-        here = (status.place,) if status.state == "driving" else ()
         fewest = 0 if status.loaded else 1
         for kept in range(len(status.queue) - 1, fewest - 1, -1):
-            route = PlannedRoute((*here, *status.queue[:kept], self.home), len(here) + kept)
-            if self._forecast.suffices(route, GO_ON_MARGIN):
+            if self._forecast.suffices(self._remaining(kept), GO_ON_MARGIN):
                 break
         else:
             self._go_home()

@@ -21,7 +21,8 @@ from chefbot.delivery.round_outcome import (
     OrderError,
     OrderOutcome,
 )
-from chefbot.delivery.status_messages import IN_ROUND
+from chefbot.delivery.status_messages import IN_ROUND, STANDING
+from chefbot.delivery.trays import loaded_first, take_from_tray, trip_is_over
 from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 
@@ -42,6 +43,8 @@ class DeliveryRound:
         self.kitchen, self.home = kitchen, home
         self.status = DeliveryStatus(state="idle", description=status_messages.WAITING)
         self.stopped = False
+        self.trays = 0
+        """Number of trays, each with the food of one table; 0: the food of all tables fits on the robot."""
         self._resolve, self._on_end = resolve, on_end
         self.number = 0
         """Number of drives so far."""
@@ -112,20 +115,20 @@ class DeliveryRound:
     def loaded(self) -> None:
         """Start the deliveries: the food is on the tray."""
         if self.status.state == "loading":
-            self._update_status(loaded=True)
+            self._update_status(loaded=True, on_trays=self.status.queue[: self.trays])
             self._go_to_next_place()
 
     def taken(self) -> None:
         """Count the table as served: the guest has taken the food."""
         if self.status.state == "waiting":
             self._update_status(delivered=(*self.status.delivered, self.status.place))
-            self._go_to_next_place()
+            self._leave_table()
 
     def skip(self) -> None:
         """Skip the table, where nobody takes the food, and continue to the next place."""
         if self.status.state == "waiting":
             self._add_missed(status_messages.not_taken(self.status.place))
-            self._go_to_next_place()
+            self._leave_table()
 
     # -- emergency stop, errands, and the operator's choice after them
 
@@ -192,13 +195,13 @@ class DeliveryRound:
             raise OrderError(status_messages.QUEUE_CHANGED)
         for place in (left - wanted).elements():
             self._add_missed(status_messages.left_out(place))
-        self._update_status(queue=tuple(places))
+        self._update_status(queue=loaded_first(self.status, places))
         if not places and not self.status.loaded:
             self._end_round(status_messages.NOTHING_LEFT)
         elif self.status.hold_reason:
             self._update_held_sentence()
         elif self.status.state == "loading":
-            self._update_status(description=status_messages.load(self.status.queue))
+            self._update_status(description=status_messages.load(self.status, self.trays))
 
     def arrived(self, fault: str = "") -> None:
         """Process the end of the drive of `leg`; `fault` is the reason if the place was not reached."""
@@ -220,20 +223,27 @@ class DeliveryRound:
     # -- transitions
 
     def _handle_arrival(self, *, reached: bool) -> None:
-        place = self.status.place
         if self.status.state == "returning":
             self._complete_round()
         elif not reached:
             self._update_status(queue=self.status.queue if self.status.loaded else ())
-            self._go_to_next_place()
+            self._leave_table()
         elif not self.status.loaded:
-            self._update_status(state="loading", description=status_messages.load(self.status.queue))
+            self._update_status(state="loading", description=status_messages.load(self.status, self.trays))
         else:
-            self._update_status(state="waiting", description=status_messages.take(place))
+            self._update_status(state="waiting", description=status_messages.take(self.status))
+
+    def _leave_table(self) -> None:
+        place = self.status.place
+        self._go_to_next_place()
+        self._update_status(on_trays=take_from_tray(self.status.on_trays, place))
 
     def _go_to_next_place(self) -> None:
-        """Drive to the next table, or home; if an errand is waiting the round ends here."""
-        if self.status.queue:
+        """Drive to the next table, to the kitchen to load again, or home; if an errand waits the round ends here."""
+        if trip_is_over(self.status):
+            self._update_status(loaded=False, on_trays=())
+            self._drive("driving", self.kitchen)
+        elif self.status.queue:
             place, *rest = self.status.queue
             self._update_status(queue=tuple(rest))
             self._drive("driving", place)
@@ -286,7 +296,7 @@ class DeliveryRound:
         if self.status.loaded:
             self._update_status(queue=(self.status.place, *self.status.queue))
         self._drop_current_errand()
-        self._update_status(hold_reason="", loaded=False)
+        self._update_status(hold_reason="", loaded=False, on_trays=())
         self._drive("driving", self.kitchen)
 
     def _drop_current_errand(self) -> None:
@@ -340,7 +350,8 @@ class DeliveryRound:
         self._on_end(OrderOutcome(status.order_id, status.delivered, code, sentence))
 
     def _set_standing(self, state: str, sentence: str) -> None:
-        self._update_status(state=state, place="", queue=(), order_id="", loaded=False, description=sentence)
+        standing: dict[str, Any] = {"place": "", "queue": (), "order_id": "", "loaded": False, "on_trays": ()}
+        self._update_status(state=state, description=sentence, **standing)
 
     def _start_waiting_work(self, sentence: str, *, failed: bool) -> None:
         """Start what is waiting: an errand, an order, or nothing."""
@@ -363,11 +374,7 @@ class DeliveryRound:
 
     def _start_next_order(self) -> None:
         """Start the next order; orders with unknown places fail at once."""
-        while (
-            self.status.pending_orders
-            and not self.status.hold_reason
-            and self.status.state in ("idle", "failed")
-        ):
+        while self.status.pending_orders and not self.status.hold_reason and self.status.state in STANDING:
             first, *rest = self.status.pending_orders
             self._update_status(
                 pending_orders=tuple(rest), order_id=first.id, places=(), delivered=(), skipped_reasons=()

@@ -27,3 +27,7 @@ class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         float,
         Meta(ge=0, le=3600, description="time that a stop takes on average, s; for the energy of an order"),
     ] = 60.0
+    trays: Annotated[
+        int,
+        Meta(ge=0, le=9, description="number of trays, each for one table; 0: the food of all tables fits"),
+    ] = 0

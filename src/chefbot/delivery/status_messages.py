@@ -23,8 +23,9 @@ PARKED = "Parked with a low battery. Charge it, then send the robot home."
 PARKING_PLACE = "a parking place"
 MEANWHILE = " The round waits."
 ERRAND_NEEDS_WHEN = "a round is under way; say when to drive there: now, after it, or instead of it"
+STANDING = ("idle", "failed")
 IN_ROUND = ("loading", "driving", "waiting", "returning")
-"""States of a round; in the state `errand` the robot drives without food on an operator's request."""
+"""States without a drive, and of a round; in the state `errand` the robot drives without food on request."""
 
 
 def display_name(place: str) -> str:
@@ -45,17 +46,27 @@ def _about(sentence: str) -> Callable[[str], str]:
 
 on_the_way = _about("On the way to {}.")
 at = _about("At {}.")
-take = _about("Your food is here, {}. Please take it and press 'Taken'.")
 not_taken = _about("{}: nobody took the food")
 battery_skipped = _about("{}: the battery was not enough for it")
 not_served = _about("{}: the round was ended before it was served")
 left_out = _about("{}: it was taken out of the round")
-"""Sentences by the name of a place: while driving, after an errand, at a table; and why a table was not served."""
+"""Sentences by the name of a place: while driving, after an errand; and why a table was not served."""
 
 
-def load(tables: Sequence[str]) -> str:
-    """Return the message in the kitchen, with the tables to load for."""
-    return f"In the kitchen. Load the food for {join_names(tables)}, then press 'Loaded'."
+def load(status: DeliveryStatus, trays: int) -> str:
+    """Return the message in the kitchen, with the tables to load for, on which tray if there are several."""
+    tables = status.queue[: trays or None]
+    if trays < 2:
+        return f"In the kitchen. Load the food for {join_names(tables)}, then press 'Loaded'."
+    loads = "; ".join(f"tray {number}: {display_name(table)}" for number, table in enumerate(tables, 1))
+    return f"In the kitchen. Load {loads}. Then press 'Loaded'."
+
+
+def take(status: DeliveryStatus) -> str:
+    """Return the message at a table, with the tray of its food if there are several."""
+    trays, place = status.on_trays, status.place
+    tray = f" on tray {trays.index(place) + 1}" if place in trays and len(trays) > 1 else ""
+    return f"Your food is here{tray}, {display_name(place)}. Please take it and press 'Taken'."
 
 
 def not_reached(place: str, why: str) -> str:

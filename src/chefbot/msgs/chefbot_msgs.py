@@ -197,6 +197,8 @@ class DeliveryStatus(Message, frozen=True, eq=False):
     """Errands to be done, in order."""
     places: StringArray = ()
     """Places of the current round, or of the last one, as they were ordered."""
+    on_trays: StringArray = ()
+    """Places to be served from the trays, by tray, "" for none; empty if the robot carries all food at once."""
 
 
 class EmergencyStopStatus(Message, frozen=True, eq=False):

@@ -34,6 +34,7 @@ class DeliveryRoundNode(DeliveryEnergyNode):
         self._round = BatteryRound(
             *names, self._resolve, self._report_outcome, self._forecast, self._parking_place
         )
+        self._round.trays = self.params.trays
         self._published_status: DeliveryStatus | None = None
         self._ready = False
         self._leg: DriveRequest | None = None
@@ -43,7 +44,7 @@ class DeliveryRoundNode(DeliveryEnergyNode):
     def reconfigure(self, params: DeliveryParams) -> None:
         """Apply new parameters from the next leg on."""
         self.params = params
-        self._round.kitchen, self._round.home = params.kitchen, params.home
+        self._round.kitchen, self._round.home, self._round.trays = params.kitchen, params.home, params.trays
 
     def on_battery_status(self, battery: BatteryStatus) -> None:
         """Shorten the round, go home or park, as the battery allows."""

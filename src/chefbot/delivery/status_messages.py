@@ -14,6 +14,10 @@ ORDER_KEPT = "The emergency stop is active. The order is kept; press Resume, the
 NOT_WHILE_STOPPED = "The emergency stop is active. Press Resume first."
 CANCELLED_TOO = "The delivery was cancelled, and {} more that waited."
 QUEUE_CHANGED = "The round has changed meanwhile; look at it and change it again."
+TOO_MANY_TO_SORT = (
+    "The shortest order is computed for up to {} tables; leave some out, or sort them yourself."
+)
+WAY_NOT_KNOWN = "The ways between the tables that are left are not known yet."
 NOTHING_LEFT = "The round has no table left to serve."
 ERRAND_ENDED = "The drive was ended."
 NO_PLACE = "The order names no place."

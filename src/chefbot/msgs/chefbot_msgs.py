@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.chefbot_deliveries import RoundForecast as RoundForecast
+from chefbot.msgs.chefbot_deliveries import RoundStop as RoundStop
 from chefbot.msgs.chefbot_people import TrackedPeople as TrackedPeople
 from chefbot.msgs.chefbot_people import TrackedPerson as TrackedPerson
 from chefbot.msgs.chefbot_zones import MapZone as MapZone

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from chefbot.delivery.drive_retry import RETRY_PERIOD
-from chefbot.delivery.round_outcome import OrderError, OrderOutcome
+from chefbot.delivery.round_outcome import OrderOutcome
 from chefbot.msgs import chefbot_msgs as msgs
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, String
-from chefbot.nodes.delivery_round import DeliveryRoundNode
+from chefbot.nodes.delivery_forecast import DeliveryForecastNode
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.coroutines import Cancelled, Future
-from chefbot.runtime.node import In, Out, restored, topic
+from chefbot.runtime.node import In, restored
 from chefbot.safety.emergency_stop import is_pressed, pressed_since
 
 
-class DeliveryNode(DeliveryRoundNode):
+class DeliveryNode(DeliveryForecastNode):
     """Serves `deliver`; also accepts an `order` from the web UI. New orders wait for the current one.
 
     `delivery_status` contains the complete state that is restored after a restart; the state machine is
@@ -30,6 +30,7 @@ class DeliveryNode(DeliveryRoundNode):
     not_taken: In[Empty]
     round_choice: In[String]
     round_queue: In[msgs.Order]
+    round_shortest: In[String]
     errand: In[msgs.Errand]
     cancel: In[Empty]
     emergency_stop: In[Bool]
@@ -37,7 +38,6 @@ class DeliveryNode(DeliveryRoundNode):
     restored_status: In[msgs.DeliveryStatus] = restored("delivery_status")
     restored_stop: In[msgs.EmergencyStopStatus] = restored("stop_status")
     deliver = action_server(msgs.Deliver)
-    remark: Out[String] = topic("delivery/remark")
 
     def start(self) -> None:
         """Start idle, or continue the round restored after a restart."""
@@ -93,6 +93,10 @@ class DeliveryNode(DeliveryRoundNode):
         """Change the order of the tables of the current round, or leave some out."""
         self._apply_event(lambda: self._round.change_queue(order.id, order.places))
 
+    def on_round_shortest(self, order_id: String) -> None:
+        """Put the tables of the round with this id into the order of the shortest way."""
+        self._apply_event(lambda: self._shorten_way(order_id.data))
+
     def on_errand(self, errand: msgs.Errand) -> None:
         """Drive to another place on request of the operator."""
         self._apply_event(lambda: self._round.go(errand))
@@ -129,16 +133,9 @@ class DeliveryNode(DeliveryRoundNode):
             del self._results[order.id]
         return msgs.Deliver_Result(outcome.delivered, outcome.code, outcome.sentence if outcome.code else "")
 
-    def _apply_event(self, event: Callable[[], None]) -> None:
-        """Apply an event to the round and publish a remark if it is refused."""
-        try:
-            event()
-        except OrderError as error:
-            self.remark.publish(String(str(error)))
-        self._update_drive()
-
     def _report_status(self, status: msgs.DeliveryStatus) -> None:
         """Send feedback of the action goal, if there is one."""
+        super()._report_status(status)
         if self.deliver.busy:
             self._feedback(msgs.Deliver_Feedback(status.description))
 

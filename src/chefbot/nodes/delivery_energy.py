@@ -43,14 +43,17 @@ class DeliveryEnergyNode(Node):
         self._parking = None
 
     def _length(self, stops: tuple[Stop, ...]) -> float:
-        """Return the length of the way from the robot over the stops, m; NaN without a map or a pose."""
-        routes, robot = self._route_lengths(), self._robot_pose()
-        poses = self._poses()
+        """Return an upper bound of the way from the robot over the stops, m; NaN without a map or a pose."""
+        routes, way = self._route_lengths(), self._way(stops)
+        return sum(routes.between(a, b) for a, b in pairwise(way)) if routes and way else math.nan
+
+    def _way(self, stops: tuple[Stop, ...]) -> tuple[SE2, ...]:
+        """Return the poses of the robot and of the stops; empty if one of them is not known."""
+        robot, poses = self._robot_pose(), self._poses()
         known = [stop if isinstance(stop, PoseStamped) else poses.get(stop) for stop in stops]
-        if routes is None or robot is None or None in known:
-            return math.nan
-        way = [robot, *(pose.pose.se2 for pose in known if pose is not None)]
-        return sum(routes.between(a, b) for a, b in pairwise(way))
+        if robot is None or None in known:
+            return ()
+        return (robot, *(pose.pose.se2 for pose in known if pose is not None))
 
     def _parking_place(self) -> tuple[PoseStamped, float] | None:
         """Return the nearest place to park and the way to it, m."""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import msgspec
 
 from chefbot.delivery.battery_round import BatteryRound
 from chefbot.delivery.button_timer import ButtonPress, ButtonTimer
 from chefbot.delivery.drive_retry import NO_NAVIGATOR, DriveRetry
 from chefbot.delivery.params import DeliveryParams
-from chefbot.delivery.round_outcome import DriveRequest, OrderOutcome
+from chefbot.delivery.round_outcome import DriveRequest, OrderError, OrderOutcome
 from chefbot.msgs.chefbot_msgs import BatteryStatus, DeliveryStatus, LocalizationStatus
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
-from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.std_msgs import Header, String
 from chefbot.nodes.delivery_energy import DeliveryEnergyNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Task
@@ -26,6 +28,7 @@ class DeliveryRoundNode(DeliveryEnergyNode):
     localization_status: In[LocalizationStatus]
     navigate_to_pose = action_client(NavigateToPose)
     delivery_status: Out[DeliveryStatus] = topic(latched=True)
+    remark: Out[String] = topic("delivery/remark")
 
     def start(self) -> None:
         """Start idle; the drives begin once `_ready` is set."""
@@ -69,6 +72,14 @@ class DeliveryRoundNode(DeliveryEnergyNode):
         if running is not None:
             running.cancel()
         self._drive = self.spawn(self._drive_leg(leg)) if leg is not None else None
+
+    def _apply_event(self, event: Callable[[], None]) -> None:
+        """Apply an event to the round and publish a remark if it is refused."""
+        try:
+            event()
+        except OrderError as error:
+            self.remark.publish(String(str(error)))
+        self._update_drive()
 
     async def _drive_leg(self, leg: DriveRequest) -> None:
         """Drive a leg until it is reached, fails or is preempted."""

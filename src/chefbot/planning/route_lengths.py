@@ -1,4 +1,4 @@
-"""Lengths of ways on the map, from cost-to-come tables that are kept for each place."""
+"""Lengths of ways on the map: safe upper bounds from cost-to-come tables that are kept for each place, and paths."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
-from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.grid_planner import GridPlanner, path_length
 from chefbot.planning.planner import PlanningError
 
 TOLERANCE = 0.6
@@ -29,10 +29,17 @@ class RouteLengths:
         self._tables: dict[SE2, NDArray[np.float32] | None] = {}
 
     def between(self, a: SE2, b: SE2) -> float:
-        """Return the length of the way between two poses, m; that of `b` is kept for the next request."""
+        """Return an upper bound of the length of the way between two poses, m; the table of `b` is kept."""
         table = self.table(b)
         length = math.inf if table is None else self._lowest_near(table, a)
         return length if math.isfinite(length) else DETOUR * a.distance(b)
+
+    def path_length(self, a: SE2, b: SE2) -> float:
+        """Return the length of the planner's path between two poses, m."""
+        try:
+            return path_length(self._planner.plan(self._costmap, a, b))
+        except PlanningError:
+            return DETOUR * a.distance(b)
 
     def table(self, pose: SE2) -> NDArray[np.float32] | None:
         """Return the lengths (h, w) from a pose to all cells, inf where there is no way; None outside the map."""

@@ -92,6 +92,12 @@ class ChangeQueue(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag=
     order: Id = ""
 
 
+class ShortestOrder(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="shortest_order"):
+    """Serve the tables that are left in the order of the shortest way; `order` as in ChangeQueue."""
+
+    order: Id = ""
+
+
 class GoPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="go_place"):
     """Drive to the place with this name."""
 
@@ -217,6 +223,7 @@ KINDS = (
         NotTaken,
         Choose,
         ChangeQueue,
+        ShortestOrder,
         GoPlace,
         Patrol,
         Follow,
@@ -228,8 +235,8 @@ KINDS = (
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 
 AnyCommand = (
-    Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | GoPlace | Patrol | Follow
-    | Cancel
+    Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | ShortestOrder | GoPlace
+    | Patrol | Follow | Cancel
     | Stop | Withdraw | Resume | MapSaved | Ping | Show | Received | LeaveKiosk | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip

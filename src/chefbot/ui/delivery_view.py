@@ -7,12 +7,14 @@ from collections.abc import Collection
 
 from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, IN_ROUND, QUEUE_CHANGED, display_name
 from chefbot.errors import UserError
-from chefbot.msgs.chefbot_msgs import DeliveryStatus
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
 from chefbot.ui import commands as do
-from chefbot.ui.layers import DeliveryView
+from chefbot.ui.layers import DeliveryView, RoundStopView
 
 CONFIRMATION = {"loading": "loaded", "waiting": "taken"}
 """What a person has to confirm, by state of the mission."""
+TIME_STEP = 10.0
+"""Step of the times of a forecast, s."""
 CONFIRMATION_STATE = {do.Loaded: "loading", do.Taken: "waiting", do.NotTaken: "waiting"}
 """State of the mission in which a confirmation is valid."""
 
@@ -36,6 +38,19 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
         unserved=_unserved(status),
         orders=tuple(order.places for order in status.pending_orders),
         errands=tuple(errand.name for errand in status.errands),
+    )
+
+
+def forecast_views(message: RoundForecast) -> tuple[RoundStopView, ...]:
+    """Convert a forecast to the layer, rounded, so that it is sent only when an operator sees a change."""
+    return tuple(
+        RoundStopView(
+            place=stop.place,
+            distance=float(round(stop.distance)),
+            time=TIME_STEP * round(stop.time / TIME_STEP),
+            battery=float(round(100.0 * stop.charge)) if stop.charge >= 0.0 else None,
+        )
+        for stop in message.stops
     )
 
 
@@ -65,10 +80,10 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         raise UserError("A delivery round is active; end it first")
     if isinstance(command, do.Loaded | do.Taken | do.NotTaken):
         _check_confirmation(command, status)
-    if isinstance(command, do.ChangeQueue) and (
-        command.order != status.order_id or Counter(command.tables) - Counter(status.queue)
-    ):
-        raise UserError(QUEUE_CHANGED)
+    if isinstance(command, do.ChangeQueue | do.ShortestOrder):
+        tables = command.tables if isinstance(command, do.ChangeQueue) else ()
+        if command.order != status.order_id or Counter(tables) - Counter(status.queue):
+            raise UserError(QUEUE_CHANGED)
 
 
 def _place_names(command: do.OperatorCommand) -> tuple[str, ...]:

@@ -201,6 +201,15 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """Tables of the queued orders."""
 
 
+class RoundStopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A stop that is left of a round: way to it (m), time until the arrival (s), charge then (percent)."""
+
+    place: str
+    distance: float
+    time: float
+    battery: float | None
+
+
 class CauseView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Why the robot slowed down, stopped, took a detour or failed; see chefbot_msgs/Cause."""
 
@@ -353,6 +362,7 @@ LAYERS: dict[str, Layer] = {
     "places": Layer(FAST_PERIOD, _places, _ENCODE_JSON),
     "zones": Layer(MAP_PERIOD, _tuple_of(ZoneView), _ENCODE_JSON),
     "delivery": Layer(FAST_PERIOD, _instance_of(DeliveryView), _ENCODE_JSON),
+    "forecast": Layer(FAST_PERIOD, _tuple_of(RoundStopView), _ENCODE_JSON),
     "history": Layer(FAST_PERIOD, _tuple_of(RecordedRound), _ENCODE_JSON),
     "frames": Layer(FAST_PERIOD, _tuple_of(FrameView), _ENCODE_JSON),
     "fixed_frames": Layer(MAP_PERIOD, _tuple_of(FrameView), _ENCODE_JSON),

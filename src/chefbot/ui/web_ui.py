@@ -18,6 +18,7 @@ from chefbot.msgs.chefbot_msgs import (
     ObstacleScan,
     Order,
     Places,
+    RoundForecast,
     WheelTicks,
 )
 from chefbot.msgs.chefbot_people import TrackedPeople
@@ -36,7 +37,7 @@ from chefbot.ui import commands as do
 from chefbot.ui import layers
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.tls import load_tls
-from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
+from chefbot.ui.delivery_view import delivery_view, forecast_views, is_errand, validate_command
 from chefbot.ui.message_conversion import (
     SHOWN_CAUSES,
     RecentDiagnostics,
@@ -89,6 +90,7 @@ class WebUiDevice(SimulationDevice):
     localization_status: In[LocalizationStatus]
     navigation_status: In[NavigationStatus]
     delivery_status: In[DeliveryStatus]
+    round_forecast: In[RoundForecast]
     places: In[Places]
     zones: In[MapZones]
     phase: In[String]
@@ -268,6 +270,10 @@ class WebUiDevice(SimulationDevice):
             self._server.set_layer("history", self._newest_rounds())
         self._show_delivery(message)
 
+    def on_round_forecast(self, message: RoundForecast) -> None:
+        """Display when the stops of the round are reached."""
+        self._server.set_layer("forecast", forecast_views(message))
+
     def _show_delivery(self, message: DeliveryStatus) -> None:
         self._server.set_layer("delivery", delivery_view(message, self._pending.order_warning(self.now_ns)))
 
@@ -365,7 +371,7 @@ class WebUiDevice(SimulationDevice):
                 self.round_choice.publish(String(choice))
             case do.ChangeQueue(tables, order):
                 self.round_queue.publish(Order(tuple(tables), order))
-            case do.Patrol() | do.Follow():
+            case do.Patrol() | do.Follow() | do.ShortestOrder():
                 self._execute_mission(command)
             case do.Cancel():
                 self._pending.cancel()

@@ -18,7 +18,7 @@ import { whereSentence } from "./where.js";
 const STALE = 2000;                      // milliseconds without data before the page reports it
 const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
-const NEEDED = ["shape", "map", "robot", "goal", "places", "delivery", "history", "causes", "progress"];
+const NEEDED = ["shape", "map", "robot", "goal", "places", "delivery", "forecast", "history", "causes", "progress"];
 const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
 const OF_THE_ROBOT = new Set(["stop", "shape", ...SOLID_LAYERS]);        // the same after a restart
 const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
@@ -146,6 +146,7 @@ const HANDLERS = {
   status: (value) => { panels.status(value); alerts.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
   places: (value) => panels.places(value ?? []),
   delivery: (value) => { panels.delivery(value); kiosk.show(value); alerts.delivery(value); reportLostRound(value); },
+  forecast: (value) => panels.round.showForecast(value ?? []),
   history: (value) => panels.round.showHistory(value ?? []),
   progress: (value) => panels.progress(value),
   causes: (value) => panels.causes(value ?? []),

@@ -10,11 +10,13 @@ export class RoundCard {
     this.send = send;
     this.value = null;
     this.queue = "[]";
+    this.forecast = [];                  // stops that are left, with metres, seconds and battery
     for (const press of ["loaded", "taken", "not_taken"]) {
       $(press).onclick = () => send({ do: press, place: this.value?.place ?? "" });
     }
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).onclick = () => send({ do: "choose", choice });
     $("again").onclick = () => send({ do: "deliver", tables: this.value.unserved });
+    $("shortest").onclick = () => send({ do: "shortest_order", order: this.value.order_id });
     for (const when of ["now", "after", "instead"]) $(`when_${when}`).onclick = () => this.answer(when);
     $("when_not").onclick = () => this.answer("");
   }
@@ -32,6 +34,8 @@ export class RoundCard {
     $("again").hidden = !value?.unserved.length;
     text("again", `Order ${names(value?.unserved)} again`);
     this.showQueue(value?.queue ?? []);
+    $("shortest").hidden = (value?.queue ?? []).length < 2;
+    this.showForecast(this.forecast);
     document.body.classList.toggle("waits", Boolean(waits));
     if (!value?.round_active) this.answer("");
   }
@@ -44,12 +48,31 @@ export class RoundCard {
     $("queue").replaceChildren(...queue.map((name, i) => {
       const item = document.createElement("li"), label = document.createElement("span");
       label.textContent = title(name);
+      const when = document.createElement("small");
       const earlier = chip("↑", `Serve ${title(name)} earlier`, () => this.changeQueue(moved(queue, i)));
       const leave = chip("×", `Leave out ${title(name)}`, () => this.changeQueue(queue.filter((_, k) => k !== i)));
       earlier.disabled = i === 0;
-      item.append(label, earlier, leave);
+      item.append(label, when, earlier, leave);
       return item;
     }));
+  }
+
+  // Under the step: the way to the next stop, and when the robot is home. On each chip: when that table is reached.
+  showForecast(stops) {
+    this.forecast = stops;
+    const { queue = [], state = "", place = "" } = this.value ?? {}, [next] = stops, home = stops.at(-1);
+    const drives = next?.place === place && (state === "driving" || state === "returning");
+    text("eta", [
+      drives && `${title(place)}: ${metres(next.distance)}, ${duration(next.time)}.`,
+      home && stops.length > 1 && `Home again: ${[metres(home.distance), duration(home.time), ...charge(home)].join(", ")}.`,
+    ].filter(Boolean).join(" "));
+    let from = drives ? 1 : 0;
+    for (const [i, name] of queue.entries()) {
+      const found = stops.findIndex((stop, k) => k >= from && stop.place === name);
+      const chip = $("queue").children[i].querySelector("small"), stop = stops[found];
+      if (stop) from = found + 1;
+      chip.textContent = stop ? [metres(stop.distance), duration(stop.time), ...charge(stop)].join(" · ") : "";
+    }
   }
 
   changeQueue(tables) { this.send({ do: "queue", tables, order: this.value.order_id }); }
@@ -101,6 +124,9 @@ export class RoundCard {
   }
 }
 
+const metres = (length) => `${Math.round(length)} m`;
+const charge = ({ battery }) => (battery === null ? [] : [`${battery} % battery`]);
+const duration = (seconds) => (seconds < 90 ? `about ${Math.max(10, seconds)} s` : `about ${Math.round(seconds / 60)} min`);
 const moved = (list, i) => [...list.slice(0, i - 1), list[i], list[i - 1], ...list.slice(i + 1)];
 
 function chip(sign, label, action) {

@@ -1,0 +1,37 @@
+"""Messages of chefbot_msgs about when a delivery round reaches its stops."""
+
+from __future__ import annotations
+
+from chefbot.msgs.idl.constraints import per_field
+from chefbot.msgs.idl.message import Float32, Message, String
+from chefbot.msgs.std_msgs import Header
+
+
+class RoundStop(Message, frozen=True, eq=False):
+    """A stop that is left of a round: the way to it (m) and the time until the arrival (s), over the stops before."""
+
+    ROS_PACKAGE = "chefbot_msgs"
+
+    BOUNDS = per_field(distance=(0.0, 1e6), time=(0.0, 1e7), charge=(-1.0, 1.0))
+
+    place: String = ""
+    distance: Float32 = 0.0
+    time: Float32 = 0.0
+    charge: Float32 = -1.0
+    """Charge of the battery on arrival, 0..1; negative if the battery is not monitored."""
+
+
+class RoundForecast(Message, frozen=True, eq=False):
+    """The stops that are left of the current round, in order, the last one at home; none without a round.
+
+    Also none where the map, the pose or a place is not known. Times are those of a robot that goes on at once, if the
+    round is held.
+    """
+
+    ROS_PACKAGE = "chefbot_msgs"
+
+    MAX_LENGTHS = per_field(stops=100)
+
+    header: Header = Header()
+    order_id: String = ""
+    stops: tuple[RoundStop, ...] = ()

@@ -11,7 +11,7 @@ from chefbot.cli.drive import status as drive_status
 from chefbot.cli.drive.status import place_sentence, show_status
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
-from chefbot.ui.layers import DeliveryView, RobotView, StatusView
+from chefbot.ui.layers import DeliveryView, RobotView, RoundStopView, StatusView
 
 
 @pytest.fixture(autouse=True)
@@ -45,6 +45,18 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     assert rows["delivery"] == "Driving to table 3." and rows["warning"] == "Lidar: late"
     assert "last stop       A door.\n" in out
     assert "still to serve  table 2\nordered next    table 1 and table 3\n" in out
+
+
+def test_the_stops_that_are_left_are_printed_with_their_times(capsys: pytest.CaptureFixture[str]) -> None:
+    table = RoundStopView(place="table_2", distance=12.0, time=40.0, battery=70.0)
+    home = RoundStopView(place="home", distance=45.0, time=660.0, battery=None)
+    with fake_robot() as robot:
+        robot.server.set_layer("delivery", DeliveryView(step="Driving.", queue=("table_2",)))
+        robot.server.set_layer("forecast", (table, home))
+        show_status(robot.url)
+    out = capsys.readouterr().out
+    stops = "table 2 in 12 m, about 40 s, 70 % battery; home in 45 m, about 11 min"
+    assert f"stops left      {stops}\n" in out and "still to serve" not in out
 
 
 def test_an_active_emergency_stop_is_the_exit_code(capsys: pytest.CaptureFixture[str]) -> None:

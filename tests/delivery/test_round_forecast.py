@@ -66,7 +66,7 @@ def test_the_time_of_a_metre_is_that_of_the_drives(actual: float) -> None:
     assert times.seconds_per_metre == pytest.approx(actual, rel=0.05)
 
 
-def test_an_interrupted_drive_says_nothing_about_the_pace() -> None:
+def test_an_interrupted_drive_does_not_count() -> None:
     times = DriveTimes(4.0)
     times.begin(20.0, 0.0)
     times.end(1.0, arrived=False)

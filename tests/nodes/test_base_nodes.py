@@ -22,7 +22,7 @@ from chefbot.msgs.nav2_msgs import BackUp_Goal, DriveOnHeading_Goal, Spin_Goal
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Float64
 from chefbot.nodes.behavior_server import BehaviorServerNode
-from chefbot.nodes.delivery_round import DeliveryRoundNode
+from chefbot.nodes.deliveries.round import DeliveryRoundNode
 from chefbot.nodes.frontier_map import MAP_TIMEOUT, FrontierMapNode
 from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.nodes.navigation.recovery_behaviors import COSTMAP_REFRESH_TIME, RecoveryBehaviorsNode

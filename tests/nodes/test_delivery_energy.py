@@ -18,7 +18,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.delivery_energy import DeliveryEnergyNode
+from chefbot.nodes.deliveries.energy import DeliveryEnergyNode
 
 ROBOT_POSE = SE2(1.0, 2.0, 0.0)
 PLACES = {"home": SE2(1.0, 1.0, 0.0), "table_1": SE2(3.0, 2.0, 0.0), "table_2": SE2(6.0, 2.0, 0.0)}

@@ -128,7 +128,7 @@ def test_another_round_is_not_sorted(order: str) -> None:
     assert restaurant.remarks() == [QUEUE_CHANGED]
 
 
-def test_what_cannot_be_sorted_is_refused_in_words() -> None:
+def test_what_cannot_be_sorted_is_refused_with_a_reason() -> None:
     restaurant = Restaurant()
     restaurant.publish("round_shortest", String("a"))
     restaurant.order(*(f"table_{x}" for x in range(2, 16)))

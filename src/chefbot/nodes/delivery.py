@@ -9,7 +9,7 @@ from chefbot.delivery.round_outcome import OrderOutcome
 from chefbot.msgs import chefbot_msgs as msgs
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, String
-from chefbot.nodes.delivery_forecast import DeliveryForecastNode
+from chefbot.nodes.deliveries.forecast import DeliveryForecastNode
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.coroutines import Cancelled, Future
 from chefbot.runtime.node import In, restored

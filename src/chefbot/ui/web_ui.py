@@ -133,6 +133,7 @@ class WebUiDevice(SimulationDevice):
         )
         self._scans = ScanDisplay(self._server.set_layer)
         self._server.set_layer("shape", shape_view(self.robot))
+        self._server.set_layer("forecast", ())
         self._server.set_layer("history", self._open_history(simulated=p.simulation))
         self.url = self._server.start()
         self.announcement = announcement(self._server, self.params, self.url)
@@ -267,7 +268,8 @@ class WebUiDevice(SimulationDevice):
         """Update the state of the deliveries and confirm accepted orders."""
         self._pending.confirm_orders(message.accepted, self.now_ns)
         if self._record_round(message, self._pending.ordered_by(message.order_id)):
-            self._server.set_layer("history", self._newest_rounds())
+            self._server.set_layer("forecast", ())
+        self._server.set_layer("history", self._newest_rounds())
         self._show_delivery(message)
 
     def on_round_forecast(self, message: RoundForecast) -> None:

@@ -18,7 +18,9 @@ HERE = 0.3
 """Distance from a place at which the robot is there, m."""
 SLOWEST = 0.01
 """Speed below which the robot stands, m/s."""
-SHOWN_LAYERS = {"status", "robot", "delivery"}
+LONG_TIME = 90.0
+"""Time from which minutes are printed, s."""
+SHOWN_LAYERS = {"status", "robot", "delivery", "forecast"}
 NAME_WIDTH = len("emergency stop")
 console = Console(highlight=False, soft_wrap=True, markup=False)
 
@@ -43,7 +45,7 @@ def _rows(
     yield "place", place_sentence(layers.get("robot"), places)
     yield "speed", _speed(layers.get("robot"))
     yield "activity", status["phase"] or status["navigation"] or "none"
-    yield from _delivery(layers.get("delivery") or {})
+    yield from _delivery(layers.get("delivery") or {}, layers.get("forecast") or [])
     yield "battery", _battery(status)
     yield "localization", "unknown" if status["confidence"] is None else f"{status['confidence']:.0%} sure"
     yield "emergency stop", "active" if status["stopped"] else "not active"
@@ -53,12 +55,20 @@ def _rows(
         yield "warning", warning
 
 
-def _delivery(delivery: dict[str, Any]) -> Iterator[tuple[str, str]]:
+def _delivery(delivery: dict[str, Any], forecast: list[dict[str, Any]]) -> Iterator[tuple[str, str]]:
     yield "delivery", delivery.get("step") or "none"
-    if queue := delivery.get("queue"):
+    if forecast:
+        yield "stops left", "; ".join(map(_stop, forecast))
+    elif queue := delivery.get("queue"):
         yield "still to serve", join_names(queue)
     for order in delivery.get("orders", ()):
         yield "ordered next", join_names(order)
+
+
+def _stop(stop: dict[str, Any]) -> str:
+    time = f"{stop['time']:.0f} s" if stop["time"] < LONG_TIME else f"{stop['time'] / 60:.0f} min"
+    charge = "" if stop["battery"] is None else f", {stop['battery']:.0f} % battery"
+    return f"{display_name(stop['place'])} in {stop['distance']:.0f} m, about {time}{charge}"
 
 
 def place_sentence(robot: dict[str, float] | None, places: dict[str, SE2]) -> str:

@@ -18,7 +18,7 @@ from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.battery_monitor import prior_consumption
-from chefbot.nodes.delivery_round import DeliveryRoundNode
+from chefbot.nodes.deliveries.round import DeliveryRoundNode
 from chefbot.runtime.node import Out, every, topic
 
 
@@ -28,7 +28,7 @@ class DeliveryForecastNode(DeliveryRoundNode):
     round_forecast: Out[RoundForecast] = topic(latched=True)
 
     def start(self) -> None:
-        """Start without a forecast."""
+        """Start without a forecast, with the pace of the robot's sizing."""
         super().start()
         self._stop_times = StopTimes(self.params)
         self._drive_times = DriveTimes(prior_consumption(self.robot).seconds_per_metre)
@@ -38,7 +38,7 @@ class DeliveryForecastNode(DeliveryRoundNode):
         self._lengths: dict[tuple[SE2, SE2], float] = {}
 
     def on_map(self, message: OccupancyGrid) -> None:
-        """Plan the ways again."""
+        """Plan the ways again on the next request."""
         super().on_map(message)
         self._lengths.clear()
 

@@ -14,7 +14,7 @@ from chefbot.delivery.round_outcome import DriveRequest, OrderError, OrderOutcom
 from chefbot.msgs.chefbot_msgs import BatteryStatus, DeliveryStatus, LocalizationStatus
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.nodes.delivery_energy import DeliveryEnergyNode
+from chefbot.nodes.deliveries.energy import DeliveryEnergyNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Task
 from chefbot.runtime.node import In, Out, topic

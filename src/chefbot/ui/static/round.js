@@ -49,6 +49,7 @@ export class RoundCard {
       const item = document.createElement("li"), label = document.createElement("span");
       label.textContent = title(name);
       const when = document.createElement("small");
+      when.title = "Way, time and battery on arrival";
       const earlier = chip("↑", `Serve ${title(name)} earlier`, () => this.changeQueue(moved(queue, i)));
       const leave = chip("×", `Leave out ${title(name)}`, () => this.changeQueue(queue.filter((_, k) => k !== i)));
       earlier.disabled = i === 0;
@@ -63,15 +64,15 @@ export class RoundCard {
     const { queue = [], state = "", place = "" } = this.value ?? {}, [next] = stops, home = stops.at(-1);
     const drives = next?.place === place && (state === "driving" || state === "returning");
     text("eta", [
-      drives && `${title(place)}: ${metres(next.distance)}, ${duration(next.time)}.`,
-      home && stops.length > 1 && `Home again: ${[metres(home.distance), duration(home.time), ...charge(home)].join(", ")}.`,
+      drives && `${title(place)}: ${metres(next.distance)}, about ${time(next.time)}.`,
+      home && stops.length > 1 && `Home again: ${[metres(home.distance), `about ${time(home.time)}`, ...charge(home)].join(", ")}${home.battery === null ? "" : " battery"}.`,
     ].filter(Boolean).join(" "));
     let from = drives ? 1 : 0;
     for (const [i, name] of queue.entries()) {
       const found = stops.findIndex((stop, k) => k >= from && stop.place === name);
       const chip = $("queue").children[i].querySelector("small"), stop = stops[found];
       if (stop) from = found + 1;
-      chip.textContent = stop ? [metres(stop.distance), duration(stop.time), ...charge(stop)].join(" · ") : "";
+      chip.textContent = stop ? [metres(stop.distance), time(stop.time), ...charge(stop)].join(" · ") : "";
     }
   }
 
@@ -125,8 +126,8 @@ export class RoundCard {
 }
 
 const metres = (length) => `${Math.round(length)} m`;
-const charge = ({ battery }) => (battery === null ? [] : [`${battery} % battery`]);
-const duration = (seconds) => (seconds < 90 ? `about ${Math.max(10, seconds)} s` : `about ${Math.round(seconds / 60)} min`);
+const charge = ({ battery }) => (battery === null ? [] : [`${battery} %`]);
+const time = (seconds) => (seconds < 90 ? `${Math.max(10, seconds)} s` : `${Math.round(seconds / 60)} min`);
 const moved = (list, i) => [...list.slice(0, i - 1), list[i], list[i - 1], ...list.slice(i + 1)];
 
 function chip(sign, label, action) {

@@ -41,3 +41,14 @@ def test_only_a_program_error_has_a_traceback(
         print_fault(Fault("node <- scan", raised))
     stderr = capsys.readouterr().err
     assert stderr.startswith("Fault: ") and ("Traceback" in stderr) == has_traceback
+
+
+def test_a_stop_while_the_nodes_start_ends_the_run_behind_it() -> None:
+    launch = load_launch("base", {"robot": "chefbot_lidar"})
+    with session(load_robot("chefbot_lidar"), 1, "simulation", 1.0, None) as system:
+        system.loop.schedule(3600 * 10**9, 0, lambda: None)
+        system.loop.stop()
+        start(system, launch)
+        assert not system.nodes
+        system.loop.run()
+        assert system.loop.now_ns < 10**9

@@ -13,13 +13,15 @@ from chefbot.config import ConfigError
 from chefbot.msgs.chefbot_msgs import Deliver_Goal
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.robot.load import load_robot
-from chefbot.runtime.clock import PacedClock, StepClock
+from chefbot.runtime.clock import PacedClock, StepClock, WallClock
 from chefbot.runtime.coroutines import Cancelled
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import DEVICE, MESSAGE, TIMER, Loop
 from chefbot.runtime.node_container import NodeContainer
+from tests.support.waiting import PATIENCE
 
 HERE = "tests.runtime.toys"
+HOUR = 3_600_000_000_000
 
 
 def make(nodes: dict[str, str], seed: int = 1, start_ns: int = 0) -> NodeContainer:
@@ -48,6 +50,48 @@ def test_messages_run_before_timers_of_the_same_instant() -> None:
     loop.schedule(5, DEVICE, lambda: loop.publish("a", String("x"), "device"))
     loop.run()
     assert seen == ["b", "timer"]
+
+
+def run_elsewhere(loop: Loop) -> bool:
+    """Run the loop in a thread; return whether that ended."""
+    thread = threading.Thread(target=loop.run, daemon=True)
+    thread.start()
+    thread.join(PATIENCE)
+    return not thread.is_alive()
+
+
+def test_a_loop_that_was_stopped_before_it_runs_returns() -> None:
+    """A signal, or the death of the service manager, may come before."""
+    loop, seen = Loop(WallClock(), 0), list[str]()
+    loop.schedule(HOUR, TIMER, lambda: seen.append("timer"))
+    loop.stop()
+    assert run_elsewhere(loop) and not seen
+    loop.run(until=lambda: True)
+    loop.stop()
+    assert run_elsewhere(loop), "a run that has ended by itself does not forget the stop behind it"
+
+
+def test_a_stop_just_before_the_loop_waits_is_not_lost() -> None:
+    class Interrupted(WallClock):
+        """Another thread stops the loop while it schedules a posted action, due in an hour."""
+
+        def read(self, reached_ns: int) -> int:
+            loop.stop()
+            return reached_ns + HOUR
+
+    loop = Loop(Interrupted(), 0)
+    loop.post(lambda: None)
+    assert run_elsewhere(loop)
+
+
+def test_a_stopped_loop_can_run_again() -> None:
+    loop, seen = Loop(StepClock()), list[int]()
+    for time in (1, 2):
+        loop.schedule(time, TIMER, lambda time=time: (seen.append(time), loop.stop()))
+    loop.run()
+    assert seen == [1]
+    loop.run()
+    assert seen == [1, 2]
 
 
 def test_an_isolated_action_is_timed_as_the_calling_callback() -> None:

@@ -133,6 +133,9 @@ def start(system: NodeContainer, launch: Launch) -> None:
 
     system.loop.post(switch)
     system.loop.run(until=lambda: bool(outcome))  # no end time: a wall clock may have passed it already
+    if not outcome:
+        system.loop.stop()  # it was stopped meanwhile, so the next run has to end at once
+        return
     if outcome[0] is not None:
         raise outcome[0]
     freeze_loaded_objects()

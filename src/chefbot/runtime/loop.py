@@ -186,6 +186,10 @@ class Loop:
         """Call the observer with every publication, for recording and checking."""
         self._observers.append(observer)
 
+    def remove_observer(self, observer: PublicationObserver) -> None:
+        """Do not call the observer any more."""
+        self._observers.remove(observer)
+
     # Time and events
 
     def schedule(
@@ -232,16 +236,18 @@ class Loop:
             self._wake.notify()
 
     def stop(self) -> None:
-        """Make `run` return after the current event; safe from any thread."""
+        """Make `run` return after the current event, or the next `run` at once if none runs; safe from any thread."""
         with self._wake:
             self._stopped = True
             self._wake.notify()
 
     def run(self, until_ns: int | None = None, until: Callable[[], bool] | None = None) -> None:
         """Run events in order until `until_ns` (inclusive), `until()`, `stop()`, or no event is left."""
-        self._stopped = False
         self._clock.start(self.now_ns)
-        while not self._stopped and (until is None or not until()):
+        while until is None or not until():
+            if self._stopped:
+                self._stopped = False
+                return
             if self._posted:
                 self._schedule_posted()
             if not self._events:
@@ -250,9 +256,10 @@ class Loop:
             if until_ns is not None and due > until_ns:
                 self.now_ns = max(self.now_ns, until_ns)
                 break
-            # wait until the next event is due, unless another thread posts something earlier
+            # wait until the next event is due, unless another thread posts something or stops the loop earlier
             with self._wake:
-                ready = bool(not self._posted and self._clock.wait_until(due, self._wake))
+                interrupted = self._posted or self._stopped
+                ready = not interrupted and self._clock.wait_until(due, self._wake)
             if ready and not self._posted:
                 self._run_next_event()
 

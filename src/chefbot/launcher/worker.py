@@ -34,6 +34,7 @@ from chefbot.launcher.session import (
     print_fault,
     print_remarks,
 )
+from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
@@ -41,7 +42,7 @@ from chefbot.runtime.clock import WallClock
 from chefbot.runtime.launch import Launch, node_class, split_by_process
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import RESTORED_PREFIX
-from chefbot.runtime.node_container import NodeContainer
+from chefbot.runtime.node_container import CONFIGURATION_TOPIC, NodeContainer
 from chefbot.signals import stop_on_signals
 from chefbot.supervision.heartbeat import HeartbeatSender
 from chefbot.supervision.worker_process import EXIT_TIMEOUT, PreloadSpec, WorkerSpec
@@ -130,6 +131,8 @@ def _set_process_name(process: str) -> None:
 def _start_nodes(system: NodeContainer, bridge: Bridge, order: WorkerSpec, launch: Launch) -> None:
     """Start the nodes and restore their state after a restart, before messages of others are received."""
     system.launch(launch)
+    whole = String(order.launch.to_json())
+    system.loop.publish(CONFIGURATION_TOPIC, whole, "chefbot", from_device=True, latched=True)
     for state in order.restored_messages:
         system.loop.publish(
             RESTORED_PREFIX + state.topic, state.deserialize(), WIRE_PUBLISHER, from_device=True

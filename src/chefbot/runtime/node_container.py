@@ -25,6 +25,8 @@ from chefbot.runtime.transform_buffer import TransformBuffer
 
 LAUNCH_TOPIC = "chefbot/launch"
 """Topic on which every launch is published, so that a log holds all that a replay needs."""
+CONFIGURATION_TOPIC = "chefbot/configuration"
+"""Topic of the whole launch in a process that runs a part of it."""
 PARAMS_TOPIC = "chefbot/params"
 """Topic of parameter changes at run time: JSON `{"node": ..., "params": {...}}` with all parameters."""
 RESTART_TOPIC = "chefbot/restart"
@@ -66,7 +68,8 @@ class NodeContainer:
         """
         plan = {name: self._prepare(launch.name, name, entry) for name, entry in launch.nodes.items()}
         self._stop_nodes({name for name in plan if isinstance(self.nodes.get(name), Device)})
-        self.loop.publish(LAUNCH_TOPIC, String(launch.to_json()), "chefbot", from_device=True)
+        text = String(launch.to_json())
+        self.loop.publish(LAUNCH_TOPIC, text, "chefbot", from_device=True, latched=True)
         created = []
         for name, (kind, params, remap) in plan.items():
             if name not in self.nodes and name not in leave_out:

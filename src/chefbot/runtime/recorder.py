@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import msgspec
 
@@ -34,23 +35,32 @@ class Recorder:
     """Writes every publication of a loop to a file: `loop.tap(recorder)`; `close()` completes the file.
 
     A full disk ends the recording, not the run: the file is completed, and `on_end` is called with the
-    reason.
+    reason. `images`: whether images are recorded. `notes`: further records of metadata, by name.
     """
 
     def __init__(
-        self, path: Path, robot: Robot, seed: int, *, on_end: Callable[[str], None] = lambda _: None
+        self,
+        path: Path,
+        robot: Robot,
+        seed: int,
+        *,
+        on_end: Callable[[str], None] = lambda _: None,
+        images: bool = False,
+        notes: Mapping[str, dict[str, str]] = MappingProxyType({}),
     ) -> None:
         self.path = path
         self._on_end = on_end
+        self._left_out = () if images else IMAGES
         self._channels: dict[tuple[str, str], int] = {}
         self._counts: dict[int, int] = {}
         self._file = McapWriter(path)
         about = {"robot": msgspec.json.encode(robot).decode(), "seed": str(seed)}
-        self._file.metadata(METADATA, {**about, "version": __version__})
+        for name, values in {METADATA: {**about, "version": __version__}, **notes}.items():
+            self._file.metadata(name, values)
 
     def __call__(self, publication: Publication) -> None:
-        """Write one publication, but no images."""
-        if self._file.closed or isinstance(publication.message, IMAGES):
+        """Write one publication, but no images unless they are recorded."""
+        if self._file.closed or isinstance(publication.message, self._left_out):
             return
         try:
             self._write(publication)

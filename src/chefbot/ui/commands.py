@@ -150,6 +150,21 @@ class MapSaved(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="ma
     file: Name
 
 
+class SaveIncident(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="save_incident"):
+    """Save the last minute as a file for later analysis."""
+
+    note: Annotated[
+        str, msgspec.Meta(max_length=200, description="what happened, in the operator's words")
+    ] = ""
+
+
+class Playback(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="playback"):
+    """Of a recording: jump to a time, s after its begin, and set the rate; 0 pauses it."""
+
+    time: Annotated[float, msgspec.Meta(ge=0, le=1e9)] | None = None
+    rate: Annotated[float, msgspec.Meta(ge=0, le=20)] | None = None
+
+
 class Ping(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="ping"):
     """Check the connection; it is answered at once with the same number."""
 
@@ -229,7 +244,7 @@ KINDS = (
         Follow,
         Cancel,
     ),
-    *(Stop, Withdraw, Resume, MapSaved, Ping, Show, Received, LeaveKiosk, Drive),
+    *(Stop, Withdraw, Resume, MapSaved, SaveIncident, Playback, Ping, Show, Received, LeaveKiosk, Drive),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
@@ -237,7 +252,7 @@ NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | ShortestOrder | GoPlace
     | Patrol | Follow | Cancel
-    | Stop | Withdraw | Resume | MapSaved | Ping | Show | Received | LeaveKiosk | Drive
+    | Stop | Withdraw | Resume | MapSaved | SaveIncident | Playback | Ping | Show | Received | LeaveKiosk | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip
 _DECODER = msgspec.json.Decoder(AnyCommand)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
+from chefbot.incidents.files import SavedIncident
 from chefbot.maths.cell_grid import CellGrid
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import protocol
@@ -227,6 +228,15 @@ class CauseView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Where the obstacle is on the map, m; None if there is none or it is not known."""
 
 
+class PlaybackView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Position in a recording that is played, and its length, s; `rate` 0 is a pause."""
+
+    time: float
+    length: float
+    rate: float
+    title: str
+
+
 class ProgressView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Progress of a long job such as 'compiling kernels': `done` of `total`."""
 
@@ -369,6 +379,8 @@ LAYERS: dict[str, Layer] = {
     "joints": Layer(FAST_PERIOD, _joints, _ENCODE_JSON),
     "description": Layer(MAP_PERIOD, _text, _ENCODE_JSON),
     "depth": Layer(CAMERA_PERIOD, _depth, protocol.depth),
+    "incidents": Layer(FAST_PERIOD, _tuple_of(SavedIncident), _ENCODE_JSON),
     "causes": Layer(FAST_PERIOD, _tuple_of(CauseView), _ENCODE_JSON),
+    "playback": Layer(FAST_PERIOD, _instance_of(PlaybackView), _ENCODE_JSON),
     "progress": Layer(FAST_PERIOD, _instance_of(ProgressView), _ENCODE_JSON),
 }

@@ -8,6 +8,7 @@ import ipaddress
 import socket
 import threading
 from collections.abc import AsyncIterator, Callable
+from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -43,6 +44,7 @@ from chefbot.ui.dead_man import DeadManSwitch
 from chefbot.ui.files import SECURITY_HEADERS, served_files
 from chefbot.ui.http_limits import GuardedHttp, GuardedSocket
 from chefbot.ui.hub import LayerStore
+from chefbot.ui.incident_endpoint import IncidentEndpoint
 from chefbot.ui.layers import LAYERS
 from chefbot.ui.received_pings import ReceivedPings
 from chefbot.ui.request_guard import RequestGuard
@@ -72,7 +74,8 @@ class WebUiServer:
     `on_command` runs in the server's thread and must return at once (put the command into a queue); a
     ChefbotError that it raises is sent as a sentence to the browser that sent the command. Bound to a network
     address instead of loopback, the server requires a token that only the URLs of `start` and `url_for` contain.
-    `model` generates the robot's solids (GLB); it is called in a thread on the first request.
+    `model` generates the robot's solids (GLB); it is called in a thread on the first request. `incidents`: folder
+    whose files operators can download.
     """
 
     def __init__(
@@ -84,6 +87,7 @@ class WebUiServer:
         audit: AuditLog | None = None,
         tls: Tls | None = None,
         kiosk_pin: str = "",
+        incidents: Path | None = None,
     ) -> None:
         self._address = (host, port)
         self._on_command = on_command
@@ -97,6 +101,7 @@ class WebUiServer:
         self._pings = ReceivedPings()
         self._key = None if _is_loopback(host) else TokenKey.from_environment()
         self._solids = SolidsEndpoint(model)
+        self._incidents = IncidentEndpoint(incidents)
         self._uvicorn: Any = None
         self._thread: threading.Thread | None = None
         self._listener: socket.socket | None = None
@@ -159,6 +164,7 @@ class WebUiServer:
             Route("/", serve_file),
             WebSocketRoute("/live", self._live),
             Route("/robot.glb", self._solids.serve),
+            Route("/incidents/{name}", self._incidents.serve),
             Route("/{name:path}", serve_file),
         ]
         return Starlette(routes=routes)

@@ -7,6 +7,7 @@ import numpy as np
 
 from chefbot.causes.history import CauseHistory
 from chefbot.errors import UserError
+from chefbot.incidents.files import SavedIncident
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
     Cause,
@@ -19,7 +20,6 @@ from chefbot.msgs.chefbot_msgs import (
     Order,
     Places,
     RoundForecast,
-    WheelTicks,
 )
 from chefbot.msgs.chefbot_people import TrackedPeople
 from chefbot.msgs.chefbot_zones import MapZones
@@ -27,9 +27,8 @@ from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import PoseStamped, PoseWithCovarianceStamped, Twist
 from chefbot.msgs.nav2_msgs import ParticleCloud
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry, Path
-from chefbot.msgs.sensor_msgs import BatteryState, CameraInfo, Image, JointState, LaserScan
+from chefbot.msgs.sensor_msgs import BatteryState, Image, JointState, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, String
-from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
@@ -49,11 +48,12 @@ from chefbot.ui.message_conversion import (
     people_views,
     zone_views,
 )
-from chefbot.ui.missions.simulation_device import SimulationDevice
+from chefbot.ui.missions.incident_device import incident_folder
+from chefbot.ui.missions.model_device import ModelDevice
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
-from chefbot.ui.robot_view import frame_views, make_glb, robot_view, shape_view, wheel_angles
+from chefbot.ui.robot_view import make_glb, robot_view, shape_view
 from chefbot.ui.scan_display import ScanDisplay
 from chefbot.ui.server import WebUiServer
 from chefbot.ui.web_ui_params import WebUiParams
@@ -62,7 +62,7 @@ REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
 
 
-class WebUiDevice(SimulationDevice):
+class WebUiDevice(ModelDevice):
     """One web UI for everything; its publications are recorded, so a replay executes the same clicks."""
 
     # A flood may delay the page; remote driving ends by the base's own command timeout, which is shorter.
@@ -80,12 +80,6 @@ class WebUiDevice(SimulationDevice):
     odom: In[Odometry]
     ground_truth: In[Odometry]
     picture: In[Image] = topic("camera/color/image_raw")
-    depth: In[Image] = topic("camera/depth/image_raw")
-    camera_info: In[CameraInfo] = topic("camera/depth/camera_info")
-    moving_frames: In[TFMessage] = topic("tf")
-    fixed_frames: In[TFMessage] = topic("tf_static")
-    robot_description: In[String]
-    wheel_ticks: In[WheelTicks]
     battery_state: In[BatteryState]
     localization_status: In[LocalizationStatus]
     navigation_status: In[NavigationStatus]
@@ -125,15 +119,23 @@ class WebUiDevice(SimulationDevice):
         self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
         self._real_time_factor = RealTimeFactor(self.now_ns)
         self._diagnostics = RecentDiagnostics()
-        self._moving_frames, self._fixed_frames = dict[str, layers.FrameView](), dict[str, layers.FrameView]()
         tls = load_tls(self.params.certificate)
         p = self.params
         self._server = WebUiServer(
-            p.port, p.host, self._receive, lambda: make_glb(self.robot), self.audit, tls, p.kiosk_pin
+            p.port,
+            p.host,
+            self._receive,
+            lambda: make_glb(self.robot),
+            self.audit,
+            tls,
+            p.kiosk_pin,
+            incident_folder(),
         )
+        self._saves_failures = p.save_failures and not p.simulation
         self._scans = ScanDisplay(self._server.set_layer)
         self._server.set_layer("shape", shape_view(self.robot))
         self._server.set_layer("forecast", ())
+        self._show_incidents(self._newest_incidents())
         self._server.set_layer("history", self._open_history(simulated=p.simulation))
         self.url = self._server.start()
         self.announcement = announcement(self._server, self.params, self.url)
@@ -225,27 +227,6 @@ class WebUiDevice(SimulationDevice):
         """Display the latest colour image of the camera."""
         self._server.set_layer("camera", message.pixels)
 
-    def on_depth(self, message: Image) -> None:
-        """Display the depth image as a point cloud."""
-        info = self.camera_info.last
-        if info is not None:
-            focal, cx, cy = info.k[0], info.k[2], info.k[5]
-            view = layers.DepthView(message.pixels, float(focal), float(cx), float(cy), info.header.frame_id)
-            self._server.set_layer("depth", view)
-
-    def on_moving_frames(self, message: TFMessage) -> None:
-        """Store transforms, which are displayed at the web UI's own lower rate."""
-        self._moving_frames.update(frame_views(message))
-
-    def on_fixed_frames(self, message: TFMessage) -> None:
-        """Display the static transforms of mounted parts."""
-        self._fixed_frames.update(frame_views(message))
-        self._server.set_layer("fixed_frames", tuple(self._fixed_frames.values()))
-
-    def on_robot_description(self, message: String) -> None:
-        """Pass the URDF to the 3-D view: links, joints and masses."""
-        self._server.set_layer("description", message.data)
-
     def on_places(self, message: Places) -> None:
         """Display the named places on the map."""
         self._places = {place.name: place.pose.pose.se2 for place in message.places}
@@ -263,6 +244,10 @@ class WebUiDevice(SimulationDevice):
         """Display why the robot slows down, stops, takes a detour or fails."""
         self._causes.process(cause)
         self._server.set_layer("causes", cause_views(self._causes))
+        self._note_failure(cause)
+
+    def _show_incidents(self, saved: tuple[SavedIncident, ...]) -> None:
+        self._server.set_layer("incidents", saved)
 
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """Update the state of the deliveries and confirm accepted orders."""
@@ -292,10 +277,7 @@ class WebUiDevice(SimulationDevice):
             self._server.set_layer("robot", robot_view(pose, twist))
         self._last_status = self._status(pose)
         self._server.set_layer("status", self._last_status)
-        if self._moving_frames:
-            self._server.set_layer("frames", tuple(self._moving_frames.values()))
-        if self.wheel_ticks.last is not None:
-            self._server.set_layer("joints", wheel_angles(self.wheel_ticks.last, self.robot))
+        self._show_moving_parts()
 
     def _show_stop(self) -> None:
         status, pending = self.stop_status.last, self._pending
@@ -342,6 +324,8 @@ class WebUiDevice(SimulationDevice):
     # -- commands of the operator
 
     def _receive(self, command: do.OperatorCommand, who: str) -> None:
+        if isinstance(command, do.Playback):
+            raise UserError("This is a robot, not a recording; there is nothing to play")
         validate_command(command, self._places, self._round)
         if isinstance(command, do.Resume) and command.pressed not in ("", self._last_stop.pressed):
             raise UserError(
@@ -389,6 +373,8 @@ class WebUiDevice(SimulationDevice):
                 self._show_stop()
             case do.Drive(v, w):
                 self.cmd_vel_teleop.publish(Twist.of(v * max_speed(self.robot), w * max_turn(self.robot)))
+            case do.SaveIncident(note):
+                self._save_incident(note or self._why_stopped() or self._causes.sentence, who)
             case do.DropBox() | do.Kidnap() | do.OpenDoor() | do.CloseDoor():
                 self._execute_in_simulation(command)
 

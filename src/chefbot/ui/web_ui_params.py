@@ -39,4 +39,7 @@ class WebUiParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
             description="digits that end the view #kiosk on the robot's screen; empty: none",
         ),
     ] = ""
+    save_failures: Annotated[
+        bool, Meta(description="whether a built robot saves the last minute after a failure")
+    ] = True
     view: Annotated[Literal["2d", "3d"], Meta(description="what the printed address opens first")] = "2d"

@@ -101,11 +101,15 @@ def replay(
     check: Annotated[
         bool, typer.Option("--check", help="exit with code 1 unless every output is bit-identical")
     ] = False,
+    show: Annotated[
+        bool, typer.Option("--show", help="show it in the web UI instead; an incident always is")
+    ] = False,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="of the web UI")] = 8080,
 ) -> None:
-    """Run the nodes again on a recorded log."""
+    """Run the nodes again on a recorded log, or show it in the web UI."""
     from chefbot.cli.run.replay import run_replay
 
-    raise typer.Exit(run_replay(log, check))
+    raise typer.Exit(run_replay(log, check=check, show=show, port=port))
 
 
 def sim(

@@ -7,15 +7,30 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from chefbot.errors import UserError
+from chefbot.incidents.files import read_incident
 from chefbot.kernels.precompile import compile_kernels
 from chefbot.runtime.replay import Replay, read_log
 
 console = Console(highlight=False)
 
 
-def run_replay(path: Path, check: bool) -> int:
-    """Replay a log and compare the outputs. Returns the exit code: 1 if one differs and `check` is on."""
+def run_replay(path: Path, *, check: bool, show: bool = False, port: int = 8080) -> int:
+    """Replay a log and compare the outputs, or show it. Returns the exit code: 1 if one differs and `check` is on.
+
+    UserError for an incident with `check`: its nodes cannot be run again without what they knew before.
+    """
     log = read_log(path)
+    incident = read_incident(path)
+    if incident is not None and check:
+        raise UserError(
+            f"{path} is an incident, which begins in the middle of a run, so its nodes cannot be run again; "
+            "leave --check out to see it"
+        )
+    if show or incident is not None:
+        from chefbot.cli.run.show_log import show_log
+
+        return show_log(log, path, incident, port)
     compile_kernels(console)
     replay = Replay(log)
     with Progress(console=console, transient=True) as progress:

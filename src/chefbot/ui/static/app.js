@@ -4,10 +4,12 @@ import { COLOURS } from "./colours.js";
 import { Driver } from "./drive.js";
 import { Glides } from "./glide.js";
 import { knownArea } from "./grids.js";
+import { Incidents } from "./incidents.js";
 import { Kiosk } from "./kiosk.js";
 import { Labels } from "./labels.js";
 import { PAINTERS, QUIET, SWITCHES, arrow, scaleBar } from "./layers.js";
 import { Panels } from "./panels.js";
+import { Playback } from "./playback.js";
 import { Link } from "./socket.js";
 import { Solid } from "./solid.js";
 import { StopButton } from "./stop_button.js";
@@ -18,7 +20,7 @@ import { whereSentence } from "./where.js";
 const STALE = 2000;                      // milliseconds without data before the page reports it
 const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
-const NEEDED = ["shape", "map", "robot", "goal", "places", "delivery", "forecast", "history", "causes", "progress"];
+const NEEDED = ["shape", "map", "robot", "goal", "places", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback"];
 const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
 const OF_THE_ROBOT = new Set(["stop", "shape", ...SOLID_LAYERS]);        // the same after a restart
 const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
@@ -37,6 +39,8 @@ const view = new View($("canvas"), paint, () => { if (whole) showWhole(); });
 const panels = new Panels(send);
 const driver = new Driver((command) => link.send(command));
 const stop = new StopButton((command) => link.send(command), () => { driver.release(); panels.round.answer(""); });
+const incidents = new Incidents(send);
+const playback = new Playback(send);
 const alerts = new Alerts($("alerts"));
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
 solid = new Solid({
@@ -149,6 +153,8 @@ const HANDLERS = {
   forecast: (value) => panels.round.showForecast(value ?? []),
   history: (value) => panels.round.showHistory(value ?? []),
   progress: (value) => panels.progress(value),
+  incidents: (value) => incidents.show(value ?? []),
+  playback: (value) => playback.show(value),
   causes: (value) => panels.causes(value ?? []),
   camera: (value) => panels.camera(value),
 };

@@ -1,0 +1,34 @@
+"""Downloads of incidents from the web UI."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+
+from chefbot.incidents.files import NAME
+from chefbot.ui.files import SECURITY_HEADERS
+
+MCAP = "application/octet-stream"
+
+
+class IncidentEndpoint:
+    """Serves the files of a folder to operators: an incident may contain pictures of people."""
+
+    def __init__(self, folder: Path | None) -> None:
+        self._folder = folder
+
+    async def serve(self, request: Request) -> Response:
+        """Return a file as a download; 403 for viewers, 404 if there is none of this name."""
+        name = request.path_params["name"]
+        if request.state.visitor.role != "operator":
+            return _plain("Incidents can be downloaded with the operators' link only.", 403)
+        path = self._folder / name if self._folder is not None and NAME.match(name) else None
+        if path is None or not path.is_file():
+            return _plain("No such incident.", 404)
+        return FileResponse(path, headers=SECURITY_HEADERS, media_type=MCAP, filename=name)
+
+
+def _plain(text: str, status: int) -> Response:
+    return Response(text, status, SECURITY_HEADERS, "text/plain")

@@ -1,0 +1,1 @@
+"""Playback of recorded logs in the web UI."""

@@ -1,0 +1,30 @@
+// The last minute, saved as a file: by a button, and the list of those that were saved.
+const $ = (id) => document.getElementById(id);
+
+export class Incidents {
+  constructor(send) {
+    $("save-incident").onclick = () => {
+      if (!send({ do: "save_incident", note: $("incident-note").value })) return;
+      $("incident-note").value = "";
+      $("incident-saved").textContent = "Saving the last minute …";
+    };
+    this.newest = null;                  // name of the newest file; null before the first list
+  }
+
+  // The newest first, each a link to its file.
+  show(list) {
+    const newest = list[0]?.name ?? "";
+    if (this.newest !== null && newest !== this.newest) $("incident-saved").textContent = "Saved.";
+    this.newest = newest;
+    $("incidents-box").hidden = !list.length;
+    $("incidents").replaceChildren(...list.map(({ name, size, incident }) => {
+      const item = document.createElement("li"), link = document.createElement("a");
+      link.href = `incidents/${encodeURIComponent(name)}`;
+      link.download = name;
+      link.textContent = new Date(incident.time).toLocaleString([], { dateStyle: "short", timeStyle: "short" });
+      const by = incident.by ? ` (${incident.by})` : "";
+      item.append(link, `, ${(size / 1e6).toFixed(1)} MB${by}: ${incident.sentence || "no reason given"}`);
+      return item;
+    }));
+  }
+}

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.nodes.test_delivery import DeliveryRunner
-from tests.planning.rooms import walled
+from tests.planning.rooms import RESOLUTION, WALL, walled
 
 from chefbot.delivery.status_messages import QUEUE_CHANGED, WAY_NOT_KNOWN
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -17,6 +17,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.deliveries.forecast import DeliveryForecastNode
 
 PLACES = {
     "kitchen": SE2(1.0, 2.0, 0.0),
@@ -99,6 +100,21 @@ def test_the_battery_is_forecast_from_its_status() -> None:
     restaurant.order("table_5", "table_19").until("loading", "kitchen")
     charges = [stop.charge for stop in restaurant.forecast.stops]
     assert 0.8 > charges[0] > charges[1] > charges[2] > 0.5
+
+
+def test_the_ways_are_those_of_the_latest_map() -> None:
+    restaurant = Restaurant().order("table_5", "table_9")
+    restaurant.until("loading", "kitchen")
+    restaurant.put("kitchen")
+    before = [stop.distance for stop in restaurant.forecast.stops]
+    narrow = walled(20.0, 4.0)
+    column = WALL + round(7.0 / RESOLUTION)
+    narrow.cells[WALL : WALL + round(3.0 / RESOLUTION), column] = 100
+    restaurant.publish("map", OccupancyGrid.of(PLAIN, narrow))
+    after = [stop.distance for stop in restaurant.forecast.stops]
+    assert after[0] == before[0] and after[1] > before[1] + 0.3, "around the new wall"
+    node = restaurant.system.nodes["delivery"]
+    assert isinstance(node, DeliveryForecastNode) and len(node._lengths) == 2, "none of the old map is kept"
 
 
 def test_without_a_map_there_is_no_forecast() -> None:

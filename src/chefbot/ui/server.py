@@ -44,8 +44,8 @@ from chefbot.ui.dead_man import DeadManSwitch
 from chefbot.ui.files import SECURITY_HEADERS, served_files
 from chefbot.ui.http_limits import GuardedHttp, GuardedSocket
 from chefbot.ui.hub import LayerStore
-from chefbot.ui.incident_endpoint import IncidentEndpoint
 from chefbot.ui.layers import LAYERS
+from chefbot.ui.playback.downloads import IncidentEndpoint
 from chefbot.ui.received_pings import ReceivedPings
 from chefbot.ui.request_guard import RequestGuard
 from chefbot.ui.solids import SolidsEndpoint

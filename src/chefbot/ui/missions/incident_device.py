@@ -32,7 +32,7 @@ class IncidentDevice(HistoryDevice):
     """Keeps the last minute of what the web UI subscribes; a thread saves it, so that nothing waits for the disk."""
 
     def start(self) -> None:
-        """Start to keep messages."""
+        """Start to keep what is published from now on."""
         super().start()
         self._minute = IncidentBuffer()
         self._saves_failures = False

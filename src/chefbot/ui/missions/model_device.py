@@ -25,7 +25,7 @@ class ModelDevice(SimulationDevice):
     _server: WebUiServer
 
     def start(self) -> None:
-        """Start without frames."""
+        """Start without frames, until the first transforms."""
         super().start()
         self._moving_frames, self._fixed_frames = dict[str, FrameView](), dict[str, FrameView]()
 

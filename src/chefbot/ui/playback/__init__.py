@@ -1,1 +1,1 @@
-"""Playback of recorded logs in the web UI."""
+"""Recorded logs in the web UI: their playback, and downloads of incidents."""

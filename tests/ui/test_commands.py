@@ -47,6 +47,9 @@ def test_every_command_round_trips_through_json() -> None:
         "rounds": 3,
         "without_stops": True,
         "person": 7,
+        "note": "a box",
+        "time": 12.5,
+        "rate": 2.0,
     }
     for kind in KINDS:
         command = kind(**{field: samples[field] for field in kind.__struct_fields__})

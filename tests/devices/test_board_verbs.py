@@ -110,6 +110,8 @@ def test_doctor_prints_a_udev_rule_without_world_access(
 ) -> None:
     monkeypatch.setattr("chefbot.cli.board.ports.ports", list)
     assert run(monkeypatch, "doctor") == 0
+    assert "udevadm" not in capsys.readouterr().out, "nothing is plugged in"
+    assert run(monkeypatch, "doctor", "--all") == 0
     out = capsys.readouterr().out
     assert 'ATTRS{idVendor}=="2341"' in out and 'MODE="0660"' in out and "udevadm" in out
     assert "777" not in out and "0666" not in out

@@ -7,13 +7,15 @@ import sys
 import webbrowser
 
 
+def has_screen() -> bool:
+    """Return whether programs with windows can run here."""
+    return sys.platform in ("darwin", "win32") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
+
+
 def open_browser(url: str) -> bool:
     """Open `url` in a graphical browser; return False without a display, where a text browser would occupy
     the terminal."""
-    has_screen = sys.platform in ("darwin", "win32") or any(
-        map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))
-    )
-    return has_screen and webbrowser.open(url)
+    return has_screen() and webbrowser.open(url)
 
 
 def url_for_view(url: str, view: str) -> str:

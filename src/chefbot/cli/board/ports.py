@@ -36,11 +36,11 @@ def print_serial_ports() -> None:
         console.print(line)
 
 
-def serial_port_lines() -> list[str]:
+def serial_port_lines(*, rule_without_port: bool = True) -> list[str]:
     """Return sentences about the serial ports, with a udev rule where no board can be opened."""
     found = ports()
     if not found:
-        return ["serial ports: no device is plugged in", *_rule([])]
+        return ["serial ports: no device is plugged in", *(_rule([]) if rule_without_port else [])]
     lines = [f"  {port.path}: {port.description}{_vendor(port)}; {_permission(port.path)}" for port in found]
     boards = [port for port in found if port.vendor in BOARD_VENDORS]
     needs_rule = not boards or any(not _may_open(port.path) for port in found)

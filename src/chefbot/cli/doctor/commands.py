@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
 from chefbot.cli.command_group import new_group
 
 doctor_app = new_group(
-    "Check this computer: libraries, tools, serial ports, ROS graph.",
+    "Check this computer: web UI, disk, maps, cameras, serial ports, clock, ROS graph.",
     no_args_is_help=False,
     invoke_without_command=True,
 )
 
 
 @doctor_app.callback()
-def doctor(ctx: typer.Context) -> None:
-    """Check this computer: libraries, tools, serial ports, ROS graph."""
+def doctor(
+    ctx: typer.Context,
+    everything: Annotated[
+        bool,
+        typer.Option("--all", help="also libraries, tools to build firmware, and a udev rule for all boards"),
+    ] = False,
+) -> None:
+    """Check this computer: web UI, disk, maps, cameras, serial ports, clock, ROS graph."""
     if ctx.invoked_subcommand is None:
         from chefbot.cli.doctor.report import print_report
 
-        print_report()
+        print_report(everything=everything)
 
 
 @doctor_app.command("kernels")

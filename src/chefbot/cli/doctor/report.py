@@ -7,11 +7,13 @@ import platform
 import shutil
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
 from rich.console import Console
 
 from chefbot import __version__
 from chefbot.cli.board.ports import serial_port_lines
+from chefbot.cli.doctor.computer import camera_lines, clock_lines, disk_lines, map_lines, web_ui_lines
 from chefbot.errors import ChefbotError
 from chefbot.fleet.keyring import Keyring, keys_folder
 from chefbot.fleet.membership_watch import MembershipWatch
@@ -31,10 +33,27 @@ LIBRARIES = ("numpy", "numba", "mujoco-core", "pyserial")
 console = Console(highlight=False, soft_wrap=True)
 
 
-def print_report() -> None:
-    """Print libraries, tools, serial ports and the ROS graph in a few lines; nothing is changed."""
-    for sentence in (*_programs(), "", *serial_port_lines(), "", *fleet_lines(), *graph_lines()):
-        console.print(sentence, markup=False)
+def print_report(*, everything: bool) -> None:
+    """Print what matters of this computer, problems marked by "!"; nothing is changed.
+
+    With `everything` also versions of libraries, missing tools, and a udev rule for boards that are not plugged in.
+    """
+    lines = [
+        *_programs(everything=everything),
+        *web_ui_lines(),
+        *disk_lines(),
+        *map_lines(Path.cwd()),
+        *camera_lines(),
+        *serial_port_lines(rule_without_port=everything),
+        *clock_lines(),
+        *fleet_lines(),
+        *graph_lines(),
+    ]
+    for line in lines:
+        console.print(line, markup=False)
+    problems = sum(line.startswith("! ") for line in lines)
+    if problems:
+        console.print(f"{problems} {'problem' if problems == 1 else 'problems'}, marked by !")
 
 
 def fleet_lines() -> list[str]:
@@ -50,19 +69,19 @@ def fleet_lines() -> list[str]:
     return [summary, *([f"! {warning}"] if warning else [])]
 
 
-def _programs() -> list[str]:
+def _programs(*, everything: bool) -> list[str]:
     kernels = (
         "compiled"
         if is_complete(stamp_path())
         else "not compiled yet: the first launch takes a minute longer; `chefbot doctor kernels` compiles them"
     )
     missing = [f"{tool} (for `{use}`)" for tool, use in TOOLS.items() if shutil.which(tool) is None]
-    return [
-        f"chefbot {__version__}, Python {platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores",
+    about = f"chefbot {__version__}, Python {platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores"
+    details = [
         "libraries: " + ", ".join(f"{name} {_version(name)}" for name in LIBRARIES),
-        f"kernels: {kernels}",
         f"not installed: {', '.join(missing)}" if missing else "all tools are installed",
     ]
+    return [about, f"kernels: {kernels}", *(details if everything else [])]
 
 
 def _version(name: str) -> str:

@@ -1,0 +1,151 @@
+"""Checks of `chefbot doctor`: web UI, browser, disk, maps, cameras and clock of this computer.
+
+Each returns lines; one that begins with "! " is a problem.
+"""
+
+from __future__ import annotations
+
+import http.client
+import os
+import shutil
+import subprocess
+import urllib.error
+import urllib.request
+from datetime import datetime
+from pathlib import Path
+
+import chefbot
+from chefbot.cli.parameters import WEB_UI
+from chefbot.devices.stop_memory import VARIABLE, state_folder
+from chefbot.errors import ChefbotError
+from chefbot.storage.map_files import load_map
+from chefbot.storage.places import load_places, places_path
+from chefbot.ui.browser import has_screen
+
+TIMEOUT = 1.0
+"""Maximum time in which a web UI of this computer or a program responds, s."""
+SCARCE = 1_000_000_000
+"""Free space below which logs and maps may not fit, bytes."""
+SHOWN_MAPS = 5
+"""Number of maps that are listed, the newest."""
+CAMERAS = Path("/sys/class/video4linux")
+MAP_PATTERNS = ("*.yaml", "runs/*/*.yaml", "maps/*.yaml")
+"""Where maps are looked for, from the working directory."""
+
+
+def web_ui_lines(address: str = WEB_UI) -> list[str]:
+    """Return whether a robot serves its web UI at the default address, and how a browser gets there."""
+    look = "" if has_screen() else "; there is no screen here: with --lan other devices can open it"
+    try:
+        page = _first_page(address)
+    except ConnectionRefusedError:
+        return [f"web UI: none is served at {address}{look}"]
+    except (OSError, http.client.HTTPException):
+        page = b""
+    if b"<title>Chefbot</title>" in page or b"token that chefbot printed" in page:
+        return [f"web UI: {address}{look}"]
+    port = address.rpartition(":")[2]
+    return [f"! web UI: another program uses port {port}; a launch takes the next free one, or port:=8090"]
+
+
+def _first_page(address: str) -> bytes:
+    """Return the begin of what a server answers, also of a refusal; OSError or HTTPException without an answer."""
+    try:
+        with urllib.request.urlopen(address, timeout=TIMEOUT) as answer:
+            return bytes(answer.read(10_000))
+    except urllib.error.HTTPError as refusal:
+        return refusal.read(10_000)
+    except urllib.error.URLError as error:
+        raise error.reason if isinstance(error.reason, OSError) else error from None
+
+
+def disk_lines() -> list[str]:
+    """Return the free space where logs and maps are written, and whether the robot's state can be kept."""
+    folder = state_folder()
+    existing = next(path for path in (folder, *folder.parents) if path.exists())
+    lines = [_space(Path.cwd(), "here")]
+    if not (existing.is_dir() and os.access(existing, os.W_OK)):
+        lines.append(f"! {folder}, where the state of robots is kept ({VARIABLE}), cannot be written")
+    elif existing.stat().st_dev != Path.cwd().stat().st_dev:
+        lines.append(_space(existing, f"for the state in {folder}"))
+    return lines
+
+
+def _space(folder: Path, where: str) -> str:
+    free = shutil.disk_usage(folder).free
+    problem = "! " if free < SCARCE else ""
+    return f"{problem}disk: {free / 1e9:.1f} GB free {where}"
+
+
+def map_lines(folder: Path) -> list[str]:
+    """Return the newest maps in and below a folder, each with its size and number of places."""
+    described = [path for pattern in MAP_PATTERNS for path in folder.glob(pattern) if _is_map(path)]
+    newest = sorted(described, key=lambda path: path.stat().st_mtime, reverse=True)
+    if not newest:
+        return ["maps: none here; make one: chefbot demo"]
+    more = f" (and {len(newest) - SHOWN_MAPS} older)" if len(newest) > SHOWN_MAPS else ""
+    return [f"maps{more}:", *(_map_line(path, folder) for path in newest[:SHOWN_MAPS])]
+
+
+def _is_map(path: Path) -> bool:
+    """Return whether a YAML file describes a map of the ROS map server."""
+    try:
+        text = path.read_bytes()[:2000]
+    except OSError:
+        return False
+    return b"image:" in text and b"resolution:" in text
+
+
+def _map_line(path: Path, folder: Path) -> str:
+    name = path.relative_to(folder)
+    try:
+        grid = load_map(path)
+        places = load_places(places_path(path)) if places_path(path).exists() else {}
+    except ChefbotError as error:
+        return f"! {name}: {error}"
+    rows, columns = grid.cells.shape
+    size = f"{columns * grid.resolution:.0f} x {rows * grid.resolution:.0f} m"
+    named = f"{len(places)} places" if places else "no named places, so nothing can be delivered on it"
+    return f"  {name}: {size}, {named}"
+
+
+def camera_lines(folder: Path = CAMERAS) -> list[str]:
+    """Return the cameras that the system knows (Linux), and those that may not be opened."""
+    lines = [_camera_line(device) for device in sorted(folder.glob("video*"))]
+    return ["cameras:", *lines] if lines else ["cameras: none is plugged in"]
+
+
+def _camera_line(device: Path) -> str:
+    path = Path("/dev") / device.name
+    try:
+        name = (device / "name").read_text().strip()
+    except OSError:
+        name = "without a name"
+    if path.exists() and not os.access(path, os.R_OK | os.W_OK):
+        return f"! {path}: {name}; it may not be opened: sudo usermod -aG video $USER, then log out and in"
+    return f"  {path}: {name}"
+
+
+def clock_lines() -> list[str]:
+    """Return problems of the clock: before this program was installed, or not synchronized."""
+    installed, now = datetime.fromtimestamp(Path(chefbot.__file__).stat().st_mtime), datetime.now()
+    if now < installed:
+        return [f"! clock: it shows {now:%Y-%m-%d}, before chefbot was installed; certificates need it right"]
+    if _is_synchronized() is False:
+        return ["! clock: it is not synchronized; messages between machines are late or from the future"]
+    return []
+
+
+def _is_synchronized() -> bool | None:
+    """Return what systemd knows of the clock; None without it."""
+    try:
+        answer = subprocess.run(
+            ["timedatectl", "show", "--property=NTPSynchronized", "--value"],
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return {"yes": True, "no": False}.get(answer.stdout.strip())

@@ -104,7 +104,7 @@ def test_maps_are_listed_with_their_places(tmp_path: Path) -> None:
     assert map_lines(tmp_path) == [
         "maps:",
         "  maps/office.yaml: 3 x 2 m, no named places, so nothing can be delivered on it",
-        "  runs/demo/map.yaml: 3 x 2 m, 1 places",
+        "  runs/demo/map.yaml: 3 x 2 m, 1 place",
         "  map.yaml: 3 x 2 m, no named places, so nothing can be delivered on it",
     ]
 

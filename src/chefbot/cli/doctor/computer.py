@@ -16,6 +16,7 @@ from pathlib import Path
 
 import chefbot
 from chefbot.cli.parameters import WEB_UI
+from chefbot.cli.plural import number_of
 from chefbot.devices.stop_memory import VARIABLE, state_folder
 from chefbot.errors import ChefbotError
 from chefbot.storage.map_files import load_map
@@ -90,7 +91,8 @@ def map_lines(folder: Path) -> list[str]:
 def _is_map(path: Path) -> bool:
     """Return whether a YAML file describes a map of the ROS map server."""
     try:
-        text = path.read_bytes()[:2000]
+        with path.open("rb") as file:
+            text = file.read(2000)
     except OSError:
         return False
     return b"image:" in text and b"resolution:" in text
@@ -105,7 +107,9 @@ def _map_line(path: Path, folder: Path) -> str:
         return f"! {name}: {error}"
     rows, columns = grid.cells.shape
     size = f"{columns * grid.resolution:.0f} x {rows * grid.resolution:.0f} m"
-    named = f"{len(places)} places" if places else "no named places, so nothing can be delivered on it"
+    named = (
+        number_of(len(places), "place") if places else "no named places, so nothing can be delivered on it"
+    )
     return f"  {name}: {size}, {named}"
 
 

@@ -14,6 +14,7 @@ from rich.console import Console
 from chefbot import __version__
 from chefbot.cli.board.ports import serial_port_lines
 from chefbot.cli.doctor.computer import camera_lines, clock_lines, disk_lines, map_lines, web_ui_lines
+from chefbot.cli.plural import number_of
 from chefbot.errors import ChefbotError
 from chefbot.fleet.keyring import Keyring, keys_folder
 from chefbot.fleet.membership_watch import MembershipWatch
@@ -53,7 +54,7 @@ def print_report(*, everything: bool) -> None:
         console.print(line, markup=False)
     problems = sum(line.startswith("! ") for line in lines)
     if problems:
-        console.print(f"{problems} {'problem' if problems == 1 else 'problems'}, marked by !")
+        console.print(f"{number_of(problems, 'problem')}, marked by !")
 
 
 def fleet_lines() -> list[str]:

@@ -59,9 +59,10 @@ export class RoundCard {
   }
 
   // Under the step: the way to the next stop, and when the robot is home. On each chip: when that table is reached.
-  showForecast(stops) {
-    this.forecast = stops;
-    const { queue = [], state = "", place = "" } = this.value ?? {}, [next] = stops, home = stops.at(-1);
+  showForecast(forecast) {
+    this.forecast = forecast;
+    const { queue = [], state = "", place = "", round_active: active = false } = this.value ?? {};
+    const stops = active ? forecast : [], [next] = stops, home = stops.at(-1);
     const drives = next?.place === place && (state === "driving" || state === "returning");
     text("eta", [
       drives && `${title(place)}: ${metres(next.distance)}, about ${time(next.time)}.`,

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.support.waiting import wait_for
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab, pixels
 
@@ -41,6 +42,13 @@ COUNT_PAINTS = """(() => {
   const clear = CanvasRenderingContext2D.prototype.clearRect;
   CanvasRenderingContext2D.prototype.clearRect = function (...area) { window.paints += 1; clear.apply(this, area); };
 })()"""
+
+
+def paints(tab: Tab, seconds: float) -> int:
+    """Return how often the map is drawn in this time, and count anew from its begin."""
+    tab.evaluate("window.paints = 0")
+    time.sleep(seconds)
+    return int(tab.evaluate("window.paints"))
 
 
 def loops_of(tab: Tab, masks: list[np.ndarray]) -> list[Any]:
@@ -135,8 +143,8 @@ def test_nothing_is_drawn_while_nothing_on_the_map_changes(page: Any) -> None:
     show_a_room(page.server)
     with open_tab(page.url, NO_GPU) as tab:
         tab.wait_for("document.querySelectorAll('#tables button').length === 2")
-        time.sleep(1.0)
         tab.evaluate(COUNT_PAINTS)
+        wait_for(lambda: paints(tab, 0.5) == 0, "the first view to be complete")
         for i in range(20):
             page.server.set_layer("status", StatusView(phase="Waiting for an order.", clock=float(i)))
             page.server.set_layer("joints", {"left": 0.1 * i})

@@ -6,10 +6,11 @@ from collections import deque
 
 import msgspec
 
+from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import ParticleCloud
-from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.sensor_msgs import CompressedImage, Image
+from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry
+from chefbot.msgs.sensor_msgs import CameraInfo, CompressedImage, Image
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.loop import Publication
 
@@ -20,15 +21,18 @@ PERIODS_NS: dict[type[Message], int] = {
     CompressedImage: 5_000_000_000,
     OccupancyGrid: 5_000_000_000,
     ParticleCloud: 1_000_000_000,
+    CameraInfo: 5_000_000_000,
+    Odometry: 100_000_000,
+    WheelTicks: 100_000_000,
 }
-"""Minimum time between two kept messages of a topic, ns, for types whose messages are large."""
+"""Minimum time between two kept messages of a topic, ns, for types whose messages are large or frequent."""
 Key = tuple[str, ...]
 
 
 class IncidentBuffer:
     """Observes a loop; keeps what was published in the last minute, and the last message of each topic before it.
 
-    Of types with large messages it keeps a part, so that a minute takes some megabytes.
+    Of types with large or frequent messages it keeps a part, so that a minute takes about 20 MB.
     """
 
     def __init__(self, span_ns: int = SPAN_NS) -> None:

@@ -148,12 +148,12 @@ def test_a_camera_that_may_not_be_opened_is_a_problem(
 def test_a_clock_without_synchronization_is_a_problem(
     answer: str | None, problems: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def asked(*_: Any, **__: Any) -> Any:
+    def answering(*_: Any, **__: Any) -> Any:
         if answer is None:
             raise FileNotFoundError("timedatectl")
         return subprocess.CompletedProcess([], 0, f"{answer}\n", "")
 
-    monkeypatch.setattr(computer.subprocess, "run", asked)
+    monkeypatch.setattr(computer.subprocess, "run", answering)
     assert len(clock_lines()) == problems
 
 

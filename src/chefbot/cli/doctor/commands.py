@@ -9,7 +9,7 @@ import typer
 from chefbot.cli.command_group import new_group
 
 doctor_app = new_group(
-    "Check this computer: web UI, disk, maps, cameras, serial ports, clock, ROS graph.",
+    "Check this computer: web UI, disk, maps, ports, clock, ROS graph.",
     no_args_is_help=False,
     invoke_without_command=True,
 )
@@ -23,7 +23,7 @@ def doctor(
         typer.Option("--all", help="also libraries, tools to build firmware, and a udev rule for all boards"),
     ] = False,
 ) -> None:
-    """Check this computer: web UI, disk, maps, cameras, serial ports, clock, ROS graph."""
+    """Check this computer: web UI, disk, maps, ports, clock, ROS graph."""
     if ctx.invoked_subcommand is None:
         from chefbot.cli.doctor.report import print_report
 

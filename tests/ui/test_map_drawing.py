@@ -45,7 +45,7 @@ COUNT_PAINTS = """(() => {
 
 
 def paints(tab: Tab, seconds: float) -> int:
-    """Return how often the map is drawn in this time, and count anew from its begin."""
+    """Return how often the map is drawn in this time, counted from its begin."""
     tab.evaluate("window.paints = 0")
     time.sleep(seconds)
     return int(tab.evaluate("window.paints"))

@@ -114,6 +114,11 @@ def test_a_damaged_map_is_a_problem(tmp_path: Path) -> None:
     (tmp_path / "map.pgm").write_bytes(b"P5")
     _, line = map_lines(tmp_path)
     assert line.startswith("! map.yaml: ")
+    save_map(tmp_path / "map", GRID)
+    for damage in (b"image: [", b"\xff\x00", b""):
+        (tmp_path / "map.yaml").write_bytes(damage)
+        _, line = map_lines(tmp_path)
+        assert line.startswith("! map.yaml: ")
 
 
 def test_of_many_maps_the_newest_are_listed(tmp_path: Path) -> None:

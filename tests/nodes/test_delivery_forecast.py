@@ -11,6 +11,7 @@ from tests.nodes.test_delivery import DeliveryRunner
 from tests.planning.rooms import RESOLUTION, WALL, walled
 
 from chefbot.delivery.status_messages import QUEUE_CHANGED, WAY_NOT_KNOWN
+from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import BatteryStatus, Order, Place, Places, RoundForecast
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped
@@ -91,6 +92,15 @@ def test_with_trays_the_kitchen_comes_again() -> None:
     restaurant = Restaurant(trays=1).order("table_5", "table_9")
     restaurant.until("loading", "kitchen")
     assert restaurant.stops == ["table_5", "kitchen", "table_9", "home"]
+
+
+def test_the_number_of_trays_cannot_change_at_run_time() -> None:
+    restaurant = Restaurant(trays=1).order("table_5", "table_9")
+    restaurant.until("loading", "kitchen")
+    with pytest.raises(UserError, match="trays"):
+        restaurant.system.set_params("delivery", {"trays": 2}, "test")
+    restaurant.until("waiting", "table_5")
+    assert restaurant.now.on_trays == ("table_5",)
 
 
 def test_the_battery_is_forecast_from_its_status() -> None:

@@ -11,12 +11,13 @@ import pytest
 from tests.support.nodes import NodeRunner
 from tests.support.waiting import PATIENCE
 
-from chefbot.incidents.files import SavedIncident, read_incident
+from chefbot.incidents.files import read_incident
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.runtime.node import NoParams
 from chefbot.runtime.replay import read_log
 from chefbot.storage.atomic_files import StorageError
+from chefbot.ui.layers import IncidentsView
 from chefbot.ui.missions import incident_device
 from chefbot.ui.missions.incident_device import IncidentDevice, incident_folder
 
@@ -25,10 +26,10 @@ class Witness(IncidentDevice):
     """The base class alone; `shown` is the list of the web UI."""
 
     params: NoParams
-    shown: tuple[SavedIncident, ...] = ()
+    shown = IncidentsView()
 
-    def _show_incidents(self, saved: tuple[SavedIncident, ...]) -> None:
-        self.shown = saved
+    def _show_incidents(self, view: IncidentsView) -> None:
+        self.shown = view
 
 
 @pytest.fixture
@@ -65,7 +66,16 @@ def test_an_order_saves_the_last_minute(nodes: NodeRunner) -> None:
     assert incident is not None and (incident.sentence, incident.by) == ("A box.", "anna")
     topics = [message.topic for message in read_log(path).messages]
     assert topics.count("chatter") == 3 and "chefbot/launch" in topics, "with the configuration"
-    assert [one.name for one in device(nodes).shown] == [path.name]
+    shown = device(nodes).shown
+    assert [one.name for one in shown.saved] == [path.name]
+    assert (shown.outcome, shown.requests) == ("Saved.", 1)
+
+
+def test_a_note_cannot_control_a_terminal(nodes: NodeRunner) -> None:
+    device(nodes)._save_incident("A \x1b[31mred\n\x00 \u202ebox", "anna")
+    (path,) = files(nodes)
+    incident = read_incident(path)
+    assert incident is not None and incident.sentence == "A [31mred box"
 
 
 def test_a_failure_is_saved_with_what_follows(nodes: NodeRunner) -> None:
@@ -97,7 +107,9 @@ def test_a_disk_that_is_full_is_a_remark(nodes: NodeRunner, monkeypatch: pytest.
     device(nodes)._save_incident("A box.", "anna")
     assert files(nodes) == []
     (remark,) = nodes.messages("page/remark")
-    assert "the incident was not saved: x.mcap cannot be written: No space left" in remark.data
+    assert "The incident was not saved: x.mcap cannot be written: No space left" in remark.data
+    shown = device(nodes).shown
+    assert shown.outcome.startswith("The incident was not saved: ") and shown.requests == 1
 
 
 def test_one_is_saved_at_a_time(nodes: NodeRunner, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,6 +122,7 @@ def test_one_is_saved_at_a_time(nodes: NodeRunner, monkeypatch: pytest.MonkeyPat
     assert files(nodes) == []
     (remark,) = nodes.messages("page/remark")
     assert "is being saved already" in remark.data
+    assert device(nodes).shown.requests == 2, "each request ends with a sentence"
 
 
 def test_a_stopped_device_keeps_nothing(nodes: NodeRunner) -> None:

@@ -13,7 +13,7 @@ from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 from chefbot.incidents.files import Incident, SavedIncident
 from chefbot.ui.access.visitors import VIEWER
 from chefbot.ui.commands import SaveIncident
-from chefbot.ui.layers import StatusView
+from chefbot.ui.layers import IncidentsView, StatusView
 from chefbot.ui.server import WebUiServer
 
 INCIDENT = Incident(robot="chefbot", time="2026-01-31T09:05:00Z", sentence="<b>A box</b>.", by="anna")
@@ -59,14 +59,17 @@ def test_viewers_cannot_download_pictures_of_people(tmp_path: Path) -> None:
 def test_an_incident_is_saved_by_a_button(page: Any) -> None:
     show_a_room(page.server)
     page.server.set_layer("status", StatusView(phase="Waiting."))
-    page.server.set_layer("incidents", ())
+    page.server.set_layer("incidents", IncidentsView())
     with open_tab(page.url, NO_GPU) as tab:
         tab.wait_for("document.getElementById('phase').textContent === 'Waiting.'")
         assert tab.evaluate("document.getElementById('incidents-box').hidden")
         tab.evaluate("document.getElementById('incident-note').value = 'It hit a chair'")
         tab.evaluate("document.getElementById('save-incident').click()")
         assert page.next_command() == SaveIncident("It hit a chair")
-        page.server.set_layer("incidents", (SAVED,))
+        failed = IncidentsView(outcome="The incident was not saved: the disk is full.", requests=1)
+        page.server.set_layer("incidents", failed)
+        tab.wait_for(f"document.getElementById('incident-saved').textContent === '{failed.outcome}'")
+        page.server.set_layer("incidents", IncidentsView(saved=(SAVED,), outcome="Saved.", requests=2))
         tab.wait_for("document.getElementById('incident-saved').textContent === 'Saved.'")
         text = tab.evaluate("document.getElementById('incidents').textContent")
         assert text.endswith(", 4.2 MB (anna): <b>A box</b>.")

@@ -110,6 +110,8 @@ def test_a_log_plays_at_its_pace(show: Show) -> None:
     assert latest["delivery"]["step"] == "On the way to table 1."
     show.send(do="playback", rate=1)
     show.until(lambda latest: latest["playback"]["time"] < 10.0 and latest["robot"]["x"] < 5.0)
+    show.send(do="playback", time=1e9, rate=20)
+    show.until(lambda latest: latest["playback"]["time"] == LENGTH and latest["playback"]["rate"] == 0)
 
 
 def test_a_jump_shows_what_was_known_then(show: Show) -> None:

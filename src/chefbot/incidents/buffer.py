@@ -63,7 +63,10 @@ class IncidentBuffer:
         kept = {id(publication) for publication in self._recent}
         newest = [one for one in self._newest.values() if id(one) not in kept]
         everything = sorted([*self._before.values(), *self._recent, *newest], key=lambda one: one.time_ns)
-        return [msgspec.structs.replace(one, time_ns=max(one.time_ns, begin_ns)) for one in everything]
+        return [
+            one if one.time_ns >= begin_ns else msgspec.structs.replace(one, time_ns=begin_ns)
+            for one in everything
+        ]
 
 
 def _key(publication: Publication) -> Key:

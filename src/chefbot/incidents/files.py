@@ -41,6 +41,11 @@ class Incident(msgspec.Struct, frozen=True, kw_only=True):
         return f"{robot}-{stamp}{'' if self.by else '-auto'}.mcap"
 
 
+def printable(text: str) -> str:
+    """Return a text without characters that would control a terminal or the direction of writing."""
+    return "".join(character for character in text if character.isprintable())
+
+
 class SavedIncident(msgspec.Struct, frozen=True, kw_only=True):
     """An incident with the name and the size (bytes) of its file."""
 
@@ -111,6 +116,6 @@ def incident_of(file: BinaryIO) -> Incident | None:
 
 def _incident(notes: dict[str, Any]) -> Incident | None:
     try:
-        return msgspec.convert(notes, Incident)
+        return msgspec.convert({key: printable(value) for key, value in notes.items()}, Incident)
     except msgspec.ValidationError:
         return None

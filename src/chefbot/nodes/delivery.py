@@ -23,7 +23,6 @@ class DeliveryNode(DeliveryForecastNode):
     `DeliveryRound`.
     """
 
-    live_params = ("*",)
     order: In[msgs.Order]
     loaded: In[Empty]
     taken: In[Empty]

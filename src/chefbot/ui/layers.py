@@ -228,6 +228,14 @@ class CauseView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Where the obstacle is on the map, m; None if there is none or it is not known."""
 
 
+class IncidentsView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The newest incidents, and how the last request to save one ended; `requests` counts those that have ended."""
+
+    saved: tuple[SavedIncident, ...] = ()
+    outcome: str = ""
+    requests: int = 0
+
+
 class PlaybackView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Position in a recording that is played, and its length, s; `rate` 0 is a pause."""
 
@@ -379,7 +387,7 @@ LAYERS: dict[str, Layer] = {
     "joints": Layer(FAST_PERIOD, _joints, _ENCODE_JSON),
     "description": Layer(MAP_PERIOD, _text, _ENCODE_JSON),
     "depth": Layer(CAMERA_PERIOD, _depth, protocol.depth),
-    "incidents": Layer(FAST_PERIOD, _tuple_of(SavedIncident), _ENCODE_JSON),
+    "incidents": Layer(FAST_PERIOD, _instance_of(IncidentsView), _ENCODE_JSON),
     "causes": Layer(FAST_PERIOD, _tuple_of(CauseView), _ENCODE_JSON),
     "playback": Layer(FAST_PERIOD, _instance_of(PlaybackView), _ENCODE_JSON),
     "progress": Layer(FAST_PERIOD, _instance_of(ProgressView), _ENCODE_JSON),

@@ -7,7 +7,6 @@ import numpy as np
 
 from chefbot.causes.history import CauseHistory
 from chefbot.errors import UserError
-from chefbot.incidents.files import SavedIncident
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
     Cause,
@@ -135,7 +134,7 @@ class WebUiDevice(ModelDevice):
         self._scans = ScanDisplay(self._server.set_layer)
         self._server.set_layer("shape", shape_view(self.robot))
         self._server.set_layer("forecast", ())
-        self._show_incidents(self._newest_incidents())
+        self._show_incidents(self._incidents)
         self._server.set_layer("history", self._open_history(simulated=p.simulation))
         self.url = self._server.start()
         self.announcement = announcement(self._server, self.params, self.url)
@@ -246,8 +245,8 @@ class WebUiDevice(ModelDevice):
         self._server.set_layer("causes", cause_views(self._causes))
         self._note_failure(cause)
 
-    def _show_incidents(self, saved: tuple[SavedIncident, ...]) -> None:
-        self._server.set_layer("incidents", saved)
+    def _show_incidents(self, view: layers.IncidentsView) -> None:
+        self._server.set_layer("incidents", view)
 
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """Update the state of the deliveries and confirm accepted orders."""

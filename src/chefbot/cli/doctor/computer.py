@@ -89,7 +89,9 @@ def map_lines(folder: Path) -> list[str]:
 
 
 def _is_map(path: Path) -> bool:
-    """Return whether a YAML file describes a map of the ROS map server."""
+    """Return whether a YAML file describes a map of the ROS map server, or did before it was damaged."""
+    if any(path.with_suffix(end).exists() for end in (".pgm", ".png")):
+        return True
     try:
         with path.open("rb") as file:
             text = file.read(2000)

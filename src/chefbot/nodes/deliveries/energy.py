@@ -23,6 +23,8 @@ from chefbot.runtime.transform_buffer import TransformError
 class DeliveryEnergyNode(Node):
     """Base class of a node that compares ways with the energy of the battery."""
 
+    # not `trays`: which food is on board depends on it
+    live_params = ("kitchen", "home", "loading_time", "taking_time", "stop_time")
     params: DeliveryParams
     map: In[OccupancyGrid]
     places: In[Places]

@@ -47,7 +47,7 @@ class DeliveryRoundNode(DeliveryEnergyNode):
     def reconfigure(self, params: DeliveryParams) -> None:
         """Apply new parameters from the next leg on."""
         self.params = params
-        self._round.kitchen, self._round.home, self._round.trays = params.kitchen, params.home, params.trays
+        self._round.kitchen, self._round.home = params.kitchen, params.home
 
     def on_battery_status(self, battery: BatteryStatus) -> None:
         """Shorten the round, go home or park, as the battery allows."""

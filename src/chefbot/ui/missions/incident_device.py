@@ -4,23 +4,35 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from chefbot.causes.reports import FAILURE
 from chefbot.devices.stop_memory import state_folder
 from chefbot.incidents.buffer import IncidentBuffer
-from chefbot.incidents.files import Incident, SavedIncident, remove_old, save_incident, saved_incidents
+from chefbot.incidents.files import (
+    Incident,
+    SavedIncident,
+    printable,
+    remove_old,
+    save_incident,
+    saved_incidents,
+)
 from chefbot.msgs.chefbot_msgs import Cause
+from chefbot.msgs.std_msgs import String
 from chefbot.runtime.loop import Publication
 from chefbot.storage.atomic_files import StorageError
+from chefbot.ui.layers import IncidentsView
 from chefbot.ui.missions.history_device import HistoryDevice
 
 SHOWN_INCIDENTS = 20
 """Number of incidents that the web UI shows, the newest."""
 AFTERMATH = 3.0
 """Time after a failure that its incident contains, s."""
-PAUSE_NS = 60_000_000_000
+INTERVAL_NS = 60_000_000_000
 """Minimum time between two incidents that the robot saves itself, ns."""
+PIECE, PAUSE = 50, 0.005
+"""Number of messages that are written without a pause, and the pause, s."""
 
 
 def incident_folder() -> Path:
@@ -38,6 +50,7 @@ class IncidentDevice(HistoryDevice):
         self._saves_failures = False
         self._saved_ns: int | None = None
         self._writing: threading.Thread | None = None
+        self._incidents = IncidentsView(saved=self._newest_incidents())
         for publication in self.context.loop.latched():  # such as the launch, which is the configuration
             self._minute(publication)
         self.context.loop.add_observer(self._minute)
@@ -52,7 +65,7 @@ class IncidentDevice(HistoryDevice):
     def _note_failure(self, cause: Cause) -> None:
         """Save an incident soon after a failure, so that it contains what followed."""
         now_ns = self.now_ns
-        is_due = self._saved_ns is None or now_ns - self._saved_ns >= PAUSE_NS
+        is_due = self._saved_ns is None or now_ns - self._saved_ns >= INTERVAL_NS
         if self._saves_failures and cause.kind == FAILURE and is_due:
             self._saved_ns = now_ns
             later_ns = now_ns + round(AFTERMATH * 1e9)
@@ -61,26 +74,37 @@ class IncidentDevice(HistoryDevice):
     def _save_incident(self, sentence: str, who: str) -> None:
         """Save the last minute; `who` gave the order, empty for the robot itself."""
         if self._writing is not None and self._writing.is_alive():
-            self._warn("an incident is being saved already; save again in a moment")
+            self._end_request(
+                self._incidents.saved, "An incident is being saved already; save again in a moment"
+            )
             return
         stamp = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-        incident = Incident(robot=self.robot.name, time=stamp, sentence=sentence, by=who)
+        incident = Incident(robot=self.robot.name, time=stamp, sentence=printable(sentence), by=who)
         content = self._minute.content()
         self._writing = threading.Thread(target=self._write, args=(incident, content), name="incident")
         self._writing.start()
 
     def _write(self, incident: Incident, content: list[Publication]) -> None:
         """Write the file, in the thread."""
+        outcome = "Saved"
         try:
-            save_incident(incident_folder(), incident, content, self.robot, self.context.seed)
+            save_incident(incident_folder(), incident, _in_pieces(content), self.robot, self.context.seed)
             remove_old(incident_folder(), self.robot.name)
         except (StorageError, OSError) as error:
-            self._warn(f"the incident was not saved: {error}")
+            outcome = f"The incident was not saved: {error}"
         saved = self._newest_incidents()
-        self.post(lambda: self._show_incidents(saved))
+        self.post(lambda: self._end_request(saved, outcome))
 
-    def _show_incidents(self, saved: tuple[SavedIncident, ...]) -> None:
-        """Show the newest incidents; for the web UI to implement."""
+    def _end_request(self, saved: tuple[SavedIncident, ...], outcome: str) -> None:
+        """Show the newest incidents and how a request has ended; a failure is a remark, too."""
+        if outcome != "Saved":
+            self.remark.publish(String(f"Warning: {outcome}."))
+        view = IncidentsView(saved=saved, outcome=f"{outcome}.", requests=self._incidents.requests + 1)
+        self._incidents = view
+        self._show_incidents(view)
+
+    def _show_incidents(self, view: IncidentsView) -> None:
+        """Show the incidents; for the web UI to implement."""
 
     def _newest_incidents(self) -> tuple[SavedIncident, ...]:
         try:
@@ -88,3 +112,11 @@ class IncidentDevice(HistoryDevice):
         except OSError as error:
             self._warn(f"the incidents cannot be read: {error}")
             return ()
+
+
+def _in_pieces(content: list[Publication]) -> Iterator[Publication]:
+    """Yield the publications with pauses, in which the event loop of this process goes on."""
+    for number, publication in enumerate(content):
+        if number % PIECE == 0:
+            time.sleep(PAUSE)
+        yield publication

@@ -36,6 +36,7 @@ class PlaybackDevice(WebUiDevice):
     def start(self) -> None:
         """Start the server; playback begins with the log."""
         super().start()
+        self._saves_failures = False
         self.skipped = 0
         """Number of messages that could not be shown: of an unknown type, damaged, or with invalid values."""
         self._stepped_ns = self.now_ns
@@ -81,7 +82,7 @@ class PlaybackDevice(WebUiDevice):
         if command.time is not None:
             self._jump(self.player.begin_ns + round(command.time * 1e9))
         if command.rate is not None:
-            if command.rate and self.player.at_end:
+            if command.rate and command.time is None and self.player.at_end:
                 self._jump(self.player.begin_ns)
             self.rate = command.rate
         self._show_position()

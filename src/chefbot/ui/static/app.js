@@ -153,7 +153,7 @@ const HANDLERS = {
   forecast: (value) => panels.round.showForecast(value ?? []),
   history: (value) => panels.round.showHistory(value ?? []),
   progress: (value) => panels.progress(value),
-  incidents: (value) => incidents.show(value ?? []),
+  incidents: (value) => { if (value) incidents.show(value); },
   playback: (value) => playback.show(value),
   causes: (value) => panels.causes(value ?? []),
   camera: (value) => panels.camera(value),
@@ -228,7 +228,7 @@ function showNotice(sentence, stays = false) {
 }
 
 setInterval(() => {
-  const silent = performance.now() - lastData, stale = link.open && data.size > 0 && silent > STALE;
+  const silent = performance.now() - lastData, stale = link.open && data.size > 0 && silent > STALE && !data.get("playback");
   document.body.classList.toggle("stale", stale);
   if (stale) $("phase").textContent = `No data from the robot for ${Math.round(silent / 1000)} s.`;
 }, 500);

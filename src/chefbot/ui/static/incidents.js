@@ -8,14 +8,13 @@ export class Incidents {
       $("incident-note").value = "";
       $("incident-saved").textContent = "Saving the last minute …";
     };
-    this.newest = null;                  // name of the newest file; null before the first list
+    this.requests = null;                // number of requests that have ended; null before the first list
   }
 
-  // The newest first, each a link to its file.
-  show(list) {
-    const newest = list[0]?.name ?? "";
-    if (this.newest !== null && newest !== this.newest) $("incident-saved").textContent = "Saved.";
-    this.newest = newest;
+  // The newest first, each a link to its file; above, how the last request ended.
+  show({ saved: list, outcome, requests }) {
+    if (this.requests !== null && requests !== this.requests) $("incident-saved").textContent = outcome;
+    this.requests = requests;
     $("incidents-box").hidden = !list.length;
     $("incidents").replaceChildren(...list.map(({ name, size, incident }) => {
       const item = document.createElement("li"), link = document.createElement("a");

@@ -86,6 +86,14 @@ def test_a_cancelled_round_leaves_no_table_open(one: Recorded) -> None:
     assert one.rounds[0].outcome == "The delivery was cancelled."
 
 
+def test_an_outcome_contains_no_question(one: Recorded) -> None:
+    one.order("table_1", number="a")
+    one.order("table_2", number="b")
+    one.do(lambda: one.round.stop(True), lambda: one.round.stop(False), lambda: one.round.choose("end"))
+    assert "Choose" in one.round.status.description, "what to do with the order that waits"
+    assert one.rounds[0].outcome == "The round was ended; not served: table 1."
+
+
 def test_the_order_that_waited_is_a_round_of_its_own(one: Recorded) -> None:
     one.order("table_1", number="a")
     one.order("table_1", number="b")

@@ -20,6 +20,7 @@ TOO_MANY_TO_SORT = (
 WAY_NOT_KNOWN = "The ways between the tables that are left are not known yet."
 NOTHING_LEFT = "The round has no table left to serve."
 ERRAND_ENDED = "The drive was ended."
+ROUND_WAITS = "The round waits. Choose:"
 NO_PLACE = "The order names no place."
 LOW_BATTERY = "The battery is low."
 PARKING = "The battery is not enough for the way home; the robot parks."
@@ -91,7 +92,7 @@ def choose(status: DeliveryStatus, reason: str) -> str:
         options = f"go on to {display_name(status.place)}, or end the round"
     else:
         options = f"go on to {display_name(status.place)}, go back to the kitchen, or end the round"
-    return f"{reason} The round waits. Choose: {options}.".strip()
+    return f"{reason} {ROUND_WAITS} {options}.".strip()
 
 
 def ended(left: Sequence[str]) -> str:

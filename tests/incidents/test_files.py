@@ -48,6 +48,11 @@ def test_an_incident_is_read_as_it_was_saved(tmp_path: Path) -> None:
     assert String.from_cdr(log.messages[2].data).data == "3"
 
 
+def test_two_incidents_of_one_second_are_both_kept(tmp_path: Path) -> None:
+    first, second = saved_at(tmp_path, 1, by="anna"), saved_at(tmp_path, 1, by="anna")
+    assert first == second and len(saved_incidents(tmp_path, "chefbot")) == 2
+
+
 @given(robot=st.text(max_size=60), by=st.sampled_from(["", "anna"]))
 def test_every_robot_gives_a_file_name(robot: str, by: str) -> None:
     assert NAME.match(msgspec.structs.replace(BOX, robot=robot, by=by).file_name)

@@ -50,7 +50,7 @@ def test_a_jump_gives_the_latest_of_each_topic(log: list[LoggedMessage], time: i
         ]
     assert [one for one in known if one.topic == "causes"] == [one for one in past if one.topic == "causes"]
     rest = player.advance(player.end_ns)
-    assert len(rest) == len(log) - len(past), "and goes on from there"
+    assert len(rest) == len(log) - len(past), "and continues from there"
 
 
 def test_a_jump_gives_the_transforms_of_the_last_seconds() -> None:

@@ -108,13 +108,17 @@ class BatteryRound(DeliveryRound):
         stops = with_kitchen(tables, self.trays, self.kitchen)
         return PlannedRoute((*stops, self.home), len(stops))
 
-    def _remaining(self, tables: int | None = None) -> PlannedRoute:
-        """Return what is left of the round, with all tables of the queue or the first few: its places, and home."""
+    def stops_left(self, tables: int | None = None) -> tuple[str, ...]:
+        """Return the places that are left, home at last; with all tables of the queue, or the first few."""
         status = self.status
         if status.state not in ("loading", "driving", "waiting"):
-            return PlannedRoute((self.home,), 0)
-        stops = stops_left(status, status.queue[:tables], self.trays, self.kitchen)
-        return PlannedRoute((*stops, self.home), len(stops) + (status.state != "driving"))
+            return (self.home,)
+        return (*stops_left(status, status.queue[:tables], self.trays, self.kitchen), self.home)
+
+    def _remaining(self, tables: int | None = None) -> PlannedRoute:
+        """Return the way over what is left, and at how many places it waits, the present one included."""
+        stops = self.stops_left(tables)
+        return PlannedRoute(stops, len(stops) - 1 + (self.status.state in ("loading", "waiting")))
 
     # -- the way home
 

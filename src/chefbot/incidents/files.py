@@ -5,14 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import msgspec
 
 from chefbot.robot.spec import Robot
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.recorder import Recorder
-from chefbot.storage.atomic_files import StorageError, make_folder, os_errors_as_storage_errors, remove
+from chefbot.storage.atomic_files import (
+    StorageError,
+    make_folder,
+    os_errors_as_storage_errors,
+    remove,
+    rename_existing,
+)
 from chefbot.storage.mcap_reading import READ_ERRORS, mcap_reader
 
 INCIDENT_METADATA = "incident"
@@ -71,6 +77,7 @@ def save_incident(
         recorder.close()
         if failures:
             raise StorageError(failures[0])
+        rename_existing(path)  # of the same second
         with os_errors_as_storage_errors(path):
             temporary.replace(path)
     except BaseException:
@@ -101,17 +108,10 @@ def read_incident(path: Path) -> Incident | None:
     """Return what a file of an incident notes about it; None if it is none or cannot be read."""
     try:
         with path.open("rb") as file:
-            return incident_of(file)
+            notes = {record.name: record.metadata for record in mcap_reader(file).iter_metadata()}
     except (OSError, *READ_ERRORS):
         return None
-
-
-def incident_of(file: BinaryIO) -> Incident | None:
-    """Return what an open log notes about an incident; None if it is none."""
-    for record in mcap_reader(file).iter_metadata():
-        if record.name == INCIDENT_METADATA:
-            return _incident(record.metadata)
-    return None
+    return _incident(notes.get(INCIDENT_METADATA, {}))
 
 
 def _incident(notes: dict[str, Any]) -> Incident | None:

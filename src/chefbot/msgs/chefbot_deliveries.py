@@ -24,8 +24,8 @@ class RoundStop(Message, frozen=True, eq=False):
 class RoundForecast(Message, frozen=True, eq=False):
     """The stops that are left of the current round, in order, the last one at home; none without a round.
 
-    Also none where the map, the pose or a place is not known. Times are those of a robot that goes on at once, if the
-    round is held.
+    Also none where the map, the pose or a place is not known. Times are those of a robot that continues at once,
+    if the round is held.
     """
 
     ROS_PACKAGE = "chefbot_msgs"

@@ -11,7 +11,6 @@ from chefbot.delivery import status_messages
 from chefbot.delivery.round_forecast import DriveTimes, Pace, StopTimes, forecast_stops
 from chefbot.delivery.round_outcome import OrderError
 from chefbot.delivery.shortest_order import MAX_STOPS, shortest_order
-from chefbot.delivery.trays import stops_left
 from chefbot.design.sizing.energy_budget import usable_energy
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
@@ -61,7 +60,7 @@ class DeliveryForecastNode(DeliveryRoundNode):
 
     def _make_forecast(self) -> RoundForecast:
         status, header, now = self._round.status, Header.of(self.now_ns, "map"), self.now_ns / 1e9
-        stops = self._stops_left(status)
+        stops = self._round.stops_left() if self._round.in_progress else ()
         legs = self._leg_lengths(stops)
         if not stops or math.isnan(legs[0]):
             return RoundForecast(header, status.order_id)
@@ -71,14 +70,6 @@ class DeliveryForecastNode(DeliveryRoundNode):
         return RoundForecast(
             header, status.order_id, forecast_stops(stops, legs, [times.rest(now), *waits], self._pace)
         )
-
-    def _stops_left(self, status: DeliveryStatus) -> tuple[str, ...]:
-        if not self._round.in_progress:
-            return ()
-        if status.state == "returning":
-            return (status.place,)
-        left = stops_left(status, status.queue, self.params.trays, self.params.kitchen)
-        return (*left, self.params.home)
 
     def _leg_lengths(self, stops: tuple[str, ...]) -> list[float]:
         """Return the length of the path to each stop from the one before, m; NaN without a map or a pose."""

@@ -86,20 +86,21 @@ class IncidentDevice(HistoryDevice):
 
     def _write(self, incident: Incident, content: list[Publication]) -> None:
         """Write the file, in the thread."""
-        outcome = "Saved"
+        problem = ""
         try:
             save_incident(incident_folder(), incident, _in_pieces(content), self.robot, self.context.seed)
             remove_old(incident_folder(), self.robot.name)
         except (StorageError, OSError) as error:
-            outcome = f"The incident was not saved: {error}"
+            problem = f"The incident was not saved: {error}"
         saved = self._newest_incidents()
-        self.post(lambda: self._end_request(saved, outcome))
+        self.post(lambda: self._end_request(saved, problem))
 
-    def _end_request(self, saved: tuple[SavedIncident, ...], outcome: str) -> None:
-        """Show the newest incidents and how a request has ended; a failure is a remark, too."""
-        if outcome != "Saved":
-            self.remark.publish(String(f"Warning: {outcome}."))
-        view = IncidentsView(saved=saved, outcome=f"{outcome}.", requests=self._incidents.requests + 1)
+    def _end_request(self, saved: tuple[SavedIncident, ...], problem: str) -> None:
+        """Show the newest incidents and how a request has ended; a problem is a remark, too."""
+        if problem:
+            self.remark.publish(String(f"Warning: {problem}."))
+        outcome = f"{problem or 'Saved'}."
+        view = IncidentsView(saved=saved, outcome=outcome, requests=self._incidents.requests + 1)
         self._incidents = view
         self._show_incidents(view)
 
@@ -115,7 +116,7 @@ class IncidentDevice(HistoryDevice):
 
 
 def _in_pieces(content: list[Publication]) -> Iterator[Publication]:
-    """Yield the publications with pauses, in which the event loop of this process goes on."""
+    """Yield the publications with pauses, in which the event loop of this process runs."""
     for number, publication in enumerate(content):
         if number % PIECE == 0:
             time.sleep(PAUSE)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import yaml
@@ -59,6 +60,15 @@ def demo_launch(folder: Path, name: str, **arguments: str) -> tuple[Path, Launch
     return path, launch
 
 
+class GraphEvent(NamedTuple):
+    """A node that has appeared or disappeared at a time (s), and the names of all nodes in the graph afterwards."""
+
+    at: float
+    node: str
+    appeared: bool
+    nodes: frozenset[str]
+
+
 class DeliveryObserver:
     """A node on the network of a launch that records what the robot publishes, sends orders and loads the food."""
 
@@ -80,8 +90,7 @@ class DeliveryObserver:
         self.estimates: list[PoseWithCovarianceStamped] = []
         node.subscription("/ground_truth", Odometry, self.truth.append)
         node.subscription("/amcl_pose", PoseWithCovarianceStamped, self.estimates.append, TRANSIENT_LOCAL_QOS)
-        self.up_history: list[tuple[float, frozenset[str]]] = []
-        """Times, and the processes of which all nodes were then in the graph, one entry for each liveliness token."""
+        self.graph_events: list[GraphEvent] = []
         self._nodes: dict[str, str] = {}
         """Names of the nodes by their liveliness tokens."""
         self._tokens = node.wire.session.liveliness().declare_subscriber(
@@ -102,13 +111,15 @@ class DeliveryObserver:
     def _on_token(self, sample: zenoh.Sample) -> None:
         """Record that a node has appeared or disappeared; it must be quick, as it delays the next messages."""
         text = str(sample.key_expr)
-        if sample.kind == zenoh.SampleKind.PUT:
-            self._nodes[text] = parse_token(text).node.name
+        appeared = sample.kind == zenoh.SampleKind.PUT
+        name = parse_token(text).node.name
+        if appeared:
+            self._nodes[text] = name
         else:
             self._nodes.pop(text, None)
-        names = set(self._nodes.values())
-        up = frozenset(name for name, part in self.processes.items() if part.nodes.keys() <= names)
-        self.up_history.append((time.monotonic(), up))
+        self.graph_events.append(
+            GraphEvent(time.monotonic(), name, appeared, frozenset(self._nodes.values()))
+        )
 
     def drives(self) -> bool:
         """Return whether a wheel turns at more than 2 rad/s."""
@@ -169,7 +180,7 @@ class ProcessFault:
     def __init__(self, observer: DeliveryObserver, process: str, fault: str = "killed") -> None:
         self._observer, self._process = observer, process
         wait_for(observer.drives)
-        self._speed_count, self._up_count = len(observer.speeds), len(observer.up_history)
+        self._speed_count, self._event_count = len(observer.speeds), len(observer.graph_events)
         self._last, self._wall = observer.speeds[-1][1], time.monotonic()
         self.pid = observer.chefbot.inject(fault, process)
         wait_for(lambda: self._first_stop() is not None)
@@ -184,28 +195,33 @@ class ProcessFault:
         return next((item for item in commands if item[1].left == item[1].right == 0.0), None)
 
     def wait_until_back(self) -> float:
-        """Return the wall time from the fault until the process is up; check that the robot stands meanwhile."""
-        observer = self._observer
-        absent = self._first(lambda _, up: self._process not in up)
-        back = self._first(lambda at, up: at > absent and self._process in up)
+        """Return the wall time from the fault until the process is up; check that the robot stands while it is away.
+
+        It may drive as soon as the first node is back: messages of several processes arrive in any order.
+        """
+        observer, nodes = self._observer, self._observer.processes[self._process].nodes.keys()
+        absent = self._first(lambda event: not nodes <= event.nodes)
+        returning = self._first(lambda event: event.at > absent and event.appeared and event.node in nodes)
+        back = self._first(lambda event: event.at > absent and nodes <= event.nodes)
         wait_for(lambda: observer.speeds[-1][0] > back)
         commands = observer.speeds[self._speed_count :]
-        meanwhile = [(at, speeds) for at, speeds in commands if self._stopped < at < back]
+        meanwhile = [(at, speeds) for at, speeds in commands if self._stopped < at < returning]
         moved = [
-            f"{at - back:.3f} s: {speeds.left:.2f}, {speeds.right:.2f}"
+            f"{at - returning:.3f} s: {speeds.left:.2f}, {speeds.right:.2f}"
             for at, speeds in meanwhile
             if speeds.left or speeds.right
         ]
         assert not moved, (
-            f"stopped {back - self._stopped:.3f} s and absent {back - absent:.3f} s before it was up; {moved}"
+            f"stopped {returning - self._stopped:.3f} s and absent {returning - absent:.3f} s before its first node "
+            f"was back; {moved}"
         )
         return back - self._wall
 
-    def _first(self, condition: Callable[[float, frozenset[str]], bool]) -> float:
-        """Return the first time after the fault at which time and running processes met the condition."""
-        history = self._observer.up_history
+    def _first(self, condition: Callable[[GraphEvent], bool]) -> float:
+        """Return the first time after the fault at which an event met the condition."""
+        events = self._observer.graph_events
         return waiting.wait_for(
-            lambda: next((at for at, up in history[self._up_count :] if condition(at, up)), 0.0),
+            lambda: next((event.at for event in events[self._event_count :] if condition(event)), 0.0),
             self._process,
         )
 

@@ -69,6 +69,23 @@ class Tab:
             time.sleep(0.1)
         raise AssertionError(f"the condition was never true in the page: {script}")
 
+    def reload_by(self, script: str) -> None:
+        """Run a script that loads the page again, and wait until it has loaded.
+
+        Between two documents Chromium refuses calls or never answers them, so nothing is called meanwhile.
+        """
+        before = len(self.events)
+        self.evaluate(f"void setTimeout(() => {{ {script} }}, 100)")
+        self.wait_for_event("Page.loadEventFired", self.wait_for_event("Page.frameNavigated", before))
+
+    def wait_for_event(self, method: str, after: int) -> int:
+        """Wait for an event, not counting the first ones; return how many there are up to it."""
+        while True:
+            for number, event in enumerate(self.events[after:], after + 1):
+                if event["method"] == method:
+                    return number
+            self.events.append(json.loads(self._connection.recv(timeout=PATIENCE)))
+
     def mouse(self, kind: str, x: float, y: float) -> None:
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
 

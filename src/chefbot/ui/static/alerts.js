@@ -1,4 +1,6 @@
 // Sound, vibration and a notification when the robot needs a person: it waits for one, has failed, or its battery is low.
+import { tr, translated } from "./language.js";
+
 const KEY = "chefbot-alerts", LOW_BATTERY = 20;          // percent
 const NOTES = [660, 880], NOTE = 0.18, VOLUME = 0.2;     // hertz, seconds, share of the loudest
 const VIBRATION = [200, 100, 200];
@@ -31,14 +33,14 @@ export class Alerts {
   delivery(value) {
     const waits = value?.waits_for ?? "", before = this.waits;
     this.waits = `${waits} ${value?.place ?? ""}`;
-    if (before !== null && waits && this.waits !== before) this.give(value.step);
+    if (before !== null && waits && this.waits !== before) this.give(translated(value.step));
   }
 
   status(value) {
     const battery = value?.battery ?? null, before = this.battery;
     this.battery = battery;
     if (before !== null && battery !== null && before >= LOW_BATTERY && battery < LOW_BATTERY) {
-      this.give(`The battery has ${Math.round(battery)} % left.`);
+      this.give(tr("The battery has {percent} % left.", { percent: Math.round(battery) }));
     }
   }
 

@@ -7,6 +7,7 @@ import { knownArea } from "./grids.js";
 import { Incidents } from "./incidents.js";
 import { Kiosk } from "./kiosk.js";
 import { Labels } from "./labels.js";
+import { LANGUAGES, choose, language, loadError, tr, translated } from "./language.js";
 import { PAINTERS, QUIET, SWITCHES, arrow, scaleBar } from "./layers.js";
 import { Panels } from "./panels.js";
 import { Playback } from "./playback.js";
@@ -59,14 +60,14 @@ function shownLayers() {
 
 function send(command) {
   const sent = link.send(command);
-  if (!sent) showNotice("Not connected: the command was not sent.");
+  if (!sent) showNotice(tr("Not connected: the command was not sent."));
   return sent;
 }
 
 kiosk = new Kiosk(send, () => link.show());
 
 function gesture(command) {
-  return command.do === "goal" ? panels.round.go(command, "this point") : send(command);
+  return command.do === "goal" ? panels.round.go(command, tr("this point")) : send(command);
 }
 
 function paint(context) {
@@ -137,8 +138,8 @@ function showWhole() {
 function showFailure(status) {
   const count = status?.failures ?? 0;
   if (failures !== null && count > failures && status.reason) {
-    showNotice(status.reason);
-    alerts.give(status.reason);
+    showNotice(translated(status.reason));
+    alerts.give(translated(status.reason));
   }
   failures = count;
 }
@@ -180,14 +181,14 @@ function forget() {
 function reportLostRound(delivery) {
   if (!unserved || !delivery) return;
   if (!delivery.round_active && !delivery.orders.length) {
-    showNotice(`chefbot was restarted and has lost the round. Not served: ${unserved}.`, true);
+    showNotice(tr("chefbot was restarted and has lost the round. Not served: {places}.", { places: unserved }), true);
   }
   unserved = "";
 }
 
 link.addEventListener("layer", ({ detail: { layer, value } }) => take(layer, value));
 link.addEventListener("greeted", ({ detail: { arrived, restarted } }) => {
-  if (arrived) showNotice("Connected again. The robot had received the last command.");
+  if (arrived) showNotice(tr("Connected again. The robot had received the last command."));
   if (restarted) forget();
 });
 link.addEventListener("up", () => {
@@ -197,27 +198,27 @@ link.addEventListener("up", () => {
   stop.connected();
   kiosk.show(data.get("delivery"));
   solid.reload();
-  if (!keepNotice) showNotice("");
+  if (!keepNotice) showNotice(loadError);
   keepNotice = false;
 });
 link.addEventListener("down", ({ detail: lost }) => {
   document.body.classList.add("offline");
   driver.release();
   kiosk.lost();
-  $("phase").textContent = "No connection to the robot.";
+  $("phase").textContent = tr("No connection to the robot.");
   if (lost.length) {
     keepNotice = true;
     panels.keepOrder();
-    showNotice("Connection lost before the robot confirmed the last command. Check the robot and repeat the command if necessary.", true);
+    showNotice(tr("Connection lost before the robot confirmed the last command. Check the robot and repeat the command if necessary."), true);
   } else if (!keepNotice) {
-    showNotice("Connection lost. The robot stops if it was driven by hand. Reconnecting …", true);
+    showNotice(tr("Connection lost. The robot stops if it was driven by hand. Reconnecting …"), true);
   }
 });
 link.addEventListener("age", ({ detail }) => {
   $("age").hidden = !link.open || detail < OLD;
-  $("age").textContent = `What you see is ${(detail / 1000).toFixed(1)} s old.`;
+  $("age").textContent = tr("What you see is {seconds} s old.", { seconds: (detail / 1000).toFixed(1) });
 });
-link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); kiosk.refused(detail); showNotice(detail); });
+link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); kiosk.refused(detail); showNotice(translated(detail)); });
 link.addEventListener("done", ({ detail }) => kiosk.done(detail));
 
 function showNotice(sentence, stays = false) {
@@ -230,7 +231,7 @@ function showNotice(sentence, stays = false) {
 setInterval(() => {
   const silent = performance.now() - lastData, stale = link.open && data.size > 0 && silent > STALE && !data.get("playback");
   document.body.classList.toggle("stale", stale);
-  if (stale) $("phase").textContent = `No data from the robot for ${Math.round(silent / 1000)} s.`;
+  if (stale) $("phase").textContent = tr("No data from the robot for {seconds} s.", { seconds: Math.round(silent / 1000) });
 }, 500);
 
 for (const [layer, label] of SWITCHES) {
@@ -259,5 +260,8 @@ $("follow").onclick = () => {
   if (following) solid.view?.home();
 };
 $("fit").onclick = fit;
+$("language").replaceChildren(...Object.entries(LANGUAGES).map(([code, name]) => new Option(name, code, false, code === language)));
+$("language").onchange = () => choose($("language").value);
+if (loadError) showNotice(loadError, true);
 $("where").onclick = () => { $("where-text").textContent = whereSentence(data); };
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });

@@ -1,4 +1,6 @@
 // The last minute, saved as a file: by a button, and the list of those that were saved.
+import { language, tr, translated } from "./language.js";
+
 const $ = (id) => document.getElementById(id);
 
 export class Incidents {
@@ -6,23 +8,23 @@ export class Incidents {
     $("save-incident").onclick = () => {
       if (!send({ do: "save_incident", note: $("incident-note").value })) return;
       $("incident-note").value = "";
-      $("incident-saved").textContent = "Saving the last minute …";
+      $("incident-saved").textContent = tr("Saving the last minute …");
     };
     this.requests = null;                // number of requests that have ended; null before the first list
   }
 
   // The newest first, each a link to its file; above, how the last request ended.
   show({ saved: list, outcome, requests }) {
-    if (this.requests !== null && requests !== this.requests) $("incident-saved").textContent = outcome;
+    if (this.requests !== null && requests !== this.requests) $("incident-saved").textContent = translated(outcome);
     this.requests = requests;
     $("incidents-box").hidden = !list.length;
     $("incidents").replaceChildren(...list.map(({ name, size, incident }) => {
       const item = document.createElement("li"), link = document.createElement("a");
       link.href = `incidents/${encodeURIComponent(name)}`;
       link.download = name;
-      link.textContent = new Date(incident.time).toLocaleString([], { dateStyle: "short", timeStyle: "short" });
+      link.textContent = new Date(incident.time).toLocaleString(language, { dateStyle: "short", timeStyle: "short" });
       const by = incident.by ? ` (${incident.by})` : "";
-      item.append(link, `, ${(size / 1e6).toFixed(1)} MB${by}: ${incident.sentence || "no reason given"}`);
+      item.append(link, `, ${(size / 1e6).toFixed(1)} MB${by}: ${translated(incident.sentence) || tr("no reason given")}`);
       return item;
     }));
   }

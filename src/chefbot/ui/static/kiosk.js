@@ -1,5 +1,5 @@
 // The view on the robot's own screen, at #kiosk: what the robot wants in large letters, one button, a PIN to leave.
-import { title } from "./layers.js";
+import { title, tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const HASH = "#kiosk";
@@ -38,9 +38,9 @@ export class Kiosk {
     const { waits_for: waits = "", place = "", state = "", step = "" } = delivery ?? {};
     this.press = waits;
     const confirms = waits === "loaded" || waits === "taken";
-    const heading = waits === "taken" ? `${title(place)}: your food` : TITLES[waits] ?? STATES[state] ?? "No delivery";
-    $("kiosk-title").textContent = this.stopped ? "Stopped" : heading;
-    $("kiosk-text").textContent = waits === "choice" ? "" : step;
+    const heading = waits === "taken" ? tr("{place}: your food", { place: title(place) }) : TITLES[waits] ?? STATES[state] ?? tr("No delivery");
+    $("kiosk-title").textContent = this.stopped ? tr("Stopped") : heading;
+    $("kiosk-text").textContent = waits === "choice" ? "" : translated(step);
     $("kiosk-confirm").hidden = !confirms;
     $("kiosk-confirm").textContent = confirms ? title(waits) : "";
   }
@@ -53,8 +53,8 @@ export class Kiosk {
 
   // Nothing can be confirmed without a connection.
   lost() {
-    $("kiosk-title").textContent = "Please wait";
-    $("kiosk-text").textContent = "No connection to the robot.";
+    $("kiosk-title").textContent = tr("Please wait");
+    $("kiosk-text").textContent = tr("No connection to the robot.");
     $("kiosk-confirm").hidden = true;
     this.leaving = null;
   }
@@ -67,7 +67,7 @@ export class Kiosk {
   }
 
   refused(sentence) {
-    $("kiosk-note").textContent = sentence;
+    $("kiosk-note").textContent = translated(sentence);
     if (!this.leaving) return;
     this.leaving = null;
     $("kiosk-pin").hidden = false;
@@ -82,5 +82,7 @@ export class Kiosk {
   }
 }
 
-const TITLES = { loaded: "Load the food", choice: "Please call the staff" };
-const STATES = { driving: "On the way", returning: "On the way back", errand: "On the way", failed: "Please call the staff" };
+const TITLES = { loaded: tr("Load the food"), choice: tr("Please call the staff") };
+const STATES = {
+  driving: tr("On the way"), returning: tr("On the way back"), errand: tr("On the way"), failed: tr("Please call the staff"),
+};

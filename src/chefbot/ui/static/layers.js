@@ -1,12 +1,13 @@
 // How each layer is drawn. `data` holds the latest value of every layer by name.
 import { COLOURS } from "./colours.js";
 import { costColours, drawGrid, drawMap, picture } from "./grids.js";
+import { title, tr } from "./language.js";
 import { robot, truth } from "./robot.js";
 
 export const SWITCHES = [
-  ["costmap", "Global costmap"], ["path", "Global plan"], ["local_path", "Local plan"], ["particles", "Particles"],
-  ["scan", "Laser scan"], ["obstacles", "Camera obstacles"], ["people", "People"], ["places", "Places"], ["zones", "Zones"],
-  ["causes", "Causes"], ["truth", "Ground truth (simulation)"],
+  ["costmap", tr("Global costmap")], ["path", tr("Global plan")], ["local_path", tr("Local plan")], ["particles", tr("Particles")],
+  ["scan", tr("Laser scan")], ["obstacles", tr("Camera obstacles")], ["people", tr("People")], ["places", tr("Places")], ["zones", tr("Zones")],
+  ["causes", tr("Causes")], ["truth", tr("Ground truth (simulation)")],
 ];
 
 const PATH_SPEED = 0.3;                  // metres per second, of the dashes
@@ -91,7 +92,6 @@ export function arrow(context, view, pose, colour, length) {
   context.restore();
 }
 
-export const title = (name) => name.replace(/_/g, " ").replace(/^./, (letter) => letter.toUpperCase());
 
 function places(context, view, list) {
   const points = list.map((place) => view.px(place.x, place.y));

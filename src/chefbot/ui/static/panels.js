@@ -1,6 +1,6 @@
 // Text, numbers and buttons beside the map. All text is set as textContent, so that a name cannot become markup.
 import { byArrows } from "./keys.js";
-import { title } from "./layers.js";
+import { title, tr, translated } from "./language.js";
 import { ErrorPlot, length } from "./plot.js";
 import { RoundCard } from "./round.js";
 
@@ -59,7 +59,7 @@ export class Panels {
       button.textContent = turn && tables.length > 1 ? `${turn}. ${title(button.dataset.name)}` : title(button.dataset.name);
     }
     $("deliver").disabled = $("patrol").hidden = tables.length === 0;
-    text("deliver", tables.length === 0 ? "Choose tables" : `Serve ${tables.length === 1 ? title(tables[0]) : `${tables.length} tables`}`);
+    text("deliver", servingLabel(tables));
   }
 
   places(list) {
@@ -85,7 +85,7 @@ export class Panels {
   progress(value) {
     $("job").hidden = !value || value.done >= value.total;
     if (!value) return;
-    text("job-text", `${value.text} ${value.done}/${value.total}`);
+    text("job-text", `${translated(value.text)} ${value.done}/${value.total}`);
     $("job-bar").max = value.total;
     $("job-bar").value = value.done;
   }
@@ -96,19 +96,19 @@ export class Panels {
 
   status(value) {
     const status = value ?? {};
-    text("phase", status.phase || "Connected.");
+    text("phase", translated(status.phase) || tr("Connected."));
     text("clock", orDash(status.clock, clock));
     $("rtf-box").hidden = status.real_time_factor == null;
     text("rtf", orDash(status.real_time_factor, (factor) => `× ${factor.toFixed(1)}`));
     text("battery", orDash(status.battery, (percent) => `${Math.round(percent)} %`));
     $("battery-bar").value = status.battery ?? 0;
     text("volts", orDash(status.volts, (volts) => `${volts.toFixed(1)} V`));
-    text("navigation", status.navigation || "–");
+    text("navigation", translated(status.navigation) || "–");
     text("confidence", orDash(status.confidence, (share) => `${Math.round(100 * share)} %`));
-    text("reason", status.reason || "nothing holds the robot up");
-    text("last-stop", status.reason ? `Why: ${status.reason}` : "");
+    text("reason", translated(status.reason) || tr("nothing holds the robot up"));
+    text("last-stop", status.reason ? tr("Why: {reason}", { reason: translated(status.reason) }) : "");
     const warnings = status.warnings ?? [];
-    text("warnings", warnings.join("\n"));
+    text("warnings", warnings.map((warning) => translated(warning)).join("\n"));
     $("warnings").hidden = warnings.length === 0;
     this.simulation(status);
   }
@@ -121,10 +121,10 @@ export class Panels {
       const item = document.createElement("li"), entry = document.createElement("details");
       const head = document.createElement("summary"), chain = document.createElement("ol");
       const lasted = cause.ended > cause.time ? ` ${(cause.ended - cause.time).toFixed(1)} s` : "";
-      head.textContent = `${clock(cause.time)} ${cause.effect}${lasted}: ${cause.sentence}`;
+      head.textContent = `${clock(cause.time)} ${translated(cause.effect)}${lasted}: ${translated(cause.sentence)}`;
       chain.replaceChildren(...cause.chain.map((link) => {
         const line = document.createElement("li");
-        line.textContent = link;
+        line.textContent = translated(link);
         return line;
       }));
       entry.dataset.id = String(cause.id);
@@ -151,9 +151,9 @@ export class Panels {
     $("doors").replaceChildren(...(doors ?? []).map(({ name, open }) => {
       const row = document.createElement("div"), label = document.createElement("span");
       row.className = "door";
-      label.textContent = `${title(name)}: ${open ? "open" : "closed"}`;
-      row.append(label, button("Open", name, () => this.send({ do: "open_door", name })),
-        button("Close", name, () => this.send({ do: "close_door", name })));
+      label.textContent = `${title(name)}: ${open ? tr("open") : tr("closed")}`;
+      row.append(label, button(tr("Open"), name, () => this.send({ do: "open_door", name })),
+        button(tr("Close"), name, () => this.send({ do: "close_door", name })));
       return row;
     }));
   }
@@ -165,6 +165,11 @@ export class Panels {
     if (blob) image.src = URL.createObjectURL(blob);
     if (before) URL.revokeObjectURL(before);
   }
+}
+
+function servingLabel(tables) {
+  if (tables.length === 0) return tr("Choose tables");
+  return tables.length === 1 ? tr("Serve {place}", { place: title(tables[0]) }) : tr("Serve {number} tables", { number: tables.length });
 }
 
 function button(label, name, action) {

@@ -1,4 +1,6 @@
 // The bar of a recording: play or pause, a slider over its time, the rate.
+import { tr } from "./language.js";
+
 const $ = (id) => document.getElementById(id);
 const RATES = [1, 2, 5, 10];
 
@@ -26,7 +28,7 @@ export class Playback {
     document.body.classList.toggle("recording", Boolean(value));
     if (!value) return;
     $("playback-title").textContent = value.title;
-    $("playback-run").textContent = value.rate ? "Pause" : "Play";
+    $("playback-run").textContent = value.rate ? tr("Pause") : tr("Play");
     $("playback-time").max = value.length;
     if (this.dragging) return;
     $("playback-time").value = value.time;
@@ -34,7 +36,7 @@ export class Playback {
   }
 
   showTime(seconds) {
-    $("playback-position").textContent = `${clock(seconds)} of ${clock(this.value.length)}`;
+    $("playback-position").textContent = tr("{time} of {length}", { time: clock(seconds), length: clock(this.value.length) });
   }
 }
 

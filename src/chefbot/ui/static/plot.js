@@ -1,5 +1,7 @@
 // The localization error over the last minutes of the robot's clock.
 
+import { tr } from "./language.js";
+
 const SPAN = 120;                        // seconds shown
 const STEP = 0.2;                        // seconds between kept points
 
@@ -41,7 +43,7 @@ export class ErrorPlot {
       context.beginPath(); context.moveTo(40, y); context.lineTo(width, y); context.stroke();
       context.fillText(length(share * top), 0, y + 4);
     }
-    context.fillText(`last ${SPAN / 60} minutes`, 40, height - 2);
+    context.fillText(tr("last {number} minutes", { number: SPAN / 60 }), 40, height - 2);
   }
 
   curve(context, style, width, height, top) {

@@ -1,5 +1,5 @@
 // The delivery round: buttons for what the robot waits for, and the choice between the round and another goal.
-import { title } from "./layers.js";
+import { language, title, tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
@@ -23,16 +23,16 @@ export class RoundCard {
 
   show(value) {
     this.value = value;
-    const waits = value?.waits_for ?? "", next = value?.place ? title(value.place) : "the next order";
-    text("step", value?.step || "No delivery.");
+    const waits = value?.waits_for ?? "", next = value?.place ? title(value.place) : tr("the next order");
+    text("step", translated(value?.step) || tr("No delivery."));
     text("round-rest", this.rest(value));
     $("loaded").hidden = waits !== "loaded";
     $("taken").hidden = $("not_taken").hidden = waits !== "taken";
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
-    text("go_on", value?.place ? `Go on to ${next}` : `Begin with ${next}`);
-    text("end", value?.round_active ? "End the round" : "Cancel the next order");
+    text("go_on", value?.place ? tr("Go on to {place}", { place: next }) : tr("Begin with {place}", { place: next }));
+    text("end", value?.round_active ? tr("End the round") : tr("Cancel the next order"));
     $("again").hidden = !value?.unserved.length;
-    text("again", `Order ${names(value?.unserved)} again`);
+    text("again", tr("Order {places} again", { places: names(value?.unserved) }));
     this.showQueue(value?.queue ?? []);
     $("shortest").hidden = (value?.queue ?? []).length < 2;
     this.showForecast(this.forecast);
@@ -49,9 +49,9 @@ export class RoundCard {
       const item = document.createElement("li"), label = document.createElement("span");
       label.textContent = title(name);
       const when = document.createElement("small");
-      when.title = "Way, time and battery on arrival";
-      const earlier = chip("↑", `Serve ${title(name)} earlier`, () => this.changeQueue(moved(queue, i)));
-      const leave = chip("×", `Leave out ${title(name)}`, () => this.changeQueue(queue.filter((_, k) => k !== i)));
+      when.title = tr("Way, time and battery on arrival");
+      const earlier = chip("↑", tr("Serve {place} earlier", { place: title(name) }), () => this.changeQueue(moved(queue, i)));
+      const leave = chip("×", tr("Leave out {place}", { place: title(name) }), () => this.changeQueue(queue.filter((_, k) => k !== i)));
       earlier.disabled = i === 0;
       item.append(label, when, earlier, leave);
       return item;
@@ -65,8 +65,8 @@ export class RoundCard {
     const stops = active ? forecast : [], [next] = stops, home = stops.at(-1);
     const drives = next?.place === place && (state === "driving" || state === "returning");
     text("eta", [
-      drives && `${title(place)}: ${metres(next.distance)}, about ${time(next.time)}.`,
-      home && stops.length > 1 && `Home again: ${[metres(home.distance), `about ${time(home.time)}`, ...charge(home)].join(", ")}${home.battery === null ? "" : " battery"}.`,
+      drives && tr("{place}: {metres}, about {time}.", { place: title(place), metres: metres(next.distance), time: time(next.time) }),
+      home && stops.length > 1 && homeAgain(home),
     ].filter(Boolean).join(" "));
     let from = drives ? 1 : 0;
     for (const [i, name] of queue.entries()) {
@@ -84,9 +84,9 @@ export class RoundCard {
     $("history-box").hidden = !rounds.length;
     $("history").replaceChildren(...rounds.map((round) => {
       const item = document.createElement("li"), head = document.createElement("b");
-      const began = new Date(round.began).toLocaleString([], { dateStyle: "short", timeStyle: "short" });
+      const began = new Date(round.began).toLocaleString(language, { dateStyle: "short", timeStyle: "short" });
       head.textContent = round.ordered_by ? `${began}, ${round.ordered_by}: ` : `${began}: `;
-      item.append(head, round.stops.map((stop) => `${title(stop.place)} ${stop.outcome || "open"}`).join("; "));
+      item.append(head, round.stops.map((stop) => `${title(stop.place)} ${stop.outcome ? translated(stop.outcome) : tr("open")}`).join("; "));
       return item;
     }));
   }
@@ -101,10 +101,10 @@ export class RoundCard {
   rest(value) {
     const orders = (value?.orders ?? []).map(names).join("; ");
     return [
-      value?.delivered.length && `Taken at: ${names(value.delivered)}.`,
-      value?.errands.length && `Then to: ${names(value.errands.map((name) => name || "a point on the map"))}.`,
-      orders && `Ordered after that: ${orders}.`,
-      ...(value?.missed ?? []).map((why) => `Not served: ${why}.`),
+      value?.delivered.length && tr("Taken at: {places}.", { places: names(value.delivered) }),
+      value?.errands.length && tr("Then to: {places}.", { places: names(value.errands.map((name) => name || "a point on the map")) }),
+      orders && tr("Ordered after that: {places}.", { places: orders }),
+      ...(value?.missed ?? []).map((why) => tr("Not served: {reason}.", { reason: translated(why).replace(/[.。]$/, "") })),
     ].filter(Boolean).join(" ");
   }
 
@@ -112,7 +112,7 @@ export class RoundCard {
   go(command, name) {
     if (!this.value?.round_active) return this.send(command);
     this.pendingGoal = command;
-    text("when-title", `A delivery round is active. Drive to ${name}:`);
+    text("when-title", tr("A delivery round is active. Drive to {place}:", { place: name }));
     $("when").hidden = false;
     $("when_now").focus();
     return true;
@@ -124,6 +124,13 @@ export class RoundCard {
     $("when").hidden = true;
     if (command && when) this.send({ ...command, when });
   }
+}
+
+// Way, time and, where it is known, charge of the battery at the end of a round.
+function homeAgain(home) {
+  const values = { metres: metres(home.distance), time: time(home.time), battery: charge(home)[0] };
+  return home.battery === null ? tr("Home again: {metres}, about {time}.", values)
+    : tr("Home again: {metres}, about {time}, {battery} battery.", values);
 }
 
 const metres = (length) => `${Math.round(length)} m`;

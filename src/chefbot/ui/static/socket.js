@@ -1,4 +1,5 @@
 // The connection to the robot: decodes messages, detects a dead connection within a second, and reconnects.
+import { tr } from "./language.js";
 import { decode } from "./wire.js";
 
 const FIRST_RETRY = 100, LAST_RETRY = 2000;
@@ -146,7 +147,7 @@ export class Link extends EventTarget {
     if (text && data.startsWith('{"layer":"stop"')) { take(JSON.parse(data)); return; }
     const decoded = decode(data);
     this.order = this.order.then(async () => take(await decoded))
-      .catch((error) => this.emit("refused", `The page could not read a message of the robot: ${error.message}`));
+      .catch((error) => this.emit("refused", tr("The page could not read a message of the robot: {error}", { error: error.message })));
   }
 
   emit(kind, detail) { this.dispatchEvent(new CustomEvent(kind, { detail })); }

@@ -1,6 +1,8 @@
 // Switches between the map from above and the 3-D view. The 3-D library is loaded at the first use.
+import { tr } from "./language.js";
+
 const $ = (id) => document.getElementById(id);
-const HINT = "Drag to turn, right button or two fingers to move, wheel or pinch to zoom, click a part.";
+const HINT = tr("Drag to turn, right button or two fingers to move, wheel or pinch to zoom, click a part.");
 const HASH = "#3d";
 
 export class Solid {
@@ -35,7 +37,7 @@ export class Solid {
     } catch (error) {
       this.loading = null;
       await this.turn(false);
-      return this.showNotice(`This browser cannot show the robot in 3-D: ${error.message}`);
+      return this.showNotice(tr("This browser cannot show the robot in 3-D: {error}", { error: error.message }));
     }
     globalThis.modelView = this.view;    // for the browser's console
     this.tools.watch(this.view.floor((floor) => (this.tools.drag && this.tools.view === floor ? this.tools.pose() : null)));

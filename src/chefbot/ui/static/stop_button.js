@@ -1,9 +1,12 @@
 // The emergency stop button: shows the state that the drive base has confirmed, and an alarm while it has not.
+import { tr } from "./language.js";
 import { StopPress } from "./stop.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
-const LABELS = { free: "STOP", "not confirmed": "STOP: not confirmed", requested: "STOP: not confirmed", stopped: "STOPPED" };
+const LABELS = {
+  free: tr("STOP"), "not confirmed": tr("STOP: not confirmed"), requested: tr("STOP: not confirmed"), stopped: tr("STOPPED"),
+};
 const VIBRATION = [300, 150, 300], VIBRATION_PERIOD = 1500;
 
 export class StopButton {
@@ -34,7 +37,7 @@ export class StopButton {
     document.body.classList.toggle("stopped", state !== "free");
     document.body.classList.toggle("alarmed", alarmed);
     text("stop", LABELS[state]);
-    text("resume", state === "not confirmed" ? "Withdraw this stop" : "Resume");
+    text("resume", state === "not confirmed" ? tr("Withdraw this stop") : tr("Resume"));
     $("resume").hidden = state === "free";
     $("alarm").hidden = !alarmed;
     if (alarmed && performance.now() - this.vibrated > VIBRATION_PERIOD) {

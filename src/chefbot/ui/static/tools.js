@@ -1,13 +1,14 @@
 // Tools of the map: pan, navigation goal, initial pose, and changes of the simulated world.
 
 import { byArrows } from "./keys.js";
+import { tr } from "./language.js";
 
 export const TOOLS = [
-  { id: "look", label: "Look", hint: "" },
-  { id: "goal", label: "Go there", hint: "Press the goal position and drag in the goal direction." },
-  { id: "initial_pose", label: "I am here", hint: "Press the robot's position and drag in its direction." },
-  { id: "drop_box", label: "Box", hint: "Press the position of the box.", simulation: true },
-  { id: "kidnap", label: "Kidnap", hint: "Press the new position of the robot and drag in its new direction.", simulation: true },
+  { id: "look", label: tr("Look"), hint: "" },
+  { id: "goal", label: tr("Go there"), hint: tr("Press the goal position and drag in the goal direction.") },
+  { id: "initial_pose", label: tr("I am here"), hint: tr("Press the robot's position and drag in its direction.") },
+  { id: "drop_box", label: tr("Box"), hint: tr("Press the position of the box."), simulation: true },
+  { id: "kidnap", label: tr("Kidnap"), hint: tr("Press the new position of the robot and drag in its new direction."), simulation: true },
 ];
 const SHORT = 12;                        // pixels: a drag shorter than this has no direction
 

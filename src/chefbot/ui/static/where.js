@@ -1,32 +1,36 @@
 // Where the robot is, in a sentence for those who cannot see the map.
-import { title } from "./layers.js";
+import { title, tr } from "./language.js";
 
 const SLOWEST = 0.05;                    // metres per second: slower, a time of arrival would mean nothing
 const HERE = 0.3;                        // metres from a place at which the robot is there
 
 export function whereSentence(data) {
   const robot = data.get("robot"), places = data.get("places") ?? [];
-  if (!robot) return "The robot does not know where it is.";
+  if (!robot) return tr("The robot does not know where it is.");
   return [position(robot, places), motion(robot, data.get("path"), goalName(data.get("goal"), places))].join(" ");
 }
 
 function position(robot, places) {
   const [nearest] = places.map((place) => [distance(robot, place), place]).sort(([a], [b]) => a - b);
-  if (!nearest) return `The robot is at x ${robot.x.toFixed(1)} m, y ${robot.y.toFixed(1)} m.`;
+  if (!nearest) return tr("The robot is at x {x} m, y {y} m.", { x: robot.x.toFixed(1), y: robot.y.toFixed(1) });
   const [far, place] = nearest;
-  return far < HERE ? `The robot is at ${title(place.name)}.` : `The robot is ${metres(far)} from ${title(place.name)}.`;
+  const values = { metres: metres(far), place: title(place.name) };
+  return far < HERE ? tr("The robot is at {place}.", values) : tr("The robot is {metres} from {place}.", values);
 }
 
 function motion(robot, path, goal) {
-  if (!path?.count) return Math.abs(robot.v) < SLOWEST ? "It stands." : `It drives at ${Math.abs(robot.v).toFixed(1)} m/s.`;
+  if (!path?.count) {
+    return Math.abs(robot.v) < SLOWEST ? tr("It stands.") : tr("It drives at {speed} m/s.", { speed: Math.abs(robot.v).toFixed(1) });
+  }
   const left = lengthAhead(robot, path);
-  const time = robot.v > SLOWEST ? `, about ${Math.max(1, Math.round(left / robot.v))} s` : "";
-  return `It drives to ${goal}: ${metres(left)} to go${time}.`;
+  const values = { goal, metres: metres(left), seconds: Math.max(1, Math.round(left / robot.v)) };
+  return robot.v > SLOWEST ? tr("It drives to {goal}: {metres} to go, about {seconds} s.", values)
+    : tr("It drives to {goal}: {metres} to go.", values);
 }
 
 function goalName(goal, places) {
   const place = goal && places.find((one) => distance(one, goal) < HERE);
-  return place ? title(place.name) : "a point on the map";
+  return place ? title(place.name) : tr("a point on the map");
 }
 
 // The length of a path from the point that is nearest to the robot.

@@ -1,8 +1,10 @@
 // The words beside the model: fixed frame, what is shown, joints, links with their masses.
+import { tr } from "../language.js";
+
 const $ = (id) => document.getElementById(id);
 
 export const SWITCHES = [
-  ["solids", "Solids", true], ["axes", "Frames", true], ["names", "Names", false], ["cloud", "Depth camera", true],
+  ["solids", tr("Solids"), true], ["axes", tr("Frames"), true], ["names", tr("Names"), false], ["cloud", tr("Depth camera"), true],
 ];
 const FIXED = ["map", "odom", "base_link"];
 
@@ -76,7 +78,7 @@ export class Panel {
 
   list(heavy, light) {
     const total = heavy.reduce((sum, { mass }) => sum + mass, 0);
-    $("links-total").textContent = heavy.length ? `${heavy.length} with mass, ${kilograms(total)}` : "";
+    $("links-total").textContent = heavy.length ? tr("{number} with mass, {mass}", { number: heavy.length, mass: kilograms(total) }) : "";
     this.rows = new Map([...heavy, ...light].map((link) => [link.name, this.row(link)]));
     $("links").replaceChildren(...this.rows.values());
   }
@@ -84,7 +86,7 @@ export class Panel {
   row({ name, mass }) {
     const button = document.createElement("button"), words = document.createElement("span"), weight = document.createElement("span");
     words.textContent = name;
-    weight.textContent = mass === null ? "frame" : kilograms(mass);
+    weight.textContent = mass === null ? tr("frame") : kilograms(mass);
     weight.className = "quiet";
     button.dataset.link = name;
     button.onclick = () => this.chosen(name);

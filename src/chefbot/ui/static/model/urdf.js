@@ -1,10 +1,11 @@
 // Links and joints of a URDF text (http://wiki.ros.org/urdf/XML). Shapes are left out: the solids come as GLB.
+import { tr } from "../language.js";
 
 export function parseUrdf(text) {
   const tree = new DOMParser().parseFromString(text, "application/xml");
-  if (tree.querySelector("parsererror")) throw new Error("The robot's description is not XML.");
+  if (tree.querySelector("parsererror")) throw new Error(tr("The robot's description is not XML."));
   const robot = tree.documentElement;
-  if (robot.tagName !== "robot") throw new Error("The robot's description is not a URDF.");
+  if (robot.tagName !== "robot") throw new Error(tr("The robot's description is not a URDF."));
   return { links: childrenOf(robot, "link").map(link), joints: childrenOf(robot, "joint").map(joint) };
 }
 

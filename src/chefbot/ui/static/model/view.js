@@ -1,6 +1,6 @@
 // The 3-D view: the robot's solids in its frames, on a floor, with what it sees. It draws only when something changed.
 import { Mesh, MeshBasicMaterial, Raycaster, Vector2, Vector3 } from "three";
-import { title } from "../layers.js";
+import { title, tr } from "../language.js";
 import { Body, axesGeometry, origin } from "./body.js";
 import { Floor } from "./floor.js";
 import { FrameTree } from "./frames.js";
@@ -44,12 +44,12 @@ export class ModelView {
   async load(url) {
     if (this.loading || this.body.file) return;
     this.loading = true;
-    this.panel.showNote("solids", "Loading the robot's solids …");
+    this.panel.showNote("solids", tr("Loading the robot's solids …"));
     try {
       await this.body.load(url);
       this.panel.showNote("solids", "");
     } catch (error) {
-      this.panel.showNote("solids", `The robot's solids could not be loaded: ${error.message}`);
+      this.panel.showNote("solids", tr("The robot's solids could not be loaded: {error}", { error: error.message }));
     }
     this.loading = false;
     this.assemble();

@@ -1,0 +1,110 @@
+// The page in the reader's language. A message is identified by its English text; a catalogue of `languages/` has the
+// translations of the page's texts, of the robot's sentences, and of names. {names} in braces stand for what changes.
+const KEY = "chefbot-language";
+export const LANGUAGES = { en: "English", de: "Deutsch", fr: "Français", es: "Español", ar: "العربية", zh: "中文" };
+const RIGHT_TO_LEFT = new Set(["ar"]);
+const ATTRIBUTES = ["aria-label", "title", "placeholder"];
+const PATIENCE = 3000;                   // milliseconds for a catalogue to arrive
+const DEPTH = 3;                         // of sentences within sentences
+const LONG = new Set(["reason", "trays"]);   // what stands for sentences or a list; other {names} end with theirs
+
+export const language = recall() ?? preferred();
+export let loadError = "";
+const { page, robot, names } = language === "en" ? { page: {}, robot: {}, names: {} } : await load();
+const sentences = patterns(robot, (name) => (LONG.has(name) ? ".+" : "(?:(?![.?!;] ).)+"));
+const namePatterns = patterns(names, () => "\\S+");
+
+// A text of the page, with values in place of its {names}.
+export function tr(message, values = {}) {
+  return filled(page[message] ?? message, (name) => values[name]);
+}
+
+// A sentence of the robot, or several; one that the catalogue does not have stays English.
+export function translated(text, depth = DEPTH) {
+  if (!text || language === "en") return text;
+  return matched(text, sentences, depth)
+    ?? text.split(/(?<=[.?!])\s+/).map((one) => matched(one, sentences, depth) ?? one).join(" ");
+}
+
+// The name of a place for the reader: table_3 is "Table 3", or "Tisch 3".
+export function title(name) {
+  const text = capital(name.replace(/_/g, " "));
+  return matched(text, namePatterns, 0) ?? page[text] ?? text;
+}
+
+// Choose a language. The page is loaded again, because its texts are made once.
+export function choose(code) {
+  try { localStorage.setItem(KEY, code); } catch { return; }
+  location.reload();
+}
+
+// The translation of a text by the most specific pattern that it matches, or null.
+function matched(text, known, depth) {
+  for (const { expression, translation } of known) {
+    const found = expression.exec(text);
+    if (found) return filled(translation, (name) => part(found.groups[name], depth - 1));
+  }
+  return null;
+}
+
+// A part of a sentence: a name, a list of names, or another sentence, which may begin in lower case.
+function part(text, depth) {
+  if (depth < 0) return text;
+  const name = (one) => (/^\d+$/.test(one) ? one : matched(capital(one), namePatterns, 0));
+  const whole = name(text) ?? matched(text, sentences, depth) ?? matched(capital(text), sentences, depth);
+  if (whole) return whole;
+  if (text.includes("; ")) return text.split("; ").map((one) => part(one, depth)).join("; ");
+  const listed = text.split(/, | and /).map(name);
+  return listed.includes(null) ? translated(text, depth) : new Intl.ListFormat(language).format(listed);
+}
+
+function patterns(messages, capture) {
+  const expression = (message) => message.replace(/[.*+?^$()|[\]\\]/g, "\\$&").replace(/\{(\w+)\}/g, (_, name) => `(?<${name}>${capture(name)})`);
+  const fixed = ([message]) => message.replace(/\{\w+\}/g, "").length;
+  return Object.entries(messages).sort((a, b) => fixed(b) - fixed(a))
+    .map(([message, translation]) => ({ expression: new RegExp(`^${expression(message)}$`, "s"), translation }));
+}
+
+function filled(template, value) { return template.replace(/\{(\w+)\}/g, (_, name) => isolated(value(name))); }
+
+// In a text from right to left, "8 m" keeps its order (Unicode Standard Annex 9, first strong isolate).
+function isolated(value) { return RIGHT_TO_LEFT.has(language) ? `\u2068${value}\u2069` : String(value); }
+function capital(text) { return text.replace(/^./u, (letter) => letter.toUpperCase()); }
+
+// A catalogue that does not arrive costs the translation, not the page: STOP soon works in English.
+async function load() {
+  try {
+    const answer = await fetch(`languages/${language}.json`, { signal: AbortSignal.timeout(PATIENCE) });
+    if (!answer.ok) throw new Error(`status ${answer.status}`);
+    return await answer.json();
+  } catch (error) {
+    loadError = `The texts in ${LANGUAGES[language]} could not be loaded: ${error.message}`;
+    return { page: {}, robot: {}, names: {} };
+  }
+}
+
+// A browser that blocks cookies refuses this, too; the page then follows the browser's languages.
+function recall() {
+  try { return supported(localStorage.getItem(KEY)); } catch { return null; }
+}
+
+function preferred() {
+  return navigator.languages.map((tag) => supported(tag.split("-")[0])).find(Boolean) ?? "en";
+}
+
+function supported(code) { return Object.hasOwn(LANGUAGES, code ?? "") ? code : null; }
+
+// Translate the texts of index.html, before the other modules add to it.
+function translatePage() {
+  document.documentElement.lang = loadError ? "en" : language;
+  document.documentElement.dir = RIGHT_TO_LEFT.has(language) && !loadError ? "rtl" : "ltr";
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (texts.nextNode()) {
+    const node = texts.currentNode, text = node.data.trim();
+    if (text) node.data = node.data.replace(text, () => tr(text.replace(/\s+/g, " ")));
+  }
+  for (const name of ATTRIBUTES) {
+    for (const element of document.querySelectorAll(`[${name}]`)) element.setAttribute(name, tr(element.getAttribute(name)));
+  }
+}
+translatePage();

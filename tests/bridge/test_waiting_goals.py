@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -49,14 +50,17 @@ class Guest:
 def cook(port: int) -> Iterator[list[str]]:
     """Serve the action in a session of its own; yield the places of the goals, in order of arrival."""
     arrived: list[str] = []
+    made = threading.Event()
 
     def accept(goal_id: UUID, goal: Deliver_Goal) -> bool:
         arrived.extend(goal.places)
+        assert made.wait(PATIENCE)  # goals wait already and arrive while the server is being made
         server.finish(goal_id, STATUS_SUCCEEDED, Deliver_Result(goal.places))
         return True
 
     with RmwContext(port=port, router=False) as wire, RmwNode(wire, "cook") as node:
         server = ActionServer(node, "deliver", Deliver, accept, lambda _: False)
+        made.set()
         yield arrived
 
 

@@ -67,6 +67,10 @@ def inputs_of(node: RmwNode) -> dict[str, type[Message]]:
     }
 
 
+def _is_rejected(diagnostics: list[str], topic: str, rejection: str) -> bool:
+    return any(key.startswith(f"{topic}: ") and rejection in key for key in diagnostics)
+
+
 @pytest.mark.rotated("invalid messages")
 @pytest.mark.slow
 def test_messages_that_once_crashed_a_launch_are_rejected() -> None:
@@ -86,7 +90,7 @@ def test_messages_that_once_crashed_a_launch_are_rejected() -> None:
         for topic, (message, rejection) in CRASHING_MESSAGES.items():
             wait_for(lambda: publishers[topic].has_subscribers)  # noqa: B023
             publishers[topic].publish(message)
-            wait_for(lambda: any(key.startswith(f"{topic}: ") and rejection in key for key in diagnostics))  # noqa: B023
+            wait_for(lambda: _is_rejected(list(diagnostics), topic, rejection))  # noqa: B023
         generator, rng = MessageGenerator(5), np.random.default_rng(5)
         for _ in range(RANDOM):
             name = list(publishers)[rng.integers(len(publishers))]

@@ -64,10 +64,12 @@ def test_invalid_messages_are_reported_and_floods_delay_nothing() -> None:
         assert len(jitter) > 0
         assert in_time(float(np.median(jitter)), 25.0)  # half a period
         for word in ("nan", "/cmd_vel_teleop", "receive queue is full"):
-            wait_for(lambda: any(word in key for key in diagnostics))  # noqa: B023
-        wait_for(lambda: any("/cmd_vel_nav" in key + value for key, value in diagnostics.items()))
+            wait_for(lambda: any(word in key for key in list(diagnostics)))  # noqa: B023
+        wait_for(lambda: any("/cmd_vel_nav" in key + value for key, value in list(diagnostics.items())))
         report(
-            "\n".join(f"{key}: {value}" for key, value in diagnostics.items() if "/cmd_vel" in key + value)
+            "\n".join(
+                f"{key}: {value}" for key, value in list(diagnostics.items()) if "/cmd_vel" in key + value
+            )
         )
         chefbot.stop()
         assert chefbot.process.returncode == 0

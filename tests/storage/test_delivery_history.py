@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.support.waiting import wait_for
 
-from chefbot.storage import delivery_history
+from chefbot.storage import history_file
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.delivery_history import DeliveryHistory, read_history
 
@@ -122,21 +122,23 @@ def test_an_older_file_is_brought_to_the_newest_version(
     history.end(history.begin("", "anna", PLACES, simulated=False), "kept")
     history.close()
     more = "ALTER TABLE rounds ADD COLUMN tray TEXT"
-    monkeypatch.setattr(delivery_history, "MIGRATIONS", (*delivery_history.MIGRATIONS, more))
+    monkeypatch.setattr(history_file, "MIGRATIONS", (*history_file.MIGRATIONS, more))
     assert [one.outcome for one in read_history(history.path, 5)] == ["kept"]
     columns = sqlite3.connect(history.path).execute("PRAGMA table_info(rounds)").fetchall()
     assert "tray" in [column[1] for column in columns]
     monkeypatch.undo()
     with pytest.raises(StorageError, match="of a newer version"):
         DeliveryHistory(history.path)
-    assert sqlite3.connect(history.path).execute("PRAGMA user_version").fetchone() == (2,)
+    assert sqlite3.connect(history.path).execute("PRAGMA user_version").fetchone() == (
+        len(history_file.MIGRATIONS) + 1,
+    )
 
 
 @pytest.mark.parametrize("content", [b"not a database" * 100, b"SQLite format 3\0" + b"\xff" * 4000])
 def test_a_damaged_file_is_one_sentence_and_stays(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "one.sqlite"
     path.write_bytes(content)
-    with pytest.raises(StorageError, match=r"^the history of deliveries .*one\.sqlite cannot be used: "):
+    with pytest.raises(StorageError, match=r"^the history .*one\.sqlite cannot be used: "):
         DeliveryHistory(path)
     assert path.read_bytes() == content
 

@@ -13,8 +13,8 @@ from chefbot.causes.reports import DETOUR, END, STOP
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.std_msgs import Header
+from chefbot.ui.causes.cause_views import SHOWN_CAUSES, cause_views
 from chefbot.ui.layers import CauseView, StatusView
-from chefbot.ui.message_conversion import SHOWN_CAUSES, cause_views
 
 SECOND = 1_000_000_000
 CHAIN = ("controller: admissible twists", "lidar: x 2.00 m, y 1.00 m", "obstacle: person 3")
@@ -34,7 +34,7 @@ def cause(number: int, kind: str, seconds: int, *, frame: str = "map", sentence:
 
 def test_the_newest_causes_come_first_with_their_ends() -> None:
     history = CauseHistory([cause(1, STOP, 1), cause(2, DETOUR, 2, frame="odom"), cause(1, END, 4)])
-    detour, stop = cause_views(history)
+    detour, stop = cause_views(history, {})
     assert (detour.effect, detour.ended, detour.x, detour.y) == ("Detour", None, None, None)
     assert stop == CauseView(
         id=1, time=1.0, ended=4.0, effect="Stopped", sentence="Sentence 1.", chain=CHAIN, x=2.0, y=1.0
@@ -43,7 +43,7 @@ def test_the_newest_causes_come_first_with_their_ends() -> None:
 
 def test_the_list_is_short() -> None:
     history = CauseHistory((cause(number, STOP, number) for number in range(1, 40)), SHOWN_CAUSES)
-    assert [view.id for view in cause_views(history)] == list(range(39, 39 - SHOWN_CAUSES, -1))
+    assert [view.id for view in cause_views(history, {})] == list(range(39, 39 - SHOWN_CAUSES, -1))
 
 
 @pytest.mark.slow
@@ -62,7 +62,7 @@ def test_the_page_shows_each_cause_with_its_chain(page: Any) -> None:
             ),
         ]
     )
-    page.server.set_layer("causes", cause_views(history))
+    page.server.set_layer("causes", cause_views(history, {}))
     page.server.set_layer("status", StatusView(phase="Driving.", reason=history.sentence))
     with open_tab(page.url, NO_GPU) as tab:
         tab.wait_for("document.querySelectorAll('#causes > li').length === 2")
@@ -79,6 +79,6 @@ def test_the_page_shows_each_cause_with_its_chain(page: Any) -> None:
         assert "person 3" in tab.evaluate("document.getElementById('reason').textContent")
         # the list is replaced; what was opened stays open
         history.process(cause(2, END, 75))
-        page.server.set_layer("causes", cause_views(history))
+        page.server.set_layer("causes", cause_views(history, {}))
         tab.wait_for("document.querySelector('#causes summary').textContent.includes('5.0 s')")
         assert tab.evaluate("document.querySelector('#causes details').open") is True

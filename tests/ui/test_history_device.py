@@ -41,5 +41,5 @@ def test_a_history_damaged_inside_is_a_remark(tmp_path: Path, monkeypatch: pytes
     assert not device._record_round(under_way, "anna"), "nothing is written into a damaged file"
     nodes.run(1.0)
     (remark,) = nodes.messages("page/remark")
-    assert "history of deliveries" in remark.data and "cannot be used" in remark.data
+    assert "the history" in remark.data and "cannot be used" in remark.data
     nodes.system.stop()

@@ -28,6 +28,7 @@ from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import Context
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.replay import RecordedLog, read_log
+from chefbot.ui.missions.history_device import history_path
 from chefbot.ui.playback.log_player import LogPlayer
 from chefbot.ui.playback.playback_device import ONLY_PLAYBACK, PlaybackDevice
 from chefbot.ui.web_ui_params import WebUiParams
@@ -112,6 +113,12 @@ def test_a_log_plays_at_its_pace(show: Show) -> None:
     show.until(lambda latest: latest["playback"]["time"] < 10.0 and latest["robot"]["x"] < 5.0)
     show.send(do="playback", time=1e9, rate=20)
     show.until(lambda latest: latest["playback"]["time"] == LENGTH and latest["playback"]["rate"] == 0)
+
+
+def test_a_recording_adds_nothing_to_the_history_of_the_robot(show: Show) -> None:
+    show.send(do="playback", time=30.0)
+    show.until(lambda latest: (latest.get("delivery") or {}).get("state") == "driving")
+    assert not history_path(ROBOT.name).exists()
 
 
 def test_a_jump_shows_what_was_known_then(show: Show) -> None:

@@ -1,35 +1,14 @@
-"""The history of a robot's delivery rounds in a SQLite file: who ordered what and when, and what became of it.
-
-A write-ahead log makes each change atomic, so a crash at any moment loses at most the change that was being made.
-"""
+"""The history of a robot's delivery rounds: who ordered what and when, and what became of it."""
 
 from __future__ import annotations
 
-import sqlite3
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
-from datetime import UTC, datetime
+from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 import msgspec
 
-from chefbot.storage.atomic_files import StorageError, make_folder
-
-MIGRATIONS = (
-    """
-    CREATE TABLE rounds (
-        id INTEGER PRIMARY KEY, order_id TEXT NOT NULL, ordered_by TEXT NOT NULL, simulated INTEGER NOT NULL,
-        began TEXT NOT NULL, loaded TEXT, ended TEXT, outcome TEXT NOT NULL DEFAULT ''
-    ) STRICT;
-    CREATE TABLE stops (
-        round INTEGER NOT NULL REFERENCES rounds (id), position INTEGER NOT NULL, place TEXT NOT NULL,
-        outcome TEXT NOT NULL DEFAULT '', at TEXT, PRIMARY KEY (round, position)
-    ) STRICT, WITHOUT ROWID;
-    """,
-)
-"""One script a version of the file, which `PRAGMA user_version` counts; opening a file brings it to the newest."""
-BUSY_TIMEOUT = 2.0
-"""Time to wait for another process that is writing, s."""
+from chefbot.storage.history_file import HistoryFile, utc_now
 
 
 class RecordedStop(msgspec.Struct, frozen=True):
@@ -56,30 +35,15 @@ class RecordedRound(msgspec.Struct, frozen=True):
     stops: tuple[RecordedStop, ...]
 
 
-class DeliveryHistory:
-    """Reads and writes the history in the file at `path`, which is created if it does not exist.
-
-    Raises StorageError, here and in every method, if the file cannot be used.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        make_folder(path.parent)
-        with self._errors_reported():
-            path.touch(mode=0o600)  # names of persons: for the owner only
-            self._db = sqlite3.connect(path, timeout=BUSY_TIMEOUT, isolation_level=None)
-            self._migrate()
-
-    def close(self) -> None:
-        """Close the file and end its use."""
-        self._db.close()
+class DeliveryHistory(HistoryFile):
+    """Reads and writes the delivery rounds of a history."""
 
     def begin(self, order_id: str, ordered_by: str, places: Sequence[str], *, simulated: bool) -> int:
         """Add a round with these places and return its number."""
         with self._transaction():
             row = self._db.execute(
                 "INSERT INTO rounds (order_id, ordered_by, simulated, began) VALUES (?, ?, ?, ?)",
-                (order_id, ordered_by, simulated, _now()),
+                (order_id, ordered_by, simulated, utc_now()),
             )
             number = int(row.lastrowid or 0)
             self._db.executemany(
@@ -102,7 +66,9 @@ class DeliveryHistory:
     def note_loaded(self, number: int) -> None:
         """Note that the food of a round is on the tray; only the first time counts."""
         with self._transaction():
-            self._db.execute("UPDATE rounds SET loaded = ? WHERE id = ? AND loaded IS NULL", (_now(), number))
+            self._db.execute(
+                "UPDATE rounds SET loaded = ? WHERE id = ? AND loaded IS NULL", (utc_now(), number)
+            )
 
     def note_stop(self, number: int, place: str, outcome: str) -> None:
         """Note the outcome of the first open stop of a round at this place."""
@@ -110,7 +76,7 @@ class DeliveryHistory:
             self._db.execute(
                 "UPDATE stops SET outcome = ?, at = ? WHERE round = ? AND position = (SELECT min(position) "
                 "FROM stops WHERE round = ? AND place = ? AND outcome = '')",
-                (outcome, _now(), number, number, place),
+                (outcome, utc_now(), number, number, place),
             )
 
     def end(self, number: int, outcome: str) -> None:
@@ -118,7 +84,7 @@ class DeliveryHistory:
         with self._transaction():
             self._db.execute(
                 "UPDATE rounds SET ended = ?, outcome = ? WHERE id = ? AND ended IS NULL",
-                (_now(), outcome, number),
+                (utc_now(), outcome, number),
             )
 
     def rounds(self, last: int) -> list[RecordedRound]:
@@ -139,43 +105,8 @@ class DeliveryHistory:
         served = tuple(RecordedStop(*stop) for stop in stops)
         return RecordedRound(ordered_by, bool(simulated), began, loaded, ended, outcome, served)
 
-    def _migrate(self) -> None:
-        """Bring the file to the newest version; StorageError for a newer one."""
-        self._db.execute("PRAGMA journal_mode = WAL")
-        self._db.execute("PRAGMA synchronous = NORMAL")
-        with self._transaction():  # so that of two processes one migrates
-            (version,) = self._db.execute("PRAGMA user_version").fetchone()
-            if version > len(MIGRATIONS):
-                raise StorageError(f"{self.path} is of a newer version of chefbot; it is left alone")
-            for script in MIGRATIONS[version:]:
-                for statement in script.split(";"):
-                    self._db.execute(statement)
-            self._db.execute(f"PRAGMA user_version = {len(MIGRATIONS)}")
-
-    @contextmanager
-    def _transaction(self) -> Iterator[None]:
-        with self._errors_reported():
-            self._db.execute("BEGIN IMMEDIATE")
-            try:
-                yield
-            except BaseException:
-                self._db.execute("ROLLBACK")
-                raise
-            self._db.execute("COMMIT")
-
-    @contextmanager
-    def _errors_reported(self) -> Iterator[None]:
-        try:
-            yield
-        except (sqlite3.Error, OSError) as error:
-            raise StorageError(f"the history of deliveries {self.path} cannot be used: {error}") from None
-
 
 def read_history(path: Path, last: int) -> list[RecordedRound]:
     """Return the newest rounds of a history, the oldest of them first. Raises StorageError."""
     with closing(DeliveryHistory(path)) as history:
         return history.rounds(last)
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="seconds")

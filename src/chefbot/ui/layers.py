@@ -226,6 +226,12 @@ class CauseView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     x: float | None = None
     y: float | None = None
     """Where the obstacle is on the map, m; None if there is none or it is not known."""
+    number: int = 0
+    """Its number in the history of the robot, 0 if it is not recorded."""
+    pictures: tuple[str, ...] = ()
+    """Pictures at `causes/NUMBER/PICTURE`: map, camera."""
+    began: str = ""
+    """When it began, UTC in ISO 8601, in an earlier run; then `time` is 0, and `ended` how long it lasted."""
 
 
 class IncidentsView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

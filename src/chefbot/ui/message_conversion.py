@@ -7,8 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.causes.history import CauseHistory, CauseSpan
-from chefbot.causes.sentences import effect_word
 from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -23,12 +21,10 @@ from chefbot.msgs.geometry_msgs import (
 )
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.sensor_msgs import JointState
-from chefbot.ui.layers import CauseView, DoorView, PersonView, ZoneView
+from chefbot.ui.layers import DoorView, PersonView, ZoneView
 
 DIAGNOSTICS_AGE_NS = 5_000_000_000
 """Time after which a diagnostic that was not repeated is no longer displayed, ns."""
-SHOWN_CAUSES = 12
-"""Causes in the list of the page: the newest."""
 CLICK_STD_XY, CLICK_STD_YAW = 0.5, 0.35
 """Standard deviations of a clicked pose, m and rad."""
 
@@ -91,26 +87,6 @@ def door_views(doors: JointState | None) -> tuple[DoorView, ...]:
         return ()
     openings = zip(doors.name, doors.position.tolist(), strict=False)  # JointState may omit positions
     return tuple(DoorView(name, opening > 0.0) for name, opening in openings)
-
-
-def cause_views(history: CauseHistory) -> tuple[CauseView, ...]:
-    """Return why the robot slowed down, stopped, took a detour or failed, the newest first."""
-    return tuple(_cause_view(span) for span in reversed(history.spans))
-
-
-def _cause_view(span: CauseSpan) -> CauseView:
-    cause = span.cause
-    located = cause.located and cause.header.frame_id == "map"
-    return CauseView(
-        id=cause.id,
-        time=span.began_ns / 1e9,
-        ended=None if span.ended_ns is None else span.ended_ns / 1e9,
-        effect=effect_word(cause),
-        sentence=cause.sentence,
-        chain=cause.chain,
-        x=cause.point.x if located else None,
-        y=cause.point.y if located else None,
-    )
 
 
 class RecentDiagnostics:

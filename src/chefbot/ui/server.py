@@ -27,6 +27,7 @@ from chefbot.ui.access.listener import GuardedServer
 from chefbot.ui.access.places import MAX_FULL, ClientPlaces
 from chefbot.ui.access.tls import MIN_TLS, Tls
 from chefbot.ui.access.visitors import OPERATOR, TokenKey, Visitor
+from chefbot.ui.causes.cause_pictures import CausePictureEndpoint
 from chefbot.ui.client import BrowserConnection
 from chefbot.ui.commands import (
     MAX_TEXT,
@@ -75,7 +76,7 @@ class WebUiServer:
     ChefbotError that it raises is sent as a sentence to the browser that sent the command. Bound to a network
     address instead of loopback, the server requires a token that only the URLs of `start` and `url_for` contain.
     `model` generates the robot's solids (GLB); it is called in a thread on the first request. `incidents`: folder
-    whose files operators can download.
+    whose files operators can download; `history`: file with the causes whose pictures are shown.
     """
 
     def __init__(
@@ -88,6 +89,7 @@ class WebUiServer:
         tls: Tls | None = None,
         kiosk_pin: str = "",
         incidents: Path | None = None,
+        history: Path | None = None,
     ) -> None:
         self._address = (host, port)
         self._on_command = on_command
@@ -102,6 +104,7 @@ class WebUiServer:
         self._key = None if _is_loopback(host) else TokenKey.from_environment()
         self._solids = SolidsEndpoint(model)
         self._incidents = IncidentEndpoint(incidents)
+        self._cause_pictures = CausePictureEndpoint(history)
         self._uvicorn: Any = None
         self._thread: threading.Thread | None = None
         self._listener: socket.socket | None = None
@@ -165,6 +168,7 @@ class WebUiServer:
             WebSocketRoute("/live", self._live),
             Route("/robot.glb", self._solids.serve),
             Route("/incidents/{name}", self._incidents.serve),
+            Route("/causes/{number:int}/{kind}", self._cause_pictures.serve),
             Route("/{name:path}", serve_file),
         ]
         return Starlette(routes=routes)

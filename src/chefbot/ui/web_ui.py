@@ -5,7 +5,6 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from chefbot.causes.history import CauseHistory
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
@@ -37,9 +36,7 @@ from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.tls import load_tls
 from chefbot.ui.delivery_view import delivery_view, forecast_views, is_errand, validate_command
 from chefbot.ui.message_conversion import (
-    SHOWN_CAUSES,
     RecentDiagnostics,
-    cause_views,
     clicked_pose,
     cost_image,
     door_views,
@@ -47,6 +44,7 @@ from chefbot.ui.message_conversion import (
     people_views,
     zone_views,
 )
+from chefbot.ui.missions.history_device import history_path
 from chefbot.ui.missions.incident_device import incident_folder
 from chefbot.ui.missions.model_device import ModelDevice
 from chefbot.ui.pending_requests import PendingRequests
@@ -113,7 +111,6 @@ class WebUiDevice(ModelDevice):
         self._stopped = False
         self._last_status = layers.StatusView()
         self._last_stop = layers.StopView()
-        self._causes = CauseHistory(size=SHOWN_CAUSES)
         self._failures = 0
         self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
         self._real_time_factor = RealTimeFactor(self.now_ns)
@@ -129,6 +126,7 @@ class WebUiDevice(ModelDevice):
             tls,
             p.kiosk_pin,
             incident_folder(),
+            history_path(self.robot.name),
         )
         self._saves_failures = p.save_failures and not p.simulation
         self._scans = ScanDisplay(self._server.set_layer)
@@ -136,6 +134,7 @@ class WebUiDevice(ModelDevice):
         self._server.set_layer("forecast", ())
         self._show_incidents(self._incidents)
         self._server.set_layer("history", self._open_history(simulated=p.simulation))
+        self._server.set_layer("causes", self._open_causes(simulated=p.simulation))
         self.url = self._server.start()
         self.announcement = announcement(self._server, self.params, self.url)
         self.qr_code = qr_code(self.url) if self._server.requires_token else ""
@@ -241,8 +240,8 @@ class WebUiDevice(ModelDevice):
 
     def on_causes(self, cause: Cause) -> None:
         """Display why the robot slows down, stops, takes a detour or fails."""
-        self._causes.process(cause)
-        self._server.set_layer("causes", cause_views(self._causes))
+        grid = self.map.last.grid if self.map.last else None
+        self._server.set_layer("causes", self._process_cause(cause, grid, self.picture.last))
         self._note_failure(cause)
 
     def _show_incidents(self, view: layers.IncidentsView) -> None:

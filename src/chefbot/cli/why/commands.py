@@ -18,11 +18,17 @@ def why(
     picture: Annotated[
         Path | None, typer.Option(help="also draw the places on the map, as PNG", show_default=False)
     ] = None,
+    history: Annotated[bool, typer.Option(help="of all runs, as the web UI recorded them")] = False,
+    robot: Annotated[str, typer.Option(help="whose history, if there are several", show_default=False)] = "",
 ) -> None:
     """Show why a robot slowed down, stopped or failed.
 
     Each line names the check, the obstacle with its place, the sensor that marked it, and when.
     """
     from chefbot.cli.why.reasons import print_reasons
+    from chefbot.cli.why.recorded import print_recorded
 
+    if history:
+        print_recorded(robot, None if everything else last)
+        return
     print_reasons(log, None if everything else last, as_json, picture)

@@ -7,10 +7,10 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.runtime.node import Out, topic
 from chefbot.ui import commands as do
-from chefbot.ui.missions.incident_device import IncidentDevice
+from chefbot.ui.missions.cause_device import CauseDevice
 
 
-class SimulationDevice(IncidentDevice):
+class SimulationDevice(CauseDevice):
     """Publishes the operator's requests to add boxes, move doors and carry the robot away."""
 
     drop_box: Out[PoseStamped] = topic("simulation/drop_box")

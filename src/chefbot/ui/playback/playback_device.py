@@ -14,9 +14,11 @@ from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.validity import check
 from chefbot.runtime.node import every
 from chefbot.runtime.replay import LoggedMessage
+from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import commands as do
 from chefbot.ui import layers
-from chefbot.ui.message_conversion import SHOWN_CAUSES, RecentDiagnostics
+from chefbot.ui.causes.cause_views import SHOWN_CAUSES
+from chefbot.ui.message_conversion import RecentDiagnostics
 from chefbot.ui.playback.log_player import LogPlayer
 from chefbot.ui.web_ui import WebUiDevice
 
@@ -41,6 +43,14 @@ class PlaybackDevice(WebUiDevice):
         """Number of messages that could not be shown: of an unknown type, damaged, or with invalid values."""
         self._stepped_ns = self.now_ns
         self._publish_logged(self.player.jump(self.player.begin_ns))
+
+    def _open_history(self, *, simulated: bool) -> tuple[RecordedRound, ...]:  # noqa: ARG002
+        """Record nothing: what a recording shows is no new round of the robot."""
+        return ()
+
+    def _open_causes(self, *, simulated: bool) -> tuple[layers.CauseView, ...]:  # noqa: ARG002
+        """Record nothing."""
+        return ()
 
     @every(hz=HZ)
     def step(self) -> None:

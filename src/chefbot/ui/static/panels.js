@@ -1,11 +1,13 @@
 // Text, numbers and buttons beside the map. All text is set as textContent, so that a name cannot become markup.
 import { byArrows } from "./keys.js";
-import { title, tr, translated } from "./language.js";
+import { language, title, tr, translated } from "./language.js";
 import { ErrorPlot, length } from "./plot.js";
 import { RoundCard } from "./round.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
+const SHORT_TIME = { dateStyle: "short", timeStyle: "medium" };
+const PICTURES = { map: tr("Map at that moment"), camera: tr("Camera at that moment") };
 const orDash = (value, format) => (value === null || value === undefined ? "–" : format(value));
 
 export class Panels {
@@ -121,15 +123,16 @@ export class Panels {
       const item = document.createElement("li"), entry = document.createElement("details");
       const head = document.createElement("summary"), chain = document.createElement("ol");
       const lasted = cause.ended > cause.time ? ` ${(cause.ended - cause.time).toFixed(1)} s` : "";
-      head.textContent = `${clock(cause.time)} ${translated(cause.effect)}${lasted}: ${translated(cause.sentence)}`;
+      const began = cause.began ? new Date(cause.began).toLocaleString(language, SHORT_TIME) : clock(cause.time);
+      head.textContent = `${began} ${translated(cause.effect)}${lasted}: ${translated(cause.sentence)}`;
       chain.replaceChildren(...cause.chain.map((link) => {
         const line = document.createElement("li");
         line.textContent = translated(link);
         return line;
       }));
-      entry.dataset.id = String(cause.id);
+      entry.dataset.id = String(cause.number || `run ${cause.id}`);
       entry.open = opened.has(entry.dataset.id);
-      entry.append(head, chain);
+      entry.append(head, chain, ...cause.pictures.map((kind) => momentPicture(cause.number, kind)));
       item.append(entry);
       return item;
     }));
@@ -165,6 +168,17 @@ export class Panels {
     if (blob) image.src = URL.createObjectURL(blob);
     if (before) URL.revokeObjectURL(before);
   }
+}
+
+// A picture of the moment in which a cause began; it is loaded when its entry is opened.
+function momentPicture(number, kind) {
+  const image = document.createElement("img");
+  image.alt = PICTURES[kind];
+  image.loading = "lazy";
+  image.className = "moment";
+  image.onerror = () => image.remove();  // viewers may not see it
+  image.src = `causes/${number}/${kind}`;
+  return image;
 }
 
 function servingLabel(tables) {

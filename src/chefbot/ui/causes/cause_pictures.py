@@ -1,0 +1,49 @@
+"""Pictures of the moments in which a robot stopped or failed."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+from typing import get_args
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import Response
+
+from chefbot.errors import ChefbotError
+from chefbot.storage.cause_records import CauseRecords, Picture
+from chefbot.ui.files import SECURITY_HEADERS
+
+TYPES: dict[Picture, str] = {"map": "image/png", "camera": "image/jpeg"}
+HEADERS = SECURITY_HEADERS | {"cache-control": "private, max-age=86400, immutable"}
+"""A browser keeps a picture for a day."""
+
+
+class CausePictureEndpoint:
+    """Serves the pictures of a history to operators: they may show people."""
+
+    def __init__(self, history: Path | None) -> None:
+        self._history = history
+
+    async def serve(self, request: Request) -> Response:
+        """Return a picture; 403 for viewers, 404 if there is none."""
+        if request.state.visitor.role != "operator":
+            return _plain("Pictures of causes are shown with the operators' link only.", 403)
+        number, kind = request.path_params["number"], request.path_params["kind"]
+        if kind not in get_args(Picture):
+            return _plain("No such picture.", 404)
+        content = await run_in_threadpool(self._read, number, kind)
+        return Response(content, 200, HEADERS, TYPES[kind]) if content else _plain("No such picture.", 404)
+
+    def _read(self, number: int, kind: Picture) -> bytes | None:
+        if self._history is None or not self._history.exists() or number >= 1 << 63:
+            return None
+        try:
+            with closing(CauseRecords(self._history)) as records:
+                return records.picture(number, kind)
+        except ChefbotError:  # damaged; the device has remarked it already
+            return None
+
+
+def _plain(text: str, status: int) -> Response:
+    return Response(text, status, SECURITY_HEADERS, "text/plain")

@@ -1,0 +1,74 @@
+"""Records the causes of a run in the robot's history, stops and failures with pictures."""
+
+from __future__ import annotations
+
+from chefbot.causes.reports import END, FAILURE, STOP
+from chefbot.causes.sentences import effect_word
+from chefbot.maths.grid import Grid
+from chefbot.msgs.chefbot_msgs import Cause
+from chefbot.msgs.errors import InvalidMessageError
+from chefbot.msgs.sensor_msgs import Image
+from chefbot.storage.cause_records import CauseRecords, Moment
+from chefbot.ui.causes.cause_views import HistoryEntry, place_on_map
+from chefbot.ui.causes.map_snapshot import map_snapshot
+from chefbot.ui.image_encoding import jpeg
+
+PICTURE_INTERVAL_NS = 1_000_000_000
+"""Minimum time between the pictures of two causes, ns."""
+
+
+class CauseRecorder:
+    """Records causes and their ends; `radius` is that of the robot, m."""
+
+    def __init__(self, records: CauseRecords, radius: float, *, simulated: bool) -> None:
+        self._records, self._radius, self._simulated = records, radius, simulated
+        self._began_ns: dict[int, int] = {}
+        self._pictured_ns: int | None = None
+        self.entries: dict[int, HistoryEntry] = {}
+        """The entries of the causes of this run by their `id`."""
+
+    def record(self, cause: Cause, grid: Grid | None, picture: Image | None) -> None:
+        """Record a cause with the newest map and picture of the camera, or the end of one. Raises StorageError."""
+        if cause.kind != END:
+            moment = self._moment(cause, grid, picture)
+            number = self._records.add(moment, simulated=self._simulated)
+            self.entries[cause.id] = HistoryEntry(number, moment.pictures)
+            self._began_ns[cause.id] = cause.header.stamp.ns
+        elif cause.id in self.entries:
+            lasted = (cause.header.stamp.ns - self._began_ns[cause.id]) / 1e9
+            self._records.end(self.entries[cause.id].number, lasted)
+
+    def _moment(self, cause: Cause, grid: Grid | None, picture: Image | None) -> Moment:
+        place = place_on_map(cause)
+        x, y = place or (None, None)
+        has_pictures = self._takes_pictures(cause)
+        return Moment(
+            effect=effect_word(cause),
+            sentence=cause.sentence,
+            chain=cause.chain,
+            x=x,
+            y=y,
+            map=map_snapshot(grid, cause.robot.se2, self._radius, place)
+            if has_pictures and grid is not None and cause.header.frame_id == "map"
+            else b"",
+            camera=_encoded(picture) if has_pictures else b"",
+        )
+
+    def _takes_pictures(self, cause: Cause) -> bool:
+        """Return whether a cause is severe enough for pictures, and the last ones are old enough."""
+        now_ns, last_ns = cause.header.stamp.ns, self._pictured_ns
+        is_due = last_ns is None or not 0 <= now_ns - last_ns < PICTURE_INTERVAL_NS
+        if cause.kind not in (STOP, FAILURE) or not is_due:
+            return False
+        self._pictured_ns = now_ns
+        return True
+
+
+def _encoded(picture: Image | None) -> bytes:
+    """Return the picture as JPEG; empty without one, or for one of another encoding."""
+    if picture is None:
+        return b""
+    try:
+        return jpeg(picture.pixels)
+    except InvalidMessageError:
+        return b""

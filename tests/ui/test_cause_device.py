@@ -1,0 +1,148 @@
+"""The web UI's device records causes over all runs, with pictures; a damaged history is a remark."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.support.nodes import NodeRunner
+
+from chefbot.causes.reports import DETOUR, END, FAILURE, SLOW, STOP
+from chefbot.maths.grid import Grid
+from chefbot.msgs.chefbot_msgs import Cause
+from chefbot.msgs.geometry_msgs import Point
+from chefbot.msgs.sensor_msgs import Image
+from chefbot.msgs.std_msgs import Header
+from chefbot.runtime.node import NoParams
+from chefbot.storage.cause_records import CauseRecords, read_causes
+from chefbot.ui.causes.cause_recorder import PICTURE_INTERVAL_NS
+from chefbot.ui.layers import CauseView
+from chefbot.ui.missions.cause_device import CauseDevice
+from chefbot.ui.missions.history_device import history_path
+
+GRID = Grid(np.zeros((40, 40), np.int8), 0.1, -2.0, -2.0)
+PICTURE = Image(Header(), 24, 32, "rgb8", 0, 96, np.zeros(24 * 96, np.uint8))
+
+
+class Keeper(CauseDevice):
+    """The base class alone."""
+
+    params: NoParams
+
+
+@pytest.fixture
+def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], NodeRunner]]:
+    """The function that starts the device, in each run with the same history."""
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
+    started: list[NodeRunner] = []
+
+    def start() -> NodeRunner:
+        while started:
+            started.pop().system.stop()
+        started.append(NodeRunner({"page": f"{__name__}:Keeper"}, {}))
+        device(started[0])._open_causes(simulated=True)
+        return started[0]
+
+    yield start
+    while started:
+        started.pop().system.stop()
+
+
+def device(nodes: NodeRunner) -> Any:
+    return nodes.system.nodes["page"]
+
+
+def cause(number: int, kind: str, second: float, frame: str = "map") -> Cause:
+    header = Header.of(round(second * 1e9), frame)
+    return Cause(
+        header,
+        number,
+        kind,
+        located=True,
+        point=Point(1.0, 0.5),
+        sentence=f"Cause {number}.",
+        chain=("a", "b"),
+    )
+
+
+def process(nodes: NodeRunner, one: Cause) -> tuple[CauseView, ...]:
+    views: tuple[CauseView, ...] = device(nodes)._process_cause(one, GRID, PICTURE)
+    return views
+
+
+def recorded(nodes: NodeRunner) -> list[tuple[str, float | None, tuple[str, ...]]]:
+    causes = read_causes(history_path(device(nodes).robot.name), 50)
+    return [(one.sentence, one.duration, one.pictures) for one in reversed(causes)]
+
+
+def test_stops_and_failures_have_pictures(make: Callable[[], NodeRunner]) -> None:
+    nodes = make()
+    for number, kind in enumerate((SLOW, STOP, DETOUR, FAILURE), 1):
+        process(nodes, cause(number, kind, 10.0 * number))
+    (failure, *_) = process(nodes, cause(2, END, 50.0))
+    assert failure.pictures == ("map", "camera")
+    assert recorded(nodes) == [
+        ("Cause 1.", None, ()),
+        ("Cause 2.", 30.0, ("map", "camera")),
+        ("Cause 3.", None, ()),
+        ("Cause 4.", None, ("map", "camera")),
+    ]
+    records = CauseRecords(history_path(device(nodes).robot.name))
+    assert (records.picture(failure.number, "map") or b"").startswith(b"\x89PNG")
+    assert (records.picture(failure.number, "camera") or b"").startswith(b"\xff\xd8")
+
+
+def test_pictures_are_taken_once_a_second(make: Callable[[], NodeRunner]) -> None:
+    nodes, interval = make(), PICTURE_INTERVAL_NS / 1e9
+    seconds = (
+        10.0,
+        10.0 + 0.5 * interval,
+        10.0 + 1.1 * interval,
+        3.0,
+    )  # the clock of a simulation begins again
+    for number, second in enumerate(seconds, 1):
+        process(nodes, cause(number, STOP, second))
+    assert [bool(pictures) for *_, pictures in recorded(nodes)] == [True, False, True, True]
+
+
+def test_a_stop_is_recorded_without_map_or_camera(make: Callable[[], NodeRunner]) -> None:
+    nodes = make()
+    process(nodes, cause(1, STOP, 1.0, frame="odom"))
+    device(nodes)._process_cause(cause(2, STOP, 3.0), None, None)
+    unknown = Image(Header(), 1, 1, "bayer_rggb8", 0, 1, np.zeros(1, np.uint8))
+    device(nodes)._process_cause(cause(3, STOP, 5.0), GRID, unknown)
+    assert [pictures for *_, pictures in recorded(nodes)] == [("camera",), (), ("map",)]
+
+
+def test_the_next_run_shows_the_causes_of_the_last(make: Callable[[], NodeRunner]) -> None:
+    nodes = make()
+    process(nodes, cause(1, STOP, 10.0))
+    process(nodes, cause(1, END, 12.0))
+    process(nodes, cause(2, FAILURE, 20.0))
+    nodes = make()
+    new, failure, stop = process(nodes, cause(1, STOP, 1.0))
+    assert (new.sentence, new.began, new.ended) == ("Cause 1.", "", None)
+    assert [(one.sentence, one.ended, one.time) for one in (failure, stop)] == [
+        ("Cause 2.", 0.0, 0.0),
+        ("Cause 1.", 2.0, 0.0),
+    ]
+    assert failure.began and failure.pictures == ("map", "camera")
+    assert len({one.number for one in (new, failure, stop)}) == 3
+
+
+def test_a_damaged_history_is_a_remark_and_causes_are_shown(make: Callable[[], NodeRunner]) -> None:
+    nodes = make()
+    path = history_path(device(nodes).robot.name)
+    nodes.system.stop()
+    path.write_bytes(b"not a database" * 100)
+    for extra in path.parent.glob("*.sqlite-*"):
+        extra.unlink()
+    nodes = make()
+    (view,) = process(nodes, cause(1, STOP, 1.0))
+    assert (view.number, view.pictures) == (0, ())
+    nodes.run(1.0)
+    (remark,) = nodes.messages("page/remark")
+    assert "cannot be used" in remark.data

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from tests.support.bridged_loop import launch_of, running
+from tests.support.bridged_loop import launch_of, ready_client, running
 from tests.support.waiting import PATIENCE, in_time, wait_for
 
 from chefbot.bridge.attach import open_wire
@@ -286,7 +286,7 @@ def test_parameters_are_listed_read_and_refused_with_a_reason(port: int) -> None
     with running(port, "counter") as one:
 
         def call(name, service, request):
-            return one.outsider.client(f"/counter/{name}", service).call(request, PATIENCE)
+            return ready_client(one.outsider, f"/counter/{name}", service).call(request, PATIENCE)
 
         listed = call("list_parameters", ListParameters, ListParameters_Request()).result
         assert listed.names == ("step", "use_sim_time")
@@ -309,8 +309,7 @@ def test_parameters_are_set_where_the_node_allows_it(port: int, monkeypatch: pyt
     monkeypatch.setattr(Counter, "live_params", ("step",))
     with running(port, "counter") as one:
         events = one.subscribe("/parameter_events", ParameterEvent)
-        client = one.outsider.client("/counter/set_parameters", SetParameters)
-        wait_for(lambda: client.server_is_ready)
+        client = ready_client(one.outsider, "/counter/set_parameters", SetParameters)
         value = ParameterValue(DOUBLE, double_value=5.0)
         answer = client.call(SetParameters_Request((Parameter("step", value),)), PATIENCE)
         assert answer.results[0].successful
@@ -323,9 +322,8 @@ def test_parameters_are_those_of_a_node_created_again(port: int, monkeypatch: py
 
     monkeypatch.setattr(Counter, "live_params", ("step",))
     with running(port, "counter") as one:
-        setter = one.outsider.client("/counter/set_parameters", SetParameters)
-        getter = one.outsider.client("/counter/get_parameters", GetParameters)
-        wait_for(lambda: setter.server_is_ready and getter.server_is_ready)
+        setter = ready_client(one.outsider, "/counter/set_parameters", SetParameters)
+        getter = ready_client(one.outsider, "/counter/get_parameters", GetParameters)
         first, loop = one.system.nodes["counter"], one.system.loop
         loop.post(lambda: loop.publish(RECOVER_TOPIC, String("counter"), "test", from_device=True))
         wait_for(lambda: one.system.nodes["counter"] is not first)

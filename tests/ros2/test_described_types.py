@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.support.bridged_loop import running
+from tests.support.bridged_loop import ready_client, running
 from tests.support.waiting import PATIENCE
 
 from chefbot.msgs.chefbot_msgs import Deliver
@@ -13,7 +13,7 @@ from chefbot.ros2.rmw.names import InterfaceType
 
 def test_type_descriptions_are_served_on_request(port: int) -> None:
     with running(port, "cook") as one:
-        client = one.outsider.client("/cook/get_type_description", GetTypeDescription)
+        client = ready_client(one.outsider, "/cook/get_type_description", GetTypeDescription)
         for kind in (InterfaceType.of(Float64), InterfaceType.of(Deliver)):
             answer = client.call(GetTypeDescription_Request(kind.name, kind.hash), PATIENCE)
             assert answer.successful
@@ -25,7 +25,7 @@ def test_type_descriptions_are_served_on_request(port: int) -> None:
 def test_type_sources_are_included_on_request(port: int) -> None:
     """In the order of the description; types that rosidl makes of an action have no file."""
     with running(port, "cook") as one:
-        client = one.outsider.client("/cook/get_type_description", GetTypeDescription)
+        client = ready_client(one.outsider, "/cook/get_type_description", GetTypeDescription)
         kind = InterfaceType.of(Deliver)
         response = client.call(GetTypeDescription_Request(kind.name, kind.hash, True), PATIENCE)
         described = response.type_description

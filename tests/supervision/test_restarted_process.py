@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from tests.chaos.launch_process import run_chefbot, wait_for
+from tests.support.bridged_loop import ready_client
 from tests.support.waiting import PATIENCE
 
 from chefbot.maths.se2 import IDENTITY
@@ -38,15 +39,14 @@ SET = {"teleop_hold": 2.5, "limiter.timeout": 0.25}
 
 
 def get(node: RmwNode, *names: str) -> list[float]:
-    answer = node.client("/base/get_parameters", GetParameters).call(
-        GetParameters_Request(names), timeout=PATIENCE
-    )
+    client = ready_client(node, "/base/get_parameters", GetParameters)
+    answer = client.call(GetParameters_Request(names), timeout=PATIENCE)
     return [one.double_value for one in answer.values]
 
 
 def set_all(node: RmwNode) -> None:
     values = tuple(Parameter(name, ParameterValue(DOUBLE, double_value=value)) for name, value in SET.items())
-    client = node.client("/base/set_parameters", SetParameters)
+    client = ready_client(node, "/base/set_parameters", SetParameters)
     answer = client.call(SetParameters_Request(values), timeout=PATIENCE)
     assert all(one.successful for one in answer.results)
 

@@ -7,16 +7,20 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from chefbot.bridge.bridge import Bridge
+from chefbot.msgs.idl.service import Service
 from chefbot.robot.load import load_robot
 from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.service import Client
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.clock import PacedClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.recorder import Recorder
+from tests.support.waiting import wait_for
 
 NODES = {
     "counter": "Counter",
@@ -68,6 +72,13 @@ class BridgedLoop:
         received: queue.Queue = queue.Queue()
         self.outsider.subscription(topic, kind, received.put, *qos)
         return received
+
+
+def ready_client(node: RmwNode, name: str, service: Service[Any, Any]) -> Client[Any, Any]:
+    """Return a client of a service once it has found the server; a call before that has no response."""
+    client: Client[Any, Any] = node.client(name, service)
+    wait_for(lambda: client.server_is_ready)
+    return client
 
 
 @contextmanager

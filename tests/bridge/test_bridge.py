@@ -342,6 +342,7 @@ def test_a_run_with_external_nodes_replays_bit_identically(port: int, tmp_path: 
             count.publish(Float64(float(number)))
             time.sleep(0.01)
         client = ActionClient(one.outsider, "/deliver", Deliver)
+        wait_for(lambda: client.served)
         assert client.send_goal_async(Deliver_Goal(("tea",))).result.result(PATIENCE)[0] == STATUS_SUCCEEDED
     log = read_log(path)
     assert sum(one.publisher == WIRE_PUBLISHER for one in log.messages) > 10

@@ -14,6 +14,7 @@ from chefbot.incidents.files import Incident, SavedIncident
 from chefbot.ui.access.visitors import VIEWER
 from chefbot.ui.commands import SaveIncident
 from chefbot.ui.layers import IncidentsView, StatusView
+from chefbot.ui.playback.downloads import MCAP
 from chefbot.ui.server import WebUiServer
 
 INCIDENT = Incident(robot="chefbot", time="2026-01-31T09:05:00Z", sentence="<b>A box</b>.", by="anna")
@@ -29,6 +30,7 @@ def test_a_file_of_the_folder_is_a_download(tmp_path: Path) -> None:
         answer = httpx.get(f"{url}incidents/a.mcap")
         assert answer.content == b"recorded" and "attachment" in answer.headers["content-disposition"]
         assert answer.headers["x-content-type-options"] == "nosniff"
+        assert answer.headers["content-type"] == MCAP
         for name in ("b.mcap", "secret.txt", "..%2Fsecret.txt", "%2e%2e/a.mcap", "a.mcap%00"):
             assert httpx.get(f"{url}incidents/{name}").status_code == 404
     finally:

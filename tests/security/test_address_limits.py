@@ -18,8 +18,9 @@ from chefbot.ui.access.address_limits import (
     AddressLimits,
     address_group,
 )
-from chefbot.ui.access.places import ACTIVE_TIME, MAX_FULL, MAX_RESERVED, MAX_VIEWERS, ClientPlaces
-from chefbot.ui.access.visitors import OPERATOR, TokenKey, Visitor
+from chefbot.ui.access.places import ACTIVE_TIME, MAX_FULL, MAX_GUESTS, MAX_RESERVED, ClientPlaces
+from chefbot.ui.access.roles import ROLES
+from chefbot.ui.access.visitors import ENGINEER, TokenKey, Visitor
 
 HOSTS = st.sampled_from(
     ["10.0.0.1", "10.0.0.2", "2001:db8::1", "2001:db8::2", "2001:db8:0:1::1", "127.0.0.1"]
@@ -105,17 +106,17 @@ def test_remembered_addresses_are_bounded() -> None:
     assert len(limits._addresses) == MAX_ADDRESSES
 
 
-ROLES = st.sampled_from(["operator", "viewer"])
+A_ROLE = st.sampled_from(ROLES)
 STEPS = st.lists(
     st.tuples(
-        st.sampled_from(["come", "command", "leave"]), ROLES, st.sampled_from("abc"), st.integers(0, 40)
+        st.sampled_from(["come", "command", "leave"]), A_ROLE, st.sampled_from("abc"), st.integers(0, 40)
     ),
     max_size=150,
 )
 
 
 @given(STEPS)
-def test_places_stay_bounded_and_operators_get_in(steps: list[tuple[str, str, str, int]]) -> None:
+def test_places_stay_bounded_and_who_commands_gets_in(steps: list[tuple[str, str, str, int]]) -> None:
     places: ClientPlaces[int] = ClientPlaces()
     full: dict[int, str] = {}
     reserved: set[int] = set()
@@ -124,7 +125,7 @@ def test_places_stay_bounded_and_operators_get_in(steps: list[tuple[str, str, st
         clients = [*full, *reserved]
         if step == "come":
             was_full = len(full) >= MAX_FULL
-            busy = all(r == "operator" and active.get(c, -1.0) > now for c, r in full.items())
+            busy = all(r != "guest" and active.get(c, -1.0) > now for c, r in full.items())
             seating = places.add(1000 + now, role, group, float(now))  # type: ignore[arg-type]
             for client in seating.demoted:
                 del full[client]
@@ -135,7 +136,7 @@ def test_places_stay_bounded_and_operators_get_in(steps: list[tuple[str, str, st
                 reserved.add(1000 + now)
             reserved -= set(seating.dropped)
             assert 1000 + now not in seating.dropped
-            assert role != "operator" or seating.full == (not was_full or not busy)
+            assert role == "guest" or seating.full == (not was_full or not busy)
         elif clients and step == "command":
             client = clients[which % len(clients)]
             places.note_command(client, float(now))
@@ -146,16 +147,16 @@ def test_places_stay_bounded_and_operators_get_in(steps: list[tuple[str, str, st
             full.pop(client, None)
             reserved.discard(client)
         assert len(full) <= MAX_FULL and len(reserved) <= MAX_RESERVED
-        assert list(full.values()).count("viewer") <= MAX_VIEWERS
+        assert list(full.values()).count("guest") <= MAX_GUESTS
 
 
-@given(st.from_regex(r"[A-Za-z0-9_-]{0,32}", fullmatch=True), ROLES, st.text(max_size=60))
+@given(st.from_regex(r"[A-Za-z0-9_-]{0,32}", fullmatch=True), A_ROLE, st.text(max_size=60))
 def test_a_token_counts_for_its_visitor_only(name: str, role: str, forged: str) -> None:
     key, other = TokenKey("the secret of this robot"), TokenKey("the secret of another one")
     visitor = Visitor(name, role)  # type: ignore[arg-type]
     token = key.token(visitor)
     assert key.visitor(token) == visitor and other.visitor(token) is None
     assert key.visitor(forged) is None
-    assert key.visitor(token.replace("viewer", "operator")) in (None, visitor)
-    assert key.visitor(f"operator.{name}.{token.rpartition('.')[2]}") in (None, visitor)
-    assert key.token(OPERATOR).count(".") == 0
+    assert key.visitor(token.replace("guest", "engineer")) in (None, visitor)
+    assert key.visitor(f"engineer.{name}.{token.rpartition('.')[2]}") in (None, visitor)
+    assert key.token(ENGINEER).count(".") == 0

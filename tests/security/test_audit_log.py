@@ -19,7 +19,7 @@ from chefbot.errors import UserError
 from chefbot.ui.access import audit_log
 from chefbot.ui.access.audit_log import MAX_FILES, AuditLog, Kind, append_line, audit_path, read_entries
 
-ANNA = ("anna", "operator", "192.168.1.7")
+ANNA = ("anna", "waiter", "192.168.1.7")
 
 
 def record(log: AuditLog, kind: Kind, action: str, **details: Any) -> None:

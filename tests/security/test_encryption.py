@@ -151,12 +151,10 @@ def test_a_certificate_comes_with_its_key(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_the_start_warns_where_traffic_can_be_read(site: Site) -> None:
-    encrypted = WebUiParams(certificate="fleet", visitors={"anna": "operator"})
+    encrypted = WebUiParams(certificate="fleet", visitors={"anna": "waiter"})
     lines = page_access.announcement(site.server, encrypted, site.url)
     assert (
-        "Warning" not in lines
-        and "For anna (operator): https://" in lines
-        and "For viewers: https://" in lines
+        "Warning" not in lines and "For anna (waiter): https://" in lines and "For guests: https://" in lines
     )
     assert page_access.NOT_ENCRYPTED in page_access.announcement(site.server, WebUiParams(), site.url)
     local = WebUiServer(0, "127.0.0.1", print)

@@ -25,11 +25,11 @@ from chefbot.safety.velocity_limiter import VelocityLimiterParams
 from chefbot.supervision.heartbeat import MAX_SILENCE, PROGRESSING, HeartbeatMonitor
 from chefbot.supervision.worker_process import WorkerSpec
 from chefbot.ui.access.audit_log import audit_path, read_entries
-from chefbot.ui.access.visitors import OPERATOR, SECRET_VARIABLE, TokenKey
+from chefbot.ui.access.visitors import ENGINEER, SECRET_VARIABLE, TokenKey
 from chefbot.ui.web_ui import WebUiDevice
 
 SECRET = "the secret of these tests"
-COOKIE = {"Cookie": f"chefbot={TokenKey(SECRET).token(OPERATOR)}"}
+COOKIE = {"Cookie": f"chefbot={TokenKey(SECRET).token(ENGINEER)}"}
 STOP_MS = 400.0
 """The base's own command timeout of 300 ms and two periods of its command."""
 HUNG_MS = 700.0

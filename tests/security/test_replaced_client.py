@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from chefbot.ui.access.visitors import OPERATOR
+from chefbot.ui.access.visitors import ENGINEER
 from chefbot.ui.client import BrowserConnection
 
 
@@ -28,7 +28,7 @@ class Socket:
 def test_a_cancelled_sender_ends_at_any_moment(steps: int) -> None:
     async def ends() -> bool:
         web: Any = Socket()
-        client = BrowserConnection(web, OPERATOR, "127.0.0.1")
+        client = BrowserConnection(web, ENGINEER, "127.0.0.1")
         sender = asyncio.ensure_future(client.send_forever({}))
         client.pong(1)
         for _ in range(5):
@@ -46,7 +46,7 @@ def test_a_cancelled_sender_ends_at_any_moment(steps: int) -> None:
 def test_a_frame_after_the_closing_handshake_is_no_error() -> None:
     async def send() -> None:
         web: Any = Socket(RuntimeError("Unexpected ASGI message, after sending 'websocket.close'."))
-        client = BrowserConnection(web, OPERATOR, "127.0.0.1")
+        client = BrowserConnection(web, ENGINEER, "127.0.0.1")
         client.pong(1)
         web.sent.set()
         await client.send_forever({})

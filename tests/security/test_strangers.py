@@ -23,11 +23,12 @@ from chefbot.maths.grid import Grid
 from chefbot.ui import http_limits
 from chefbot.ui.access import address_limits, listener, places
 from chefbot.ui.access.audit_log import AuditEntry, AuditLog, read_entries
-from chefbot.ui.access.places import MAX_FULL, MAX_RESERVED, MAX_VIEWERS
-from chefbot.ui.access.visitors import OPERATOR, VIEWER, Visitor
+from chefbot.ui.access.places import MAX_FULL, MAX_GUESTS, MAX_RESERVED
+from chefbot.ui.access.roles import ONLY_VIEW
+from chefbot.ui.access.visitors import ENGINEER, GUEST, Visitor
 from chefbot.ui.commands import Cancel, Drive, OperatorCommand, Stop
 from chefbot.ui.layers import StatusView
-from chefbot.ui.server import ONLY_STOP, ONLY_VIEW, WebUiServer
+from chefbot.ui.server import ONLY_STOP, WebUiServer
 
 SLOW = b"GET / HTTP/1.1\r\nX-Slow: "
 STOP_CPU_S = 0.1
@@ -57,10 +58,10 @@ class Site:
     def audit(self) -> list[AuditEntry]:
         return list(read_entries(self.log.path))
 
-    def cookie(self, visitor: Visitor = OPERATOR) -> dict[str, str]:
+    def cookie(self, visitor: Visitor = ENGINEER) -> dict[str, str]:
         return {"Cookie": f"chefbot={httpx.URL(self.server.url_for(visitor)).params['token']}"}
 
-    def browser(self, visitor: Visitor = OPERATOR) -> ClientConnection:
+    def browser(self, visitor: Visitor = ENGINEER) -> ClientConnection:
         url = f"ws://127.0.0.1:{self.port}/live"
         options: dict[str, Any] = {"open_timeout": PATIENCE, "max_size": None}
         return self.stack.enter_context(connect(url, additional_headers=self.cookie(visitor), **options))
@@ -176,29 +177,28 @@ def test_a_web_socket_that_never_reads_gets_no_queue(site: Site) -> None:
     silent.close()
 
 
-def test_viewers_see_and_stop_but_do_not_drive(site: Site) -> None:
-    guest = Visitor("guest", "viewer")
-    viewer = site.browser(guest)
+def test_guests_see_and_stop_but_do_not_drive(site: Site) -> None:
+    guest = site.browser(Visitor("tablet", "guest"))
     for command in ('{"do":"drive","v":1,"w":0}', '{"do":"resume"}', '{"do":"map_saved","file":"a"}'):
-        viewer.send(command)
-        assert refusal(viewer) == ONLY_VIEW
-    viewer.send('{"do":"stop","id":"a"}')
+        guest.send(command)
+        assert refusal(guest) == ONLY_VIEW
+    guest.send('{"do":"stop","id":"a"}')
     wait_for(lambda: site.commands == [Stop("a")])
     wait_for(lambda: [entry.action for entry in site.audit()][-1:] == ["stop"])
     entry = site.audit()[-1]
-    assert (entry.name, entry.role, entry.address, entry.refused) == ("guest", "viewer", "127.0.0.1", "")
+    assert (entry.name, entry.role, entry.address, entry.refused) == ("tablet", "guest", "127.0.0.1", "")
     assert [e.action for e in site.audit() if e.refused == ONLY_VIEW] == ["drive", "resume", "map_saved"]
 
 
-def test_an_operator_gets_in_where_viewers_took_all(site: Site) -> None:
-    viewers = [site.browser(VIEWER) for _ in range(MAX_FULL + MAX_RESERVED)]
-    wait_for(lambda: site.server.clients == MAX_VIEWERS + MAX_RESERVED)
+def test_who_commands_gets_in_where_guests_took_all(site: Site) -> None:
+    guests = [site.browser(GUEST) for _ in range(MAX_FULL + MAX_RESERVED)]
+    wait_for(lambda: site.server.clients == MAX_GUESTS + MAX_RESERVED)
     operators = [site.browser() for _ in range(MAX_FULL)]
     for operator in operators:
         operator.send('{"do":"drive","v":0,"w":0}')
         operator.send('{"do":"cancel"}')
     wait_for(lambda: site.commands.count(Cancel()) == MAX_FULL)
-    seated = [viewer for viewer in viewers if _answers(viewer)]
+    seated = [guest for guest in guests if _answers(guest)]
     assert len(seated) == MAX_RESERVED, "who is connected keeps STOP"
 
 

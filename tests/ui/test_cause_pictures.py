@@ -13,7 +13,7 @@ from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
 from chefbot.storage.cause_records import CauseRecords, Moment
-from chefbot.ui.access.visitors import VIEWER
+from chefbot.ui.access.visitors import GUEST
 from chefbot.ui.causes.cause_pictures import HEADERS
 from chefbot.ui.causes.cause_views import recorded_cause_views
 from chefbot.ui.server import WebUiServer
@@ -68,7 +68,7 @@ def test_viewers_cannot_see_pictures_of_people(records: CauseRecords) -> None:
     server = WebUiServer(0, "0.0.0.0", print, history=records.path)
     operator = server.start()
     try:
-        for address, code in ((operator, 200), (server.url_for(VIEWER), 403)):
+        for address, code in ((operator, 200), (server.url_for(GUEST), 403)):
             with httpx.Client(follow_redirects=True) as browser:
                 assert browser.get(address).status_code == 200
                 assert browser.get(f"{address.partition('?')[0]}causes/1/map").status_code == code

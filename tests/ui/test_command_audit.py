@@ -40,7 +40,7 @@ class Log:
 
 
 def client(name: str, *, only_stop: bool = False) -> Any:
-    return SimpleNamespace(visitor=(name, "operator"), address="192.168.1.7", only_stop=only_stop)
+    return SimpleNamespace(visitor=(name, "waiter"), address="192.168.1.7", only_stop=only_stop)
 
 
 ANNA, BERT = client("anna"), client("bert")
@@ -60,8 +60,8 @@ def test_a_command_is_recorded_with_who_and_what(log: Log, audit: CommandAudit) 
     audit.command(ANNA, do.Deliver(["table_1"]), "")
     audit.command(ANNA, do.GoPlace("nowhere"), "no such place")
     assert log.records == [
-        (Kind.COMMAND, ("anna", "operator", "192.168.1.7"), "deliver", {"tables": ["table_1"]}, ""),
-        (Kind.COMMAND, ("anna", "operator", "192.168.1.7"), "go_place", {"name": "nowhere", "when": ""},
+        (Kind.COMMAND, ("anna", "waiter", "192.168.1.7"), "deliver", {"tables": ["table_1"]}, ""),
+        (Kind.COMMAND, ("anna", "waiter", "192.168.1.7"), "go_place", {"name": "nowhere", "when": ""},
          "no such place"),
     ]  # fmt: skip
 

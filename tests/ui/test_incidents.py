@@ -11,7 +11,7 @@ from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
 from chefbot.incidents.files import Incident, SavedIncident
-from chefbot.ui.access.visitors import VIEWER
+from chefbot.ui.access.visitors import GUEST
 from chefbot.ui.commands import SaveIncident
 from chefbot.ui.layers import IncidentsView, StatusView
 from chefbot.ui.playback.downloads import MCAP
@@ -46,7 +46,7 @@ def test_viewers_cannot_download_pictures_of_people(tmp_path: Path) -> None:
     server = WebUiServer(0, "0.0.0.0", print, incidents=tmp_path)
     operator = server.start()
     try:
-        for address, code in ((operator, 200), (server.url_for(VIEWER), 403)):
+        for address, code in ((operator, 200), (server.url_for(GUEST), 403)):
             with httpx.Client(follow_redirects=True) as browser:
                 assert browser.get(address).status_code == 200
                 base = address.partition("?")[0]

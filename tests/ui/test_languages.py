@@ -19,7 +19,8 @@ from chefbot.delivery import status_messages
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.safety import stop_latch
 from chefbot.ui import pending_requests, server
-from chefbot.ui.commands import Stop
+from chefbot.ui.access import roles
+from chefbot.ui.commands import Drive, Stop
 from chefbot.ui.files import FOLDER
 from chefbot.ui.layers import DeliveryView, RoundStopView, StatusView
 
@@ -137,7 +138,8 @@ def other_sentences() -> Iterator[str]:
     """Yield what the emergency stop, requests and the wait for people say."""
     yield from (text for name, text in vars(stop_latch).items() if name.isupper() and isinstance(text, str))
     yield from (pending_requests.ORDER_UNCONFIRMED, pending_requests.STOP_UNCONFIRMED)
-    yield from (server.ONLY_STOP, server.ONLY_VIEW)
+    yield from (server.ONLY_STOP, roles.ONLY_VIEW)
+    yield roles.refusal("waiter", Drive(0.1, 0.0))
     for people in ((), (3,), (3, 4, 5)):
         yield from (waiting._who(people, stood) for stood in ((0.0, 4.0) if people else (0.0,)))
 

@@ -23,7 +23,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.ui import real_time_factor
-from chefbot.ui.access.visitors import OPERATOR, TokenKey
+from chefbot.ui.access.visitors import ENGINEER, TokenKey
 from chefbot.ui.browser import url_for_view
 from chefbot.ui.message_conversion import cost_image, path_points
 from chefbot.ui.remote.viewer import ViewerDevice, ViewerParams
@@ -32,7 +32,7 @@ from chefbot.ui.solids import GLB, SolidsEndpoint
 from chefbot.ui.web_ui_params import WebUiParams
 
 KEY = TokenKey("a secret of this test")
-TOKEN = KEY.token(OPERATOR)
+TOKEN = KEY.token(ENGINEER)
 
 
 def get(path: str, host: str, key: TokenKey | None = None, cookie: str = "") -> httpx.Response:

@@ -69,8 +69,8 @@ class BrowserConnection:
         self._wake.set()
 
     def greet(self, server: str, last_ping: int) -> None:
-        """Send the first message: which server this is and what it has received from this page."""
-        self._pending_answers.append(protocol.connected(server, last_ping))
+        """Send the first message: which server this is, what it has received from this page, and the role here."""
+        self._pending_answers.append(protocol.connected(server, last_ping, self.visitor.role))
         self._wake.set()
 
     def pong(self, number: int) -> None:

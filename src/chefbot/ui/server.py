@@ -25,8 +25,9 @@ from chefbot.ui.access.command_audit import CommandAudit
 from chefbot.ui.access.kiosk_lock import KioskLock
 from chefbot.ui.access.listener import GuardedServer
 from chefbot.ui.access.places import MAX_FULL, ClientPlaces
+from chefbot.ui.access.roles import refusal as refusal_by_role
 from chefbot.ui.access.tls import MIN_TLS, Tls
-from chefbot.ui.access.visitors import OPERATOR, TokenKey, Visitor
+from chefbot.ui.access.visitors import ENGINEER, TokenKey, Visitor
 from chefbot.ui.causes.cause_pictures import CausePictureEndpoint
 from chefbot.ui.client import BrowserConnection
 from chefbot.ui.commands import (
@@ -58,7 +59,6 @@ PORTS_TO_TRY = 20
 ONLY_STOP = (
     f"{MAX_FULL} other screens are open, so here only STOP works; close one of them and reload this page"
 )
-ONLY_VIEW = "This link is for viewers: it shows the robot and can press STOP; ask for the operators' link"
 PENALTY = 1.0
 """Time for which a client above the rate limit is ignored before it is disconnected, s, so that it does not
 reconnect at once."""
@@ -76,7 +76,7 @@ class WebUiServer:
     ChefbotError that it raises is sent as a sentence to the browser that sent the command. Bound to a network
     address instead of loopback, the server requires a token that only the URLs of `start` and `url_for` contain.
     `model` generates the robot's solids (GLB); it is called in a thread on the first request. `incidents`: folder
-    whose files operators can download; `history`: file with the causes whose pictures are shown.
+    whose files managers can download; `history`: file with the causes whose pictures are shown.
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class WebUiServer:
             target=self._serve, args=(listener,), name="operator page", daemon=True
         )
         self._thread.start()
-        return self.url_for(OPERATOR)
+        return self.url_for(ENGINEER)
 
     def stop(self) -> None:
         """Close all connections and free the port; RuntimeError if that takes longer than STOP_TIMEOUT."""
@@ -288,11 +288,10 @@ class WebUiServer:
 
     def _pass_on(self, client: BrowserConnection, command: OperatorCommand) -> None:
         """Pass a command on to the robot. Raises UserError if this client may not give it."""
-        if not isinstance(command, Stop | Withdraw):
-            if client.visitor.role == "viewer":
-                raise UserError(ONLY_VIEW)
-            if client.only_stop:
-                raise UserError(ONLY_STOP)
+        if why := refusal_by_role(client.visitor.role, command):
+            raise UserError(why)
+        if client.only_stop and not isinstance(command, Stop | Withdraw):
+            raise UserError(ONLY_STOP)
         now = asyncio.get_running_loop().time()
         self._places.note_command(client, now)
         if isinstance(command, LeaveKiosk):

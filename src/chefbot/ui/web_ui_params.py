@@ -24,7 +24,7 @@ class WebUiParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     simulation: Annotated[bool, Meta(description="whether to offer boxes, doors and kidnapping")] = False
     visitors: Annotated[
         dict[VisitorName, Role],
-        Meta(description="names that get a link of their own on a network, each an operator or a viewer"),
+        Meta(description="names that get a link of their own on a network, and their roles"),
     ] = {}
     certificate: Annotated[
         str,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.ui.access.visitors import VIEWER, Visitor
+from chefbot.ui.access.visitors import GUEST, Visitor
 from chefbot.ui.browser import url_for_view
 from chefbot.ui.server import WebUiServer
 from chefbot.ui.web_ui_params import WebUiParams
@@ -19,11 +19,11 @@ def announcement(server: WebUiServer, params: WebUiParams, url: str) -> str:
     if params.port not in (0, server.port):
         lines.append(f"Port {params.port} is in use by another program.")
     if server.requires_token:
-        visitors = [VIEWER, *(Visitor(name, role) for name, role in params.visitors.items())]
+        visitors = [GUEST, *(Visitor(name, role) for name, role in params.visitors.items())]
         lines += [f"For {_display_name(visitor)}: {server.url_for(visitor)}" for visitor in visitors]
         lines += [] if params.certificate else [NOT_ENCRYPTED]
     return "\n  ".join(lines)
 
 
 def _display_name(visitor: Visitor) -> str:
-    return f"{visitor.name} ({visitor.role})" if visitor.name else "viewers"
+    return f"{visitor.name} ({visitor.role})" if visitor.name else "guests"

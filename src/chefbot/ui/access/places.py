@@ -13,8 +13,8 @@ C = TypeVar("C", bound=Hashable)
 
 MAX_FULL = 16
 """Number of full places."""
-MAX_VIEWERS = 8
-"""Number of full places that viewers may take."""
+MAX_GUESTS = 8
+"""Number of full places that guests may take."""
 MAX_RESERVED = 16
 """Number of further places, from which the robot can only be stopped; of their holders the oldest is replaced."""
 MAX_ESTABLISHED = 8
@@ -54,8 +54,8 @@ class Seating(NamedTuple):
 class ClientPlaces(Generic[C]):
     """Assigns places to clients; times are in seconds of one monotonic clock.
 
-    An operator who finds all places taken gets the place of a viewer, else of an operator who gave no command for
-    ACTIVE_TIME, from the group that holds the most. Who loses a full place keeps the emergency stop.
+    Whoever gives commands and finds all places taken gets the place of a guest, else of somebody who gave no command
+    for ACTIVE_TIME, from the group that holds the most. Who loses a full place keeps the emergency stop.
     """
 
     _holders: dict[C, _Holder] = field(default_factory=dict)
@@ -86,18 +86,18 @@ class ClientPlaces(Generic[C]):
 
     def _is_room(self, role: Role) -> bool:
         full = [holder for holder in self._holders.values() if holder.full]
-        viewers = sum(holder.role == "viewer" for holder in full)
-        return len(full) < MAX_FULL and (role == "operator" or viewers < MAX_VIEWERS)
+        guests = sum(holder.role == "guest" for holder in full)
+        return len(full) < MAX_FULL and (role != "guest" or guests < MAX_GUESTS)
 
     def _make_room(self, role: Role, now: float) -> tuple[C, ...]:
-        """Take the full place of a viewer or of an idle operator if an operator finds none; return that client."""
-        if role != "operator" or self._is_room(role):
+        """Take the full place of a guest or of an idle client for one that gives commands; return that client."""
+        if role == "guest" or self._is_room(role):
             return ()
         full = [client for client, holder in self._holders.items() if holder.full]
         replaceable = [
             client
             for client in full
-            if self._holders[client].role == "viewer" or self._holders[client].active_until <= now
+            if self._holders[client].role == "guest" or self._holders[client].active_until <= now
         ]
         if not replaceable:
             return ()
@@ -114,13 +114,13 @@ class ClientPlaces(Generic[C]):
         kept = {
             *established[:MAX_ESTABLISHED],
             reserved[-1],
-        }  # the newest one may be an operator who needs it
+        }  # the newest one may give commands and need it
         return (self._first_to_go([client for client in reserved if client not in kept], reserved),)
 
     def _first_to_go(self, candidates: list[C], counted: list[C]) -> C:
-        """Return a viewer if there is one, of the group that has the most of the `counted`, the oldest."""
+        """Return a guest if there is one, of the group that has the most of the `counted`, the oldest."""
         counts = Counter(self._holders[client].group for client in counted)
         return max(
             candidates,
-            key=lambda client: (self._holders[client].role == "viewer", counts[self._holders[client].group]),
+            key=lambda client: (self._holders[client].role == "guest", counts[self._holders[client].group]),
         )

@@ -18,8 +18,8 @@ MIN_SECRET = 20
 """Minimum length of a secret that the user sets, characters."""
 SIGNATURE_LENGTH = 22
 """Length of a token's signature, characters of 6 bits."""
-Role = Literal["operator", "viewer"]
-"""Operators give every command; viewers see the robot and may only press the emergency stop."""
+Role = Literal["guest", "waiter", "manager", "engineer"]
+"""Each may do what those before it may; see `roles`."""
 
 
 class Visitor(NamedTuple):
@@ -29,8 +29,8 @@ class Visitor(NamedTuple):
     role: Role
 
 
-OPERATOR, VIEWER = Visitor("", "operator"), Visitor("", "viewer")
-LOCAL = Visitor("local", "operator")
+ENGINEER, GUEST = Visitor("", "engineer"), Visitor("", "guest")
+LOCAL = Visitor("local", "engineer")
 """Visitor of a web UI that is served to its own computer only, where no token is needed."""
 
 
@@ -51,7 +51,7 @@ class TokenKey:
     def token(self, visitor: Visitor) -> str:
         """Return the visitor's token; it is safe in a URL and in a cookie."""
         name, role = visitor
-        prefix = "" if visitor == OPERATOR else f"{role}.{name}."
+        prefix = "" if visitor == ENGINEER else f"{role}.{name}."
         return prefix + self._signature(visitor)
 
     def visitor(self, token: str) -> Visitor | None:
@@ -60,7 +60,7 @@ class TokenKey:
         role, _, name = prefix.partition(".")
         if prefix and role not in get_args(Role):
             return None
-        visitor = Visitor(name, role) if prefix else OPERATOR  # type: ignore[arg-type]
+        visitor = Visitor(name, role) if prefix else ENGINEER  # type: ignore[arg-type]
         valid = hmac.compare_digest(signature.encode(), self._signature(visitor).encode())
         return visitor if valid else None
 

@@ -12,6 +12,7 @@ from starlette.responses import Response
 
 from chefbot.errors import ChefbotError
 from chefbot.storage.cause_records import CauseRecords, Picture
+from chefbot.ui.access.roles import SEES_RECORDINGS, TITLES, may
 from chefbot.ui.files import SECURITY_HEADERS
 
 TYPES: dict[Picture, str] = {"map": "image/png", "camera": "image/jpeg"}
@@ -20,15 +21,17 @@ HEADERS = SECURITY_HEADERS | {"cache-control": "private, max-age=86400, immutabl
 
 
 class CausePictureEndpoint:
-    """Serves the pictures of a history to operators: they may show people."""
+    """Serves the pictures of a history to managers: they may show people."""
 
     def __init__(self, history: Path | None) -> None:
         self._history = history
 
     async def serve(self, request: Request) -> Response:
-        """Return a picture; 403 for viewers, 404 if there is none."""
-        if request.state.visitor.role != "operator":
-            return _plain("Pictures of causes are shown with the operators' link only.", 403)
+        """Return a picture; 403 for guests and waiters, 404 if there is none."""
+        if not may(request.state.visitor.role, SEES_RECORDINGS):
+            return _plain(
+                f"Pictures of causes are shown with the link of {TITLES[SEES_RECORDINGS]} only.", 403
+            )
         number, kind = request.path_params["number"], request.path_params["kind"]
         if kind not in get_args(Picture):
             return _plain("No such picture.", 404)

@@ -8,22 +8,25 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
 from chefbot.incidents.files import NAME
+from chefbot.ui.access.roles import SEES_RECORDINGS, TITLES, may
 from chefbot.ui.files import SECURITY_HEADERS
 
 MCAP = "application/octet-stream"
 
 
 class IncidentEndpoint:
-    """Serves the files of a folder to operators: an incident may contain pictures of people."""
+    """Serves the files of a folder to managers: an incident may contain pictures of people."""
 
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
 
     async def serve(self, request: Request) -> Response:
-        """Return a file as a download; 403 for viewers, 404 if there is none of this name."""
+        """Return a file as a download; 403 for guests and waiters, 404 if there is none of this name."""
         name = request.path_params["name"]
-        if request.state.visitor.role != "operator":
-            return _plain("Incidents can be downloaded with the operators' link only.", 403)
+        if not may(request.state.visitor.role, SEES_RECORDINGS):
+            return _plain(
+                f"Incidents can be downloaded with the link of {TITLES[SEES_RECORDINGS]} only.", 403
+            )
         path = self._folder / name if self._folder is not None and NAME.match(name) else None
         if path is None or not path.is_file():
             return _plain("No such incident.", 404)

@@ -187,7 +187,8 @@ function reportLostRound(delivery) {
 }
 
 link.addEventListener("layer", ({ detail: { layer, value } }) => take(layer, value));
-link.addEventListener("greeted", ({ detail: { arrived, restarted } }) => {
+link.addEventListener("greeted", ({ detail: { arrived, restarted, role } }) => {
+  document.body.dataset.role = role;      // the style sheet hides what it may not command
   if (arrived) showNotice(tr("Connected again. The robot had received the last command."));
   if (restarted) forget();
 });

@@ -1,0 +1,57 @@
+"""What each role may command at the web UI."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+from chefbot.ui import commands as do
+from chefbot.ui.access.visitors import Role
+
+ROLES: tuple[Role, ...] = get_args(Role)
+"""In the order of what they may do: each may do what those before it may."""
+NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
+    # 1. Everybody who sees the robot can stop it.
+    **dict.fromkeys((do.Stop, do.Withdraw, do.Ping, do.Show, do.Received), "guest"),
+    # 2. Deliveries, and what goes with them.
+    **dict.fromkeys(
+        (
+            do.Deliver, do.Loaded, do.Taken, do.NotTaken, do.Choose, do.ChangeQueue, do.ShortestOrder,
+            do.GoPlace, do.Cancel, do.Resume, do.LeaveKiosk,
+        ),
+        "waiter",
+    ),
+    # 3. To drive anywhere, and to see and keep what happened.
+    **dict.fromkeys(
+        (
+            do.Goal, do.Patrol, do.Follow, do.Drive, do.InitialPose, do.MapSaved, do.SaveIncident, do.Playback,
+        ),
+        "manager",
+    ),
+    # 4. The simulated world.
+    **dict.fromkeys((do.DropBox, do.Kidnap, do.OpenDoor, do.CloseDoor), "engineer"),
+}  # fmt: skip
+"""The role that a command needs."""
+SEES_RECORDINGS: Role = "manager"
+"""The role that files of incidents and pictures of causes need: they may show people."""
+ONLY_VIEW = "This link shows the robot and can press STOP; ask for the link of a waiter"
+TITLES: dict[Role, str] = {
+    "guest": "a guest",
+    "waiter": "a waiter",
+    "manager": "a manager",
+    "engineer": "an engineer",
+}
+
+
+def may(role: Role, needed: Role) -> bool:
+    """Return whether a role may do what another one needs to be."""
+    return ROLES.index(role) >= ROLES.index(needed)
+
+
+def refusal(role: Role, command: do.OperatorCommand) -> str:
+    """Return why a role may not give a command, empty if it may."""
+    needed = NEEDED_ROLE[type(command)]
+    if may(role, needed):
+        return ""
+    if role == "guest":
+        return ONLY_VIEW
+    return f"The link of {TITLES[role]} does not allow this; ask for that of {TITLES[needed]}"

@@ -13,7 +13,7 @@ from chefbot.msgs.chefbot_deliveries import RoundForecast, RoundStop
 from chefbot.msgs.std_msgs import Header
 from chefbot.ui.commands import ShortestOrder
 from chefbot.ui.delivery_view import forecast_views
-from chefbot.ui.layers import DeliveryView, RoundStopView
+from chefbot.ui.layers import DeliveryView, RoundStopView, StopView
 
 DRIVING = DeliveryView(
     state="driving", place="table_1", queue=("table_2", "table_1"), round_active=True, order_id="a"
@@ -70,6 +70,19 @@ class TestInChromium:
         page.server.set_layer("forecast", STOPS[1:2] + STOPS[3:])
         tab.wait_for(f"{CHIPS} === '20 m · 2 min · 70 %'")
         assert tab.evaluate("document.getElementById('eta').textContent").startswith("Home again: 45 m")
+
+    def test_times_of_a_stopped_robot_are_marked(self, page: Any, tab: Tab) -> None:
+        marked = (
+            "document.getElementById('eta').textContent.endsWith('The times count from when it goes on.')"
+        )
+        assert not tab.evaluate(marked)
+        page.server.set_layer("stop", StopView(stopped=True))
+        tab.wait_for(marked)
+        page.server.set_layer("stop", StopView())
+        tab.wait_for(f"!{marked}")
+        choice = DeliveryView(state="driving", place="table_1", waits_for="choice", round_active=True)
+        page.server.set_layer("delivery", choice)
+        tab.wait_for(marked)
 
     def test_without_a_round_there_is_nothing_left_of_it(self, page: Any, tab: Tab) -> None:
         page.server.set_layer(

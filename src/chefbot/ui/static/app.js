@@ -145,7 +145,7 @@ function showFailure(status) {
 }
 
 const HANDLERS = {
-  stop: (value) => { stop.take(value); kiosk.stop(value); },
+  stop: (value) => { stop.take(value); kiosk.stop(value); panels.round.stop(value); },
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
   status: (value) => { panels.status(value); alerts.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },

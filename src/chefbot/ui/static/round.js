@@ -11,6 +11,7 @@ export class RoundCard {
     this.value = null;
     this.queue = "[]";
     this.forecast = [];                  // stops that are left, with metres, seconds and battery
+    this.stopped = false;                // by the emergency stop
     for (const press of ["loaded", "taken", "not_taken"]) {
       $(press).onclick = () => send({ do: press, place: this.value?.place ?? "" });
     }
@@ -67,6 +68,7 @@ export class RoundCard {
     text("eta", [
       drives && tr("{place}: {metres}, about {time}.", { place: title(place), metres: metres(next.distance), time: time(next.time) }),
       home && stops.length > 1 && homeAgain(home),
+      home && (this.stopped || this.value.waits_for === "choice") && tr("The times count from when it goes on."),
     ].filter(Boolean).join(" "));
     let from = drives ? 1 : 0;
     for (const [i, name] of queue.entries()) {
@@ -75,6 +77,12 @@ export class RoundCard {
       if (stop) from = found + 1;
       chip.textContent = stop ? [metres(stop.distance), time(stop.time), ...charge(stop)].join(" · ") : "";
     }
+  }
+
+  // The emergency stop was pressed or released.
+  stop({ stopped }) {
+    this.stopped = stopped;
+    this.showForecast(this.forecast);
   }
 
   changeQueue(tables) { this.send({ do: "queue", tables, order: this.value.order_id }); }

@@ -195,6 +195,14 @@ def test_a_sentence_is_translated_in_its_parts(
     assert spanish(sentence) == translation
 
 
+@pytest.mark.slow
+@needs_chromium
+def test_a_very_long_sentence_does_not_keep_the_page_busy(spanish: Callable[[str], str]) -> None:
+    for length in (490, 10**6):
+        text = ("The a marked b at x c m, y d m, " * length)[:length]
+        assert spanish(text) == text
+
+
 @pytest.fixture
 def serving(page: Any) -> Any:
     """A robot on its round, with a forecast, a failed table and a warning."""
@@ -265,6 +273,17 @@ def test_the_language_is_the_browsers_until_another_is_chosen(page: Any) -> None
         choose(tab, "en")
         tab.reload_by("location.reload()")
         tab.wait_for(f"document.documentElement.lang === 'en' && {UP}")
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_a_browser_without_storage_reports_that_it_keeps_no_choice(page: Any) -> None:
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for(UP)
+        tab.evaluate("Storage.prototype.setItem = () => { throw new Error('blocked'); }")
+        tab.evaluate(CHOOSE % "de")
+        tab.wait_for("document.getElementById('notice').textContent.includes('keeps no settings')")
+        assert tab.evaluate("document.getElementById('language').value") == "en"
 
 
 @pytest.mark.slow

@@ -262,7 +262,11 @@ $("follow").onclick = () => {
 };
 $("fit").onclick = fit;
 $("language").replaceChildren(...Object.entries(LANGUAGES).map(([code, name]) => new Option(name, code, false, code === language)));
-$("language").onchange = () => choose($("language").value);
+$("language").onchange = () => {
+  if (choose($("language").value)) return;
+  $("language").value = language;
+  showNotice(tr("This browser keeps no settings, so the page follows the browser's language."));
+};
 if (loadError) showNotice(loadError, true);
 $("where").onclick = () => { $("where-text").textContent = whereSentence(data); };
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });

@@ -5,6 +5,7 @@ export const LANGUAGES = { en: "English", de: "Deutsch", fr: "Français", es: "E
 const RIGHT_TO_LEFT = new Set(["ar"]);
 const ATTRIBUTES = ["aria-label", "title", "placeholder"];
 const PATIENCE = 3000;                   // milliseconds for a catalogue to arrive
+const LONGEST = 500;                     // characters: comparing longer texts could keep the page from STOP
 const DEPTH = 3;                         // of sentences within sentences
 const LONG = new Set(["reason", "trays"]);   // what stands for sentences or a list; other {names} end with theirs
 
@@ -21,7 +22,7 @@ export function tr(message, values = {}) {
 
 // A sentence of the robot, or several; one that the catalogue does not have stays English.
 export function translated(text, depth = DEPTH) {
-  if (!text || language === "en") return text;
+  if (!text || language === "en" || text.length > LONGEST) return text;
   return matched(text, sentences, depth)
     ?? text.split(/(?<=[.?!])\s+/).map((one) => matched(one, sentences, depth) ?? one).join(" ");
 }
@@ -32,10 +33,11 @@ export function title(name) {
   return matched(text, namePatterns, 0) ?? page[text] ?? text;
 }
 
-// Choose a language. The page is loaded again, because its texts are made once.
+// Choose a language, unless the browser keeps no settings. The page is loaded again, because its texts are made once.
 export function choose(code) {
-  try { localStorage.setItem(KEY, code); } catch { return; }
+  try { localStorage.setItem(KEY, code); } catch { return false; }
   location.reload();
+  return true;
 }
 
 // The translation of a text by the most specific pattern that it matches, or null.

@@ -49,15 +49,20 @@ def tokens(port: int) -> Iterator[list[str]]:
     with running(port, "counter", "cook", "guest") as one:
         wait_for(lambda: "/tf_static" in one.outside.graph.topics())
         with zenoh.open(_config(port)) as session:
-            yield wait_for(lambda: _all(session))
+            yield wait_for(lambda: _complete(session))
+
+
+def _complete(session: zenoh.Session) -> list[str]:
+    """Return the tokens once a second query has found no others: they arrive one after the other."""
+    first, second = _all(session), _all(session)
+    return second if first == second else []
 
 
 def _all(session: zenoh.Session) -> list[str]:
-    """Once nothing more comes; Zenoh answers a query that follows on the heels of its like with nothing."""
-    time.sleep(0.05)
+    """Return what a query finds; Zenoh answers one that follows on the heels of its like with nothing."""
+    time.sleep(0.25)
     replies = session.liveliness().get("@ros2_lv/0/**")
-    found = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
-    return found if len(found) > 55 else []
+    return sorted(str(reply.ok.key_expr) for reply in replies if reply.ok is not None)
 
 
 def _config(port: int) -> zenoh.Config:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner
@@ -18,7 +19,8 @@ from chefbot.msgs.sensor_msgs import Image
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import NoParams
 from chefbot.storage.cause_records import CauseRecords, read_causes
-from chefbot.ui.causes.cause_recorder import PICTURE_INTERVAL_NS
+from chefbot.ui.causes.cause_recorder import PICTURE_INTERVAL_NS, REPEAT_NS
+from chefbot.ui.causes.cause_views import SHOWN_CAUSES
 from chefbot.ui.layers import CauseView
 from chefbot.ui.missions.cause_device import CauseDevice
 from chefbot.ui.missions.history_device import history_path
@@ -106,6 +108,32 @@ def test_pictures_are_taken_once_a_second(make: Callable[[], NodeRunner]) -> Non
     for number, second in enumerate(seconds, 1):
         process(nodes, cause(number, STOP, second))
     assert [bool(pictures) for *_, pictures in recorded(nodes)] == [True, False, True, True]
+
+
+def test_a_cause_that_repeats_is_one_entry(make: Callable[[], NodeRunner]) -> None:
+    nodes, repeat = make(), REPEAT_NS / 1e9
+    for number, second in enumerate((10.0, 20.0, 30.0), 1):
+        same = msgspec.structs.replace(cause(number, STOP, second), sentence="Lost.")
+        process(nodes, same)
+        views = process(
+            nodes,
+            msgspec.structs.replace(same, kind=END, header=Header.of(round(second * 1e9) + 10**9, "map")),
+        )
+    assert [(one.id, one.sentence) for one in views] == [(3, "Lost.")]
+    assert recorded(nodes) == [("Lost.", 21.0, ("map", "camera"))]
+    process(nodes, msgspec.structs.replace(cause(4, STOP, 30.0 + repeat), sentence="Lost."))
+    assert len(recorded(nodes)) == 2
+
+
+def test_earlier_runs_fill_the_list_up(make: Callable[[], NodeRunner]) -> None:
+    nodes = make()
+    for number in range(1, 4):
+        process(nodes, cause(number, STOP, 10.0 * number))
+    nodes = make()
+    for number in range(1, SHOWN_CAUSES):
+        views = process(nodes, cause(number, DETOUR, 10.0 * number))
+    assert [one.began == "" for one in views] == [True] * (SHOWN_CAUSES - 1) + [False]
+    assert len(process(nodes, cause(SHOWN_CAUSES, DETOUR, 999.0))) == SHOWN_CAUSES
 
 
 def test_a_stop_is_recorded_without_map_or_camera(make: Callable[[], NodeRunner]) -> None:

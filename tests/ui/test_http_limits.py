@@ -76,7 +76,10 @@ def test_only_web_ui_files_are_served(page: Any, path: str) -> None:
 
 def test_every_referenced_file_is_served_with_strict_headers(page: Any) -> None:
     files = static_files()
-    referenced = {"index.html"}
+    languages = re.search(r"LANGUAGES = \{(.*?)\}", files["language.js"].decode())
+    assert languages is not None
+    codes = set(re.findall(r"(\w+):", languages[1])) - {"en"}
+    referenced = {"index.html", *(f"languages/{code}.json" for code in codes)}
     for path in files:
         answer = httpx.get(page.url + path)
         assert answer.status_code == 200

@@ -277,7 +277,7 @@ def test_the_language_is_the_browsers_until_another_is_chosen(page: Any) -> None
 
 @pytest.mark.slow
 @needs_chromium
-def test_a_browser_without_storage_reports_that_it_keeps_no_choice(page: Any) -> None:
+def test_a_browser_without_storage_keeps_no_language(page: Any) -> None:
     with open_tab(page.url, NO_GPU) as tab:
         tab.wait_for(UP)
         tab.evaluate("Storage.prototype.setItem = () => { throw new Error('blocked'); }")

@@ -15,6 +15,8 @@ from chefbot.ui.image_encoding import jpeg
 
 PICTURE_INTERVAL_NS = 1_000_000_000
 """Minimum time between the pictures of two causes, ns."""
+REPEAT_NS = 60_000_000_000
+"""Time within which a cause with the effect and the sentence of the one before it is no new entry, ns."""
 
 
 class CauseRecorder:
@@ -24,19 +26,30 @@ class CauseRecorder:
         self._records, self._radius, self._simulated = records, radius, simulated
         self._began_ns: dict[int, int] = {}
         self._pictured_ns: int | None = None
+        self._newest: Cause | None = None
         self.entries: dict[int, HistoryEntry] = {}
         """The entries of the causes of this run by their `id`."""
 
     def record(self, cause: Cause, grid: Grid | None, picture: Image | None) -> None:
         """Record a cause with the newest map and picture of the camera, or the end of one. Raises StorageError."""
         if cause.kind != END:
-            moment = self._moment(cause, grid, picture)
-            number = self._records.add(moment, simulated=self._simulated)
-            self.entries[cause.id] = HistoryEntry(number, moment.pictures)
-            self._began_ns[cause.id] = cause.header.stamp.ns
+            self._begin(cause, grid, picture)
         elif cause.id in self.entries:
             lasted = (cause.header.stamp.ns - self._began_ns[cause.id]) / 1e9
             self._records.end(self.entries[cause.id].number, lasted)
+
+    def _begin(self, cause: Cause, grid: Grid | None, picture: Image | None) -> None:
+        """Record a cause, or add it to the entry of the one before it if that is the same."""
+        before, self._newest = self._newest, cause
+        began_ns = cause.header.stamp.ns
+        if before is not None and _is_same(before, cause) and before.id in self.entries:
+            self.entries[cause.id] = self.entries[before.id]
+            self._began_ns[cause.id] = self._began_ns[before.id]
+            return
+        moment = self._moment(cause, grid, picture)
+        number = self._records.add(moment, simulated=self._simulated)
+        self.entries[cause.id] = HistoryEntry(number, moment.pictures)
+        self._began_ns[cause.id] = began_ns
 
     def _moment(self, cause: Cause, grid: Grid | None, picture: Image | None) -> Moment:
         place = place_on_map(cause)
@@ -62,6 +75,12 @@ class CauseRecorder:
             return False
         self._pictured_ns = now_ns
         return True
+
+
+def _is_same(before: Cause, cause: Cause) -> bool:
+    """Return whether a cause has the effect and the sentence of the one before it, and follows it soon."""
+    passed_ns = cause.header.stamp.ns - before.header.stamp.ns
+    return (cause.kind, cause.sentence) == (before.kind, before.sentence) and 0 <= passed_ns < REPEAT_NS
 
 
 def _encoded(picture: Image | None) -> bytes:

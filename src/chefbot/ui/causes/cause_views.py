@@ -11,8 +11,8 @@ from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.storage.cause_records import Picture, RecordedCause
 from chefbot.ui.layers import CauseView
 
-SHOWN_CAUSES = 12
-"""Number of causes of this run that the web UI shows, and of earlier runs, the newest."""
+SHOWN_CAUSES = 24
+"""Number of causes that the web UI shows, the newest, of this run and of earlier ones."""
 
 
 def place_on_map(cause: Cause) -> tuple[float, float] | None:
@@ -31,11 +31,13 @@ class HistoryEntry(NamedTuple):
 def cause_views(history: CauseHistory, entries: Mapping[int, HistoryEntry]) -> tuple[CauseView, ...]:
     """Return why the robot slowed down, stopped, took a detour or failed, the newest first.
 
-    `entries`: those of recorded causes, by `id`.
+    `entries`: those of recorded causes, by `id`; of causes with one entry only the newest is shown.
     """
-    return tuple(
+    views = [
         _cause_view(span, entries.get(span.cause.id, HistoryEntry())) for span in reversed(history.spans)
-    )
+    ]
+    seen = [view.number for view in views]
+    return tuple(view for i, view in enumerate(views) if not view.number or view.number not in seen[:i])
 
 
 def _cause_view(span: CauseSpan, entry: HistoryEntry) -> CauseView:

@@ -49,7 +49,7 @@ class CauseDevice(IncidentDevice):
         self._causes.process(cause)
         self._record_cause(cause, grid, picture)
         entries = self._cause_recorder.entries if self._cause_recorder is not None else {}
-        return cause_views(self._causes, entries) + self._earlier_causes
+        return (cause_views(self._causes, entries) + self._earlier_causes)[:SHOWN_CAUSES]
 
     def _record_cause(self, cause: Cause, grid: Grid | None, picture: Image | None) -> None:
         if self._cause_recorder is None:

@@ -42,7 +42,7 @@ export class Kiosk {
     $("kiosk-title").textContent = this.stopped ? tr("Stopped") : heading;
     $("kiosk-text").textContent = waits === "choice" ? "" : translated(step);
     $("kiosk-confirm").hidden = !confirms;
-    $("kiosk-confirm").textContent = confirms ? title(waits) : "";
+    $("kiosk-confirm").textContent = confirms ? PRESSES[waits] : "";
   }
 
   // The emergency stop was pressed or released.
@@ -82,6 +82,7 @@ export class Kiosk {
   }
 }
 
+const PRESSES = { loaded: tr("Loaded"), taken: tr("Taken") };
 const TITLES = { loaded: tr("Load the food"), choice: tr("Please call the staff") };
 const STATES = {
   driving: tr("On the way"), returning: tr("On the way back"), errand: tr("On the way"), failed: tr("Please call the staff"),

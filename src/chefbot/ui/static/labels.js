@@ -29,6 +29,7 @@ export class Labels {
       this.taken.push(box);
       context.globalAlpha *= opacity;
       context.textAlign = "left";
+      context.direction = document.documentElement.dir;
       context.textBaseline = "middle";
       context.lineWidth = 3;
       context.lineJoin = "round";

@@ -23,14 +23,13 @@ export function tr(message, values = {}) {
 // A sentence of the robot, or several; one that the catalogue does not have stays English.
 export function translated(text, depth = DEPTH) {
   if (!text || language === "en" || text.length > LONGEST) return text;
-  return matched(text, sentences, depth)
-    ?? text.split(/(?<=[.?!])\s+/).map((one) => matched(one, sentences, depth) ?? one).join(" ");
+  return sentence(text, depth) ?? text.split(/(?<=[.?!])\s+/).map((one) => sentence(one, depth) ?? one).join(" ");
 }
 
 // The name of a place for the reader: table_3 is "Table 3", or "Tisch 3".
 export function title(name) {
   const text = capital(name.replace(/_/g, " "));
-  return matched(text, namePatterns, 0) ?? page[text] ?? text;
+  return matched(text, namePatterns, 0) ?? text;
 }
 
 // Choose a language, unless the browser keeps no settings. The page is loaded again, because its texts are made once.
@@ -38,6 +37,11 @@ export function choose(code) {
   try { localStorage.setItem(KEY, code); } catch { return false; }
   location.reload();
   return true;
+}
+
+// The translation of one sentence, or null; it begins in lower case after a colon, and the catalogue has one form.
+function sentence(text, depth) {
+  return matched(text, sentences, depth) ?? matched(capital(text), sentences, depth) ?? matched(lower(text), sentences, depth);
 }
 
 // The translation of a text by the most specific pattern that it matches, or null.
@@ -49,11 +53,11 @@ function matched(text, known, depth) {
   return null;
 }
 
-// A part of a sentence: a name, a list of names, or another sentence, which may begin in lower case.
+// A part of a sentence: a name, a list of names, or another sentence.
 function part(text, depth) {
   if (depth < 0) return text;
   const name = (one) => (/^\d+$/.test(one) ? one : matched(capital(one), namePatterns, 0));
-  const whole = name(text) ?? matched(text, sentences, depth) ?? matched(capital(text), sentences, depth);
+  const whole = name(text) ?? sentence(text, depth);
   if (whole) return whole;
   if (text.includes("; ")) return text.split("; ").map((one) => part(one, depth)).join("; ");
   const listed = text.split(/, | and /).map(name);
@@ -71,6 +75,7 @@ function filled(template, value) { return template.replace(/\{(\w+)\}/g, (_, nam
 
 // In a text from right to left, "8 m" keeps its order (Unicode Standard Annex 9, first strong isolate).
 function isolated(value) { return RIGHT_TO_LEFT.has(language) ? `\u2068${value}\u2069` : String(value); }
+function lower(text) { return text.replace(/^./u, (letter) => letter.toLowerCase()); }
 function capital(text) { return text.replace(/^./u, (letter) => letter.toUpperCase()); }
 
 // A catalogue that does not arrive costs the translation, not the page: STOP soon works in English.

@@ -122,9 +122,10 @@ export class Panels {
     $("causes").replaceChildren(...list.map((cause) => {
       const item = document.createElement("li"), entry = document.createElement("details");
       const head = document.createElement("summary"), chain = document.createElement("ol");
-      const lasted = cause.ended > cause.time ? ` ${(cause.ended - cause.time).toFixed(1)} s` : "";
+      const lasted = cause.ended > cause.time ? `${(cause.ended - cause.time).toFixed(1)} s` : "";
       const began = cause.began ? new Date(cause.began).toLocaleString(language, SHORT_TIME) : clock(cause.time);
-      head.textContent = `${began} ${translated(cause.effect)}${lasted}: ${translated(cause.sentence)}`;
+      const values = { time: began, effect: translated(cause.effect), lasted, sentence: translated(cause.sentence) };
+      head.textContent = lasted ? tr("{time} {effect} {lasted}: {sentence}", values) : tr("{time} {effect}: {sentence}", values);
       chain.replaceChildren(...cause.chain.map((link) => {
         const line = document.createElement("li");
         line.textContent = translated(link);

@@ -94,7 +94,7 @@ export class RoundCard {
       const item = document.createElement("li"), head = document.createElement("b");
       const began = new Date(round.began).toLocaleString(language, { dateStyle: "short", timeStyle: "short" });
       head.textContent = round.ordered_by ? `${began}, ${round.ordered_by}: ` : `${began}: `;
-      item.append(head, round.stops.map((stop) => `${title(stop.place)} ${stop.outcome ? translated(stop.outcome) : tr("open")}`).join("; "));
+      item.append(head, round.stops.map((stop) => `${title(stop.place)} ${stop.outcome ? translated(stop.outcome) : tr("open")}`).join("; "), round.ended ? "" : `; ${tr("not ended")}`);
       return item;
     }));
   }

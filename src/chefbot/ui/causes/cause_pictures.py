@@ -16,8 +16,8 @@ from chefbot.ui.access.roles import SEES_RECORDINGS, TITLES, may
 from chefbot.ui.files import SECURITY_HEADERS
 
 TYPES: dict[Picture, str] = {"map": "image/png", "camera": "image/jpeg"}
-HEADERS = SECURITY_HEADERS | {"cache-control": "private, max-age=86400, immutable"}
-"""A browser keeps a picture for a day."""
+HEADERS = SECURITY_HEADERS | {"cache-control": "private, max-age=600"}
+"""A browser keeps a picture for ten minutes: the list is drawn again with every cause."""
 
 
 class CausePictureEndpoint:

@@ -112,7 +112,7 @@ export class RoundCard {
       value?.delivered.length && tr("Taken at: {places}.", { places: names(value.delivered) }),
       value?.errands.length && tr("Then to: {places}.", { places: names(value.errands.map((name) => name || "a point on the map")) }),
       orders && tr("Ordered after that: {places}.", { places: orders }),
-      ...(value?.missed ?? []).map((why) => tr("Not served: {reason}.", { reason: translated(why).replace(/[.。]$/, "") })),
+      ...(value?.missed ?? []).map((why) => tr("Not served: {reason}.", { reason: translated(why).replace(/[.。]\u2069*$/, "") })),
     ].filter(Boolean).join(" ");
   }
 

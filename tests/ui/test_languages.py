@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
+from tests.ui.conftest import Page
 
 from chefbot.behavior import waiting
 from chefbot.delivery import status_messages
@@ -144,9 +145,10 @@ def other_sentences() -> Iterator[str]:
         yield from (waiting._who(people, stood) for stood in ((0.0, 4.0) if people else (0.0,)))
 
 
-@pytest.fixture
-def spanish(page: Any) -> Iterator[Callable[[str], str]]:
+@pytest.fixture(scope="module")
+def spanish() -> Iterator[Callable[[str], str]]:
     """The function that translates a sentence of the robot, in a page in Spanish."""
+    page = Page()
     with open_tab(page.url, NO_GPU) as tab:
         choose(tab, "es")
 
@@ -155,6 +157,7 @@ def spanish(page: Any) -> Iterator[Callable[[str], str]]:
             return str(tab.evaluate(script))
 
         yield translate
+    page.server.stop()
 
 
 def choose(tab: Tab, code: str) -> None:

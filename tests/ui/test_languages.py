@@ -16,6 +16,7 @@ from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 from tests.ui.conftest import Page
 
 from chefbot.behavior import waiting
+from chefbot.board.status_codes import FAULTS, as_text, motors_off
 from chefbot.delivery import status_messages
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.safety import stop_latch
@@ -141,6 +142,7 @@ def other_sentences() -> Iterator[str]:
     yield from (pending_requests.ORDER_UNCONFIRMED, pending_requests.STOP_UNCONFIRMED)
     yield from (server.ONLY_STOP, roles.ONLY_VIEW)
     yield roles.refusal("waiter", Drive(0.1, 0.0))
+    yield from (f"Board: {as_text(motors_off(flag))}" for flag in FAULTS)
     for people in ((), (3,), (3, 4, 5)):
         yield from (waiting._who(people, stood) for stood in ((0.0, 4.0) if people else (0.0,)))
 

@@ -53,12 +53,13 @@ function matched(text, known, depth) {
   return null;
 }
 
-// A part of a sentence: a name, a list of names, or another sentence.
+// A part of a sentence: a name, a list of names, another sentence or several.
 function part(text, depth) {
   if (depth < 0) return text;
   const name = (one) => (/^\d+$/.test(one) ? one : matched(capital(one), namePatterns, 0));
   const whole = name(text) ?? sentence(text, depth);
   if (whole) return whole;
+  if (/[.?!]\s/.test(text)) return translated(text, depth);
   if (text.includes("; ")) return text.split("; ").map((one) => part(one, depth)).join("; ");
   const listed = text.split(/, | and /).map(name);
   return listed.includes(null) ? translated(text, depth) : new Intl.ListFormat(language).format(listed);

@@ -262,6 +262,7 @@ def test_a_round_is_served_in_german(page: Any) -> None:
         tab.wait_for("document.querySelectorAll('#tables button').length === 2")
         assert tab.evaluate("document.querySelector('#tables button').textContent") == "Tisch 1"
         assert tab.evaluate("document.getElementById('stop').textContent") == "STOPP"
+        tab.wait_for("!document.getElementById('taken').hidden")
         tab.evaluate("document.getElementById('taken').click()")
         assert page.next_command().place == "table_1"  # the robot's own name of the place
 

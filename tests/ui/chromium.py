@@ -86,6 +86,16 @@ class Tab:
                     return number
             self.events.append(json.loads(self._connection.recv(timeout=PATIENCE)))
 
+    def resize(self, width: int, height: int) -> None:
+        """Give the view a size in pixels of the style sheet."""
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+
     def mouse(self, kind: str, x: float, y: float) -> None:
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
 

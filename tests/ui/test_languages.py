@@ -237,10 +237,7 @@ def test_no_screen_shows_english_in_another_language(serving: Any, code: str) ->
     with open_tab(serving.url, NO_GPU) as tab:
         choose(tab, code)
         for width, height in SIZES:
-            tab.call(
-                "Emulation.setDeviceMetricsOverride",
-                width=width, height=height, deviceScaleFactor=1, mobile=False,
-            )  # fmt: skip
+            tab.resize(width, height)
             tab.wait_for("document.querySelectorAll('#queue li').length === 1")
             for panel in ("serve", "drive", "health"):
                 tab.evaluate(f"document.querySelector('[data-tab={panel}]').click()")

@@ -73,7 +73,7 @@ class TestInChromium:
 
     def test_times_of_a_stopped_robot_are_marked(self, page: Any, tab: Tab) -> None:
         marked = (
-            "document.getElementById('eta').textContent.endsWith('The times count from when it goes on.')"
+            "document.getElementById('eta').textContent.endsWith('The times count from when it continues.')"
         )
         assert not tab.evaluate(marked)
         page.server.set_layer("stop", StopView(stopped=True))

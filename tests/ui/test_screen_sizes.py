@@ -40,10 +40,7 @@ def waiting(page: Any) -> Any:
 def test_a_round_can_be_served_on_every_screen(waiting: Any) -> None:
     with open_tab(waiting.url, NO_GPU) as tab:
         for width, height in SIZES:
-            tab.call(
-                "Emulation.setDeviceMetricsOverride",
-                width=width, height=height, deviceScaleFactor=1, mobile=False,
-            )  # fmt: skip
+            tab.resize(width, height)
             tab.wait_for("!document.getElementById('taken').hidden")
             for button in ("taken", "not_taken", "stop", "fit", "follow"):
                 assert tab.evaluate(f"{CAN_BE_PRESSED}('{button}')"), (button, width, height)

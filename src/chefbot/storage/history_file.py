@@ -58,14 +58,20 @@ class HistoryFile:
         """Bring the file to the newest version; StorageError for a newer one."""
         self._db.execute("PRAGMA journal_mode = WAL")
         self._db.execute("PRAGMA synchronous = NORMAL")
+        if self._version() == len(MIGRATIONS):
+            return  # opened for reading, it stays as it is
         with self._transaction():  # so that of two processes one migrates
-            (version,) = self._db.execute("PRAGMA user_version").fetchone()
+            version = self._version()
             if version > len(MIGRATIONS):
                 raise StorageError(f"{self.path} is of a newer version of chefbot; it is left alone")
             for script in MIGRATIONS[version:]:
                 for statement in script.split(";"):
                     self._db.execute(statement)
             self._db.execute(f"PRAGMA user_version = {len(MIGRATIONS)}")
+
+    def _version(self) -> int:
+        (version,) = self._db.execute("PRAGMA user_version").fetchone()
+        return int(version)
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:

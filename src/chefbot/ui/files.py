@@ -55,6 +55,11 @@ def content_type(path: str) -> str:
     return TYPES[path.rsplit(".")[-1]]
 
 
+def plain_text(text: str, status: int) -> Response:
+    """Return an answer that is a sentence, such as why there is no file."""
+    return Response(text, status, SECURITY_HEADERS, "text/plain")
+
+
 def response_headers(content: bytes) -> dict[str, str]:
     """Return the HTTP headers of a file: the only inline scripts that may run are its own, identified by their
     hashes.

@@ -43,7 +43,7 @@ from chefbot.ui.commands import (
     parse_command,
 )
 from chefbot.ui.dead_man import DeadManSwitch
-from chefbot.ui.files import SECURITY_HEADERS, served_files
+from chefbot.ui.files import plain_text, served_files
 from chefbot.ui.http_limits import GuardedHttp, GuardedSocket
 from chefbot.ui.hub import LayerStore
 from chefbot.ui.layers import LAYERS
@@ -160,7 +160,7 @@ class WebUiServer:
         async def serve_file(request: Request) -> Response:
             name = request.path_params.get("name", "index.html")
             if name not in files:
-                return Response("No such file.", 404, SECURITY_HEADERS, "text/plain")
+                return plain_text("No such file.", 404)
             return files[name].response(request)
 
         routes = [

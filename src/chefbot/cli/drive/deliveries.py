@@ -5,17 +5,15 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
-from datetime import datetime
 from pathlib import Path
 
 from rich.console import Console
 
-from chefbot.cli.drive.recorded_robot import recorded_robot
+from chefbot.cli.drive.recorded_robot import existing_history, local_time
 from chefbot.cli.plural import number_of
 from chefbot.delivery.status_messages import display_name
 from chefbot.storage.atomic_files import write_into_folder
 from chefbot.storage.delivery_history import RecordedRound, read_history
-from chefbot.ui.missions.history_device import history_path
 
 COLUMNS = ("began", "loaded", "ended", "ordered_by", "simulated", "place", "outcome", "at", "round_outcome")
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -27,7 +25,7 @@ def print_deliveries(robot: str, last: int, csv_file: Path | None) -> None:
     `robot`: its name in its file, empty if there is only one history. Raises UserError if there is none, or if there
     are several and none was named.
     """
-    rounds = read_history(_existing_history(robot), last)
+    rounds = read_history(existing_history(robot, "deliveries"), last)
     if csv_file is not None:
         write_into_folder(csv_file, csv_text(rounds).encode())
         console.print(f"{csv_file}: {number_of(len(rounds), 'round')}")
@@ -38,27 +36,17 @@ def print_deliveries(robot: str, last: int, csv_file: Path | None) -> None:
         console.print("No rounds yet.")
 
 
-def _existing_history(robot: str) -> Path:
-    folder = history_path("").parent
-    robots = sorted(path.stem for path in folder.glob("*.sqlite") if path.stem)
-    return history_path(recorded_robot(robot, robots, "deliveries", folder))
-
-
 def round_line(one: RecordedRound) -> str:
     """Return a round as one line: local time, who ordered, each place with its outcome, how it ended."""
     who = f"{one.ordered_by}: " if one.ordered_by else ""
     places = ", ".join(f"{display_name(stop.place)} ({_outcome(stop.outcome)})" for stop in one.stops)
-    end = f"until {_local(one.ended)[11:]}; {one.outcome}" if one.ended else "not ended"
+    end = f"until {local_time(one.ended)[11:]}; {one.outcome}" if one.ended else "not ended"
     simulated = " [simulated]" if one.simulated else ""
-    return f"{_local(one.began)}  {who}{places}; {end}{simulated}"
+    return f"{local_time(one.began)}  {who}{places}; {end}{simulated}"
 
 
 def _outcome(text: str) -> str:
     return text or "open"
-
-
-def _local(time: str) -> str:
-    return datetime.fromisoformat(time).astimezone().strftime("%Y-%m-%d %H:%M:%S")
 
 
 def csv_text(rounds: Sequence[RecordedRound]) -> str:

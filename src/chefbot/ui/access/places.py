@@ -54,8 +54,8 @@ class Seating(NamedTuple):
 class ClientPlaces(Generic[C]):
     """Assigns places to clients; times are in seconds of one monotonic clock.
 
-    Whoever gives commands and finds all places taken gets the place of a guest, else of somebody who gave no command
-    for ACTIVE_TIME, from the group that holds the most. Who loses a full place keeps the emergency stop.
+    A client that gives commands and finds all places taken gets the place of a guest, else of a client that gave no
+    command for ACTIVE_TIME, from the group that holds the most. Who loses a full place keeps the emergency stop.
     """
 
     _holders: dict[C, _Holder] = field(default_factory=dict)

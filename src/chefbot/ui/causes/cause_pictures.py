@@ -13,7 +13,7 @@ from starlette.responses import Response
 from chefbot.errors import ChefbotError
 from chefbot.storage.cause_records import CauseRecords, Picture
 from chefbot.ui.access.roles import SEES_RECORDINGS, TITLES, may
-from chefbot.ui.files import SECURITY_HEADERS
+from chefbot.ui.files import SECURITY_HEADERS, plain_text
 
 TYPES: dict[Picture, str] = {"map": "image/png", "camera": "image/jpeg"}
 HEADERS = SECURITY_HEADERS | {"cache-control": "private, max-age=600"}
@@ -29,14 +29,16 @@ class CausePictureEndpoint:
     async def serve(self, request: Request) -> Response:
         """Return a picture; 403 for guests and waiters, 404 if there is none."""
         if not may(request.state.visitor.role, SEES_RECORDINGS):
-            return _plain(
+            return plain_text(
                 f"Pictures of causes are shown with the link of {TITLES[SEES_RECORDINGS]} only.", 403
             )
         number, kind = request.path_params["number"], request.path_params["kind"]
         if kind not in get_args(Picture):
-            return _plain("No such picture.", 404)
+            return plain_text("No such picture.", 404)
         content = await run_in_threadpool(self._read, number, kind)
-        return Response(content, 200, HEADERS, TYPES[kind]) if content else _plain("No such picture.", 404)
+        return (
+            Response(content, 200, HEADERS, TYPES[kind]) if content else plain_text("No such picture.", 404)
+        )
 
     def _read(self, number: int, kind: Picture) -> bytes | None:
         if self._history is None or not self._history.exists() or number >= 1 << 63:
@@ -46,7 +48,3 @@ class CausePictureEndpoint:
                 return records.picture(number, kind)
         except ChefbotError:  # damaged; the device has remarked it already
             return None
-
-
-def _plain(text: str, status: int) -> Response:
-    return Response(text, status, SECURITY_HEADERS, "text/plain")

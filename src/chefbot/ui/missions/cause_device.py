@@ -58,4 +58,4 @@ class CauseDevice(IncidentDevice):
             self._cause_recorder.record(cause, grid, picture)
         except StorageError as error:
             self._warn(str(error))
-            self._cause_recorder = None  # one sentence; the robot goes on without it
+            self._cause_recorder = None  # one sentence; the robot continues without it

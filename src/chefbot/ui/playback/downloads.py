@@ -9,7 +9,7 @@ from starlette.responses import FileResponse, Response
 
 from chefbot.incidents.files import NAME
 from chefbot.ui.access.roles import SEES_RECORDINGS, TITLES, may
-from chefbot.ui.files import SECURITY_HEADERS
+from chefbot.ui.files import SECURITY_HEADERS, plain_text
 
 MCAP = "application/octet-stream"
 
@@ -24,14 +24,10 @@ class IncidentEndpoint:
         """Return a file as a download; 403 for guests and waiters, 404 if there is none of this name."""
         name = request.path_params["name"]
         if not may(request.state.visitor.role, SEES_RECORDINGS):
-            return _plain(
+            return plain_text(
                 f"Incidents can be downloaded with the link of {TITLES[SEES_RECORDINGS]} only.", 403
             )
         path = self._folder / name if self._folder is not None and NAME.match(name) else None
         if path is None or not path.is_file():
-            return _plain("No such incident.", 404)
+            return plain_text("No such incident.", 404)
         return FileResponse(path, headers=SECURITY_HEADERS, media_type=MCAP, filename=name)
-
-
-def _plain(text: str, status: int) -> Response:
-    return Response(text, status, SECURITY_HEADERS, "text/plain")

@@ -68,7 +68,7 @@ export class RoundCard {
     text("eta", [
       drives && tr("{place}: {metres}, about {time}.", { place: title(place), metres: metres(next.distance), time: time(next.time) }),
       home && stops.length > 1 && homeAgain(home),
-      home && (this.stopped || this.value.waits_for === "choice") && tr("The times count from when it goes on."),
+      home && (this.stopped || this.value.waits_for === "choice") && tr("The times count from when it continues."),
     ].filter(Boolean).join(" "));
     let from = drives ? 1 : 0;
     for (const [i, name] of queue.entries()) {

@@ -20,6 +20,7 @@ from chefbot.fleet.keyring import Keyring
 from chefbot.ui import http_limits
 from chefbot.ui.access import listener, page_access
 from chefbot.ui.access.address_limits import MAX_STRANGERS_PER_KNOWN_ADDRESS
+from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.tls import client_context, load_tls
 from chefbot.ui.commands import OperatorCommand, Stop
 from chefbot.ui.remote import web_ui_client
@@ -151,15 +152,14 @@ def test_a_certificate_comes_with_its_key(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_the_start_warns_where_traffic_can_be_read(site: Site) -> None:
-    encrypted = WebUiParams(certificate="fleet", visitors={"anna": "waiter"})
-    lines = page_access.announcement(site.server, encrypted, site.url)
-    assert (
-        "Warning" not in lines and "For anna (waiter): https://" in lines and "For guests: https://" in lines
-    )
-    assert page_access.NOT_ENCRYPTED in page_access.announcement(site.server, WebUiParams(), site.url)
+    encrypted, invitations = WebUiParams(certificate="fleet"), Invitations("desk")
+    lines = page_access.announcement(site.server, encrypted, site.url, invitations)
+    assert "Warning" not in lines and "For guests: https://" in lines
+    plain = page_access.announcement(site.server, WebUiParams(), site.url, invitations)
+    assert page_access.NOT_ENCRYPTED in plain
     local = WebUiServer(0, "127.0.0.1", print)
     url = local.start()
-    assert page_access.announcement(local, WebUiParams(port=0), url) == f"Web UI: {url}"
+    assert page_access.announcement(local, WebUiParams(port=0), url, invitations) == f"Web UI: {url}"
     local.stop()
 
 

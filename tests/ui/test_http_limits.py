@@ -23,7 +23,7 @@ from chefbot.ui.files import static_files
 from chefbot.ui.server import WebUiServer
 
 REFERENCE = re.compile(
-    r"""(?:from ?|import\()["'](\.[\w/.]+)["']|(?:src|href)="([\w.]+)"|: ?"(\./[\w/.]+)\""""
+    r"""(?:from ?|import\(|register\()["'](\.[\w/.]+)["']|(?:src|href)="([\w.]+)"|: ?"(\./[\w/.]+)\""""
 )
 STATIC = resources.files("chefbot.ui") / "static"
 

@@ -140,7 +140,7 @@ def other_sentences() -> Iterator[str]:
     """Yield what the emergency stop, requests and the wait for people say."""
     yield from (text for name, text in vars(stop_latch).items() if name.isupper() and isinstance(text, str))
     yield from (pending_requests.ORDER_UNCONFIRMED, pending_requests.STOP_UNCONFIRMED)
-    yield from (server.ONLY_STOP, roles.ONLY_VIEW)
+    yield from (server.ONLY_STOP, server.REVOKED, roles.ONLY_VIEW)
     yield roles.refusal("waiter", Drive(0.1, 0.0))
     yield from (f"Board: {as_text(motors_off(flag))}" for flag in FAULTS)
     for people in ((), (3,), (3, 4, 5)):

@@ -23,6 +23,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.ui import real_time_factor
+from chefbot.ui.access.identification import Identification
 from chefbot.ui.access.visitors import ENGINEER, TokenKey
 from chefbot.ui.browser import url_for_view
 from chefbot.ui.message_conversion import cost_image, path_points
@@ -37,7 +38,7 @@ TOKEN = KEY.token(ENGINEER)
 
 def get(path: str, host: str, key: TokenKey | None = None, cookie: str = "") -> httpx.Response:
     app = Starlette(routes=[Route("/", lambda _: PlainTextResponse("page"))])
-    guard = RequestGuard(app, ["robot.local"], key)
+    guard = RequestGuard(app, ["robot.local"], ["robot.example.org"], Identification(key) if key else None)
 
     async def send() -> httpx.Response:
         transport = httpx.ASGITransport(app=guard)  # type: ignore[arg-type]
@@ -69,9 +70,17 @@ def test_the_token_of_the_address_becomes_a_cookie() -> None:
 
 
 @pytest.mark.parametrize(
-    ("origin", "passes"), [(None, True), (b"http://localhost", True), (b"http://evil", False)]
+    ("host", "origin", "passes"),
+    [
+        (b"localhost", None, True),
+        (b"localhost", b"http://localhost", True),
+        (b"localhost", b"http://evil", False),
+        (b"localhost", b"https://localhost", False),
+        (b"robot.example.org", b"https://robot.example.org", True),
+        (b"robot.example.org", b"https://evil", False),
+    ],
 )
-def test_a_websocket_of_another_origin_is_closed(origin: bytes | None, passes: bool) -> None:
+def test_a_websocket_of_another_origin_is_closed(host: bytes, origin: bytes | None, passes: bool) -> None:
     events: list[Any] = []
 
     async def app(*_: Any) -> None:
@@ -83,8 +92,9 @@ def test_a_websocket_of_another_origin_is_closed(origin: bytes | None, passes: b
     async def receive() -> Any:
         raise AssertionError("nothing is read")
 
-    headers = [(b"host", b"localhost")] + ([(b"origin", origin)] if origin else [])
-    asyncio.run(RequestGuard(app, [], None)({"type": "websocket", "headers": headers}, receive, send))
+    headers = [(b"host", host)] + ([(b"origin", origin)] if origin else [])
+    guard = RequestGuard(app, [], ["robot.example.org"])
+    asyncio.run(guard({"type": "websocket", "headers": headers}, receive, send))
     assert events == (["app"] if passes else [{"type": "websocket.close", "code": 1008}])
 
 

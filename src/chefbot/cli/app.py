@@ -15,6 +15,7 @@ from chefbot.cli.drive.commands import drive_app
 from chefbot.cli.error_handling import choose_kernel_folder, user_errors_reported
 from chefbot.cli.fleet.commands import fleet_app
 from chefbot.cli.map.commands import map_app
+from chefbot.cli.page.commands import page_app
 from chefbot.cli.robot.commands import robot_app
 from chefbot.cli.run.commands import demo, launch, replay, sim
 from chefbot.cli.run.prove import prove
@@ -88,6 +89,7 @@ app.add_typer(robot_app, name="robot", rich_help_panel=DESIGN)
 app.add_typer(board_app, name="board", rich_help_panel=DESIGN)
 app.add_typer(drive_app, name="drive", rich_help_panel=OPERATE)
 app.add_typer(map_app, name="map", rich_help_panel=OPERATE)
+app.add_typer(page_app, name="page", rich_help_panel=OPERATE)
 app.add_typer(fleet_app, name="fleet", rich_help_panel=OPERATE)
 for name, tool_app in TOOLS.items():
     app.add_typer(tool_app, name=name, rich_help_panel=GRAPH)

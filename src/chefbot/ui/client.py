@@ -23,11 +23,14 @@ BURST = 60.0
 class BrowserConnection:
     """The connection of one browser, which gets what its outbox gives out."""
 
-    def __init__(self, socket: WebSocket, visitor: Visitor, address: str) -> None:
+    def __init__(self, socket: WebSocket, visitor: Visitor, address: str, token: str = "") -> None:
         self.socket = socket
         self.visitor = visitor
         self.address = address
         """IP address of the browser."""
+        self.token = token
+        self.revoked = False
+        """Whether the token was found to be not valid any more."""
         self.only_stop = False
         """Whether it has no full place (see `places`) and gets few layers."""
         self.disconnected = asyncio.Event()

@@ -20,10 +20,12 @@ TYPES = {
     "js": "text/javascript",
     "svg": "image/svg+xml",
     "json": "application/json",
+    "png": "image/png",
 }
 POLICY = (
     "default-src 'none'; script-src 'self'{hashes}; style-src 'self'; connect-src 'self'; "
-    "img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    "img-src 'self' blob: data:; manifest-src 'self'; worker-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 """Content Security Policy of the web UI."""
 SECURITY_HEADERS = {

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import errno
 import ipaddress
 import socket
 import threading
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,11 @@ from starlette.websockets import WebSocket
 
 from chefbot.errors import ChefbotError, UserError, name_hint
 from chefbot.ui.access.address_limits import address_group
+from chefbot.ui.access.addresses import host_names, is_loopback, listening_socket, own_address
 from chefbot.ui.access.audit_log import AuditLog
 from chefbot.ui.access.command_audit import CommandAudit
+from chefbot.ui.access.identification import Identification
+from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.kiosk_lock import KioskLock
 from chefbot.ui.access.listener import GuardedServer
 from chefbot.ui.access.places import MAX_FULL, ClientPlaces
@@ -49,16 +51,17 @@ from chefbot.ui.hub import LayerStore
 from chefbot.ui.layers import LAYERS
 from chefbot.ui.playback.downloads import IncidentEndpoint
 from chefbot.ui.received_pings import ReceivedPings
-from chefbot.ui.request_guard import RequestGuard
+from chefbot.ui.request_guard import COOKIE, RequestGuard
 from chefbot.ui.solids import SolidsEndpoint
 
 TICK = 0.05
 """Period at which changed layers are encoded, s."""
-PORTS_TO_TRY = 20
-"""Number of consecutive ports that are tried."""
 ONLY_STOP = (
     f"{MAX_FULL} other screens are open, so here only STOP works; close one of them and reload this page"
 )
+REVOKED = "This link was revoked, or its role changed; reload this page, or ask for a new link"
+REVOCATION_PERIOD = 1.0
+"""Period at which tokens of connected clients are checked, s."""
 PENALTY = 1.0
 """Time for which a client above the rate limit is ignored before it is disconnected, s, so that it does not
 reconnect at once."""
@@ -76,7 +79,8 @@ class WebUiServer:
     ChefbotError that it raises is sent as a sentence to the browser that sent the command. Bound to a network
     address instead of loopback, the server requires a token that only the URLs of `start` and `url_for` contain.
     `model` generates the robot's solids (GLB); it is called in a thread on the first request. `incidents`: folder
-    whose files managers can download; `history`: file with the causes whose pictures are shown.
+    whose files managers can download; `history`: file with the causes whose pictures are shown. `invitations`:
+    persons with tokens of their own. `names`: host names at which a reverse proxy serves it by https.
     """
 
     def __init__(
@@ -90,6 +94,8 @@ class WebUiServer:
         kiosk_pin: str = "",
         incidents: Path | None = None,
         history: Path | None = None,
+        invitations: Invitations | None = None,
+        names: Collection[str] = (),
     ) -> None:
         self._address = (host, port)
         self._on_command = on_command
@@ -101,22 +107,24 @@ class WebUiServer:
         self._tls = tls
         self._kiosk_lock = KioskLock(kiosk_pin)
         self._pings = ReceivedPings()
-        self._key = None if _is_loopback(host) else TokenKey.from_environment()
+        self._key = None if is_loopback(host) else TokenKey.from_environment()
+        self._identification = Identification(self._key, invitations) if self._key else None
         self._solids = SolidsEndpoint(model)
         self._incidents = IncidentEndpoint(incidents)
         self._cause_pictures = CausePictureEndpoint(history)
         self._uvicorn: Any = None
         self._thread: threading.Thread | None = None
         self._listener: socket.socket | None = None
-        names = {host, *(tls.names if tls else ())}
-        self.app = RequestGuard(self._build_app(), names, self._key)
+        own_names = {host, *host_names(), *(tls.names if tls else ())}
+        cookie = f"{COOKIE}_{invitations.robot}" if invitations else COOKIE
+        self.app = RequestGuard(self._build_app(), own_names, names, self._identification, cookie)
 
     def start(self) -> str:
         """Start the server and return the URL to open. If the port is in use, the next free one of twenty is
         used (0: any)."""
         if self._thread is not None:
             raise UserError("The web UI is already being served; stop it first")
-        self._listener = listener = _listen(*self._address)
+        self._listener = listener = listening_socket(*self._address)
         self._uvicorn = _uvicorn(self.app, self._tls)
         self._thread = threading.Thread(
             target=self._serve, args=(listener,), name="operator page", daemon=True
@@ -178,7 +186,7 @@ class WebUiServer:
         assert self._listener is not None, "it is started"
         host, port = self._listener.getsockname()[:2]
         if ipaddress.ip_address(host).is_unspecified:
-            host = _own_address()
+            host = own_address()
         url_host = f"[{host}]" if ":" in host else host
         scheme = "https" if self._tls else "http"
         return f"{scheme}://{url_host}:{port}/" + (f"?token={self._key.token(visitor)}" if self._key else "")
@@ -187,9 +195,10 @@ class WebUiServer:
         asyncio.run(self._serve_and_publish(listener))
 
     async def _serve_and_publish(self, listener: socket.socket) -> None:
-        publisher = asyncio.create_task(self._publish())
+        jobs = [asyncio.create_task(job) for job in (self._publish(), self._end_revoked())]
         await self._uvicorn.serve(sockets=[listener])
-        publisher.cancel()
+        for job in jobs:
+            job.cancel()
 
     async def _publish(self) -> None:
         """Encode outside the event loop, so that a large map delays neither an emergency stop nor the
@@ -202,12 +211,24 @@ class WebUiServer:
                     client.initialized = True
             await asyncio.sleep(TICK)
 
+    async def _end_revoked(self) -> None:
+        """Leave clients whose token is not valid any more only STOP, and disconnect them at the next check."""
+        while self._identification is not None:
+            await asyncio.sleep(REVOCATION_PERIOD)
+            for client in list(self._clients):
+                if self._identification.visitor(client.token) == client.visitor:
+                    continue
+                if client.revoked:
+                    client.disconnected.set()
+                client.revoked = True
+                client.demote(REVOKED)
+
     async def _live(self, web: WebSocket) -> None:
         """Serve one browser's connection until either side closes it."""
         await web.accept()
         visitor, peer = web.state.visitor, web.state.peer
         peer.leave()  # it has a place of its own from now on
-        client = BrowserConnection(web, visitor, peer.host)
+        client = BrowserConnection(web, visitor, peer.host, web.state.token)
         if (shown := web.query_params.get("layers")) is not None:
             client.show(shown.split(","), ())
         if page := web.query_params.get("page", ""):
@@ -351,46 +372,3 @@ def _uvicorn(app: Any, tls: Tls | None) -> GuardedServer:
     if config.ssl is not None:
         config.ssl.minimum_version = MIN_TLS
     return GuardedServer(config)
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    """Return a listening socket on the first free port from `port` on."""
-    for candidate in range(port, min(port + PORTS_TO_TRY, 65536)):
-        listener = _bind(host, candidate)
-        if listener is not None:
-            return listener
-    raise UserError(
-        f"Ports {port} to {port + PORTS_TO_TRY - 1} of {host} are all in use; choose another port"
-    )
-
-
-def _bind(host: str, port: int) -> socket.socket | None:
-    """Return a listening socket, or None when the port is in use."""
-    try:
-        return socket.create_server((host, port), family=_family(host), backlog=64)
-    except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            return None
-        raise UserError(f"The web UI cannot be served at {host}:{port}: {error.strerror or error}") from None
-
-
-def _family(host: str) -> socket.AddressFamily:
-    return socket.AF_INET6 if ":" in host else socket.AF_INET
-
-
-def _own_address() -> str:
-    """Return this machine's network address (from a UDP socket that sends nothing); loopback without a
-    network."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
-        try:
-            udp.connect(("192.0.2.1", 9))
-        except OSError:
-            return "127.0.0.1"
-        return str(udp.getsockname()[0])
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"

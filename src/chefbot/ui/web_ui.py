@@ -30,8 +30,10 @@ from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
+from chefbot.storage.atomic_files import StorageError
 from chefbot.ui import commands as do
 from chefbot.ui import layers
+from chefbot.ui.access.invitations import Invitations, write_address
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.tls import load_tls
 from chefbot.ui.delivery_view import delivery_view, forecast_views, is_errand, validate_command
@@ -117,6 +119,7 @@ class WebUiDevice(ModelDevice):
         self._diagnostics = RecentDiagnostics()
         tls = load_tls(self.params.certificate)
         p = self.params
+        invitations = Invitations(self.robot.name)
         self._server = WebUiServer(
             p.port,
             p.host,
@@ -127,6 +130,8 @@ class WebUiDevice(ModelDevice):
             p.kiosk_pin,
             incident_folder(),
             history_path(self.robot.name),
+            invitations,
+            p.names,
         )
         self._saves_failures = p.save_failures and not p.simulation
         self._scans = ScanDisplay(self._server.set_layer)
@@ -136,9 +141,18 @@ class WebUiDevice(ModelDevice):
         self._server.set_layer("history", self._open_history(simulated=p.simulation))
         self._server.set_layer("causes", self._open_causes(simulated=p.simulation))
         self.url = self._server.start()
-        self.announcement = announcement(self._server, self.params, self.url)
+        self.announcement = announcement(self._server, self.params, self.url, invitations)
+        if self._server.requires_token:
+            self._note_address()
         self.qr_code = qr_code(self.url) if self._server.requires_token else ""
         self._show_stop()
+
+    def _note_address(self) -> None:
+        """Keep the address for the links of people who are invited."""
+        try:
+            write_address(self.robot.name, self.url.partition("?")[0])
+        except StorageError as error:
+            self._warn(str(error))
 
     def stop(self) -> None:
         """Stop the server and free its port."""

@@ -7,9 +7,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from chefbot.ui.access.visitors import Role
-
-VisitorName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
+HostName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9.-]{1,253}$")]
 
 
 class WebUiParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -22,10 +20,10 @@ class WebUiParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         "127.0.0.1"
     )
     simulation: Annotated[bool, Meta(description="whether to offer boxes, doors and kidnapping")] = False
-    visitors: Annotated[
-        dict[VisitorName, Role],
-        Meta(description="names that get a link of their own on a network, and their roles"),
-    ] = {}
+    names: Annotated[
+        list[HostName],
+        Meta(description="host names at which a reverse proxy serves it by https, as [robot.example.org]"),
+    ] = []
     certificate: Annotated[
         str,
         Meta(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from chefbot.ui.access.visitors import GUEST, Visitor
+from chefbot.storage.atomic_files import StorageError
+from chefbot.ui.access.invitations import Invitations
+from chefbot.ui.access.visitors import GUEST
 from chefbot.ui.browser import url_for_view
 from chefbot.ui.server import WebUiServer
 from chefbot.ui.web_ui_params import WebUiParams
@@ -13,17 +15,22 @@ NOT_ENCRYPTED = (
 )
 
 
-def announcement(server: WebUiServer, params: WebUiParams, url: str) -> str:
-    """Return the lines that the launch prints: the address, and on a network those of further visitors."""
+def announcement(server: WebUiServer, params: WebUiParams, url: str, invitations: Invitations) -> str:
+    """Return the lines that the launch prints: the address, and on a network that of guests and how to invite."""
     lines = [f"Web UI: {url_for_view(url, params.view)}"]
     if params.port not in (0, server.port):
         lines.append(f"Port {params.port} is in use by another program.")
     if server.requires_token:
-        visitors = [GUEST, *(Visitor(name, role) for name, role in params.visitors.items())]
-        lines += [f"For {_display_name(visitor)}: {server.url_for(visitor)}" for visitor in visitors]
+        lines += [f"For guests: {server.url_for(GUEST)}", _invited(invitations)]
         lines += [] if params.certificate else [NOT_ENCRYPTED]
     return "\n  ".join(lines)
 
 
-def _display_name(visitor: Visitor) -> str:
-    return f"{visitor.name} ({visitor.role})" if visitor.name else "guests"
+def _invited(invitations: Invitations) -> str:
+    """Return whose links stay valid over launches, or why nobody's do."""
+    how = f"chefbot page invite NAME --role waiter --robot {invitations.robot}"
+    try:
+        names = ", ".join(f"{person.name} ({person.role})" for person in invitations.people())
+    except StorageError as error:
+        return f"Warning: {error}"
+    return f"Invited: {names}" if names else f"Links for persons that outlast this launch: {how}"

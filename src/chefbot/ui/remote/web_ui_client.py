@@ -165,7 +165,7 @@ def _connect(url: str) -> BlockingWebSocket:
         if error.response.status_code == 403:
             raise UserError(
                 f"the robot at {url} refused the connection: give the complete address with ?token= that it printed "
-                "at its start, or close another browser"
+                "at its start, ask for a new link, or close another browser"
             ) from None
         raise _not_a_robot(url, error) from None
     except ssl.SSLError as error:

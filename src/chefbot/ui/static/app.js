@@ -9,6 +9,7 @@ import { Kiosk } from "./kiosk.js";
 import { Labels } from "./labels.js";
 import { LANGUAGES, choose, language, loadError, tr, translated } from "./language.js";
 import { PAINTERS, QUIET, SWITCHES, arrow, scaleBar } from "./layers.js";
+import { keepOnDevice } from "./offline.js";
 import { Panels } from "./panels.js";
 import { Playback } from "./playback.js";
 import { Link } from "./socket.js";
@@ -270,3 +271,4 @@ $("language").onchange = () => {
 if (loadError) showNotice(loadError, true);
 $("where").onclick = () => { $("where-text").textContent = whereSentence(data); };
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });
+keepOnDevice().catch((error) => console.warn(`not kept on this device: ${error.message}`));

@@ -1,0 +1,55 @@
+"""The commands of `chefbot page`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from chefbot.cli.command_group import new_group
+
+page_app = new_group(
+    "Who may use the web UI of a robot of this computer: links for persons, each with a role, that stay valid until "
+    "they are revoked. A running robot follows at once.",
+    short_help="Web UI: links for persons, valid until they are revoked.",
+)
+_NAME = typer.Argument(help="name of the person or device, as the log of commands shows it")
+_ROLE = typer.Option(
+    help="guest: sees and stops; waiter: delivers; manager: drives anywhere; engineer: everything"
+)
+_ROBOT = typer.Option(
+    help="robot name or file; default: the only one that was served to a network", show_default=False
+)
+_ADDRESS = typer.Option(
+    help="where the person opens the page, as https://robot.example.org; default: where it was served last",
+    show_default=False,
+)
+
+
+@page_app.command("invite")
+def invite(
+    name: Annotated[str, _NAME],
+    role: Annotated[str, _ROLE] = "waiter",
+    robot: Annotated[str, _ROBOT] = "",
+    address: Annotated[str, _ADDRESS] = "",
+) -> None:
+    """Print a link and its QR code for a person; it replaces an older link of the same name."""
+    from chefbot.cli.page.people import invite_person
+
+    invite_person(name, role, robot, address)
+
+
+@page_app.command("people")
+def people(robot: Annotated[str, _ROBOT] = "") -> None:
+    """List who is invited, with role, date and last command."""
+    from chefbot.cli.page.people import print_people
+
+    print_people(robot)
+
+
+@page_app.command("revoke")
+def revoke(name: Annotated[str, _NAME], robot: Annotated[str, _ROBOT] = "") -> None:
+    """Make the link of a person invalid; an open page keeps only STOP and is disconnected within 2 s."""
+    from chefbot.cli.page.people import revoke_person
+
+    revoke_person(name, robot)

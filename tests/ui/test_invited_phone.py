@@ -1,0 +1,80 @@
+"""Tests an invited person's phone: the link is kept, the page opens without the robot, and reports a revoked link."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from tests.support.web_ui import show_a_room
+from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
+
+from chefbot.devices import stop_memory
+from chefbot.ui.access.addresses import host_names
+from chefbot.ui.access.invitations import Invitations
+from chefbot.ui.files import static_files
+from chefbot.ui.server import REVOKED, WebUiServer
+
+NAME = next(name for name in host_names() if name.endswith(".local"))
+"""The name of this computer with which a phone in its network finds it."""
+UP = "!document.body.classList.contains('offline')"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setenv(stop_memory.VARIABLE, str(tmp_path))
+    yield
+
+
+def serve(port: int = 0) -> tuple[WebUiServer, int]:
+    server = WebUiServer(port, "0.0.0.0", lambda *_: None, invitations=Invitations("desk"))
+    show_a_room(server)
+    return server, httpx.URL(server.start()).port or 0
+
+
+def flags(port: int) -> list[str]:
+    """Options with which Chromium finds the name here, and takes it for as safe as https."""
+    safe = f"--unsafely-treat-insecure-origin-as-secure=http://{NAME}:{port}"
+    return [*NO_GPU, f"--host-resolver-rules=MAP {NAME} 127.0.0.1", safe]
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_page_opens_without_the_robot() -> None:
+    server, port = serve()
+    token = Invitations("desk").invite("anna", "waiter")
+    with open_tab(f"http://{NAME}:{port}/?token={token}", flags(port)) as tab:
+        tab.wait_for(f"{UP} && document.body.dataset.role === 'waiter'")
+        tab.wait_for("caches.open('page').then((cache) => cache.match('/')).then(Boolean)")
+        tab.wait_for("caches.open('page').then((cache) => cache.match('/app.js')).then(Boolean)")
+        tab.wait_for("navigator.serviceWorker.ready.then(() => navigator.serviceWorker.controller !== null)")
+        server.stop()
+        tab.reload_by("location.reload()")
+        tab.wait_for("document.getElementById('phase').textContent.includes('Connecting')")
+        tab.click("#stop")
+        tab.wait_for("document.getElementById('stop').textContent.includes('not confirmed')")
+        server, _ = serve(port)
+        tab.wait_for(f"{UP} && document.body.dataset.role === 'waiter'")
+    server.stop()
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_page_reports_a_revoked_link() -> None:
+    server, port = serve()
+    invitations = Invitations("desk")
+    token = invitations.invite("anna", "waiter")
+    with open_tab(f"http://{NAME}:{port}/?token={token}", flags(port)) as tab:
+        tab.wait_for(f"{UP} && document.body.dataset.role === 'waiter'")
+        invitations.revoke("anna")
+        tab.wait_for(f"document.body.textContent.includes({json.dumps(REVOKED)})")
+        tab.wait_for(f"!({UP})")
+    server.stop()
+
+
+def test_the_manifest_names_files_that_are_served() -> None:
+    manifest = json.loads(static_files()["manifest.json"])
+    assert {icon["src"].removeprefix("./") for icon in manifest["icons"]} <= set(static_files())
+    assert manifest["start_url"] == "/" and manifest["display"] == "standalone"

@@ -50,6 +50,16 @@ def volts(driven: Driven) -> float:
     return battery.voltage if isinstance(battery, BatteryState) else 0.0
 
 
+def yaw_rate(driven: Driven) -> float:
+    imu = newest(driven, "imu/data")
+    return imu.angular_velocity.z if isinstance(imu, Imu) else 0.0
+
+
+def echo_range(driven: Driven) -> float:
+    echo = newest(driven, "ultrasonic")
+    return echo.range if isinstance(echo, Range) else 0.0
+
+
 def test_handshake_drive_and_sensor_data(bench: BoardBench, driven: Driven, cable: Cable) -> None:
     """Ticks, yaw rate, battery voltage and range have the values that the bench simulates."""
     bench.apply(lambda board: board.set("echo", 5831))
@@ -61,8 +71,7 @@ def test_handshake_drive_and_sensor_data(bench: BoardBench, driven: Driven, cabl
     driven.turn = 0.05
     driven.until(lambda: driven.ticks > 4000, "ticks")
     expected = 2 * driven.turn / ROBOT.wheels.separation
-    rates = [m.angular_velocity.z for m in driven.received["imu/data"] if isinstance(m, Imu)]
-    assert rates[-1] == pytest.approx(expected, rel=0.1)
+    driven.until(lambda: yaw_rate(driven) == pytest.approx(expected, rel=0.1), "the yaw rate")
     driven.turn = 0.0
     driven.rest()
     driven.until(lambda: bench.wheels.speed == [0.0, 0.0], "standstill")
@@ -72,8 +81,7 @@ def test_handshake_drive_and_sensor_data(bench: BoardBench, driven: Driven, cabl
     driven.until(
         lambda: volts(driven) == pytest.approx(12.5, abs=0.05), "the battery, which the board filters"
     )
-    echo = newest(driven, "ultrasonic")
-    assert isinstance(echo, Range) and echo.range == pytest.approx(1.0, abs=0.01)
+    driven.until(lambda: echo_range(driven) == pytest.approx(1.0, abs=0.01), "the echo")
     driven.until(lambda: "The board is OK." in driven.health, "health")
 
 

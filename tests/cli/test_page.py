@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from chefbot.cli.page.commands import page_app
 from chefbot.cli.page.people import invite_person, print_people, revoke_person
 from chefbot.devices.stop_memory import VARIABLE
 from chefbot.errors import ChefbotError, UserError
@@ -21,6 +22,10 @@ ROBOT = "chefbot_lidar"
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, str(tmp_path))
+
+
+def test_the_group_has_a_command_for_each_step() -> None:
+    assert {command.name for command in page_app.registered_commands} == {"invite", "people", "revoke"}
 
 
 def test_invite_prints_a_link_that_the_robot_accepts(capsys: pytest.CaptureFixture[str]) -> None:

@@ -22,6 +22,7 @@ PLACES = {
     "table_1": (2.0, 0.0, 0.0),
     "table_2": (3.0, 0.0, 0.0),
 }
+LABELS = {"table_2": "窗边 2"}
 STEP = 0.15
 """Duration of a step of a delivery in seconds, longer than the period of the web UI, so that each is sent."""
 
@@ -51,6 +52,7 @@ class FakeRobot:
             thread.join()
 
     def show_places(self) -> None:
+        self.server.set_layer("labels", LABELS)
         self.server.set_layer("places", PLACES)
 
     def show_waiting_for_order(self) -> None:

@@ -12,7 +12,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from chefbot.errors import UserError
-from chefbot.ui.commands import KINDS, NAMES, Deliver, Drive, Goal, OperatorCommand, parse_command
+from chefbot.ui.commands import KINDS, NAMES, Deliver, Drive, Goal, OperatorCommand, PutZone, parse_command
 
 json_values = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=8) | st.sampled_from(NAMES),
@@ -50,8 +50,14 @@ def test_every_command_round_trips_through_json() -> None:
         "note": "a box",
         "time": 12.5,
         "rate": 2.0,
+        "label": "窗边 3",
+        "corners": [(0.0, 0.0), (1.0, 0.0), (1.0, 1.5)],
+        "speed": 0.2,
+        "direction": 1.5,
+        "preview": True,
     }
     for kind in KINDS:
+        samples["kind"] = "keep_out" if kind is PutZone else "room"
         command = kind(**{field: samples[field] for field in kind.__struct_fields__})
         assert parse_command(msgspec.json.encode(command).decode()) == command
 

@@ -19,9 +19,14 @@ RED = pixels(185, 28, 28)
 
 
 def test_zones_are_converted_with_title_and_corners() -> None:
-    message = MapZones(zones=(MapZone("exit", ONE_WAY, CORNERS, 0.0, 1.5),))
+    message = MapZones(zones=(MapZone("one_way_2", ONE_WAY, CORNERS, 0.0, 1.5),))
     expected = ZoneView(
-        title="one-way lane exit", kind="one_way", corners=((3.0, 2.0), (5.0, 2.0), (5.0, 4.0)), direction=1.5
+        title="one-way lane 2",
+        name="one_way_2",
+        kind="one_way",
+        corners=((3.0, 2.0), (5.0, 2.0), (5.0, 4.0)),
+        direction=1.5,
+        speed=0.0,
     )
     assert zone_views(message) == (expected,)
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
+from chefbot.storage.places import find_place
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
 RESPONSE_TIMEOUT = 10.0
@@ -18,6 +21,11 @@ def known_places(robot: WebUiClient) -> dict[str, SE2]:
     """Return the robot's named places with their poses in the map frame; empty if it has none."""
     shown = robot.wait_for("places", LAYER_TIMEOUT) or []
     return {place["name"]: SE2(place["x"], place["y"], place["yaw"]) for place in shown}
+
+
+def find_shown_place(robot: WebUiClient, query: str, places: Collection[str]) -> str:
+    """Return the place that a name, a number or a label refers to. Raises UserError with the closest name."""
+    return find_place(query, places, robot.wait_for("labels", LAYER_TIMEOUT) or {})
 
 
 def failed_goals(robot: WebUiClient) -> int:

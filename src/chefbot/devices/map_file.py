@@ -1,23 +1,26 @@
-"""Map server: publishes a saved map, its named places and its zones."""
+"""Map server: publishes a saved map, its named places and its zones, and changes them."""
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
 
-from chefbot.errors import UserError
+from chefbot.devices.map_editor import MapContent, MapEditor
+from chefbot.errors import ChefbotError, UserError
 from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import OCCUPIED_FROM
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import Place, Places
+from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
 from chefbot.msgs.chefbot_zones import MapZones
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
-from chefbot.runtime.node import Device, Out, topic
+from chefbot.runtime.node import Device, In, Out, topic
+from chefbot.runtime.transform_buffer import TransformError
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import PlaceEntry, load_entries, places_path
 from chefbot.storage.zones import LoadedZones, load_zones, zones_path
@@ -46,19 +49,65 @@ class MapFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class MapFileDevice(Device):
-    """Publishes map, places and zones once, with transient local durability for late-joining subscribers."""
+    """Publishes map, places and zones, with transient local durability for late-joining subscribers.
+
+    A change of places or zones is written beside the map and published at once.
+    """
 
     params: MapFileParams
     map: Out[OccupancyGrid] = topic(latched=True)
     places: Out[Places] = topic(latched=True)
     zones: Out[MapZones] = topic(latched=True)
+    map_edit: In[MapEdit]
+    map_edit_result: Out[MapEditResult] = topic(latched=True)
 
     def start(self) -> None:
         """Read the files now, so that an error aborts the start; publish as soon as the event loop runs."""
         self.read()
         loaded = self._load_zones()
         self._zones, self.announcement = loaded.zones, " ".join(loaded.warnings)
+        self._editor = MapEditor(self._path, self._zones_file(), self._grid, self.robot, self.named)
+        self._edits = ThreadPoolExecutor(1, "map edits")  # in their order
         self.post(self._publish)
+
+    def stop(self) -> None:
+        """Finish the changes that have begun."""
+        super().stop()
+        self._edits.shutdown(cancel_futures=True)
+
+    def on_map_edit(self, edit: MapEdit) -> None:
+        """Apply a change of places and zones; a search for ways and the disk may take a while, so in a thread."""
+        self._edits.submit(self._edit, edit, self._robot_pose())
+
+    def _edit(self, edit: MapEdit, pose: SE2 | None) -> None:
+        """Apply a change, and have the result published."""
+        content, problem, effects = None, "", ""
+        try:
+            if edit.undo:
+                self._editor.undo()
+            else:
+                effects = self._editor.preview(edit, pose)
+            if not (edit.undo or edit.preview):
+                self._editor.apply(edit)
+            content = None if edit.preview else self._editor.content()
+        except ChefbotError as error:
+            problem = str(error)
+        except Exception as error:
+            problem = f"The map server failed: {error!r}"
+        result = MapEditResult(edit.id, content is not None, problem or effects, len(self._editor.versions))
+        self.post(lambda: self._publish_edited(content, result))
+
+    def _publish_edited(self, content: MapContent | None, result: MapEditResult) -> None:
+        if content is not None:
+            self.named, self._zones = content.places, content.zones
+            self._publish_names()
+        self.map_edit_result.publish(result)
+
+    def _robot_pose(self) -> SE2 | None:
+        try:
+            return self.tf.lookup("map", "base_link")
+        except TransformError:
+            return None
 
     def read(self) -> None:
         """Read the files given by the parameters."""
@@ -77,20 +126,26 @@ class MapFileDevice(Device):
 
     def _load_zones(self) -> LoadedZones:
         """Load the given zones file, else the one beside the map, else none."""
-        beside = zones_path(self._path)
-        if not (self.params.zones or beside.exists()):
+        path = self._zones_file()
+        if not (self.params.zones or path.exists()):
             return LoadedZones()
-        path = Path(self.params.zones) if self.params.zones else beside
         places = {name: SE2(entry.x, entry.y, entry.yaw) for name, entry in self.named.items()}
         return load_zones(path, self._grid, places)
 
+    def _zones_file(self) -> Path:
+        return Path(self.params.zones) if self.params.zones else zones_path(self._path)
+
     def _publish(self) -> None:
+        self.map.publish(OccupancyGrid.of(Header.of(self.now_ns, "map"), self._grid))
+        self._publish_names()
+        self.map_edit_result.publish(MapEditResult(undoable=len(self._editor.versions)))
+
+    def _publish_names(self) -> None:
         header = Header.of(self.now_ns, "map")
-        self.map.publish(OccupancyGrid.of(header, self._grid))
         self.places.publish(Places(tuple(_place(header, *named) for named in self.named.items())))
         self.zones.publish(MapZones(header, self._zones))
 
 
 def _place(header: Header, name: str, entry: PlaceEntry) -> Place:
     pose = PoseStamped(header, Pose.of(SE2(entry.x, entry.y, entry.yaw)))
-    return Place(name, pose, entry.xy_tolerance or 0.0, entry.yaw_tolerance or 0.0)
+    return Place(name, pose, entry.xy_tolerance or 0.0, entry.yaw_tolerance or 0.0, entry.label)

@@ -13,6 +13,10 @@ from chefbot.msgs.chefbot_deliveries import RoundForecast as RoundForecast
 from chefbot.msgs.chefbot_deliveries import RoundStop as RoundStop
 from chefbot.msgs.chefbot_people import TrackedPeople as TrackedPeople
 from chefbot.msgs.chefbot_people import TrackedPerson as TrackedPerson
+from chefbot.msgs.chefbot_places import MapEdit as MapEdit
+from chefbot.msgs.chefbot_places import MapEditResult as MapEditResult
+from chefbot.msgs.chefbot_places import Place as Place
+from chefbot.msgs.chefbot_places import Places as Places
 from chefbot.msgs.chefbot_zones import MapZone as MapZone
 from chefbot.msgs.chefbot_zones import MapZones as MapZones
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
@@ -110,23 +114,6 @@ class LocalizationStatus(Message, frozen=True, eq=False):
     std_yaw: Float32 = 0.0
     particles: Uint32 = 0
     description: String = ""
-
-
-class Place(Message, frozen=True, eq=False):
-    """A named pose on the map, and how exactly it has to be reached: m and rad, 0: as any other goal."""
-
-    BOUNDS = per_field(xy_tolerance=(0.0, 1.0), yaw_tolerance=(0.0, 3.15))
-
-    name: String = ""
-    pose: PoseStamped = PoseStamped()
-    xy_tolerance: Float64 = 0.0
-    yaw_tolerance: Float64 = 0.0
-
-
-class Places(Message, frozen=True, eq=False):
-    """All named places on the map."""
-
-    places: tuple[Place, ...] = ()
 
 
 class Order(Message, frozen=True, eq=False):

@@ -1,13 +1,12 @@
 """Named places in a YAML file beside the map: `hotel.places.yaml` beside `hotel.yaml`.
 
 places:
-  table_3: {x: 4.2 m, y: 1.5 m, yaw: 90 deg}
+  table_3: {x: 4.2 m, y: 1.5 m, yaw: 90 deg, label: "窗边 3"}
   dock: {x: 1.0 m, y: 0.2 m, yaw: 0 deg, xy_tolerance: 2 cm, yaw_tolerance: 2 deg}
 """
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -15,31 +14,26 @@ from typing import Annotated
 
 import msgspec
 from msgspec import Meta
-from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
-from ruamel.yaml.error import YAMLError
 
 from chefbot.config import ConfigError, build, parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
 from chefbot.file_kinds import PLACES, check_kind
 from chefbot.maths.se2 import SE2
 from chefbot.robot.quantities import Name
-from chefbot.storage.atomic_files import write_atomic
+from chefbot.storage.commented_yaml import write_section
 
 Coordinate = Annotated[float, Meta(ge=-1e7, le=1e7, extra={"unit": "m"})]
 Heading = Annotated[float, Meta(ge=-7, le=7, extra={"unit": "rad"})]
 PositionTolerance = Annotated[float, Meta(ge=0.01, le=1.0, extra={"unit": "m"})]
 HeadingTolerance = Annotated[float, Meta(ge=0.01, le=3.15, extra={"unit": "rad"})]
-
-
-LINE_WIDTH = 200
-"""Characters up to which a place stays on one line of the file."""
+Label = Annotated[str, Meta(max_length=40)]
 
 
 class PlaceEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A pose in the map frame, and how exactly it has to be reached, in the words of Nav2's goal checker.
 
-    Without tolerances those of the controller hold.
+    Without tolerances those of the controller hold. People see `label`, in any script, instead of the name.
     """
 
     x: Coordinate
@@ -47,6 +41,7 @@ class PlaceEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     yaw: Heading = 0.0
     xy_tolerance: PositionTolerance | None = None
     yaw_tolerance: HeadingTolerance | None = None
+    label: Label = ""
 
 
 class PlacesFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -79,50 +74,54 @@ def load_places(path: Path) -> dict[str, SE2]:
 
 
 def save_places(path: Path, places: Mapping[str, SE2]) -> None:
-    """Write the poses (map frame) into the places file atomically; comments and unchanged places are kept."""
-    yaml = YAML()
-    yaml.width = LINE_WIDTH
-    file, known = _loaded(path, yaml)
-    entries, written = file["places"], {name: _entry(pose) for name, pose in known.items()}
-    for name in [name for name in entries if name not in places]:
-        del entries[name]
-    for name, pose in places.items():
-        if written.get(name) != _entry(pose):
-            entries.setdefault(name, _entry(pose)).update(_entry(pose))
-    stream = io.BytesIO()
-    yaml.dump(file, stream)
-    write_atomic(path, stream.getvalue())
+    """Write the poses (map frame) into the places file as `save_entries` does; labels and tolerances are kept."""
+    known = load_entries(path) if path.is_file() else {}
+    entries = {
+        name: msgspec.structs.replace(known.get(name, entry_of(pose)), x=pose.x, y=pose.y, yaw=pose.yaw)
+        for name, pose in places.items()
+    }
+    save_entries(path, entries)
 
 
-def _loaded(path: Path, yaml: YAML) -> tuple[CommentedMap, dict[str, SE2]]:
-    """Return the content of a places file with its comments, and its poses; empty if there is no file."""
-    if path.is_file():
-        known = load_places(path)
-        try:
-            return yaml.load(path.read_bytes()), known
-        except YAMLError as error:  # it keeps comments, and reads a little less than the loader
-            raise ConfigError(f"places file {path} cannot be changed: {_problem(error)}") from None
-    file = CommentedMap({"places": CommentedMap()})
-    file.yaml_set_start_comment("Named places on the map beside this file; edit freely.")
-    return file, {}
+def save_entries(path: Path, entries: Mapping[str, PlaceEntry]) -> None:
+    """Write the places into the places file atomically; comments and unchanged places are kept."""
+    empty = CommentedMap(places=CommentedMap())
+    empty.yaml_set_start_comment("Named places on the map beside this file; edit freely.")
+    known = load_entries(path) if path.is_file() else {}
+    write_section(path, "places file", "places", _all_fields(entries), _all_fields(known), empty)
 
 
-def _problem(error: YAMLError) -> str:
-    """Return in one line what the parser does not accept, as a tab between two words."""
-    problem, mark = getattr(error, "problem", None), getattr(error, "problem_mark", None)
-    return f"{problem or 'it is not plain YAML'}{f' in line {mark.line + 1}' if mark else ''}"
+def _all_fields(entries: Mapping[str, PlaceEntry]) -> dict[str, CommentedMap]:
+    return {name: _fields(entry) for name, entry in entries.items()}
 
 
-def _entry(pose: SE2) -> CommentedMap:
-    entry = CommentedMap(x=f"{pose.x:.3f} m", y=f"{pose.y:.3f} m", yaw=f"{math.degrees(pose.yaw):.1f} deg")
-    entry.fa.set_flow_style()
-    return entry
+def _fields(entry: PlaceEntry) -> CommentedMap:
+    """Return a place as it is written: rounded, and without what it does not have."""
+    fields = CommentedMap(
+        x=f"{entry.x:.3f} m", y=f"{entry.y:.3f} m", yaw=f"{math.degrees(entry.yaw):.1f} deg"
+    )
+    if entry.xy_tolerance is not None:
+        fields["xy_tolerance"] = f"{entry.xy_tolerance:.3f} m"
+    if entry.yaw_tolerance is not None:
+        fields["yaw_tolerance"] = f"{math.degrees(entry.yaw_tolerance):.1f} deg"
+    if entry.label:
+        fields["label"] = entry.label
+    fields.fa.set_flow_style()
+    return fields
 
 
-def find_place(query: str, places: Collection[str]) -> str:
-    """Return the place that 'kitchen', 'table_3' or just '3' refers to; UserError with the closest name."""
+def find_place(query: str, places: Collection[str], labels: Mapping[str, str] | None = None) -> str:
+    """Return the place that 'kitchen', 'table_3', just '3' or its label refers to; UserError with the closest name.
+
+    labels: label by name, of those that have one.
+    """
     if query in places:
         return query
+    labelled = [name for name, label in (labels or {}).items() if label.casefold() == query.casefold()]
+    if len(labelled) == 1:
+        return labelled[0]
+    if labelled:
+        raise UserError(f"several places are called {query!r}: {', '.join(labelled)}")
     name = f"table_{query}" if query.isdigit() else query.lower().replace(" ", "_")
     if name not in places:
         hint = f" (known: {', '.join(sorted(places))})" if query.isdigit() else name_hint(name, places)

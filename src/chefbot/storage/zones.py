@@ -10,12 +10,14 @@ zones:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from chefbot.config import ConfigError, build, parse_yaml, read_bytes
 from chefbot.file_kinds import ZONES, check_kind
@@ -32,6 +34,7 @@ from chefbot.msgs.chefbot_zones import (
 )
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.robot.quantities import Angle, Name
+from chefbot.storage.commented_yaml import write_section
 from chefbot.storage.places import Coordinate
 from chefbot.zones.contradictions import ZoneError, ZoneReport, check_zones
 
@@ -130,3 +133,28 @@ def _zone(name: str, entry: KeepOutZone | SlowZone | PreferredZone | OneWayLane,
     speed = entry.speed if isinstance(entry, SlowZone) else 0.0
     direction = entry.direction if isinstance(entry, OneWayLane) else 0.0
     return MapZone(name, kind, corners, speed, direction)
+
+
+def save_zones(path: Path, zones: Sequence[MapZone]) -> None:
+    """Write the zones into the zones file atomically; comments and unchanged zones are kept."""
+    empty = CommentedMap(version=VERSION, zones=CommentedMap())
+    empty.yaml_set_start_comment("Zones of the map beside this file; edit freely.")
+    known = load_zones(path).zones if path.is_file() else ()
+    write_section(path, "zones file", "zones", _all_fields(zones), _all_fields(known), empty)
+
+
+def _all_fields(zones: Sequence[MapZone]) -> dict[str, CommentedMap]:
+    return {zone.name: _fields(zone) for zone in zones}
+
+
+def _fields(zone: MapZone) -> CommentedMap:
+    """Return a zone as it is written."""
+    fields = CommentedMap(kind=zone.kind)
+    if zone.kind == SLOW_ZONE:
+        fields["speed"] = f"{zone.speed:.2f} m/s"
+    if zone.kind == ONE_WAY:
+        fields["direction"] = f"{math.degrees(zone.direction):.1f} deg"
+    corners = [CommentedMap(x=f"{corner.x:.3f} m", y=f"{corner.y:.3f} m") for corner in zone.corners]
+    fields["corners"] = CommentedSeq(corners)
+    fields["corners"].fa.set_flow_style()
+    return fields

@@ -26,6 +26,7 @@ When = Literal["", "now", "after", "instead"]
 """When to drive during a delivery round: the round pauses, is completed first, or ends. Empty without a
 round."""
 Id = Annotated[str, msgspec.Meta(max_length=64, description="of one press; the same when it is sent again")]
+EditName = Annotated[str, msgspec.Meta(max_length=64, description="of a place or zone; empty: a new one")]
 Here = Annotated[
     str, msgspec.Meta(max_length=64, description="place that the person saw; empty: wherever it is")
 ]
@@ -150,6 +151,53 @@ class MapSaved(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="ma
     file: Name
 
 
+class PutPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_place"):
+    """Add a place to the map, or change it; without a name it becomes the next one of its kind."""
+
+    x: Metre
+    y: Metre
+    yaw: Angle
+    name: EditName = ""
+    kind: Literal["table", "room", "kitchen", "charger", "pick_up"] = "table"
+    label: Annotated[str, msgspec.Meta(max_length=40, description="what people read; in any script")] = ""
+    id: Id = ""
+
+
+class PutZone(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_zone"):
+    """Add a zone to the map, or change it; without a name it becomes the next one of its kind.
+
+    `preview`: only report what it would do.
+    """
+
+    corners: Annotated[list[tuple[Metre, Metre]], msgspec.Meta(min_length=3, max_length=200)]
+    kind: Literal["keep_out", "slow", "preferred", "one_way"]
+    name: EditName = ""
+    speed: Annotated[float, msgspec.Meta(ge=0.1, le=10.0, description="limit of a slow zone, m/s")] = 0.15
+    direction: Angle = 0.0
+    preview: bool = False
+    id: Id = ""
+
+
+class DeletePlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="delete_place"):
+    """Remove a place from the map."""
+
+    name: Name
+    id: Id = ""
+
+
+class DeleteZone(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="delete_zone"):
+    """Remove a zone from the map."""
+
+    name: Name
+    id: Id = ""
+
+
+class UndoMapEdit(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="undo_map_edit"):
+    """Take the last change of places or zones back."""
+
+    id: Id = ""
+
+
 class SaveIncident(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="save_incident"):
     """Save the last minute as a file for later analysis."""
 
@@ -244,6 +292,7 @@ KINDS = (
         Follow,
         Cancel,
     ),
+    *(PutPlace, DeletePlace, PutZone, DeleteZone, UndoMapEdit),
     *(Stop, Withdraw, Resume, MapSaved, SaveIncident, Playback, Ping, Show, Received, LeaveKiosk, Drive),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
@@ -252,6 +301,7 @@ NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | ShortestOrder | GoPlace
     | Patrol | Follow | Cancel
+    | PutPlace | DeletePlace | PutZone | DeleteZone | UndoMapEdit
     | Stop | Withdraw | Resume | MapSaved | SaveIncident | Playback | Ping | Show | Received | LeaveKiosk | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from chefbot.ui import protocol
+
 WIDTH = 320
 """Maximum width of an image, pixels."""
 QUALITY = 70
@@ -41,3 +43,17 @@ def colorize_depth(depth: NDArray[Any]) -> NDArray[np.uint8]:
     fraction = np.clip((np.where(valid, metres, FAR) - NEAR) / (FAR - NEAR), 0, 1)
     colours = _COLOR_MAP[(fraction * 255).astype(np.uint8)]
     return np.where(valid[:, :, None], colours, np.uint8(0))
+
+
+def shown_image(value: NDArray[Any]) -> NDArray[Any]:
+    """Return a copy of a colour or depth image. Raises TypeError for anything else."""
+    rgb = value.dtype == np.uint8 and value.ndim == 3 and value.shape[2] == 3
+    depth = value.dtype in (np.float32, np.float64, np.uint16) and value.ndim == 2
+    if not (rgb or depth) or value.size == 0:
+        raise TypeError(f"expected RGB uint8 (h, w, 3) or depth (h, w), got {value.dtype} {value.shape}")
+    return value.copy()
+
+
+def encode_image(layer: str, image: NDArray[Any]) -> bytes:
+    """Return the frame of a layer with an image, as JPEG."""
+    return protocol.bulk(layer, {"kind": "jpeg"}, jpeg(image))

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from chefbot.errors import UserError
 from chefbot.incidents.files import SavedIncident
 from chefbot.maths.cell_grid import CellGrid
+from chefbot.msgs.chefbot_msgs import MapEditResult
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import protocol
-from chefbot.ui.image_encoding import jpeg
+from chefbot.ui.image_encoding import encode_image, shown_image
 
 
 class RobotView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -104,13 +105,15 @@ class PersonView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class ZoneView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A zone of the map: its title, its kind as in chefbot_msgs/MapZone, its corners (m) in the map frame, and the
-    direction of a one-way lane (rad)."""
+    """A zone of the map: its title, its kind as in chefbot_msgs/MapZone, its corners (m) in the map frame, the
+    direction of a one-way lane (rad) and the limit of a slow zone (m/s)."""
 
     title: str
+    name: str
     kind: str
     corners: tuple[tuple[float, float], ...]
     direction: float
+    speed: float
 
 
 class DoorView(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -293,6 +296,10 @@ def _places(value: Mapping[str, Sequence[float]]) -> list[dict[str, Any]]:
     return [{"name": str(name), **_pose(pose)} for name, pose in value.items()]
 
 
+def _labels(value: Mapping[str, str]) -> dict[str, str]:
+    return {str(name): str(label) for name, label in value.items()}
+
+
 def _points(columns: int) -> Callable[[Any], NDArray[np.float64]]:
     def take(value: Any) -> NDArray[np.float64]:
         points = value.points() if isinstance(value, ScanView) else np.array(value, np.float64)
@@ -349,18 +356,6 @@ def _grid(dtype: type[np.generic]) -> Callable[[Any], protocol.GridImage]:
     return take
 
 
-def _image(value: NDArray[Any]) -> NDArray[Any]:
-    rgb = value.dtype == np.uint8 and value.ndim == 3 and value.shape[2] == 3
-    depth = value.dtype in (np.float32, np.float64, np.uint16) and value.ndim == 2
-    if not (rgb or depth) or value.size == 0:
-        raise TypeError(f"expected RGB uint8 (h, w, 3) or depth (h, w), got {value.dtype} {value.shape}")
-    return value.copy()
-
-
-def _encode_image(layer: str, image: NDArray[Any]) -> bytes:
-    return protocol.bulk(layer, {"kind": "jpeg"}, jpeg(image))
-
-
 _ENCODE_JSON, _ENCODE_POINTS, _ENCODE_GRID = protocol.text, protocol.points, protocol.grid
 FAST_PERIOD, SCAN_PERIOD, CAMERA_PERIOD, COSTMAP_PERIOD, MAP_PERIOD = 0.1, 0.2, 0.2, 0.5, 1.0
 """Minimum periods of the layers, s."""
@@ -381,9 +376,11 @@ LAYERS: dict[str, Layer] = {
     "local_path": Layer(FAST_PERIOD, _points(2), _ENCODE_POINTS),
     "goal": Layer(FAST_PERIOD, _pose, _ENCODE_JSON),
     "people": Layer(FAST_PERIOD, _tuple_of(PersonView), _ENCODE_JSON),
-    "camera": Layer(CAMERA_PERIOD, _image, _encode_image),
+    "camera": Layer(CAMERA_PERIOD, shown_image, encode_image),
     "status": Layer(FAST_PERIOD, _instance_of(StatusView), _ENCODE_JSON),
     "places": Layer(FAST_PERIOD, _places, _ENCODE_JSON),
+    "labels": Layer(FAST_PERIOD, _labels, _ENCODE_JSON),
+    "edit": Layer(0.0, _instance_of(MapEditResult), _ENCODE_JSON),
     "zones": Layer(MAP_PERIOD, _tuple_of(ZoneView), _ENCODE_JSON),
     "delivery": Layer(FAST_PERIOD, _instance_of(DeliveryView), _ENCODE_JSON),
     "forecast": Layer(FAST_PERIOD, _tuple_of(RoundStopView), _ENCODE_JSON),

@@ -73,9 +73,11 @@ def zone_views(zones: MapZones) -> tuple[ZoneView, ...]:
     return tuple(
         ZoneView(
             title=zone.title,
+            name=zone.name,
             kind=zone.kind,
             corners=tuple((corner.x, corner.y) for corner in zone.corners),
             direction=zone.direction,
+            speed=zone.speed,
         )
         for zone in zones.zones
     )

@@ -16,11 +16,9 @@ from chefbot.msgs.chefbot_msgs import (
     NavigationStatus,
     ObstacleScan,
     Order,
-    Places,
     RoundForecast,
 )
 from chefbot.msgs.chefbot_people import TrackedPeople
-from chefbot.msgs.chefbot_zones import MapZones
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import PoseStamped, PoseWithCovarianceStamped, Twist
 from chefbot.msgs.nav2_msgs import ParticleCloud
@@ -37,6 +35,7 @@ from chefbot.ui.access.invitations import Invitations, write_address
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.tls import load_tls
 from chefbot.ui.delivery_view import delivery_view, forecast_views, is_errand, validate_command
+from chefbot.ui.editing.map_edit_device import MapEditDevice
 from chefbot.ui.message_conversion import (
     RecentDiagnostics,
     clicked_pose,
@@ -44,11 +43,9 @@ from chefbot.ui.message_conversion import (
     door_views,
     path_points,
     people_views,
-    zone_views,
 )
 from chefbot.ui.missions.history_device import history_path
 from chefbot.ui.missions.incident_device import incident_folder
-from chefbot.ui.missions.model_device import ModelDevice
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
@@ -61,7 +58,7 @@ REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
 
 
-class WebUiDevice(ModelDevice):
+class WebUiDevice(MapEditDevice):
     """One web UI for everything; its publications are recorded, so a replay executes the same clicks."""
 
     # A flood may delay the page; remote driving ends by the base's own command timeout, which is shorter.
@@ -84,8 +81,6 @@ class WebUiDevice(ModelDevice):
     navigation_status: In[NavigationStatus]
     delivery_status: In[DeliveryStatus]
     round_forecast: In[RoundForecast]
-    places: In[Places]
-    zones: In[MapZones]
     phase: In[String]
     diagnostics: In[DiagnosticArray]
     emergency_stop: In[Bool]
@@ -109,7 +104,6 @@ class WebUiDevice(ModelDevice):
     def start(self) -> None:
         """Start the server of the web UI."""
         super().start()
-        self._places: dict[str, SE2] = {}
         self._stopped = False
         self._last_status = layers.StatusView()
         self._last_stop = layers.StopView()
@@ -238,15 +232,6 @@ class WebUiDevice(ModelDevice):
     def on_picture(self, message: Image) -> None:
         """Display the latest colour image of the camera."""
         self._server.set_layer("camera", message.pixels)
-
-    def on_places(self, message: Places) -> None:
-        """Display the named places on the map."""
-        self._places = {place.name: place.pose.pose.se2 for place in message.places}
-        self._server.set_layer("places", self._places)
-
-    def on_zones(self, message: MapZones) -> None:
-        """Display the zones of the map."""
-        self._server.set_layer("zones", zone_views(message))
 
     def on_diagnostics(self, message: DiagnosticArray) -> None:
         """Store diagnostics that are not OK, with the time of reception."""
@@ -389,6 +374,8 @@ class WebUiDevice(ModelDevice):
                 self._save_incident(note or self._why_stopped() or self._causes.sentence, who)
             case do.DropBox() | do.Kidnap() | do.OpenDoor() | do.CloseDoor():
                 self._execute_in_simulation(command)
+            case do.PutPlace() | do.DeletePlace() | do.PutZone() | do.DeleteZone() | do.UndoMapEdit():
+                self._execute_map_edit(command)
 
     def _publish_goal(self, pose: SE2, name: str, when: str) -> None:
         if is_errand(when, self._round):

@@ -11,10 +11,15 @@ from rich.console import Console
 
 from chefbot.cli import running_robot
 from chefbot.cli.plural import number_of
-from chefbot.cli.running_robot import await_failure, await_refusal, failed_goals, known_places
+from chefbot.cli.running_robot import (
+    await_failure,
+    await_refusal,
+    failed_goals,
+    find_shown_place,
+    known_places,
+)
 from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN
 from chefbot.errors import UserError
-from chefbot.storage.places import find_place
 from chefbot.ui.commands import Cancel, Follow, Goal, GoPlace, OperatorCommand, Patrol, Resume, Stop, When
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
@@ -51,7 +56,7 @@ def send_patrol(targets: list[str], rounds: int, without_stops: bool, page: str)
         places = known_places(robot)
         if not places:
             raise UserError(f"the robot at {robot.url} has no named places to patrol")
-        names = [find_place(target, places) for target in targets]
+        names = [find_shown_place(robot, target, places) for target in targets]
         robot.send(Patrol(names, rounds, without_stops))
         await_refusal(robot)
     often = "until `chefbot drive cancel`" if rounds == 0 else f"in {number_of(rounds, 'round')}"
@@ -75,7 +80,7 @@ def _goal(target: list[str], robot: WebUiClient, when: When) -> OperatorCommand:
             raise UserError(
                 f"the robot at {robot.url} has no named places; give a pose X Y [YAW], in m and degrees"
             )
-        return GoPlace(find_place(" ".join(target), places), when)
+        return GoPlace(find_shown_place(robot, " ".join(target), places), when)
     if not all(map(math.isfinite, numbers)):
         raise UserError(f"a pose needs finite numbers, X Y [YAW] in m and degrees; got {' '.join(target)}")
     if len(numbers) > 3:

@@ -11,9 +11,8 @@ from chefbot.causes.reports import STOP
 from chefbot.causes.sentences import EFFECT_NAMES
 from chefbot.cli import running_robot
 from chefbot.cli.parameters import WEB_UI
-from chefbot.cli.running_robot import await_refusal, known_places
+from chefbot.cli.running_robot import await_refusal, find_shown_place, known_places
 from chefbot.errors import UserError
-from chefbot.storage.places import find_place
 from chefbot.ui.commands import Choose, Deliver, Loaded, NotTaken, OperatorCommand, Taken
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
@@ -43,7 +42,7 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
                 f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo` with a map "
                 "that has a file of named places beside it"
             )
-        names = [find_place(table, places) for table in tables]
+        names = [find_shown_place(robot, table, places) for table in tables]
         robot.send(Deliver(names))
         if wait:
             return _follow_delivery(robot, names)

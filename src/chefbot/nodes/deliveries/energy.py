@@ -75,6 +75,9 @@ class DeliveryEnergyNode(Node):
     def _poses(self) -> dict[str, PoseStamped]:
         return {place.name: place.pose for place in self.places.last.places} if self.places.last else {}
 
+    def _labels(self) -> dict[str, str]:
+        return {place.name: place.label for place in self.places.last.places} if self.places.last else {}
+
     def _route_lengths(self) -> RouteLengths | None:
         if self._routes is None and self.map.last is not None:
             costs = LayeredCostmap(

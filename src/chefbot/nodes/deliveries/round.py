@@ -124,7 +124,7 @@ class DeliveryRoundNode(DeliveryEnergyNode):
         places = self._poses()
         for place in (self.params.kitchen, self.params.home):
             find_place(place, places)
-        return tuple(find_place(name, places) for name in names)
+        return tuple(find_place(name, places, self._labels()) for name in names)
 
     async def _press_after(self, press: ButtonPress) -> None:
         await self.sleep(press.seconds)

@@ -66,10 +66,14 @@ class WaypointFollowerNode(MissionNode):
 
     def _poses_of(self, names: Sequence[str]) -> tuple[PoseStamped, ...]:
         """Return the poses of places; UserError if one is missing."""
-        places = {place.name: place.pose for place in self.places.last.places} if self.places.last else {}
+        known = self.places.last.places if self.places.last else ()
+        places, labels = (
+            {place.name: place.pose for place in known},
+            {place.name: place.label for place in known},
+        )
         if not names:
             raise UserError("it has no places")
-        return tuple(places[find_place(name, places)] for name in names)
+        return tuple(places[find_place(name, places, labels)] for name in names)
 
     async def on_follow_waypoints(
         self, goal: nav2.FollowWaypoints_Goal, feedback: Callable[[nav2.FollowWaypoints_Feedback], None]

@@ -20,10 +20,11 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
         ),
         "waiter",
     ),
-    # 3. To drive anywhere, and to see and keep what happened.
+    # 3. To drive anywhere, to change the map, and to see and keep what happened.
     **dict.fromkeys(
         (
             do.Goal, do.Patrol, do.Follow, do.Drive, do.InitialPose, do.MapSaved, do.SaveIncident, do.Playback,
+            do.PutPlace, do.DeletePlace, do.PutZone, do.DeleteZone, do.UndoMapEdit,
         ),
         "manager",
     ),

@@ -7,8 +7,9 @@ import { knownArea } from "./grids.js";
 import { Incidents } from "./incidents.js";
 import { Kiosk } from "./kiosk.js";
 import { Labels } from "./labels.js";
-import { LANGUAGES, choose, language, loadError, tr, translated } from "./language.js";
+import { LANGUAGES, choose, language, loadError, setLabels, tr, translated } from "./language.js";
 import { PAINTERS, QUIET, SWITCHES, arrow, scaleBar } from "./layers.js";
+import { MapEdit } from "./map_edit.js";
 import { keepOnDevice } from "./offline.js";
 import { Panels } from "./panels.js";
 import { Playback } from "./playback.js";
@@ -22,7 +23,7 @@ import { whereSentence } from "./where.js";
 const STALE = 2000;                      // milliseconds without data before the page reports it
 const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
-const NEEDED = ["shape", "map", "robot", "goal", "places", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback"];
+const NEEDED = ["shape", "map", "robot", "goal", "labels", "places", "zones", "edit", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback"];
 const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
 const OF_THE_ROBOT = new Set(["stop", "shape", ...SOLID_LAYERS]);        // the same after a restart
 const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
@@ -45,6 +46,7 @@ const incidents = new Incidents(send);
 const playback = new Playback(send);
 const alerts = new Alerts($("alerts"));
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
+const mapEdit = new MapEdit(send, (tool) => tools.choose(tool), () => data.get("robot"), () => view.refresh());
 solid = new Solid({
   data, hidden, tools, showNotice, following: () => following,
   turned: (on) => { panels.open(on ? "model-panel" : "serve"); link.show(); },
@@ -68,6 +70,7 @@ function send(command) {
 kiosk = new Kiosk(send, () => link.show());
 
 function gesture(command) {
+  if (command.do === "place" || command.do === "corner") return mapEdit.pressed(command);
   return command.do === "goal" ? panels.round.go(command, tr("this point")) : send(command);
 }
 
@@ -80,6 +83,7 @@ function paint(context) {
     const value = shown.get(layer) ?? data.get(layer);
     if (value && !hidden.has(layer)) painter(context, view, value, data);
   }
+  mapEdit.paint(context, view);
   if (tools.drag && tools.view === view) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
   scaleBar(context, view, NARROW.matches ? 62 : 18);
   const moving = data.get("path") && !hidden.has("path") && !STILL.matches;
@@ -150,7 +154,10 @@ const HANDLERS = {
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
   status: (value) => { panels.status(value); alerts.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
-  places: (value) => panels.places(value ?? []),
+  labels: (value) => { setLabels(value ?? {}); mapEdit.labels = value ?? {}; panels.relabel(data.get("places") ?? []); mapEdit.showPlaces(data.get("places") ?? []); },
+  places: (value) => { panels.places(value ?? []); mapEdit.showPlaces(value ?? []); },
+  zones: (value) => mapEdit.showZones(value),
+  edit: (value) => mapEdit.answer(value),
   delivery: (value) => { panels.delivery(value); kiosk.show(value); alerts.delivery(value); reportLostRound(value); },
   forecast: (value) => panels.round.showForecast(value ?? []),
   history: (value) => panels.round.showHistory(value ?? []),
@@ -220,7 +227,7 @@ link.addEventListener("age", ({ detail }) => {
   $("age").hidden = !link.open || detail < OLD;
   $("age").textContent = tr("What you see is {seconds} s old.", { seconds: (detail / 1000).toFixed(1) });
 });
-link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); kiosk.refused(detail); showNotice(translated(detail)); });
+link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); kiosk.refused(detail); mapEdit.refused(translated(detail)); showNotice(translated(detail)); });
 link.addEventListener("done", ({ detail }) => kiosk.done(detail));
 
 function showNotice(sentence, stays = false) {

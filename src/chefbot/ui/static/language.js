@@ -14,6 +14,7 @@ export let loadError = "";
 const { page, robot, names } = language === "en" ? { page: {}, robot: {}, names: {} } : await load();
 const sentences = patterns(robot, (name) => (LONG.has(name) ? ".+" : "(?:(?![.?!;] ).)+"));
 const namePatterns = patterns(names, () => "\\S+");
+let labels = {}, labelled = null;        // what the owner calls places, by name; the names in a sentence
 
 // A text of the page, with values in place of its {names}.
 export function tr(message, values = {}) {
@@ -22,12 +23,21 @@ export function tr(message, values = {}) {
 
 // A sentence of the robot, or several; one that the catalogue does not have stays English.
 export function translated(text, depth = DEPTH) {
+  if (labelled && text && depth === DEPTH) text = text.replace(labelled, (name) => labels[name.toLowerCase().replace(/ /g, "_")]);
   if (!text || language === "en" || text.length > LONGEST) return text;
   return sentence(text, depth) ?? text.split(/(?<=[.?!])\s+/).map((one) => sentence(one, depth) ?? one).join(" ");
 }
 
-// The name of a place for the reader: table_3 is "Table 3", or "Tisch 3".
+// Take the labels of places, which the reader sees instead of their names.
+export function setLabels(value) {
+  labels = value;
+  const known = Object.keys(value).sort((a, b) => b.length - a.length).map((name) => name.replace(/_/g, "[_ ]"));
+  labelled = known.length ? new RegExp(`\\b(?:${known.join("|")})\\b`, "gi") : null;
+}
+
+// The name of a place for the reader: table_3 is "Table 3", or "Tisch 3", unless it has a label.
 export function title(name) {
+  if (Object.hasOwn(labels, name)) return labels[name];
   const text = capital(name.replace(/_/g, " "));
   return matched(text, namePatterns, 0) ?? text;
 }

@@ -36,6 +36,7 @@ export class Panels {
       tab.setAttribute("aria-selected", String(tab.dataset.tab === name));
       tab.tabIndex = tab.dataset.tab === name ? 0 : -1;
     }
+    if (name === "edit-map") $("edit-box").open = true;
     for (const panel of document.querySelectorAll(".panel")) panel.classList.toggle("shown", panel.id === name);
     this.plot.draw();
   }
@@ -73,6 +74,12 @@ export class Panels {
     $("places").replaceChildren(...list.filter((place) => !isTable(place))
       .map(({ name }) => button(title(name), name, () => this.round.go({ do: "go_place", name }, title(name)))));
     this.choose(this.chosen.filter((name) => list.some((place) => place.name === name)));
+  }
+
+  // The same places may have other labels now.
+  relabel(list) {
+    this.names = "";
+    this.places(list);
   }
 
   toggle(name) {

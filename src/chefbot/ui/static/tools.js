@@ -9,6 +9,8 @@ export const TOOLS = [
   { id: "initial_pose", label: tr("I am here"), hint: tr("Press the robot's position and drag in its direction.") },
   { id: "drop_box", label: tr("Box"), hint: tr("Press the position of the box."), simulation: true },
   { id: "kidnap", label: tr("Kidnap"), hint: tr("Press the new position of the robot and drag in its new direction."), simulation: true },
+  { id: "place", label: "", hint: tr("Press the position of the place and drag in the direction in which the robot shall stand."), panel: true },
+  { id: "corner", label: "", hint: tr("Press the corners of the zone one after the other."), panel: true, stays: true },
 ];
 const SHORT = 12;                        // pixels: a drag shorter than this has no direction
 
@@ -40,7 +42,7 @@ export class Tools {
       button.textContent = tool.label;
       button.setAttribute("role", "radio");
       button.dataset.tool = tool.id;
-      button.hidden = Boolean(tool.simulation);
+      button.hidden = Boolean(tool.simulation || tool.panel);    // a panel chooses its tools itself
       button.onclick = () => this.choose(tool.id);
       box.append(button);
       return button;
@@ -104,7 +106,8 @@ export class Tools {
     const pose = this.pose();
     const command = this.tool.id === "drop_box" ? { x: pose.x, y: pose.y } : pose;
     this.send({ do: this.tool.id, ...command });
-    this.choose("look");
+    if (!this.tool.stays) this.choose("look");
+    this.drag = null;
   }
 
   abandon(event) {

@@ -1,0 +1,68 @@
+"""Versions of the files beside a map: each change keeps what was there before, so that it can be taken back."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+from chefbot.storage.atomic_files import os_errors_as_storage_errors, write_atomic
+
+MAX_VERSIONS = 50
+"""Number of versions that are kept, the newest."""
+
+
+class MapVersions:
+    """Keeps copies of `files` in numbered folders of `folder`; a file that did not exist has no copy."""
+
+    def __init__(self, folder: Path, files: Sequence[Path]) -> None:
+        self._folder, self._files = folder, files
+
+    def __len__(self) -> int:
+        return len(self._numbers())
+
+    def keep(self) -> None:
+        """Copy the files before a change. Raises StorageError if that fails; the change should not happen then."""
+        numbers = self._numbers()
+        version = self._folder / f"{max(numbers, default=0) + 1:06d}"
+        incomplete = self._folder / "incomplete"  # a version that lacks a file would delete it
+        with os_errors_as_storage_errors(self._folder):
+            if incomplete.exists():
+                shutil.rmtree(incomplete)
+            incomplete.mkdir(parents=True)
+            for file in self._files:
+                if file.is_file():
+                    write_atomic(incomplete / file.name, file.read_bytes())
+            incomplete.rename(version)
+        for number in numbers[: len(numbers) + 1 - MAX_VERSIONS]:
+            self._remove(number)
+
+    def restore(self) -> bool:
+        """Bring the newest version back and forget it; False if there is none."""
+        numbers = self._numbers()
+        if not numbers:
+            return False
+        version = self._folder / f"{numbers[-1]:06d}"
+        for file in self._files:
+            with os_errors_as_storage_errors(file):
+                if (version / file.name).is_file():
+                    write_atomic(file, (version / file.name).read_bytes())
+                else:
+                    file.unlink(missing_ok=True)
+        self._remove(numbers[-1])
+        return True
+
+    def forget_newest(self) -> None:
+        """Remove the newest version, after a change that did not happen."""
+        for number in self._numbers()[-1:]:
+            self._remove(number)
+
+    def _remove(self, number: int) -> None:
+        version = self._folder / f"{number:06d}"
+        with os_errors_as_storage_errors(version):
+            shutil.rmtree(version)
+
+    def _numbers(self) -> list[int]:
+        if not self._folder.is_dir():
+            return []
+        return sorted(int(path.name) for path in self._folder.iterdir() if path.name.isdecimal())

@@ -1,0 +1,1 @@
+"""Changes of the places and zones of the map on the page."""

@@ -1,0 +1,75 @@
+"""Base of the web UI's device: places and zones of the map, and their changes by an operator."""
+
+from __future__ import annotations
+
+from itertools import count
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
+from chefbot.msgs.chefbot_zones import MapZone, MapZones
+from chefbot.msgs.geometry_msgs import Point
+from chefbot.runtime.node import In, Out
+from chefbot.ui import commands as do
+from chefbot.ui.message_conversion import zone_views
+from chefbot.ui.missions.model_device import ModelDevice
+
+AnyEdit = do.PutPlace | do.DeletePlace | do.PutZone | do.DeleteZone | do.UndoMapEdit
+
+
+class MapEditDevice(ModelDevice):
+    """Displays places and zones, and passes changes on to the map server, which reports what became of them."""
+
+    places: In[Places]
+    zones: In[MapZones]
+    map_edit_result: In[MapEditResult]
+    map_edit: Out[MapEdit]
+
+    def start(self) -> None:
+        """Start without places, until the first message."""
+        super().start()
+        self._places: dict[str, SE2] = {}
+
+    def on_places(self, message: Places) -> None:
+        """Display the named places on the map."""
+        self._places = {place.name: place.pose.pose.se2 for place in message.places}
+        self._server.set_layer("labels", {place.name: place.label for place in message.places if place.label})
+        self._server.set_layer("places", self._places)
+
+    def on_zones(self, message: MapZones) -> None:
+        """Display the zones of the map."""
+        self._server.set_layer("zones", zone_views(message))
+
+    def on_map_edit_result(self, result: MapEditResult) -> None:
+        """Display what became of a change of the map."""
+        self._server.set_layer("edit", result)
+
+    def _execute_map_edit(self, command: AnyEdit) -> None:
+        match command:
+            case do.PutPlace(x, y, yaw, name, kind, label):
+                place = Place(
+                    name or self._new_place(kind), self._stamped(SE2(x, y, yaw)), label=label.strip()
+                )
+                edit = MapEdit(command.id, places=(place,))
+            case do.PutZone(preview=preview):
+                edit = MapEdit(command.id, zones=(self._zone(command),), preview=preview)
+            case do.DeletePlace(name):
+                edit = MapEdit(command.id, deleted_places=(name,))
+            case do.DeleteZone(name):
+                edit = MapEdit(command.id, deleted_zones=(name,))
+            case do.UndoMapEdit():
+                edit = MapEdit(command.id, undo=True)
+        self.map_edit.publish(edit)
+
+    def _new_place(self, kind: str) -> str:
+        """Return the first free name of a kind; a map has one kitchen as a rule."""
+        if kind == "kitchen" and kind not in self._places:
+            return kind
+        return next(name for number in count(1) if (name := f"{kind}_{number}") not in self._places)
+
+    def _zone(self, command: do.PutZone) -> MapZone:
+        corners = tuple(Point(x, y, 0.0) for x, y in command.corners)
+        known = {zone.name for zone in self.zones.last.zones} if self.zones.last else set()
+        new = next(name for number in count(1) if (name := f"{command.kind}_{number}") not in known)
+        speed = command.speed if command.kind == "slow" else 0.0
+        direction = command.direction if command.kind == "one_way" else 0.0
+        return MapZone(command.name or new, command.kind, corners, speed, direction)

@@ -1,0 +1,185 @@
+// Places and zones of the map, changed by pressing on it: a form for the one that is selected, and the robot's answer.
+import { COLOURS } from "./colours.js";
+import { title, tr, translated } from "./language.js";
+import { arrow } from "./layers.js";
+
+const $ = (id) => document.getElementById(id);
+const PREVIEW_DELAY = 400;               // milliseconds without a change before the robot previews it
+const DEGREE = Math.PI / 180;
+
+export class MapEdit {
+  // `choose(tool)` selects a tool of the map; `robot()` is where the robot is; `changed()` draws the map again.
+  constructor(send, choose, robot, changed) {
+    Object.assign(this, { send, choose, robot, changed });
+    this.places = this.zones = [];
+    this.place = this.zone = null;       // what is being changed; a new one has no name
+    this.sent = 0;
+    this.saving = this.previewing = "";  // ids of requests whose answers are expected
+    this.wire();
+  }
+
+  wire() {
+    $("place-new").onclick = () => this.startPlace();
+    $("place-here").onclick = () => { if (this.robot()) this.openPlace({ ...this.robot(), name: "" }); };
+    $("place-move").onclick = () => this.choose("place");
+    $("place-delete").onclick = () => this.save({ do: "delete_place", name: this.place.name });
+    $("place-cancel").onclick = $("zone-cancel").onclick = () => this.close();
+    $("place-form").onsubmit = (event) => { event.preventDefault(); this.savePlace(); };
+    $("zone-new").onclick = () => this.openZone({ name: "", kind: "keep_out", corners: [], speed: 0.15, direction: 0 });
+    $("zone-back").onclick = () => { this.zone.corners.pop(); this.cornersChanged(); };
+    $("zone-delete").onclick = () => this.save({ do: "delete_zone", name: this.zone.name });
+    $("zone-form").onsubmit = (event) => { event.preventDefault(); this.save(this.zoneCommand()); };
+    for (const id of ["zone-kind", "zone-speed", "zone-direction"]) $(id).oninput = () => this.fieldsChanged();
+    $("undo-edit").onclick = () => this.save({ do: "undo_map_edit" });
+  }
+
+  showPlaces(list) {
+    this.places = list;
+    const button = (place) => this.item(title(place.name), () => this.openPlace({ ...place }));
+    $("place-list").replaceChildren(...list.map(button));
+  }
+
+  // The map server publishes zones, perhaps none; without it, as while mapping, there is no map to change.
+  showZones(list) {
+    $("edit-map").hidden = $("edit-tab").hidden = !list;
+    this.zones = list ?? [];
+    const button = (zone) => this.item(title(zone.title), () => this.openZone({ ...zone, corners: zone.corners.map((corner) => [...corner]) }));
+    $("zone-list").replaceChildren(...this.zones.map(button));
+  }
+
+  item(text, action) {
+    const item = document.createElement("li"), button = document.createElement("button");
+    button.textContent = text;
+    button.onclick = action;
+    item.append(button);
+    return item;
+  }
+
+  startPlace() {
+    this.close();
+    this.choose("place");
+  }
+
+  // The operator has pressed a pose on the map.
+  pressed({ do: tool, x, y, yaw }) {
+    if (tool === "corner") {
+      if (this.zone.corners.length === this.zone.from) this.zone.corners = this.zone.from ? [] : this.zone.corners;
+      this.zone.from = -1;
+      this.zone.corners.push([x, y]);
+      this.cornersChanged();
+    } else if (this.place) Object.assign(this.place, { x, y, yaw });
+    else this.openPlace({ name: "", x, y, yaw });
+    this.changed();
+  }
+
+  openPlace(place) {
+    this.close();
+    this.place = place;
+    $("edit-note").textContent = "";
+    $("place-form").hidden = false;
+    $("place-kind").parentElement.hidden = Boolean(place.name);
+    $("place-delete").hidden = !place.name;
+    $("place-label").value = place.name ? title(place.name) : "";
+    this.changed();
+  }
+
+  savePlace() {
+    const { name, x, y, yaw } = this.place, label = $("place-label").value.trim();
+    const plain = name && label === title(name) && !this.hasLabel(name);    // the name itself is no label
+    this.save({ do: "put_place", name, x, y, yaw, kind: $("place-kind").value, label: plain ? "" : label });
+  }
+
+  hasLabel(name) { return Object.hasOwn(this.labels ?? {}, name); }
+
+  // Pressing a corner of a zone that exists replaces its old corners.
+  openZone(zone) {
+    this.close();
+    this.zone = { ...zone, from: zone.corners.length || -1 };
+    $("edit-note").textContent = $("zone-effects").textContent = "";
+    $("zone-form").hidden = false;
+    $("zone-kind").value = zone.kind;
+    $("zone-speed").value = zone.speed || 0.15;
+    $("zone-direction").value = Math.round(zone.direction / DEGREE);
+    $("zone-delete").hidden = !zone.name;
+    this.choose("corner");
+    this.fieldsChanged();
+  }
+
+  fieldsChanged() {
+    const kind = $("zone-kind").value;
+    $("zone-speed-row").hidden = kind !== "slow";
+    $("zone-direction-row").hidden = kind !== "one_way";
+    this.cornersChanged();
+  }
+
+  cornersChanged() {
+    const enough = this.zone.corners.length >= 3;
+    $("zone-save").disabled = !enough;
+    $("zone-back").disabled = !this.zone.corners.length;
+    $("zone-effects").textContent = enough ? "" : tr("A zone has three corners or more.");
+    clearTimeout(this.timer);
+    if (enough) this.timer = setTimeout(() => this.preview(), PREVIEW_DELAY);
+    this.changed();
+  }
+
+  preview() {
+    if (!this.zone) return;
+    this.previewing = this.nextId();
+    this.send({ ...this.zoneCommand(), preview: true, id: this.previewing });
+  }
+
+  zoneCommand() {
+    const direction = Number($("zone-direction").value) * DEGREE;
+    return {
+      do: "put_zone", name: this.zone.name, kind: $("zone-kind").value, corners: this.zone.corners,
+      speed: Number($("zone-speed").value), direction: Math.atan2(Math.sin(direction), Math.cos(direction)),
+    };
+  }
+
+  save(command) {
+    this.saving = this.nextId();
+    if (this.send({ ...command, id: this.saving })) $("edit-note").textContent = tr("Saving …");
+  }
+
+  nextId() { return `${Date.now()}-${++this.sent}`; }
+
+  // What became of a change, perhaps of another page's.
+  answer(result) {
+    if (!result) return;
+    $("undo-edit").disabled = !result.undoable;
+    const text = translated(result.description);
+    if (result.id && result.id === this.previewing) $("zone-effects").textContent = text || tr("No place is cut off.");
+    if (!result.id || result.id !== this.saving) return;
+    this.saving = "";
+    if (result.applied) this.close();
+    $("edit-note").textContent = result.applied ? `${tr("Saved.")} ${text}` : text;
+  }
+
+  refused(sentence) {
+    if (this.saving) $("edit-note").textContent = sentence;
+    this.saving = "";
+  }
+
+  close() {
+    this.place = this.zone = null;
+    clearTimeout(this.timer);
+    $("place-form").hidden = $("zone-form").hidden = true;
+    this.choose("look");
+    this.changed();
+  }
+
+  paint(context, view) {
+    if (this.place) arrow(context, view, this.place, COLOURS.places(), Math.max(34, 0.7 * view.scale));
+    if (!this.zone) return;
+    const corners = this.zone.corners.map(([x, y]) => view.px(x, y));
+    context.save();
+    context.strokeStyle = context.fillStyle = COLOURS.goal();
+    context.lineWidth = 2;
+    context.beginPath();
+    for (const corner of corners) context.lineTo(...corner);
+    context.closePath();
+    context.stroke();
+    for (const [x, y] of corners) context.fillRect(x - 4, y - 4, 8, 8);
+    context.restore();
+  }
+}

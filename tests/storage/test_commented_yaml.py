@@ -1,0 +1,40 @@
+"""Tests that changed YAML files keep what a person wrote."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from ruamel.yaml.comments import CommentedMap
+
+from chefbot.config import ConfigError
+from chefbot.storage.commented_yaml import write_section
+
+
+def written(path: Path, entries: dict[str, dict[str, str]], known: dict[str, dict[str, str]]) -> str:
+    as_yaml = {name: CommentedMap(entry) for name, entry in entries.items()}
+    before = {name: CommentedMap(entry) for name, entry in known.items()}
+    write_section(path, "test file", "things", as_yaml, before, CommentedMap(things=CommentedMap()))
+    return path.read_text()
+
+
+def test_a_new_file_has_the_entries(tmp_path: Path) -> None:
+    assert written(tmp_path / "a.yaml", {"a": {"x": "1 m"}}, {}) == "things:\n  a:\n    x: 1 m\n"
+
+
+def test_comments_and_unchanged_entries_stay_as_they_are(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text(
+        "# mine\nother: 1\nthings:\n  a: {x: 100 cm}   # the first\n  b: {x: 2 m, y: 1 m}\n  c: {x: 3 m}\n"
+    )
+    known = {"a": {"x": "1 m"}, "b": {"x": "2 m", "y": "1 m"}, "c": {"x": "3 m"}}
+    text = written(path, {"a": {"x": "1 m"}, "b": {"x": "5 m"}}, known)
+    assert text == head + "  b: {x: 5 m}\n"
+
+
+def test_a_file_that_cannot_be_changed_is_named_and_kept(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("things:\n  a: {x: 1 m\n")
+    with pytest.raises(ConfigError, match=r"test file .*a\.yaml cannot be changed: .* in line"):
+        written(path, {}, {})
+    assert path.read_text() == "things:\n  a: {x: 1 m\n"

@@ -1,0 +1,148 @@
+"""Tests that places and zones are changed by pressing on the map, with the robot's answer shown."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from tests.support.web_ui import show_a_room
+from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
+
+from chefbot.msgs.chefbot_msgs import MapEditResult
+from chefbot.msgs.chefbot_zones import KEEP_OUT, MapZone, MapZones
+from chefbot.msgs.geometry_msgs import Point
+from chefbot.ui import commands as do
+from chefbot.ui.message_conversion import zone_views
+
+UP = "!document.body.classList.contains('offline')"
+OPEN = "document.getElementById('edit-tab').click()"
+STAIRS = MapZone("stairs", KEEP_OUT, tuple(Point(x, y, 0.0) for x, y in ((3.0, 2.0), (5.0, 2.0), (5.0, 4.0))))
+
+
+def text_of(name: str) -> str:
+    return f"document.getElementById('{name}').textContent"
+
+
+@pytest.fixture
+def edited(page: Any) -> Any:
+    """A page with a map that can be changed."""
+    show_a_room(page.server)
+    page.server.set_layer("labels", {"table_2": "窗边 二"})
+    page.server.set_layer("zones", zone_views(MapZones(zones=(STAIRS,))))
+    page.server.set_layer("edit", MapEditResult(undoable=1))
+    return page
+
+
+def opened(tab: Tab) -> None:
+    tab.wait_for(f"{UP} && !document.getElementById('edit-tab').hidden")
+    tab.evaluate("document.getElementById('fit').click()")
+    tab.evaluate(OPEN)
+
+
+def press(tab: Tab, x: float, y: float, to: tuple[float, float] | None = None) -> None:
+    """Press on the map at a share of its width and height, and drag to another."""
+    left, top, width, height = tab.evaluate(
+        "(() => { const { left, top, width, height } = canvas.getBoundingClientRect();"
+        " return [left, top, width, height]; })()"
+    )
+    tab.mouse("mousePressed", left + x * width, top + y * height)
+    end = to or (x, y)
+    tab.mouse("mouseMoved", left + end[0] * width, top + end[1] * height)
+    tab.mouse("mouseReleased", left + end[0] * width, top + end[1] * height)
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_effect_of_a_zone_is_shown_before_it_is_saved(edited: Any) -> None:
+    with open_tab(edited.url, NO_GPU) as tab:
+        opened(tab)
+        tab.evaluate("document.getElementById('zone-new').click()")
+        tab.wait_for(f"{text_of('zone-effects')}.includes('three corners')")
+        assert tab.evaluate("document.getElementById('zone-save').disabled")
+        for corner in ((0.4, 0.4), (0.6, 0.4), (0.6, 0.6)):
+            press(tab, *corner)
+        preview = edited.next_command()
+        assert isinstance(preview, do.PutZone) and preview.preview and len(preview.corners) == 3
+        (ax, ay), (bx, by), (cx, cy) = preview.corners
+        assert ax < bx == pytest.approx(cx) and ay == pytest.approx(by) and cy < by
+        edited.server.set_layer("edit", MapEditResult(preview.id, description="This cuts off: table_2."))
+        tab.wait_for(f"{text_of('zone-effects')} === 'This cuts off: 窗边 二.'")
+        tab.evaluate("document.getElementById('zone-save').click()")
+        saved = edited.next_command()
+        assert isinstance(saved, do.PutZone) and saved.corners == preview.corners and not saved.preview
+        edited.server.set_layer("edit", MapEditResult(saved.id, applied=True, undoable=2))
+        tab.wait_for(
+            f"{text_of('edit-note')}.startsWith('Saved.') && document.getElementById('zone-form').hidden"
+        )
+        assert tab.errors() == []
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_a_place_gets_a_label_in_any_script(edited: Any) -> None:
+    with open_tab(edited.url, NO_GPU) as tab:
+        opened(tab)
+        tab.evaluate("document.getElementById('place-new').click()")
+        press(tab, 0.5, 0.5, (0.5, 0.3))
+        tab.wait_for("!document.getElementById('place-form').hidden")
+        tab.evaluate("document.getElementById('place-kind').value = 'room'")
+        tab.evaluate("document.getElementById('place-label').value = 'غرفة ٣'")
+        tab.evaluate("document.querySelector('#place-form .primary').click()")
+        command = edited.next_command()
+        assert isinstance(command, do.PutPlace)
+        assert (command.name, command.kind, command.label) == ("", "room", "غرفة ٣")
+        assert command.yaw == pytest.approx(math.pi / 2, abs=0.1)
+        edited.server.set_layer("edit", MapEditResult(command.id, description="غرفة ٣ lies in a wall"))
+        tab.wait_for(f"{text_of('edit-note')} === 'غرفة ٣ lies in a wall'")
+        assert not tab.evaluate("document.getElementById('place-form').hidden"), (
+            "nothing is lost on a refusal"
+        )
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_labels_are_shown_instead_of_names(edited: Any) -> None:
+    with open_tab(edited.url, NO_GPU) as tab:
+        opened(tab)
+        tab.wait_for(
+            "[...document.querySelectorAll('#tables button')].some((one) => one.textContent === '窗边 二')"
+        )
+        known = "import('./language.js').then((module) => module.translated('On the way to table 2, then table_20.'))"
+        assert tab.evaluate(known) == "On the way to 窗边 二, then table_20."
+        edited.server.set_layer("labels", {})
+        tab.wait_for(
+            "[...document.querySelectorAll('#tables button')].some((one) => one.textContent === 'Table 2')"
+        )
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_what_exists_is_moved_deleted_and_taken_back(edited: Any) -> None:
+    with open_tab(edited.url, NO_GPU) as tab:
+        opened(tab)
+        tab.evaluate("document.querySelector('#zone-list button').click()")
+        tab.evaluate("document.getElementById('zone-delete').click()")
+        command = edited.next_command()
+        while isinstance(command, do.PutZone):  # the preview of the zone as it is
+            command = edited.next_command()
+        assert isinstance(command, do.DeleteZone) and command.name == "stairs"
+        tab.evaluate("document.querySelectorAll('#place-list button')[1].click()")
+        tab.evaluate("document.getElementById('place-move').click()")
+        press(tab, 0.6, 0.6)
+        tab.evaluate("document.querySelector('#place-form .primary').click()")
+        moved = edited.next_command()
+        assert isinstance(moved, do.PutPlace) and (moved.name, moved.label) == ("table_2", "窗边 二")
+        tab.evaluate("document.getElementById('undo-edit').click()")
+        assert isinstance(edited.next_command(), do.UndoMapEdit)
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_map_is_changed_only_where_a_map_server_runs(page: Any) -> None:
+    show_a_room(page.server)
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for(UP)
+        assert tab.evaluate(
+            "document.getElementById('edit-tab').hidden && document.getElementById('edit-map').hidden"
+        )

@@ -15,7 +15,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from tests.devices.driven import Driven, clear_faults, drive, ready, standing
+from tests.devices.driven import Driven, clear_faults, drive, push, ready, standing
 from tests.devices.emulated import Cable, Emulator
 
 from chefbot.board.framing import frame
@@ -53,7 +53,7 @@ def driven(cable: Cable) -> Iterator[Driven]:
 def test_board_drives_and_publishes_its_sensors(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     before = driven.ticks
-    driven.until(lambda: driven.ticks > before + 500, "ticks")
+    push(driven, cable, 0.2, lambda: driven.ticks > before + 500)
     driven.until(lambda: len(driven.received.get("battery_state", [])) > 1, "the battery")
     driven.until(lambda: len(driven.received.get("ultrasonic", [])) > 1, "the ultrasonic ranger")
     driven.until(lambda: "The board is OK." in driven.health, "health")
@@ -108,7 +108,7 @@ def test_an_unplugged_board_stops_and_reconnects_at_another_port(driven: Driven,
 @pytest.mark.slow
 def test_a_board_that_restarts_while_driving_stands(driven: Driven, cable: Cable, emulated: Emulator) -> None:
     drive(driven, cable)
-    driven.until(lambda: driven.ticks > 3000, "ticks")
+    push(driven, cable, 0.2, lambda: driven.ticks > 3000)
     emulated.inject("power")
     driven.until(lambda: driven.ticks < 3000, "the restart: they are counted since")
     count = len(cable.lines)

@@ -12,7 +12,7 @@ from chefbot.board.messages import StatusLine, VersionLine
 from chefbot.board.status_codes import BoardFlag, BoardState
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import BatteryState, Imu, Range
-from tests.devices.driven import Driven, clear_faults, drive, ready, standing
+from tests.devices.driven import Driven, clear_faults, drive, push, ready, standing
 from tests.devices.emulated import Cable
 from tests.hil.board_bench import ROBOT, BoardBench
 from tests.hil.boards import MegaBoard
@@ -69,9 +69,9 @@ def test_handshake_drive_and_sensor_data(bench: BoardBench, driven: Driven, cabl
     assert isinstance(answer, VersionLine)
     assert (answer.name, answer.port) == ("chefbot", "mega2560")
     driven.turn = 0.05
-    driven.until(lambda: driven.ticks > 4000, "ticks")
+    push(driven, cable, SPEED, lambda: driven.ticks > 4000)
     expected = 2 * driven.turn / ROBOT.wheels.separation
-    driven.until(lambda: yaw_rate(driven) == pytest.approx(expected, rel=0.1), "the yaw rate")
+    push(driven, cable, SPEED, lambda: yaw_rate(driven) == pytest.approx(expected, rel=0.1))
     driven.turn = 0.0
     driven.rest()
     driven.until(lambda: bench.wheels.speed == [0.0, 0.0], "standstill")
@@ -122,7 +122,7 @@ def test_a_board_reset_while_driving_stands_until_a_zero_command(
     bench: BoardBench, driven: Driven, cable: Cable
 ) -> None:
     drive(driven, cable, SPEED)
-    driven.until(lambda: driven.ticks > 2000, "ticks")
+    push(driven, cable, SPEED, lambda: driven.ticks > 2000)
     bench.apply(lambda board: board.reset())
     driven.until(lambda: driven.ticks < 2000, "the restart: they are counted since")
     count = len(cable.lines)
@@ -150,9 +150,11 @@ def test_an_imu_lost_on_the_bus_is_reported_and_recovers(
     bench.apply(lambda board: board.set("imu_answers", 0))
     driven.until(lambda: "IMU is absent" in driven.health, "the diagnostic")
     ticks = driven.ticks
-    driven.until(lambda: driven.ticks > ticks + 1000, "ticks: odometry continues with the wheels alone")
+    push(
+        driven, cable, SPEED, lambda: driven.ticks > ticks + 1000
+    )  # odometry continues with the wheels alone
     count = len(driven.received["imu/data"])  # lines come in order: what the board sent before is here by now
-    driven.until(lambda: driven.ticks > ticks + 2000, "more ticks")
+    push(driven, cable, SPEED, lambda: driven.ticks > ticks + 2000)
     assert len(driven.received["imu/data"]) == count
     bench.apply(lambda board: board.set("imu_answers", 1))
     driven.until(lambda: len(driven.received["imu/data"]) > count + 10, "the IMU")

@@ -18,6 +18,7 @@ from websockets.exceptions import ConnectionClosed
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui import client, dead_man
+from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.places import MAX_FULL, MAX_RESERVED
 from chefbot.ui.commands import Drive, GoPlace, OperatorCommand, Stop
@@ -214,8 +215,9 @@ def test_the_next_free_port_is_used_and_announced() -> None:
     other = urlsplit(url).port or 0
     assert port < other < port + 20 and second.port == other
     in_use = f"Web UI: {url}\n  Port {port} is in use by another program."
-    assert announcement(second, WebUiParams(port=port), url) == in_use
-    assert announcement(second, WebUiParams(port=other), url) == f"Web UI: {url}"
+    invitations = Invitations("desk")
+    assert announcement(second, WebUiParams(port=port), url, invitations) == in_use
+    assert announcement(second, WebUiParams(port=other), url, invitations) == f"Web UI: {url}"
     second.stop()
     first.stop()
 

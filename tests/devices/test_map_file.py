@@ -10,6 +10,7 @@ from tests.support.nodes import NodeRunner
 from tests.support.waiting import wait_for
 
 from chefbot.devices.map_editor import MapEditor
+from chefbot.devices.map_file import MAX_WAITING, TOO_MANY
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place
@@ -75,6 +76,24 @@ def test_a_refused_change_is_answered_and_changes_nothing(path: Path) -> None:
     preview = result_of(runner, MapEdit("b", places=(BAR,), preview=True))
     assert (preview.applied, preview.description) == (False, "")
     assert len(runner.messages("places")) == count and not places_path(path).exists()
+
+
+def test_a_flood_of_changes_is_cut_off_and_answered(path: Path) -> None:
+    runner = served(path)
+    for number in range(100):
+        runner.loop.publish("map_edit", MapEdit(str(number), places=(BAR,)), "page")
+
+    def answered() -> bool:
+        runner.run(0.1)
+        return len(runner.messages("map_edit_result")) > 100
+
+    wait_for(answered)
+    results = runner.messages("map_edit_result")[1:]
+    assert sorted(result.id for result in results) == sorted(map(str, range(100)))
+    applied = [result for result in results if result.applied]
+    assert MAX_WAITING <= len(applied) < 100
+    assert {result.description for result in results if not result.applied} == {TOO_MANY}
+    assert result_of(runner, MapEdit("later", places=(BAR,))).applied
 
 
 def test_an_unexpected_error_is_not_lost(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

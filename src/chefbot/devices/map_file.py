@@ -29,6 +29,10 @@ MAP_FILE_KIND = "chefbot.devices.map_file:MapFileDevice"
 SAVED_MAP_KIND = "chefbot.sim.world.saved_map:SavedMapDevice"
 """The map servers of a built and of a simulated robot, by their names in launch files."""
 
+MAX_WAITING = 10
+"""Number of changes that wait for the disk; more at once come from no person."""
+TOO_MANY = "Too many changes of the map at once; this one was left out"
+
 
 def given_map(path: str) -> Path:
     """Return the path of the map to localize on. Raises UserError if none is given."""
@@ -55,6 +59,7 @@ class MapFileDevice(Device):
     """
 
     params: MapFileParams
+    named: dict[str, PlaceEntry]
     map: Out[OccupancyGrid] = topic(latched=True)
     places: Out[Places] = topic(latched=True)
     zones: Out[MapZones] = topic(latched=True)
@@ -63,11 +68,12 @@ class MapFileDevice(Device):
 
     def start(self) -> None:
         """Read the files now, so that an error aborts the start; publish as soon as the event loop runs."""
+        self._edits = ThreadPoolExecutor(1, "map edits")  # in their order
+        self._waiting = 0
         self.read()
         loaded = self._load_zones()
         self._zones, self.announcement = loaded.zones, " ".join(loaded.warnings)
         self._editor = MapEditor(self._path, self._zones_file(), self._grid, self.robot, self.named)
-        self._edits = ThreadPoolExecutor(1, "map edits")  # in their order
         self.post(self._publish)
 
     def stop(self) -> None:
@@ -77,6 +83,11 @@ class MapFileDevice(Device):
 
     def on_map_edit(self, edit: MapEdit) -> None:
         """Apply a change of places and zones; a search for ways and the disk may take a while, so in a thread."""
+        if self._waiting >= MAX_WAITING:
+            count = len(self._editor.versions)
+            self.map_edit_result.publish(MapEditResult(edit.id, description=TOO_MANY, undoable=count))
+            return
+        self._waiting += 1
         self._edits.submit(self._edit, edit, self._robot_pose())
 
     def _edit(self, edit: MapEdit, pose: SE2 | None) -> None:
@@ -98,6 +109,7 @@ class MapFileDevice(Device):
         self.post(lambda: self._publish_edited(content, result))
 
     def _publish_edited(self, content: MapContent | None, result: MapEditResult) -> None:
+        self._waiting -= 1
         if content is not None:
             self.named, self._zones = content.places, content.zones
             self._publish_names()

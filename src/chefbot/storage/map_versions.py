@@ -52,11 +52,6 @@ class MapVersions:
         self._remove(numbers[-1])
         return True
 
-    def forget_newest(self) -> None:
-        """Remove the newest version, after a change that did not happen."""
-        for number in self._numbers()[-1:]:
-            self._remove(number)
-
     def _remove(self, number: int) -> None:
         version = self._folder / f"{number:06d}"
         with os_errors_as_storage_errors(version):

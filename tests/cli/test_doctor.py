@@ -16,8 +16,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import typer
 
 from chefbot.cli.doctor import computer, report
+from chefbot.cli.doctor.commands import doctor
 from chefbot.cli.doctor.computer import camera_lines, clock_lines, disk_lines, map_lines, web_ui_lines
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -180,5 +182,7 @@ def test_the_number_of_problems_comes_last(
     monkeypatch.setattr(report, "map_lines", lambda _: ["! map.yaml: damaged"])
     for name in ("web_ui_lines", "disk_lines", "camera_lines", "clock_lines"):
         monkeypatch.setattr(report, name, list)
-    report.print_report(everything=False)
+    with pytest.raises(typer.Exit) as ended:
+        doctor(SimpleNamespace(invoked_subcommand=None), everything=False)  # type: ignore[arg-type]
+    assert ended.value.exit_code == 1
     assert capsys.readouterr().out.splitlines()[-1] == "2 problems, marked by !"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -212,6 +213,23 @@ def test_a_goal_that_fails_at_once_raises_its_reason(before: int) -> None:
         robot.show_failures(before, "An older reason.")
         with pytest.raises(UserError, match=r"^The goal lies outside the map\.$"):
             send_goal(["50", "50"], robot.url)
+
+
+@pytest.mark.parametrize(
+    "send", [lambda url: send_patrol(["kitchen"], 1, False, url), lambda url: send_follow(0, url)]
+)
+def test_a_patrol_or_follow_that_fails_at_once_raises_its_reason(send: Callable[[str], None]) -> None:
+    with fake_robot("unreachable") as robot:
+        robot.show_places()
+        with pytest.raises(UserError, match=r"^The goal lies outside the map\.$"):
+            send(robot.url)
+
+
+def test_a_place_is_found_by_its_label() -> None:
+    with fake_robot() as robot:
+        robot.show_places()
+        send_goal(["窗边", "2"], robot.url)
+        assert robot.commands.get(timeout=PATIENCE) == GoPlace("table_2")
 
 
 def test_an_older_failure_is_not_that_of_the_goal(capsys: pytest.CaptureFixture[str]) -> None:

@@ -152,6 +152,15 @@ def test_an_errand_on_the_way_to_a_table_keeps_the_orders(source: str) -> None:
     assert not runner.now.skipped_reasons
 
 
+def test_food_is_not_ordered_to_the_kitchen() -> None:
+    runner = start_orders(("table_1", "kitchen"))
+    runner.until("failed", "")
+    assert runner.now.description.startswith(
+        "On this map the food comes from kitchen; order it to another place."
+    )
+    assert runner.reached == []
+
+
 def test_a_changed_queue_is_driven_unless_it_is_outdated() -> None:
     runner = start_orders(("table_1", "table_2", "table_1"))
     runner.until("driving", "table_1")

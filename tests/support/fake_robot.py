@@ -12,7 +12,7 @@ import numpy as np
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui.commands import Deliver, Goal, Loaded, OperatorCommand
+from chefbot.ui.commands import Deliver, Follow, Goal, Loaded, OperatorCommand, Patrol
 from chefbot.ui.layers import CauseView, DeliveryView, StatusView
 from chefbot.ui.server import WebUiServer
 
@@ -77,7 +77,7 @@ class FakeRobot:
         if self.fate == "refused":
             raise UserError("not today")
         self.commands.put(command)
-        if isinstance(command, Goal) and self.fate == "unreachable":
+        if isinstance(command, Goal | Patrol | Follow) and self.fate == "unreachable":
             self.show_failures(self._failures + 1, "The goal lies outside the map.")
         if isinstance(command, Loaded):
             self._show("driving", "On the way to table_1.")

@@ -42,4 +42,5 @@ def test_a_history_damaged_inside_is_a_remark(tmp_path: Path, monkeypatch: pytes
     nodes.run(1.0)
     (remark,) = nodes.messages("page/remark")
     assert "the history" in remark.data and "cannot be used" in remark.data
+    assert device.own_warnings == [remark.data.removeprefix("Warning: ").removesuffix(".")]
     nodes.system.stop()

@@ -303,7 +303,7 @@ class WebUiDevice(MapEditDevice):
             stop_pending=self._pending.stop,
             failures=self._failures,
             simulation=self.params.simulation,
-            warnings=self._diagnostics.warnings(self.now_ns),
+            warnings=(*self.own_warnings, *self._diagnostics.warnings(self.now_ns)),
             doors=door_views(self.doors.last),
         )
 

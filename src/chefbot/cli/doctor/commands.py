@@ -23,11 +23,12 @@ def doctor(
         typer.Option("--all", help="also libraries, tools to build firmware, and a udev rule for all boards"),
     ] = False,
 ) -> None:
-    """Check this computer: web UI, disk, maps, ports, clock, ROS graph."""
+    """Check this computer: web UI, disk, maps, ports, clock, ROS graph; the exit code is 1 if there are problems."""
     if ctx.invoked_subcommand is None:
         from chefbot.cli.doctor.report import print_report
 
-        print_report(everything=everything)
+        if print_report(everything=everything):
+            raise typer.Exit(1)
 
 
 @doctor_app.command("kernels")

@@ -34,8 +34,8 @@ LIBRARIES = ("numpy", "numba", "mujoco-core", "pyserial")
 console = Console(highlight=False, soft_wrap=True)
 
 
-def print_report(*, everything: bool) -> None:
-    """Print what matters of this computer, problems marked by "!"; nothing is changed.
+def print_report(*, everything: bool) -> int:
+    """Print what matters of this computer and return the number of problems, marked by "!"; nothing is changed.
 
     With `everything` also versions of libraries, missing tools, and a udev rule for boards that are not plugged in.
     """
@@ -55,6 +55,7 @@ def print_report(*, everything: bool) -> None:
     problems = sum(line.startswith("! ") for line in lines)
     if problems:
         console.print(f"{number_of(problems, 'problem')}, marked by !")
+    return problems
 
 
 def fleet_lines() -> list[str]:

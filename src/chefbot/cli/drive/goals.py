@@ -51,23 +51,26 @@ def send_goal(target: list[str], page: str, when: When = "") -> None:
 
 
 def send_patrol(targets: list[str], rounds: int, without_stops: bool, page: str) -> None:
-    """Send a patrol over named places; raises UserError for an unknown place, or when the robot refuses it."""
+    """Send a patrol over named places; raises UserError for an unknown place, or when the robot refuses it
+    or gives it up at once."""
     with WebUiClient(page) as robot:
         places = known_places(robot)
         if not places:
             raise UserError(f"the robot at {robot.url} has no named places to patrol")
         names = [find_shown_place(robot, target, places) for target in targets]
+        failed_before = failed_goals(robot)
         robot.send(Patrol(names, rounds, without_stops))
-        await_refusal(robot)
+        await_failure(robot, failed_before)
     often = "until `chefbot drive cancel`" if rounds == 0 else f"in {number_of(rounds, 'round')}"
     console.print(f"Patrolling {', '.join(names)} {often}.")
 
 
 def send_follow(person: int, page: str) -> None:
-    """Let the robot follow a person; raises UserError when it refuses."""
+    """Let the robot follow a person; raises UserError when it refuses or gives it up at once."""
     with WebUiClient(page) as robot:
+        failed_before = failed_goals(robot)
         robot.send(Follow(person))
-        await_refusal(robot)
+        await_failure(robot, failed_before)
     who = f"person {person}" if person else "the nearest person ahead"
     console.print(f"Following {who}; `chefbot drive cancel` ends it.")
 

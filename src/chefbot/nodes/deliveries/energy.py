@@ -9,6 +9,8 @@ from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.delivery.energy_forecast import EnergyForecast, Stop
 from chefbot.delivery.params import DeliveryParams
+from chefbot.delivery.status_messages import display_name
+from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import BatteryStatus, Places
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
@@ -18,6 +20,7 @@ from chefbot.planning.parking import ParkingSearch
 from chefbot.planning.route_lengths import RouteLengths
 from chefbot.runtime.node import In, Node
 from chefbot.runtime.transform_buffer import TransformError
+from chefbot.storage.places import find_place
 
 
 class DeliveryEnergyNode(Node):
@@ -77,6 +80,19 @@ class DeliveryEnergyNode(Node):
 
     def _labels(self) -> dict[str, str]:
         return {place.name: place.label for place in self.places.last.places} if self.places.last else {}
+
+    def _resolve(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the names of places as on the map; UserError if one of them, kitchen or home is missing, or for food
+        to the kitchen."""
+        places = self._poses()
+        for place in (self.params.kitchen, self.params.home):
+            find_place(place, places)
+        found = tuple(find_place(name, places, self._labels()) for name in names)
+        if self.params.kitchen in found:
+            raise UserError(
+                f"the food comes from {display_name(self.params.kitchen)}; order it to another place"
+            )
+        return found
 
     def _route_lengths(self) -> RouteLengths | None:
         if self._routes is None and self.map.last is not None:

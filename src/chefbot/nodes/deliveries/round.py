@@ -19,7 +19,6 @@ from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Task
 from chefbot.runtime.node import In, Out, topic
 from chefbot.safety.emergency_stop import REFUSED
-from chefbot.storage.places import find_place
 
 
 class DeliveryRoundNode(DeliveryEnergyNode):
@@ -118,13 +117,6 @@ class DeliveryRoundNode(DeliveryEnergyNode):
     def _is_lost(self) -> bool:
         status = self.localization_status.last
         return status is not None and not status.localized
-
-    def _resolve(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the names of places as on the map; UserError if one of them, kitchen or home is missing."""
-        places = self._poses()
-        for place in (self.params.kitchen, self.params.home):
-            find_place(place, places)
-        return tuple(find_place(name, places, self._labels()) for name in names)
 
     async def _press_after(self, press: ButtonPress) -> None:
         await self.sleep(press.seconds)

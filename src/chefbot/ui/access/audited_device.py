@@ -15,7 +15,7 @@ NETWORK = ("", "network", "")
 
 
 class AuditedDevice(Device):
-    """Keeps `audit`, the log of the robot's operators, from `start` to `stop`."""
+    """Keeps `audit`, the log of the robot's operators, from `start` to `stop`, and warnings about its own files."""
 
     parameter_events: In[ParameterEvent] = topic("/parameter_events")
     changed_params: In[String] = topic(PARAMS_TOPIC)
@@ -24,6 +24,7 @@ class AuditedDevice(Device):
     def start(self) -> None:
         """Open the audit log of the robot."""
         super().start()
+        self.own_warnings: list[str] = []
         self.audit = AuditLog(audit_path(self.robot.name), self._warn)
 
     def stop(self) -> None:
@@ -41,4 +42,10 @@ class AuditedDevice(Device):
         self.audit.record(Kind.COMMAND, NETWORK, "parameter", msgspec.json.decode(message.data))
 
     def _warn(self, sentence: str) -> None:
-        self.post(lambda: self.remark.publish(String(f"Warning: {sentence}.")))
+        """Publish a warning, and keep it for the page; thread-safe, and once for each sentence."""
+        self.post(lambda: self._keep_warning(sentence))
+
+    def _keep_warning(self, sentence: str) -> None:
+        if sentence not in self.own_warnings:
+            self.own_warnings.append(sentence)
+            self.remark.publish(String(f"Warning: {sentence}."))

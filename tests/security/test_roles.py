@@ -27,6 +27,7 @@ CONTROLS = {
     "stick": "manager",
     "tools": "manager",
     "incident-box": "manager",
+    "inspect-box": "engineer",
 }
 """Elements of the page, and the role from which on they are offered."""
 OFFERED = "document.getElementById('%s').checkVisibility()"

@@ -198,6 +198,12 @@ class UndoMapEdit(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag=
     id: Id = ""
 
 
+class Inspect(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="inspect"):
+    """Show the ROS graph and the newest messages of these topics for some seconds; repeated to go on."""
+
+    topics: Annotated[list[Annotated[str, msgspec.Meta(max_length=256)]], msgspec.Meta(max_length=12)]
+
+
 class SaveIncident(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="save_incident"):
     """Save the last minute as a file for later analysis."""
 
@@ -292,7 +298,7 @@ KINDS = (
         Follow,
         Cancel,
     ),
-    *(PutPlace, DeletePlace, PutZone, DeleteZone, UndoMapEdit),
+    *(PutPlace, DeletePlace, PutZone, DeleteZone, UndoMapEdit, Inspect),
     *(Stop, Withdraw, Resume, MapSaved, SaveIncident, Playback, Ping, Show, Received, LeaveKiosk, Drive),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
@@ -301,7 +307,7 @@ NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | ShortestOrder | GoPlace
     | Patrol | Follow | Cancel
-    | PutPlace | DeletePlace | PutZone | DeleteZone | UndoMapEdit
+    | PutPlace | DeletePlace | PutZone | DeleteZone | UndoMapEdit | Inspect
     | Stop | Withdraw | Resume | MapSaved | SaveIncident | Playback | Ping | Show | Received | LeaveKiosk | Drive
     | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip

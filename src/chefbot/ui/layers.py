@@ -14,6 +14,7 @@ from chefbot.errors import UserError
 from chefbot.incidents.files import SavedIncident
 from chefbot.maths.cell_grid import CellGrid
 from chefbot.msgs.chefbot_msgs import MapEditResult
+from chefbot.ros2.tools.inspection_views import GraphSummary, TopicValue
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import protocol
 from chefbot.ui.image_encoding import encode_image, shown_image
@@ -390,6 +391,8 @@ LAYERS: dict[str, Layer] = {
     "joints": Layer(FAST_PERIOD, _joints, _ENCODE_JSON),
     "description": Layer(MAP_PERIOD, _text, _ENCODE_JSON),
     "depth": Layer(CAMERA_PERIOD, _depth, protocol.depth),
+    "graph": Layer(MAP_PERIOD, _instance_of(GraphSummary), _ENCODE_JSON),
+    "values": Layer(FAST_PERIOD, _tuple_of(TopicValue), _ENCODE_JSON),
     "incidents": Layer(FAST_PERIOD, _instance_of(IncidentsView), _ENCODE_JSON),
     "causes": Layer(FAST_PERIOD, _tuple_of(CauseView), _ENCODE_JSON),
     "playback": Layer(FAST_PERIOD, _instance_of(PlaybackView), _ENCODE_JSON),

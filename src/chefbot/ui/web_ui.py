@@ -35,7 +35,7 @@ from chefbot.ui.access.invitations import Invitations, write_address
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.tls import load_tls
 from chefbot.ui.delivery_view import delivery_view, forecast_views, is_errand, validate_command
-from chefbot.ui.editing.map_edit_device import MapEditDevice
+from chefbot.ui.inspect.inspect_device import InspectDevice
 from chefbot.ui.message_conversion import (
     RecentDiagnostics,
     clicked_pose,
@@ -58,7 +58,7 @@ REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
 
 
-class WebUiDevice(MapEditDevice):
+class WebUiDevice(InspectDevice):
     """One web UI for everything; its publications are recorded, so a replay executes the same clicks."""
 
     # A flood may delay the page; remote driving ends by the base's own command timeout, which is shorter.
@@ -323,6 +323,9 @@ class WebUiDevice(MapEditDevice):
     def _receive(self, command: do.OperatorCommand, who: str) -> None:
         if isinstance(command, do.Playback):
             raise UserError("This is a robot, not a recording; there is nothing to play")
+        if isinstance(command, do.Inspect):
+            self._inspect(command)
+            return
         validate_command(command, self._places, self._round)
         if isinstance(command, do.Resume) and command.pressed not in ("", self._last_stop.pressed):
             raise UserError(

@@ -13,7 +13,7 @@ from chefbot.ros2.rmw.graph import EndpointGroup, Graph
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos_matching import best_matching_qos, offered_types
-from chefbot.ros2.rmw.subscription import SampleCallback
+from chefbot.ros2.rmw.subscription import SampleCallback, Subscription
 from chefbot.ros2.tools.common import NO_MESSAGE_TIMEOUT, errors, mismatches
 from chefbot.ros2.tools.topic_info import without_tools
 
@@ -29,13 +29,15 @@ class ReceivedSample(NamedTuple):
     data: bytes
 
 
-def subscribe_any(node: RmwNode, topic: EndpointGroup, callback: TypedSampleCallback) -> None:
+def subscribe_any(node: RmwNode, topic: EndpointGroup, callback: TypedSampleCallback) -> list[Subscription]:
     """Subscribe to all types of a topic and call `callback(type, bytes)` in a Zenoh thread."""
+    subscriptions = []
     for kind in offered_types(topic):
         qos = best_matching_qos(
             publisher.info.qos for publisher in topic.providers if publisher.info.type == kind
         )
-        node.raw_subscription(topic.name, kind, _of_type(kind, callback), qos)
+        subscriptions.append(node.raw_subscription(topic.name, kind, _of_type(kind, callback), qos))
+    return subscriptions
 
 
 class SampleStream:

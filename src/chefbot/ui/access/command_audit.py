@@ -9,7 +9,7 @@ import msgspec
 
 from chefbot.ui.access.audit_log import AuditLog, Kind
 from chefbot.ui.client import BrowserConnection
-from chefbot.ui.commands import Drive, OperatorCommand, Resume, Stop, Withdraw
+from chefbot.ui.commands import Drive, Inspect, OperatorCommand, Resume, Stop, Withdraw
 
 CONNECTION_ACTIONS = CONNECTED, DISCONNECTED = "connected", "disconnected"
 """Actions of the entries of clients that connect and disconnect."""
@@ -45,8 +45,8 @@ class CommandAudit:
 
     def command(self, client: BrowserConnection, command: OperatorCommand, refusal: str) -> None:
         """Record a command, and why it was refused if it was; a repeated press of the emergency stop only once."""
-        if isinstance(command, Drive) and not refusal:
-            return  # recorded by `driver`
+        if isinstance(command, Drive | Inspect) and not refusal:
+            return  # recorded by `driver`, and repeated all the while
         if isinstance(command, Stop) and command.id:
             if command.id in self._presses:
                 return

@@ -28,8 +28,8 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
         ),
         "manager",
     ),
-    # 4. The simulated world.
-    **dict.fromkeys((do.DropBox, do.Kidnap, do.OpenDoor, do.CloseDoor), "engineer"),
+    # 4. The simulated world, and the ROS graph.
+    **dict.fromkeys((do.DropBox, do.Kidnap, do.OpenDoor, do.CloseDoor, do.Inspect), "engineer"),
 }  # fmt: skip
 """The role that a command needs."""
 SEES_RECORDINGS: Role = "manager"

@@ -5,6 +5,7 @@ import { Driver } from "./drive.js";
 import { Glides } from "./glide.js";
 import { knownArea } from "./grids.js";
 import { Incidents } from "./incidents.js";
+import { Inspect } from "./inspect.js";
 import { Kiosk } from "./kiosk.js";
 import { Labels } from "./labels.js";
 import { LANGUAGES, choose, language, loadError, setLabels, tr, translated } from "./language.js";
@@ -34,7 +35,7 @@ const hidden = new Set(QUIET);
 const glides = new Glides();
 const shown = new Map();                 // poses on the way from their last value to the latest
 let following = true, whole = true, lastData = 0, refusal = 0, failures = null, keepNotice = false;
-let cameraInView = false, solid = null, kiosk = null;
+let cameraInView = false, solid = null, kiosk = null, inspect = null;
 let unserved = "";                       // tables of a round of which a restarted server has not reported yet
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, shownLayers);
@@ -46,6 +47,7 @@ const incidents = new Incidents(send);
 const playback = new Playback(send);
 const alerts = new Alerts($("alerts"));
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
+inspect = new Inspect((command) => link.open && link.send(command), () => link.show());
 const mapEdit = new MapEdit(send, (tool) => tools.choose(tool), () => data.get("robot"), () => view.refresh());
 solid = new Solid({
   data, hidden, tools, showNotice, following: () => following,
@@ -58,6 +60,7 @@ function shownLayers() {
   const switched = SWITCHES.map(([layer]) => layer).filter((layer) => !hidden.has(layer));
   return [...new Set([
     ...NEEDED, ...switched, ...(cameraInView ? ["camera"] : []), ...(solid?.on ? SOLID_LAYERS : []),
+    ...(inspect?.open ? ["graph", "values"] : []),
   ])];
 }
 
@@ -158,6 +161,8 @@ const HANDLERS = {
   places: (value) => { panels.places(value ?? []); mapEdit.showPlaces(value ?? []); },
   zones: (value) => mapEdit.showZones(value),
   edit: (value) => mapEdit.answer(value),
+  graph: (value) => inspect.showGraph(value),
+  values: (value) => inspect.showValues(value ?? []),
   delivery: (value) => { panels.delivery(value); kiosk.show(value); alerts.delivery(value); reportLostRound(value); },
   forecast: (value) => panels.round.showForecast(value ?? []),
   history: (value) => panels.round.showHistory(value ?? []),

@@ -37,6 +37,7 @@ export class Panels {
       tab.tabIndex = tab.dataset.tab === name ? 0 : -1;
     }
     if (name === "edit-map") $("edit-box").open = true;
+    if (name === "inspect") $("inspect-box").open = true;
     for (const panel of document.querySelectorAll(".panel")) panel.classList.toggle("shown", panel.id === name);
     this.plot.draw();
   }

@@ -5,7 +5,7 @@ import { decode } from "./wire.js";
 const FIRST_RETRY = 100, LAST_RETRY = 2000;
 const PING = 250, SILENCE = 700, OPENING = 3000;         // milliseconds
 const TRIPS = 20, SLOW = 3;              // timeout as a multiple of the longest recent round trip
-const UNREPORTED = new Set(["drive", "ping", "stop", "withdraw", "show", "received"]);   // the loss of these is not reported
+const UNREPORTED = new Set(["drive", "ping", "stop", "withdraw", "show", "received", "inspect"]);   // the loss of these is not reported
 
 export class Link extends EventTarget {
   // `layers()` lists what the page shows; nothing else is sent.

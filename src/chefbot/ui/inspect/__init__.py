@@ -1,0 +1,1 @@
+"""The ROS graph on the page: topics with rates, values and plots."""

@@ -1,0 +1,93 @@
+// Curves of numbers in messages over the last half minute: pause, and values under the cursor.
+const SPAN = 30;                         // seconds shown
+const MOST = 8;                          // curves
+const HUES = ["#0f766e", "#b91c1c", "#1d4ed8", "#b45309", "#7c3aed", "#be185d", "#4d7c0f", "#0e7490"];
+const LEFT = 56, BOTTOM = 18, TOP = 8;   // pixels around the curves
+
+export class Curves {
+  constructor(canvas, note) {
+    Object.assign(this, { canvas, note, paused: false, cursor: null });
+    this.series = new Map();             // points [time, value] by "topic path"
+    canvas.onpointermove = (event) => { this.cursor = event.offsetX; this.draw(); };
+    canvas.onpointerleave = () => { this.cursor = null; this.draw(); };
+  }
+
+  get any() { return this.series.size > 0; }
+
+  toggle(topic, path) {
+    const key = `${topic} ${path}`;
+    if (this.series.has(key)) this.series.delete(key);
+    else if (this.series.size < MOST) this.series.set(key, []);
+  }
+
+  forget(topic) { for (const key of this.series.keys()) if (key.startsWith(`${topic} `)) this.series.delete(key); }
+  clear() { this.series.clear(); }
+
+  pause() {
+    this.paused = !this.paused;
+    return this.paused;
+  }
+
+  // Add the numbers of a newest message; an old one that is shown again adds nothing.
+  add({ name, time, value }) {
+    if (this.paused || value === null) return;
+    for (const [key, points] of this.series) {
+      const [topic, path] = key.split(" ");
+      const number = topic === name ? path.split(".").reduce((part, step) => part?.[step], value) : undefined;
+      if (typeof number !== "number" || time <= (points.at(-1)?.[0] ?? -1)) continue;
+      points.push([time, number]);
+      while (points[0][0] < time - SPAN) points.shift();
+    }
+  }
+
+  draw() {
+    const { canvas } = this, ratio = window.devicePixelRatio || 1;
+    const width = canvas.clientWidth, height = canvas.clientHeight;
+    if (!width || !this.any) { this.note.textContent = ""; return; }
+    canvas.width = width * ratio;
+    canvas.height = height * ratio;
+    const context = canvas.getContext("2d");
+    context.scale(ratio, ratio);
+    const all = [...this.series.values()].flat(), values = all.map(([, value]) => value);
+    const now = Math.max(...all.map(([time]) => time), 0);
+    const low = Math.min(...values, Infinity), high = Math.max(...values, -Infinity);
+    const middle = (low + high) / 2 || 0, half = Math.max((high - low) / 2, 1e-3, Math.abs(middle) * 1e-3) || 1;
+    const x = (time) => LEFT + (width - LEFT) * (1 - (now - time) / SPAN);
+    const y = (value) => TOP + (height - TOP - BOTTOM) * (0.5 - (value - middle) / (2 * half));
+    this.axes(context, width, [middle - half, middle, middle + half].map((value) => [value, y(value)]), height);
+    [...this.series.values()].forEach((points, i) => {
+      context.strokeStyle = HUES[i];
+      context.lineWidth = 1.5;
+      context.beginPath();
+      for (const [time, value] of points) context.lineTo(x(time), y(value));
+      context.stroke();
+    });
+    this.legend(context, now, width, height);
+  }
+
+  axes(context, width, marks, height) {
+    const style = getComputedStyle(this.canvas);
+    context.strokeStyle = style.getPropertyValue("--line");
+    context.fillStyle = style.getPropertyValue("--quiet");
+    context.font = "11px system-ui, sans-serif";
+    for (const [value, at] of marks) {
+      context.beginPath(); context.moveTo(LEFT, at); context.lineTo(width, at); context.stroke();
+      context.fillText(value.toPrecision(4), 0, at + 4);
+    }
+    context.fillText(`${SPAN} s`, LEFT, height - 4);
+  }
+
+  // Names in the colours of their curves, with the values under the cursor, else the newest.
+  legend(context, now, width, height) {
+    const time = this.cursor === null ? now : now - SPAN * (1 - (this.cursor - LEFT) / (width - LEFT));
+    if (this.cursor !== null) {
+      context.beginPath(); context.moveTo(this.cursor, TOP); context.lineTo(this.cursor, height - BOTTOM); context.stroke();
+    }
+    this.note.replaceChildren(...[...this.series].map(([key, points], i) => {
+      const line = document.createElement("span"), value = points.findLast(([at]) => at <= time)?.[1];
+      line.style.color = HUES[i];
+      line.textContent = `${key}: ${value === undefined ? "–" : value.toPrecision(6)}`;
+      return line;
+    }));
+  }
+}

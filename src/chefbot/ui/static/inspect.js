@@ -1,0 +1,149 @@
+// The ROS graph: topics with rates, the newest messages of those that are watched, and curves of their numbers.
+import { Curves } from "./curves.js";
+import { tr, translated } from "./language.js";
+
+const $ = (id) => document.getElementById(id);
+const RENEWAL = 2000;                    // milliseconds: the robot shows for some seconds what a page asks for
+const SHOWN = 200;                       // topics listed at once
+
+export class Inspect {
+  // `changed()` is called when other layers are needed.
+  constructor(send, changed) {
+    Object.assign(this, { send, changed });
+    this.watched = [];
+    this.graph = null;
+    this.panels = new Map();             // by topic
+    this.curves = new Curves($("curves"), $("curve-cursor"));
+    $("inspect-box").ontoggle = () => this.renew();
+    $("topic-filter").oninput = () => this.list();
+    $("curves-pause").onclick = () => $("curves-pause").setAttribute("aria-pressed", String(this.curves.pause()));
+    $("curves-clear").onclick = () => { this.curves.clear(); this.showCurves(); };
+    setInterval(() => this.renew(), RENEWAL);
+  }
+
+  get open() { return $("inspect-box").open && $("inspect").checkVisibility(); }
+
+  renew() {
+    if (this.open !== this.wasOpen) { this.wasOpen = this.open; this.changed(); }
+    if (this.open && !document.hidden) this.send({ do: "inspect", topics: this.watched });
+  }
+
+  showGraph(graph) {
+    this.graph = graph;
+    this.list();
+  }
+
+  list() {
+    const { topics = [], nodes = [], mismatches = [], problem = "" } = this.graph ?? {};
+    const wanted = $("topic-filter").value.trim().toLowerCase();
+    const found = topics.filter((topic) => [topic.name, ...topic.types, ...topic.publishers, ...topic.subscriptions].some((text) => text.toLowerCase().includes(wanted)));
+    $("graph-note").textContent = translated(problem) || [tr("{nodes} nodes, {topics} topics", { nodes: nodes.length, topics: topics.length }), ...mismatches].join(". ");
+    $("topic-list").replaceChildren(...found.slice(0, SHOWN).map((topic) => this.row(topic)));
+  }
+
+  row({ name, types, publishers, subscriptions }) {
+    const item = document.createElement("li"), button = document.createElement("button"), kind = document.createElement("small");
+    button.textContent = name;
+    button.setAttribute("aria-pressed", String(this.watched.includes(name)));
+    button.onclick = () => this.toggle(name);
+    kind.textContent = ` ${types.join(", ")}`;
+    button.append(kind);
+    button.title = `${publishers.join(", ")} → ${subscriptions.join(", ")}`;
+    item.append(button);
+    return item;
+  }
+
+  toggle(name) {
+    this.watched = this.watched.includes(name) ? this.watched.filter((one) => one !== name) : [...this.watched, name];
+    if (!this.watched.includes(name)) this.curves.forget(name);
+    this.list();
+    this.showValues([]);
+    this.renew();
+  }
+
+  showValues(values) {
+    const byName = new Map(values.map((value) => [value.name, value]));
+    for (const name of this.panels.keys()) if (!this.watched.includes(name)) this.panels.delete(name);
+    for (const name of this.watched) {
+      if (!this.panels.has(name)) this.panels.set(name, new WatchedTopic(name, () => this.toggle(name), (path) => this.toggleCurve(name, path)));
+      const value = byName.get(name);
+      if (!value) continue;
+      this.panels.get(name).show(value);
+      this.curves.add(value);
+    }
+    const boxes = this.watched.map((name) => this.panels.get(name).box);
+    if (boxes.some((box, i) => $("watched").children[i] !== box) || boxes.length !== $("watched").children.length) $("watched").replaceChildren(...boxes);
+    this.showCurves();
+  }
+
+  toggleCurve(topic, path) {
+    this.curves.toggle(topic, path);
+    this.showCurves();
+  }
+
+  showCurves() {
+    $("curves").hidden = $("curve-row").hidden = !this.curves.any;
+    this.curves.draw();
+  }
+}
+
+// The newest message of a topic as nested lists; a number is a button that draws its curve. The elements stay while
+// the message keeps its fields, so that they can be pressed.
+class WatchedTopic {
+  constructor(name, close, draw) {
+    this.draw = draw;
+    this.box = document.createElement("div");
+    this.rate = document.createElement("small");
+    this.problem = document.createElement("p");
+    this.shape = "";
+    this.leaves = new Map();
+    const button = document.createElement("button");
+    this.box.className = "watched";
+    this.problem.className = "quiet";
+    button.className = "close";
+    button.textContent = "×";
+    button.setAttribute("aria-label", tr("Do not watch {name}", { name }));
+    button.onclick = close;
+    this.rate.textContent = ` ${tr("waits for a message")}`;
+    this.box.append(button, name, this.rate, this.problem);
+  }
+
+  show({ hz, bytes_per_second: bytes, messages, problem, value }) {
+    if (messages) this.rate.textContent = ` ${hz.toFixed(1)} Hz, ${(bytes / 1000).toFixed(1)} kB/s`;
+    this.problem.textContent = problem;
+    if (value === null) return;
+    const shape = JSON.stringify(value, (_, part) => (part !== null && typeof part === "object" ? part : typeof part));
+    if (shape !== this.shape) this.build(value, shape);
+    for (const [path, { element, read }] of this.leaves) element.textContent = shown(read(value));
+  }
+
+  build(value, shape) {
+    this.shape = shape;
+    this.leaves.clear();
+    this.list?.remove();
+    this.list = this.tree(value, "", (whole) => whole);
+    this.box.append(this.list);
+  }
+
+  tree(value, path, read) {
+    const list = document.createElement("ul");
+    for (const [key, part] of Object.entries(value)) {
+      const item = document.createElement("li"), at = path ? `${path}.${key}` : key, inner = (whole) => read(whole)[key];
+      item.append(`${key}: `, part !== null && typeof part === "object" ? this.tree(part, at, inner) : this.leaf(part, at, inner));
+      list.append(item);
+    }
+    return list;
+  }
+
+  leaf(value, path, read) {
+    const element = document.createElement(typeof value === "number" ? "button" : "span");
+    if (typeof value === "number") {
+      element.title = tr("Draw its curve");
+      element.onclick = () => this.draw(path);
+    }
+    this.leaves.set(path, { element, read });
+    return element;
+  }
+}
+
+const shown = (value) => (typeof value === "number" && !Number.isInteger(value) ? value.toPrecision(6) : String(value));

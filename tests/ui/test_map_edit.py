@@ -139,6 +139,30 @@ def test_what_exists_is_moved_deleted_and_taken_back(edited: Any) -> None:
 
 @pytest.mark.slow
 @needs_chromium
+def test_distances_and_coordinates_are_read_from_the_map(page: Any) -> None:
+    show_a_room(page.server)
+    page.server.set_layer("robot", None)
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for(UP)
+        tab.evaluate("document.getElementById('fit').click()")
+        tab.evaluate(
+            "window.texts = []; const write = CanvasRenderingContext2D.prototype.fillText;"
+            "CanvasRenderingContext2D.prototype.fillText = function (text, ...at) {"
+            " window.texts.push(text); return write.call(this, text, ...at); }; undefined"
+        )
+        tab.evaluate("document.querySelector('[data-tool=measure]').click()")
+        press(tab, 0.3, 0.5, (0.6, 0.5))
+        at = float(str(tab.evaluate(text_of("cursor"))).split()[1])
+        tab.wait_for("window.texts.some((text) => /^\\d+\\.\\d\\d m, 0°$/.test(text))")
+        measured = tab.evaluate("window.texts.filter((text) => text.endsWith('m, 0°')).map(parseFloat)")
+        press(tab, 0.3, 0.5)
+        start = float(str(tab.evaluate(text_of("cursor"))).split()[1])
+        assert max(measured) == pytest.approx(at - start, abs=0.02) and at > start
+        assert page.commands.empty()
+
+
+@pytest.mark.slow
+@needs_chromium
 def test_the_map_is_changed_only_where_a_map_server_runs(page: Any) -> None:
     show_a_room(page.server)
     with open_tab(page.url, NO_GPU) as tab:

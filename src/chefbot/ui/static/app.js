@@ -9,7 +9,7 @@ import { Inspect } from "./inspect.js";
 import { Kiosk } from "./kiosk.js";
 import { Labels } from "./labels.js";
 import { LANGUAGES, choose, language, loadError, setLabels, tr, translated } from "./language.js";
-import { PAINTERS, QUIET, SWITCHES, arrow, scaleBar } from "./layers.js";
+import { PAINTERS, QUIET, SWITCHES, arrow, ruler, scaleBar } from "./layers.js";
 import { MapEdit } from "./map_edit.js";
 import { keepOnDevice } from "./offline.js";
 import { Panels } from "./panels.js";
@@ -73,6 +73,7 @@ function send(command) {
 kiosk = new Kiosk(send, () => link.show());
 
 function gesture(command) {
+  if (command.do === "measure") return true;             // it was shown during the drag
   if (command.do === "place" || command.do === "corner") return mapEdit.pressed(command);
   return command.do === "goal" ? panels.round.go(command, tr("this point")) : send(command);
 }
@@ -87,7 +88,8 @@ function paint(context) {
     if (value && !hidden.has(layer)) painter(context, view, value, data);
   }
   mapEdit.paint(context, view);
-  if (tools.drag && tools.view === view) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
+  if (tools.drag && tools.view === view && tools.tool.id === "measure") ruler(context, view, tools.drag);
+  else if (tools.drag && tools.view === view) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
   scaleBar(context, view, NARROW.matches ? 62 : 18);
   const moving = data.get("path") && !hidden.has("path") && !STILL.matches;
   if (!solid.on && (moving || !glides.done)) view.refresh();
@@ -267,6 +269,11 @@ new IntersectionObserver(([{ isIntersecting }]) => {
   link.show();
 }).observe($("camera").parentElement);
 document.addEventListener("visibilitychange", () => link.show());
+$("canvas").addEventListener("pointermove", (event) => {
+  const { x, y } = view.metres(...view.at(event));
+  $("cursor").textContent = `x ${x.toFixed(2)} m, y ${y.toFixed(2)} m`;
+});
+$("canvas").addEventListener("pointerleave", () => { $("cursor").textContent = ""; });
 $("canvas").addEventListener("wheel", () => { whole = false; });
 $("follow").onclick = () => {
   whole = false;

@@ -205,6 +205,21 @@ export const PAINTERS = [
   ["causes", causes],
 ];
 
+// A line between two points on the map with their distance, as { start, end } in pixels.
+export function ruler(context, view, { start, end }) {
+  const from = view.metres(...start), to = view.metres(...end);
+  context.save();
+  context.strokeStyle = COLOURS.goal();
+  context.lineWidth = 2;
+  context.beginPath();
+  context.moveTo(...start);
+  context.lineTo(...end);
+  context.stroke();
+  context.restore();
+  const degrees = Math.round((Math.atan2(to.y - from.y, to.x - from.x) * 180) / Math.PI);
+  view.labels.write(`${Math.hypot(to.x - from.x, to.y - from.y).toFixed(2)} m, ${degrees}°`, ...end, COLOURS.goal(), 1);
+}
+
 export function scaleBar(context, view, above) {
   const metres = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((length) => length * view.scale > 60) ?? 100;
   const width = metres * view.scale, y = view.height - above;

@@ -7,6 +7,7 @@ export const TOOLS = [
   { id: "look", label: tr("Look"), hint: "" },
   { id: "goal", label: tr("Go there"), hint: tr("Press the goal position and drag in the goal direction.") },
   { id: "initial_pose", label: tr("I am here"), hint: tr("Press the robot's position and drag in its direction.") },
+  { id: "measure", label: tr("Measure"), hint: tr("Press a point and drag to another one."), stays: true },
   { id: "drop_box", label: tr("Box"), hint: tr("Press the position of the box."), simulation: true },
   { id: "kidnap", label: tr("Kidnap"), hint: tr("Press the new position of the robot and drag in its new direction."), simulation: true },
   { id: "place", label: "", hint: tr("Press the position of the place and drag in the direction in which the robot shall stand."), panel: true },

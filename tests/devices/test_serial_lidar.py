@@ -82,7 +82,7 @@ def test_scans_of_the_room_arrive_with_recent_stamps(driver: str, port: Path) ->
     with Driver(driver, port) as robot:
         robot.until(lambda: len(robot.scans) >= 5, "scans")
         robot.until(lambda: robot.health.level == OK, "good health")
-        age = (robot.loop.now_ns - robot.scans[-1].header.stamp.ns) / 1e9
+        age = (time.time_ns() - robot.scans[-1].header.stamp.ns) / 1e9  # the loop's own time may be behind
     plugged.unplug()
     for scan in robot.scans[2:]:
         near = np.stack([room(scan.angles + d) for d in np.linspace(-0.03, 0.03, 21)])

@@ -86,8 +86,12 @@ def test_a_pulled_cable_stops_the_wheels(
 ) -> None:
     with Cable(bench.path, tmp_path / "port") as cable, Driven(str(cable.path)) as driven:
         drive(driven, cable, max_speed(ROBOT))
-        push(driven, cable, max_speed(ROBOT), lambda: at_full_speed(bench))
-        stopped = bench.stops_after(cable.pull)
+
+        def to_full_speed() -> None:
+            push(driven, cable, max_speed(ROBOT), lambda: at_full_speed(bench))
+
+        to_full_speed()
+        stopped = bench.stops_after(cable.pull, to_full_speed)
     record_property("stopped_ms", stopped)
     assert 0.0 < stopped <= LIMIT_MS
 

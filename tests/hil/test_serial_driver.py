@@ -134,7 +134,7 @@ def test_a_board_reset_while_driving_stands_until_a_zero_command(
 
 def test_the_cable_can_be_pulled_and_plugged_back(bench: BoardBench, driven: Driven, cable: Cable) -> None:
     drive(driven, cable, SPEED)
-    assert bench.stops_after(cable.pull) <= 200.0
+    assert bench.stops_after(cable.pull, lambda: drive(driven, cable, SPEED)) <= 200.0
     driven.until(lambda: "broke" in driven.health or "no motor board" in driven.health, "the diagnostic")
     cable.plug()
     count = len(cable.lines)

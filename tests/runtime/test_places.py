@@ -58,7 +58,7 @@ def test_tolerances_of_a_place_are_read_and_kept(tmp_path: Path) -> None:
     )
     save_places(path, {"dock": SE2(2.0, 0.0, 0.0)})
     assert path.read_text().endswith(
-        "  dock: {x: 2.000 m, y: 0.000 m, yaw: 0.0 deg, xy_tolerance: 2 cm, yaw_tolerance: 2 deg}\n"
+        "  dock: {x: 2.000 m, y: 0.000 m, yaw: 0 deg, xy_tolerance: 2 cm, yaw_tolerance: 2 deg}\n"
     )
     dock = load_entries(path)["dock"]
     assert (dock.xy_tolerance, dock.yaw_tolerance) == (0.02, math.radians(2.0))

@@ -25,10 +25,10 @@ def test_a_new_file_has_the_entries(tmp_path: Path) -> None:
 def test_comments_and_unchanged_entries_stay_as_they_are(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     head = "# mine\nother: 1\nthings:\n  a: {x: 100 cm}   # the first\n"
-    path.write_text(head + "  b: {x: 2 m, y: 1 m}\n  c: {x: 3 m}\n")
-    known = {"a": {"x": "1 m"}, "b": {"x": "2 m", "y": "1 m"}, "c": {"x": "3 m"}}
-    text = written(path, {"a": {"x": "1 m"}, "b": {"x": "5 m"}}, known)
-    assert text == head + "  b: {x: 5 m}\n"
+    path.write_text(head + "  b: {x: 2 m, y: 1 m, z: 5 cm}\n  c: {x: 3 m}\n")
+    known = {"a": {"x": "1 m"}, "b": {"x": "2 m", "y": "1 m", "z": "0.05 m"}, "c": {"x": "3 m"}}
+    text = written(path, {"a": {"x": "1 m"}, "b": {"x": "5 m", "z": "0.05 m"}}, known)
+    assert text == head + "  b: {x: 5 m, z: 5 cm}\n"
 
 
 def test_a_file_that_cannot_be_changed_is_named_and_kept(tmp_path: Path) -> None:

@@ -34,18 +34,20 @@ def write_section(
     for name in [name for name in written if name not in entries]:
         del written[name]
     for name, entry in entries.items():
-        if known.get(name) != entry:
-            _update(written.setdefault(name, entry), entry)
+        if name not in known:
+            written[name] = entry
+        elif known[name] != entry:
+            _update(written[name], entry, known[name])
     stream = io.BytesIO()
     yaml.dump(file, stream)
     write_atomic(path, stream.getvalue())
 
 
-def _update(written: CommentedMap, entry: CommentedMap) -> None:
-    """Give an entry of the file these fields, and only these."""
+def _update(written: CommentedMap, entry: CommentedMap, known: CommentedMap) -> None:
+    """Give an entry of the file these fields, and only these; a field that has not changed stays as it is written."""
     for key in [key for key in written if key not in entry]:
         del written[key]
-    written.update(entry)
+    written.update({key: value for key, value in entry.items() if known.get(key) != value})
 
 
 def _loaded(path: Path, what: str, yaml: YAML) -> CommentedMap:

@@ -72,7 +72,7 @@ class Inspector:
                 self._thread.start()
 
     def close(self) -> None:
-        """End the inspection."""
+        """End the inspection and wait for its thread."""
         self._closing.set()
         with self._lock:
             thread = self._thread
@@ -141,7 +141,7 @@ class WatchedTopic:
         return self._decoded(msgspec.structs.replace(base, time=round(at - self._begin, 3)), kind, data)
 
     def close(self) -> None:
-        """End the subscriptions."""
+        """End the subscriptions of this topic."""
         for subscription in self._subscriptions:
             self._node.destroy(subscription)
 

@@ -19,7 +19,7 @@ class InspectDevice(MapEditDevice):
         )
 
     def stop(self) -> None:
-        """End the inspection."""
+        """End the inspection that is running, if any."""
         self._inspector.close()
         super().stop()
 

@@ -1,0 +1,60 @@
+"""Tests of versions of files: each can be brought back, also after a crash at any step, and old ones go."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from chefbot.storage import map_versions
+from chefbot.storage.atomic_files import StorageError
+from chefbot.storage.map_versions import MapVersions
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[Path, Path]:
+    return tmp_path / "a.yaml", tmp_path / "b.yaml"
+
+
+def test_a_file_that_did_not_exist_is_removed_again(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    versions = MapVersions(tmp_path / "versions", files)
+    files[0].write_text("one")
+    versions.keep()
+    files[0].write_text("two")
+    files[1].write_text("new")
+    assert versions.restore() and files[0].read_text() == "one" and not files[1].exists()
+    assert len(versions) == 0 and not versions.restore()
+
+
+def test_only_the_newest_versions_are_kept(
+    tmp_path: Path, files: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(map_versions, "MAX_VERSIONS", 3)
+    versions = MapVersions(tmp_path / "versions", files)
+    for number in range(6):
+        files[0].write_text(str(number))
+        versions.keep()
+    assert len(versions) == 3
+    for expected in ("5", "4", "3"):
+        assert versions.restore() and files[0].read_text() == expected
+    assert not versions.restore()
+
+
+def test_an_incomplete_version_is_none(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    """A crash between the copies of two files: bringing such a version back would remove the second."""
+    versions = MapVersions(tmp_path / "versions", files)
+    for file in files:
+        file.write_text("one")
+    incomplete = tmp_path / "versions" / "incomplete"
+    incomplete.mkdir(parents=True)
+    (incomplete / "a.yaml").write_text("half")
+    assert len(versions) == 0 and not versions.restore()
+    versions.keep()
+    assert len(versions) == 1 and not incomplete.exists()
+    assert versions.restore() and [file.read_text() for file in files] == ["one", "one"]
+
+
+def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    (tmp_path / "versions").write_text("a file")
+    with pytest.raises(StorageError, match="versions"):
+        MapVersions(tmp_path / "versions", files).keep()

@@ -1,0 +1,120 @@
+"""The web UI's device turns commands of an operator into changes of the map, with names for what is new."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.support.nodes import NodeRunner
+
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
+from chefbot.msgs.chefbot_zones import KEEP_OUT, MapZone, MapZones
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
+from chefbot.msgs.std_msgs import Header
+from chefbot.runtime.node import NoParams
+from chefbot.ui import commands as do
+from chefbot.ui.editing.map_edit_device import MapEditDevice
+
+CORNERS = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]
+
+
+class Shown:
+    """Keeps the layers that a device sets."""
+
+    def __init__(self) -> None:
+        self.layers: dict[str, Any] = {}
+
+    def set_layer(self, layer: str, payload: Any) -> None:
+        self.layers[layer] = payload
+
+
+class Pen(MapEditDevice):
+    """The base class alone, with a server that only keeps its layers."""
+
+    params: NoParams
+
+    def start(self) -> None:
+        super().start()
+        self._server = Shown()  # type: ignore[assignment]
+
+
+@pytest.fixture
+def nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeRunner]:
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
+    runner = NodeRunner({"page": f"{__name__}:Pen"}, {})
+    places = tuple(
+        Place(name, PoseStamped(Header(), Pose.of(SE2(1.0, 0.0, 0.0))), label=label)
+        for name, label in (("kitchen", ""), ("table_1", "窗边"), ("table_3", ""))
+    )
+    runner.loop.publish("places", Places(places), "map")
+    corners = tuple(Point(x, y, 0.0) for x, y in CORNERS)
+    runner.loop.publish("zones", MapZones(Header(), (MapZone("keep_out_1", KEEP_OUT, corners),)), "map")
+    runner.run(0.1)
+    yield runner
+    runner.system.stop()
+
+
+def edits(nodes: NodeRunner, *commands: Any) -> list[MapEdit]:
+    device: Any = nodes.system.nodes["page"]
+    for command in commands:
+        device._execute_map_edit(command)
+    nodes.run(0.1)
+    return nodes.messages("map_edit")
+
+
+def test_places_labels_zones_and_results_are_shown(nodes: NodeRunner) -> None:
+    device: Any = nodes.system.nodes["page"]
+    layers = device._server.layers
+    assert layers["labels"] == {"table_1": "窗边"} and list(layers["places"]) == [
+        "kitchen",
+        "table_1",
+        "table_3",
+    ]
+    assert [view.name for view in layers["zones"]] == ["keep_out_1"]
+    result = MapEditResult("a", applied=True)
+    nodes.loop.publish("map_edit_result", result, "map")
+    nodes.run(0.1)
+    assert layers["edit"] is result
+
+
+def test_new_places_get_the_first_free_name_of_their_kind(nodes: NodeRunner) -> None:
+    table, room, kitchen, known = edits(
+        nodes,
+        do.PutPlace(1.0, 2.0, 0.5, kind="table", label=" Café "),
+        do.PutPlace(1.0, 2.0, 0.5, kind="room"),
+        do.PutPlace(1.0, 2.0, 0.5, kind="kitchen"),
+        do.PutPlace(1.0, 2.0, 0.5, name="table_3", id="a"),
+    )
+    assert [edit.places[0].name for edit in (table, room, kitchen, known)] == [
+        "table_2",
+        "room_1",
+        "kitchen_1",
+        "table_3",
+    ]
+    assert table.places[0].label == "Café" and table.places[0].pose.pose.se2 == SE2(1.0, 2.0, 0.5)
+    assert table.places[0].pose.header.frame_id == "map" and known.id == "a"
+
+
+def test_zones_have_the_numbers_of_their_kind_only(nodes: NodeRunner) -> None:
+    keep_out, slow, lane = edits(
+        nodes,
+        do.PutZone(CORNERS, "keep_out", speed=0.5, direction=1.0, preview=True),
+        do.PutZone(CORNERS, "slow", speed=0.5, direction=1.0),
+        do.PutZone(CORNERS, "one_way", speed=0.5, direction=1.0, name="exit"),
+    )
+    found = [
+        (edit.zones[0].name, edit.zones[0].speed, edit.zones[0].direction) for edit in (keep_out, slow, lane)
+    ]
+    assert found == [("keep_out_2", 0.0, 0.0), ("slow_1", 0.5, 0.0), ("exit", 0.0, 1.0)]
+    assert (keep_out.preview, slow.preview) == (True, False)
+
+
+def test_deletions_and_undo_are_passed_on(nodes: NodeRunner) -> None:
+    place, zone, undo = edits(
+        nodes, do.DeletePlace("table_1"), do.DeleteZone("keep_out_1"), do.UndoMapEdit("a")
+    )
+    assert (place.deleted_places, zone.deleted_zones) == (("table_1",), ("keep_out_1",))
+    assert undo.undo and undo.id == "a"

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import base64
 import contextlib
 import json
+import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -15,6 +18,7 @@ from typing import Any
 
 import pytest
 from tests.support.waiting import PATIENCE
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -24,6 +28,8 @@ FLAGS = [
     "--remote-debugging-port=0",
 ]
 NO_GPU = ["--disable-gpu"]
+SCREENSHOTS = "CHEFBOT_SCREENSHOTS"
+"""Environment variable with the folder for pictures of all tabs that tests open."""
 SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: `apt-get install chromium`")
 
@@ -185,7 +191,21 @@ def open_tab(url: str, flags: list[str]) -> Iterator[Tab]:
             tab.call(f"{domain}.enable")
         tab.call("Page.navigate", url=url)
         tab.wait_for("document.readyState === 'complete'")
-        yield tab
+        try:
+            yield tab
+        finally:
+            if folder := os.environ.get(SCREENSHOTS):
+                _keep_picture(tab, Path(folder))
+
+
+def _keep_picture(tab: Tab, folder: Path) -> None:
+    """Write what the tab shows at the end of a test, also of one that failed, named after the test."""
+    test = os.environ.get("PYTEST_CURRENT_TEST", "page").rpartition("/")[2].partition(" ")[0]
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", test).strip("-")[:120]
+    folder.mkdir(parents=True, exist_ok=True)
+    with contextlib.suppress(AssertionError, TimeoutError, ConnectionClosed):  # the test closed its tab
+        picture = base64.b64decode(tab.call("Page.captureScreenshot")["data"])
+        (folder / f"{name}.png").write_bytes(picture)
 
 
 def _connect(address: str) -> ClientConnection:

@@ -15,6 +15,7 @@ from chefbot.devices import stop_memory
 from chefbot.ui.access.addresses import host_names
 from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.files import static_files
+from chefbot.ui.request_guard import INVALID_TOKEN
 from chefbot.ui.server import REVOKED, WebUiServer
 
 NAME = next(name for name in host_names() if name.endswith(".local"))
@@ -71,6 +72,10 @@ def test_the_page_reports_a_revoked_link() -> None:
         invitations.revoke("anna")
         tab.wait_for(f"document.body.textContent.includes({json.dumps(REVOKED)})")
         tab.wait_for(f"!({UP})")
+        tab.wait_for(f"document.getElementById('notice').textContent === {json.dumps(INVALID_TOKEN)}")
+        token = invitations.invite("anna", "waiter")
+        tab.call("Page.navigate", url=f"http://{NAME}:{port}/?token={token}")
+        tab.wait_for(f"{UP} && document.body.dataset.role === 'waiter'")
     server.stop()
 
 

@@ -20,7 +20,7 @@ from chefbot.board.status_codes import FAULTS, as_text, motors_off
 from chefbot.delivery import status_messages
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.safety import stop_latch
-from chefbot.ui import pending_requests, server
+from chefbot.ui import pending_requests, request_guard, server
 from chefbot.ui.access import roles
 from chefbot.ui.commands import Drive, Stop
 from chefbot.ui.files import FOLDER
@@ -141,6 +141,7 @@ def other_sentences() -> Iterator[str]:
     yield from (text for name, text in vars(stop_latch).items() if name.isupper() and isinstance(text, str))
     yield from (pending_requests.ORDER_UNCONFIRMED, pending_requests.STOP_UNCONFIRMED)
     yield from (server.ONLY_STOP, server.REVOKED, roles.ONLY_VIEW)
+    yield from (request_guard.INVALID_TOKEN, request_guard.NO_TOKEN)
     yield roles.refusal("waiter", Drive(0.1, 0.0))
     yield from (f"Board: {as_text(motors_off(flag))}" for flag in FAULTS)
     for people in ((), (3,), (3, 4, 5)):

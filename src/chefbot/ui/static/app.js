@@ -230,6 +230,10 @@ link.addEventListener("down", ({ detail: lost }) => {
     showNotice(tr("Connection lost. The robot stops if it was driven by hand. Reconnecting …"), true);
   }
 });
+link.addEventListener("locked", ({ detail }) => {
+  keepNotice = true;
+  showNotice(translated(detail), true);
+});
 link.addEventListener("age", ({ detail }) => {
   $("age").hidden = !link.open || detail < OLD;
   $("age").textContent = tr("What you see is {seconds} s old.", { seconds: (detail / 1000).toFixed(1) });

@@ -14,6 +14,7 @@ export class Link extends EventTarget {
     this.url = url;
     this.layers = layers;
     this.retry = FIRST_RETRY;
+    this.opened = false;                 // whether the connection that is made or was lost has ever been open
     this.pings = 0;
     this.sent = new Map();               // send times of the pings without a response
     this.trips = [];                     // recent round-trip times, milliseconds
@@ -33,11 +34,12 @@ export class Link extends EventTarget {
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     this.order = Promise.resolve();
+    this.opened = false;
     this.sent.clear();
     this.received = 0;                   // pieces of bulk layers
     this.pieces = [];                    // of the bulk layer that is arriving
     this.receivedAt = performance.now();
-    socket.onopen = () => { this.receivedAt = performance.now(); this.retry = FIRST_RETRY; this.emit("up"); };
+    socket.onopen = () => { this.opened = true; this.receivedAt = performance.now(); this.retry = FIRST_RETRY; this.emit("up"); };
     socket.onmessage = (event) => {
       this.receivedAt = performance.now();
       const whole = typeof event.data === "string" ? event.data : this.assemble(event.data);
@@ -109,11 +111,19 @@ export class Link extends EventTarget {
     this.reconnect();
   }
 
+  // A robot that answers but refuses this link gives a reason, which a web socket does not show. Without an answer, the
+  // connection is simply lost.
+  async askWhy() {
+    const answer = await fetch("/", { cache: "no-store" }).catch(() => null);
+    if (answer?.status === 403) this.emit("locked", await answer.text());
+  }
+
   reconnect() {
     const lost = this.unsure.map(([, command]) => command);
     this.doubtful.push(...this.unsure);
     this.unsure = [];
     this.emit("down", lost);
+    if (!this.opened) this.askWhy();
     setTimeout(() => this.connect(), this.retry);
     this.retry = Math.min(2 * this.retry, LAST_RETRY);
   }

@@ -123,6 +123,13 @@ def test_a_damaged_map_is_a_problem(tmp_path: Path) -> None:
         assert line.startswith("! map.yaml: ")
 
 
+def test_zones_that_stop_a_launch_are_a_problem(tmp_path: Path) -> None:
+    save_map(tmp_path / "map", GRID)
+    (tmp_path / "map.zones.yaml").write_text("version: 1\nzones: {a: {kind: nope}}\n")
+    _, line = map_lines(tmp_path)
+    assert line.startswith("! map.yaml: ") and "zones" in line
+
+
 def test_of_many_maps_the_newest_are_listed(tmp_path: Path) -> None:
     for number in range(8):
         save_map(tmp_path / f"map{number}", GRID)

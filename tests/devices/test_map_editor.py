@@ -100,7 +100,7 @@ def test_zones_of_every_kind_survive_the_file(editor: MapEditor, kind: str) -> N
 
 def test_a_preview_names_what_is_cut_off_and_writes_nothing(editor: MapEditor, tmp_path: Path) -> None:
     start = SE2(1.0, 1.0, 0.0)
-    assert editor.preview(MapEdit(zones=(zone(),)), start) == "This cuts off: table_1."
+    assert editor.preview(MapEdit(zones=(zone(),)), start) == "No way from the robot to: table_1."
     beside = zone(corners=((3.0, 4.0), (4.0, 4.0), (4.0, 5.0)))
     assert editor.preview(MapEdit(zones=(beside,)), start) == ""
     inside = editor.preview(
@@ -108,6 +108,58 @@ def test_a_preview_names_what_is_cut_off_and_writes_nothing(editor: MapEditor, t
     )
     assert inside == "The place table_1 lies in the keep-out zone keep_out_1 and cannot be reached."
     assert [path.name for path in tmp_path.iterdir()] == ["room.places.yaml"]
+
+
+def test_a_preview_reports_a_trapped_robot(editor: MapEditor) -> None:
+    edit = MapEdit(zones=(zone(corners=((0.5, 0.5), (1.5, 0.5), (1.5, 1.5), (0.5, 1.5))),))
+    effect = editor.preview(edit, SE2(1.0, 1.0, 0.0))
+    assert effect.endswith("The robot stands in the keep-out zone 1 and cannot leave it by itself.")
+
+
+def test_two_people_who_add_at_once_get_two_names(editor: MapEditor) -> None:
+    for x in (2.0, 3.0):
+        editor.apply(MapEdit(places=(place("table_2", x, label=f"x {x}"),), new=True))
+        editor.apply(MapEdit(zones=(zone("keep_out_1"),), new=True))
+    content = editor.content()
+    assert (content.places["table_2"].x, content.places["table_3"].x) == (2.0, 3.0)
+    assert [one.name for one in content.zones] == ["keep_out_1", "keep_out_2"]
+    editor.apply(MapEdit(places=(place("kitchen", 3.5, label="second"),), new=True))
+    assert editor.content().places["kitchen_2"].x == 3.5
+
+
+def test_a_new_label_leaves_a_pose_that_was_changed_by_hand(editor: MapEditor, tmp_path: Path) -> None:
+    path = tmp_path / "room.places.yaml"
+    path.write_text(path.read_text().replace("y: 5 m", "y: 4.5 m"))
+    editor.apply(MapEdit(places=(place("table_1", 1.0, 5.0, "Café"),), keep_poses=True))
+    changed = editor.content().places["table_1"]
+    assert (changed.y, changed.label, changed.xy_tolerance) == (4.5, "Café", 0.02)
+
+
+def test_a_change_by_hand_is_not_taken_back(editor: MapEditor, tmp_path: Path) -> None:
+    editor.apply(MapEdit(places=(place("table_2"),)))
+    path = tmp_path / "room.places.yaml"
+    text = path.read_text() + "# mine\n"
+    path.write_text(text)
+    with pytest.raises(StorageError, match="changed by hand"):
+        editor.undo()
+    assert path.read_text() == text
+    editor.apply(MapEdit(places=(place("table_3"),)))
+    editor.undo()
+    assert path.read_text() == text
+
+
+def test_a_save_without_a_change_makes_no_version(editor: MapEditor) -> None:
+    editor.apply(MapEdit(places=(place("kitchen", 1.0, 1.0),), keep_poses=True))
+    assert len(editor.versions) == 0
+
+
+@pytest.mark.parametrize("label", ["Kitchen", "table 1", "TABLE_1", "ｋｉｔｃｈｅｎ"])
+def test_no_two_places_look_the_same(editor: MapEditor, label: str) -> None:
+    with pytest.raises(UserError, match="Another place is called"):
+        editor.apply(MapEdit(places=(place("table_2", label=label),)))
+    editor.apply(MapEdit(places=(place("table_2", label="Zoë"),)))
+    with pytest.raises(UserError, match="Another place is called"):
+        editor.apply(MapEdit(places=(place("table_3", label="Zoe\u0308"),)))
 
 
 def test_changes_are_taken_back_one_by_one(editor: MapEditor, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from tests.support.waiting import wait_for
 
+from chefbot.msgs import std_msgs as module_messages
 from chefbot.msgs.idl.message import Float64, Message
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header, String
@@ -111,7 +112,7 @@ def test_a_watched_topic_has_its_newest_message_and_rate(looking: Looking, base:
     [
         ("/r/other", "their_msgs/msg/Other"),
         ("/r/text", "too long to be shown"),
-        ("/r/none", "no publisher"),
+        ("/r/none", "Nobody publishes it"),
     ],
 )
 def test_what_cannot_be_shown_has_a_sentence(
@@ -119,6 +120,21 @@ def test_what_cannot_be_shown_has_a_sentence(
 ) -> None:
     looking.until(topic, condition=lambda: problem in looking.values.get(topic, TopicValue(topic)).problem)
     assert looking.values[topic].value is None
+
+
+def test_a_publisher_that_ends_is_noticed_and_numbers_stay_plain(looking: Looking, wire: RmwContext) -> None:
+    with RmwNode(wire, "base", "/r") as node:
+        publisher = node.publisher("number", module_messages.Float64)
+
+        def seen() -> bool:
+            publisher.publish(module_messages.Float64(float("nan")))
+            value = looking.values.get("/r/number")
+            return value is not None and value.value == {"data": "nan"} and value.hz > 0.0
+
+        looking.until("/r/number", condition=seen)
+        assert looking.values["/r/number"].hz < 1000.0, "over the time of watching, not between two messages"
+    looking.until("/r/number", condition=lambda: "Nobody" in looking.values["/r/number"].problem)
+    assert looking.values["/r/number"].value == {"data": "nan"}
 
 
 def test_too_many_topics_are_refused(looking: Looking) -> None:

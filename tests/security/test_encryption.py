@@ -6,12 +6,16 @@ import socket
 import ssl
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
 import httpx
 import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec, rsa
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 from tests.support.waiting import PATIENCE, wait_for
 from websockets.exceptions import InvalidStatus
 
@@ -149,6 +153,22 @@ def test_a_certificate_comes_with_its_key(tmp_path: Path, monkeypatch: pytest.Mo
     (tmp_path / "robot.pem").write_bytes((tmp_path / "keys" / "me.pem").read_bytes())
     with pytest.raises(UserError, match=r"robot\.key is not the private key of"):
         load_tls(str(tmp_path / "robot.pem"))
+
+
+@pytest.mark.parametrize("kind", ["rsa", "p384"])
+def test_a_certificate_of_another_authority_may_have_any_key(tmp_path: Path, kind: str) -> None:
+    key = rsa.generate_private_key(65537, 2048) if kind == "rsa" else ec.generate_private_key(ec.SECP384R1())
+    name, now = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "robot.local")]), datetime.now(UTC)
+    certificate = (
+        x509.CertificateBuilder(name, name, key.public_key(), 7, now, now + timedelta(days=1))
+        .add_extension(x509.SubjectAlternativeName([x509.DNSName("robot.local")]), critical=False)
+        .sign(key, hashes.SHA256())
+    )
+    (tmp_path / "robot.pem").write_bytes(certificate.public_bytes(Encoding.PEM))
+    private = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
+    (tmp_path / "robot.key").write_bytes(private)
+    tls = load_tls(str(tmp_path / "robot.pem"))
+    assert tls is not None and tls.names == ("robot.local",)
 
 
 def test_the_start_warns_where_traffic_can_be_read(site: Site) -> None:

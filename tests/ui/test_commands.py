@@ -55,6 +55,7 @@ def test_every_command_round_trips_through_json() -> None:
         "speed": 0.2,
         "direction": 1.5,
         "preview": True,
+        "moved": False,
         "topics": ["/odom"],
     }
     for kind in KINDS:

@@ -84,6 +84,17 @@ def test_unknown_places_are_rejected() -> None:
     validate_command(do.Deliver(["table_1"]), PLACES, DeliveryStatus(state="idle"))
 
 
+def test_a_place_that_a_delivery_needs_is_not_deleted() -> None:
+    status = DeliveryStatus(state="driving", place="table_1", queue=("table_1", "table_2"))
+    for name in ("table_1", "table_2"):
+        with pytest.raises(UserError, match=f"is to serve {name.replace('_', ' ')}; leave it out"):
+            validate_command(do.DeletePlace(name), PLACES, status)
+        validate_command(do.DeletePlace(name), PLACES, DeliveryStatus(state="idle"))
+    for name in ("kitchen", "home"):
+        with pytest.raises(UserError, match=f"Deliveries need {name}; move it instead"):
+            validate_command(do.DeletePlace(name), PLACES, DeliveryStatus(state="idle"))
+
+
 def test_a_goal_during_a_round_needs_a_time() -> None:
     for state in STATES:
         status = DeliveryStatus(state=state)

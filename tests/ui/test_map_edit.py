@@ -66,8 +66,10 @@ def test_the_effect_of_a_zone_is_shown_before_it_is_saved(edited: Any) -> None:
         assert isinstance(preview, do.PutZone) and preview.preview and len(preview.corners) == 3
         (ax, ay), (bx, by), (cx, cy) = preview.corners
         assert ax < bx == pytest.approx(cx) and ay == pytest.approx(by) and cy < by
-        edited.server.set_layer("edit", MapEditResult(preview.id, description="This cuts off: table_2."))
-        tab.wait_for(f"{text_of('zone-effects')} === 'This cuts off: 窗边 二.'")
+        edited.server.set_layer(
+            "edit", MapEditResult(preview.id, description="No way from the robot to: table_2.")
+        )
+        tab.wait_for(f"{text_of('zone-effects')} === 'No way from the robot to: 窗边 二.'")
         tab.evaluate("document.getElementById('zone-save').click()")
         saved = edited.next_command()
         assert isinstance(saved, do.PutZone) and saved.corners == preview.corners and not saved.preview
@@ -133,6 +135,12 @@ def test_what_exists_is_moved_deleted_and_taken_back(edited: Any) -> None:
         tab.evaluate("document.querySelector('#place-form .primary').click()")
         moved = edited.next_command()
         assert isinstance(moved, do.PutPlace) and (moved.name, moved.label) == ("table_2", "窗边 二")
+        assert moved.moved and moved.yaw == 0.0, "a press without a drag keeps the direction"
+        tab.evaluate("document.querySelectorAll('#place-list button')[0].click()")
+        tab.evaluate("document.getElementById('place-label').value = 'Bar'")
+        tab.evaluate("document.querySelector('#place-form .primary').click()")
+        labelled = edited.next_command()
+        assert isinstance(labelled, do.PutPlace) and (labelled.label, labelled.moved) == ("Bar", False)
         tab.evaluate("document.getElementById('undo-edit').click()")
         assert isinstance(edited.next_command(), do.UndoMapEdit)
 

@@ -94,6 +94,7 @@ def test_new_places_get_the_first_free_name_of_their_kind(nodes: NodeRunner) -> 
         "kitchen_1",
         "table_3",
     ]
+    assert [edit.new for edit in (table, room, kitchen, known)] == [True, True, True, False]
     assert table.places[0].label == "Café" and table.places[0].pose.pose.se2 == SE2(1.0, 2.0, 0.5)
     assert table.places[0].pose.header.frame_id == "map" and known.id == "a"
 

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+import unicodedata
+from collections.abc import Collection, Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import NamedTuple
+
+import msgspec
 
 from chefbot.devices.cut_off import cut_off
 from chefbot.errors import ChefbotError, UserError, name_hint
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
+from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
 from chefbot.msgs.chefbot_places import MAX_PLACES
-from chefbot.msgs.chefbot_zones import MAX_ZONES, MapZone
+from chefbot.msgs.chefbot_zones import KEEP_OUT, MAX_ZONES, MapZone
 from chefbot.robot.spec import Robot
 from chefbot.storage.map_versions import MapVersions
 from chefbot.storage.places import PlaceEntry, load_entries, places_path, save_entries
@@ -31,6 +36,10 @@ class MapContent(NamedTuple):
 
     places: dict[str, PlaceEntry]
     zones: tuple[MapZone, ...]
+
+    def of_kind(self, kind: str) -> tuple[MapZone, ...]:
+        """Return the zones of a kind."""
+        return tuple(zone for zone in self.zones if zone.kind == kind)
 
     def poses(self) -> dict[str, SE2]:
         """Return the poses of the places by name."""
@@ -68,6 +77,8 @@ class MapEditor:
         """Write a change. Raises ChefbotError if it is not valid or cannot be written; nothing has changed then."""
         before = self.content()
         after = self._changed(before, edit)
+        if after == before:
+            return
         self.versions.keep()
         try:
             if after.places != before.places:
@@ -77,6 +88,7 @@ class MapEditor:
         except ChefbotError:
             self.versions.restore()
             raise
+        self.versions.seal()
 
     def undo(self) -> None:
         """Take the last change back. Raises UserError if there is none."""
@@ -88,10 +100,14 @@ class MapEditor:
         _check_known("place", edit.deleted_places, list(before.places))
         _check_known("zone", edit.deleted_zones, [zone.name for zone in before.zones])
         places = {n: entry for n, entry in before.places.items() if n not in edit.deleted_places}
-        for place in edit.places:
-            places[place.name] = self._entry(place, places.get(place.name))
         zones = {zone.name: zone for zone in before.zones if zone.name not in edit.deleted_zones}
-        zones |= {zone.name: zone for zone in edit.zones}
+        for place in edit.places:
+            name = _free_name(place.name, places) if edit.new else place.name
+            places[name] = self._entry(place, places.get(name), keep_pose=edit.keep_poses)
+            _check_label(name, places)
+        for zone in edit.zones:
+            name = _free_name(zone.name, zones) if edit.new else zone.name
+            zones[name] = msgspec.structs.replace(zone, name=name)
         after = MapContent(places, tuple(zones.values()))
         _check_names([*places, *zones])
         if len(places) > MAX_PLACES or len(zones) > MAX_ZONES:
@@ -99,15 +115,16 @@ class MapEditor:
         check_zones(after.zones, self._grid, {})
         return after
 
-    def _entry(self, place: Place, known: PlaceEntry | None) -> PlaceEntry:
+    def _entry(self, place: Place, known: PlaceEntry | None, *, keep_pose: bool) -> PlaceEntry:
         """Return the entry of a changed place, which keeps its tolerances."""
-        pose, label = place.pose.pose.se2, place.label.strip()
+        label = unicodedata.normalize("NFC", place.label.strip())
+        if known and keep_pose:
+            return msgspec.structs.replace(known, label=_checked(label))
+        pose = place.pose.pose.se2
         if not self._grid.contains(pose.x, pose.y):
             raise UserError(f"{label or place.name} lies outside the map")
         if self._grid.at(pose.x, pose.y) >= OCCUPIED_FROM:
             raise UserError(f"{label or place.name} lies in a wall")
-        if len(label) > MAX_LABEL or not label.isprintable():
-            raise UserError(f"the label must have at most {MAX_LABEL} printable characters")
         tolerances = (known.xy_tolerance, known.yaw_tolerance) if known else (None, None)
         return PlaceEntry(
             x=pose.x,
@@ -115,7 +132,7 @@ class MapEditor:
             yaw=pose.yaw,
             xy_tolerance=tolerances[0],
             yaw_tolerance=tolerances[1],
-            label=label,
+            label=_checked(label),
         )
 
     def _side_effects(self, before: MapContent, after: MapContent, start: SE2 | None) -> str:
@@ -123,10 +140,43 @@ class MapEditor:
         found = check_zones(after.zones, self._grid, after.poses()).warnings
         sentences = [sentence for sentence in found if sentence not in known]
         if start is not None and after.zones != before.zones:
+            if traps := [
+                zone.title for zone in after.of_kind(KEEP_OUT) if contains(zone.array, start.x, start.y)
+            ]:
+                return " ".join(
+                    [*sentences, f"The robot stands in the {traps[0]} and cannot leave it by itself."]
+                )
             lost = cut_off(self._grid, self._robot, start, after.poses(), before.zones, after.zones)
             outside = [name for name in lost if not any(f" {name} " in sentence for sentence in sentences)]
-            sentences += [f"This cuts off: {', '.join(outside)}."] if outside else []
+            sentences += [f"No way from the robot to: {', '.join(outside)}."] if outside else []
         return " ".join(sentences)
+
+
+def _free_name(name: str, taken: Collection[str]) -> str:
+    """Return a name that is not taken: itself, or with the next free number, as two people add at the same moment."""
+    if name not in taken:
+        return name
+    stem = re.sub(r"_\d+$", "", name)
+    return next(free for number in count(2) if (free := f"{stem}_{number}") not in taken)
+
+
+def _checked(label: str) -> str:
+    if len(label) > MAX_LABEL or not label.isprintable():
+        raise UserError(f"the label must have at most {MAX_LABEL} printable characters")
+    return label
+
+
+def _check_label(name: str, places: Mapping[str, PlaceEntry]) -> None:
+    """Raise UserError if people would take the place for another one: by its label, or by its name."""
+    label = _as_read(places[name].label or name)
+    for other, entry in places.items():
+        if other != name and label in (_as_read(entry.label), _as_read(other)):
+            raise UserError(f"Another place is called {places[name].label or name} already")
+
+
+def _as_read(text: str) -> str:
+    """Return a text in which what looks the same is the same: letters of any width and case, spaces and _."""
+    return unicodedata.normalize("NFKC", text).casefold().replace("_", " ").strip()
 
 
 def _check_names(names: Sequence[str]) -> None:

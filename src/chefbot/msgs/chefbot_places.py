@@ -39,7 +39,9 @@ class Places(Message, frozen=True, eq=False):
 class MapEdit(Message, frozen=True, eq=False):
     """A change of the places and zones of the map, which replaces those of the same name.
 
-    With `undo`, the last change is taken back; with `preview`, nothing is changed, only the result is published.
+    With `new`, nothing is replaced: a name that is taken becomes the next free one. With `keep_poses`, places that
+    exist stay where they are. With `undo`, the last change is taken back; with `preview`, only the result is
+    published.
     """
 
     ROS_PACKAGE = "chefbot_msgs"
@@ -54,6 +56,8 @@ class MapEdit(Message, frozen=True, eq=False):
     zones: tuple[MapZone, ...] = ()
     deleted_places: StringArray = ()
     deleted_zones: StringArray = ()
+    new: Bool = False
+    keep_poses: Bool = False
     undo: Bool = False
     preview: Bool = False
 

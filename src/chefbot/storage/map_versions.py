@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from chefbot.storage.atomic_files import os_errors_as_storage_errors, write_atomic
+from chefbot.storage.atomic_files import StorageError, os_errors_as_storage_errors, write_atomic
 
 MAX_VERSIONS = 50
 """Number of versions that are kept, the newest."""
+SEAL = "written.sha256"
+"""File of a version with the hashes of what the change after it wrote."""
+CHANGED_BY_HAND = (
+    "The files of places and zones were changed by hand since the last change here, so it is not taken back"
+)
 
 
 class MapVersions:
@@ -37,11 +43,21 @@ class MapVersions:
         for number in numbers[: len(numbers) + 1 - MAX_VERSIONS]:
             self._remove(number)
 
+    def seal(self) -> None:
+        """Note what the files are after the change, so that one by hand in the meantime is not overwritten."""
+        write_atomic(self._newest() / SEAL, self._digest())
+
     def restore(self) -> bool:
-        """Bring the newest version back and forget it; False if there is none."""
+        """Bring the newest version back and forget it; False if there is none.
+
+        Raises StorageError if the files were changed by others since.
+        """
         numbers = self._numbers()
         if not numbers:
             return False
+        seal = self._newest() / SEAL
+        if seal.is_file() and seal.read_bytes() != self._digest():
+            raise StorageError(CHANGED_BY_HAND)
         version = self._folder / f"{numbers[-1]:06d}"
         for file in self._files:
             with os_errors_as_storage_errors(file):
@@ -51,6 +67,14 @@ class MapVersions:
                     file.unlink(missing_ok=True)
         self._remove(numbers[-1])
         return True
+
+    def _newest(self) -> Path:
+        return self._folder / f"{self._numbers()[-1]:06d}"
+
+    def _digest(self) -> bytes:
+        """Return a hash of the files as they are now."""
+        contents = [file.read_bytes() if file.is_file() else b"" for file in self._files]
+        return "".join(hashlib.sha256(content).hexdigest() for content in contents).encode()
 
     def _remove(self, number: int) -> None:
         version = self._folder / f"{number:06d}"

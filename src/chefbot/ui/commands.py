@@ -152,12 +152,16 @@ class MapSaved(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="ma
 
 
 class PutPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_place"):
-    """Add a place to the map, or change it; without a name it becomes the next one of its kind."""
+    """Add a place to the map, or change it; without a name it becomes the next one of its kind.
+
+    `moved`: whether a place that exists gets this pose; else only its label is changed.
+    """
 
     x: Metre
     y: Metre
     yaw: Angle
     name: EditName = ""
+    moved: bool = True
     kind: Literal["table", "room", "kitchen", "charger", "pick_up"] = "table"
     label: Annotated[str, msgspec.Meta(max_length=40, description="what people read; in any script")] = ""
     id: Id = ""

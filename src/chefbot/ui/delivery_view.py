@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection
 
+from chefbot.delivery.params import DeliveryParams
 from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, IN_ROUND, QUEUE_CHANGED, display_name
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
@@ -17,6 +18,9 @@ TIME_STEP = 10.0
 """Step of the times of a forecast, s."""
 CONFIRMATION_STATE = {do.Loaded: "loading", do.Taken: "waiting", do.NotTaken: "waiting"}
 """State of the mission in which a confirmation is valid."""
+
+KITCHEN, HOME = DeliveryParams().kitchen, DeliveryParams().home
+"""Names of the places that deliveries need, unless a launch file gives others."""
 
 
 def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
@@ -74,6 +78,8 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
     missing = [name for name in requested if name not in places]
     if missing:
         raise UserError(f"There is no place called {missing[0]}")
+    if isinstance(command, do.DeletePlace):
+        _check_deletion(command.name, status)
     if isinstance(command, do.Goal | do.GoPlace) and status.state in IN_ROUND and not command.when:
         raise UserError(ERRAND_NEEDS_WHEN[:1].upper() + ERRAND_NEEDS_WHEN[1:])
     if isinstance(command, do.Patrol | do.Follow) and status.state in IN_ROUND:
@@ -84,6 +90,14 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         tables = command.tables if isinstance(command, do.ChangeQueue) else ()
         if command.order != status.order_id or Counter(tables) - Counter(status.queue):
             raise UserError(QUEUE_CHANGED)
+
+
+def _check_deletion(name: str, status: DeliveryStatus) -> None:
+    """Raise UserError for a place without which a delivery that is possible or under way would fail."""
+    if name in (KITCHEN, HOME):
+        raise UserError(f"Deliveries need {display_name(name)}; move it instead")
+    if status.state in IN_ROUND and name in (status.place, *status.queue):
+        raise UserError(f"The robot is to serve {display_name(name)}; leave it out of the round first")
 
 
 def _place_names(command: do.OperatorCommand) -> tuple[str, ...]:

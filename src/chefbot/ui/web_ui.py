@@ -113,7 +113,7 @@ class WebUiDevice(InspectDevice):
         self._diagnostics = RecentDiagnostics()
         tls = load_tls(self.params.certificate)
         p = self.params
-        invitations = Invitations(self.robot.name)
+        invitations = Invitations(self.robot.name, self._warn)
         self._server = WebUiServer(
             p.port,
             p.host,

@@ -9,7 +9,8 @@ import typer
 from chefbot.cli.command_group import new_group
 
 doctor_app = new_group(
-    "Check this computer: web UI, disk, maps, ports, clock, ROS graph.",
+    "Check this computer: web UI, disk, maps, ports, clock, ROS graph. The exit code is 1 if there are problems.",
+    short_help="Check this computer: web UI, disk, maps, ports, clock, ROS graph.",
     no_args_is_help=False,
     invoke_without_command=True,
 )

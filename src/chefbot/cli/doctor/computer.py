@@ -21,6 +21,7 @@ from chefbot.devices.stop_memory import VARIABLE, state_folder
 from chefbot.errors import ChefbotError
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places, places_path
+from chefbot.storage.zones import load_zones, zones_path
 from chefbot.ui.browser import has_screen
 
 TIMEOUT = 1.0
@@ -105,6 +106,8 @@ def _map_line(path: Path, folder: Path) -> str:
     try:
         grid = load_map(path)
         places = load_places(places_path(path)) if places_path(path).exists() else {}
+        if zones_path(path).exists():
+            load_zones(zones_path(path), grid, places)
     except ChefbotError as error:
         return f"! {name}: {error}"
     rows, columns = grid.cells.shape

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Collection
+from typing import Any
 
 import msgspec
 
@@ -38,6 +40,7 @@ WINDOW = 5.0
 """Time over which rates are measured, s."""
 SHOWN_ELEMENTS, SHOWN_BYTES = 12, 6000
 """Maximum number of shown elements of an array, and maximum size of a value as JSON."""
+NO_PUBLISHER = "Nobody publishes it now"
 NO_GRAPH = "There is no ROS network here; the launch may run with wire:=off"
 
 ShowGraph = Callable[[GraphSummary], None]
@@ -122,6 +125,7 @@ class WatchedTopic:
 
     def __init__(self, node: RmwNode, name: str, begin: float) -> None:
         self._node, self._name, self._begin = node, name, begin
+        self._since = time.monotonic()
         self._newest: tuple[float, InterfaceType, bytes] | None = None
         self._arrivals: deque[tuple[float, int]] = deque()
         self._count = 0
@@ -135,8 +139,11 @@ class WatchedTopic:
         hz, rate = self._rates()
         base = TopicValue(self._name, round(hz, 1), round(rate), self._count)
         newest = self._newest
+        topic = self._node.wire.graph.topics().get(self._name)
+        if topic is None or not topic.providers:
+            base = msgspec.structs.replace(base, problem=NO_PUBLISHER)
         if newest is None:
-            return msgspec.structs.replace(base, problem="" if self._subscriptions else "It has no publisher")
+            return base
         at, kind, data = newest
         return self._decoded(msgspec.structs.replace(base, time=round(at - self._begin, 3)), kind, data)
 
@@ -162,18 +169,15 @@ class WatchedTopic:
         now = time.monotonic()
         while self._arrivals and self._arrivals[0][0] < now - WINDOW:
             self._arrivals.popleft()
-        arrivals = list(self._arrivals)
-        if len(arrivals) < 2:
-            return 0.0, 0.0
-        span = max(arrivals[-1][0] - arrivals[0][0], 1e-3)
-        return (len(arrivals) - 1) / span, sum(size for _, size in arrivals[1:]) / span
+        arrivals, span = list(self._arrivals), min(WINDOW, max(now - self._since, PERIOD))
+        return len(arrivals) / span, sum(size for _, size in arrivals) / span
 
     def _decoded(self, view: TopicValue, kind: InterfaceType, data: bytes) -> TopicValue:
         known = self._definition(kind)
         if isinstance(known, str):
             return msgspec.structs.replace(view, problem=known)
         try:
-            plain = message_to_dict(known.from_cdr(data), SHOWN_ELEMENTS)
+            plain = _finite(message_to_dict(known.from_cdr(data), SHOWN_ELEMENTS))
         except CdrError as error:
             return msgspec.structs.replace(view, problem=f"It is not a valid {kind.name}: {error}")
         if len(msgspec.json.encode(plain)) > SHOWN_BYTES:
@@ -188,6 +192,15 @@ class WatchedTopic:
             except ToolError as error:
                 self._types[kind] = str(error)
         return self._types[kind]
+
+
+def _finite(value: Any) -> Any:
+    """Return plain data in which numbers that JSON does not have are texts: nan, inf, -inf."""
+    if isinstance(value, dict):
+        return {key: _finite(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_finite(part) for part in value]
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def summary(graph: Graph, *, connected: bool) -> GraphSummary:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 from chefbot.storage.atomic_files import StorageError
 from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.visitors import TokenKey, Visitor
@@ -22,8 +20,12 @@ class Identification:
     def invited(self, token: str) -> Visitor | None:
         """Return the invited person whose token this is; None for other tokens.
 
-        Invitations that cannot be read let nobody in; the launch prints why.
+        Invitations that cannot be read let nobody in, and are a warning.
         """
-        with suppress(StorageError):
-            return self._invitations.visitor(token) if self._invitations else None
-        return None
+        if self._invitations is None:
+            return None
+        try:
+            return self._invitations.visitor(token)
+        except StorageError as error:
+            self._invitations.warn(str(error))
+            return None

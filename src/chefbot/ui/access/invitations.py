@@ -8,6 +8,8 @@ from __future__ import annotations
 import hashlib
 import hmac
 import secrets
+import unicodedata
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -26,6 +28,10 @@ ADDRESS = ".address"
 """Ending of the file with the address at which a robot was served to a network last."""
 
 
+def _ignore(_: str) -> None:
+    """Take a warning that nobody wants."""
+
+
 class InvitedPerson(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """An invited person; `invited` is UTC in ISO 8601, `token_hash` the SHA-256 of the token in hexadecimal."""
 
@@ -36,10 +42,13 @@ class InvitedPerson(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Invitations:
-    """The persons who are invited to a robot's web UI; another process may change the file at any time."""
+    """The persons who are invited to a robot's web UI; another process may change the file at any time.
 
-    def __init__(self, robot: str) -> None:
-        self.robot = robot
+    `warn` is called if it turns out that nobody can be let in because the file cannot be read.
+    """
+
+    def __init__(self, robot: str, warn: Callable[[str], None] = _ignore) -> None:
+        self.robot, self.warn = robot, warn
         self.path = page_folder() / f"{robot}.people.json"
         self._version: tuple[int, int] | None = None
         self._people: tuple[InvitedPerson, ...] = ()
@@ -64,7 +73,7 @@ class Invitations:
 
     def invite(self, name: str, role: Role) -> str:
         """Return a new token of a person, which replaces an older one. Raises UserError for an invalid name."""
-        check_name(name)
+        name = checked_name(name)
         others = tuple(person for person in self.people() if person.name != name)
         if len(others) >= MAX_PEOPLE:
             raise UserError(f"{MAX_PEOPLE} persons are invited already; revoke some of them first")
@@ -75,10 +84,9 @@ class Invitations:
 
     def revoke(self, name: str) -> None:
         """Make the link of a person invalid. Raises UserError if there is none of this name."""
-        names = [person.name for person in self.people()]
+        name, names = unicodedata.normalize("NFC", name), [person.name for person in self.people()]
         if name not in names:
-            invited = f"invited are: {', '.join(names)}" if names else "nobody is invited"
-            raise UserError(f"{name!r} is not invited{name_hint(name, names)}; {invited}")
+            raise UserError(f"{name!r} is not invited{name_hint(name, names) if names else '; nobody is'}")
         self._write(tuple(person for person in self.people() if person.name != name))
 
     def visitor(self, token: str) -> Visitor | None:
@@ -98,12 +106,14 @@ def page_folder() -> Path:
     return state_folder() / "page"
 
 
-def check_name(name: str) -> None:
-    """Raise UserError unless the name can be shown in one line."""
+def checked_name(name: str) -> str:
+    """Return a name in its composed form (Unicode NFC). Raises UserError unless it can be shown in one line."""
+    name = unicodedata.normalize("NFC", name)
     if not name or name != name.strip() or len(name) > MAX_NAME or not name.isprintable():
         raise UserError(
             f"the name {name!r} must have 1 to {MAX_NAME} printable characters and no space around it"
         )
+    return name
 
 
 def write_address(robot: str, address: str) -> None:

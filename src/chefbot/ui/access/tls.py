@@ -10,7 +10,6 @@ from cryptography import x509
 
 from chefbot.config import read_bytes
 from chefbot.errors import UserError
-from chefbot.fleet.certificates import read_certificate
 from chefbot.fleet.keyring import MAX_PEM_BYTES, Keyring, keys_folder
 
 MIN_TLS = ssl.TLSVersion.TLSv1_2
@@ -67,9 +66,11 @@ def client_context() -> ssl.SSLContext:
 
 
 def _names(path: Path) -> tuple[str, ...]:
-    certificate = read_certificate(read_bytes(path, "certificate", MAX_PEM_BYTES), str(path))
     try:
+        certificate = x509.load_pem_x509_certificate(read_bytes(path, "certificate", MAX_PEM_BYTES))
         extension = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName)
     except x509.ExtensionNotFound:
         return ()
+    except ValueError as error:
+        raise UserError(f"{path} holds no certificate in PEM format: {error}") from None
     return tuple(extension.value.get_values_for_type(x509.DNSName))

@@ -45,13 +45,12 @@ class MapEditDevice(ModelDevice):
 
     def _execute_map_edit(self, command: AnyEdit) -> None:
         match command:
-            case do.PutPlace(x, y, yaw, name, kind, label):
-                place = Place(
-                    name or self._new_place(kind), self._stamped(SE2(x, y, yaw)), label=label.strip()
-                )
-                edit = MapEdit(command.id, places=(place,))
-            case do.PutZone(preview=preview):
-                edit = MapEdit(command.id, zones=(self._zone(command),), preview=preview)
+            case do.PutPlace(x, y, yaw, name, moved, kind, label):
+                pose = self._stamped(SE2(x, y, yaw))
+                place = Place(name or self._new_place(kind), pose, label=label.strip())
+                edit = MapEdit(command.id, places=(place,), new=not name, keep_poses=not moved)
+            case do.PutZone(name=name, preview=preview):
+                edit = MapEdit(command.id, zones=(self._zone(command),), new=not name, preview=preview)
             case do.DeletePlace(name):
                 edit = MapEdit(command.id, deleted_places=(name,))
             case do.DeleteZone(name):

@@ -1,6 +1,6 @@
 // Curves of numbers in messages over the last half minute: pause, and values under the cursor.
 const SPAN = 30;                         // seconds shown
-const MOST = 8;                          // curves
+export const CURVES = 8;                 // at once
 const HUES = ["#0f766e", "#b91c1c", "#1d4ed8", "#b45309", "#7c3aed", "#be185d", "#4d7c0f", "#0e7490"];
 const LEFT = 56, BOTTOM = 18, TOP = 8;   // pixels around the curves
 
@@ -14,10 +14,13 @@ export class Curves {
 
   get any() { return this.series.size > 0; }
 
+  // Draw a curve or draw it no more; false if there are too many.
   toggle(topic, path) {
     const key = `${topic} ${path}`;
-    if (this.series.has(key)) this.series.delete(key);
-    else if (this.series.size < MOST) this.series.set(key, []);
+    if (this.series.delete(key)) return true;
+    if (this.series.size === CURVES) return false;
+    this.series.set(key, []);
+    return true;
   }
 
   forget(topic) { for (const key of this.series.keys()) if (key.startsWith(`${topic} `)) this.series.delete(key); }

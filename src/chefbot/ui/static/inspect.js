@@ -1,10 +1,11 @@
 // The ROS graph: topics with rates, the newest messages of those that are watched, and curves of their numbers.
-import { Curves } from "./curves.js";
+import { CURVES, Curves } from "./curves.js";
 import { tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const RENEWAL = 2000;                    // milliseconds: the robot shows for some seconds what a page asks for
 const SHOWN = 200;                       // topics listed at once
+const MOST = 12;                         // topics watched at once
 
 export class Inspect {
   // `changed()` is called when other layers are needed.
@@ -54,6 +55,10 @@ export class Inspect {
   }
 
   toggle(name) {
+    if (!this.watched.includes(name) && this.watched.length === MOST) {
+      $("graph-note").textContent = tr("At most {number} topics are watched at once.", { number: MOST });
+      return;
+    }
     this.watched = this.watched.includes(name) ? this.watched.filter((one) => one !== name) : [...this.watched, name];
     if (!this.watched.includes(name)) this.curves.forget(name);
     this.list();
@@ -77,7 +82,7 @@ export class Inspect {
   }
 
   toggleCurve(topic, path) {
-    this.curves.toggle(topic, path);
+    if (!this.curves.toggle(topic, path)) $("graph-note").textContent = tr("At most {number} curves are drawn at once.", { number: CURVES });
     this.showCurves();
   }
 
@@ -110,7 +115,7 @@ class WatchedTopic {
 
   show({ hz, bytes_per_second: bytes, messages, problem, value }) {
     if (messages) this.rate.textContent = ` ${hz.toFixed(1)} Hz, ${(bytes / 1000).toFixed(1)} kB/s`;
-    this.problem.textContent = problem;
+    this.problem.textContent = translated(problem);
     if (value === null) return;
     const shape = JSON.stringify(value, (_, part) => (part !== null && typeof part === "object" ? part : typeof part));
     if (shape !== this.shape) this.build(value, shape);

@@ -6,6 +6,7 @@ import { arrow } from "./layers.js";
 const $ = (id) => document.getElementById(id);
 const PREVIEW_DELAY = 400;               // milliseconds without a change before the robot previews it
 const DEGREE = Math.PI / 180;
+const SLOWEST = 0.1, FASTEST = 10;       // m/s, limits of a slow zone
 
 export class MapEdit {
   // `choose(tool)` selects a tool of the map; `robot()` is where the robot is; `changed()` draws the map again.
@@ -61,13 +62,13 @@ export class MapEdit {
   }
 
   // The operator has pressed a pose on the map.
-  pressed({ do: tool, x, y, yaw }) {
+  pressed({ do: tool, x, y, yaw, dragged }) {
     if (tool === "corner") {
       if (this.zone.corners.length === this.zone.from) this.zone.corners = this.zone.from ? [] : this.zone.corners;
       this.zone.from = -1;
       this.zone.corners.push([x, y]);
       this.cornersChanged();
-    } else if (this.place) Object.assign(this.place, { x, y, yaw });
+    } else if (this.place) Object.assign(this.place, { x, y, moved: true, ...(dragged ? { yaw } : {}) });
     else this.openPlace({ name: "", x, y, yaw });
     this.changed();
   }
@@ -84,9 +85,9 @@ export class MapEdit {
   }
 
   savePlace() {
-    const { name, x, y, yaw } = this.place, label = $("place-label").value.trim();
+    const { name, x, y, yaw, moved } = this.place, label = $("place-label").value.trim();
     const plain = name && label === title(name) && !this.hasLabel(name);    // the name itself is no label
-    this.save({ do: "put_place", name, x, y, yaw, kind: $("place-kind").value, label: plain ? "" : label });
+    this.save({ do: "put_place", name, x, y, yaw, moved: Boolean(moved || !name), kind: $("place-kind").value, label: plain ? "" : label });
   }
 
   hasLabel(name) { return Object.hasOwn(this.labels ?? {}, name); }
@@ -113,12 +114,13 @@ export class MapEdit {
   }
 
   cornersChanged() {
-    const enough = this.zone.corners.length >= 3;
-    $("zone-save").disabled = !enough;
+    const few = this.zone.corners.length < 3, speed = Number($("zone-speed").value);
+    const wrong = $("zone-kind").value === "slow" && !(speed >= SLOWEST && speed <= FASTEST);
+    $("zone-save").disabled = few || wrong;
     $("zone-back").disabled = !this.zone.corners.length;
-    $("zone-effects").textContent = enough ? "" : tr("A zone has three corners or more.");
+    $("zone-effects").textContent = few ? tr("A zone has three corners or more.") : wrong ? tr("The limit of a slow zone is 0.1 to 10 m/s.") : "";
     clearTimeout(this.timer);
-    if (enough) this.timer = setTimeout(() => this.preview(), PREVIEW_DELAY);
+    if (!few && !wrong) this.timer = setTimeout(() => this.preview(), PREVIEW_DELAY);
     this.changed();
   }
 
@@ -132,7 +134,7 @@ export class MapEdit {
     const direction = Number($("zone-direction").value) * DEGREE;
     return {
       do: "put_zone", name: this.zone.name, kind: $("zone-kind").value, corners: this.zone.corners,
-      speed: Number($("zone-speed").value), direction: Math.atan2(Math.sin(direction), Math.cos(direction)),
+      speed: $("zone-kind").value === "slow" ? Number($("zone-speed").value) : SLOWEST, direction: Math.atan2(Math.sin(direction), Math.cos(direction)),
     };
   }
 

@@ -104,9 +104,9 @@ export class Tools {
   up(event) {
     this.pointers.delete(event.pointerId);
     if (!this.drag) return;
-    const pose = this.pose();
+    const { dragged, ...pose } = this.pose();
     const command = this.tool.id === "drop_box" ? { x: pose.x, y: pose.y } : pose;
-    this.send({ do: this.tool.id, ...command });
+    this.send({ do: this.tool.id, ...command, ...(this.tool.panel ? { dragged } : {}) });
     if (!this.tool.stays) this.choose("look");
     this.drag = null;
   }
@@ -122,7 +122,7 @@ export class Tools {
     const { start, end } = this.drag;
     const { x, y } = this.view.metres(...start), tip = this.view.metres(...end);
     const robot = this.robot();
-    if (Math.hypot(end[0] - start[0], end[1] - start[1]) >= SHORT) return { x, y, yaw: Math.atan2(tip.y - y, tip.x - x) };
+    if (Math.hypot(end[0] - start[0], end[1] - start[1]) >= SHORT) return { x, y, yaw: Math.atan2(tip.y - y, tip.x - x), dragged: true };
     if (this.tool.id === "goal" && robot) return { x, y, yaw: Math.atan2(y - robot.y, x - robot.x) };
     return { x, y, yaw: robot?.yaw ?? 0 };
   }

@@ -74,7 +74,7 @@ def test_the_page_reports_a_revoked_link() -> None:
         tab.wait_for(f"!({UP})")
         tab.wait_for(f"document.getElementById('notice').textContent === {json.dumps(INVALID_TOKEN)}")
         token = invitations.invite("anna", "waiter")
-        tab.call("Page.navigate", url=f"http://{NAME}:{port}/?token={token}")
+        tab.reload_by(f"location.href = '/?token={token}'")
         tab.wait_for(f"{UP} && document.body.dataset.role === 'waiter'")
     server.stop()
 

@@ -185,7 +185,7 @@ class WatchedTopic:
         return msgspec.structs.replace(view, value=plain)
 
     def _definition(self, kind: InterfaceType) -> type[Message] | str:
-        """Return the class of a type, or why there is none; a node is asked for a type of its own only once."""
+        """Return the class of a type, or why there is none; a type of a node's own is requested only once."""
         if kind not in self._types:
             try:
                 self._types[kind] = definition_of(self._node, kind, f"topic {self._name}")

@@ -144,9 +144,9 @@ def test_a_blocked_wheel_is_reported_and_can_be_cleared(
 ) -> None:
     drive(driven, cable)
     emulated.inject("block 1 1")
-    driven.until(lambda: "right wheel" in driven.health or "right encoder" in driven.health, "the news")
+    driven.until(lambda: "The motors are off; press STOP" in driven.fault in driven.health, "the news")
     emulated.inject("block 1 0")
-    assert driven.fault in driven.health and "The motors are off; press STOP" in driven.fault
+    assert "right wheel" in driven.fault or "right encoder" in driven.fault
     clear_faults(driven, cable)
     driven.until(lambda: driven.fault == "", "the end of the fault")
     drive(driven, cable)

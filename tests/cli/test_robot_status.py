@@ -11,7 +11,7 @@ from chefbot.cli.drive import status as drive_status
 from chefbot.cli.drive.status import place_sentence, show_status
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
-from chefbot.ui.layers import DeliveryView, RobotView, RoundStopView, StatusView
+from chefbot.ui.display.views import DeliveryView, RobotView, RoundStopView, StatusView
 
 
 @pytest.fixture(autouse=True)

@@ -20,7 +20,7 @@ from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places
 from chefbot.ui.commands import Cancel, Deliver, Follow, Goal, GoPlace, Loaded, Patrol, Resume, Stop
-from chefbot.ui.layers import StopView
+from chefbot.ui.display.views import StopView
 
 
 @pytest.fixture(autouse=True)

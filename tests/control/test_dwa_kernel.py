@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.control.dwa_kernel import best_twist, cost_at, nearest_on_path, roll_out
+from chefbot.control.dwa_kernel import cost_at, nearest_on_path, roll_out, score_twists
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.people_cost import NOBODY
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
@@ -36,9 +36,15 @@ SAMPLES = np.array([[v, w] for v in (0.0, 0.2, 0.4) for w in np.linspace(-1.0, 1
 
 
 def chosen(cells: np.ndarray, v: float = 0.4, y: float = 5.0) -> int:
+    """The index of the best twist, -1 if none is admissible."""
+    scores = scores_of(cells, v, y)
+    return int(np.argmin(scores)) if np.isfinite(scores).any() else -1
+
+
+def scores_of(cells: np.ndarray, v: float = 0.4, y: float = 5.0) -> np.ndarray:
     path = np.column_stack([np.arange(2.0, 8.0, 0.05), np.full(120, 5.0), np.zeros(120)])
     pose, twist, limits = np.array([3.0, y, 0.0]), np.array([v, 0.0]), np.array([0.5, 2.0])
-    return best_twist(
+    return score_twists(
         cells,
         0.05,
         pose,

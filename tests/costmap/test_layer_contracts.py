@@ -23,7 +23,7 @@ from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.chefbot_zones import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone, MapZones
+from chefbot.msgs.chefbot_places import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point, PoseStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -50,8 +50,8 @@ class Stripe(CostmapLayer):
             LETHAL
         )
 
-    def marked_by(self, costs: LayeredCostmap, row: int, column: int) -> CellMark | None:
-        return CellMark("stripe", 0.0) if row == self._row else None
+    def marks(self, costs: LayeredCostmap, row: int, column: int) -> list[CellMark]:
+        return [CellMark("stripe", 0.0)] if row == self._row else []
 
 
 def layers(names: tuple[str, ...], params: CostmapParams = PARAMS) -> list[CostmapLayer]:

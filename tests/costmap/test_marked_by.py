@@ -38,6 +38,7 @@ def test_the_last_of_several_sensors_is_named(costs: LayeredCostmap) -> None:
     assert costs.marked_by(1.02, 0.02) == CellMark(CAMERA, 10.4)
     seen(costs, LASER, 1.02, 10.5)
     assert costs.marked_by(1.02, 0.02) == CellMark(LASER, 10.5)
+    assert set(costs.marks(1.02, 0.02)) == {CellMark(CAMERA, 10.4), CellMark(LASER, 10.5)}
     seen(costs, LASER, 2.0, 11.0)  # the laser sees through; the camera's mark stays
     assert costs.marked_by(1.02, 0.02) == CellMark(CAMERA, 10.4)
 
@@ -47,7 +48,11 @@ def test_a_mark_moves_with_the_window(costs: LayeredCostmap) -> None:
     costs.move_to(0.9, -0.4)
     assert costs.marked_by(1.02, 0.02) == CellMark(LASER, 3.0)
     assert costs.marked_by(0.52, 0.02) is None
-    assert costs.marked_by(50.0, 0.0) is None and costs.marked_by(-50.0, -50.0) is None
+    assert (
+        costs.marks(50.0, 0.0) == []
+        and costs.marked_by(50.0, 0.0) is None
+        and costs.marked_by(-50.0, -50.0) is None
+    )
 
 
 def test_what_the_robot_touched_is_named(costs: LayeredCostmap) -> None:

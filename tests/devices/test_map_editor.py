@@ -14,8 +14,7 @@ from chefbot.devices.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_places import MapEdit, Place
-from chefbot.msgs.chefbot_zones import MapZone
+from chefbot.msgs.chefbot_places import MapEdit, MapZone, Place
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot

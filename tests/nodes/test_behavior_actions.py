@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 from tests.support.nodes import GOALS, NodeRunner, StationaryRobot, commanded_speeds, send_goal_and_run
 
@@ -122,6 +123,11 @@ def test_the_local_plan_is_published_while_following_a_path() -> None:
     assert all(plan.header.frame_id == "odom" and len(plan.poses) > 5 for plan in plans)
     assert plans[-1].array[0] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
     assert plans[-1].array[-1, 0] > 0.1 and abs(plans[-1].array[-1, 1]) < 0.1
+    compared = robot.messages("trajectory_candidates")[-1]
+    best = int(np.argmin(compared.scores))
+    assert len(compared.scores) > 50 and compared.linear[best] > 0.1 and abs(compared.angular[best]) < 0.05
+    assert compared.pose.se2 == pytest.approx((0.0, 0.0, 0.0), abs=1e-6) and compared.duration > 1.0
+    assert len(robot.messages("trajectory_candidates")) == len(plans)
     robot.request_stop(True)
     robot.run(1.0)
     assert len(robot.messages("local_plan")) == len(plans)

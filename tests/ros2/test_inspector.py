@@ -4,23 +4,36 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
 import pytest
 from tests.support.waiting import wait_for
 
+from chefbot.bridge.parameters import ParameterServices
 from chefbot.msgs import std_msgs as module_messages
+from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.message import Float64, Message
+from chefbot.msgs.rcl_interfaces import Log
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import ROSOUT
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.ros2.tools import inspector as module
+from chefbot.ros2.tools import leases
 from chefbot.ros2.tools.common import ToolError
-from chefbot.ros2.tools.inspection_views import GraphSummary, TopicSummary, TopicValue
-from chefbot.ros2.tools.inspector import MAX_WATCHED, NO_GRAPH, SHOWN_ELEMENTS, Inspector
+from chefbot.ros2.tools.inspection_views import (
+    GraphSummary,
+    LogLine,
+    NodeParameters,
+    TopicSummary,
+    TopicValue,
+)
+from chefbot.ros2.tools.inspector import MAX_NODES, MAX_TOPICS, NO_GRAPH, Display, Inspector, Watch
+from chefbot.ros2.tools.watched_log import KEPT_LINES, MAX_LENGTH
+from chefbot.ros2.tools.watched_topic import SHOWN_ELEMENTS
 
 Other = msgspec.defstruct(
     "Other", [("size", Float64, 0.0)], bases=(Message,), module="their_msgs", frozen=True, eq=False
@@ -34,7 +47,11 @@ class Looking:
     def __init__(self) -> None:
         self.graph = GraphSummary()
         self.values: dict[str, TopicValue] = {}
-        self.inspector = Inspector(self._show_graph, self._show_values)
+        self.parameters: dict[str, NodeParameters] = {}
+        self.log: tuple[LogLine, ...] = ()
+        self.inspector = Inspector(
+            Display(self._show_graph, self._show_values, self._show_parameters, self._show_log)
+        )
 
     def _show_graph(self, graph: GraphSummary) -> None:
         self.graph = graph
@@ -42,11 +59,22 @@ class Looking:
     def _show_values(self, values: tuple[TopicValue, ...]) -> None:
         self.values = {value.name: value for value in values}
 
-    def until(self, *topics: str, condition: Any) -> None:
+    def _show_parameters(self, nodes: tuple[NodeParameters, ...]) -> None:
+        self.parameters = {node.node: node for node in nodes}
+
+    def _show_log(self, lines: tuple[LogLine, ...]) -> None:
+        self.log = lines
+
+    def value_of(self, node: str, name: str) -> Any:
+        """The shown value of a parameter, None if it is not shown."""
+        shown = self.parameters.get(node, NodeParameters(node)).parameters
+        return next((one.value for one in shown if one.name == name), None)
+
+    def until(self, *topics: str, condition: Any, nodes: tuple[str, ...] = ()) -> None:
         """Watch topics as a page does until the condition holds."""
 
         def met() -> bool:
-            self.inspector.watch(topics)
+            self.inspector.watch(Watch(topics, nodes))
             return bool(condition())
 
         wait_for(met)
@@ -138,14 +166,17 @@ def test_a_publisher_that_ends_is_noticed_and_numbers_stay_plain(looking: Lookin
 
 
 def test_too_many_topics_are_refused(looking: Looking) -> None:
-    looking.inspector.watch([f"/a{number}" for number in range(MAX_WATCHED)])
+    looking.inspector.watch(Watch(tuple(f"/a{number}" for number in range(MAX_TOPICS))))
     with pytest.raises(ToolError, match="At most 12 topics"):
-        looking.inspector.watch(["/one_more"])
+        looking.inspector.watch(Watch(("/one_more",)))
+    looking.inspector.watch(Watch(nodes=tuple(f"/a{number}" for number in range(MAX_NODES))))
+    with pytest.raises(ToolError, match="parameters of at most 4 nodes"):
+        looking.inspector.set_parameter("/one_more", "x", 1)
 
 
 def test_it_ends_when_nobody_looks(looking: Looking, base: RmwNode, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "LEASE", 0.5)
-    looking.inspector.watch(["/r/scan"])
+    monkeypatch.setattr(leases, "LEASE", 0.5)
+    looking.inspector.watch(Watch(("/r/scan",)))
     wait_for(lambda: looking.inspector._thread is None)
     looking.until("/r/scan", condition=lambda: "/r/scan" in looking.values)  # and begins again
 
@@ -156,3 +187,89 @@ def test_a_computer_without_a_network_is_named(port: int, monkeypatch: pytest.Mo
     alone = Looking()
     alone.until(condition=lambda: alone.graph.problem == NO_GRAPH)
     alone.inspector.close()
+
+
+class Settings(msgspec.Struct, frozen=True):
+    """Parameters of a node, as a page shows them."""
+
+    speed: Annotated[
+        float, msgspec.Meta(ge=0.0, le=1.0, description="maximum speed", extra={"unit": "m/s"})
+    ] = 0.3
+    count: Annotated[int, msgspec.Meta(ge=1)] = 5
+    name: str = "x"
+    weights: tuple[float, ...] = (1.0, 2.0)
+
+
+@pytest.fixture
+def owner(wire: RmwContext) -> Iterator[list[Settings]]:
+    """A node with parameters, of which only `speed` can be set, and not to 0.9; and its present settings."""
+    present = [Settings()]
+
+    def set_values(values: dict[str, Any], done: Any) -> None:
+        reason = "it is too fast here" if values.get("speed") == 0.9 else ""
+        if not reason:
+            present.append(msgspec.structs.replace(present[-1], **values))
+        done(reason)
+
+    with RmwNode(wire, "limits", "/r") as node:
+        ParameterServices(node, lambda: present[-1], set_values, live=("speed",), simulated=False)
+        yield present
+
+
+def test_parameters_are_shown_with_their_bounds(looking: Looking, owner: list[Settings]) -> None:
+    looking.until(
+        nodes=("/r/limits",), condition=lambda: looking.value_of("/r/limits", "weights") == [1.0, 2.0]
+    )
+    shown = {one.name: one for one in looking.parameters["/r/limits"].parameters}
+    speed, count, name = shown["speed"], shown["count"], shown["name"]
+    assert (speed.value, speed.type, speed.low, speed.high) == (0.3, "double", 0.0, 1.0)
+    assert speed.description == "maximum speed, m/s" and not speed.read_only
+    assert (count.value, count.low, count.high, count.read_only) == (5, 1, None, True)
+    assert (name.value, name.type, name.low) == ("x", "string", None)
+    looking.until(condition=lambda: looking.graph.parameter_nodes == ("/r/limits",))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "outcome", "speed"),
+    [
+        ("speed", 0.5, "Parameter speed is now 0.5", 0.5),
+        ("speed", 1, "Parameter speed is now 1.0", 1.0),
+        ("speed", 0.9, "Node /r/limits refuses speed: it is too fast here", 0.3),
+        ("speed", "fast", "speed is of type double, which fast is not", 0.3),
+        ("sped", 0.5, "no parameter 'sped'", 0.3),
+    ],
+)
+def test_a_parameter_is_set_or_refused_with_a_reason(
+    looking: Looking, owner: list[Settings], name: str, value: Any, outcome: str, speed: float
+) -> None:
+    looking.inspector.set_parameter("/r/limits", name, value)
+
+    def ended() -> bool:
+        return outcome in looking.parameters.get("/r/limits", NodeParameters("")).outcome
+
+    looking.until(nodes=("/r/limits",), condition=ended)
+    looking.until(nodes=("/r/limits",), condition=lambda: looking.value_of("/r/limits", "speed") == speed)
+    assert owner[-1].speed == speed
+
+
+def test_a_node_without_parameters_has_a_sentence(looking: Looking, base: RmwNode) -> None:
+    def named() -> bool:
+        return "/r/base" in looking.parameters and bool(looking.parameters["/r/base"].problem)
+
+    looking.until(nodes=("/r/base",), condition=named)
+    assert "/r/base/list_parameters" in looking.parameters["/r/base"].problem
+
+
+def test_the_log_keeps_the_newest_messages(looking: Looking, wire: RmwContext) -> None:
+    with RmwNode(wire, "talker", "/r") as node:
+        publisher = node.publisher("/rosout", Log, ROSOUT)
+        for number in range(KEPT_LINES + 5):
+            publisher.publish(Log(Time.of(number * 10**9), 30, "r.talker", f"line {number}"))
+
+        def logged() -> bool:
+            publisher.publish(Log(Time.of(7 * 10**9), 40, "r.talker", "x" * (MAX_LENGTH + 1)))
+            return bool(looking.log) and looking.log[-1].level == 40
+
+        looking.until(condition=logged)
+    assert len(looking.log) <= KEPT_LINES
+    assert looking.log[-1].time == 7.0 and len(looking.log[-1].text) < MAX_LENGTH + 3

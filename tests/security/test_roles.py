@@ -16,7 +16,7 @@ from chefbot.ui import commands as do
 from chefbot.ui.access.roles import NEEDED_ROLE, ONLY_VIEW, ROLES, may
 from chefbot.ui.access.roles import refusal as refusal_by_role
 from chefbot.ui.access.visitors import Role, Visitor
-from chefbot.ui.layers import DeliveryView
+from chefbot.ui.display.views import DeliveryView
 
 SERVES, DRIVES, CHANGES = do.Deliver(("table_1",)), do.Drive(0.1, 0.0), do.DropBox(1.0, 2.0)
 ALLOWED: dict[Role, int] = {"guest": 0, "waiter": 1, "manager": 2, "engineer": 3}

@@ -27,7 +27,7 @@ from chefbot.ui.access.places import MAX_FULL, MAX_GUESTS, MAX_RESERVED
 from chefbot.ui.access.roles import ONLY_VIEW
 from chefbot.ui.access.visitors import ENGINEER, GUEST, Visitor
 from chefbot.ui.commands import Cancel, Drive, OperatorCommand, Stop
-from chefbot.ui.layers import StatusView
+from chefbot.ui.display.views import StatusView
 from chefbot.ui.server import ONLY_STOP, WebUiServer
 
 SLOW = b"GET / HTTP/1.1\r\nX-Slow: "

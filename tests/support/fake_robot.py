@@ -13,7 +13,7 @@ import numpy as np
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui.commands import Deliver, Follow, Goal, Loaded, OperatorCommand, Patrol
-from chefbot.ui.layers import CauseView, DeliveryView, StatusView
+from chefbot.ui.display.views import CauseView, DeliveryView, StatusView
 from chefbot.ui.server import WebUiServer
 
 PLACES = {

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from chefbot.maths.grid import Grid
-from chefbot.ui.layers import RobotView, StatusView
+from chefbot.ui.display.views import RobotView, StatusView
 
 
 def show_a_room(server: Any) -> None:

@@ -30,8 +30,8 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import load_launch
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.browser import url_for_view
+from chefbot.ui.display.robot_view import make_glb, wheel_angles
 from chefbot.ui.remote.web_ui_client import WebUiClient
-from chefbot.ui.robot_view import make_glb, wheel_angles
 from chefbot.ui.server import WebUiServer
 from chefbot.ui.web_ui import WebUiDevice
 

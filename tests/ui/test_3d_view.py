@@ -22,7 +22,7 @@ from chefbot.maths.grid import Grid
 from chefbot.robot.geometry.mass import total_mass
 from chefbot.robot.load import load_robot
 from chefbot.ui.commands import Goal, OperatorCommand
-from chefbot.ui.layers import DepthView, FrameView, ScanView
+from chefbot.ui.display.views import DepthView, FrameView, ScanView
 from chefbot.ui.server import WebUiServer
 
 pytestmark = [pytest.mark.slow, needs_chromium]

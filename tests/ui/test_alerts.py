@@ -9,7 +9,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.ui.layers import DeliveryView, StatusView
+from chefbot.ui.display.views import DeliveryView, StatusView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 LISTEN = """

@@ -21,7 +21,7 @@ from chefbot.runtime.node import NoParams
 from chefbot.storage.cause_records import CauseRecords, read_causes
 from chefbot.ui.causes.cause_recorder import PICTURE_INTERVAL_NS, REPEAT_NS
 from chefbot.ui.causes.cause_views import SHOWN_CAUSES
-from chefbot.ui.layers import CauseView
+from chefbot.ui.display.views import CauseView
 from chefbot.ui.missions.cause_device import CauseDevice
 from chefbot.ui.missions.history_device import history_path
 

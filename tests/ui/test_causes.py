@@ -14,7 +14,7 @@ from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.std_msgs import Header
 from chefbot.ui.causes.cause_views import SHOWN_CAUSES, cause_views
-from chefbot.ui.layers import CauseView, StatusView
+from chefbot.ui.display.views import CauseView, StatusView
 
 SECOND = 1_000_000_000
 CHAIN = ("controller: admissible twists", "lidar: x 2.00 m, y 1.00 m", "obstacle: person 3")

@@ -57,6 +57,10 @@ def test_every_command_round_trips_through_json() -> None:
         "preview": True,
         "moved": False,
         "topics": ["/odom"],
+        "nodes": ["/base"],
+        "node": "/base",
+        "on": True,
+        "value": 0.5,
     }
     for kind in KINDS:
         samples["kind"] = "keep_out" if kind is PutZone else "room"

@@ -17,7 +17,7 @@ from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.ui.commands import CloseDoor, OpenDoor
-from chefbot.ui.message_conversion import door_views
+from chefbot.ui.display.message_conversion import door_views
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
 

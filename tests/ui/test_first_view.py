@@ -12,7 +12,7 @@ from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
 from chefbot.storage.delivery_history import RecordedRound, RecordedStop
 from chefbot.ui.commands import ChangeQueue, Deliver, Drive, Follow, GoPlace
-from chefbot.ui.layers import DeliveryView, StatusView
+from chefbot.ui.display.views import DeliveryView, StatusView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 LOADS = 5

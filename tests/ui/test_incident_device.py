@@ -17,7 +17,7 @@ from chefbot.msgs.std_msgs import Header, String
 from chefbot.runtime.node import NoParams
 from chefbot.runtime.replay import read_log
 from chefbot.storage.atomic_files import StorageError
-from chefbot.ui.layers import IncidentsView
+from chefbot.ui.display.views import IncidentsView
 from chefbot.ui.missions import incident_device
 from chefbot.ui.missions.incident_device import IncidentDevice, incident_folder
 

@@ -13,7 +13,7 @@ from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 from chefbot.incidents.files import Incident, SavedIncident
 from chefbot.ui.access.visitors import GUEST
 from chefbot.ui.commands import SaveIncident
-from chefbot.ui.layers import IncidentsView, StatusView
+from chefbot.ui.display.views import IncidentsView, StatusView
 from chefbot.ui.playback.downloads import MCAP
 from chefbot.ui.server import WebUiServer
 

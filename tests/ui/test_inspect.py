@@ -9,8 +9,16 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.ros2.tools.inspection_views import GraphSummary, TopicSummary, TopicValue
-from chefbot.ui.commands import Inspect
+from chefbot.ros2.tools.inspection_views import (
+    GraphSummary,
+    LogLine,
+    NodeParameters,
+    ParameterView,
+    TopicSummary,
+    TopicValue,
+)
+from chefbot.ui.commands import Inspect, InspectCell, OperatorCommand, SetParameter
+from chefbot.ui.display.views import CandidatesView, CellView, FrameView
 
 UP = "!document.body.classList.contains('offline')"
 GRAPH = GraphSummary(
@@ -19,6 +27,13 @@ GRAPH = GraphSummary(
         TopicSummary("/odom", ("nav_msgs/msg/Odometry",), ("/base",), ("/slam",)),
         TopicSummary("/scan", ("sensor_msgs/msg/LaserScan",), ("/base",), ()),
     ),
+    parameter_nodes=("/base",),
+)
+PARAMETERS = (
+    ParameterView("radius", "double", 0.2, "of the robot", read_only=True),
+    ParameterView("speed", "double", 0.3, "maximum speed, m/s", low=0.0, high=1.0),
+    ParameterView("enabled", "bool", True),
+    ParameterView("weights", "double array", [1.0, 2.0]),
 )
 ODOMETRY = {"pose": {"x": 1.5, "y": -2.0}, "frame": "odom"}
 
@@ -87,3 +102,143 @@ def test_numbers_can_be_pressed_while_they_change(tab: Tab, page: Any) -> None:
     page.server.set_layer("values", (TopicValue("/odom", 50.0, 36000.0, 4, 2.0, changed),))
     tab.wait_for("document.querySelectorAll('.watched button')[1].textContent === '7.25000'")
     assert tab.evaluate("document.querySelectorAll('.watched button')[1] === window.before")
+
+
+def command_of(page: Any, kind: type[OperatorCommand]) -> Any:
+    """The next command of a kind that the page sends."""
+    while not isinstance(command := page.next_command(), kind):
+        pass
+    return command
+
+
+def changed(tab: Tab, selector: str, assignment: str, event: str = "change") -> None:
+    """Change an element as a person does."""
+    tab.evaluate(
+        f"(() => {{ const one = document.querySelector('{selector}'); one.{assignment}; one.on{event}(); }})()"
+    )
+
+
+def opened(tab: Tab, box: str) -> None:
+    tab.evaluate(f"document.getElementById('{box}').open = true")
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_parameters_are_set_by_slider_box_and_list(tab: Tab, page: Any) -> None:
+    opened(tab, "parameters-box")
+    tab.wait_for("document.querySelectorAll('#parameter-node option').length === 2")
+    changed(tab, "#parameter-node", "value = '/base'")
+    while command_of(page, Inspect).nodes != ["/base"]:
+        pass
+    page.server.set_layer("parameters", (NodeParameters("/base", PARAMETERS),))
+    tab.wait_for("document.querySelectorAll('#parameter-list li').length === 4")
+    names = "[...document.querySelectorAll('#parameter-list span')].map((one) => one.textContent)"
+    assert tab.evaluate(names) == ["enabled", "speed", "weights", "radius"], (
+        "those that can be set come first"
+    )
+    assert tab.evaluate("document.querySelector('#parameter-list output').textContent") == "0.2"
+    for kind, shown, value in (
+        ("range", "value = 0.7", 0.7),
+        ("number", "value = 0.5", 0.5),
+        ("checkbox", "checked = false", False),
+        ("text", "value = '[3, 4]'", [3, 4]),
+    ):
+        changed(tab, f"#parameter-list [type={kind}]", shown)
+        sent = command_of(page, SetParameter)
+        assert (sent.node, sent.value) == ("/base", value)
+    refused = "Node /base refuses speed: it is too fast here"
+    page.server.set_layer("parameters", (NodeParameters("/base", PARAMETERS, refused),))
+    tab.wait_for(f"document.getElementById('parameter-note').textContent === '{refused}'")
+    tab.wait_for("document.querySelector('#parameter-list [type=number]').value === '0.3'")
+    assert tab.errors() == []
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_a_value_outside_the_bounds_is_not_sent(tab: Tab, page: Any) -> None:
+    opened(tab, "parameters-box")
+    tab.wait_for("document.querySelectorAll('#parameter-node option').length === 2")
+    changed(tab, "#parameter-node", "value = '/base'")
+    page.server.set_layer("parameters", (NodeParameters("/base", PARAMETERS),))
+    tab.wait_for("document.querySelectorAll('#parameter-list li').length === 4")
+    for value in (7, 0.4):
+        changed(tab, "#parameter-list [type=number]", f"value = {value}")
+    assert command_of(page, SetParameter).value == 0.4
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_log_is_filtered_by_level_and_text(tab: Tab, page: Any) -> None:
+    opened(tab, "log-box")
+    lines = (
+        LogLine(1.0, 20, "base", "starts"),
+        LogLine(2.0, 30, "slam", "slow"),
+        LogLine(3.0, 10, "slam", "details"),
+    )
+    page.server.set_layer("log", lines)
+    texts = "[...document.querySelectorAll('#log-list li')].map((one) => one.textContent)"
+    tab.wait_for(f"{texts}.length === 2")
+    assert tab.evaluate(texts) == ["2.0 WARN slam slow", "1.0 INFO base starts"]
+    changed(tab, "#log-level", "value = '30'")
+    assert tab.evaluate(texts) == ["2.0 WARN slam slow"]
+    changed(tab, "#log-filter", "value = 'base'", "input")
+    assert tab.evaluate(texts) == []
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_transforms_are_a_tree_with_poses_and_ages(tab: Tab, page: Any) -> None:
+    opened(tab, "transforms-box")
+    identity, quarter = (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.7071067811865476, 0.7071067811865476)
+    page.server.set_layer(
+        "fixed_frames", (FrameView(name="laser", parent="base_link", at=(0.1, 0, 0.2), turn=identity),)
+    )
+    moving = (
+        FrameView(name="odom", parent="map", at=(0.0, 0.0, 0.0), turn=identity, time=8.0),
+        FrameView(name="base_link", parent="odom", at=(1.0, 0.0, 0.0), turn=quarter, time=9.5),
+    )
+    page.server.set_layer("frames", moving)
+    tab.wait_for("document.querySelectorAll('#transforms li').length === 4")
+    nested = "document.querySelector('#transforms > li > ul > li > ul > li > ul > li').firstChild.textContent"
+    assert tab.evaluate(nested) == "laser"
+    text = tab.evaluate("document.getElementById('transforms').textContent")
+    assert "base_link x 1.000 m, yaw 90.0 °, 0.0 s old" in text and "odom 0, 1.5 s old" in text
+    assert "laser x 0.100 m, z 0.200 m, fixed" in text
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_a_cell_is_asked_for_and_explained(tab: Tab, page: Any) -> None:
+    tab.evaluate("document.querySelector('[data-tool=inspect_cell]').click()")
+    tab.click("#canvas")
+    assert isinstance(command_of(page, InspectCell), InspectCell)
+    page.server.set_layer(
+        "cell", CellView(x=1.0, y=2.0, size=0.05, cost=254, marks=(("lidar", 2.0), ("map", None)))
+    )
+    text = "document.getElementById('hint').textContent"
+    tab.wait_for(f"{text}.startsWith('Cell 1.00, 2.00')")
+    assert tab.evaluate(text) == "Cell 1.00, 2.00: cost 254 (an obstacle). Marked by: Lidar, 2.0 s ago; Map"
+    page.server.set_layer("cell", CellView(x=90.0, y=2.0, size=0.05, cost=None))
+    tab.wait_for(f"{text}.includes('outside the costmap')")
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_address_keeps_what_is_shown(page: Any) -> None:
+    show_a_room(page.server)
+    page.server.set_layer("graph", GRAPH)
+    lines = ((0.0, 0.0, 1.0, 1.0), (0.0, 0.0, 1.0, -1.0))
+    page.server.set_layer("candidates", CandidatesView(trajectories=lines, badness=(0.0, None)))
+    wanted = "tab=inspect&x=1.50&y=-0.50&scale=80.0&layers=candidates,path&topics=/odom&curves=/odom+pose.x"
+    with open_tab(f"{page.url}#{wanted}", NO_GPU) as tab:
+        tab.wait_for(UP)
+        while command_of(page, Inspect).topics != ["/odom"]:
+            pass
+        tab.wait_for("document.querySelector('.watched') !== null")
+        assert tab.evaluate("document.querySelector('[data-tab=inspect]').ariaSelected") == "true"
+        boxes = "[...document.querySelectorAll('#layer-list input:checked')].map((one) => one.dataset.layer)"
+        assert "candidates" in tab.evaluate(boxes) and "path" not in tab.evaluate(boxes)
+        tab.evaluate("document.querySelector('[data-layer=path]').click()")
+        expected = wanted.replace("candidates,path", "candidates")
+        tab.wait_for(f"location.hash === '#{expected}'")
+        assert tab.errors() == []

@@ -13,7 +13,7 @@ from tests.ui.test_map_edit_device import Shown
 from chefbot.ros2.tools import inspector
 from chefbot.ros2.tools.common import ToolError
 from chefbot.runtime.node import NoParams
-from chefbot.ui.commands import Inspect
+from chefbot.ui.commands import Inspect, SetParameter
 from chefbot.ui.inspect.inspect_device import InspectDevice
 
 
@@ -45,5 +45,8 @@ def test_a_page_that_looks_is_shown_the_graph(
     assert device._server.layers["values"][0].name == "/odom"
     with pytest.raises(ToolError, match="At most 12"):
         device._inspect(Inspect([f"/a{number}" for number in range(12)]))
+    with pytest.raises(ToolError, match="at most 4 nodes"):
+        for number in range(5):
+            device._inspect(SetParameter(f"/a{number}", "speed", 0.5))
     nodes.system.stop()
     assert device._inspector._thread is None

@@ -15,7 +15,7 @@ from tests.ui.faulty_network import FaultyNetwork
 from chefbot.errors import UserError
 from chefbot.ui.access.kiosk_lock import ATTEMPTS, PERIOD, KioskLock
 from chefbot.ui.commands import Loaded, Taken
-from chefbot.ui.layers import DeliveryView, StopView
+from chefbot.ui.display.views import DeliveryView, StopView
 from chefbot.ui.server import WebUiServer
 
 PIN = "2468"

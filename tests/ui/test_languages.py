@@ -23,8 +23,8 @@ from chefbot.safety import stop_latch
 from chefbot.ui import pending_requests, request_guard, server
 from chefbot.ui.access import roles
 from chefbot.ui.commands import Drive, Stop
+from chefbot.ui.display.views import DeliveryView, RoundStopView, StatusView
 from chefbot.ui.files import FOLDER
-from chefbot.ui.layers import DeliveryView, RoundStopView, StatusView
 
 CATALOGUES = {path.stem: json.loads(path.read_text()) for path in sorted(FOLDER.glob("languages/*.json"))}
 SCRIPTS = [path for path in FOLDER.rglob("*.js") if "vendor" not in path.parts]

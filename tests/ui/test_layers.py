@@ -17,9 +17,10 @@ from PIL import Image
 
 from chefbot.maths.grid import Grid
 from chefbot.ui import protocol
+from chefbot.ui.display.views import DepthView, RobotView, ScanView, StatusView
 from chefbot.ui.hub import LayerStore
 from chefbot.ui.image_encoding import colorize_depth, jpeg
-from chefbot.ui.layers import LAYERS, DepthView, RobotView, ScanView, StatusView
+from chefbot.ui.layers import LAYERS
 
 
 def split(frame: protocol.Frame) -> tuple[dict[str, Any], bytes]:

@@ -17,8 +17,9 @@ from chefbot.maths.grid import Grid
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.robot.load import load_robot
 from chefbot.ui.delivery_view import delivery_view
-from chefbot.ui.layers import LAYERS, RobotView, StatusView
-from chefbot.ui.robot_view import shape_view
+from chefbot.ui.display.robot_view import shape_view
+from chefbot.ui.display.views import RobotView, StatusView
+from chefbot.ui.layers import LAYERS
 
 LOOPS = """(async (grids) => {
   const { regionLoops, straightened } = await import('./outlines.js');

@@ -10,10 +10,10 @@ from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
 from chefbot.msgs.chefbot_msgs import MapEditResult
-from chefbot.msgs.chefbot_zones import KEEP_OUT, MapZone, MapZones
+from chefbot.msgs.chefbot_places import KEEP_OUT, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.ui import commands as do
-from chefbot.ui.message_conversion import zone_views
+from chefbot.ui.display.message_conversion import zone_views
 
 UP = "!document.body.classList.contains('offline')"
 OPEN = "document.getElementById('edit-tab').click()"

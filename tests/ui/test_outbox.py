@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.support.waiting import PATIENCE
 from websockets.sync.client import connect
 
-from chefbot.ui.layers import ProgressView, StatusView
+from chefbot.ui.display.views import ProgressView, StatusView
 from chefbot.ui.outbox import MAX_UNDER_WAY, Outbox
 from chefbot.ui.protocol import PieceAssembler, split_into_pieces
 

@@ -13,8 +13,9 @@ from tests.ui.chromium import NO_GPU, needs_chromium, open_tab, pixels
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Vector3
-from chefbot.ui.layers import LAYERS, PersonView
-from chefbot.ui.message_conversion import people_views
+from chefbot.ui.display.message_conversion import people_views
+from chefbot.ui.display.views import PersonView
+from chefbot.ui.layers import LAYERS
 
 PERSON = PersonView(id=7, x=4.0, y=3.0, vx=1.0, vy=0.0, deviation=0.1, visible=True)
 PINK = pixels(190, 24, 93)

@@ -12,7 +12,7 @@ from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 from tests.ui.faulty_network import FaultyNetwork
 
 from chefbot.ui.commands import Cancel, Deliver
-from chefbot.ui.layers import DeliveryView
+from chefbot.ui.display.views import DeliveryView
 from chefbot.ui.server import WebUiServer
 
 pytestmark = [pytest.mark.slow, needs_chromium]

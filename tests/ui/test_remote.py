@@ -18,7 +18,7 @@ from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui import protocol
 from chefbot.ui.commands import Drive, Goal, Stop
-from chefbot.ui.layers import StatusView
+from chefbot.ui.display.views import StatusView
 from chefbot.ui.remote import web_ui_client
 from chefbot.ui.remote.web_ui_client import ConnectionLostError, WebUiClient, decode
 from chefbot.ui.server import WebUiServer

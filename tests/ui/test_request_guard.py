@@ -26,7 +26,7 @@ from chefbot.ui import real_time_factor
 from chefbot.ui.access.identification import Identification
 from chefbot.ui.access.visitors import ENGINEER, TokenKey
 from chefbot.ui.browser import url_for_view
-from chefbot.ui.message_conversion import cost_image, path_points
+from chefbot.ui.display.message_conversion import cost_image, path_points
 from chefbot.ui.remote.viewer import ViewerDevice, ViewerParams
 from chefbot.ui.request_guard import COOKIE, RequestGuard
 from chefbot.ui.solids import GLB, SolidsEndpoint

@@ -13,7 +13,7 @@ from chefbot.msgs.chefbot_deliveries import RoundForecast, RoundStop
 from chefbot.msgs.std_msgs import Header
 from chefbot.ui.commands import ShortestOrder
 from chefbot.ui.delivery_view import forecast_views
-from chefbot.ui.layers import DeliveryView, RoundStopView, StopView
+from chefbot.ui.display.views import DeliveryView, RoundStopView, StopView
 
 DRIVING = DeliveryView(
     state="driving", place="table_1", queue=("table_2", "table_1"), round_active=True, order_id="a"

@@ -11,7 +11,7 @@ import pytest
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
-from chefbot.ui.scan_display import ScanDisplay
+from chefbot.ui.display.scan_display import ScanDisplay
 
 BEAMS = 360
 POSE = SE2(1.0, 2.0, 3.1)

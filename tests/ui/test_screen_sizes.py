@@ -8,7 +8,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
-from chefbot.ui.layers import DeliveryView, StatusView
+from chefbot.ui.display.views import DeliveryView, StatusView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 SIZES = [(320, 640), (390, 844), (640, 320), (844, 390), (720, 450), (1440, 900)]

@@ -22,7 +22,7 @@ from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.places import MAX_FULL, MAX_RESERVED
 from chefbot.ui.commands import Drive, GoPlace, OperatorCommand, Stop
-from chefbot.ui.layers import RobotView, StatusView, StopView
+from chefbot.ui.display.views import RobotView, StatusView, StopView
 from chefbot.ui.server import ONLY_STOP, WebUiServer
 from chefbot.ui.web_ui_params import WebUiParams
 

@@ -38,7 +38,7 @@ def flood(page: Any, ended: threading.Event) -> None:
 
 
 def _scan(rng: np.random.Generator) -> Any:
-    from chefbot.ui.layers import ScanView
+    from chefbot.ui.display.views import ScanView
 
     return ScanView((0.0, 0.0, 0.0), np.linspace(-3.0, 3.0, 360), rng.uniform(1.0, 2.0, 360))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.std_msgs import Header
-from chefbot.ui.message_conversion import DIAGNOSTICS_AGE_NS, RecentDiagnostics
+from chefbot.ui.display.message_conversion import DIAGNOSTICS_AGE_NS, RecentDiagnostics
 
 SECOND = 1_000_000_000
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
-from chefbot.ui.layers import RobotView
+from chefbot.ui.display.views import RobotView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 PLACES = {"table_4": (5.0, 1.0, 0.0), "kitchen": (0.0, 0.0, 0.0)}

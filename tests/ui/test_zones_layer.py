@@ -8,10 +8,11 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab, pixels
 
-from chefbot.msgs.chefbot_zones import KEEP_OUT, ONE_WAY, MapZone, MapZones
+from chefbot.msgs.chefbot_places import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
-from chefbot.ui.layers import LAYERS, ZoneView
-from chefbot.ui.message_conversion import zone_views
+from chefbot.ui.display.message_conversion import zone_views
+from chefbot.ui.display.views import ZoneView
+from chefbot.ui.layers import LAYERS
 
 CORNERS = tuple(Point(x, y, 0.0) for x, y in ((3.0, 2.0), (5.0, 2.0), (5.0, 4.0)))
 RED = pixels(185, 28, 28)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,28 @@ class ControllerCommand(NamedTuple):
     v: float
     w: float
     status: ControllerStatus
+
+
+class ComparedTwists(NamedTuple):
+    """The velocities that a controller compared in a cycle, in the frame of its pose.
+
+    present: the velocity (v, w) from which each trajectory ramps. twists (n, 2): (v, w), m/s and rad/s. scores (n,):
+    lower is better, infinite for what is not admissible. duration: of the trajectories, s.
+    """
+
+    pose: SE2
+    present: tuple[float, float]
+    twists: NDArray[np.float64]
+    scores: NDArray[np.float64]
+    duration: float
+
+
+@runtime_checkable
+class ComparesTwists(Protocol):
+    """Interface of a controller that can show what it chose from."""
+
+    candidates: ComparedTwists | None
+    """What the last command was chosen from, None if it followed from the path alone."""
 
 
 class Controller(Protocol):

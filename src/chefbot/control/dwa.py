@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.control.controller import ControllerCommand, ControllerStatus
-from chefbot.control.dwa_kernel import best_twist, nearest_on_path
+from chefbot.control.controller import ComparedTwists, ControllerCommand, ControllerStatus
+from chefbot.control.dwa_kernel import nearest_on_path, score_twists
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.goal_checkers import GoalChecker, GoalParams
 from chefbot.control.people_cost import NOBODY, NearbyPeople
@@ -48,6 +48,8 @@ class DwaController:
         self._path = np.zeros((0, 3))
         self._nearest = 0
         self._rotating = False
+        self.candidates: ComparedTwists | None = None
+        """What the last command was chosen from, None if it followed from the path alone."""
         p = self.params
         self._weights = np.array(
             [
@@ -73,6 +75,7 @@ class DwaController:
 
         Pose, path, costmap and people are in one frame; `twist` is the present value of the base's velocity ramp.
         """
+        self.candidates = None
         if not len(self._path):
             return ControllerCommand(*self._brake(twist), ControllerStatus.NO_PATH)
         # within the goal tolerance: only the heading remains
@@ -160,7 +163,7 @@ class DwaController:
         remaining = pose.distance(SE2.of(self._path[-1]))
         # score the trajectory of every sampled twist
         twists = self._sample_twists(remaining)
-        best = best_twist(
+        scores = score_twists(
             costmap.cells,
             costmap.resolution,
             pose.array() - origin,
@@ -178,8 +181,10 @@ class DwaController:
             people.in_cells(pose, self.limits.speed * p.sim_time, p.sim_time, costmap),
             people.contact,
         )
+        self.candidates = ComparedTwists(pose, twist, twists, scores, p.sim_time)
         # no admissible twist: brake
-        if best < 0:
+        best = int(np.argmin(scores))
+        if math.isinf(scores[best]):
             return ControllerCommand(*self._brake(twist), ControllerStatus.BLOCKED)
         v, w = (float(x) for x in twists[best])
         standing = v <= 1e-3 and abs(w) <= 0.02

@@ -170,7 +170,31 @@ def _safe_speed(end: Rollout, max_speed: float, slowing: tuple[float, float]) ->
 
 
 @njit(cache=True, nogil=True)
-def best_twist(
+def _score(
+    path: NDArray[np.float64],
+    resolution: float,
+    end: Rollout,
+    twist: tuple[float, float],
+    present_w: float,
+    sim_time: float,
+    safe_speed: float,
+    weights: NDArray[np.float64],
+) -> float:
+    """Return the objective function of a trajectory that ends at `end` with `twist`; lower is better."""
+    # pose error at the end, with the progress of the time that remains after reaching the goal
+    along_track, cross_track, heading_error = _deviation(
+        path, end.x * resolution, end.y * resolution, end.yaw
+    )
+    along_track += twist[0] * (sim_time - end.time) * (0.0 if end.blocked else 1.0)
+    # path, progress, heading, obstacles, change of turn rate, people, and speed near obstacles
+    score = weights[0] * cross_track - weights[1] * along_track + weights[2] * heading_error
+    score += weights[3] * end.mean_cost / MAX_COST
+    score += weights[4] * abs(twist[1] - present_w) + weights[5] * end.people
+    return score + OVERSPEED_WEIGHT * max(0.0, twist[0] - safe_speed)
+
+
+@njit(cache=True, nogil=True)
+def score_twists(
     cells: NDArray[np.uint8],
     resolution: float,
     pose: NDArray[np.float64],
@@ -187,8 +211,8 @@ def best_twist(
     footprint: NDArray[np.float64],
     people: NDArray[np.float64],
     contact: float,
-) -> int:
-    """Return the index of the best admissible (v, w) of `twists` (n, 2), or -1 if none is admissible.
+) -> NDArray[np.float64]:
+    """Return the score of each (v, w) of `twists` (n, 2), lower is better, infinite if it is not admissible.
 
     pose, path, remaining: metres, relative to the origin of the costmap. twist: the present (v, w). accelerations:
     linear and angular. slowing: next to obstacles, and next to people, as fractions. weights: path, goal, heading,
@@ -196,11 +220,11 @@ def best_twist(
     A twist is admissible if the robot can stop, after one more period, before a collision; if it stands within the
     inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone without a lethal cell.
     """
-    x, y = pose[0] / resolution, pose[1] / resolution
+    x, y, scores = pose[0] / resolution, pose[1] / resolution, np.full(twists.shape[0], math.inf)
     in_inscribed = cost_at(cells, x, y) >= INSCRIBED
     limit, corners = LETHAL if in_inscribed else INSCRIBED, footprint / resolution
     distances = contact / resolution, PROXIMITY / resolution
-    touched, best, min_score = lethal_on_edges(cells, x, y, pose[2], corners), -1, math.inf
+    touched = lethal_on_edges(cells, x, y, pose[2], corners)
     for i in range(twists.shape[0]):
         v, w = twists[i]
         # duration of the ramp from the present twist to the sampled one
@@ -217,16 +241,6 @@ def best_twist(
         # from within the inscribed zone, or with an edge of the footprint in an obstacle: those that leave it
         if v > MIN_FORWARD_SPEED and not _leaves(cells, end, in_inscribed, touched, corners):
             continue
-        # pose error at the end, with the progress of the time that remains after reaching the goal
-        along_track, cross_track, heading_error = _deviation(
-            path, end.x * resolution, end.y * resolution, end.yaw
-        )
-        along_track += v * (sim_time - end.time) * (0.0 if end.blocked else 1.0)
-        # objective function: path, progress, heading, obstacles, change of turn rate, and people
-        score = weights[0] * cross_track - weights[1] * along_track + weights[2] * heading_error
-        score += weights[3] * end.mean_cost / MAX_COST
-        score += weights[4] * abs(w - twist[1]) + weights[5] * end.people
-        score += OVERSPEED_WEIGHT * max(0.0, v - _safe_speed(end, max_speed, slowing))
-        if score < min_score:
-            best, min_score = i, score
-    return best
+        safe_speed = _safe_speed(end, max_speed, slowing)
+        scores[i] = _score(path, resolution, end, (v, w), twist[1], sim_time, safe_speed, weights)
+    return scores

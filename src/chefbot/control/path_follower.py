@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.control.controller import Controller, ControllerStatus
+from chefbot.control.controller import ComparedTwists, ComparesTwists, Controller, ControllerStatus
 from chefbot.control.final_approach import FinalApproach
 from chefbot.control.goal_checkers import GoalParams, ProgressChecker
 from chefbot.control.people_cost import NOBODY, NearbyPeople
@@ -116,6 +116,13 @@ class PathFollower:
         None before the first cycle and while the robot stands still on purpose.
         """
         return self._prediction(limits, duration) if self._prediction is not None else None
+
+    def candidates(self) -> ComparedTwists | None:
+        """Return what the latest cycle chose from; None if the controller has compared nothing."""
+        controller = self._controller
+        if self._prediction is None or not isinstance(controller, ComparesTwists):
+            return None
+        return controller.candidates
 
     def step(
         self,

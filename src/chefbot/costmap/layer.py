@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -63,11 +64,11 @@ class CostmapLayer(ABC):
         cells: (h, w) of the whole costmap or, for a layer with a reach, of the window and that far around it.
         """
 
-    def marked_by(
+    def marks(
         self,
         costs: LayeredCostmap,  # noqa: ARG002 (interface)
         row: int,  # noqa: ARG002
         column: int,  # noqa: ARG002
-    ) -> CellMark | None:
-        """Return what made a cell lethal in this layer, None if it did not."""
-        return None
+    ) -> Sequence[CellMark]:
+        """Return all that makes a cell lethal in this layer."""
+        return ()

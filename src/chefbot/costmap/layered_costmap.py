@@ -216,14 +216,17 @@ class LayeredCostmap:
         """Note that the cells (an index into the layer) were marked now other than by `mark_and_clear`."""
         self._layer(source).marked_at[cells] = self._time
 
-    def marked_by(self, x: float, y: float) -> CellMark | None:
-        """Return which source marked the cell at a point (m) last, else the zone or map that has it, else None."""
+    def marks(self, x: float, y: float) -> list[CellMark]:
+        """Return all that marked the cell at a point (m): sources, zones and the map, from the top layer down."""
         row = math.floor((y - self.origin_y) / self.resolution)
         column = math.floor((x - self.origin_x) / self.resolution)
         if not (0 <= row < self.static.shape[0] and 0 <= column < self.static.shape[1]):
-            return None
-        marks = (layer.marked_by(self, row, column) for layer in reversed(self.layers))
-        return max((mark for mark in marks if mark is not None), key=lambda mark: mark.time, default=None)
+            return []
+        return [mark for layer in reversed(self.layers) for mark in layer.marks(self, row, column)]
+
+    def marked_by(self, x: float, y: float) -> CellMark | None:
+        """Return which source marked the cell at a point (m) last, else the zone or map that has it, else None."""
+        return max(self.marks(x, y), key=lambda mark: mark.time, default=None)
 
     def set_time(self, time: float) -> None:
         """Set the time (s) of the marks that follow, and remove those that have decayed."""

@@ -49,9 +49,9 @@ class StaticLayer(CostmapLayer):
         else:
             cells[window.slices] = np.where(static == UNKNOWN, FREE, static)
 
-    def marked_by(self, costs: LayeredCostmap, row: int, column: int) -> CellMark | None:
+    def marks(self, costs: LayeredCostmap, row: int, column: int) -> list[CellMark]:
         """Name the map where it has an obstacle."""
-        return CellMark(STATIC, 0.0) if costs.static[row, column] == LETHAL else None
+        return [CellMark(STATIC, 0.0)] if costs.static[row, column] == LETHAL else []
 
 
 class ObstacleLayer(CostmapLayer):
@@ -72,9 +72,9 @@ class ObstacleLayer(CostmapLayer):
         """Merge the marks of all sources but ranger and contact into the window."""
         merge_sources(costs, _others(costs), cells, window)
 
-    def marked_by(self, costs: LayeredCostmap, row: int, column: int) -> CellMark | None:
-        """Name the source that marked the cell last."""
-        return last_mark(costs, _others(costs), row, column)
+    def marks(self, costs: LayeredCostmap, row: int, column: int) -> list[CellMark]:
+        """Name the sources that have marked the cell."""
+        return source_marks(costs, _others(costs), row, column)
 
 
 class RangeSensorLayer(CostmapLayer):
@@ -94,9 +94,9 @@ class RangeSensorLayer(CostmapLayer):
         """Merge the marks of ranger and contact into the window."""
         merge_sources(costs, LASTING, cells, window)
 
-    def marked_by(self, costs: LayeredCostmap, row: int, column: int) -> CellMark | None:
-        """Name the source that marked the cell last."""
-        return last_mark(costs, LASTING, row, column)
+    def marks(self, costs: LayeredCostmap, row: int, column: int) -> list[CellMark]:
+        """Name the sources that have marked the cell."""
+        return source_marks(costs, LASTING, row, column)
 
 
 class InflationLayer(CostmapLayer):
@@ -140,15 +140,14 @@ def _merge(master: NDArray[np.uint8], layer: NDArray[np.uint8]) -> None:
             master[i] = layer[i]
 
 
-def last_mark(costs: LayeredCostmap, names: Iterable[str], row: int, column: int) -> CellMark | None:
-    """Return which of the sources marked a cell last, None if none did."""
+def source_marks(costs: LayeredCostmap, names: Iterable[str], row: int, column: int) -> list[CellMark]:
+    """Return which of the sources have marked a cell, and when each did so last."""
     found = ((name, costs.sources[name]) for name in names if name in costs.sources)
-    marks = [
+    return [
         CellMark(name, float(source.marked_at[row, column]))
         for name, source in found
         if source.cells[row, column] == LETHAL
     ]
-    return max(marks, key=lambda mark: mark.time, default=None)
 
 
 def built_in_layers(settings: LayerSettings) -> tuple[CostmapLayer, ...]:

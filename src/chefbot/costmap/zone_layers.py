@@ -15,7 +15,7 @@ from chefbot.maths.costs import LETHAL
 from chefbot.maths.lanes import NO_LANES, OneWayLanes
 from chefbot.maths.polygon import GridGeometry, cells_inside, cells_touched
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.msgs.chefbot_zones import KEEP_OUT, ONE_WAY, PREFERRED, MapZone, MapZones
+from chefbot.msgs.chefbot_places import KEEP_OUT, ONE_WAY, PREFERRED, MapZone, MapZones
 from chefbot.msgs.idl.message import Message
 
 if TYPE_CHECKING:
@@ -93,10 +93,10 @@ class KeepOutLayer(ZoneLayer):
         """Make the cells of the zones lethal."""
         cells[window.slices][self._number[window.slices] > 0] = LETHAL
 
-    def marked_by(self, costs: LayeredCostmap, row: int, column: int) -> CellMark | None:
+    def marks(self, costs: LayeredCostmap, row: int, column: int) -> list[CellMark]:
         """Name the zone of a cell."""
         number = int(self._number[row, column]) if self._zones and self._drawn == costs.geometry else 0
-        return CellMark(self._zones[number - 1].title, 0.0) if number else None
+        return [CellMark(self._zones[number - 1].title, 0.0)] if number else []
 
 
 class PreferredLayer(ZoneLayer):

@@ -30,7 +30,7 @@ from chefbot.sim.world.world import World
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui.browser import open_browser
-from chefbot.ui.message_conversion import clicked_pose
+from chefbot.ui.display.message_conversion import clicked_pose
 
 SECOND = 1_000_000_000
 """One second in nanoseconds."""

@@ -17,8 +17,7 @@ from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
-from chefbot.msgs.chefbot_places import MAX_PLACES
-from chefbot.msgs.chefbot_zones import KEEP_OUT, MAX_ZONES, MapZone
+from chefbot.msgs.chefbot_places import KEEP_OUT, MAX_PLACES, MAX_ZONES, MapZone
 from chefbot.robot.spec import Robot
 from chefbot.storage.map_versions import MapVersions
 from chefbot.storage.places import PlaceEntry, load_entries, places_path, save_entries

@@ -15,7 +15,7 @@ from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import OCCUPIED_FROM
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
-from chefbot.msgs.chefbot_zones import MapZones
+from chefbot.msgs.chefbot_places import MapZones
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header

@@ -29,33 +29,48 @@ PERIODS_NS: dict[type[Message], int] = {
 Key = tuple[str, ...]
 
 
+class Thinning:
+    """Decides which messages are kept, so that a minute takes about 20 MB: of large or frequent types a part."""
+
+    def __init__(self) -> None:
+        self._kept_ns: dict[Key, int] = {}
+
+    def keeps(self, publication: Publication) -> bool:
+        """Return whether a publication is kept."""
+        period_ns = PERIODS_NS.get(type(publication.message))
+        if period_ns is None:
+            return True
+        key = key_of(publication)
+        if publication.time_ns - self._kept_ns.get(key, -period_ns) < period_ns:
+            return False
+        self._kept_ns[key] = publication.time_ns
+        return True
+
+
 class IncidentBuffer:
     """Observes a loop; keeps what was published in the last minute, and the last message of each topic before it.
 
-    Of types with large or frequent messages it keeps a part, so that a minute takes about 20 MB.
+    Of types with large or frequent messages it keeps a part.
     """
 
     def __init__(self, span_ns: int = SPAN_NS) -> None:
         self._span_ns = span_ns
         self._recent: deque[Publication] = deque()
         self._before: dict[Key, Publication] = {}
-        self._kept_ns: dict[Key, int] = {}
+        self._thinning = Thinning()
         self._newest: dict[Key, Publication] = {}
         """The latest message of each topic of which not all messages are kept."""
 
     def __call__(self, publication: Publication) -> None:
         """Keep a publication, and drop those that are too old by now."""
-        key = _key(publication)
-        period_ns = PERIODS_NS.get(type(publication.message))
-        if period_ns is not None:
-            self._newest[key] = publication
-            if publication.time_ns - self._kept_ns.get(key, -period_ns) < period_ns:
-                return
-            self._kept_ns[key] = publication.time_ns
+        if type(publication.message) in PERIODS_NS:
+            self._newest[key_of(publication)] = publication
+        if not self._thinning.keeps(publication):
+            return
         self._recent.append(publication)
         while self._recent[0].time_ns < publication.time_ns - self._span_ns:
             old = self._recent.popleft()
-            self._before[_key(old)] = old
+            self._before[key_of(old)] = old
 
     def content(self) -> list[Publication]:
         """Return what is kept, in the order of publication; what is older, with the time of the minute's begin."""
@@ -69,7 +84,7 @@ class IncidentBuffer:
         ]
 
 
-def _key(publication: Publication) -> Key:
+def key_of(publication: Publication) -> Key:
     """Return what a later message replaces: its topic and publisher, of transforms only the same frames."""
     message = publication.message
     frames = [one.child_frame_id for one in message.transforms] if isinstance(message, TFMessage) else []

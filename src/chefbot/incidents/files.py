@@ -61,9 +61,18 @@ class SavedIncident(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def save_incident(
-    folder: Path, incident: Incident, content: Iterable[Publication], robot: Robot, seed: int
+    folder: Path,
+    incident: Incident,
+    content: Iterable[Publication],
+    robot: Robot,
+    seed: int,
+    *,
+    keep_part: bool = False,
 ) -> Path:
-    """Write an incident to a folder, whole or not at all; StorageError if that fails. Returns its path."""
+    """Write an incident to a folder, whole or not at all; StorageError if that fails. Returns its path.
+
+    keep_part: whether what was written before a disk became full is kept, though StorageError is raised.
+    """
     make_folder(folder)
     path = folder / incident.file_name
     temporary = path.with_suffix(".part")
@@ -75,11 +84,13 @@ def save_incident(
         for publication in content:
             recorder(publication)
         recorder.close()
-        if failures:
+        if failures and not keep_part:
             raise StorageError(failures[0])
         rename_existing(path)  # of the same second
         with os_errors_as_storage_errors(path):
             temporary.replace(path)
+        if failures:
+            raise StorageError(f"{failures[0]}; what was written before is kept")
     except BaseException:
         recorder.close()
         remove([temporary])

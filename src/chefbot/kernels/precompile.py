@@ -25,12 +25,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from chefbot.errors import UserError
 from chefbot.kernels import cache_stamp
 from chefbot.kernels.groups import FIRST_PICTURE_GROUPS, GROUPS
-from chefbot.ui import layers
 from chefbot.ui.browser import open_browser
 from chefbot.ui.commands import OperatorCommand
+from chefbot.ui.display import views
 from chefbot.ui.server import WebUiServer
 
-Show = Callable[[layers.ProgressView], None]
+Show = Callable[[views.ProgressView], None]
 MAX_WORKERS = 4
 """Maximum number of workers; more would wait for the longest group."""
 POLL_PERIOD = 0.2
@@ -76,11 +76,9 @@ class KernelCompilation:
             task = bar.add_task("compiling kernels", total=len(self._groups))
             while self._is_compiling(missing):
                 bar.update(task, description=self._sentence(), completed=len(self._done))
-                show(
-                    layers.ProgressView(text=self._sentence(), done=len(self._done), total=len(self._groups))
-                )
+                show(views.ProgressView(text=self._sentence(), done=len(self._done), total=len(self._groups)))
                 time.sleep(POLL_PERIOD)
-        show(layers.ProgressView(text=self._sentence(), done=len(self._done), total=len(self._groups)))
+        show(views.ProgressView(text=self._sentence(), done=len(self._done), total=len(self._groups)))
 
     def _is_compiling(self, groups: Sequence[str]) -> bool:
         return not self._done.issuperset(groups) and any(worker.is_alive() for worker in self._workers)

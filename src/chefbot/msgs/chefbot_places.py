@@ -1,14 +1,78 @@
-"""Messages of chefbot_msgs about the named places of a map, and changes of its places and zones."""
+"""Messages of chefbot_msgs about places and zones of a map, and changes of them."""
 
 from __future__ import annotations
 
-from chefbot.msgs.chefbot_zones import MAX_ZONES, MapZone
-from chefbot.msgs.geometry_msgs import PoseStamped
-from chefbot.msgs.idl.constraints import per_field
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.maths.lanes import MAX_LANES
+from chefbot.msgs.geometry_msgs import Point, PoseStamped
+from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, min_length, per_field
 from chefbot.msgs.idl.message import Bool, Float64, Message, String, StringArray, Uint32
+from chefbot.msgs.std_msgs import Header
 
 MAX_PLACES = 1000
 """Maximum number of places of a map."""
+MAX_ZONES, MAX_CORNERS = 1000, 1000
+"""Maximum number of zones of a map, and of corners of a zone."""
+KEEP_OUT, SLOW_ZONE, PREFERRED, ONE_WAY = "keep_out", "slow", "preferred", "one_way"
+"""Kinds of zones: no part of the robot enters; speed is limited; paths prefer it; driven in one direction only."""
+ZONE_TITLES = {
+    KEEP_OUT: "keep-out zone",
+    SLOW_ZONE: "slow zone",
+    PREFERRED: "preferred zone",
+    ONE_WAY: "one-way lane",
+}
+
+
+class MapZone(Message, frozen=True, eq=False):
+    """An area of the map with a rule for the robot: a polygon in the frame of the message, m."""
+
+    ROS_PACKAGE = "chefbot_msgs"
+
+    BOUNDS = per_field(speed=(0.0, MAX_MAGNITUDE), direction=(-MAX_MAGNITUDE, MAX_MAGNITUDE))
+    MAX_LENGTHS = per_field(corners=MAX_CORNERS)
+    RULES = (min_length(3, "corners"),)
+
+    name: String = ""
+    kind: String = ""
+    """keep_out, slow, preferred, one_way"""
+    corners: tuple[Point, ...] = ()
+    speed: Float64 = 0.0
+    """Maximum speed in a slow zone, m/s."""
+    direction: Float64 = 0.0
+    """Direction of a one-way lane, rad."""
+
+    @property
+    def title(self) -> str:
+        """Kind and name in words, such as "keep-out zone stairs", or "keep-out zone 1" for keep_out_1."""
+        return f"{ZONE_TITLES.get(self.kind, 'zone')} {self.name.removeprefix(f'{self.kind}_')}"
+
+    @property
+    def array(self) -> NDArray[np.float64]:
+        """The corners (n, 2), m."""
+        return np.array([(corner.x, corner.y) for corner in self.corners]).reshape(-1, 2)
+
+
+def _check_lanes(message: MapZones) -> str:
+    count = len(message.of_kind(ONE_WAY))
+    return "" if count <= MAX_LANES else f"zones holds {count} one-way lanes, at most {MAX_LANES} can be used"
+
+
+class MapZones(Message, frozen=True, eq=False):
+    """All zones of the map."""
+
+    ROS_PACKAGE = "chefbot_msgs"
+
+    MAX_LENGTHS = per_field(zones=MAX_ZONES)
+    RULES = (_check_lanes,)
+
+    header: Header = Header()
+    zones: tuple[MapZone, ...] = ()
+
+    def of_kind(self, kind: str) -> tuple[MapZone, ...]:
+        """Return the zones of a kind, in their order."""
+        return tuple(zone for zone in self.zones if zone.kind == kind)
 
 
 class Place(Message, frozen=True, eq=False):

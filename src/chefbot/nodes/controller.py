@@ -15,24 +15,23 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav2_msgs import FollowPath, FollowPath_Feedback, FollowPath_Goal, FollowPath_Result
-from chefbot.msgs.nav_msgs import Path
-from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.behavior_server import BehaviorServerNode
 from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.nodes.navigation.contacts import ContactsNode
 from chefbot.nodes.navigation.controller_params import ControllerNodeParams
 from chefbot.nodes.navigation.goal_tolerances import GoalTolerancesNode
+from chefbot.nodes.navigation.local_plan import LocalPlanNode
 from chefbot.planning.local_replanning import local_planner, remaining_length, replan_locally
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.coroutines import Cancelled, Future
-from chefbot.runtime.node import In, Out, every
+from chefbot.runtime.node import In, every
 from chefbot.runtime.plugins import load_plugin
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 
-class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode):
+class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, LocalPlanNode):
     """Serves follow_path and three motions in the frame `odom`.
 
     It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
@@ -44,7 +43,6 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode):
     params: ControllerNodeParams
     localization_status: In[LocalizationStatus]
     follow_path = action_server(FollowPath)
-    local_plan: Out[Path]
 
     def start(self) -> None:
         """Create the local costmap, the controller and the sensor monitors."""
@@ -144,7 +142,6 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode):
 
     @every(hz=LOCAL_PLAN_RATE)
     def publish_local_plan(self) -> None:
-        """Publish the trajectory that the controller chose, for display while a path is followed."""
-        trajectory = self._follower.trajectory(Limits.of(self.robot), self.params.settings.sim_time)
-        if self._following is not None and trajectory is not None:
-            self.local_plan.publish(Path.of(Header.of(self.now_ns, "odom"), trajectory))
+        """Publish the controller's trajectories for display while a path is followed."""
+        if self._following is not None:
+            self._publish_plan(self._follower, self.params.settings.sim_time)

@@ -10,12 +10,14 @@ from chefbot.costmap.pose_jump import PoseJumpDetector
 from chefbot.costmap.ranger_marks import LASTING
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.chefbot_zones import MapZones
-from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.msgs.chefbot_navigation import CostmapCell
+from chefbot.msgs.chefbot_places import MapZones
+from chefbot.msgs.geometry_msgs import PointStamped, PoseStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header
+from chefbot.nodes.navigation.costmap_cell import cell_message
 from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.nodes.navigation.people_marks import PeopleMarksNode
 from chefbot.nodes.scans.deskewing import when_deskewed
@@ -38,6 +40,8 @@ class GlobalCostmapNode(PeopleMarksNode):
     contact: In[PoseStamped]
     zones: In[MapZones]
     clear_costmaps: In[Float64]
+    clicked_point: In[PointStamped]
+    costmap_cell: Out[CostmapCell]
     costmap: Out[OccupancyGrid] = topic("global_costmap/costmap", latched=True)
 
     def start(self) -> None:
@@ -100,6 +104,18 @@ class GlobalCostmapNode(PeopleMarksNode):
             self._costs.clear_around(robot, radius.data, keep=(DROP_OFFS, *LASTING))
         except TransformError:
             self._costs.clear()  # not localized: all marks are unreliable
+
+    def on_clicked_point(self, clicked: PointStamped) -> None:
+        """Publish the cost of the cell at a point, and what marked it: RViz's "Publish Point", or the page."""
+        try:
+            point = self.tf.lookup("map", clicked.header.frame_id) @ SE2(
+                clicked.point.x, clicked.point.y, 0.0
+            )
+        except TransformError:
+            return  # the point is nowhere on the map yet
+        if self.map.last is not None:
+            header = Header.of(self.now_ns, "map")
+            self.costmap_cell.publish(cell_message(header, self._costs, point, self.robot))
 
     @every(hz=1)
     def publish_costmap(self) -> None:

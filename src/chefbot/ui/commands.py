@@ -27,6 +27,7 @@ When = Literal["", "now", "after", "instead"]
 round."""
 Id = Annotated[str, msgspec.Meta(max_length=64, description="of one press; the same when it is sent again")]
 EditName = Annotated[str, msgspec.Meta(max_length=64, description="of a place or zone; empty: a new one")]
+GraphName = Annotated[str, msgspec.Meta(max_length=256, description="of a topic, node or parameter")]
 Here = Annotated[
     str, msgspec.Meta(max_length=64, description="place that the person saw; empty: wherever it is")
 ]
@@ -203,9 +204,25 @@ class UndoMapEdit(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag=
 
 
 class Inspect(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="inspect"):
-    """Show the ROS graph and the newest messages of these topics for some seconds; repeated to go on."""
+    """Show the ROS graph, the newest messages of these topics and the parameters of these nodes for some seconds."""
 
-    topics: Annotated[list[Annotated[str, msgspec.Meta(max_length=256)]], msgspec.Meta(max_length=12)]
+    topics: Annotated[list[GraphName], msgspec.Meta(max_length=12)]
+    nodes: Annotated[list[GraphName], msgspec.Meta(max_length=4)] = []
+
+
+class SetParameter(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="set_parameter"):
+    """Set a parameter of a node while it runs; the node may refuse it."""
+
+    node: GraphName
+    name: GraphName
+    value: bool | int | float | str | list[bool | int | float | str]
+
+
+class InspectCell(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="inspect_cell"):
+    """Show the cost of a cell of the global costmap, and what marked it."""
+
+    x: Metre
+    y: Metre
 
 
 class SaveIncident(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="save_incident"):
@@ -213,6 +230,15 @@ class SaveIncident(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag
 
     note: Annotated[
         str, msgspec.Meta(max_length=200, description="what happened, in the operator's words")
+    ] = ""
+
+
+class Record(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="record"):
+    """Begin to record what the robot sees and does, with the last minute, or end the recording that is under way."""
+
+    on: bool
+    note: Annotated[
+        str, msgspec.Meta(max_length=200, description="what it shows, in the operator's words")
     ] = ""
 
 
@@ -302,8 +328,21 @@ KINDS = (
         Follow,
         Cancel,
     ),
-    *(PutPlace, DeletePlace, PutZone, DeleteZone, UndoMapEdit, Inspect),
-    *(Stop, Withdraw, Resume, MapSaved, SaveIncident, Playback, Ping, Show, Received, LeaveKiosk, Drive),
+    *(PutPlace, DeletePlace, PutZone, DeleteZone, UndoMapEdit, Inspect, SetParameter, InspectCell),
+    *(
+        Stop,
+        Withdraw,
+        Resume,
+        MapSaved,
+        SaveIncident,
+        Record,
+        Playback,
+        Ping,
+        Show,
+        Received,
+        LeaveKiosk,
+        Drive,
+    ),
     *(DropBox, OpenDoor, CloseDoor, Kidnap),
 )
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
@@ -311,9 +350,9 @@ NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | ShortestOrder | GoPlace
     | Patrol | Follow | Cancel
-    | PutPlace | DeletePlace | PutZone | DeleteZone | UndoMapEdit | Inspect
-    | Stop | Withdraw | Resume | MapSaved | SaveIncident | Playback | Ping | Show | Received | LeaveKiosk | Drive
-    | DropBox | OpenDoor | CloseDoor | Kidnap
+    | PutPlace | DeletePlace | PutZone | DeleteZone | UndoMapEdit | Inspect | SetParameter | InspectCell
+    | Stop | Withdraw | Resume | MapSaved | SaveIncident | Record | Playback | Ping | Show | Received | LeaveKiosk
+    | Drive | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip
 _DECODER = msgspec.json.Decoder(AnyCommand)
 

@@ -10,7 +10,7 @@ from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, IN_ROUND, QUEUE_
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
 from chefbot.ui import commands as do
-from chefbot.ui.layers import DeliveryView, RoundStopView
+from chefbot.ui.display.views import DeliveryView, RoundStopView
 
 CONFIRMATION = {"loading": "loaded", "waiting": "taken"}
 """What a person has to confirm, by state of the mission."""

@@ -1,9 +1,9 @@
-"""Layers of the web UI: the payload of each, and how it is validated, copied, decimated and encoded."""
+"""Layers of the web UI: how the payload of each is validated, copied, decimated and encoded."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import msgspec
@@ -11,256 +11,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.incidents.files import SavedIncident
 from chefbot.maths.cell_grid import CellGrid
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEditResult
-from chefbot.ros2.tools.inspection_views import GraphSummary, TopicValue
+from chefbot.ros2.tools.inspection_views import GraphSummary, LogLine, NodeParameters, TopicValue
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import protocol
+from chefbot.ui.display.views import (
+    CandidatesView,
+    CauseView,
+    CellView,
+    DeliveryView,
+    DepthView,
+    FrameView,
+    IncidentsView,
+    PersonView,
+    PlacedGrid,
+    PlaybackView,
+    ProgressView,
+    RobotView,
+    RoundStopView,
+    ScanView,
+    ShapeView,
+    StatusView,
+    StopView,
+    ZoneView,
+)
 from chefbot.ui.image_encoding import encode_image, shown_image
-
-
-class RobotView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Estimated pose of the robot in the map frame (m, rad) and its velocity (m/s, rad/s)."""
-
-    x: float
-    y: float
-    yaw: float
-    v: float = 0.0
-    w: float = 0.0
-
-
-class ViewCone(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a sensor sees seen from above: its pose in base_link (m, rad), field of view (rad) and range (m)."""
-
-    x: float
-    y: float
-    yaw: float
-    field_of_view: float
-    range: float
-
-
-class ShapeView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The robot seen from above in base_link, m: circumscribed radius, footprint, wheels and sensors."""
-
-    radius: float
-    corners: tuple[tuple[float, float], ...]
-    """Corners of the footprint; empty for a disc of `radius`."""
-    wheels: tuple[tuple[float, float, float, float], ...]
-    """Centre (x, y), length and width of each wheel."""
-    cones: tuple[ViewCone, ...]
-    """Sensors that do not see all around."""
-
-
-@dataclass(frozen=True, eq=False)
-class ScanView:
-    """A laser scan: ranges (n,) in metres at angles (n,) in radians, from the sensor's pose (x, y, yaw)."""
-
-    pose: Sequence[float]
-    angles: NDArray[Any]
-    ranges: NDArray[Any]
-    frame: str = ""
-    """Frame of the sensor, which gives its height above the floor."""
-
-    def points(self) -> NDArray[np.float64]:
-        """Return the end points of the finite beams, (m, 2), in the frame of the pose."""
-        x, y, yaw = self.pose
-        ranges = np.asarray(self.ranges, np.float64)
-        bearing = np.asarray(self.angles, np.float64) + yaw
-        ends = np.column_stack([x + ranges * np.cos(bearing), y + ranges * np.sin(bearing)])
-        return ends[np.isfinite(ranges)]
-
-
-class FrameView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A frame in its parent: translation in metres, rotation as a quaternion (x, y, z, w)."""
-
-    name: str
-    parent: str
-    at: tuple[float, float, float]
-    turn: tuple[float, float, float, float]
-
-
-@dataclass(frozen=True, eq=False)
-class DepthView:
-    """A depth image (h, w) in metres along the optical axis, NaN for none; camera intrinsics in pixels; the
-    optical frame."""
-
-    depth: NDArray[Any]
-    focal: float
-    cx: float
-    cy: float
-    frame: str
-
-
-class PersonView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A tracked person in the map frame: number, position (m), velocity (m/s), standard deviation of the position
-    (m), and whether it was seen just now."""
-
-    id: int
-    x: float
-    y: float
-    vx: float
-    vy: float
-    deviation: float
-    visible: bool
-
-
-class ZoneView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A zone of the map: its title, its kind as in chefbot_msgs/MapZone, its corners (m) in the map frame, the
-    direction of a one-way lane (rad) and the limit of a slow zone (m/s)."""
-
-    title: str
-    name: str
-    kind: str
-    corners: tuple[tuple[float, float], ...]
-    direction: float
-    speed: float
-
-
-class DoorView(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A door of the simulated world; `open` is false only when it is fully closed."""
-
-    name: str
-    open: bool
-
-
-def rounded(number: float | None, digits: int) -> float | None:
-    """Return a number as it is displayed: changes that nobody sees are not sent."""
-    return None if number is None else round(float(number), digits)
-
-
-class StatusView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The robot's state as texts and numbers; None is unknown and shows as a dash."""
-
-    phase: str = ""
-    """Current activity, one sentence."""
-    clock: float | None = None
-    """Time since the start on the robot's clock, s."""
-    real_time_factor: float | None = None
-    battery: float | None = None
-    """Battery charge, percent, 0..100."""
-    volts: float | None = None
-    confidence: float | None = None
-    """Confidence of the localization, 0..1."""
-    localization_error: float | None = None
-    """Distance between estimate and ground truth, m; simulation only."""
-    navigation: str = ""
-    """State of the navigator, one or two words."""
-    reason: str = ""
-    """Why it stopped or slowed down the last time, one sentence."""
-    stopped: bool = False
-    """Whether the emergency stop is latched."""
-    stop_pending: bool = False
-    """Whether the emergency stop was pressed here and is not confirmed by the robot yet."""
-    simulation: bool = False
-    """Whether the web UI may offer boxes, doors and kidnapping."""
-    warnings: tuple[str, ...] = ()
-    """Diagnostics that are not OK, one sentence each."""
-    failures: int = 0
-    """Number of failed goals; `reason` is that of the last."""
-    doors: tuple[DoorView, ...] = ()
-    """Doors that the simulation can move."""
-
-
-class StopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """State of the emergency stop in the drive base; sent before all other layers."""
-
-    stopped: bool = False
-    """Whether the emergency stop is latched."""
-    requested: bool = False
-    """Whether a press waits for confirmation by the drive base."""
-    confirmed: tuple[str, ...] = ()
-    """Ids of the newest presses that the drive base has confirmed."""
-    pressed: str = ""
-    """Time of the last press, nanoseconds, as text: JavaScript's numbers have too few digits."""
-
-
-class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The delivery mission: tables still to serve, the current step as a sentence, and what a person has to
-    confirm."""
-
-    queue: tuple[str, ...] = ()
-    order_id: str = ""
-    step: str = ""
-    state: str = ""
-    """State of the mission as in chefbot_msgs/DeliveryStatus."""
-    place: str = ""
-    """Place where the robot is or to which it drives."""
-    waits_for: str = ""
-    """What a person has to confirm: loaded, taken, choice, or nothing."""
-    choices: tuple[str, ...] = ()
-    """Possible choices now, of go_on, kitchen and end."""
-    round_active: bool = False
-    """Whether a round is active; a goal elsewhere must then contain `when`."""
-    loaded: bool = False
-    """Whether the food is on the tray."""
-    errands: tuple[str, ...] = ()
-    """Names of additional goals."""
-    delivered: tuple[str, ...] = ()
-    """Tables of this order that were served."""
-    missed: tuple[str, ...] = ()
-    """Why tables of this order were not served, a sentence each."""
-    unserved: tuple[str, ...] = ()
-    """Tables of the last order that were not served and are not ordered again."""
-    orders: tuple[tuple[str, ...], ...] = ()
-    """Tables of the queued orders."""
-
-
-class RoundStopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A stop that is left of a round: way to it (m), time until the arrival (s), charge then (percent)."""
-
-    place: str
-    distance: float
-    time: float
-    battery: float | None
-
-
-class CauseView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Why the robot slowed down, stopped, took a detour or failed; see chefbot_msgs/Cause."""
-
-    id: int
-    time: float
-    """When it began on the robot's clock, s."""
-    ended: float | None
-    """When it ended, s; None while it holds."""
-    effect: str
-    """Slower, Stopped, Detour or Failed."""
-    sentence: str
-    chain: tuple[str, ...] = ()
-    x: float | None = None
-    y: float | None = None
-    """Where the obstacle is on the map, m; None if there is none or it is not known."""
-    number: int = 0
-    """Its number in the history of the robot, 0 if it is not recorded."""
-    pictures: tuple[str, ...] = ()
-    """Pictures at `causes/NUMBER/PICTURE`: map, camera."""
-    began: str = ""
-    """When it began, UTC in ISO 8601, in an earlier run; then `time` is 0, and `ended` how long it lasted."""
-
-
-class IncidentsView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The newest incidents, and how the last request to save one ended; `requests` counts those that have ended."""
-
-    saved: tuple[SavedIncident, ...] = ()
-    outcome: str = ""
-    requests: int = 0
-
-
-class PlaybackView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Position in a recording that is played, and its length, s; `rate` 0 is a pause."""
-
-    time: float
-    length: float
-    rate: float
-    title: str
-
-
-class ProgressView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Progress of a long job such as 'compiling kernels': `done` of `total`."""
-
-    text: str
-    done: int
-    total: int
 
 
 class Layer(NamedTuple):
@@ -357,6 +134,13 @@ def _grid(dtype: type[np.generic]) -> Callable[[Any], protocol.GridImage]:
     return take
 
 
+def _placed_grid(value: PlacedGrid) -> protocol.GridImage:
+    """Place a grid of costs in the map frame."""
+    image, frame = _grid(np.uint8)(value.grid), value.frame
+    corner = frame @ SE2(image.x, image.y, 0.0)
+    return replace(image, x=round(corner.x, 3), y=round(corner.y, 3), yaw=round(frame.yaw, 4))
+
+
 _ENCODE_JSON, _ENCODE_POINTS, _ENCODE_GRID = protocol.text, protocol.points, protocol.grid
 FAST_PERIOD, SCAN_PERIOD, CAMERA_PERIOD, COSTMAP_PERIOD, MAP_PERIOD = 0.1, 0.2, 0.2, 0.5, 1.0
 """Minimum periods of the layers, s."""
@@ -367,6 +151,9 @@ LAYERS: dict[str, Layer] = {
     "stop": Layer(0.0, _instance_of(StopView), _ENCODE_JSON),
     "map": Layer(MAP_PERIOD, _grid(np.int8), _ENCODE_GRID),
     "costmap": Layer(COSTMAP_PERIOD, _grid(np.uint8), _ENCODE_GRID),
+    "local_costmap": Layer(COSTMAP_PERIOD, _placed_grid, _ENCODE_GRID),
+    "candidates": Layer(COSTMAP_PERIOD, _instance_of(CandidatesView), _ENCODE_JSON),
+    "cell": Layer(0.0, _instance_of(CellView), _ENCODE_JSON),
     "shape": Layer(0.0, _instance_of(ShapeView), _ENCODE_JSON),
     "robot": Layer(FAST_PERIOD, _instance_of(RobotView), _ENCODE_JSON),
     "truth": Layer(FAST_PERIOD, _pose, _ENCODE_JSON),
@@ -393,6 +180,8 @@ LAYERS: dict[str, Layer] = {
     "depth": Layer(CAMERA_PERIOD, _depth, protocol.depth),
     "graph": Layer(MAP_PERIOD, _instance_of(GraphSummary), _ENCODE_JSON),
     "values": Layer(FAST_PERIOD, _tuple_of(TopicValue), _ENCODE_JSON),
+    "parameters": Layer(FAST_PERIOD, _tuple_of(NodeParameters), _ENCODE_JSON),
+    "log": Layer(MAP_PERIOD, _tuple_of(LogLine), _ENCODE_JSON),
     "incidents": Layer(FAST_PERIOD, _instance_of(IncidentsView), _ENCODE_JSON),
     "causes": Layer(FAST_PERIOD, _tuple_of(CauseView), _ENCODE_JSON),
     "playback": Layer(FAST_PERIOD, _instance_of(PlaybackView), _ENCODE_JSON),

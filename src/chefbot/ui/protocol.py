@@ -20,7 +20,7 @@ header length (uint16, little-endian), the header (JSON) and the body.
                                       unit[column], plus x or y for the first two: metres, metres, radians;
                                       frame: that of the sensor, or empty
     kind "int8" or "uint8"            width, height, resolution, x, y: body zlib of the rows, low y first;
-                                      (x, y) is the outer corner of the first cell, metres
+                                      (x, y) is the outer corner of the first cell, metres; yaw of the rows, radians
     kind "depth"                      width, height, focal, cx, cy (pixels), frame (an optical one, REP-103):
                                       body zlib of the rows from the top, uint16 millimetres, 0 for none
     kind "jpeg"                       body is the image
@@ -49,12 +49,13 @@ MILLIRADIAN = 0.001
 
 @dataclass(frozen=True, eq=False)
 class GridImage:
-    """A copy of a grid in the map frame: cells (h, w) int8 or uint8, cell size in m, corner in m."""
+    """A copy of a grid in the map frame: cells (h, w) int8 or uint8, cell size in m, corner in m, yaw of its rows."""
 
     cells: NDArray[Any]
     resolution: float
     x: float
     y: float
+    yaw: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,5 +152,5 @@ def grid(layer: str, image: GridImage) -> bytes:
     """Encode a map or costmap, compressed with zlib's fastest level."""
     height, width = image.cells.shape
     header = {"kind": image.cells.dtype.name, "width": width, "height": height}
-    origin = {"resolution": image.resolution, "x": image.x, "y": image.y}
+    origin = {"resolution": image.resolution, "x": image.x, "y": image.y, "yaw": image.yaw}
     return bulk(layer, header | origin, zlib.compress(np.ascontiguousarray(image.cells).tobytes(), 1))

@@ -27,16 +27,14 @@ from chefbot.msgs.sensor_msgs import BatteryState, Image, JointState, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import In, Out, every, topic
-from chefbot.runtime.transform_buffer import TransformError
 from chefbot.storage.atomic_files import StorageError
 from chefbot.ui import commands as do
-from chefbot.ui import layers
 from chefbot.ui.access.invitations import Invitations, write_address
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.tls import load_tls
 from chefbot.ui.delivery_view import delivery_view, forecast_views, is_errand, validate_command
-from chefbot.ui.inspect.inspect_device import InspectDevice
-from chefbot.ui.message_conversion import (
+from chefbot.ui.display import views
+from chefbot.ui.display.message_conversion import (
     RecentDiagnostics,
     clicked_pose,
     cost_image,
@@ -44,13 +42,14 @@ from chefbot.ui.message_conversion import (
     path_points,
     people_views,
 )
+from chefbot.ui.display.robot_view import make_glb, robot_view, shape_view
+from chefbot.ui.display.scan_display import ScanDisplay
+from chefbot.ui.inspect.navigation_device import NavigationDevice
 from chefbot.ui.missions.history_device import history_path
 from chefbot.ui.missions.incident_device import incident_folder
 from chefbot.ui.pending_requests import PendingRequests
 from chefbot.ui.qr import qr_code
 from chefbot.ui.real_time_factor import RealTimeFactor
-from chefbot.ui.robot_view import make_glb, robot_view, shape_view
-from chefbot.ui.scan_display import ScanDisplay
 from chefbot.ui.server import WebUiServer
 from chefbot.ui.web_ui_params import WebUiParams
 
@@ -58,7 +57,7 @@ REPEAT_HZ = 5
 """Rate at which unconfirmed requests are repeated, Hz."""
 
 
-class WebUiDevice(InspectDevice):
+class WebUiDevice(NavigationDevice):
     """One web UI for everything; its publications are recorded, so a replay executes the same clicks."""
 
     # A flood may delay the page; remote driving ends by the base's own command timeout, which is shorter.
@@ -105,8 +104,8 @@ class WebUiDevice(InspectDevice):
         """Start the server of the web UI."""
         super().start()
         self._stopped = False
-        self._last_status = layers.StatusView()
-        self._last_stop = layers.StopView()
+        self._last_status = views.StatusView()
+        self._last_stop = views.StopView()
         self._failures = 0
         self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
         self._real_time_factor = RealTimeFactor(self.now_ns)
@@ -168,7 +167,7 @@ class WebUiDevice(InspectDevice):
         """Clear the goal when the navigator is idle, and count it if it failed, so that the operator notices."""
         if message.state == "idle":
             self._failures += bool(message.reason)
-            for layer in ("goal", "path", "local_path"):
+            for layer in ("goal", "path", "local_path", "local_costmap", "candidates"):
                 self._server.set_layer(layer, None)
 
     @every(hz=REPEAT_HZ)
@@ -180,7 +179,7 @@ class WebUiDevice(InspectDevice):
 
     # -- display
 
-    def show_progress(self, progress: layers.ProgressView) -> None:
+    def show_progress(self, progress: views.ProgressView) -> None:
         """Display a long job of the computer, not of the robot. Thread-safe."""
         self._server.set_layer("progress", progress)
 
@@ -243,7 +242,7 @@ class WebUiDevice(InspectDevice):
         self._server.set_layer("causes", self._process_cause(cause, grid, self.picture.last))
         self._note_failure(cause)
 
-    def _show_incidents(self, view: layers.IncidentsView) -> None:
+    def _show_incidents(self, view: views.IncidentsView) -> None:
         self._server.set_layer("incidents", view)
 
     def on_delivery_status(self, message: DeliveryStatus) -> None:
@@ -279,22 +278,22 @@ class WebUiDevice(InspectDevice):
     def _show_stop(self) -> None:
         status, pending = self.stop_status.last, self._pending
         presses, pressed = pending.presses.confirmed, str(status.pressed_at.ns) if status else ""
-        self._last_stop = layers.StopView(
+        self._last_stop = views.StopView(
             stopped=self._stopped, requested=pending.stop, confirmed=presses, pressed=pressed
         )
         self._server.set_layer("stop", self._last_stop)
 
-    def _status(self, pose: SE2 | None) -> layers.StatusView:
+    def _status(self, pose: SE2 | None) -> views.StatusView:
         battery, truth = self.battery_state.last, self.ground_truth.last
         localization, navigation = self.localization_status.last, self.navigation_status.last
-        return layers.StatusView(
+        return views.StatusView(
             phase=self.phase.last.data if self.phase.last else "",
             clock=float(self.now_ns // 1_000_000_000),
-            real_time_factor=layers.rounded(self._real_time_factor.factor(self.now_ns), 1),
-            battery=layers.rounded(100.0 * battery.percentage, 0) if battery else None,
-            volts=layers.rounded(battery.voltage, 1) if battery else None,
-            confidence=layers.rounded(localization.confidence, 2) if localization else None,
-            localization_error=layers.rounded(truth.pose.pose.se2.distance(pose), 3)
+            real_time_factor=views.rounded(self._real_time_factor.factor(self.now_ns), 1),
+            battery=views.rounded(100.0 * battery.percentage, 0) if battery else None,
+            volts=views.rounded(battery.voltage, 1) if battery else None,
+            confidence=views.rounded(localization.confidence, 2) if localization else None,
+            localization_error=views.rounded(truth.pose.pose.se2.distance(pose), 3)
             if truth and pose
             else None,
             navigation=navigation.state if navigation else "",
@@ -312,18 +311,12 @@ class WebUiDevice(InspectDevice):
         description = status.description if self._stopped and status else ""
         return self._pending.stop_warning(self.now_ns) or description
 
-    def _lookup(self, target: str, source: str) -> SE2 | None:
-        try:
-            return self.tf.lookup(target, source)
-        except TransformError:
-            return None
-
     # -- commands of the operator
 
     def _receive(self, command: do.OperatorCommand, who: str) -> None:
         if isinstance(command, do.Playback):
             raise UserError("This is a robot, not a recording; there is nothing to play")
-        if isinstance(command, do.Inspect):
+        if isinstance(command, do.Inspect | do.SetParameter):
             self._inspect(command)
             return
         validate_command(command, self._places, self._round)
@@ -373,8 +366,12 @@ class WebUiDevice(InspectDevice):
                 self._show_stop()
             case do.Drive(v, w):
                 self.cmd_vel_teleop.publish(Twist.of(v * max_speed(self.robot), w * max_turn(self.robot)))
+            case do.InspectCell(x, y):
+                self._inspect_cell(x, y)
             case do.SaveIncident(note):
                 self._save_incident(note or self._why_stopped() or self._causes.sentence, who)
+            case do.Record(on, note):
+                self._record(note, who, on=on)
             case do.DropBox() | do.Kidnap() | do.OpenDoor() | do.CloseDoor():
                 self._execute_in_simulation(command)
             case do.PutPlace() | do.DeletePlace() | do.PutZone() | do.DeleteZone() | do.UndoMapEdit():

@@ -54,10 +54,10 @@ def marked_place(
     mark = None if cell is None else costs.marked_by(*cell)
     if cell is None or mark is None:
         return None
-    return MarkedPlace(_sensor(mark.source, robot), frame, *cell, round(mark.time * 1e9))
+    return MarkedPlace(marking_sensor(mark.source, robot), frame, *cell, round(mark.time * 1e9))
 
 
-def _sensor(source: str, robot: Robot) -> str:
+def marking_sensor(source: str, robot: Robot) -> str:
     """Return the sensor or zone of a source of marks; without a lidar the planar scan is the depth camera's."""
     if source == STATIC:
         return MAP

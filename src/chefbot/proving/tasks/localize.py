@@ -7,7 +7,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.proving.scenario_tasks import LocalizeTask
 from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
-from chefbot.ui.message_conversion import clicked_pose
+from chefbot.ui.display.message_conversion import clicked_pose
 
 TIMEOUT = 400.0
 """Time to localize in, s."""

@@ -1,4 +1,4 @@
-"""What an inspector shows of the ROS graph: its nodes and topics, and the newest messages of watched topics."""
+"""What an inspector shows of the ROS graph: nodes, topics and their newest messages, parameters and the log."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ class GraphSummary(msgspec.Struct, frozen=True):
     topics: tuple[TopicSummary, ...] = ()
     mismatches: tuple[str, ...] = ()
     problem: str = ""
+    parameter_nodes: tuple[str, ...] = ()
+    """The nodes whose parameters can be read."""
 
 
 class TopicValue(msgspec.Struct, frozen=True):
@@ -38,3 +40,34 @@ class TopicValue(msgspec.Struct, frozen=True):
     value: Any = None
     problem: str = ""
     """Why there is no value, as a sentence."""
+
+
+class ParameterView(msgspec.Struct, frozen=True):
+    """A parameter of a node; a bound is None if there is none, and 0 is no step."""
+
+    name: str
+    type: str
+    value: Any
+    description: str = ""
+    read_only: bool = False
+    low: float | None = None
+    high: float | None = None
+    step: float = 0.0
+
+
+class NodeParameters(msgspec.Struct, frozen=True):
+    """The parameters of a node, how the last change of one ended, and why there are none, as sentences."""
+
+    node: str
+    parameters: tuple[ParameterView, ...] = ()
+    outcome: str = ""
+    problem: str = ""
+
+
+class LogLine(msgspec.Struct, frozen=True):
+    """A message of the log: time on the robot's clock (s), level as in rcl_interfaces/Log, node and text."""
+
+    time: float
+    level: int
+    node: str
+    text: str

@@ -60,11 +60,13 @@ def call(node: RmwNode, name: str, service: Service[Any, Any], request: Message,
     """
     client = node.client(name, service)
     deadline = time.monotonic() + min(SERVED_WAIT, timeout)
-    while not client.server_is_ready and time.monotonic() < deadline:
-        time.sleep(0.01)
     try:
+        while not client.server_is_ready and time.monotonic() < deadline:
+            time.sleep(0.01)
         return client.call(request, timeout)
     except NoResponseError as error:
         raise ToolError(str(error)) from None
     except NoTimeLeftError:
         raise ToolError(f"service {name} gave no answer in {timeout:g} s") from None
+    finally:
+        node.destroy(client)

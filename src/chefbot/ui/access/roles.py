@@ -23,13 +23,15 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
     # 3. To drive anywhere, to change the map, and to see and keep what happened.
     **dict.fromkeys(
         (
-            do.Goal, do.Patrol, do.Follow, do.Drive, do.InitialPose, do.MapSaved, do.SaveIncident, do.Playback,
-            do.PutPlace, do.DeletePlace, do.PutZone, do.DeleteZone, do.UndoMapEdit,
+            do.Goal, do.Patrol, do.Follow, do.Drive, do.InitialPose, do.MapSaved, do.SaveIncident, do.Record,
+            do.Playback, do.PutPlace, do.DeletePlace, do.PutZone, do.DeleteZone, do.UndoMapEdit,
         ),
         "manager",
     ),
-    # 4. The simulated world, and the ROS graph.
-    **dict.fromkeys((do.DropBox, do.Kidnap, do.OpenDoor, do.CloseDoor, do.Inspect), "engineer"),
+    # 4. The simulated world, and the ROS graph with the nodes' parameters.
+    **dict.fromkeys(
+        (do.DropBox, do.Kidnap, do.OpenDoor, do.CloseDoor, do.Inspect, do.SetParameter, do.InspectCell), "engineer"
+    ),
 }  # fmt: skip
 """The role that a command needs."""
 SEES_RECORDINGS: Role = "manager"

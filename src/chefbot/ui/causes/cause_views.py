@@ -9,7 +9,7 @@ from chefbot.causes.history import CauseHistory, CauseSpan
 from chefbot.causes.sentences import effect_word
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.storage.cause_records import Picture, RecordedCause
-from chefbot.ui.layers import CauseView
+from chefbot.ui.display.views import CauseView
 
 SHOWN_CAUSES = 24
 """Number of causes that the web UI shows, the newest, of this run and of earlier ones."""

@@ -6,11 +6,11 @@ from itertools import count
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
-from chefbot.msgs.chefbot_zones import MapZone, MapZones
+from chefbot.msgs.chefbot_places import MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.runtime.node import In, Out
 from chefbot.ui import commands as do
-from chefbot.ui.message_conversion import zone_views
+from chefbot.ui.display.message_conversion import zone_views
 from chefbot.ui.missions.model_device import ModelDevice
 
 AnyEdit = do.PutPlace | do.DeletePlace | do.PutZone | do.DeleteZone | do.UndoMapEdit

@@ -2,27 +2,33 @@
 
 from __future__ import annotations
 
-from chefbot.ros2.tools.inspector import Inspector
+from functools import partial
+
+from chefbot.ros2.tools.inspector import Display, Inspector, Watch
 from chefbot.ui import commands as do
 from chefbot.ui.editing.map_edit_device import MapEditDevice
 
 
 class InspectDevice(MapEditDevice):
-    """Shows nodes, topics, and the newest messages of topics that a page watches."""
+    """Shows nodes, topics with their newest messages, parameters and the log, as far as a page watches them."""
 
     def start(self) -> None:
         """Start without an inspection, until a page asks for one."""
         super().start()
-        self._inspector = Inspector(
-            lambda graph: self._server.set_layer("graph", graph),
-            lambda values: self._server.set_layer("values", values),
-        )
+        self._inspector = Inspector(Display(*(partial(self._show, layer) for layer in Display._fields)))
 
     def stop(self) -> None:
         """End the inspection that is running, if any."""
         self._inspector.close()
         super().stop()
 
-    def _inspect(self, command: do.Inspect) -> None:
-        """Show the graph and the watched topics for some seconds. Raises ToolError for too many topics."""
-        self._inspector.watch(command.topics)
+    def _show(self, layer: str, value: object) -> None:
+        self._server.set_layer(layer, value)
+
+    def _inspect(self, command: do.Inspect | do.SetParameter) -> None:
+        """Show the graph and what is watched for some seconds, or set a parameter. Raises ToolError for too much."""
+        match command:
+            case do.Inspect(topics, nodes):
+                self._inspector.watch(Watch(tuple(topics), tuple(nodes)))
+            case do.SetParameter(node, name, value):
+                self._inspector.set_parameter(node, name, value)

@@ -10,12 +10,12 @@ from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.cause_records import CauseRecords
 from chefbot.ui.causes.cause_recorder import CauseRecorder
 from chefbot.ui.causes.cause_views import SHOWN_CAUSES, cause_views, recorded_cause_views
-from chefbot.ui.layers import CauseView
+from chefbot.ui.display.views import CauseView
 from chefbot.ui.missions.history_device import history_path
-from chefbot.ui.missions.incident_device import IncidentDevice
+from chefbot.ui.missions.recording_device import RecordingDevice
 
 
-class CauseDevice(IncidentDevice):
+class CauseDevice(RecordingDevice):
     """Keeps the causes of this run and records them; a history that cannot be written is a remark."""
 
     _records: CauseRecords | None = None

@@ -7,6 +7,8 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
+
 from chefbot.causes.reports import FAILURE
 from chefbot.devices.stop_memory import state_folder
 from chefbot.incidents.buffer import IncidentBuffer
@@ -22,7 +24,7 @@ from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.loop import Publication
 from chefbot.storage.atomic_files import StorageError
-from chefbot.ui.layers import IncidentsView
+from chefbot.ui.display.views import IncidentsView
 from chefbot.ui.missions.history_device import HistoryDevice
 
 SHOWN_INCIDENTS = 20
@@ -38,6 +40,11 @@ PIECE, PAUSE = 50, 0.005
 def incident_folder() -> Path:
     """Return the folder of the incidents of this computer's robots."""
     return state_folder() / "incidents"
+
+
+def utc_now() -> str:
+    """Return the time of the wall clock as 2026-01-31T09:05:00Z."""
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
 
 
 class IncidentDevice(HistoryDevice):
@@ -78,8 +85,7 @@ class IncidentDevice(HistoryDevice):
                 self._incidents.saved, "An incident is being saved already; save again in a moment"
             )
             return
-        stamp = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-        incident = Incident(robot=self.robot.name, time=stamp, sentence=printable(sentence), by=who)
+        incident = Incident(robot=self.robot.name, time=utc_now(), sentence=printable(sentence), by=who)
         content = self._minute.content()
         self._writing = threading.Thread(target=self._write, args=(incident, content), name="incident")
         self._writing.start()
@@ -100,7 +106,9 @@ class IncidentDevice(HistoryDevice):
         if problem:
             self.remark.publish(String(f"Warning: {problem}."))
         outcome = f"{problem or 'Saved'}."
-        view = IncidentsView(saved=saved, outcome=outcome, requests=self._incidents.requests + 1)
+        view = msgspec.structs.replace(
+            self._incidents, saved=saved, outcome=outcome, requests=self._incidents.requests + 1
+        )
         self._incidents = view
         self._show_incidents(view)
 

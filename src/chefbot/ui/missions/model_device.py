@@ -7,9 +7,9 @@ from chefbot.msgs.sensor_msgs import CameraInfo, Image
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.node import In, topic
-from chefbot.ui.layers import DepthView, FrameView
+from chefbot.ui.display.robot_view import frame_views, wheel_angles
+from chefbot.ui.display.views import DepthView, FrameView
 from chefbot.ui.missions.simulation_device import SimulationDevice
-from chefbot.ui.robot_view import frame_views, wheel_angles
 from chefbot.ui.server import WebUiServer
 
 

@@ -16,9 +16,9 @@ from chefbot.runtime.node import every
 from chefbot.runtime.replay import LoggedMessage
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import commands as do
-from chefbot.ui import layers
 from chefbot.ui.causes.cause_views import SHOWN_CAUSES
-from chefbot.ui.message_conversion import RecentDiagnostics
+from chefbot.ui.display import views
+from chefbot.ui.display.message_conversion import RecentDiagnostics
 from chefbot.ui.playback.log_player import LogPlayer
 from chefbot.ui.web_ui import WebUiDevice
 
@@ -48,7 +48,7 @@ class PlaybackDevice(WebUiDevice):
         """Record nothing: what a recording shows is no new round of the robot."""
         return ()
 
-    def _open_causes(self, *, simulated: bool) -> tuple[layers.CauseView, ...]:  # noqa: ARG002
+    def _open_causes(self, *, simulated: bool) -> tuple[views.CauseView, ...]:  # noqa: ARG002
         """Record nothing."""
         return ()
 
@@ -65,7 +65,7 @@ class PlaybackDevice(WebUiDevice):
 
     def _show_position(self) -> None:
         player = self.player
-        view = layers.PlaybackView(
+        view = views.PlaybackView(
             time=round((player.now_ns - player.begin_ns) / 1e9, 1),
             length=round((player.end_ns - player.begin_ns) / 1e9, 1),
             rate=self.rate,
@@ -105,6 +105,6 @@ class PlaybackDevice(WebUiDevice):
             self._server.set_layer(layer, None)
         self._publish_logged(self.player.jump(to_ns))
 
-    def _status(self, pose: SE2 | None) -> layers.StatusView:
+    def _status(self, pose: SE2 | None) -> views.StatusView:
         clock = float(self.player.now_ns // 1_000_000_000)
         return msgspec.structs.replace(super()._status(pose), clock=clock, real_time_factor=None)

@@ -1,5 +1,7 @@
 // Connects the parts: the link passes layers to the map and the panels; gestures and buttons send commands.
+import { ViewAddress } from "./address.js";
 import { Alerts } from "./alerts.js";
+import { cellSentence } from "./cell.js";
 import { COLOURS } from "./colours.js";
 import { Driver } from "./drive.js";
 import { Glides } from "./glide.js";
@@ -24,7 +26,7 @@ import { whereSentence } from "./where.js";
 const STALE = 2000;                      // milliseconds without data before the page reports it
 const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
-const NEEDED = ["shape", "map", "robot", "goal", "labels", "places", "zones", "edit", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback"];
+const NEEDED = ["shape", "map", "robot", "goal", "labels", "places", "zones", "edit", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback", "cell"];
 const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
 const OF_THE_ROBOT = new Set(["stop", "shape", ...SOLID_LAYERS]);        // the same after a restart
 const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
@@ -35,7 +37,7 @@ const hidden = new Set(QUIET);
 const glides = new Glides();
 const shown = new Map();                 // poses on the way from their last value to the latest
 let following = true, whole = true, lastData = 0, refusal = 0, failures = null, keepNotice = false;
-let cameraInView = false, solid = null, kiosk = null, inspect = null;
+let cameraInView = false, solid = null, kiosk = null, inspect = null, address = null;
 let unserved = "";                       // tables of a round of which a restarted server has not reported yet
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, shownLayers);
@@ -51,7 +53,7 @@ inspect = new Inspect((command) => link.open && link.send(command), () => link.s
 const mapEdit = new MapEdit(send, (tool) => tools.choose(tool), () => data.get("robot"), () => view.refresh());
 solid = new Solid({
   data, hidden, tools, showNotice, following: () => following,
-  turned: (on) => { panels.open(on ? "model-panel" : "serve"); link.show(); },
+  turned: (on) => { panels.open(on ? "model-panel" : "serve"); link.show(); address?.write(); },
 });
 
 // Layers that are shown now, or that panels need.
@@ -60,7 +62,7 @@ function shownLayers() {
   const switched = SWITCHES.map(([layer]) => layer).filter((layer) => !hidden.has(layer));
   return [...new Set([
     ...NEEDED, ...switched, ...(cameraInView ? ["camera"] : []), ...(solid?.on ? SOLID_LAYERS : []),
-    ...(inspect?.open ? ["graph", "values"] : []),
+    ...(inspect?.layers ?? []),
   ])];
 }
 
@@ -158,13 +160,18 @@ const HANDLERS = {
   stop: (value) => { stop.take(value); kiosk.stop(value); panels.round.stop(value); },
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
-  status: (value) => { panels.status(value); alerts.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
+  status: (value) => { panels.status(value); inspect.transforms.status(value); incidents.status(value); alerts.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
   labels: (value) => { setLabels(value ?? {}); mapEdit.labels = value ?? {}; panels.relabel(data.get("places") ?? []); mapEdit.showPlaces(data.get("places") ?? []); },
   places: (value) => { panels.places(value ?? []); mapEdit.showPlaces(value ?? []); },
   zones: (value) => mapEdit.showZones(value),
   edit: (value) => mapEdit.answer(value),
   graph: (value) => inspect.showGraph(value),
   values: (value) => inspect.showValues(value ?? []),
+  parameters: (value) => inspect.parameters.show(value ?? []),
+  log: (value) => inspect.log.show(value ?? []),
+  cell: (value) => { if (value) tools.answer("inspect_cell", cellSentence(value)); },
+  frames: (value) => inspect.transforms.showMoving(value ?? []),
+  fixed_frames: (value) => inspect.transforms.showFixed(value ?? []),
   delivery: (value) => { panels.delivery(value); kiosk.show(value); alerts.delivery(value); reportLostRound(value); },
   forecast: (value) => panels.round.showForecast(value ?? []),
   history: (value) => panels.round.showHistory(value ?? []),
@@ -258,6 +265,7 @@ for (const [layer, label] of SWITCHES) {
   const row = document.createElement("label"), box = document.createElement("input"), colour = document.createElement("i");
   box.type = "checkbox";
   box.checked = !hidden.has(layer);
+  box.dataset.layer = layer;
   box.onchange = () => {
     if (box.checked) hidden.delete(layer); else hidden.add(layer);
     link.show();
@@ -294,4 +302,32 @@ $("language").onchange = () => {
 if (loadError) showNotice(loadError, true);
 $("where").onclick = () => { $("where-text").textContent = whereSentence(data); };
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });
+
+// What is shown, as far as it is not as usual, in the address.
+function shownView() {
+  const { x, y } = view.centre, boxes = inspect.boxes.filter((id) => id !== "inspect-box");
+  const moved = !whole && !following, switched = SWITCHES.map(([layer]) => layer).filter((layer) => hidden.has(layer) !== QUIET.includes(layer));
+  const text = (list) => list.join(",") || null;
+  return {
+    "3d": solid.on ? "" : null, tab: panels.tab === "serve" || panels.tab === "model-panel" ? null : panels.tab,
+    x: moved ? x.toFixed(2) : null, y: moved ? y.toFixed(2) : null, scale: moved ? view.scale.toFixed(1) : null, follow: following && !whole ? "" : null,
+    layers: text(switched), topics: text(inspect.watched), curves: text(inspect.curves.chosen), open: text(boxes), node: inspect.parameters.node || null,
+  };
+}
+
+function showView(wanted) {
+  const list = (name) => (wanted.get(name) ?? "").split(",").filter(Boolean);
+  solid.turn(wanted.has("3d"));
+  if (wanted.has("tab") && $(wanted.get("tab"))?.matches(".panel")) panels.open(wanted.get("tab"));
+  const [x, y, scale] = ["x", "y", "scale"].map((name) => Number(wanted.get(name) ?? NaN));
+  if ([x, y, scale].every(Number.isFinite)) { lookAway(); view.look(x, y, scale); }
+  if (wanted.has("follow")) { whole = false; follow(true); }
+  for (const box of document.querySelectorAll("#layer-list input")) {
+    const on = list("layers").includes(box.dataset.layer) === QUIET.includes(box.dataset.layer);
+    if (box.checked !== on) box.click();
+  }
+  for (const id of list("open")) if ($(id)?.matches("#inspect details")) $(id).open = true;
+  inspect.restore(list("topics"), list("curves"), wanted.get("node") ?? "");
+}
+address = new ViewAddress(shownView, showView);
 keepOnDevice().catch((error) => console.warn(`not kept on this device: ${error.message}`));

@@ -23,6 +23,8 @@ export class Curves {
     return true;
   }
 
+  get chosen() { return [...this.series.keys()]; }
+
   forget(topic) { for (const key of this.series.keys()) if (key.startsWith(`${topic} `)) this.series.delete(key); }
   clear() { this.series.clear(); }
 

@@ -90,8 +90,11 @@ function drawRegions(context, view, grid, regions) {
 }
 
 export function drawGrid(context, view, grid, image) {
-  const [left, top] = view.px(grid.x, grid.y + grid.height * grid.resolution);
-  context.imageSmoothingEnabled = false;
   const size = grid.resolution * view.scale;
-  context.drawImage(image, left, top, grid.width * size, grid.height * size);
+  context.save();
+  context.translate(...view.px(grid.x, grid.y));
+  context.rotate(-grid.yaw);
+  context.imageSmoothingEnabled = false;
+  context.drawImage(image, 0, -grid.height * size, grid.width * size, grid.height * size);
+  context.restore();
 }

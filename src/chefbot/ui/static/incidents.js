@@ -10,11 +10,23 @@ export class Incidents {
       $("incident-note").value = "";
       $("incident-saved").textContent = tr("Saving the last minute …");
     };
+    $("record").onclick = () => {
+      if (send({ do: "record", on: this.since === null, note: $("incident-note").value })) $("incident-note").value = "";
+    };
+    this.since = null;                   // when the recording began that is under way, seconds on the robot's clock
     this.requests = null;                // number of requests that have ended; null before the first list
   }
 
+  // The length of the recording that is under way.
+  status(status) {
+    if (this.since !== null && status?.clock) $("incident-saved").textContent = tr("Recording for {seconds} s", { seconds: Math.max(0, Math.round(status.clock - this.since)) });
+  }
+
   // The newest first, each a link to its file; above, how the last request ended.
-  show({ saved: list, outcome, requests }) {
+  show({ saved: list, outcome, requests, recording_since: since }) {
+    this.since = since ?? null;
+    $("record").setAttribute("aria-pressed", String(this.since !== null));
+    $("record").textContent = this.since === null ? tr("Record") : tr("End the recording");
     if (this.requests !== null && requests !== this.requests) $("incident-saved").textContent = translated(outcome);
     this.requests = requests;
     $("incidents-box").hidden = !list.length;

@@ -1,11 +1,17 @@
 // The ROS graph: topics with rates, the newest messages of those that are watched, and curves of their numbers.
 import { CURVES, Curves } from "./curves.js";
 import { tr, translated } from "./language.js";
+import { LogConsole } from "./log_console.js";
+import { Parameters } from "./parameters.js";
+import { Transforms } from "./transforms.js";
 
 const $ = (id) => document.getElementById(id);
 const RENEWAL = 2000;                    // milliseconds: the robot shows for some seconds what a page asks for
 const SHOWN = 200;                       // topics listed at once
 const MOST = 12;                         // topics watched at once
+const LAYERS = {                         // that each box needs; all but the transforms are of an inspection
+  "inspect-box": ["graph", "values"], "parameters-box": ["graph", "parameters"], "log-box": ["log"], "transforms-box": ["frames", "fixed_frames"],
+};
 
 export class Inspect {
   // `changed()` is called when other layers are needed.
@@ -15,22 +21,39 @@ export class Inspect {
     this.graph = null;
     this.panels = new Map();             // by topic
     this.curves = new Curves($("curves"), $("curve-cursor"));
-    $("inspect-box").ontoggle = () => this.renew();
+    this.parameters = new Parameters(send, () => this.renew());
+    this.log = new LogConsole();
+    this.transforms = new Transforms();
+    for (const id of Object.keys(LAYERS)) $(id).ontoggle = () => this.renew();
     $("topic-filter").oninput = () => this.list();
     $("curves-pause").onclick = () => $("curves-pause").setAttribute("aria-pressed", String(this.curves.pause()));
     $("curves-clear").onclick = () => { this.curves.clear(); this.showCurves(); };
     setInterval(() => this.renew(), RENEWAL);
   }
 
-  get open() { return $("inspect-box").open && $("inspect").checkVisibility(); }
+  get boxes() { return $("inspect").checkVisibility() ? Object.keys(LAYERS).filter((id) => $(id).open) : []; }
+  get layers() { return this.boxes.flatMap((id) => LAYERS[id]); }
 
   renew() {
-    if (this.open !== this.wasOpen) { this.wasOpen = this.open; this.changed(); }
-    if (this.open && !document.hidden) this.send({ do: "inspect", topics: this.watched });
+    const boxes = this.boxes, { node } = this.parameters;
+    if (boxes.join() !== this.wereOpen) { this.wereOpen = boxes.join(); this.changed(); }
+    if (document.hidden || boxes.every((id) => id === "transforms-box")) return;
+    const nodes = boxes.includes("parameters-box") && node ? [node] : [];
+    this.send({ do: "inspect", topics: boxes.includes("inspect-box") ? this.watched : [], nodes });
+  }
+
+  // Watch what an address names.
+  restore(topics, curves, node) {
+    this.watched = topics.slice(0, MOST);
+    for (const curve of curves) if (!this.curves.chosen.includes(curve)) this.curves.toggle(...curve.split(" "));
+    if (node !== this.parameters.node) this.parameters.choose(node);
+    this.showValues([]);
+    this.renew();
   }
 
   showGraph(graph) {
     this.graph = graph;
+    this.parameters.offer(graph?.parameter_nodes ?? []);
     this.list();
   }
 

@@ -5,7 +5,7 @@ import { title, tr } from "./language.js";
 import { robot, truth } from "./robot.js";
 
 export const SWITCHES = [
-  ["costmap", tr("Global costmap")], ["path", tr("Global plan")], ["local_path", tr("Local plan")], ["particles", tr("Particles")],
+  ["costmap", tr("Global costmap")], ["local_costmap", tr("Local costmap")], ["candidates", tr("Compared trajectories")], ["path", tr("Global plan")], ["local_path", tr("Local plan")], ["particles", tr("Particles")],
   ["scan", tr("Laser scan")], ["obstacles", tr("Camera obstacles")], ["people", tr("People")], ["places", tr("Places")], ["zones", tr("Zones")],
   ["causes", tr("Causes")], ["truth", tr("Ground truth (simulation)")],
 ];
@@ -13,13 +13,36 @@ export const SWITCHES = [
 const PATH_SPEED = 0.3;                  // metres per second, of the dashes
 
 // Hidden until somebody wants to see them.
-export const QUIET = ["costmap", "particles"];
+export const QUIET = ["costmap", "local_costmap", "candidates", "particles"];
 
-let costImage = null;
+function costs() {
+  let latest = null;
+  return (context, view, grid) => {
+    if (latest?.grid !== grid) latest = { grid, image: picture(grid, costColours()) };
+    drawGrid(context, view, grid, latest.image);
+  };
+}
 
-function costs(context, view, grid) {
-  if (costImage?.grid !== grid) costImage = { grid, image: picture(grid, costColours()) };
-  drawGrid(context, view, grid, costImage.image);
+// From the best to the worst, and thin those from which the robot could not stop in time.
+function candidates(context, view, { trajectories, badness }) {
+  context.save();
+  trajectories.map((points, i) => ({ points, bad: badness[i] })).sort((a, b) => (b.bad ?? 2) - (a.bad ?? 2)).forEach(({ points, bad }) => {
+    context.strokeStyle = bad === null ? COLOURS.places() : `hsl(${Math.round(140 * (1 - Math.sqrt(bad)))} 80% 42%)`;
+    context.globalAlpha = bad === null ? 0.25 : 0.75;
+    context.lineWidth = bad === 0 ? 3 : 1;
+    context.beginPath();
+    for (let i = 0; i < points.length; i += 2) context.lineTo(...view.px(points[i], points[i + 1]));
+    context.stroke();
+  });
+  context.restore();
+}
+
+// The cell that was asked for.
+function cell(context, view, { x, y, size }) {
+  const [left, top] = view.px(x - size / 2, y + size / 2), side = Math.max(5, size * view.scale);
+  context.strokeStyle = COLOURS.goal();
+  context.lineWidth = 2;
+  context.strokeRect(left, top, side, side);
 }
 
 function dots(layer, size) {
@@ -190,15 +213,18 @@ function causes(context, view, list) {
 // In drawing order, the lowest layer first.
 export const PAINTERS = [
   ["map", drawMap],
-  ["costmap", costs],
+  ["costmap", costs()],
+  ["local_costmap", costs()],
   ["zones", zones],
   ["particles", particles],
   ["path", plannedPath],
   ["local_path", line("local_path", 3)],
   ["obstacles", dots("obstacles", 4)],
   ["scan", dots("scan", 3)],
+  ["candidates", candidates],
   ["places", places],
   ["people", people],
+  ["cell", cell],
   ["goal", (context, view, pose) => arrow(context, view, pose, COLOURS.goal(), Math.max(28, 0.6 * view.scale))],
   ["truth", truth],
   ["robot", robot],

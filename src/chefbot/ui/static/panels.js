@@ -42,6 +42,8 @@ export class Panels {
     this.plot.draw();
   }
 
+  get tab() { return document.querySelector("[data-tab][aria-selected=true]").dataset.tab; }
+
   deliver() {
     const tables = this.chosen;
     if (!this.send({ do: "deliver", tables })) return;

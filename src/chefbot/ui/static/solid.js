@@ -3,7 +3,6 @@ import { tr } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const HINT = tr("Drag to turn, right button or two fingers to move, wheel or pinch to zoom, click a part.");
-const HASH = "#3d";
 
 export class Solid {
   constructor({ data, hidden, following, turned, tools, showNotice }) {
@@ -11,15 +10,12 @@ export class Solid {
     this.view = null;
     this.on = false;
     $("solid").onclick = () => this.turn(!this.on);
-    window.addEventListener("hashchange", () => this.turn(location.hash === HASH));
-    if (location.hash === HASH) this.turn(true);
   }
 
   async turn(on) {
     if (on === this.on) return;
     this.on = on;
     this.tools.choose("look");           // a drag that was begun in the other view ends
-    if (on || location.hash === HASH) history.replaceState(null, "", on ? HASH : location.pathname);
     document.body.classList.toggle("solid", on);
     $("solid").setAttribute("aria-pressed", String(on));
     $("canvas").hidden = on;

@@ -8,11 +8,13 @@ export const TOOLS = [
   { id: "goal", label: tr("Go there"), hint: tr("Press the goal position and drag in the goal direction.") },
   { id: "initial_pose", label: tr("I am here"), hint: tr("Press the robot's position and drag in its direction.") },
   { id: "measure", label: tr("Measure"), hint: tr("Press a point and drag to another one."), stays: true },
+  { id: "inspect_cell", label: tr("Cell"), hint: tr("Press a cell of the global costmap."), stays: true },
   { id: "drop_box", label: tr("Box"), hint: tr("Press the position of the box."), simulation: true },
   { id: "kidnap", label: tr("Kidnap"), hint: tr("Press the new position of the robot and drag in its new direction."), simulation: true },
   { id: "place", label: "", hint: tr("Press the position of the place and drag in the direction in which the robot shall stand."), panel: true },
   { id: "corner", label: "", hint: tr("Press the corners of the zone one after the other."), panel: true, stays: true },
 ];
+const POINTS = new Set(["drop_box", "inspect_cell"]);                    // without a direction
 const SHORT = 12;                        // pixels: a drag shorter than this has no direction
 
 export class Tools {
@@ -55,6 +57,9 @@ export class Tools {
   showSimulationTools(simulation) {
     TOOLS.forEach((tool, i) => { if (tool.simulation) this.buttons[i].hidden = !simulation; });
   }
+
+  // What came of a press, instead of the hint.
+  answer(id, sentence) { if (this.tool.id === id) document.getElementById("hint").textContent = sentence; }
 
   choose(id) {
     this.tool = TOOLS.find((tool) => tool.id === id);
@@ -105,7 +110,7 @@ export class Tools {
     this.pointers.delete(event.pointerId);
     if (!this.drag) return;
     const { dragged, ...pose } = this.pose();
-    const command = this.tool.id === "drop_box" ? { x: pose.x, y: pose.y } : pose;
+    const command = POINTS.has(this.tool.id) ? { x: pose.x, y: pose.y } : pose;
     this.send({ do: this.tool.id, ...command, ...(this.tool.panel ? { dragged } : {}) });
     if (!this.tool.stays) this.choose("look");
     this.drag = null;

@@ -60,6 +60,12 @@ export class View {
     this.refresh();
   }
 
+  look(x, y, scale) {
+    this.centre = { x, y };
+    this.scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, scale));
+    this.refresh();
+  }
+
   zoom(factor, px, py) {
     const before = this.metres(px, py);
     this.scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, this.scale * factor));

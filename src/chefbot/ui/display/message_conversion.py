@@ -11,7 +11,7 @@ from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
-from chefbot.msgs.chefbot_zones import MapZones
+from chefbot.msgs.chefbot_places import MapZones
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     PoseStamped,
@@ -21,7 +21,7 @@ from chefbot.msgs.geometry_msgs import (
 )
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.sensor_msgs import JointState
-from chefbot.ui.layers import DoorView, PersonView, ZoneView
+from chefbot.ui.display.views import DoorView, PersonView, ZoneView
 
 DIAGNOSTICS_AGE_NS = 5_000_000_000
 """Time after which a diagnostic that was not repeated is no longer displayed, ns."""

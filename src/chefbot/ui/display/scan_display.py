@@ -9,7 +9,7 @@ import numpy as np
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.ui.layers import ScanView
+from chefbot.ui.display.views import ScanView
 
 NOISE = 0.06
 """Difference of a range up to which it is noise, m."""

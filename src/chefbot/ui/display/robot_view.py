@@ -14,7 +14,7 @@ from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.joint_states import JOINTS, WHEELS, wheel_positions
 from chefbot.robot.sensors import Sensors
 from chefbot.robot.spec import Robot
-from chefbot.ui.layers import FrameView, RobotView, ShapeView, ViewCone
+from chefbot.ui.display.views import FrameView, RobotView, ShapeView, ViewCone
 
 
 def make_glb(robot: Robot) -> bytes:
@@ -64,6 +64,7 @@ def frame_views(message: TFMessage) -> dict[str, FrameView]:
             parent=transform.header.frame_id,
             at=(translation.x, translation.y, translation.z),
             turn=(rotation.x, rotation.y, rotation.z, rotation.w),
+            time=round(transform.header.stamp.ns / 1e9, 2),
         )
     return views
 

@@ -1,0 +1,1 @@
+"""What the web UI shows: views of messages and of the robot."""

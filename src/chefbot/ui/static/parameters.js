@@ -1,0 +1,124 @@
+// The parameters of a node: those that can be set while it runs first, as sliders where they have two bounds.
+import { tr, translated } from "./language.js";
+
+const $ = (id) => document.getElementById(id);
+const STEPS = 200;                       // of a slider, where the node names no step
+
+export class Parameters {
+  // `changed()` is called when another node is chosen.
+  constructor(send, changed) {
+    Object.assign(this, { send, changed });
+    this.node = "";
+    this.shape = "";
+    this.rows = new Map();               // by name: show(value), and the texts that the filter searches
+    $("parameter-node").onchange = () => this.choose($("parameter-node").value);
+    $("parameter-filter").oninput = () => this.filter();
+  }
+
+  choose(node) {
+    this.node = node;
+    this.shape = "";
+    $("parameter-list").replaceChildren();
+    $("parameter-note").textContent = node ? tr("waits for the node") : "";
+    this.changed();
+  }
+
+  // The nodes that have parameters; one that has ended stays chosen, as it may start again.
+  offer(nodes) {
+    const all = [...new Set([...(this.node ? [this.node] : []), ...nodes])].sort();
+    const box = $("parameter-node"), known = [...box.options].map((option) => option.value);
+    if (["", ...all].join() === known.join()) return;
+    box.replaceChildren(new Option(tr("Choose a node"), ""), ...all.map((name) => new Option(name, name)));
+    box.value = this.node;
+  }
+
+  show(nodes) {
+    const view = nodes.find(({ node }) => node === this.node);
+    if (!view) return;
+    $("parameter-note").textContent = translated(view.problem || view.outcome);
+    const listed = [...view.parameters].sort((a, b) => a.read_only - b.read_only || a.name.localeCompare(b.name));
+    const shape = JSON.stringify(listed.map(({ value, ...rest }) => rest));
+    if (shape !== this.shape && !view.problem) this.build(listed, shape);
+    for (const { name, value } of view.parameters) this.rows.get(name)?.show(value);
+  }
+
+  build(listed, shape) {
+    this.shape = shape;
+    this.rows = new Map(listed.map((parameter) => [parameter.name, this.row(parameter)]));
+    $("parameter-list").replaceChildren(...[...this.rows.values()].map(({ item }) => item));
+    this.filter();
+  }
+
+  filter() {
+    const wanted = $("parameter-filter").value.trim().toLowerCase();
+    for (const { item, texts } of this.rows.values()) item.hidden = !texts.includes(wanted);
+  }
+
+  row({ name, type, description, read_only, low, high, step }) {
+    const item = document.createElement("li"), label = document.createElement("label"), title = document.createElement("span");
+    const set = (value) => this.send({ do: "set_parameter", node: this.node, name, value });
+    const control = read_only ? fixed() : CONTROLS[type]?.({ set, low, high, step }) ?? list(set, type);
+    title.textContent = name;
+    label.append(title, ...control.elements);
+    item.append(label);
+    if (description) {
+      const note = document.createElement("small");
+      note.textContent = [description, range(low, high)].filter(Boolean).join("; ");
+      item.append(note);
+    }
+    return { item, show: control.show, texts: `${name} ${description}`.toLowerCase() };
+  }
+}
+
+const range = (low, high) => (low === null && high === null ? "" : `${low ?? "−∞"} … ${high ?? "∞"}`);
+const input = (type) => Object.assign(document.createElement("input"), { type });
+// A value that somebody is changing is not overwritten.
+const unless = (element, write) => (value) => { if (document.activeElement !== element) write(value); };
+
+function fixed() {
+  const output = document.createElement("output");
+  return { elements: [output], show: (value) => { output.textContent = Array.isArray(value) ? JSON.stringify(value) : String(value); } };
+}
+
+function number(whole) {
+  return ({ set, low, high, step }) => {
+    const box = input("number"), bounded = low !== null && high !== null;
+    const apply = (element) => { if (element.value !== "" && element.checkValidity()) set(Number(element.value)); else element.reportValidity(); };
+    Object.assign(box, { min: low ?? "", max: high ?? "", step: whole ? step || 1 : "any" });
+    box.onchange = () => apply(box);
+    if (!bounded) return { elements: [box], show: unless(box, (value) => { box.value = value; }) };
+    const slider = input("range");
+    Object.assign(slider, { min: low, max: high, step: step || (whole ? 1 : (high - low) / STEPS) });
+    slider.tabIndex = -1;                // the number beside it is enough for the keyboard
+    slider.setAttribute("aria-hidden", "true");
+    slider.oninput = () => { box.value = slider.value; };
+    slider.onchange = () => { apply(slider); slider.blur(); };
+    const show = unless(slider, unless(box, (value) => { box.value = slider.value = value; box.value = value; }));
+    return { elements: [slider, box], show };
+  };
+}
+
+const CONTROLS = {
+  double: number(false),
+  integer: number(true),
+  bool: ({ set }) => {
+    const box = input("checkbox");
+    box.onchange = () => set(box.checked);
+    return { elements: [box], show: (value) => { box.checked = value; } };
+  },
+  string: ({ set }) => {
+    const box = input("text");
+    box.onchange = () => set(box.value);
+    return { elements: [box], show: unless(box, (value) => { box.value = value; }) };
+  },
+};
+
+// An array as JSON.
+function list(set) {
+  const box = input("text");
+  box.onchange = () => {
+    try { set(JSON.parse(box.value)); box.setCustomValidity(""); } catch { box.setCustomValidity(tr("Write a list as [1, 2, 3].")); }
+    box.reportValidity();
+  };
+  return { elements: [box], show: unless(box, (value) => { box.value = JSON.stringify(value); }) };
+}

@@ -38,6 +38,16 @@ LABELS = """(async (points, scale) => {
 DARK_GREY = pixels(40, 40, 40)
 """Number of pixels in the colour that walls have in pictures of maps, but not as outlines."""
 DRAWN = "canvas.getContext('2d').getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data[3] === 255"
+EMPTY_AFTER_RESIZE = f"""(async () => {{
+  const answer = new Promise((resolve) => {{
+    let seen = 0;                        // the first time when it begins to observe
+    new ResizeObserver(() => {{ if (seen++) resolve(!({DRAWN})); }}).observe(canvas);
+  }});
+  for (const _ of [1, 2, 3]) await new Promise(requestAnimationFrame);
+  document.querySelector('header').style.paddingBlock = '30px';
+  return answer;
+}})()"""
+"""Whether the map is empty in the frame in which its size changes."""
 COUNT_PAINTS = """(() => {
   window.paints = 0;
   const clear = CanvasRenderingContext2D.prototype.clearRect;
@@ -180,3 +190,12 @@ def test_the_robot_is_described_from_above(name: str) -> None:
 def test_food_on_the_tray_is_shown() -> None:
     assert delivery_view(DeliveryStatus(state="driving", loaded=True), "").loaded
     assert not delivery_view(DeliveryStatus(state="driving"), "").loaded
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_map_does_not_flicker_when_its_size_changes(page: Any) -> None:
+    show_a_room(page.server)
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for(DRAWN)
+        assert tab.evaluate(EMPTY_AFTER_RESIZE) is False

@@ -36,7 +36,7 @@ class TopicValue(msgspec.Struct, frozen=True):
     messages: int = 0
     """Number of messages since the topic is watched."""
     time: float = 0.0
-    """When the newest message arrived, s of a clock that begins with the inspection."""
+    """When the newest message arrived, s of a clock that runs as long as the inspector."""
     value: Any = None
     problem: str = ""
     """Why there is no value, as a sentence."""

@@ -68,6 +68,7 @@ class Inspector:
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
+        self._begin = time.monotonic()
 
     def watch(self, watch: Watch) -> None:
         """Show the graph and this for a while; repeat it to continue. Thread-safe, and returns at once.
@@ -113,7 +114,7 @@ class Inspector:
                 self._thread = None
 
     def _inspect(self, node: RmwNode) -> None:
-        watched, parameters, log = WatchedTopics(node), WatchedParameters(node), WatchedLog(node)
+        watched, parameters, log = WatchedTopics(node, self._begin), WatchedParameters(node), WatchedLog(node)
         begin, step = time.monotonic(), 0
         try:
             while not self._closing.wait(PERIOD) and self._graph.names():
@@ -127,6 +128,8 @@ class Inspector:
                 self._display.values(watched.values(self._topics.names()))
         finally:
             parameters.close()
+            self._display.values(())
+            self._display.parameters(())
 
     def _set_parameters(self, parameters: WatchedParameters) -> None:
         while not self._changes.empty():
@@ -136,8 +139,8 @@ class Inspector:
 class WatchedTopics:
     """The topics that are watched now, by name."""
 
-    def __init__(self, node: RmwNode) -> None:
-        self._node, self._begin = node, time.monotonic()
+    def __init__(self, node: RmwNode, begin: float) -> None:
+        self._node, self._begin = node, begin
         self._topics: dict[str, WatchedTopic] = {}
 
     def values(self, names: list[str]) -> tuple[TopicValue, ...]:

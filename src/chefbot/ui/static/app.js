@@ -318,7 +318,7 @@ function shownView() {
 function showView(wanted) {
   const list = (name) => (wanted.get(name) ?? "").split(",").filter(Boolean);
   solid.turn(wanted.has("3d"));
-  if (wanted.has("tab") && $(wanted.get("tab"))?.matches(".panel")) panels.open(wanted.get("tab"));
+  if (wanted.has("tab") && $(wanted.get("tab"))?.matches(".panel")) { panels.open(wanted.get("tab")); $(wanted.get("tab")).scrollIntoView(); }
   const [x, y, scale] = ["x", "y", "scale"].map((name) => Number(wanted.get(name) ?? NaN));
   if ([x, y, scale].every(Number.isFinite)) { lookAway(); view.look(x, y, scale); }
   if (wanted.has("follow")) { whole = false; follow(true); }

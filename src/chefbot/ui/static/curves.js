@@ -39,7 +39,9 @@ export class Curves {
     for (const [key, points] of this.series) {
       const [topic, path] = key.split(" ");
       const number = topic === name ? path.split(".").reduce((part, step) => part?.[step], value) : undefined;
-      if (typeof number !== "number" || time <= (points.at(-1)?.[0] ?? -1)) continue;
+      const last = points.at(-1)?.[0] ?? -1;
+      if (typeof number !== "number" || time === last) continue;
+      if (time < last) points.length = 0;                  // the robot's computer has started again
       points.push([time, number]);
       while (points[0][0] < time - SPAN) points.shift();
     }

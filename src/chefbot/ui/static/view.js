@@ -16,6 +16,7 @@ export class View {
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
   }
 
+  // A canvas of another size is empty, so it is painted in the same frame.
   resize() {
     const ratio = window.devicePixelRatio || 1;
     this.width = this.canvas.clientWidth;
@@ -24,7 +25,7 @@ export class View {
     this.canvas.height = Math.round(this.height * ratio);
     this.ratio = ratio;
     this.resized();
-    this.refresh();
+    this.paint();
   }
 
   refresh() {
@@ -32,10 +33,14 @@ export class View {
     this.pending = true;
     requestAnimationFrame(() => {
       this.pending = false;
-      this.context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-      this.context.clearRect(0, 0, this.width, this.height);
-      this.draw(this.context, this);
+      this.paint();
     });
+  }
+
+  paint() {
+    this.context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    this.context.clearRect(0, 0, this.width, this.height);
+    this.draw(this.context, this);
   }
 
   px(x, y) {

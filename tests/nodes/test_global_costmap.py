@@ -102,7 +102,7 @@ def test_nothing_is_marked_without_a_map_or_a_pose(hall: dict[str, bool]) -> Non
     assert one.marked(LASER) == [] and not one.node._costs.sources
 
 
-def asked(hall: Hall, x: float, y: float, frame: str = "map") -> Any:
+def answer_to(hall: Hall, x: float, y: float, frame: str = "map") -> Any:
     """The cell that is published for a point, None for none."""
     answers: list[Any] = []
     hall.loop.add_observer(lambda one: answers.append(one.message) if one.topic == "costmap_cell" else None)
@@ -113,20 +113,20 @@ def asked(hall: Hall, x: float, y: float, frame: str = "map") -> Any:
 def test_a_clicked_cell_is_published_with_its_marks() -> None:
     hall = Hall()
     hall.scan()
-    cell = asked(hall, 1.02, 0.0, "odom")
+    cell = answer_to(hall, 1.02, 0.0, "odom")
     assert (cell.point.x, cell.point.y) == pytest.approx((5.0, 4.02), abs=0.05)
     assert cell.inside and cell.cost == LETHAL and cell.resolution == pytest.approx(0.05)
     (mark,) = cell.marks
     assert mark.source == "lidar" and 0 < mark.marked_at.ns <= hall.loop.now_ns
-    beside = asked(hall, 5.0, 4.2)
+    beside = answer_to(hall, 5.0, 4.2)
     assert beside.inside and 0 < beside.cost < LETHAL and beside.marks == ()
-    outside = asked(hall, 50.0, 4.2)
+    outside = answer_to(hall, 50.0, 4.2)
     assert not outside.inside and outside.marks == () and outside.point.x == 50.0
 
 
 def test_a_clicked_cell_needs_a_map_and_a_frame() -> None:
-    assert asked(Hall(with_map=False), 1.0, 1.0) is None
-    assert asked(Hall(), 1.0, 1.0, "nowhere") is None
+    assert answer_to(Hall(with_map=False), 1.0, 1.0) is None
+    assert answer_to(Hall(), 1.0, 1.0, "nowhere") is None
 
 
 def test_camera_ranger_and_contacts_have_their_layers() -> None:

@@ -33,6 +33,7 @@ from chefbot.ros2.tools.inspection_views import (
 )
 from chefbot.ros2.tools.inspector import MAX_NODES, MAX_TOPICS, NO_GRAPH, Display, Inspector, Watch
 from chefbot.ros2.tools.watched_log import KEPT_LINES, MAX_LENGTH
+from chefbot.ros2.tools.watched_parameters import MAX_BOUND
 from chefbot.ros2.tools.watched_topic import SHOWN_ELEMENTS
 
 Other = msgspec.defstruct(
@@ -226,6 +227,7 @@ def test_parameters_are_shown_with_their_bounds(looking: Looking, owner: list[Se
     assert speed.description == "maximum speed, m/s" and not speed.read_only
     assert (count.value, count.low, count.high, count.read_only) == (5, 1, None, True)
     assert (name.value, name.type, name.low) == ("x", "string", None)
+    assert all(one.high is None or one.high < MAX_BOUND for one in shown.values())
     looking.until(condition=lambda: looking.graph.parameter_nodes == ("/r/limits",))
 
 

@@ -42,7 +42,7 @@ from chefbot.ros2.tools.common import ToolError
 from chefbot.ros2.tools.graph import write_graph
 from chefbot.ros2.tools.graph_dot import to_dot
 from chefbot.ros2.tools.meter import Meter
-from chefbot.ros2.tools.param import plain_to_parameter
+from chefbot.ros2.tools.remote_parameters import plain_to_parameter
 from chefbot.ros2.tools.remote_types import make_class
 from chefbot.ros2.tools.topic_echo import rate_line
 

@@ -208,7 +208,7 @@ def test_transforms_are_a_tree_with_poses_and_ages(tab: Tab, page: Any) -> None:
 
 @pytest.mark.slow
 @needs_chromium
-def test_a_cell_is_asked_for_and_explained(tab: Tab, page: Any) -> None:
+def test_a_pressed_cell_is_explained(tab: Tab, page: Any) -> None:
     tab.evaluate("document.querySelector('[data-tool=inspect_cell]').click()")
     tab.click("#canvas")
     assert isinstance(command_of(page, InspectCell), InspectCell)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,16 +10,19 @@ import pytest
 from tests.support.nodes import NodeRunner
 from tests.support.waiting import wait_for
 
-from chefbot.devices.map_editor import MapEditor
+from chefbot.devices.map_editor import TURNED, MapEditor
 from chefbot.devices.map_file import MAX_WAITING, TOO_MANY
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, MapStroke, MapZone, Place
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped
 from chefbot.msgs.idl.message import Message
+from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
-from chefbot.storage.map_files import save_map
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.storage.map_files import load_map, save_map
 from chefbot.storage.places import load_entries, places_path
+from chefbot.storage.zones import load_zones, zones_path
 
 BAR = Place("bar", PoseStamped(Header(), Pose.of(SE2(2.0, 2.0, 0.0))), label="Café")
 
@@ -105,3 +109,93 @@ def test_an_unexpected_error_is_not_lost(path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(MapEditor, "preview", fails)
     result = result_of(runner, MapEdit("a", places=(BAR,)))
     assert not result.applied and "ZeroDivisionError" in result.description
+
+
+WALL = MapStroke((Point(1.0, 1.0, 0.0), Point(4.0, 1.0, 0.0)), 0.1, 100)
+
+
+def localize(runner: NodeRunner, pose: SE2) -> None:
+    transforms = (TransformStamped.of(0, "map", "base_link", pose),)
+    runner.loop.publish("tf", TFMessage(transforms), "localization")
+    runner.run(0.1)
+
+
+def published_map(runner: NodeRunner) -> Grid:
+    message = runner.messages("map")[-1]
+    assert isinstance(message, OccupancyGrid)
+    return message.grid
+
+
+def test_a_stroke_is_drawn_published_and_taken_back(path: Path) -> None:
+    before = load_map(path)
+    runner = served(path)
+    result = result_of(runner, MapEdit("a", strokes=(WALL,)))
+    assert (result.applied, result.description, result.undoable) == (True, "", 1)
+    assert published_map(runner).at(2.0, 1.0) == load_map(path).at(2.0, 1.0) == 100
+    assert result_of(runner, MapEdit("b", undo=True)).applied
+    assert np.array_equal(load_map(path).cells, before.cells) and published_map(runner).at(2.0, 1.0) == 0
+    assert runner.messages("initialpose") == []
+
+
+def test_a_preview_names_what_a_wall_cuts_off(path: Path) -> None:
+    runner = served(path)
+    localize(runner, SE2(2.0, 3.0, 0.0))
+    assert result_of(runner, MapEdit("a", places=(BAR,))).applied
+    wall = MapStroke((Point(0.0, 2.5, 0.0), Point(5.0, 2.5, 0.0)), 0.1, 100)
+    result = result_of(runner, MapEdit("b", strokes=(wall,), preview=True))
+    assert (result.applied, result.description) == (False, "No way from the robot to: bar.")
+    trapped = MapStroke((Point(2.0, 3.0, 0.0),), 0.3, 100)
+    assert "stands in a wall" in result_of(runner, MapEdit("c", strokes=(trapped,), preview=True)).description
+    assert load_map(path).at(2.0, 2.5) == 0
+
+
+@pytest.mark.parametrize(
+    ("edit", "reason"),
+    [
+        (MapEdit("b", strokes=(MapStroke((Point(2.0, 2.0, 0.0),), 0.3, 100),)), "Café lies in a wall"),
+        (MapEdit("b", crop=(Point(2.5, 0.0, 0.0), Point(5.0, 5.0, 0.0))), "Café lies outside the map"),
+        (MapEdit("b", crop=(Point(1.9, 1.9, 0.0), Point(2.0, 2.0, 0.0))), "fewer than 10 rows"),
+        (MapEdit("b", crop=(Point(1.0, 1.0, 0.0), Point(3.0, 3.0, 0.0))), "no wall left"),
+        (MapEdit("b", crop=(Point(1.0, 1.0, 0.0),)), "two corners"),
+        (MapEdit("b", strokes=(MapStroke((Point(1.0, 1.0, 0.0),), 0.3, 50),)), "100, 0 or -1, not 50"),
+    ],
+)
+def test_a_map_that_would_not_fit_is_refused(path: Path, edit: MapEdit, reason: str) -> None:
+    runner = served(path)
+    assert result_of(runner, MapEdit("a", places=(BAR,))).applied
+    image = path.with_suffix(".pgm").read_bytes()
+    result = result_of(runner, edit)
+    assert not result.applied and reason in result.description and result.undoable == 1
+    assert path.with_suffix(".pgm").read_bytes() == image
+
+
+def test_a_turned_map_turns_places_zones_and_the_robot(path: Path) -> None:
+    runner = served(path)
+    localize(runner, SE2(1.0, 3.0, 0.5))
+    corners = tuple(Point(x, y, 0.0) for x, y in ((1.0, 1.0), (2.0, 1.0), (2.0, 1.5)))
+    lane = MapZone("lane", "one_way", corners, 0.0, 0.25)
+    assert result_of(runner, MapEdit("a", places=(BAR,), zones=(lane,))).applied
+    result = result_of(runner, MapEdit("b", rotation=math.pi / 2))
+    assert result.applied and result.description == TURNED
+    (pose,) = runner.messages("initialpose")
+    assert pose.pose.pose.se2 == pytest.approx((-3.0, 1.0, 0.5 + math.pi / 2))  # type: ignore[attr-defined]
+    bar = load_entries(places_path(path))["bar"]
+    assert (bar.x, bar.y, bar.yaw) == pytest.approx((-2.0, 2.0, math.pi / 2), abs=1e-3)
+    (zone,) = load_zones(zones_path(path)).zones
+    assert zone.direction == pytest.approx(0.25 + math.pi / 2, abs=1e-3)
+    assert zone.corners[1].x == pytest.approx(-1.0, abs=1e-3)
+    assert published_map(runner).origin_x == pytest.approx(-5.0)
+    localize(runner, SE2(-3.0, 1.0, 0.5 + math.pi / 2))
+    assert result_of(runner, MapEdit("c", undo=True)).applied
+    back = runner.messages("initialpose")[-1]
+    assert back.pose.pose.se2 == pytest.approx((1.0, 3.0, 0.5))  # type: ignore[attr-defined]
+    assert load_map(path).origin_x == 0.0
+
+
+def test_a_picture_changed_by_hand_is_the_one_that_is_drawn_on(path: Path) -> None:
+    runner = served(path)
+    grid = load_map(path)
+    grid.cells[20:24, 20:24] = 100
+    save_map(path, grid)
+    assert result_of(runner, MapEdit("a", strokes=(WALL,))).applied
+    assert load_map(path).at(1.1, 1.1) == 100 and load_map(path).at(3.0, 1.0) == 100

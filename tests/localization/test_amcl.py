@@ -66,6 +66,25 @@ def test_a_narrow_depth_scan_tracks_from_a_wrong_start(
     assert not (converged & (errors > 0.3)).any()
 
 
+def test_a_replaced_map_keeps_the_pose(hotel: Any, lidar: Any, drives: Any) -> None:
+    """A wall is drawn where the robot never sees it, and the map has another size; it goes on as without that."""
+    truth, odom = drives.route(1)
+    amcl = Amcl(AmclParams(seed=1), hotel.grid, lidar.mount)
+    amcl.set_pose(truth[0], 0.1, 0.1)
+    follow(amcl, hotel, lidar, truth[:80], odom[:80], 1)
+    before = amcl.pose
+    larger = Grid(
+        np.pad(hotel.grid.cells, 20, constant_values=-1),
+        hotel.grid.resolution,
+        hotel.grid.origin_x - 20 * hotel.grid.resolution,
+        hotel.grid.origin_y - 20 * hotel.grid.resolution,
+    )
+    amcl.replace_map(larger)
+    assert amcl.pose == pytest.approx(before, abs=0.01), "also between two updates of the filter"
+    errors, _, converged = follow(amcl, hotel, lidar, truth[80:], odom[80:], 1)
+    assert errors.max() < 0.05 and converged.all()
+
+
 @pytest.mark.parametrize("start", range(4))
 def test_lidar_localizes_globally_among_similar_rooms(
     hotel: Any, lidar: Any, drives: Any, start: int

@@ -8,7 +8,7 @@ import pytest
 
 from chefbot.storage import map_versions
 from chefbot.storage.atomic_files import StorageError
-from chefbot.storage.map_versions import MapVersions
+from chefbot.storage.map_versions import MapVersions, RestoredVersion
 
 
 @pytest.fixture
@@ -19,11 +19,11 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
 def test_a_file_that_did_not_exist_is_removed_again(tmp_path: Path, files: tuple[Path, Path]) -> None:
     versions = MapVersions(tmp_path / "versions", files)
     files[0].write_text("one")
-    versions.keep()
+    versions.keep(files)
     files[0].write_text("two")
     files[1].write_text("new")
-    assert versions.restore() and files[0].read_text() == "one" and not files[1].exists()
-    assert len(versions) == 0 and not versions.restore()
+    assert versions.restore().files and files[0].read_text() == "one" and not files[1].exists()
+    assert len(versions) == 0 and not versions.restore().files
 
 
 def test_only_the_newest_versions_are_kept(
@@ -33,11 +33,11 @@ def test_only_the_newest_versions_are_kept(
     versions = MapVersions(tmp_path / "versions", files)
     for number in range(6):
         files[0].write_text(str(number))
-        versions.keep()
+        versions.keep(files)
     assert len(versions) == 3
     for expected in ("5", "4", "3"):
-        assert versions.restore() and files[0].read_text() == expected
-    assert not versions.restore()
+        assert versions.restore().files and files[0].read_text() == expected
+    assert not versions.restore().files
 
 
 def test_an_incomplete_version_is_none(tmp_path: Path, files: tuple[Path, Path]) -> None:
@@ -48,13 +48,28 @@ def test_an_incomplete_version_is_none(tmp_path: Path, files: tuple[Path, Path])
     incomplete = tmp_path / "versions" / "incomplete"
     incomplete.mkdir(parents=True)
     (incomplete / "a.yaml").write_text("half")
-    assert len(versions) == 0 and not versions.restore()
-    versions.keep()
+    assert len(versions) == 0 and not versions.restore().files
+    versions.keep(files)
     assert len(versions) == 1 and not incomplete.exists()
-    assert versions.restore() and [file.read_text() for file in files] == ["one", "one"]
+    assert versions.restore().files and [file.read_text() for file in files] == ["one", "one"]
 
 
 def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path: Path, files: tuple[Path, Path]) -> None:
     (tmp_path / "versions").write_text("a file")
     with pytest.raises(StorageError, match="versions"):
-        MapVersions(tmp_path / "versions", files).keep()
+        MapVersions(tmp_path / "versions", files).keep(files)
+
+
+def test_a_version_brings_back_only_what_its_change_concerned(
+    tmp_path: Path, files: tuple[Path, Path]
+) -> None:
+    """The other file was written by somebody else since."""
+    versions = MapVersions(tmp_path / "versions", files)
+    for file in files:
+        file.write_text("one")
+    versions.keep(files[:1], "turned by 1")
+    files[0].write_text("two")
+    versions.seal()
+    files[1].write_text("by hand")
+    assert versions.restore() == RestoredVersion([files[0]], "turned by 1")
+    assert [file.read_text() for file in files] == ["one", "by hand"]

@@ -57,9 +57,15 @@ def test_every_command_round_trips_through_json() -> None:
         "preview": True,
         "moved": False,
         "topics": ["/odom"],
-        "nodes": ["/base"],
+        "nodes": ("/base",),
         "node": "/base",
         "on": True,
+        "strokes": [[(0.0, 0.0), (1.0, 0.5)]],
+        "width": 0.1,
+        "brush": "wall",
+        "other_x": 4.0,
+        "other_y": 4.0,
+        "angle": 0.5,
         "value": 0.5,
     }
     for kind in KINDS:

@@ -128,7 +128,7 @@ def test_parameters_are_set_by_slider_box_and_list(tab: Tab, page: Any) -> None:
     opened(tab, "parameters-box")
     tab.wait_for("document.querySelectorAll('#parameter-node option').length === 2")
     changed(tab, "#parameter-node", "value = '/base'")
-    while command_of(page, Inspect).nodes != ["/base"]:
+    while command_of(page, Inspect).nodes != ("/base",):
         pass
     page.server.set_layer("parameters", (NodeParameters("/base", PARAMETERS),))
     tab.wait_for("document.querySelectorAll('#parameter-list li').length === 4")

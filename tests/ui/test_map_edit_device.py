@@ -119,3 +119,18 @@ def test_deletions_and_undo_are_passed_on(nodes: NodeRunner) -> None:
     )
     assert (place.deleted_places, zone.deleted_zones) == (("table_1",), ("keep_out_1",))
     assert undo.undo and undo.id == "a"
+
+
+def test_changes_of_the_map_are_passed_on(nodes: NodeRunner) -> None:
+    device: Any = nodes.system.nodes["page"]
+    for command in (
+        do.DrawOnMap([[(0.0, 0.0), (1.0, 0.5)], [(2.0, 2.0)]], 0.2, "unknown", id="a"),
+        do.CropMap(0.0, 1.0, 4.0, 5.0, preview=True, id="b"),
+        do.RotateMap(0.5, id="c"),
+    ):
+        device._execute_map_change(command)
+    nodes.run(0.1)
+    drawn, crop, rotation = nodes.messages("map_edit")
+    assert [(len(one.points), one.width, one.value) for one in drawn.strokes] == [(2, 0.2, -1), (1, 0.2, -1)]
+    assert [(corner.x, corner.y) for corner in crop.crop] == [(0.0, 1.0), (4.0, 5.0)]
+    assert (drawn.preview, crop.preview, rotation.rotation, rotation.id) == (False, True, 0.5, "c")

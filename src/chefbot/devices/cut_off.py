@@ -1,8 +1,9 @@
-"""Which places of a map the robot can no longer reach after a change of its keep-out zones."""
+"""Which places the robot can no longer reach after a change of the map or its keep-out zones."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,20 +17,17 @@ from chefbot.planning.route_lengths import RouteLengths
 from chefbot.robot.spec import Robot
 
 
-def cut_off(
-    grid: Grid,
-    robot: Robot,
-    start: SE2,
-    places: Mapping[str, SE2],
-    before: Iterable[MapZone],
-    after: Iterable[MapZone],
-) -> list[str]:
-    """Return the places that the planner reaches from `start` with the zones `before`, but not with those `after`.
+class Walls(NamedTuple):
+    """What closes ways: the map, and its keep-out zones; the other zones make no place unreachable."""
 
-    grid: the map; poses in its frame. Only keep-out zones count: the others make no place unreachable.
-    """
-    could = reachable(grid, robot, start, places, before)
-    can = reachable(grid, robot, start, places, after)
+    grid: Grid
+    zones: Iterable[MapZone]
+
+
+def cut_off(robot: Robot, start: SE2, places: Mapping[str, SE2], before: Walls, after: Walls) -> list[str]:
+    """Return the places that the planner reaches from `start` as it was before, but not after; in the map frame."""
+    could = reachable(before.grid, robot, start, places, before.zones)
+    can = reachable(after.grid, robot, start, places, after.zones)
     return [name for name in places if name in could - can]
 
 

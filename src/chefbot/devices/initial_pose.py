@@ -56,6 +56,11 @@ class InitialPoseDevice(Device):
         return SE2(self.params.x, self.params.y, self.params.yaw)
 
     def _publish(self) -> None:
-        covariance = covariance_36(np.diag([VARIANCE_XY, VARIANCE_XY, VARIANCE_YAW]))
-        message = PoseWithCovariance(Pose.of(self._pose), covariance)
-        self.initialpose.publish(PoseWithCovarianceStamped(Header.of(self.now_ns, "map"), message))
+        self.initialpose.publish(initial_pose(self.now_ns, self._pose))
+
+
+def initial_pose(now_ns: int, pose: SE2) -> PoseWithCovarianceStamped:
+    """Return the message that starts localization from a pose in the map frame."""
+    covariance = covariance_36(np.diag([VARIANCE_XY, VARIANCE_XY, VARIANCE_YAW]))
+    message = PoseWithCovariance(Pose.of(pose), covariance)
+    return PoseWithCovarianceStamped(Header.of(now_ns, "map"), message)

@@ -1,4 +1,4 @@
-"""Changes of the places and zones of a map while a robot drives on it: checked, written, taken back."""
+"""Changes of a map, its places and its zones while a robot drives on it: checked, written, taken back."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import msgspec
 
-from chefbot.devices.cut_off import cut_off
+from chefbot.devices.cut_off import Walls, cut_off
+from chefbot.devices.grid_edit import changes_grid, edited_grid, turned_entry, turned_zone
 from chefbot.errors import ChefbotError, UserError, name_hint
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.maths.polygon import contains
@@ -19,6 +20,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
 from chefbot.msgs.chefbot_places import KEEP_OUT, MAX_PLACES, MAX_ZONES, MapZone
 from chefbot.robot.spec import Robot
+from chefbot.storage.map_files import load_map, read_map_files, save_map
 from chefbot.storage.map_versions import MapVersions
 from chefbot.storage.places import PlaceEntry, load_entries, places_path, save_entries
 from chefbot.storage.zones import load_zones, save_zones
@@ -26,15 +28,17 @@ from chefbot.zones.contradictions import check_zones
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,63}")
 """Names of places and zones; what people read is a place's label."""
+TURNED = "Initial poses in launch files do not turn with the map."
 MAX_LABEL = 40
 """Maximum length of a label, characters."""
 
 
 class MapContent(NamedTuple):
-    """The places by name, and the zones."""
+    """The places by name, the zones, and the map."""
 
     places: dict[str, PlaceEntry]
     zones: tuple[MapZone, ...]
+    grid: Grid
 
     def of_kind(self, kind: str) -> tuple[MapZone, ...]:
         """Return the zones of a kind."""
@@ -46,23 +50,28 @@ class MapContent(NamedTuple):
 
 
 class MapEditor:
-    """Changes the files of places and zones beside a map; the versions before are in `NAME.versions`.
+    """Changes the files of a map, and of places and zones beside it; the versions before are in `NAME.versions`.
 
     The files are read before each change, so that one by hand is kept. `drawn`: places of a map without such a file.
     """
 
+    grid: Grid
+    """The map as it is now."""
+
     def __init__(
         self, map_path: Path, zones_path: Path, grid: Grid, robot: Robot, drawn: Mapping[str, PlaceEntry]
     ) -> None:
-        self._places, self._zones = places_path(map_path), zones_path
-        self._grid, self._robot, self._drawn = grid, robot, dict(drawn)
-        self.versions = MapVersions(map_path.with_suffix(".versions"), (self._places, self._zones))
+        self._map, self._places, self._zones = map_path, places_path(map_path), zones_path
+        self.grid, self._robot, self._drawn = grid, robot, dict(drawn)
+        self._map_files = (map_path, map_path.with_suffix(".pgm"))
+        files = (self._places, self._zones, *self._map_files)
+        self.versions = MapVersions(map_path.with_suffix(".versions"), files)
 
     def content(self) -> MapContent:
         """Read the files. Raises ConfigError for an invalid one."""
         entries = load_entries(self._places) if self._places.is_file() else dict(self._drawn)
         zones = load_zones(self._zones).zones if self._zones.is_file() else ()
-        return MapContent(entries, zones)
+        return MapContent(entries, zones, self.grid)
 
     def preview(self, edit: MapEdit, start: SE2 | None) -> str:
         """Return what a change would do, in sentences; empty if it has no side effects. Raises ChefbotError.
@@ -70,7 +79,10 @@ class MapEditor:
         start: the robot's pose in the map frame, from which the places are to be reached; None if it is not known.
         """
         before = self.content()
-        return self._side_effects(before, self._changed(before, edit), start)
+        after = self._changed(before, edit)
+        if edit.rotation:
+            return TURNED  # places and zones turn with the walls, so that no way is closed
+        return self._side_effects(before, after, start)
 
     def apply(self, edit: MapEdit) -> None:
         """Write a change. Raises ChefbotError if it is not valid or cannot be written; nothing has changed then."""
@@ -78,21 +90,31 @@ class MapEditor:
         after = self._changed(before, edit)
         if after == before:
             return
-        self.versions.keep()
+        files = self._map_files if after.grid is not before.grid else ()
+        self.versions.keep((self._places, self._zones, *files), str(edit.rotation))
         try:
             if after.places != before.places:
                 save_entries(self._places, after.places)
             if after.zones != before.zones:
                 save_zones(self._zones, after.zones)
+            if files:
+                # other modes than trinary have more levels than three
+                mode = read_map_files(self._map).description.mode
+                save_map(self._map, after.grid, "trinary" if mode == "trinary" else "raw")
         except ChefbotError:
             self.versions.restore()
             raise
+        self.grid = after.grid
         self.versions.seal()
 
-    def undo(self) -> None:
-        """Take the last change back. Raises UserError if there is none."""
-        if not self.versions.restore():
+    def undo(self) -> float:
+        """Take the last change back, and return by how much that turns the map, rad. Raises UserError without one."""
+        restored = self.versions.restore()
+        if not restored.files:
             raise UserError("There is no change of the map to take back")
+        if self._map in restored.files:
+            self.grid = load_map(self._map)
+        return -float(restored.note)
 
     def _changed(self, before: MapContent, edit: MapEdit) -> MapContent:
         """Return the content after a change. Raises UserError or ZoneError if it is not valid."""
@@ -107,11 +129,18 @@ class MapEditor:
         for zone in edit.zones:
             name = _free_name(zone.name, zones) if edit.new else zone.name
             zones[name] = msgspec.structs.replace(zone, name=name)
-        after = MapContent(places, tuple(zones.values()))
+        grid = before.grid
+        if changes_grid(edit):
+            grid = edited_grid(load_map(self._map), edit)  # the picture may have been changed by hand
+            places = {name: turned_entry(entry, edit.rotation) for name, entry in places.items()}
+            zones = {name: turned_zone(zone, edit.rotation) for name, zone in zones.items()}
+            for name, entry in places.items():
+                _check_pose(grid, SE2(entry.x, entry.y, entry.yaw), entry.label or name)
+        after = MapContent(places, tuple(zones.values()), grid)
         _check_names([*places, *zones])
         if len(places) > MAX_PLACES or len(zones) > MAX_ZONES:
             raise UserError(f"a map has at most {MAX_PLACES} places and {MAX_ZONES} zones")
-        check_zones(after.zones, self._grid, {})
+        check_zones(after.zones, grid, {})
         return after
 
     def _entry(self, place: Place, known: PlaceEntry | None, *, keep_pose: bool) -> PlaceEntry:
@@ -120,10 +149,7 @@ class MapEditor:
         if known and keep_pose:
             return msgspec.structs.replace(known, label=_checked(label))
         pose = place.pose.pose.se2
-        if not self._grid.contains(pose.x, pose.y):
-            raise UserError(f"{label or place.name} lies outside the map")
-        if self._grid.at(pose.x, pose.y) >= OCCUPIED_FROM:
-            raise UserError(f"{label or place.name} lies in a wall")
+        _check_pose(self.grid, pose, label or place.name)
         tolerances = (known.xy_tolerance, known.yaw_tolerance) if known else (None, None)
         return PlaceEntry(
             x=pose.x,
@@ -135,17 +161,20 @@ class MapEditor:
         )
 
     def _side_effects(self, before: MapContent, after: MapContent, start: SE2 | None) -> str:
-        known = check_zones(before.zones, self._grid, before.poses()).warnings
-        found = check_zones(after.zones, self._grid, after.poses()).warnings
+        known = check_zones(before.zones, before.grid, before.poses()).warnings
+        found = check_zones(after.zones, after.grid, after.poses()).warnings
         sentences = [sentence for sentence in found if sentence not in known]
-        if start is not None and after.zones != before.zones:
+        if start is not None and (after.zones != before.zones or after.grid is not before.grid):
+            if after.grid.at(start.x, start.y) >= OCCUPIED_FROM:
+                return " ".join([*sentences, "The robot stands in a wall then."])
             if traps := [
                 zone.title for zone in after.of_kind(KEEP_OUT) if contains(zone.array, start.x, start.y)
             ]:
                 return " ".join(
                     [*sentences, f"The robot stands in the {traps[0]} and cannot leave it by itself."]
                 )
-            lost = cut_off(self._grid, self._robot, start, after.poses(), before.zones, after.zones)
+            walls = (Walls(before.grid, before.zones), Walls(after.grid, after.zones))
+            lost = cut_off(self._robot, start, after.poses(), *walls)
             outside = [name for name in lost if not any(f" {name} " in sentence for sentence in sentences)]
             sentences += [f"No way from the robot to: {', '.join(outside)}."] if outside else []
         return " ".join(sentences)
@@ -157,6 +186,13 @@ def _free_name(name: str, taken: Collection[str]) -> str:
         return name
     stem = re.sub(r"_\d+$", "", name)
     return next(free for number in count(2) if (free := f"{stem}_{number}") not in taken)
+
+
+def _check_pose(grid: Grid, pose: SE2, name: str) -> None:
+    if not grid.contains(pose.x, pose.y):
+        raise UserError(f"{name} lies outside the map")
+    if grid.at(pose.x, pose.y) >= OCCUPIED_FROM:
+        raise UserError(f"{name} lies in a wall")
 
 
 def _checked(label: str) -> str:

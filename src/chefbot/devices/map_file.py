@@ -9,14 +9,15 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.devices.initial_pose import initial_pose
 from chefbot.devices.map_editor import MapContent, MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.mapping.image_format import MapFormatError
-from chefbot.maths.grid import OCCUPIED_FROM
+from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
 from chefbot.msgs.chefbot_places import MapZones
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import Device, In, Out, topic
@@ -55,16 +56,20 @@ class MapFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 class MapFileDevice(Device):
     """Publishes map, places and zones, with transient local durability for late-joining subscribers.
 
-    A change of places or zones is written beside the map and published at once.
+    A change of the map, its places or zones is written and published at once.
     """
 
     params: MapFileParams
+    world_frame = False
+    """Whether the map has the frame of a simulated world, whose poses do not turn with it."""
     named: dict[str, PlaceEntry]
+    _grid: Grid
     map: Out[OccupancyGrid] = topic(latched=True)
     places: Out[Places] = topic(latched=True)
     zones: Out[MapZones] = topic(latched=True)
     map_edit: In[MapEdit]
     map_edit_result: Out[MapEditResult] = topic(latched=True)
+    initialpose: Out[PoseWithCovarianceStamped]
 
     def start(self) -> None:
         """Read the files now, so that an error aborts the start; publish as soon as the event loop runs."""
@@ -82,7 +87,7 @@ class MapFileDevice(Device):
         self._edits.shutdown(cancel_futures=True)
 
     def on_map_edit(self, edit: MapEdit) -> None:
-        """Apply a change of places and zones; a search for ways and the disk may take a while, so in a thread."""
+        """Apply a change of the map; a search for ways and the disk may take a while, so in a thread."""
         if self._waiting >= MAX_WAITING:
             count = len(self._editor.versions)
             self.map_edit_result.publish(MapEditResult(edit.id, description=TOO_MANY, undoable=count))
@@ -92,10 +97,12 @@ class MapFileDevice(Device):
 
     def _edit(self, edit: MapEdit, pose: SE2 | None) -> None:
         """Apply a change, and have the result published."""
-        content, problem, effects = None, "", ""
+        content, problem, effects, rotation = None, "", "", edit.rotation
         try:
+            if edit.rotation and self.world_frame:
+                raise UserError("The map of a simulated world keeps its frame, so that it is not turned")
             if edit.undo:
-                self._editor.undo()
+                rotation = self._editor.undo()
             else:
                 effects = self._editor.preview(edit, pose)
             if not (edit.undo or edit.preview):
@@ -106,12 +113,19 @@ class MapFileDevice(Device):
         except Exception as error:
             problem = f"The map server failed: {error!r}"
         result = MapEditResult(edit.id, content is not None, problem or effects, len(self._editor.versions))
-        self.post(lambda: self._publish_edited(content, result))
+        turned = SE2(0.0, 0.0, rotation) @ pose if rotation and pose is not None else None
+        self.post(lambda: self._publish_edited(content, result, turned))
 
-    def _publish_edited(self, content: MapContent | None, result: MapEditResult) -> None:
+    def _publish_edited(self, content: MapContent | None, result: MapEditResult, pose: SE2 | None) -> None:
+        """Publish what has changed, and the robot's pose on a map that was turned."""
         self._waiting -= 1
         if content is not None:
             self.named, self._zones = content.places, content.zones
+            if content.grid is not self._grid:
+                self._grid = content.grid
+                self._publish_map()
+            if pose is not None:
+                self.initialpose.publish(initial_pose(self.now_ns, pose))
             self._publish_names()
         self.map_edit_result.publish(result)
 
@@ -148,9 +162,12 @@ class MapFileDevice(Device):
         return Path(self.params.zones) if self.params.zones else zones_path(self._path)
 
     def _publish(self) -> None:
-        self.map.publish(OccupancyGrid.of(Header.of(self.now_ns, "map"), self._grid))
+        self._publish_map()
         self._publish_names()
         self.map_edit_result.publish(MapEditResult(undoable=len(self._editor.versions)))
+
+    def _publish_map(self) -> None:
+        self.map.publish(OccupancyGrid.of(Header.of(self.now_ns, "map"), self._grid))
 
     def _publish_names(self) -> None:
         header = Header.of(self.now_ns, "map")

@@ -43,12 +43,23 @@ class Amcl:
             raise LocalizationError("min_particles is above max_particles; lower it")
         self.params = params
         self.laser = laser
-        self.field = LikelihoodField.of(grid, params)
         self._rng = np.random.default_rng(params.seed)
-        self._model = FilterModels(params, self.field, PoseBins(grid), self._rng)
+        self._set_grid(grid)
         self._recovery = RecoveryEstimator(params.recovery_alpha_slow, params.recovery_alpha_fast)
         self._odom: SE2 | None = None
+        self._estimate_odom: SE2 | None = None
         self.initialize_globally()
+
+    def _set_grid(self, grid: Grid) -> None:
+        self.field = LikelihoodField.of(grid, self.params)
+        self._model = FilterModels(self.params, self.field, PoseBins(grid), self._rng)
+
+    def replace_map(self, grid: Grid) -> None:
+        """Continue on another map in the same frame, such as one that was edited, with the present particles."""
+        self._set_grid(grid)
+        odom = self._estimate_odom  # at which the particles were propagated last
+        self._restart(ParticleFilter(self._filter.particles, self._model))
+        self._estimate_odom = odom
 
     def initialize_globally(self) -> None:
         """Start global localization: distribute the particles uniformly over the free space."""

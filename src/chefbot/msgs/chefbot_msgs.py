@@ -18,6 +18,7 @@ from chefbot.msgs.chefbot_people import TrackedPeople as TrackedPeople
 from chefbot.msgs.chefbot_people import TrackedPerson as TrackedPerson
 from chefbot.msgs.chefbot_places import MapEdit as MapEdit
 from chefbot.msgs.chefbot_places import MapEditResult as MapEditResult
+from chefbot.msgs.chefbot_places import MapStroke as MapStroke
 from chefbot.msgs.chefbot_places import MapZone as MapZone
 from chefbot.msgs.chefbot_places import MapZones as MapZones
 from chefbot.msgs.chefbot_places import Place as Place

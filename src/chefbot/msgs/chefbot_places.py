@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 from chefbot.maths.lanes import MAX_LANES
 from chefbot.msgs.geometry_msgs import Point, PoseStamped
 from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, min_length, per_field
-from chefbot.msgs.idl.message import Bool, Float64, Message, String, StringArray, Uint32
+from chefbot.msgs.idl.message import Bool, Float64, Int8, Message, String, StringArray, Uint32
 from chefbot.msgs.std_msgs import Header
 
 MAX_PLACES = 1000
 """Maximum number of places of a map."""
+MAX_STROKES, MAX_STROKE_POINTS = 1000, 10_000
+"""Maximum number of strokes of a change of the map, and of points of a stroke."""
 MAX_ZONES, MAX_CORNERS = 1000, 1000
 """Maximum number of zones of a map, and of corners of a zone."""
 KEEP_OUT, SLOW_ZONE, PREFERRED, ONE_WAY = "keep_out", "slow", "preferred", "one_way"
@@ -100,12 +102,27 @@ class Places(Message, frozen=True, eq=False):
     places: tuple[Place, ...] = ()
 
 
-class MapEdit(Message, frozen=True, eq=False):
-    """A change of the places and zones of the map, which replaces those of the same name.
+class MapStroke(Message, frozen=True, eq=False):
+    """A stroke of a brush on the map: along points (m), with a width (m); `value` is 100 wall, 0 free, -1 unknown."""
 
-    With `new`, nothing is replaced: a name that is taken becomes the next free one. With `keep_poses`, places that
-    exist stay where they are. With `undo`, the last change is taken back; with `preview`, only the result is
-    published.
+    ROS_PACKAGE = "chefbot_msgs"
+
+    BOUNDS = per_field(width=(0.0, 10.0), value=(-1, 100))
+    MAX_LENGTHS = per_field(points=MAX_STROKE_POINTS)
+    RULES = (min_length(1, "points"),)
+
+    points: tuple[Point, ...] = ()
+    width: Float64 = 0.0
+    value: Int8 = 0
+
+
+class MapEdit(Message, frozen=True, eq=False):
+    """A change of the map, or of its places and zones, which replaces those of the same name.
+
+    `strokes` are drawn on the map. `crop` has two opposite corners of the part that is left. `rotation` (rad) turns
+    the map with its places and zones about the origin of its frame. With `new`, nothing is replaced: a name that is
+    taken becomes the next free one. With `keep_poses`, places that exist stay where they are. With `undo`, the last
+    change is taken back; with `preview`, only the result is published.
     """
 
     ROS_PACKAGE = "chefbot_msgs"
@@ -113,13 +130,19 @@ class MapEdit(Message, frozen=True, eq=False):
     MAX_LENGTHS = per_field(
         **dict.fromkeys(("places", "deleted_places"), MAX_PLACES),
         **dict.fromkeys(("zones", "deleted_zones"), MAX_ZONES),
+        strokes=MAX_STROKES,
+        crop=2,
     )
+    BOUNDS = per_field(rotation=(-7.0, 7.0))
 
     id: String = ""
     places: tuple[Place, ...] = ()
     zones: tuple[MapZone, ...] = ()
     deleted_places: StringArray = ()
     deleted_zones: StringArray = ()
+    strokes: tuple[MapStroke, ...] = ()
+    crop: tuple[Point, ...] = ()
+    rotation: Float64 = 0.0
     new: Bool = False
     keep_poses: Bool = False
     undo: Bool = False

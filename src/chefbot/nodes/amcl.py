@@ -58,9 +58,11 @@ class AmclNode(ScanListenerNode):
             self._amcl.params = msgspec.structs.replace(params, seed=self._amcl.params.seed)
 
     def on_map(self, message: OccupancyGrid) -> None:
-        """Restart localization on a new map; the same map, from a restarted map server, changes nothing."""
+        """Continue on a new map from the present pose; the same map, from a restarted map server, changes nothing."""
         if self._current_map is None or not same_grid(message.grid, self._current_map.grid):
-            self._amcl = None
+            self._resolution = message.grid.resolution
+            if self._amcl is not None:
+                self._amcl.replace_map(message.grid)
         self._current_map = message
 
     def on_initialpose(self, message: PoseWithCovarianceStamped) -> None:
@@ -97,7 +99,6 @@ class AmclNode(ScanListenerNode):
 
     def _create_amcl(self, sensor: SE2, odom: SE2) -> Amcl:
         assert self.map.last is not None
-        self._resolution = self.map.last.grid.resolution
         seed = int(self.context.rng().integers(2**31)) + self.params.seed
         amcl = Amcl(msgspec.structs.replace(self.params, seed=seed), self.map.last.grid, sensor)
         if self._initial_pose is not None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import shutil
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from chefbot.storage.atomic_files import StorageError, os_errors_as_storage_errors, write_atomic
 
@@ -13,13 +14,24 @@ MAX_VERSIONS = 50
 """Number of versions that are kept, the newest."""
 SEAL = "written.sha256"
 """File of a version with the hashes of what the change after it wrote."""
+ABSENT = "absent.txt"
+"""File of a version with the names of the files that did not exist, which a restoration removes."""
+NOTE = "note.txt"
+"""File of a version with what else is to be known about it."""
 CHANGED_BY_HAND = (
-    "The files of places and zones were changed by hand since the last change here, so it is not taken back"
+    "The files of the map were changed by hand since the last change here, so it is not taken back"
 )
 
 
+class RestoredVersion(NamedTuple):
+    """The files that a version concerned, none without a version, and the note that was kept with it."""
+
+    files: list[Path]
+    note: str = ""
+
+
 class MapVersions:
-    """Keeps copies of `files` in numbered folders of `folder`; a file that did not exist has no copy."""
+    """Keeps copies of some of `files`, which have different names, in numbered folders of `folder`."""
 
     def __init__(self, folder: Path, files: Sequence[Path]) -> None:
         self._folder, self._files = folder, files
@@ -27,8 +39,11 @@ class MapVersions:
     def __len__(self) -> int:
         return len(self._numbers())
 
-    def keep(self) -> None:
-        """Copy the files before a change. Raises StorageError if that fails; the change should not happen then."""
+    def keep(self, changing: Collection[Path], note: str = "") -> None:
+        """Copy the files that a change concerns, before it.
+
+        Raises StorageError if that fails; the change should not happen then.
+        """
         numbers = self._numbers()
         version = self._folder / f"{max(numbers, default=0) + 1:06d}"
         incomplete = self._folder / "incomplete"  # a version that lacks a file would delete it
@@ -36,44 +51,56 @@ class MapVersions:
             if incomplete.exists():
                 shutil.rmtree(incomplete)
             incomplete.mkdir(parents=True)
-            for file in self._files:
+            for file in changing:
                 if file.is_file():
                     write_atomic(incomplete / file.name, file.read_bytes())
+            absent = "".join(f"{file.name}\n" for file in changing if not file.is_file())
+            write_atomic(incomplete / ABSENT, absent.encode())
+            write_atomic(incomplete / NOTE, note.encode())
             incomplete.rename(version)
         for number in numbers[: len(numbers) + 1 - MAX_VERSIONS]:
             self._remove(number)
 
     def seal(self) -> None:
         """Note what the files are after the change, so that one by hand in the meantime is not overwritten."""
-        write_atomic(self._newest() / SEAL, self._digest())
+        version = self._newest()
+        write_atomic(version / SEAL, self._digest(self._concerned(version)))
 
-    def restore(self) -> bool:
-        """Bring the newest version back and forget it; False if there is none.
+    def restore(self) -> RestoredVersion:
+        """Bring the newest version back, if there is one, and forget it.
 
         Raises StorageError if the files were changed by others since.
         """
         numbers = self._numbers()
         if not numbers:
-            return False
-        seal = self._newest() / SEAL
-        if seal.is_file() and seal.read_bytes() != self._digest():
+            return RestoredVersion([])
+        version = self._newest()
+        concerned, seal = self._concerned(version), version / SEAL
+        if seal.is_file() and seal.read_bytes() != self._digest(concerned):
             raise StorageError(CHANGED_BY_HAND)
-        version = self._folder / f"{numbers[-1]:06d}"
-        for file in self._files:
+        for file in concerned:
             with os_errors_as_storage_errors(file):
                 if (version / file.name).is_file():
                     write_atomic(file, (version / file.name).read_bytes())
                 else:
                     file.unlink(missing_ok=True)
+        with os_errors_as_storage_errors(version):
+            note = (version / NOTE).read_text()
         self._remove(numbers[-1])
-        return True
+        return RestoredVersion(concerned, note)
+
+    def _concerned(self, version: Path) -> list[Path]:
+        """Return the files of which a version has a copy, or the note that they did not exist."""
+        with os_errors_as_storage_errors(version):
+            absent = (version / ABSENT).read_text().splitlines()
+        return [file for file in self._files if (version / file.name).is_file() or file.name in absent]
 
     def _newest(self) -> Path:
         return self._folder / f"{self._numbers()[-1]:06d}"
 
-    def _digest(self) -> bytes:
+    def _digest(self, files: Collection[Path]) -> bytes:
         """Return a hash of the files as they are now."""
-        contents = [file.read_bytes() if file.is_file() else b"" for file in self._files]
+        contents = [file.read_bytes() if file.is_file() else b"" for file in files]
         return "".join(hashlib.sha256(content).hexdigest() for content in contents).encode()
 
     def _remove(self, number: int) -> None:

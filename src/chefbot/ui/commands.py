@@ -7,34 +7,31 @@ from typing import Annotated, Literal
 import msgspec
 
 from chefbot.errors import UserError, name_hint
+from chefbot.ui.command_types import (
+    Angle,
+    GraphName,
+    Here,
+    Id,
+    Metre,
+    Name,
+    PersonNumber,
+    Rounds,
+    Share,
+    Tables,
+    When,
+)
+from chefbot.ui.command_types import OperatorCommand as OperatorCommand
+from chefbot.ui.map_commands import CropMap as CropMap
+from chefbot.ui.map_commands import DeletePlace as DeletePlace
+from chefbot.ui.map_commands import DeleteZone as DeleteZone
+from chefbot.ui.map_commands import DrawOnMap as DrawOnMap
+from chefbot.ui.map_commands import PutPlace as PutPlace
+from chefbot.ui.map_commands import PutZone as PutZone
+from chefbot.ui.map_commands import RotateMap as RotateMap
+from chefbot.ui.map_commands import UndoMapEdit as UndoMapEdit
 
 MAX_TEXT = 64_000
 """Maximum size of a message from a browser, bytes."""
-
-Metre = Annotated[float, msgspec.Meta(ge=-10_000, le=10_000, description="map frame, metres")]
-Angle = Annotated[float, msgspec.Meta(ge=-7, le=7, description="radians, counter-clockwise from the x axis")]
-Share = Annotated[float, msgspec.Meta(ge=-1, le=1, description="part of the robot's own limit")]
-Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64, description="name of a place or door")]
-Tables = Annotated[list[Name], msgspec.Meta(min_length=1, max_length=32)]
-Rounds = Annotated[
-    int, msgspec.Meta(ge=0, le=10_000, description="number of rounds; 0: until it is cancelled")
-]
-PersonNumber = Annotated[
-    int, msgspec.Meta(ge=0, lt=2**32, description="the tracker's number of the person; 0: none")
-]
-When = Literal["", "now", "after", "instead"]
-"""When to drive during a delivery round: the round pauses, is completed first, or ends. Empty without a
-round."""
-Id = Annotated[str, msgspec.Meta(max_length=64, description="of one press; the same when it is sent again")]
-EditName = Annotated[str, msgspec.Meta(max_length=64, description="of a place or zone; empty: a new one")]
-GraphName = Annotated[str, msgspec.Meta(max_length=256, description="of a topic, node or parameter")]
-Here = Annotated[
-    str, msgspec.Meta(max_length=64, description="place that the person saw; empty: wherever it is")
-]
-
-
-class OperatorCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
-    """Base of all commands; match on the class."""
 
 
 class Goal(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="goal"):
@@ -152,62 +149,11 @@ class MapSaved(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="ma
     file: Name
 
 
-class PutPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_place"):
-    """Add a place to the map, or change it; without a name it becomes the next one of its kind.
-
-    `moved`: whether a place that exists gets this pose; else only its label is changed.
-    """
-
-    x: Metre
-    y: Metre
-    yaw: Angle
-    name: EditName = ""
-    moved: bool = True
-    kind: Literal["table", "room", "kitchen", "charger", "pick_up"] = "table"
-    label: Annotated[str, msgspec.Meta(max_length=40, description="what people read; in any script")] = ""
-    id: Id = ""
-
-
-class PutZone(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_zone"):
-    """Add a zone to the map, or change it; without a name it becomes the next one of its kind.
-
-    `preview`: only report what it would do.
-    """
-
-    corners: Annotated[list[tuple[Metre, Metre]], msgspec.Meta(min_length=3, max_length=200)]
-    kind: Literal["keep_out", "slow", "preferred", "one_way"]
-    name: EditName = ""
-    speed: Annotated[float, msgspec.Meta(ge=0.1, le=10.0, description="limit of a slow zone, m/s")] = 0.15
-    direction: Angle = 0.0
-    preview: bool = False
-    id: Id = ""
-
-
-class DeletePlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="delete_place"):
-    """Remove a place from the map."""
-
-    name: Name
-    id: Id = ""
-
-
-class DeleteZone(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="delete_zone"):
-    """Remove a zone from the map."""
-
-    name: Name
-    id: Id = ""
-
-
-class UndoMapEdit(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="undo_map_edit"):
-    """Take the last change of places or zones back."""
-
-    id: Id = ""
-
-
 class Inspect(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="inspect"):
     """Show the ROS graph, the newest messages of these topics and the parameters of these nodes for some seconds."""
 
     topics: Annotated[list[GraphName], msgspec.Meta(max_length=12)]
-    nodes: Annotated[list[GraphName], msgspec.Meta(max_length=4)] = []
+    nodes: Annotated[tuple[GraphName, ...], msgspec.Meta(max_length=4)] = ()
 
 
 class SetParameter(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="set_parameter"):
@@ -328,7 +274,19 @@ KINDS = (
         Follow,
         Cancel,
     ),
-    *(PutPlace, DeletePlace, PutZone, DeleteZone, UndoMapEdit, Inspect, SetParameter, InspectCell),
+    *(
+        PutPlace,
+        DeletePlace,
+        PutZone,
+        DeleteZone,
+        DrawOnMap,
+        CropMap,
+        RotateMap,
+        UndoMapEdit,
+        Inspect,
+        SetParameter,
+        InspectCell,
+    ),
     *(
         Stop,
         Withdraw,
@@ -350,7 +308,8 @@ NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | ShortestOrder | GoPlace
     | Patrol | Follow | Cancel
-    | PutPlace | DeletePlace | PutZone | DeleteZone | UndoMapEdit | Inspect | SetParameter | InspectCell
+    | PutPlace | DeletePlace | PutZone | DeleteZone | DrawOnMap | CropMap | RotateMap
+    | UndoMapEdit | Inspect | SetParameter | InspectCell
     | Stop | Withdraw | Resume | MapSaved | SaveIncident | Record | Playback | Ping | Show | Received | LeaveKiosk
     | Drive | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip

@@ -376,6 +376,8 @@ class WebUiDevice(NavigationDevice):
                 self._execute_in_simulation(command)
             case do.PutPlace() | do.DeletePlace() | do.PutZone() | do.DeleteZone() | do.UndoMapEdit():
                 self._execute_map_edit(command)
+            case do.DrawOnMap() | do.CropMap() | do.RotateMap():
+                self._execute_map_change(command)
 
     def _publish_goal(self, pose: SE2, name: str, when: str) -> None:
         if is_errand(when, self._round):

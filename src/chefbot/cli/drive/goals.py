@@ -20,7 +20,8 @@ from chefbot.cli.running_robot import (
 )
 from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN
 from chefbot.errors import UserError
-from chefbot.ui.commands import Cancel, Follow, Goal, GoPlace, OperatorCommand, Patrol, Resume, Stop, When
+from chefbot.ui.command_types import When
+from chefbot.ui.commands import Cancel, Follow, Goal, GoPlace, OperatorCommand, Patrol, Resume, Stop
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
 console = Console(highlight=False, soft_wrap=True, markup=False)

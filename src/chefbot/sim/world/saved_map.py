@@ -39,6 +39,7 @@ class SavedMapDevice(MapFileDevice):
     """A MapFileDevice that, if the world is made of the map itself, publishes that world's places."""
 
     params: SavedMapParams
+    world_frame = True
 
     def read(self) -> None:
         """Read the map files, and the places of the world if it is made of this map."""

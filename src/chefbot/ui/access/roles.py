@@ -24,7 +24,8 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
     **dict.fromkeys(
         (
             do.Goal, do.Patrol, do.Follow, do.Drive, do.InitialPose, do.MapSaved, do.SaveIncident, do.Record,
-            do.Playback, do.PutPlace, do.DeletePlace, do.PutZone, do.DeleteZone, do.UndoMapEdit,
+            do.Playback, do.PutPlace, do.DeletePlace, do.PutZone, do.DeleteZone, do.DrawOnMap,
+            do.CropMap, do.RotateMap, do.UndoMapEdit,
         ),
         "manager",
     ),

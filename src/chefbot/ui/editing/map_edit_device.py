@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from itertools import count
 
+from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
+from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, MapStroke, Place, Places
 from chefbot.msgs.chefbot_places import MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.runtime.node import In, Out
@@ -13,6 +14,8 @@ from chefbot.ui import commands as do
 from chefbot.ui.display.message_conversion import zone_views
 from chefbot.ui.missions.model_device import ModelDevice
 
+BRUSHES = {"wall": OCCUPIED, "free": FREE, "unknown": UNKNOWN}
+"""Values of the cells that a brush draws."""
 AnyEdit = do.PutPlace | do.DeletePlace | do.PutZone | do.DeleteZone | do.UndoMapEdit
 
 
@@ -59,6 +62,17 @@ class MapEditDevice(ModelDevice):
                 edit = MapEdit(command.id, undo=True)
         self.map_edit.publish(edit)
 
+    def _execute_map_change(self, command: do.DrawOnMap | do.CropMap | do.RotateMap) -> None:
+        match command:
+            case do.DrawOnMap(strokes, width, brush, preview):
+                edit = MapEdit(command.id, strokes=_strokes(strokes, width, BRUSHES[brush]), preview=preview)
+            case do.CropMap(x, y, other_x, other_y, preview):
+                corners = Point(x, y, 0.0), Point(other_x, other_y, 0.0)
+                edit = MapEdit(command.id, crop=corners, preview=preview)
+            case do.RotateMap(angle, preview):
+                edit = MapEdit(command.id, rotation=angle, preview=preview)
+        self.map_edit.publish(edit)
+
     def _new_place(self, kind: str) -> str:
         """Return the first free name of a kind; a map has one kitchen as a rule."""
         if kind == "kitchen" and kind not in self._places:
@@ -72,3 +86,7 @@ class MapEditDevice(ModelDevice):
         speed = command.speed if command.kind == "slow" else 0.0
         direction = command.direction if command.kind == "one_way" else 0.0
         return MapZone(command.name or new, command.kind, corners, speed, direction)
+
+
+def _strokes(strokes: list[list[tuple[float, float]]], width: float, value: int) -> tuple[MapStroke, ...]:
+    return tuple(MapStroke(tuple(Point(x, y, 0.0) for x, y in points), width, value) for points in strokes)

@@ -29,6 +29,6 @@ class InspectDevice(MapEditDevice):
         """Show the graph and what is watched for some seconds, or set a parameter. Raises ToolError for too much."""
         match command:
             case do.Inspect(topics, nodes):
-                self._inspector.watch(Watch(tuple(topics), tuple(nodes)))
+                self._inspector.watch(Watch(tuple(topics), nodes))
             case do.SetParameter(node, name, value):
                 self._inspector.set_parameter(node, name, value)

@@ -48,7 +48,7 @@ const stop = new StopButton((command) => link.send(command), () => { driver.rele
 const incidents = new Incidents(send);
 const playback = new Playback(send);
 const alerts = new Alerts($("alerts"));
-const tools = new Tools(view, gesture, lookAway, () => data.get("robot"));
+const tools = new Tools(view, gesture, lookAway, () => data.get("robot"), draw);
 inspect = new Inspect((command) => link.open && link.send(command), () => link.show());
 const mapEdit = new MapEdit(send, (tool) => tools.choose(tool), () => data.get("robot"), () => view.refresh());
 solid = new Solid({
@@ -80,6 +80,12 @@ function gesture(command) {
   return command.do === "goal" ? panels.round.go(command, tr("this point")) : send(command);
 }
 
+// A drag of a tool that draws; without points it has ended.
+function draw(tool, points) {
+  if (points) mapEdit.drawing.dragged(tool, points);
+  else mapEdit.drawing.released();
+}
+
 function paint(context) {
   glides.advance();
   const robot = shown.get("robot");
@@ -91,7 +97,7 @@ function paint(context) {
   }
   mapEdit.paint(context, view);
   if (tools.drag && tools.view === view && tools.tool.id === "measure") ruler(context, view, tools.drag);
-  else if (tools.drag && tools.view === view) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
+  else if (tools.drag && tools.view === view && !tools.tool.draws) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
   scaleBar(context, view, NARROW.matches ? 62 : 18);
   const moving = data.get("path") && !hidden.has("path") && !STILL.matches;
   if (!solid.on && (moving || !glides.done)) view.refresh();

@@ -2,6 +2,7 @@
 import { COLOURS } from "./colours.js";
 import { title, tr, translated } from "./language.js";
 import { arrow } from "./layers.js";
+import { MapDrawing } from "./map_drawing.js";
 
 const $ = (id) => document.getElementById(id);
 const PREVIEW_DELAY = 400;               // milliseconds without a change before the robot previews it
@@ -16,6 +17,7 @@ export class MapEdit {
     this.place = this.zone = null;       // what is being changed; a new one has no name
     this.sent = 0;
     this.saving = this.previewing = "";  // ids of requests whose answers are expected
+    this.drawing = new MapDrawing((command) => this.request(command), choose, changed, () => this.close());
     this.wire();
   }
 
@@ -143,11 +145,19 @@ export class MapEdit {
     if (this.send({ ...command, id: this.saving })) $("edit-note").textContent = tr("Saving …");
   }
 
+  // Send a change with an id of its own, and return that.
+  request(command) {
+    const id = this.nextId();
+    this.send({ ...command, id });
+    return id;
+  }
+
   nextId() { return `${Date.now()}-${++this.sent}`; }
 
   // What became of a change, perhaps of another page's.
   answer(result) {
     if (!result) return;
+    this.drawing.answer(result);
     $("undo-edit").disabled = !result.undoable;
     const text = translated(result.description);
     if (result.id && result.id === this.previewing) $("zone-effects").textContent = text || tr("No place is cut off.");
@@ -158,6 +168,7 @@ export class MapEdit {
   }
 
   refused(sentence) {
+    this.drawing.refused(sentence);
     if (this.saving) $("edit-note").textContent = sentence;
     this.saving = "";
   }
@@ -166,11 +177,13 @@ export class MapEdit {
     this.place = this.zone = null;
     clearTimeout(this.timer);
     $("place-form").hidden = $("zone-form").hidden = true;
+    if (this.drawing.open) this.drawing.close();
     this.choose("look");
     this.changed();
   }
 
   paint(context, view) {
+    this.drawing.paint(context, view);
     if (this.place) arrow(context, view, this.place, COLOURS.places(), Math.max(34, 0.7 * view.scale));
     if (!this.zone) return;
     const corners = this.zone.corners.map(([x, y]) => view.px(x, y));

@@ -12,14 +12,19 @@ export const TOOLS = [
   { id: "drop_box", label: tr("Box"), hint: tr("Press the position of the box."), simulation: true },
   { id: "kidnap", label: tr("Kidnap"), hint: tr("Press the new position of the robot and drag in its new direction."), simulation: true },
   { id: "place", label: "", hint: tr("Press the position of the place and drag in the direction in which the robot shall stand."), panel: true },
+  { id: "brush", label: "", hint: tr("Press and drag to draw on the map."), panel: true, stays: true, draws: true },
+  { id: "crop", label: "", hint: tr("Press a corner of what is to be kept and drag to the opposite one."), panel: true, stays: true, draws: true },
   { id: "corner", label: "", hint: tr("Press the corners of the zone one after the other."), panel: true, stays: true },
 ];
 const POINTS = new Set(["drop_box", "inspect_cell"]);                    // without a direction
 const SHORT = 12;                        // pixels: a drag shorter than this has no direction
 
+const round = (metres) => Math.round(1000 * metres) / 1000;
+
 export class Tools {
-  constructor(view, send, lookingAway, robot) {
-    Object.assign(this, { view, send, lookingAway, robot });
+  // `send(command)` is called for a press; `draw(tool, points)` during a drag of a tool that draws, with all its points.
+  constructor(view, send, lookingAway, robot, draw) {
+    Object.assign(this, { view, send, lookingAway, robot, draw });
     this.tool = TOOLS[0];
     this.pointers = new Map();
     this.drag = null;
@@ -82,7 +87,8 @@ export class Tools {
     this.view.canvas.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, this.view.at(event));
     const start = this.view.at(event), onFloor = this.view.metres(...start);
-    this.drag = this.pointers.size === 1 && this.tool.id !== "look" && onFloor ? { start, end: start } : null;
+    this.drag = this.pointers.size === 1 && this.tool.id !== "look" && onFloor ? { start, end: start, points: [onFloor] } : null;
+    this.drawOn();
     this.view.refresh();
   }
 
@@ -90,11 +96,23 @@ export class Tools {
     const before = this.pointers.get(event.pointerId);
     if (!before) return;
     const now = this.view.at(event);
-    if (this.drag) { if (this.view.metres(...now)) this.drag.end = now; }
+    if (this.drag) this.dragTo(now);
     else if (this.pointers.size === 2) this.pinch(event.pointerId, before, now);
     else if (!this.view.rest) { this.lookingAway(); this.view.pan(now[0] - before[0], now[1] - before[1]); }
     this.pointers.set(event.pointerId, now);
     this.view.refresh();
+  }
+
+  dragTo(now) {
+    const onFloor = this.view.metres(...now);
+    if (!onFloor) return;
+    this.drag.end = now;
+    this.drag.points.push(onFloor);
+    this.drawOn();
+  }
+
+  drawOn() {
+    if (this.drag && this.tool.draws) this.draw(this.tool.id, this.drag.points.map(({ x, y }) => [round(x), round(y)]));
   }
 
   pinch(id, before, now) {
@@ -109,6 +127,11 @@ export class Tools {
   up(event) {
     this.pointers.delete(event.pointerId);
     if (!this.drag) return;
+    if (this.tool.draws) {
+      this.draw(this.tool.id, null);
+      this.drag = null;
+      return;
+    }
     const { dragged, ...pose } = this.pose();
     const command = POINTS.has(this.tool.id) ? { x: pose.x, y: pose.y } : pose;
     this.send({ do: this.tool.id, ...command, ...(this.tool.panel ? { dragged } : {}) });

@@ -1,0 +1,95 @@
+"""Commands of the operator that change the map, its places and its zones."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from chefbot.ui.command_types import Angle, EditName, Id, Metre, Name, OperatorCommand
+
+
+class PutPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_place"):
+    """Add a place to the map, or change it; without a name it becomes the next one of its kind.
+
+    `moved`: whether a place that exists gets this pose; else only its label is changed.
+    """
+
+    x: Metre
+    y: Metre
+    yaw: Angle
+    name: EditName = ""
+    moved: bool = True
+    kind: Literal["table", "room", "kitchen", "charger", "pick_up"] = "table"
+    label: Annotated[str, msgspec.Meta(max_length=40, description="what people read; in any script")] = ""
+    id: Id = ""
+
+
+class PutZone(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_zone"):
+    """Add a zone to the map, or change it; without a name it becomes the next one of its kind.
+
+    `preview`: only report what it would do.
+    """
+
+    corners: Annotated[list[tuple[Metre, Metre]], msgspec.Meta(min_length=3, max_length=200)]
+    kind: Literal["keep_out", "slow", "preferred", "one_way"]
+    name: EditName = ""
+    speed: Annotated[float, msgspec.Meta(ge=0.1, le=10.0, description="limit of a slow zone, m/s")] = 0.15
+    direction: Angle = 0.0
+    preview: bool = False
+    id: Id = ""
+
+
+class DeletePlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="delete_place"):
+    """Remove a place from the map."""
+
+    name: Name
+    id: Id = ""
+
+
+class DeleteZone(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="delete_zone"):
+    """Remove a zone from the map."""
+
+    name: Name
+    id: Id = ""
+
+
+Stroke = Annotated[list[tuple[Metre, Metre]], msgspec.Meta(min_length=1, max_length=2000)]
+
+
+class DrawOnMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="draw_on_map"):
+    """Draw strokes of a brush on the map: walls, free floor, or unknown.
+
+    `preview`: only report what it would do.
+    """
+
+    strokes: Annotated[list[Stroke], msgspec.Meta(min_length=1, max_length=200)]
+    width: Annotated[float, msgspec.Meta(ge=0, le=5, description="of the brush, m")]
+    brush: Literal["wall", "free", "unknown"]
+    preview: bool = False
+    id: Id = ""
+
+
+class CropMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="crop_map"):
+    """Keep only the part of the map between two opposite corners; `preview` as in DrawOnMap."""
+
+    x: Metre
+    y: Metre
+    other_x: Metre
+    other_y: Metre
+    preview: bool = False
+    id: Id = ""
+
+
+class RotateMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="rotate_map"):
+    """Turn the map, its places and zones about the origin of its frame; `preview` as in DrawOnMap."""
+
+    angle: Angle
+    preview: bool = False
+    id: Id = ""
+
+
+class UndoMapEdit(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="undo_map_edit"):
+    """Take the last change of places or zones back."""
+
+    id: Id = ""

@@ -60,6 +60,7 @@ def test_every_command_round_trips_through_json() -> None:
         "nodes": ("/base",),
         "node": "/base",
         "on": True,
+        "replace": True,
         "strokes": [[(0.0, 0.0), (1.0, 0.5)]],
         "width": 0.1,
         "brush": "wall",

@@ -21,7 +21,7 @@ from chefbot.planning.params import PlannerParams
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Future, Task, wait_any
 from chefbot.runtime.node import In, Out, restored, topic
-from chefbot.safety.emergency_stop import pressed_since
+from chefbot.safety.emergency_stop import REFUSED, is_pressed, pressed_since
 
 CHECK_PERIOD = 2.0
 """Period at which the frontier is checked on the growing map while driving, s."""
@@ -34,14 +34,19 @@ class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     costmap: CostmapParams = CostmapParams()
     planner: PlannerParams = PlannerParams()
     go_home: Annotated[bool, Meta(description="whether to return to the start")] = True
+    autostart: Annotated[bool, Meta(description="whether to explore from the start, else on request")] = True
 
 
 class ExplorerNode(FrontierMapNode):
-    """Sends the navigator from frontier to frontier; `exploration_status` reports progress and skipped frontiers."""
+    """Sends the navigator from frontier to frontier; `exploration_status` reports progress and skipped frontiers.
+
+    true on `explore` begins an exploration, or continues one that was ended, on the map as it is; false ends it.
+    """
 
     live_params = ("go_home",)
     params: ExplorerNodeParams
     cancel: In[Empty]
+    explore: In[Bool]
     emergency_stop: In[Bool]
     restored_status: In[ExplorationStatus] = restored("exploration_status")
     restored_stop: In[EmergencyStopStatus] = restored("stop_status")
@@ -56,6 +61,16 @@ class ExplorerNode(FrontierMapNode):
         super().start()
         self._session = ExplorationSession()
         self._task: Task[None] = self.spawn(self._explore())
+
+    def on_explore(self, wanted: Bool) -> None:
+        """Begin or end an exploration on request of the operator."""
+        if not wanted.data:
+            self._task.cancel()
+        elif is_pressed(self.emergency_stop.last):
+            self._publish_status(True, NOTHING_DECIDED, REFUSED)
+        elif self._task.done:
+            self._session = ExplorationSession()
+            self._task = self.spawn(self._explore_once())
 
     def on_cancel(self, _: Empty) -> None:
         """Cancel the exploration on request of the operator."""
@@ -75,6 +90,12 @@ class ExplorerNode(FrontierMapNode):
         if restored is not None and pressed_since(self.restored_stop.last, restored.header.stamp.ns):
             self._publish_status(True, NOTHING_DECIDED, "Exploration ended: emergency stop.")
             return
+        if restored is None and not self.params.autostart:
+            self._publish_status(True, NOTHING_DECIDED, "Ready to explore.")
+            return
+        await self._explore_once()
+
+    async def _explore_once(self) -> None:
         try:
             await self._explore_all()
         except Cancelled:

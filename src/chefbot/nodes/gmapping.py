@@ -9,7 +9,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.std_msgs import Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.scans.scan_listener import ScanListenerNode
 from chefbot.runtime.node import In, Out, every, restored, topic
@@ -41,7 +41,8 @@ class GmappingNode(ScanListenerNode):
     """Publishes the map and the transform map -> odom; both frames initially coincide.
 
     So, as in ROS's slam_gmapping, the origin stays where the robot was switched on, however late the mapper starts.
-    After a restart it continues with the last published map, at the pose by odometry since.
+    After a restart it continues with the last published map, at the pose by odometry since. A message on `reset_map`
+    begins an empty map at the pose by odometry.
     """
 
     live_params = ("*.*_update", "*.clear_range", "*_noise*", "*.resample_threshold")
@@ -49,6 +50,7 @@ class GmappingNode(ScanListenerNode):
     params: GmappingNodeParams
     restored_map: In[OccupancyGrid] = restored("map")
     restored_tf: In[TFMessage] = restored("tf")
+    reset_map: In[Empty]
     map: Out[OccupancyGrid] = topic(latched=True)
     tf_out: Out[TFMessage] = topic("tf")
 
@@ -63,6 +65,10 @@ class GmappingNode(ScanListenerNode):
         self.params = params
         if self._slam is not None:
             self._slam.retune(self._settings())
+
+    def on_reset_map(self, _: Empty) -> None:
+        """Drop the map; the next scan begins another one."""
+        self._slam = self.restored_map.last = None
 
     def process_scan(self, scan: LaserScan, odom: SE2) -> None:
         """Update the particle filter and its map with a scan; publish map->odom."""

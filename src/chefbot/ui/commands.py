@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 import msgspec
 
@@ -25,9 +25,12 @@ from chefbot.ui.map_commands import CropMap as CropMap
 from chefbot.ui.map_commands import DeletePlace as DeletePlace
 from chefbot.ui.map_commands import DeleteZone as DeleteZone
 from chefbot.ui.map_commands import DrawOnMap as DrawOnMap
+from chefbot.ui.map_commands import Explore as Explore
 from chefbot.ui.map_commands import PutPlace as PutPlace
 from chefbot.ui.map_commands import PutZone as PutZone
+from chefbot.ui.map_commands import ResetMap as ResetMap
 from chefbot.ui.map_commands import RotateMap as RotateMap
+from chefbot.ui.map_commands import SaveMap as SaveMap
 from chefbot.ui.map_commands import UndoMapEdit as UndoMapEdit
 
 MAX_TEXT = 64_000
@@ -258,61 +261,16 @@ class Kidnap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="kidn
     yaw: Angle
 
 
-KINDS = (
-    *(
-        Goal,
-        InitialPose,
-        Deliver,
-        Loaded,
-        Taken,
-        NotTaken,
-        Choose,
-        ChangeQueue,
-        ShortestOrder,
-        GoPlace,
-        Patrol,
-        Follow,
-        Cancel,
-    ),
-    *(
-        PutPlace,
-        DeletePlace,
-        PutZone,
-        DeleteZone,
-        DrawOnMap,
-        CropMap,
-        RotateMap,
-        UndoMapEdit,
-        Inspect,
-        SetParameter,
-        InspectCell,
-    ),
-    *(
-        Stop,
-        Withdraw,
-        Resume,
-        MapSaved,
-        SaveIncident,
-        Record,
-        Playback,
-        Ping,
-        Show,
-        Received,
-        LeaveKiosk,
-        Drive,
-    ),
-    *(DropBox, OpenDoor, CloseDoor, Kidnap),
-)
-NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
-
 AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | ShortestOrder | GoPlace
     | Patrol | Follow | Cancel
     | PutPlace | DeletePlace | PutZone | DeleteZone | DrawOnMap | CropMap | RotateMap
-    | UndoMapEdit | Inspect | SetParameter | InspectCell
+    | UndoMapEdit | Explore | ResetMap | SaveMap | Inspect | SetParameter | InspectCell
     | Stop | Withdraw | Resume | MapSaved | SaveIncident | Record | Playback | Ping | Show | Received | LeaveKiosk
     | Drive | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip
+KINDS: tuple[type[OperatorCommand], ...] = get_args(AnyCommand)
+NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)
 _DECODER = msgspec.json.Decoder(AnyCommand)
 
 

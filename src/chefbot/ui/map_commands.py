@@ -89,6 +89,25 @@ class RotateMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="r
     id: Id = ""
 
 
+class Explore(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="explore"):
+    """While mapping: explore by itself, or end that."""
+
+    on: bool
+
+
+class ResetMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="reset_map"):
+    """While mapping: begin an empty map where the robot is."""
+
+
+class SaveMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="save_map"):
+    """Save the map under a name on the computer that serves the page; `replace` one of the same name."""
+
+    name: Annotated[
+        str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,40}$", description="letters, digits, _ and -")
+    ]
+    replace: bool = False
+
+
 class UndoMapEdit(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="undo_map_edit"):
     """Take the last change of places or zones back."""
 

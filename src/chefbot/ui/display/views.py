@@ -115,6 +115,16 @@ class CellView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     marks: tuple[tuple[str, float | None], ...] = ()
 
 
+class MappingView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Whether the robot explores, what the explorer does, and how the last request to save the map ended; `requests`
+    counts those that have ended."""
+
+    exploring: bool = False
+    description: str = ""
+    outcome: str = ""
+    requests: int = 0
+
+
 class PersonView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A tracked person in the map frame: number, position (m), velocity (m/s), standard deviation of the position
     (m), and whether it was seen just now."""

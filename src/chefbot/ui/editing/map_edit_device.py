@@ -12,14 +12,14 @@ from chefbot.msgs.geometry_msgs import Point
 from chefbot.runtime.node import In, Out
 from chefbot.ui import commands as do
 from chefbot.ui.display.message_conversion import zone_views
-from chefbot.ui.missions.model_device import ModelDevice
+from chefbot.ui.editing.mapping_device import MappingDevice
 
 BRUSHES = {"wall": OCCUPIED, "free": FREE, "unknown": UNKNOWN}
 """Values of the cells that a brush draws."""
 AnyEdit = do.PutPlace | do.DeletePlace | do.PutZone | do.DeleteZone | do.UndoMapEdit
 
 
-class MapEditDevice(ModelDevice):
+class MapEditDevice(MappingDevice):
     """Displays places and zones, and passes changes on to the map server, which reports what became of them."""
 
     places: In[Places]

@@ -26,7 +26,7 @@ import { whereSentence } from "./where.js";
 const STALE = 2000;                      // milliseconds without data before the page reports it
 const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
-const NEEDED = ["shape", "map", "robot", "goal", "labels", "places", "zones", "edit", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback", "cell"];
+const NEEDED = ["shape", "map", "robot", "goal", "labels", "places", "zones", "mapping", "edit", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback", "cell"];
 const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
 const OF_THE_ROBOT = new Set(["stop", "shape", ...SOLID_LAYERS]);        // the same after a restart
 const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
@@ -170,6 +170,7 @@ const HANDLERS = {
   labels: (value) => { setLabels(value ?? {}); mapEdit.labels = value ?? {}; panels.relabel(data.get("places") ?? []); mapEdit.showPlaces(data.get("places") ?? []); },
   places: (value) => { panels.places(value ?? []); mapEdit.showPlaces(value ?? []); },
   zones: (value) => mapEdit.showZones(value),
+  mapping: (value) => mapEdit.showMapping(value),
   edit: (value) => mapEdit.answer(value),
   graph: (value) => inspect.showGraph(value),
   values: (value) => inspect.showValues(value ?? []),

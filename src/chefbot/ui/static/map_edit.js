@@ -3,6 +3,7 @@ import { COLOURS } from "./colours.js";
 import { title, tr, translated } from "./language.js";
 import { arrow } from "./layers.js";
 import { MapDrawing } from "./map_drawing.js";
+import { Mapping } from "./mapping.js";
 
 const $ = (id) => document.getElementById(id);
 const PREVIEW_DELAY = 400;               // milliseconds without a change before the robot previews it
@@ -17,6 +18,8 @@ export class MapEdit {
     this.place = this.zone = null;       // what is being changed; a new one has no name
     this.sent = 0;
     this.saving = this.previewing = "";  // ids of requests whose answers are expected
+    this.shown = { zones: false, mapping: false };
+    this.mapping = new Mapping(send);
     this.drawing = new MapDrawing((command) => this.request(command), choose, changed, () => this.close());
     this.wire();
   }
@@ -44,11 +47,22 @@ export class MapEdit {
 
   // The map server publishes zones, perhaps none; without it, as while mapping, there is no map to change.
   showZones(list) {
-    $("edit-map").hidden = $("edit-tab").hidden = !list;
+    $("edit-box").hidden = !list;
+    this.shown.zones = Boolean(list);
+    this.offer();
     this.zones = list ?? [];
     const button = (zone) => this.item(title(zone.title), () => this.openZone({ ...zone, corners: zone.corners.map((corner) => [...corner]) }));
     $("zone-list").replaceChildren(...this.zones.map(button));
   }
+
+  showMapping(view) {
+    this.mapping.show(view);
+    this.shown.mapping = Boolean(view);
+    this.offer();
+  }
+
+  // Without a map server and without an explorer there is nothing to change.
+  offer() { $("edit-map").hidden = $("edit-tab").hidden = !this.shown.zones && !this.shown.mapping; }
 
   item(text, action) {
     const item = document.createElement("li"), button = document.createElement("button");

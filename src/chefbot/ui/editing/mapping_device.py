@@ -1,0 +1,86 @@
+"""Base of the web UI's device: mapping from the page, by exploration or by hand, and maps that are saved."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import msgspec
+
+from chefbot.devices.stop_memory import state_folder
+from chefbot.maths.grid import Grid
+from chefbot.msgs.chefbot_msgs import ExplorationStatus
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import Bool, Empty
+from chefbot.runtime.node import In, Out
+from chefbot.storage.atomic_files import StorageError
+from chefbot.storage.map_files import save_map
+from chefbot.ui import commands as do
+from chefbot.ui.display.views import MappingView
+from chefbot.ui.missions.model_device import ModelDevice
+
+NO_MAP = "There is no map yet; drive the robot around, or let it explore"
+
+
+def maps_folder() -> Path:
+    """Return the folder of the maps that were saved on the page."""
+    return state_folder() / "maps"
+
+
+class MappingDevice(ModelDevice):
+    """Passes the operator's orders on to explorer and mapper, and saves maps."""
+
+    exploration_status: In[ExplorationStatus]
+    explore: Out[Bool]
+    reset_map: Out[Empty]
+
+    def start(self) -> None:
+        """Start without a mapping view, until the explorer publishes its status."""
+        super().start()
+        self._mapping = MappingView()
+        self._disk = ThreadPoolExecutor(1, "maps")
+
+    def stop(self) -> None:
+        """Finish the maps that are being saved."""
+        self._disk.shutdown()
+        super().stop()
+
+    def on_exploration_status(self, status: ExplorationStatus) -> None:
+        """Display what the explorer does."""
+        self._show_mapping(exploring=not status.done, description=status.description)
+
+    def _execute_mapping(
+        self, command: do.Explore | do.ResetMap | do.SaveMap, newest: OccupancyGrid | None
+    ) -> None:
+        match command:
+            case do.Explore(on):
+                self.explore.publish(Bool(on))
+            case do.ResetMap():
+                self.reset_map.publish(Empty())
+            case do.SaveMap(name, replace):
+                self._disk.submit(self._save, name, newest, replace)
+
+    def _save(self, name: str, newest: OccupancyGrid | None, replace: bool) -> None:
+        """Save a map, in the thread."""
+        outcome = NO_MAP if newest is None else saved_map(name, newest.grid, replace=replace)
+        self.post(lambda: self._end_save(f"{outcome}."))
+
+    def _end_save(self, outcome: str) -> None:
+        self._show_mapping(outcome=outcome, requests=self._mapping.requests + 1)
+
+    def _show_mapping(self, **changes: object) -> None:
+        self._mapping = msgspec.structs.replace(self._mapping, **changes)
+        self._server.set_layer("mapping", self._mapping)
+
+
+def saved_map(name: str, grid: Grid, *, replace: bool) -> str:
+    """Save a map under a name, and return how that ended, as a sentence without a full stop."""
+    path = maps_folder() / f"{name}.yaml"
+    if path.exists() and not replace:
+        return f"There is a map called {name} already"
+    try:
+        maps_folder().mkdir(parents=True, exist_ok=True)
+        save_map(path, grid)
+    except (StorageError, OSError) as error:
+        return f"The map was not saved: {error}"
+    return f"Saved. To use it: chefbot launch waiter map_file:={path}"

@@ -1,0 +1,92 @@
+"""The web UI's device passes orders on to explorer and mapper, and saves maps under a name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.support.nodes import NodeRunner
+from tests.support.waiting import wait_for
+from tests.ui.test_map_edit_device import Shown
+
+from chefbot.maths.grid import Grid
+from chefbot.msgs.chefbot_msgs import ExplorationStatus
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import Header
+from chefbot.runtime.node import NoParams
+from chefbot.storage.map_files import load_map
+from chefbot.ui import commands as do
+from chefbot.ui.display.views import MappingView
+from chefbot.ui.editing.mapping_device import NO_MAP, MappingDevice, maps_folder
+
+MAP = OccupancyGrid.of(Header.of(0, "map"), Grid(np.full((20, 30), 100, np.int8), 0.05, 0.0, 0.0))
+
+
+class Surveyor(MappingDevice):
+    """The base class alone, with a server that only keeps its layers."""
+
+    params: NoParams
+
+    def start(self) -> None:
+        super().start()
+        self._server = Shown()  # type: ignore[assignment]
+
+
+@pytest.fixture
+def nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeRunner]:
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
+    runner = NodeRunner({"page": f"{__name__}:Surveyor"}, {})
+    yield runner
+    runner.system.stop()
+
+
+def device(nodes: NodeRunner) -> Any:
+    return nodes.system.nodes["page"]
+
+
+def outcome(
+    nodes: NodeRunner, name: str, newest: OccupancyGrid | None = MAP, *, replace: bool = False
+) -> str:
+    """Save a map and return what the page then shows."""
+    before = device(nodes)._mapping.requests
+    device(nodes)._execute_mapping(do.SaveMap(name, replace), newest)
+
+    def ended() -> bool:
+        nodes.run(0.1)
+        return bool(device(nodes)._mapping.requests > before)
+
+    wait_for(ended)
+    return str(device(nodes)._server.layers["mapping"].outcome)
+
+
+def test_a_map_is_saved_under_its_name(nodes: NodeRunner) -> None:
+    path = maps_folder() / "ground_floor.yaml"
+    assert outcome(nodes, "ground_floor") == f"Saved. To use it: chefbot launch waiter map_file:={path}."
+    assert np.array_equal(load_map(path).cells, MAP.grid.cells)
+
+
+def test_a_map_is_replaced_only_on_request(nodes: NodeRunner) -> None:
+    outcome(nodes, "hall")
+    other = OccupancyGrid.of(Header.of(0, "map"), Grid(np.zeros((20, 30), np.int8), 0.05, 0.0, 0.0))
+    assert outcome(nodes, "hall", other) == "There is a map called hall already."
+    assert (load_map(maps_folder() / "hall.yaml").cells == 100).all()
+    outcome(nodes, "hall", other, replace=True)
+    assert (load_map(maps_folder() / "hall.yaml").cells == 0).all()
+
+
+def test_what_cannot_be_saved_has_a_sentence(nodes: NodeRunner) -> None:
+    assert outcome(nodes, "hall", None) == f"{NO_MAP}."
+    maps_folder().write_text("a file")
+    assert outcome(nodes, "hall").startswith("The map was not saved: ")
+
+
+def test_orders_and_the_status_are_passed_on(nodes: NodeRunner) -> None:
+    device(nodes)._execute_mapping(do.Explore(True), None)
+    device(nodes)._execute_mapping(do.ResetMap(), None)
+    nodes.loop.publish("exploration_status", ExplorationStatus(Header(), False, 2, "Exploring."), "explorer")
+    nodes.run(0.1)
+    assert nodes.messages("explore")[-1].data is True and len(nodes.messages("reset_map")) == 1
+    assert device(nodes)._server.layers["mapping"] == MappingView(exploring=True, description="Exploring.")

@@ -1,0 +1,68 @@
+"""Tests that mapping is begun, dropped and saved on the page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from tests.support.web_ui import show_a_room
+from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
+from tests.ui.test_map_edit import UP, text_of
+
+from chefbot.ui.commands import Explore, OperatorCommand, ResetMap, SaveMap
+from chefbot.ui.display.views import MappingView
+
+
+def next_of(page: Any, kind: type[OperatorCommand]) -> Any:
+    while not isinstance(command := page.next_command(), kind):
+        pass
+    return command
+
+
+def clicked(name: str) -> str:
+    return f"document.getElementById('{name}').click()"
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_mapping_is_offered_only_with_an_explorer(page: Any) -> None:
+    show_a_room(page.server)
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for(f"{UP} && document.querySelectorAll('#tables button').length === 2")
+        assert tab.evaluate("document.getElementById('edit-tab').hidden")
+        page.server.set_layer("mapping", MappingView(description="Ready to explore."))
+        tab.wait_for("!document.getElementById('edit-tab').hidden")
+        assert not tab.evaluate("document.getElementById('edit-box').checkVisibility()")
+        assert tab.evaluate(text_of("exploration")) == "Ready to explore."
+        tab.evaluate(clicked("explore"))
+        assert next_of(page, Explore) == Explore(True)
+        page.server.set_layer("mapping", MappingView(exploring=True, description="Exploring."))
+        tab.wait_for(f"{text_of('explore')} === 'End the exploration'")
+        tab.evaluate(clicked("explore"))
+        assert next_of(page, Explore) == Explore(False)
+        tab.evaluate(clicked("reset-map"))
+        tab.evaluate(clicked("reset-map-sure"))
+        assert next_of(page, ResetMap) == ResetMap()
+        assert tab.evaluate("document.getElementById('reset-map-sure').hidden") and tab.errors() == []
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_a_map_of_the_same_name_is_replaced_by_a_second_press(page: Any) -> None:
+    show_a_room(page.server)
+    page.server.set_layer("mapping", MappingView())
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for(f"{UP} && !document.getElementById('mapping-box').hidden")
+        for name, sent in (("Ground floor", False), ("ground_floor", True)):
+            tab.evaluate(f"document.getElementById('map-name').value = '{name}'")
+            assert tab.evaluate("document.getElementById('save-map-form').checkValidity()") == sent
+        tab.evaluate("document.getElementById('save-map-form').requestSubmit()")
+        assert next_of(page, SaveMap) == SaveMap("ground_floor")
+        known = MappingView(outcome="There is a map called ground_floor already.", requests=1)
+        page.server.set_layer("mapping", known)
+        tab.wait_for("!document.getElementById('replace-map').hidden")
+        tab.evaluate(clicked("replace-map"))
+        assert next_of(page, SaveMap) == SaveMap("ground_floor", replace=True)
+        page.server.set_layer("mapping", MappingView(outcome="Saved. To use it: x.", requests=2))
+        tab.wait_for(f"{text_of('mapping-note')}.startsWith('Saved.')")
+        assert tab.evaluate("document.getElementById('replace-map').hidden")

@@ -11,7 +11,7 @@ import typer
 from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import PAGE, WEB_UI
 
-map_app = new_group("Maps: save (map_saver), build from a log (SLAM), compare.")
+map_app = new_group("Maps: save (map_saver), build from a log (SLAM), compare, export zones.")
 
 
 class Algorithm(StrEnum):
@@ -63,3 +63,15 @@ def compare(
     from chefbot.cli.map.compare import compare_maps
 
     compare_maps(file, truth)
+
+
+@map_app.command("zones")
+def zones(
+    file: Annotated[Path, typer.Argument(help="a map with NAME.zones.yaml beside it, NAME.yaml")],
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/zones"),
+    robot: Annotated[str, typer.Option(help="serial number of the robot in the zone set")] = "chefbot",
+) -> None:
+    """Write the zones of a map as filter masks of Nav2 and as a zone set of VDA 5050."""
+    from chefbot.cli.map.zones import export_zones
+
+    export_zones(file, out, robot)

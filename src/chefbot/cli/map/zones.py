@@ -1,0 +1,39 @@
+"""`chefbot map zones`: the zones of a map for other systems, as Nav2's filter masks and as a zone set of VDA 5050."""
+
+from __future__ import annotations
+
+import datetime
+from pathlib import Path
+
+import msgspec
+from rich.console import Console
+
+from chefbot.cli.plural import number_of
+from chefbot.errors import UserError
+from chefbot.msgs.chefbot_places import MapZones
+from chefbot.storage.atomic_files import make_folder, write_atomic
+from chefbot.storage.map_files import load_map, save_map
+from chefbot.storage.zones import load_zones, zones_path
+from chefbot.zones.filter_masks import keep_out_mask, speed_mask
+from chefbot.zones.vda5050 import zone_set_message
+
+console = Console(highlight=False, soft_wrap=True, markup=False)
+
+
+def export_zones(file: Path, out: Path, robot: str) -> None:
+    """Write the zones beside a map to a folder. Raises UserError if there are none, or a file is invalid."""
+    path = zones_path(file)
+    if not path.is_file():
+        raise UserError(f"there is no zones file {path}; draw zones in the web UI, or see docs/zones.md")
+    grid = load_map(file)
+    zones = MapZones(zones=load_zones(path, grid).zones)
+    make_folder(out)
+    for name, mask in (("keepout_mask", keep_out_mask(zones, grid)), ("speed_mask", speed_mask(zones, grid))):
+        written = save_map(out / name, mask.grid, "raw")
+        console.print(f"saved {written}: mask of Nav2, type {mask.type}, multiplier {mask.multiplier:g}")
+    now = datetime.datetime.now(datetime.UTC)
+    stamp = now.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    message = zone_set_message(zones.zones, file.stem, robot, stamp)
+    target = out / "zoneSet.json"
+    write_atomic(target, msgspec.json.format(msgspec.json.encode(message), indent=2) + b"\n")
+    console.print(f"saved {target}: {number_of(len(zones.zones), 'zone')} of VDA 5050")

@@ -13,11 +13,13 @@ from tests.support.waiting import wait_for
 from tests.ui.test_map_edit_device import Shown
 
 from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import NoParams
 from chefbot.storage.map_files import load_map
+from chefbot.storage.places import load_entries, places_path
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import MappingView
 from chefbot.ui.editing.mapping_device import NO_MAP, MappingDevice, maps_folder
@@ -52,7 +54,7 @@ def outcome(
 ) -> str:
     """Save a map and return what the page then shows."""
     before = device(nodes)._mapping.requests
-    device(nodes)._execute_mapping(do.SaveMap(name, replace), newest)
+    device(nodes)._execute_mapping(do.SaveMap(name, replace), newest, {"bar": SE2(0.5, 0.5, 0.0)})
 
     def ended() -> bool:
         nodes.run(0.1)
@@ -64,8 +66,9 @@ def outcome(
 
 def test_a_map_is_saved_under_its_name(nodes: NodeRunner) -> None:
     path = maps_folder() / "ground_floor.yaml"
-    assert outcome(nodes, "ground_floor") == f"Saved. To use it: chefbot launch waiter map_file:={path}."
+    assert outcome(nodes, "ground_floor") == f"Saved. To use it: chefbot launch waiter map_file:={path}"
     assert np.array_equal(load_map(path).cells, MAP.grid.cells)
+    assert list(load_entries(places_path(path))) == ["bar"]
 
 
 def test_a_map_is_replaced_only_on_request(nodes: NodeRunner) -> None:
@@ -78,14 +81,14 @@ def test_a_map_is_replaced_only_on_request(nodes: NodeRunner) -> None:
 
 
 def test_what_cannot_be_saved_has_a_sentence(nodes: NodeRunner) -> None:
-    assert outcome(nodes, "hall", None) == f"{NO_MAP}."
+    assert outcome(nodes, "hall", None) == NO_MAP
     maps_folder().write_text("a file")
     assert outcome(nodes, "hall").startswith("The map was not saved: ")
 
 
 def test_orders_and_the_status_are_passed_on(nodes: NodeRunner) -> None:
-    device(nodes)._execute_mapping(do.Explore(True), None)
-    device(nodes)._execute_mapping(do.ResetMap(), None)
+    device(nodes)._execute_mapping(do.Explore(True), None, {})
+    device(nodes)._execute_mapping(do.ResetMap(), None, {})
     nodes.loop.publish("exploration_status", ExplorationStatus(Header(), False, 2, "Exploring."), "explorer")
     nodes.run(0.1)
     assert nodes.messages("explore")[-1].data is True and len(nodes.messages("reset_map")) == 1

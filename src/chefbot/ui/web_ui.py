@@ -379,7 +379,7 @@ class WebUiDevice(NavigationDevice):
             case do.DrawOnMap() | do.CropMap() | do.RotateMap():
                 self._execute_map_change(command)
             case do.Explore() | do.ResetMap() | do.SaveMap():
-                self._execute_mapping(command, self.map.last)
+                self._execute_mapping(command, self.map.last, self._places)
 
     def _publish_goal(self, pose: SE2, name: str, when: str) -> None:
         if is_errand(when, self._round):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -9,17 +10,19 @@ import msgspec
 
 from chefbot.devices.stop_memory import state_folder
 from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Bool, Empty
 from chefbot.runtime.node import In, Out
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.map_files import save_map
+from chefbot.storage.places import places_path, save_places
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import MappingView
 from chefbot.ui.missions.model_device import ModelDevice
 
-NO_MAP = "There is no map yet; drive the robot around, or let it explore"
+NO_MAP = "There is no map yet; drive the robot around, or let it explore."
 
 
 def maps_folder() -> Path:
@@ -50,7 +53,10 @@ class MappingDevice(ModelDevice):
         self._show_mapping(exploring=not status.done, description=status.description)
 
     def _execute_mapping(
-        self, command: do.Explore | do.ResetMap | do.SaveMap, newest: OccupancyGrid | None
+        self,
+        command: do.Explore | do.ResetMap | do.SaveMap,
+        newest: OccupancyGrid | None,
+        places: Mapping[str, SE2],
     ) -> None:
         match command:
             case do.Explore(on):
@@ -58,12 +64,14 @@ class MappingDevice(ModelDevice):
             case do.ResetMap():
                 self.reset_map.publish(Empty())
             case do.SaveMap(name, replace):
-                self._disk.submit(self._save, name, newest, replace)
+                self._disk.submit(self._save, name, newest, dict(places), replace)
 
-    def _save(self, name: str, newest: OccupancyGrid | None, replace: bool) -> None:
+    def _save(
+        self, name: str, newest: OccupancyGrid | None, places: Mapping[str, SE2], replace: bool
+    ) -> None:
         """Save a map, in the thread."""
-        outcome = NO_MAP if newest is None else saved_map(name, newest.grid, replace=replace)
-        self.post(lambda: self._end_save(f"{outcome}."))
+        outcome = NO_MAP if newest is None else saved_map(name, newest.grid, places, replace=replace)
+        self.post(lambda: self._end_save(outcome))
 
     def _end_save(self, outcome: str) -> None:
         self._show_mapping(outcome=outcome, requests=self._mapping.requests + 1)
@@ -73,14 +81,16 @@ class MappingDevice(ModelDevice):
         self._server.set_layer("mapping", self._mapping)
 
 
-def saved_map(name: str, grid: Grid, *, replace: bool) -> str:
-    """Save a map under a name, and return how that ended, as a sentence without a full stop."""
+def saved_map(name: str, grid: Grid, places: Mapping[str, SE2], *, replace: bool) -> str:
+    """Save a map under a name, with its places if there is no such file, and return how that ended."""
     path = maps_folder() / f"{name}.yaml"
     if path.exists() and not replace:
-        return f"There is a map called {name} already"
+        return f"There is a map called {name} already."
     try:
         maps_folder().mkdir(parents=True, exist_ok=True)
         save_map(path, grid)
+        if places and not places_path(path).exists():  # a person may have edited it
+            save_places(places_path(path), places)
     except (StorageError, OSError) as error:
-        return f"The map was not saved: {error}"
+        return f"The map was not saved: {error}."
     return f"Saved. To use it: chefbot launch waiter map_file:={path}"

@@ -12,7 +12,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from chefbot.errors import UserError
-from chefbot.ui.commands import KINDS, NAMES, Deliver, Drive, Goal, OperatorCommand, PutZone, parse_command
+from chefbot.ui.command_types import OperatorCommand
+from chefbot.ui.commands import KINDS, NAMES, Deliver, Drive, Goal, PutZone, parse_command
 
 json_values = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=8) | st.sampled_from(NAMES),

@@ -77,6 +77,7 @@ def test_a_watched_topic_shows_its_values_and_curves(tab: Tab, page: Any) -> Non
         command = page.next_command()
     page.server.set_layer("values", (TopicValue("/odom", 50.0, 36000.0, 3, 1.0, ODOMETRY),))
     tab.wait_for("document.querySelector('.watched small').textContent.includes('50.0 Hz, 36.0 kB/s')")
+    assert tab.evaluate("document.querySelector('.watched p').textContent") == "/base → /slam"
     tab.evaluate("document.querySelectorAll('.watched button:not(.close)')[0].click()")
     for second in range(2, 6):
         value = {"pose": {"x": 1.5 + second, "y": -2.0}, "frame": "odom"}

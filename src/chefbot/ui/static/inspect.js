@@ -72,7 +72,7 @@ export class Inspect {
     button.onclick = () => this.toggle(name);
     kind.textContent = ` ${types.join(", ")}`;
     button.append(kind);
-    button.title = `${publishers.join(", ")} → ${subscriptions.join(", ")}`;
+    button.title = ends({ publishers, subscriptions });
     item.append(button);
     return item;
   }
@@ -96,7 +96,7 @@ export class Inspect {
       if (!this.panels.has(name)) this.panels.set(name, new WatchedTopic(name, () => this.toggle(name), (path) => this.toggleCurve(name, path)));
       const value = byName.get(name);
       if (!value) continue;
-      this.panels.get(name).show(value);
+      this.panels.get(name).show(value, this.graph?.topics.find((topic) => topic.name === name));
       this.curves.add(value);
     }
     const boxes = this.watched.map((name) => this.panels.get(name).box);
@@ -133,10 +133,14 @@ class WatchedTopic {
     button.setAttribute("aria-label", tr("Do not watch {name}", { name }));
     button.onclick = close;
     this.rate.textContent = ` ${tr("waits for a message")}`;
-    this.box.append(button, name, this.rate, this.problem);
+    this.ends = document.createElement("p");
+    this.ends.className = "quiet";
+    this.box.append(button, name, this.rate, this.ends, this.problem);
   }
 
-  show({ hz, bytes_per_second: bytes, messages, problem, value }) {
+  // `topic` is what the graph has of it, with the nodes at both ends.
+  show({ hz, bytes_per_second: bytes, messages, problem, value }, topic) {
+    this.ends.textContent = topic ? ends(topic) : "";
     if (messages) this.rate.textContent = ` ${hz.toFixed(1)} Hz, ${(bytes / 1000).toFixed(1)} kB/s`;
     this.problem.textContent = translated(problem);
     if (value === null) return;
@@ -174,4 +178,5 @@ class WatchedTopic {
   }
 }
 
+const ends = ({ publishers, subscriptions }) => `${publishers.join(", ")} → ${subscriptions.join(", ")}`;
 const shown = (value) => (typeof value === "number" && !Number.isInteger(value) ? value.toPrecision(6) : String(value));

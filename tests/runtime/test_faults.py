@@ -10,13 +10,13 @@ import pytest
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result
-from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray
+from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray
 from chefbot.msgs.geometry_msgs import TransformStamped, Twist
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import SERVER_EXCEPTION, action_client, action_server
-from chefbot.runtime.callback_faults import FAULT_WINDOW_NS, Fault
+from chefbot.runtime.callback_faults import FAULT_WINDOW_NS, Fault, status_of
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
@@ -189,3 +189,10 @@ def test_a_failing_device_ends_the_run(isolated: tuple[NodeContainer, list[Fault
     system.launch(launch_of(Quitter))
     with pytest.raises(UserError, match="the device is gone"):
         system.loop.run(until_ns=1_000 * MS)
+
+
+def test_the_status_names_the_most_frequent_fault() -> None:
+    status = status_of({"slam <- scan: TypeError: a": 2, "base <- odom: KeyError: b": 5})
+    assert status.message == "7 callbacks of nodes failed, most often base <- odom: KeyError: b"
+    assert [value.value for value in status.values] == ["2", "5"] and status.level == ERROR
+    assert status_of({}).message == "0 callbacks of nodes failed" and status_of({}).level == OK

@@ -116,7 +116,9 @@ def status_of(counts: Mapping[str, int]) -> DiagnosticStatus:
     """Return the /diagnostics status with the total and the number of faults by sentence."""
     total = sum(counts.values())
     values = tuple(KeyValue(sentence, str(count)) for sentence, count in counts.items())
-    return DiagnosticStatus(ERROR if total else OK, STATUS, f"{total} callbacks of nodes failed", "", values)
+    most_often = max(counts, key=lambda sentence: counts[sentence], default="")
+    text = f"{total} callbacks of nodes failed{f', most often {most_often}' if most_often else ''}"
+    return DiagnosticStatus(ERROR if total else OK, STATUS, text, "", values)
 
 
 def first_fault_sentence(message: DiagnosticArray) -> str:

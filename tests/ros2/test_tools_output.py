@@ -156,11 +156,12 @@ def test_a_service_without_a_server_is_one_sentence(monkeypatch: pytest.MonkeyPa
     def call(*_: Any) -> None:
         raise NoTimeLeftError
 
-    client = SimpleNamespace(server_is_ready=True, call=call)
-    where: Any = SimpleNamespace(client=lambda *_: client)
+    client, destroyed = SimpleNamespace(server_is_ready=True, call=call), list[Any]()
+    where: Any = SimpleNamespace(client=lambda *_: client, destroy=destroyed.append)
     kind: Any = None
     with pytest.raises(ToolError, match="gave no answer in 2 s"):
         service.call(where, "/x", kind, String(), 2.0)
+    assert destroyed == [client]
 
 
 def test_published_values_are_checked_and_complete() -> None:

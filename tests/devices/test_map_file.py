@@ -145,7 +145,10 @@ def test_a_preview_names_what_a_wall_cuts_off(path: Path) -> None:
     result = result_of(runner, MapEdit("b", strokes=(wall,), preview=True))
     assert (result.applied, result.description) == (False, "No way from the robot to: bar.")
     trapped = MapStroke((Point(2.0, 3.0, 0.0),), 0.3, 100)
-    assert "stands in a wall" in result_of(runner, MapEdit("c", strokes=(trapped,), preview=True)).description
+    assert (
+        "stands in a wall then"
+        in result_of(runner, MapEdit("c", strokes=(trapped,), preview=True)).description
+    )
     assert load_map(path).at(2.0, 2.5) == 0
 
 
@@ -199,3 +202,30 @@ def test_a_picture_changed_by_hand_is_the_one_that_is_drawn_on(path: Path) -> No
     save_map(path, grid)
     assert result_of(runner, MapEdit("a", strokes=(WALL,))).applied
     assert load_map(path).at(1.1, 1.1) == 100 and load_map(path).at(3.0, 1.0) == 100
+
+
+def test_a_preview_names_where_the_robot_no_longer_fits(path: Path) -> None:
+    runner = served(path)
+    localize(runner, SE2(4.0, 4.0, 0.0))
+    assert result_of(runner, MapEdit("a", places=(BAR,))).applied
+    beside = MapStroke((Point(2.1, 1.5, 0.0), Point(2.1, 2.5, 0.0)), 0.05, 100)
+    result = result_of(runner, MapEdit("b", strokes=(beside,), preview=True))
+    assert result.description == "Too near to a wall for the robot: bar."
+    through = MapStroke((Point(4.1, 3.5, 0.0), Point(4.1, 4.5, 0.0)), 0.05, 100)
+    assert "too near to one" in result_of(runner, MapEdit("c", strokes=(through,), preview=True)).description
+
+
+def test_the_picture_of_another_map_is_not_replaced(path: Path) -> None:
+    other = path.with_name("other.pgm")
+    other.write_bytes(path.with_suffix(".pgm").read_bytes())
+    path.with_suffix(".yaml").write_text(path.read_text().replace("room.pgm", "other.pgm"))
+    before = path.with_suffix(".pgm").read_bytes()
+    runner = served(path)
+    result = result_of(runner, MapEdit("a", strokes=(WALL,)))
+    assert (
+        not result.applied and "is the picture of another map" in result.description and result.undoable == 0
+    )
+    assert path.with_suffix(".pgm").read_bytes() == before and "other.pgm" in path.read_text()
+    path.with_suffix(".pgm").unlink()
+    assert result_of(runner, MapEdit("b", strokes=(WALL,))).applied
+    assert load_map(path).at(2.0, 1.0) == 100 and other.read_bytes() == before

@@ -5,6 +5,7 @@ from __future__ import annotations
 from tests.support.nodes import NodeRunner
 
 from chefbot.msgs.std_msgs import Bool
+from chefbot.nodes.explorer import READY
 from chefbot.safety.emergency_stop import REFUSED
 
 EXPLORER = {"explorer": "chefbot.nodes.explorer:ExplorerNode"}
@@ -31,7 +32,7 @@ def turns(runner: NodeRunner) -> int:
 def test_it_waits_for_an_order() -> None:
     runner = waiting_explorer()
     (status,) = runner.messages("exploration_status")
-    assert (status.done, status.description) == (True, "Ready to explore.") and turns(runner) == 0
+    assert (status.done, status.description) == (True, READY) and turns(runner) == 0
 
 
 def test_it_is_begun_ended_and_begun_again() -> None:
@@ -48,6 +49,6 @@ def test_the_emergency_stop_refuses_it() -> None:
     runner = waiting_explorer()
     order(runner, "emergency_stop", True)
     assert order(runner, "explore", True) == REFUSED and turns(runner) == 0
-    order(runner, "emergency_stop", False)
+    assert order(runner, "emergency_stop", False) == READY
     order(runner, "explore", True)
     assert turns(runner) == 1

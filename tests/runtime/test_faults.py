@@ -191,8 +191,8 @@ def test_a_failing_device_ends_the_run(isolated: tuple[NodeContainer, list[Fault
         system.loop.run(until_ns=1_000 * MS)
 
 
-def test_the_status_names_the_most_frequent_fault() -> None:
+def test_the_status_names_the_main_fault() -> None:
     status = status_of({"slam <- scan: TypeError: a": 2, "base <- odom: KeyError: b": 5})
-    assert status.message == "7 callbacks of nodes failed, most often base <- odom: KeyError: b"
+    assert status.message == "7 callbacks of nodes failed, mainly base <- odom: KeyError: b"
     assert [value.value for value in status.values] == ["2", "5"] and status.level == ERROR
     assert status_of({}).message == "0 callbacks of nodes failed" and status_of({}).level == OK

@@ -147,7 +147,7 @@ def test_parameters_are_set_by_slider_box_and_list(tab: Tab, page: Any) -> None:
         changed(tab, f"#parameter-list [type={kind}]", shown)
         sent = command_of(page, SetParameter)
         assert (sent.node, sent.value) == ("/base", value)
-    refused = "Node /base refuses speed: it is too fast here"
+    refused = "Node /base refuses it: it is too fast here"
     page.server.set_layer("parameters", (NodeParameters("/base", PARAMETERS, refused),))
     tab.wait_for(f"document.getElementById('parameter-note').textContent === '{refused}'")
     tab.wait_for("document.querySelector('#parameter-list [type=number]').value === '0.3'")

@@ -65,7 +65,7 @@ def test_a_crop_has_two_corners_and_a_refusal_is_shown(edited: Any) -> None:
         change = next_change(edited, CropMap, preview=False)
         assert (change.x, change.y, change.other_x) == (crop.x, crop.y, crop.other_x)
         edited.server.set_layer("edit", MapEditResult(change.id, description="bar lies outside the map"))
-        tab.wait_for(f"{text_of('drawing-effects')}.includes('outside the map')")
+        tab.wait_for(f"{text_of('drawing-effects')} === 'Not saved: bar lies outside the map'")
         assert not tab.evaluate("document.getElementById('drawing-form').hidden")
         tab.evaluate("document.getElementById('place-new').click()")
         assert tab.evaluate("document.getElementById('drawing-form').hidden")

@@ -96,7 +96,7 @@ def test_a_place_gets_a_label_in_any_script(edited: Any) -> None:
         assert (command.name, command.kind, command.label) == ("", "room", "غرفة ٣")
         assert command.yaw == pytest.approx(math.pi / 2, abs=0.1)
         edited.server.set_layer("edit", MapEditResult(command.id, description="غرفة ٣ lies in a wall"))
-        tab.wait_for(f"{text_of('edit-note')} === 'غرفة ٣ lies in a wall'")
+        tab.wait_for(f"{text_of('edit-note')} === 'Not saved: غرفة ٣ lies in a wall'")
         assert not tab.evaluate("document.getElementById('place-form').hidden"), (
             "nothing is lost on a refusal"
         )

@@ -16,13 +16,16 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.std_msgs import Header, String
+from chefbot.runtime.launch import Launch
+from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import NoParams
+from chefbot.runtime.node_container import LAUNCH_TOPIC
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_entries, places_path
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import MappingView
-from chefbot.ui.editing.mapping_device import NO_MAP, MappingDevice, maps_folder
+from chefbot.ui.editing.mapping_device import NO_MAP, MappingDevice, launch_arguments, maps_folder
 
 MAP = OccupancyGrid.of(Header.of(0, "map"), Grid(np.full((20, 30), 100, np.int8), 0.05, 0.0, 0.0))
 
@@ -69,6 +72,20 @@ def test_a_map_is_saved_under_its_name(nodes: NodeRunner) -> None:
     assert outcome(nodes, "ground_floor") == f"Saved. To use it: chefbot launch waiter map_file:={path}"
     assert np.array_equal(load_map(path).cells, MAP.grid.cells)
     assert list(load_entries(places_path(path))) == ["bar"]
+
+
+@pytest.mark.parametrize(
+    ("args", "text"),
+    [
+        ({"world": "room", "robot": "chefbot_lidar", "built": False}, "world:=room robot:=chefbot_lidar "),
+        ({"world": "room", "robot": "r7.yaml", "built": True}, "built:=true robot:=r7.yaml "),
+        ({}, ""),
+    ],
+)
+def test_the_command_is_for_the_same_robot_and_world(args: dict[str, Any], text: str) -> None:
+    launch = String(Launch(name="gmapping_demo", description="", args=args, nodes={}).to_json())
+    assert launch_arguments([Publication(LAUNCH_TOPIC, launch, "chefbot", True, 0, True)]) == text
+    assert launch_arguments([]) == ""
 
 
 def test_a_map_is_replaced_only_on_request(nodes: NodeRunner) -> None:

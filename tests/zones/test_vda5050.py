@@ -21,7 +21,7 @@ REQUIRED = {
     "BLOCKED": set(),
     "SPEED_LIMIT": {"maximumSpeed"},
     "PRIORITY": {"priorityFactor"},
-    "DIRECTED": {"direction", "limitation"},
+    "DIRECTED": {"direction", "directedLimitation"},
 }
 """The fields that the schema requires of a type, beside those of every zone."""
 
@@ -35,7 +35,7 @@ ZONES = (
     zone("stairs", KEEP_OUT, 0.5),
     zone("ramp", SLOW_ZONE, 2.0, speed=0.2),
     zone("aisle", PREFERRED, 3.5),
-    zone("lane", ONE_WAY, 5.0, direction=1.5707),
+    zone("lane", ONE_WAY, 5.0, direction=4.7124),
 )
 
 
@@ -46,7 +46,10 @@ def test_each_zone_has_the_fields_of_its_type() -> None:
         assert set(one) == {"zoneId", "zoneType", "zoneDescriptor", "vertices"} | REQUIRED[one["zoneType"]]
         assert len(one["vertices"]) == 4 and all(set(vertex) == {"x", "y"} for vertex in one["vertices"])
     assert made[1]["maximumSpeed"] == 0.2 and 0.0 <= made[2]["priorityFactor"] <= 1.0
-    assert made[3]["direction"] == pytest.approx(1.5707) and made[3]["limitation"] == "RESTRICTED"
+    assert (
+        made[3]["direction"] == pytest.approx(-1.5707, abs=1e-3)
+        and made[3]["directedLimitation"] == "RESTRICTED"
+    )
 
 
 def test_a_changed_zone_changes_the_id_of_the_set() -> None:

@@ -16,7 +16,7 @@ from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import PARAMETERS
 from chefbot.ros2.rmw.service import ServiceCall
 from chefbot.runtime.live_params import is_live
-from chefbot.runtime.param_values import ParameterInfo, flatten
+from chefbot.runtime.param_values import ParameterInfo, flatten, is_secret
 
 SIM_TIME = "use_sim_time"
 FLOAT_MAX = 1.7976931348623157e308
@@ -54,7 +54,8 @@ class ParameterServices:
             node.server(f"~/{name}", service, handler, PARAMETERS)
 
     def _all(self) -> dict[str, ParameterInfo]:
-        return {**flatten(self._read()), SIM_TIME: ParameterInfo(self._simulated, types.type_info(bool))}
+        shown = {name: info for name, info in flatten(self._read()).items() if not is_secret(info)}
+        return {**shown, SIM_TIME: ParameterInfo(self._simulated, types.type_info(bool))}
 
     def _list(self, call: ServiceCall[Any, Any]) -> None:
         prefixes, depth = call.request.prefixes, call.request.depth

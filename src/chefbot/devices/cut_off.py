@@ -9,6 +9,7 @@ import numpy as np
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
+from chefbot.maths.costs import INSCRIBED, LETHAL
 from chefbot.maths.grid import OCCUPIED, Grid
 from chefbot.maths.polygon import GridGeometry, cells_touched
 from chefbot.maths.se2 import SE2
@@ -39,6 +40,14 @@ def reachable(
     costs.set_static(_with_keep_out(grid, zones))
     routes = RouteLengths(costs.update())
     return {name for name, pose in places.items() if routes.has_way(start, pose)}
+
+
+def without_room(walls: Walls, robot: Robot, poses: Mapping[str, SE2]) -> set[str]:
+    """Return the poses at which the robot's inscribed circle touches a wall or a keep-out zone of the map."""
+    costs = LayeredCostmap(CostmapParams(), robot.footprint)
+    costs.set_static(_with_keep_out(walls.grid, walls.zones))
+    costmap = costs.update()
+    return {name for name, pose in poses.items() if INSCRIBED <= costmap.at(pose.x, pose.y) <= LETHAL}
 
 
 def _with_keep_out(grid: Grid, zones: Iterable[MapZone]) -> Grid:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from chefbot.devices.cut_off import Walls, cut_off
+from chefbot.devices.cut_off import Walls, cut_off, without_room
 from chefbot.devices.grid_edit import changes_grid, edited_grid, turned_entry, turned_zone
 from chefbot.errors import ChefbotError, UserError, name_hint
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
@@ -98,14 +98,20 @@ class MapEditor:
             if after.zones != before.zones:
                 save_zones(self._zones, after.zones)
             if files:
-                # other modes than trinary have more levels than three
-                mode = read_map_files(self._map).description.mode
-                save_map(self._map, after.grid, "trinary" if mode == "trinary" else "raw")
+                self._save_map(after.grid)
         except ChefbotError:
             self.versions.restore()
             raise
         self.grid = after.grid
         self.versions.seal()
+
+    def _save_map(self, grid: Grid) -> None:
+        """Write the map. Raises UserError if its picture would replace that of another map."""
+        about, picture = read_map_files(self._map).description, self._map.with_suffix(".pgm")
+        if picture.exists() and picture.resolve() != (self._map.parent / about.image).resolve():
+            raise UserError(f"{picture} is the picture of another map; rename it, or this map")
+        # other modes than trinary have more levels than three
+        save_map(self._map, grid, "trinary" if about.mode == "trinary" else "raw")
 
     def undo(self) -> float:
         """Take the last change back, and return by how much that turns the map, rad. Raises UserError without one."""
@@ -165,8 +171,8 @@ class MapEditor:
         found = check_zones(after.zones, after.grid, after.poses()).warnings
         sentences = [sentence for sentence in found if sentence not in known]
         if start is not None and (after.zones != before.zones or after.grid is not before.grid):
-            if after.grid.at(start.x, start.y) >= OCCUPIED_FROM:
-                return " ".join([*sentences, "The robot stands in a wall then."])
+            if self._new_without_room(before, after, {"robot": start}):
+                return " ".join([*sentences, "The robot stands in a wall then, or too near to one."])
             if traps := [
                 zone.title for zone in after.of_kind(KEEP_OUT) if contains(zone.array, start.x, start.y)
             ]:
@@ -177,7 +183,16 @@ class MapEditor:
             lost = cut_off(self._robot, start, after.poses(), *walls)
             outside = [name for name in lost if not any(f" {name} " in sentence for sentence in sentences)]
             sentences += [f"No way from the robot to: {', '.join(outside)}."] if outside else []
+            narrow = sorted(self._new_without_room(before, after, after.poses()) - set(outside))
+            sentences += [f"Too near to a wall for the robot: {', '.join(narrow)}."] if narrow else []
         return " ".join(sentences)
+
+    def _new_without_room(self, before: MapContent, after: MapContent, poses: Mapping[str, SE2]) -> set[str]:
+        """Return the poses at which a changed map leaves no room for the robot; zones leave it outside of them."""
+        if after.grid is before.grid:
+            return set()
+        changed = without_room(Walls(after.grid, ()), self._robot, poses)
+        return changed - without_room(Walls(before.grid, ()), self._robot, poses)
 
 
 def _free_name(name: str, taken: Collection[str]) -> str:

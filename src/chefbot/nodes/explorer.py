@@ -23,6 +23,7 @@ from chefbot.runtime.coroutines import Cancelled, Future, Task, wait_any
 from chefbot.runtime.node import In, Out, restored, topic
 from chefbot.safety.emergency_stop import REFUSED, is_pressed, pressed_since
 
+READY = "Ready to explore."
 CHECK_PERIOD = 2.0
 """Period at which the frontier is checked on the growing map while driving, s."""
 
@@ -59,7 +60,7 @@ class ExplorerNode(FrontierMapNode):
         import scipy.ndimage  # noqa: F401 (the import takes 0.1 s and more: now, not at the first decision)
 
         super().start()
-        self._session = ExplorationSession()
+        self._session, self._refused = ExplorationSession(), False
         self._task: Task[None] = self.spawn(self._explore())
 
     def on_explore(self, wanted: Bool) -> None:
@@ -67,6 +68,7 @@ class ExplorerNode(FrontierMapNode):
         if not wanted.data:
             self._task.cancel()
         elif is_pressed(self.emergency_stop.last):
+            self._refused = True
             self._publish_status(True, NOTHING_DECIDED, REFUSED)
         elif self._task.done:
             self._session = ExplorationSession()
@@ -80,6 +82,9 @@ class ExplorerNode(FrontierMapNode):
         """Cancel the exploration; it does not resume by itself after the release."""
         if pressed.data:
             self._task.cancel()
+        elif self._refused:
+            self._refused = False
+            self._publish_status(True, NOTHING_DECIDED, READY)
 
     async def _explore(self) -> None:
         await self.sleep(0.0)  # restored messages are delivered first
@@ -91,7 +96,7 @@ class ExplorerNode(FrontierMapNode):
             self._publish_status(True, NOTHING_DECIDED, "Exploration ended: emergency stop.")
             return
         if restored is None and not self.params.autostart:
-            self._publish_status(True, NOTHING_DECIDED, "Ready to explore.")
+            self._publish_status(True, NOTHING_DECIDED, READY)
             return
         await self._explore_once()
 

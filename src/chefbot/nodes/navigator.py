@@ -29,7 +29,7 @@ NO_ERROR = "The behavior tree failed without an error of an action."
 class NavigatorNode(TreeRunnerNode):
     """Serves navigate_to_pose; also accepts goals on the topic `goal_pose`, as RViz publishes them."""
 
-    live_params = ("*",)  # from the next plan or recovery on
+    live_params = ("replan_period", "recovery.*", "waiting.*")  # from the next plan or recovery on
     params: NavigatorParams
     goal_pose: In[PoseStamped]
     cancel: In[Empty]

@@ -116,8 +116,8 @@ def status_of(counts: Mapping[str, int]) -> DiagnosticStatus:
     """Return the /diagnostics status with the total and the number of faults by sentence."""
     total = sum(counts.values())
     values = tuple(KeyValue(sentence, str(count)) for sentence, count in counts.items())
-    most_often = max(counts, key=lambda sentence: counts[sentence], default="")
-    text = f"{total} callbacks of nodes failed{f', most often {most_often}' if most_often else ''}"
+    main = max(counts, key=lambda sentence: counts[sentence], default="")
+    text = f"{total} callbacks of nodes failed{f', mainly {main}' if main else ''}"
     return DiagnosticStatus(ERROR if total else OK, STATUS, text, "", values)
 
 

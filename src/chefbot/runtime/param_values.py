@@ -31,6 +31,12 @@ def flatten(params: msgspec.Struct, prefix: str = "") -> dict[str, ParameterInfo
     return flat
 
 
+def is_secret(parameter: ParameterInfo) -> bool:
+    """Return whether a parameter is not shown to others on the network, by `Meta(extra={"secret": True})`."""
+    kind = parameter.kind
+    return isinstance(kind, types.Metadata) and bool((kind.extra or {}).get("secret"))
+
+
 def with_values(params: msgspec.Struct, values: dict[str, Any]) -> dict[str, Any]:
     """Return the params as plain data with `values`, by dotted name, changed.
 

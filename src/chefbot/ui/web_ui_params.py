@@ -35,6 +35,7 @@ class WebUiParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Meta(
             pattern=r"^([0-9]{4,8})?$",
             description="digits that end the view #kiosk on the robot's screen; empty: none",
+            extra={"secret": True},
         ),
     ] = ""
     save_failures: Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from typing import Any
 
 from chefbot.msgs.chefbot_places import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone
@@ -52,5 +53,6 @@ def _fields(zone: MapZone) -> dict[str, Any]:
         return {"priorityFactor": PRIORITY_FACTOR}
     if zone.kind == ONE_WAY:
         # obstacles are avoided, but no path leads against the lane
-        return {"direction": round(zone.direction, 4), "limitation": "RESTRICTED"}
+        direction = math.remainder(zone.direction, math.tau)
+        return {"direction": round(direction, 4), "directedLimitation": "RESTRICTED"}
     return {}

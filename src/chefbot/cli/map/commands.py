@@ -11,7 +11,7 @@ import typer
 from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import PAGE, WEB_UI
 
-map_app = new_group("Maps: save (map_saver), build from a log (SLAM), compare, export zones.")
+map_app = new_group("Maps: save (map_saver), build from a log, compare; export zones.")
 
 
 class Algorithm(StrEnum):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import re
 from pathlib import Path
 
 import msgspec
@@ -17,6 +18,8 @@ from chefbot.storage.zones import load_zones, zones_path
 from chefbot.zones.filter_masks import keep_out_mask, speed_mask
 from chefbot.zones.vda5050 import zone_set_message
 
+SERIAL_NUMBER = re.compile(r"[A-Za-z0-9_.:-]+")
+"""Serial numbers of VDA 5050, which are a level of MQTT topics."""
 console = Console(highlight=False, soft_wrap=True, markup=False)
 
 
@@ -26,7 +29,12 @@ def export_zones(file: Path, out: Path, robot: str) -> None:
     if not path.is_file():
         raise UserError(f"there is no zones file {path}; draw zones in the web UI, or see docs/zones.md")
     grid = load_map(file)
-    zones = MapZones(zones=load_zones(path, grid).zones)
+    if not SERIAL_NUMBER.fullmatch(robot):
+        raise UserError(f"the serial number {robot!r} must consist of letters of English, digits and _ . : -")
+    loaded = load_zones(path, grid)
+    for warning in loaded.warnings:
+        console.print(warning)
+    zones = MapZones(zones=loaded.zones)
     make_folder(out)
     for name, mask in (("keepout_mask", keep_out_mask(zones, grid)), ("speed_mask", speed_mask(zones, grid))):
         written = save_map(out / name, mask.grid, "raw")

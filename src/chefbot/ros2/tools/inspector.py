@@ -62,8 +62,13 @@ class Inspector:
     def __init__(self, display: Display) -> None:
         self._display = display
         self._graph = Leases(1)
-        self._topics = Leases(MAX_TOPICS, f"At most {MAX_TOPICS} topics can be watched at once")
-        self._nodes = Leases(MAX_NODES, f"The parameters of at most {MAX_NODES} nodes can be shown at once")
+        self._topics = Leases(
+            MAX_TOPICS, f"At most {MAX_TOPICS} topics can be watched at once, by all pages together"
+        )
+        self._nodes = Leases(
+            MAX_NODES,
+            f"The parameters of at most {MAX_NODES} nodes can be shown at once, by all pages together",
+        )
         self._changes: queue.SimpleQueue[tuple[str, str, Any]] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None

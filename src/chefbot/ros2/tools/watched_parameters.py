@@ -61,8 +61,10 @@ class WatchedParameters:
                 self._views[owner] = NodeParameters(
                     owner, self._read(owner), outcome=self._outcomes.get(owner, "")
                 )
-            except ToolError as error:
-                self._views[owner] = NodeParameters(owner, problem=str(error))
+            except ToolError:
+                self._views[owner] = NodeParameters(
+                    owner, problem=f"Node {owner} does not answer; it may have ended"
+                )
 
     def _read(self, owner: str) -> tuple[ParameterView, ...]:
         names = parameter_names(self._node, owner)
@@ -81,9 +83,7 @@ class WatchedParameters:
             value = plain_to_parameter(get_parameter(self._node, owner, name).type, plain, name)
             result = set_parameter(self._node, owner, name, value)
             refused = (
-                ""
-                if result.successful
-                else f"Node {owner} refuses {name}: {result.reason or 'no reason given'}"
+                "" if result.successful else f"Node {owner} refuses it: {result.reason or 'no reason given'}"
             )
         except ToolError as error:
             refused = str(error)

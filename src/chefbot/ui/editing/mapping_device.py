@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -13,9 +13,12 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.std_msgs import Bool, Empty
+from chefbot.msgs.std_msgs import Bool, Empty, String
+from chefbot.runtime.launch import Launch
+from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import In, Out
-from chefbot.storage.atomic_files import StorageError
+from chefbot.runtime.node_container import LAUNCH_TOPIC
+from chefbot.storage.atomic_files import StorageError, make_folder
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui import commands as do
@@ -64,13 +67,21 @@ class MappingDevice(ModelDevice):
             case do.ResetMap():
                 self.reset_map.publish(Empty())
             case do.SaveMap(name, replace):
-                self._disk.submit(self._save, name, newest, dict(places), replace)
+                arguments = launch_arguments(self.context.loop.latched())
+                self._disk.submit(self._save, name, newest, dict(places), replace, arguments)
 
     def _save(
-        self, name: str, newest: OccupancyGrid | None, places: Mapping[str, SE2], replace: bool
+        self,
+        name: str,
+        newest: OccupancyGrid | None,
+        places: Mapping[str, SE2],
+        replace: bool,
+        arguments: str,
     ) -> None:
         """Save a map, in the thread."""
-        outcome = NO_MAP if newest is None else saved_map(name, newest.grid, places, replace=replace)
+        outcome = (
+            NO_MAP if newest is None else saved_map(name, newest.grid, places, arguments, replace=replace)
+        )
         self.post(lambda: self._end_save(outcome))
 
     def _end_save(self, outcome: str) -> None:
@@ -81,16 +92,33 @@ class MappingDevice(ModelDevice):
         self._server.set_layer("mapping", self._mapping)
 
 
-def saved_map(name: str, grid: Grid, places: Mapping[str, SE2], *, replace: bool) -> str:
-    """Save a map under a name, with its places if there is no such file, and return how that ended."""
+def launch_arguments(latched: Iterable[Publication]) -> str:
+    """Return the arguments of the present launch that another one on its map needs, with a space behind each."""
+    texts = [
+        one.message.data for one in latched if one.topic == LAUNCH_TOPIC and isinstance(one.message, String)
+    ]
+    args = Launch.from_json(texts[-1]).args if texts else {}
+    names = ("built", "robot") if args.get("built") else ("world", "robot")
+    return "".join(
+        f"{name}:={str(args[name]).lower() if name == 'built' else args[name]} "
+        for name in names
+        if name in args
+    )
+
+
+def saved_map(name: str, grid: Grid, places: Mapping[str, SE2], arguments: str, *, replace: bool) -> str:
+    """Save a map under a name, with its places if there is no such file, and return how that ended.
+
+    arguments: of the launch that uses the map.
+    """
     path = maps_folder() / f"{name}.yaml"
     if path.exists() and not replace:
         return f"There is a map called {name} already."
     try:
-        maps_folder().mkdir(parents=True, exist_ok=True)
+        make_folder(maps_folder())
         save_map(path, grid)
         if places and not places_path(path).exists():  # a person may have edited it
             save_places(places_path(path), places)
     except (StorageError, OSError) as error:
         return f"The map was not saved: {error}."
-    return f"Saved. To use it: chefbot launch waiter map_file:={path}"
+    return f"Saved. To use it: chefbot launch waiter {arguments}map_file:={path}"

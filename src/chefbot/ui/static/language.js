@@ -66,7 +66,7 @@ function matched(text, known, depth) {
 // A part of a sentence: a name, a list of names, another sentence or several.
 function part(text, depth) {
   if (depth < 0) return text;
-  const name = (one) => (/^\d+$/.test(one) ? one : matched(capital(one), namePatterns, 0));
+  const name = (one) => (/^\d+$/.test(one) ? one : matched(capital(one.replace(/_/g, " ")), namePatterns, 0));
   const whole = name(text) ?? sentence(text, depth);
   if (whole) return whole;
   if (/[.?!]\s/.test(text)) return translated(text, depth);

@@ -63,17 +63,18 @@ export class MapDrawing {
   // Show what is drawn, and have the robot preview it.
   show() {
     const command = this.command;
-    $("drawing-save").disabled = !command;
+    $("drawing-save").disabled = !command || !$("brush-width").checkValidity();
     $("stroke-back").disabled = !this.strokes.length;
     $("drawing-effects").textContent = "";
     clearTimeout(this.timer);
-    if (command) this.timer = setTimeout(() => { this.previewing = this.ask({ ...this.command, preview: true }); }, PREVIEW_DELAY);
+    if (command && $("brush-width").checkValidity()) this.timer = setTimeout(() => { this.previewing = this.ask({ ...this.command, preview: true }); }, PREVIEW_DELAY);
     this.changed();
   }
 
   save() {
     clearTimeout(this.timer);
     this.saving = this.ask(this.command);
+    $("edit-note").textContent = "";
     $("drawing-effects").textContent = tr("Saving …");
   }
 
@@ -83,7 +84,7 @@ export class MapDrawing {
     if (!id || id !== this.saving) return;
     if (applied) this.close();
     $("edit-note").textContent = applied ? `${tr("Saved.")} ${text}` : "";
-    if (!applied) $("drawing-effects").textContent = text;
+    $("drawing-effects").textContent = applied ? "" : tr("Not saved: {reason}", { reason: text });
   }
 
   refused(sentence) { if (this.open) $("drawing-effects").textContent = sentence; }

@@ -36,7 +36,7 @@ export class MapEdit {
     $("zone-delete").onclick = () => this.save({ do: "delete_zone", name: this.zone.name });
     $("zone-form").onsubmit = (event) => { event.preventDefault(); this.save(this.zoneCommand()); };
     for (const id of ["zone-kind", "zone-speed", "zone-direction"]) $(id).oninput = () => this.fieldsChanged();
-    $("undo-edit").onclick = () => this.save({ do: "undo_map_edit" });
+    $("undo-edit").onclick = () => { this.undoing = true; this.save({ do: "undo_map_edit" }); };
   }
 
   showPlaces(list) {
@@ -178,13 +178,16 @@ export class MapEdit {
     if (!result.id || result.id !== this.saving) return;
     this.saving = "";
     if (result.applied) this.close();
-    $("edit-note").textContent = result.applied ? `${tr("Saved.")} ${text}` : text;
+    const done = this.undoing ? tr("Taken back.") : tr("Saved.");
+    $("edit-note").textContent = result.applied ? `${done} ${text}` : tr("Not saved: {reason}", { reason: text });
+    this.undoing = false;
   }
 
   refused(sentence) {
     this.drawing.refused(sentence);
     if (this.saving) $("edit-note").textContent = sentence;
     this.saving = "";
+    this.undoing = false;
   }
 
   close() {

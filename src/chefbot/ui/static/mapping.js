@@ -10,10 +10,11 @@ export class Mapping {
     this.saved = "";                     // the name of the last request to save
     this.requests = null;                // number of requests that have ended; null before the first view
     $("explore").onclick = () => send({ do: "explore", on: !this.exploring });
-    $("reset-map").onclick = () => this.confirm("reset-map-sure");
+    $("reset-map").onclick = () => this.confirm($("reset-map-sure").hidden ? "reset-map-sure" : "");
     $("reset-map-sure").onclick = () => { send({ do: "reset_map" }); this.confirm(""); };
     $("save-map-form").onsubmit = (event) => { event.preventDefault(); this.save(false); };
     $("replace-map").onclick = () => this.save(true);
+    $("map-name").oninput = () => { this.confirm(""); $("mapping-note").textContent = ""; };
   }
 
   // What would lose a map needs a second press.

@@ -2,14 +2,15 @@
 import { tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
-const STEPS = 200;                       // of a slider, where the node names no step
+const STEPS = 50;                        // of a slider at least, where the node names no step: powers of ten
 
 export class Parameters {
   // `changed()` is called when another node is chosen.
   constructor(send, changed) {
     Object.assign(this, { send, changed });
     this.node = "";
-    this.shape = "";
+    this.shape = this.outcome = "";
+    this.offered = [];
     this.rows = new Map();               // by name: show(value), and the texts that the filter searches
     $("parameter-node").onchange = () => this.choose($("parameter-node").value);
     $("parameter-filter").oninput = () => this.filter();
@@ -17,6 +18,7 @@ export class Parameters {
 
   choose(node) {
     this.node = node;
+    this.offer(this.offered);
     this.shape = "";
     $("parameter-list").replaceChildren();
     $("parameter-note").textContent = node ? tr("waits for the node") : "";
@@ -25,20 +27,25 @@ export class Parameters {
 
   // The nodes that have parameters; one that has ended stays chosen, as it may start again.
   offer(nodes) {
+    this.offered = nodes;
     const all = [...new Set([...(this.node ? [this.node] : []), ...nodes])].sort();
     const box = $("parameter-node"), known = [...box.options].map((option) => option.value);
-    if (["", ...all].join() === known.join()) return;
-    box.replaceChildren(new Option(tr("Choose a node"), ""), ...all.map((name) => new Option(name, name)));
+    if (["", ...all].join() !== known.join()) box.replaceChildren(new Option(tr("Choose a node"), ""), ...all.map((name) => new Option(name, name)));
     box.value = this.node;
   }
 
   show(nodes) {
     const view = nodes.find(({ node }) => node === this.node);
     if (!view) return;
-    $("parameter-note").textContent = translated(view.problem || view.outcome);
+    $("parameter-list").classList.toggle("old", Boolean(view.problem));
+    if (view.problem || view.outcome !== this.outcome) $("parameter-note").textContent = translated(view.problem || view.outcome);
+    else if ($("parameter-note").textContent === tr("waits for the node")) $("parameter-note").textContent = "";
     const listed = [...view.parameters].sort((a, b) => a.read_only - b.read_only || a.name.localeCompare(b.name));
     const shape = JSON.stringify(listed.map(({ value, ...rest }) => rest));
     if (shape !== this.shape && !view.problem) this.build(listed, shape);
+    const answered = view.outcome !== this.outcome;          // a value that was refused does not stay
+    this.outcome = view.outcome;
+    if (answered && $("parameter-list").contains(document.activeElement)) document.activeElement.blur();
     for (const { name, value } of view.parameters) this.rows.get(name)?.show(value);
   }
 
@@ -83,12 +90,16 @@ function fixed() {
 function number(whole) {
   return ({ set, low, high, step }) => {
     const box = input("number"), bounded = low !== null && high !== null;
-    const apply = (element) => { if (element.value !== "" && element.checkValidity()) set(Number(element.value)); else element.reportValidity(); };
+    const apply = (element) => {
+      if (element.value !== "" && element.checkValidity()) { set(Number(element.value)); return; }
+      $("parameter-note").textContent = element.validationMessage;
+      element.reportValidity();
+    };
     Object.assign(box, { min: low ?? "", max: high ?? "", step: whole ? step || 1 : "any" });
     box.onchange = () => apply(box);
     if (!bounded) return { elements: [box], show: unless(box, (value) => { box.value = value; }) };
     const slider = input("range");
-    Object.assign(slider, { min: low, max: high, step: step || (whole ? 1 : (high - low) / STEPS) });
+    Object.assign(slider, { min: low, max: high, step: step || (whole ? 1 : 10 ** Math.floor(Math.log10((high - low) / STEPS))) });
     slider.tabIndex = -1;                // the number beside it is enough for the keyboard
     slider.setAttribute("aria-hidden", "true");
     slider.oninput = () => { box.value = slider.value; };

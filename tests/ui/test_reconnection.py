@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -37,12 +37,18 @@ def tab(page: Any, network: FaultyNetwork) -> Iterator[Tab]:
         yield opened
 
 
-def press_cancel_while(tab: Tab, network: FaultyNetwork, mode: str) -> None:
-    """Press Cancel on a link with a fault, and let the link recover once the page has noticed it."""
+def press_cancel_while(
+    tab: Tab, network: FaultyNetwork, mode: str, arrived: Callable[[], Any] = list
+) -> None:
+    """Press Cancel on a link with a fault, and let the link recover once the page has noticed it.
+
+    arrived: waits until the robot's computer has received the command, if it does.
+    """
     network.mode = mode
     tab.evaluate("document.getElementById('cancel').click()")
     tab.wait_for(OFFLINE)
     assert "before the robot confirmed" in tab.evaluate(NOTICE)
+    arrived()
     network.mode = "pass"
     tab.wait_for(f"!{OFFLINE}")
 
@@ -50,8 +56,9 @@ def press_cancel_while(tab: Tab, network: FaultyNetwork, mode: str) -> None:
 def test_a_command_that_arrived_is_not_reported_as_doubtful(
     page: Any, network: FaultyNetwork, tab: Tab
 ) -> None:
-    press_cancel_while(tab, network, "answers lost")
-    assert page.next_command() == Cancel()
+    commands: list[Any] = []
+    press_cancel_while(tab, network, "answers lost", lambda: commands.append(page.next_command()))
+    assert commands == [Cancel()]
     tab.wait_for(f"{NOTICE}.includes('had received the last command')")
     assert page.commands.empty() and tab.evaluate("window.page")
 

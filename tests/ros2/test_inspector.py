@@ -33,7 +33,7 @@ from chefbot.ros2.tools.inspection_views import (
 )
 from chefbot.ros2.tools.inspector import MAX_NODES, MAX_TOPICS, NO_GRAPH, Display, Inspector, Watch
 from chefbot.ros2.tools.watched_log import KEPT_LINES, MAX_LENGTH
-from chefbot.ros2.tools.watched_parameters import MAX_BOUND
+from chefbot.ros2.tools.watched_parameters import MAX_BOUND, ParameterChange
 from chefbot.ros2.tools.watched_topic import SHOWN_ELEMENTS
 
 Other = msgspec.defstruct(
@@ -172,7 +172,7 @@ def test_too_many_topics_are_refused(looking: Looking) -> None:
         looking.inspector.watch(Watch(("/one_more",)))
     looking.inspector.watch(Watch(nodes=tuple(f"/a{number}" for number in range(MAX_NODES))))
     with pytest.raises(ToolError, match="parameters of at most 4 nodes"):
-        looking.inspector.set_parameter("/one_more", "x", 1)
+        looking.inspector.set_parameter(ParameterChange("/one_more", "x", 1))
 
 
 def test_it_ends_when_nobody_looks(looking: Looking, base: RmwNode, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -244,7 +244,8 @@ def test_parameters_are_shown_with_their_bounds(looking: Looking, owner: list[Se
 def test_a_parameter_is_set_or_refused_with_a_reason(
     looking: Looking, owner: list[Settings], name: str, value: Any, outcome: str, speed: float
 ) -> None:
-    looking.inspector.set_parameter("/r/limits", name, value)
+    refusals: list[str] = []
+    looking.inspector.set_parameter(ParameterChange("/r/limits", name, value, refusals.append))
 
     def ended() -> bool:
         return outcome in looking.parameters.get("/r/limits", NodeParameters("")).outcome
@@ -252,6 +253,7 @@ def test_a_parameter_is_set_or_refused_with_a_reason(
     looking.until(nodes=("/r/limits",), condition=ended)
     looking.until(nodes=("/r/limits",), condition=lambda: looking.value_of("/r/limits", "speed") == speed)
     assert owner[-1].speed == speed
+    assert [outcome in refusal for refusal in refusals] == [True] * ("is now" not in outcome)
 
 
 def test_a_node_without_parameters_has_a_sentence(looking: Looking, base: RmwNode) -> None:

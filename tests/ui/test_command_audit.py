@@ -66,6 +66,13 @@ def test_a_command_is_recorded_with_who_and_what(log: Log, audit: CommandAudit) 
     ]  # fmt: skip
 
 
+def test_looking_is_not_recorded_even_if_it_is_refused(log: Log, audit: CommandAudit) -> None:
+    for refusal in ("", "At most 12 topics can be watched at once"):
+        audit.command(ANNA, do.Inspect(["/odom"]), refusal)
+    audit.command(ANNA, do.Drive(1.0, 0.0), "somebody else drives")
+    assert log.actions == [("anna", "drive")]
+
+
 @pytest.mark.parametrize(
     ("command", "kind"),
     [

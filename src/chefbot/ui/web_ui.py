@@ -317,7 +317,7 @@ class WebUiDevice(NavigationDevice):
         if isinstance(command, do.Playback):
             raise UserError("This is a robot, not a recording; there is nothing to play")
         if isinstance(command, do.Inspect | do.SetParameter):
-            self._inspect(command)
+            self._inspect(command, who)
             return
         validate_command(command, self._places, self._round)
         if isinstance(command, do.Resume) and command.pressed not in ("", self._last_stop.pressed):

@@ -7,7 +7,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from chefbot.ros2.rmw.environment import domain_from_environment, port_from_environment
 from chefbot.ros2.rmw.errors import RmwError
@@ -26,7 +26,7 @@ from chefbot.ros2.tools.leases import Leases
 from chefbot.ros2.tools.remote_parameters import parameter_owners
 from chefbot.ros2.tools.topic_info import without_tools
 from chefbot.ros2.tools.watched_log import WatchedLog
-from chefbot.ros2.tools.watched_parameters import WatchedParameters
+from chefbot.ros2.tools.watched_parameters import ParameterChange, WatchedParameters
 from chefbot.ros2.tools.watched_topic import WatchedTopic
 
 MAX_TOPICS, MAX_NODES = 12, 4
@@ -69,7 +69,7 @@ class Inspector:
             MAX_NODES,
             f"The parameters of at most {MAX_NODES} nodes can be shown at once, by all pages together",
         )
-        self._changes: queue.SimpleQueue[tuple[str, str, Any]] = queue.SimpleQueue()
+        self._changes: queue.SimpleQueue[ParameterChange] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
@@ -88,13 +88,13 @@ class Inspector:
                 self._thread = threading.Thread(target=self._run, name="inspector", daemon=True)
                 self._thread.start()
 
-    def set_parameter(self, node: str, name: str, value: Any) -> None:
+    def set_parameter(self, change: ParameterChange) -> None:
         """Set a parameter of a node, whose parameters are shown with the outcome. Thread-safe.
 
         Raises ToolError for too many nodes.
         """
-        self.watch(Watch(nodes=(node,)))
-        self._changes.put((node, name, value))
+        self.watch(Watch(nodes=(change.node,)))
+        self._changes.put(change)
 
     def close(self) -> None:
         """End the inspection and wait for its thread."""
@@ -138,7 +138,7 @@ class Inspector:
 
     def _set_parameters(self, parameters: WatchedParameters) -> None:
         while not self._changes.empty():
-            parameters.set(*self._changes.get())
+            parameters.set(self._changes.get())
 
 
 class WatchedTopics:

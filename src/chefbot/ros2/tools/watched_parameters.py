@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -26,6 +27,15 @@ MAX_BOUND = 1e15
 """Bound beyond which a number counts as unbounded: ROS has no open ranges."""
 
 
+class ParameterChange(NamedTuple):
+    """A parameter of a node that is to be set; `on_refusal` is called with the reason if it is not, in a thread."""
+
+    node: str
+    name: str
+    value: Any
+    on_refusal: Callable[[str], None] = lambda _: None
+
+
 class WatchedParameters:
     """The parameters of some nodes; a node that answers late delays neither topics nor graph."""
 
@@ -44,9 +54,9 @@ class WatchedParameters:
             self._reading = self._thread.submit(self._read_all, owners)
         return tuple(self._views[owner] for owner in owners if owner in self._views)
 
-    def set(self, owner: str, name: str, plain: Any) -> None:
+    def set(self, change: ParameterChange) -> None:
         """Set a parameter soon; how it ended is the outcome of the node's view."""
-        self._thread.submit(self._set, owner, name, plain)
+        self._thread.submit(self._set, change)
 
     def close(self) -> None:
         """End the thread after the call that is under way."""
@@ -78,15 +88,18 @@ class WatchedParameters:
             if value.type in FIELDS
         )
 
-    def _set(self, owner: str, name: str, plain: Any) -> None:
+    def _set(self, change: ParameterChange) -> None:
+        owner, name = change.node, change.name
         try:
-            value = plain_to_parameter(get_parameter(self._node, owner, name).type, plain, name)
+            value = plain_to_parameter(get_parameter(self._node, owner, name).type, change.value, name)
             result = set_parameter(self._node, owner, name, value)
             refused = (
                 "" if result.successful else f"Node {owner} refuses it: {result.reason or 'no reason given'}"
             )
         except ToolError as error:
             refused = str(error)
+        if refused:
+            change.on_refusal(refused)
         self._outcomes[owner] = refused or f"Parameter {name} is now {to_yaml(value.plain)}"
         self._read_all([owner])
 

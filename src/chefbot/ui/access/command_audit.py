@@ -45,8 +45,8 @@ class CommandAudit:
 
     def command(self, client: BrowserConnection, command: OperatorCommand, refusal: str) -> None:
         """Record a command, and why it was refused if it was; a repeated press of the emergency stop only once."""
-        if isinstance(command, Drive | Inspect) and not refusal:
-            return  # recorded by `driver`, and repeated all the while
+        if isinstance(command, Inspect) or (isinstance(command, Drive) and not refusal):
+            return  # looking changes nothing; driving is recorded by `driver`; both are repeated all the while
         if isinstance(command, Stop) and command.id:
             if command.id in self._presses:
                 return

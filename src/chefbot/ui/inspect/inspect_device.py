@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 from chefbot.ros2.tools.inspector import Display, Inspector, Watch
+from chefbot.ros2.tools.watched_parameters import ParameterChange
 from chefbot.ui import commands as do
+from chefbot.ui.access.audit_log import Kind
 from chefbot.ui.editing.map_edit_device import MapEditDevice
 
 
@@ -25,10 +28,23 @@ class InspectDevice(MapEditDevice):
     def _show(self, layer: str, value: object) -> None:
         self._server.set_layer(layer, value)
 
-    def _inspect(self, command: do.Inspect | do.SetParameter) -> None:
-        """Show the graph and what is watched for some seconds, or set a parameter. Raises ToolError for too much."""
+    def _inspect(self, command: do.Inspect | do.SetParameter, who: str) -> None:
+        """Show the graph and what is watched for some seconds, or set a parameter. Raises ToolError for too much.
+
+        who: gave the command; the audit log gets why a node refused it.
+        """
         match command:
             case do.Inspect(topics, nodes):
                 self._inspector.watch(Watch(tuple(topics), nodes))
             case do.SetParameter(node, name, value):
-                self._inspector.set_parameter(node, name, value)
+                self._inspector.set_parameter(
+                    ParameterChange(node, name, value, self._refusal_of(command, who))
+                )
+
+    def _refusal_of(self, command: do.SetParameter, who: str) -> Callable[[str], None]:
+        details = {"node": command.node, "name": command.name, "value": command.value}
+
+        def record(reason: str) -> None:
+            self.audit.record(Kind.COMMAND, (who, "", ""), "parameter refused", details, reason)
+
+        return record

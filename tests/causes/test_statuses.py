@@ -47,10 +47,8 @@ def test_an_aborted_goal_is_a_failure_but_a_cancelled_one_is_not() -> None:
     aborted = navigation(statuses, ("driving", 0, ""), ("idle", 8, "No way."), ("idle", 8, "No way."))
     assert aborted == [[], [(FAILURE, "navigator", "goal aborted")], []]
     cancelled = navigation(statuses, ("driving", 0, ""), ("idle", 0, CANCELLED), ("driving", 0, ""))
-    assert cancelled[1:] == [
-        [(STOP, "navigator", "cancelled goal")],
-        [(END, "navigator", "cancelled goal")],
-    ]
+    at_once = [(STOP, "navigator", "cancelled goal"), (END, "navigator", "cancelled goal")]
+    assert cancelled[1:] == [at_once, []]
 
 
 def test_lost_localization_is_its_own_root() -> None:

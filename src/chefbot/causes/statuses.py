@@ -51,9 +51,12 @@ class StatusReports:
             text = f"Recovery {status.recoveries}: {after_colon(status.reason)}"
             check = "localization" if status.reason.startswith("Localization") else "recovery"
             found = make_report(STOP, check, text, numbers=(count,))
-        elif status.state == "idle" and status.reason == CANCELLED:
-            found = make_report(STOP, "cancelled goal", status.reason)
-        return reports + self._change("navigator", found, now_ns)
+        reports += self._change("navigator", found, now_ns)
+        if before.state != "idle" and status.state == "idle" and status.reason == CANCELLED:
+            # a robot without a goal is not held up: it ends at once
+            cancelled = stamped(make_report(STOP, "cancelled goal", status.reason), "navigator", now_ns)
+            reports += [cancelled, msgspec.structs.replace(cancelled, kind=END)]
+        return reports
 
     def emergency_stop(self, status: EmergencyStopStatus, now_ns: int) -> list[Cause]:
         """Report that the emergency stop is active."""

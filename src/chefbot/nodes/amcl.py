@@ -50,6 +50,7 @@ class AmclNode(ScanListenerNode):
         self._amcl: Amcl | None = None
         self._initial_pose: PoseWithCovarianceStamped | None = None
         self._current_map: OccupancyGrid | None = None
+        self._map_replaced = False
 
     def reconfigure(self, params: AmclParams) -> None:
         """Apply new parameters from the next scan on."""
@@ -58,11 +59,10 @@ class AmclNode(ScanListenerNode):
             self._amcl.params = msgspec.structs.replace(params, seed=self._amcl.params.seed)
 
     def on_map(self, message: OccupancyGrid) -> None:
-        """Continue on a new map from the present pose; the same map, from a restarted map server, changes nothing."""
+        """Continue on a new map with the next scan; the same map, from a restarted map server, changes nothing."""
         if self._current_map is None or not same_grid(message.grid, self._current_map.grid):
             self._resolution = message.grid.resolution
-            if self._amcl is not None:
-                self._amcl.replace_map(message.grid)
+            self._map_replaced = True
         self._current_map = message
 
     def on_initialpose(self, message: PoseWithCovarianceStamped) -> None:
@@ -87,6 +87,9 @@ class AmclNode(ScanListenerNode):
         laser = self.tf.lookup("base_link", scan.header.frame_id)
         if self._amcl is None:
             self._amcl = self._create_amcl(laser, odom)
+        elif self._map_replaced and self._current_map is not None:
+            self._amcl.replace_map(self._current_map.grid)
+        self._map_replaced = False
         self._amcl.laser = laser  # a wrong static transform may have been replaced
         stamp = scan.header.stamp.ns
         max_range = min(scan.range_max, usable_range(self.robot, self._resolution))

@@ -67,7 +67,7 @@ def test_a_narrow_depth_scan_tracks_from_a_wrong_start(
 
 
 def test_a_replaced_map_keeps_the_pose(hotel: Any, lidar: Any, drives: Any) -> None:
-    """A wall is drawn where the robot never sees it, and the map has another size; it goes on as without that."""
+    """A wall is drawn where the robot never sees it, and the map has another size; tracking continues."""
     truth, odom = drives.route(1)
     amcl = Amcl(AmclParams(seed=1), hotel.grid, lidar.mount)
     amcl.set_pose(truth[0], 0.1, 0.1)

@@ -49,7 +49,7 @@ def a_record(seed: int, *, success: bool = True, scenario: str = "tiny", **field
 
 
 def held_seeds(folder: Path) -> list[str]:
-    """Return the seeds of the runs that are held back, by the file HELD; what another test has left goes on."""
+    """Return the seeds of the runs that are held back, by the file HELD; those left by another test continue."""
     try:
         return (folder / HELD).read_text().split()
     except FileNotFoundError:

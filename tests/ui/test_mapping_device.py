@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner
+from tests.support.page_device import page_device
 from tests.support.waiting import wait_for
 from tests.ui.test_map_edit_device import Shown
 
@@ -42,10 +43,8 @@ class Surveyor(MappingDevice):
 
 @pytest.fixture
 def nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeRunner]:
-    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
-    runner = NodeRunner({"page": f"{__name__}:Surveyor"}, {})
-    yield runner
-    runner.system.stop()
+    with page_device(f"{__name__}:Surveyor", tmp_path, monkeypatch) as runner:
+        yield runner
 
 
 def device(nodes: NodeRunner) -> Any:

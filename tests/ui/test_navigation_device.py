@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner
+from tests.support.page_device import page_device
 from tests.ui.test_map_edit_device import Shown
 
 from chefbot.maths.grid import Grid
@@ -40,10 +41,8 @@ class Lens(NavigationDevice):
 
 @pytest.fixture
 def nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeRunner]:
-    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
-    runner = NodeRunner({"page": f"{__name__}:Lens"}, {})
-    yield runner
-    runner.system.stop()
+    with page_device(f"{__name__}:Lens", tmp_path, monkeypatch) as runner:
+        yield runner
 
 
 def shown(nodes: NodeRunner, topic: str, message: Any, *, localized: bool = True) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from tests.support.nodes import NodeRunner
+from tests.support.page_device import page_device
 from tests.support.waiting import wait_for
 
 from chefbot.incidents import files
@@ -34,10 +35,8 @@ class Scribe(RecordingDevice):
 
 @pytest.fixture
 def nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeRunner]:
-    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
-    runner = NodeRunner({"page": f"{__name__}:Scribe"}, {})
-    yield runner
-    runner.system.stop()
+    with page_device(f"{__name__}:Scribe", tmp_path, monkeypatch) as runner:
+        yield runner
 
 
 def device(nodes: NodeRunner) -> Any:

@@ -25,7 +25,7 @@ class CostmapMark(Message, frozen=True, eq=False):
 
 
 class CostmapCell(Message, frozen=True, eq=False):
-    """A cell of the global costmap, as a point in it was asked for on `clicked_point`.
+    """A cell of the global costmap, as the answer to a point on `clicked_point`.
 
     `point`: the centre of the cell, and `resolution`, its size, m. `inside`: false if the point is outside the
     costmap. `cost`: 0 free, 253 within the inscribed radius of an obstacle, 254 an obstacle, 255 unknown.

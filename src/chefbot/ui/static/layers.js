@@ -37,7 +37,7 @@ function candidates(context, view, { trajectories, badness }) {
   context.restore();
 }
 
-// The cell that was asked for.
+// The cell that was requested.
 function cell(context, view, { x, y, size }) {
   const [left, top] = view.px(x - size / 2, y + size / 2), side = Math.max(5, size * view.scale);
   context.strokeStyle = COLOURS.goal();

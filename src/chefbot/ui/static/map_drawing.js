@@ -38,7 +38,7 @@ export class MapDrawing {
   get open() { return this.kind !== ""; }
   get width() { return Number($("brush-width").value); }
 
-  // A drag with the brush goes on, or a crop's corner moves.
+  // A drag with the brush continues, or a crop's corner moves.
   dragged(kind, points) {
     if (kind !== this.kind) return;
     if (kind === "crop") this.crop = [points[0], points.at(-1)];

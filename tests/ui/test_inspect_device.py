@@ -39,7 +39,7 @@ def test_a_page_that_looks_is_shown_the_graph(
 
     def shown() -> bool:
         device._inspect(Inspect(["/odom"]), "anna")
-        return "graph" in device._server.layers
+        return {"graph", "values"} <= set(device._server.layers)  # each is shown when it is known
 
     wait_for(shown)
     assert device._server.layers["graph"].problem == inspector.NO_GRAPH

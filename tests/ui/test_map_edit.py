@@ -16,6 +16,14 @@ from chefbot.ui import commands as do
 from chefbot.ui.display.message_conversion import zone_views
 
 UP = "!document.body.classList.contains('offline')"
+MAP_SHOWN = """(() => {
+  const { width, height } = canvas, copy = Object.assign(document.createElement('canvas'), { width, height });
+  const context = copy.getContext('2d', { willReadFrequently: true });
+  context.drawImage(canvas, 0, 0);
+  const painted = context.getImageData(0, 0, width, height).data.filter((value, i) => i % 4 === 3 && value > 0);
+  return document.querySelectorAll('#tables button').length > 0 && painted.length > 0.1 * width * height;
+})()"""
+"""Whether map and places have arrived: the view is fitted to the map when it does."""
 OPEN = "document.getElementById('edit-tab').click()"
 STAIRS = MapZone("stairs", KEEP_OUT, tuple(Point(x, y, 0.0) for x, y in ((3.0, 2.0), (5.0, 2.0), (5.0, 4.0))))
 
@@ -35,7 +43,7 @@ def edited(page: Any) -> Any:
 
 
 def opened(tab: Tab) -> None:
-    tab.wait_for(f"{UP} && !document.getElementById('edit-tab').hidden")
+    tab.wait_for(f"{UP} && !document.getElementById('edit-tab').hidden && {MAP_SHOWN}")
     tab.evaluate("document.getElementById('fit').click()")
     tab.evaluate(OPEN)
 
@@ -151,7 +159,7 @@ def test_distances_and_coordinates_are_read_from_the_map(page: Any) -> None:
     show_a_room(page.server)
     page.server.set_layer("robot", None)
     with open_tab(page.url, NO_GPU) as tab:
-        tab.wait_for(UP)
+        tab.wait_for(f"{UP} && {MAP_SHOWN}")
         tab.evaluate("document.getElementById('fit').click()")
         tab.evaluate(
             "window.texts = []; const write = CanvasRenderingContext2D.prototype.fillText;"
@@ -174,7 +182,7 @@ def test_distances_and_coordinates_are_read_from_the_map(page: Any) -> None:
 def test_the_map_is_changed_only_where_a_map_server_runs(page: Any) -> None:
     show_a_room(page.server)
     with open_tab(page.url, NO_GPU) as tab:
-        tab.wait_for(UP)
+        tab.wait_for(f"{UP} && {MAP_SHOWN}")
         assert tab.evaluate(
             "document.getElementById('edit-tab').hidden && document.getElementById('edit-map').hidden"
         )

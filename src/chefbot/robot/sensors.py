@@ -25,6 +25,8 @@ LIDAR_DRIVERS = (
     *("ydlidar_x2", "ydlidar_x4", "ydlidar_g2", "ydlidar_g4", "ydlidar_tmini"),
 )
 """Models of lidars with a driver (chefbot.lidar.models)."""
+MAX_IMAGE_PIXELS, MAX_FIELD_OF_VIEW = 4_000_000, 2.6
+"""Maximum size of a depth image, and horizontal field of view of its camera, rad: 149 degrees."""
 FULL_TURN_TOLERANCE = 1e-6
 """Difference from a full turn that is rounding, rad."""
 

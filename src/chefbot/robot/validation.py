@@ -15,7 +15,7 @@ from chefbot.robot.geometry.solids import payload, solids
 from chefbot.robot.materials import MATERIALS
 from chefbot.robot.motion_limits import max_wheel_speed
 from chefbot.robot.section import Mount, MountingPosition
-from chefbot.robot.sensors import AUTO, LIDAR_DRIVERS
+from chefbot.robot.sensors import AUTO, LIDAR_DRIVERS, MAX_FIELD_OF_VIEW, MAX_IMAGE_PIXELS
 from chefbot.robot.spec import Robot
 
 Contradiction = tuple[bool, str, str]
@@ -200,8 +200,12 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
     camera = sensors.depth_camera
     if camera is not None:
         key = "sensors.depth_camera"
-        yield camera.field_of_view > 2.6, f"{key}.field_of_view", "above 149 degrees is not a camera"
-        yield camera.width * camera.height > 4_000_000, f"{key}.width", "above 4 megapixels"
+        yield (
+            camera.field_of_view > MAX_FIELD_OF_VIEW,
+            f"{key}.field_of_view",
+            "above 149 degrees is not a camera",
+        )
+        yield camera.width * camera.height > MAX_IMAGE_PIXELS, f"{key}.width", "above 4 megapixels"
     lidar = sensors.lidar
     if lidar is not None:
         unknown = f"unknown {lidar.driver!r}{name_hint(lidar.driver, LIDAR_DRIVERS)}"

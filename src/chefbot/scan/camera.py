@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import ScanError, name_hint
-from chefbot.robot.sensors import DepthCamera
+from chefbot.msgs.sensor_msgs import CameraInfo
+from chefbot.robot.sensors import MAX_FIELD_OF_VIEW, MAX_IMAGE_PIXELS, DepthCamera
 
 Depth = NDArray[np.uint16] | NDArray[np.float32]
 """A depth image (h, w) along the optical axis: uint16 millimetres with 0 for no reading, or float32 metres
 with NaN or inf for none (REP-118)."""
 
 _ENCODINGS = {"16UC1": "u2", "32FC1": "f4"}
+MAX_SIDE = 4096
+"""Maximum width and height of an image, pixels."""
+MIN_FIELD_OF_VIEW = math.radians(1.0)
+"""Horizontal field of view below which intrinsics are wrong, rad."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,41 @@ class CameraModel:
         """Return the ideal camera model of a robot file's depth camera."""
         f, cx, cy = camera.focal_length_px, (camera.width - 1) / 2.0, (camera.height - 1) / 2.0
         return CameraModel(camera.width, camera.height, f, f, cx, cy, camera.range_min, camera.range_max)
+
+    @staticmethod
+    def from_camera_info(info: CameraInfo, range_min: float, range_max: float) -> CameraModel:
+        """Return the model of the images that a message describes.
+
+        K is that of the full image. An image is its region of interest, of which each pixel combines `binning_x`
+        columns and `binning_y` rows (sensor_msgs/CameraInfo). range_min, range_max: valid depths, m. Raise ScanError
+        for a camera that is not calibrated, or whose image no depth camera has.
+        """
+        fx, fy, cx, cy = (float(info.k[i]) for i in (0, 4, 2, 5))
+        if not (math.isfinite(fx) and math.isfinite(fy) and fx > 0.0 and fy > 0.0):
+            raise ScanError(
+                "camera_info has no focal length in K: calibrate the camera, or configure its driver"
+            )
+        bin_x, bin_y = max(1, info.binning_x), max(1, info.binning_y)
+        left, above, width, height = info.roi.x_offset, info.roi.y_offset, info.roi.width, info.roi.height
+        if not (width and height):
+            left, above, width, height = 0, 0, info.width, info.height
+        width, height = width // bin_x, height // bin_y
+        if max(width, height) > MAX_SIDE or width * height > MAX_IMAGE_PIXELS:
+            raise ScanError(
+                f"camera_info is of an image of {width} x {height} pixels, too large for a depth camera"
+            )
+        # Pixel centres have whole numbers: the centre of the first binned pixel is (bin - 1) / 2
+        cx, cy = (cx - left - (bin_x - 1) / 2) / bin_x, (cy - above - (bin_y - 1) / 2) / bin_y
+        model = CameraModel(width, height, fx / bin_x, fy / bin_y, cx, cy, range_min, range_max)
+        if not MIN_FIELD_OF_VIEW <= model.field_of_view <= MAX_FIELD_OF_VIEW:
+            degrees = math.degrees(model.field_of_view)
+            raise ScanError(f"camera_info is of a view of {degrees:.3g} degrees; check fx and width")
+        return model
+
+    @property
+    def field_of_view(self) -> float:
+        """Horizontal field of view, rad, between the outer edges of the image."""
+        return math.atan((self.cx + 0.5) / self.fx) + math.atan((self.width - 0.5 - self.cx) / self.fx)
 
     def check(self, depth: Depth) -> None:
         """Raise ScanError if an image has another size than the camera or is not a depth image."""

@@ -38,6 +38,9 @@ def _poorer(module: types.ModuleType, missing: str) -> types.ModuleType:
 POORER = {"os": _poorer(os, OS), "signal": _poorer(signal, SIGNALS), "sys": _poorer(sys, "")}
 POORER["sys"].platform = "elsewhere"  # type: ignore[attr-defined]
 
+SDK_MODULES = {f"chefbot.devices.depth_cameras.{driver}" for driver in ("realsense", "oak", "orbbec")}
+"""Modules that are imported only by a robot with such a camera, as they need the SDK of its maker."""
+
 
 def _import_elsewhere(name: str, *rest: Any, **named: Any) -> types.ModuleType:
     """`rest`: globals, locals, fromlist and level, as Python passes them for an import statement."""
@@ -56,7 +59,7 @@ def import_all() -> int:
 
     found = [one.name for one in pkgutil.walk_packages(chefbot.__path__, "chefbot.")]
     for name in found:
-        if not name.endswith("__main__"):
+        if name not in SDK_MODULES and not name.endswith("__main__"):
             importlib.import_module(name)
     return len(found)
 

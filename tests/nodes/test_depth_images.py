@@ -68,7 +68,7 @@ def test_images_of_a_robot_without_a_camera_are_refused() -> None:
     assert NO_CAMERA in bench.reasons
 
 
-def test_images_of_another_size_wait_for_their_camera_info_and_are_then_refused() -> None:
+def test_images_of_another_size_wait_1_s_for_camera_info() -> None:
     bench = DepthBench()
     for _ in range(9):
         bench.send_wall(640, 480)
@@ -95,7 +95,7 @@ def test_the_intrinsics_of_camera_info_place_the_image() -> None:
     assert np.isfinite(obstacles.ranges).all() and len(obstacles.ranges) == 320
 
 
-def test_a_region_and_its_binning_give_the_same_scan_as_the_full_image() -> None:
+def test_a_binned_region_gives_the_same_scan() -> None:
     whole, part = DepthBench(), DepthBench()
     whole.send("camera_info", info(640, 480, 554.0, 319.5, 239.5))
     whole.send_wall(640, 480)
@@ -133,7 +133,7 @@ def test_a_camera_info_of_no_depth_camera_is_refused(given: CameraInfo, reason: 
     assert len(bench.newest("scan").ranges) == width  # the robot file's camera still counts
 
 
-def test_a_view_that_is_not_the_robot_file_s_and_distortion_are_reported_once() -> None:
+def test_another_view_and_distortion_are_reported_once() -> None:
     bench = DepthBench()
     for _ in range(3):
         bench.send("camera_info", info(640, 480, 320.0, 319.5, 239.5, d=np.array([0.1, 0.0, 0.0, 0.0, 0.0])))

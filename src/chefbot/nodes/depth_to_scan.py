@@ -122,7 +122,7 @@ class DepthToScanNode(Node):
         seen, given = model.field_of_view, self._camera.field_of_view
         if abs(seen - given) > FIELD_OF_VIEW_TOLERANCE * given:
             text = (
-                f"the depth camera sees {math.degrees(seen):.0f} degrees, but the robot file says"
+                f"the depth camera sees {math.degrees(seen):.0f} degrees, but the robot file has"
                 f" {math.degrees(given):.0f}: correct sensors.depth_camera.field_of_view"
             )
             self.remark.publish(String(f"Warning: {text}."))

@@ -27,6 +27,8 @@ LIDAR_DRIVERS = (
 """Models of lidars with a driver (chefbot.lidar.models)."""
 MAX_IMAGE_PIXELS, MAX_FIELD_OF_VIEW = 4_000_000, 2.6
 """Maximum size of a depth image, and horizontal field of view of its camera, rad: 149 degrees."""
+DEPTH_CAMERA_DRIVERS = ("realsense", "oak", "orbbec")
+"""Kinds of depth cameras with a driver (chefbot.devices.depth_cameras), and names of the extras that they need."""
 FULL_TURN_TOLERANCE = 1e-6
 """Difference from a full turn that is rounding, rad."""
 
@@ -116,6 +118,10 @@ class DepthCamera(RobotSection, frozen=True, kw_only=True):
     range_max: Annotated[float, Meta(gt=0, le=100, extra={"unit": "m"})]
     noise: Annotated[float, Meta(ge=0, le=1)]
     """Noise coefficient: standard deviation of depth z is `noise * z^2` metres, as for structured light."""
+    driver: str = ""
+    """Kind that the built robot has, one of DEPTH_CAMERA_DRIVERS; without it, images come from another machine."""
+    serial: Annotated[str, Meta(min_length=1)] = AUTO
+    """Serial number of the built robot's camera; auto: the only one of its kind that is connected."""
 
     @property
     def focal_length_px(self) -> float:

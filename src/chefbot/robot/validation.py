@@ -15,7 +15,13 @@ from chefbot.robot.geometry.solids import payload, solids
 from chefbot.robot.materials import MATERIALS
 from chefbot.robot.motion_limits import max_wheel_speed
 from chefbot.robot.section import Mount, MountingPosition
-from chefbot.robot.sensors import AUTO, LIDAR_DRIVERS, MAX_FIELD_OF_VIEW, MAX_IMAGE_PIXELS
+from chefbot.robot.sensors import (
+    AUTO,
+    DEPTH_CAMERA_DRIVERS,
+    LIDAR_DRIVERS,
+    MAX_FIELD_OF_VIEW,
+    MAX_IMAGE_PIXELS,
+)
 from chefbot.robot.spec import Robot
 
 Contradiction = tuple[bool, str, str]
@@ -206,6 +212,10 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
             "above 149 degrees is not a camera",
         )
         yield camera.width * camera.height > MAX_IMAGE_PIXELS, f"{key}.width", "above 4 megapixels"
+        unknown = f"unknown {camera.driver!r}{name_hint(camera.driver, DEPTH_CAMERA_DRIVERS)}"
+        yield camera.driver not in ("", *DEPTH_CAMERA_DRIVERS), f"{key}.driver", unknown
+        without_driver = camera.serial != AUTO and not camera.driver
+        yield without_driver, f"{key}.driver", f"is missing beside {key}.serial"
     lidar = sensors.lidar
     if lidar is not None:
         unknown = f"unknown {lidar.driver!r}{name_hint(lidar.driver, LIDAR_DRIVERS)}"

@@ -94,7 +94,8 @@ def _unseen(camera: ObstacleSensorMonitor, known: NDArray[np.bool_] | None) -> s
 class ObstacleSensors:
     """Monitors the lidar and the depth camera, as far as the robot file has them.
 
-    optional: names of sensors that need not be connected; they count from their first message on.
+    optional: names of sensors that need not be connected; they count from their first message on. A depth camera with
+    a driver of its own must be connected.
     """
 
     def __init__(self, robot: Robot, optional: Collection[str] = ()) -> None:
@@ -106,7 +107,8 @@ class ObstacleSensors:
         )
         self._lidar_noise = lidar.noise if lidar is not None else math.inf
         self._scattered = 0
-        self._optional = frozenset(optional)
+        driven = {"depth camera"} if camera is not None and camera.driver else set()
+        self._optional = frozenset(optional) - driven
         self._camera_spec = camera
         self._last_obstacles: ObstacleScan | None = None
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from chefbot.errors import ScanError, name_hint
 from chefbot.msgs.sensor_msgs import CameraInfo
+from chefbot.msgs.std_msgs import Header
 from chefbot.robot.sensors import MAX_FIELD_OF_VIEW, MAX_IMAGE_PIXELS, DepthCamera
 
 Depth = NDArray[np.uint16] | NDArray[np.float32]
@@ -80,6 +81,13 @@ class CameraModel:
             degrees = math.degrees(model.field_of_view)
             raise ScanError(f"camera_info is of a view of {degrees:.3g} degrees; check fx and width")
         return model
+
+    def camera_info(self, header: Header) -> CameraInfo:
+        """Return the message that describes the images of this camera, which are not distorted."""
+        fx, fy, cx, cy = self.fx, self.fy, self.cx, self.cy
+        k = np.array([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
+        p = np.array([fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
+        return CameraInfo(header, self.height, self.width, d=np.zeros(5), k=k, r=np.eye(3).reshape(9), p=p)
 
     @property
     def field_of_view(self) -> float:

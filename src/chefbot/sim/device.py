@@ -27,6 +27,7 @@ from chefbot.msgs.sensor_msgs import CameraInfo, Image, JointState, LaserScan
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.robot.sensors import LIDAR_DRIVERS
 from chefbot.runtime.node import In, Out, every, topic
+from chefbot.scan.camera import CameraModel
 from chefbot.sim.board import SimulatedBoard
 from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
 from chefbot.sim.faults.events import SimulatorFault
@@ -344,20 +345,10 @@ class SimulatorDevice(MotorBoardNode):
         header = self._header("camera_depth_optical_frame", self._camera_output.clock_jump_ns)
         self.schedule_at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._publish_frame(header))
 
-    def _camera_info(self, header: Header) -> CameraInfo:
-        """Return the intrinsics of the ideal pinhole camera that the robot file describes."""
-        camera = self.robot.sensors.depth_camera
-        assert camera is not None
-        f, cx, cy = camera.focal_length_px, (camera.width - 1) / 2.0, (camera.height - 1) / 2.0
-        k = np.array([f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0])
-        p = np.array([f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
-        r = np.eye(3).reshape(9)
-        return CameraInfo(header, camera.height, camera.width, d=np.zeros(5), k=k, r=r, p=p)
-
     def _publish_frame(self, header: Header) -> None:
-        assert self._camera is not None
+        assert self._camera is not None and self.robot.sensors.depth_camera is not None
         frame = self._camera.result()
         self._camera_output.send(Image.of(header, "32FC1", frame.depth), self.now_ns)
-        self.camera_info.publish(self._camera_info(header))
+        self.camera_info.publish(CameraModel.of(self.robot.sensors.depth_camera).camera_info(header))
         if frame.colour is not None:
             self.picture.publish(Image.of(header, "rgb8", frame.colour))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.devices.joystick import Joystick
+from chefbot.devices.gamepad_reader import GamepadReader
 from chefbot.devices.terminal import Terminal
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelTicks
@@ -58,6 +58,6 @@ def test_keyboard_and_gamepad_name_the_supported_systems(monkeypatch: pytest.Mon
         UserError, match="terminals of Linux and macOS only; drive with the keys on the robot's page"
     ):
         Terminal(lambda _: None, lambda: None)
-    monkeypatch.setattr("chefbot.devices.joystick.fcntl", None)
+    monkeypatch.setattr("chefbot.devices.input_events.fcntl", None)
     with pytest.raises(UserError, match="gamepads are read on Linux only; drive with a gamepad"):
-        Joystick("auto", lambda *_: None, lambda _: None, lambda _: None, lambda _: None)
+        GamepadReader("auto", lambda *_: None, lambda _: None, lambda _: None, lambda _: None)

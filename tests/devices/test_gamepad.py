@@ -17,7 +17,7 @@ from tests.support.fake_robot import fake_robot
 from tests.support.waiting import PATIENCE
 
 from chefbot.control.gamepad_teleop import GamepadEvent, GamepadParams, GamepadTeleop
-from chefbot.devices.joystick import AXIS, BUTTON, EVENT, INIT, decode
+from chefbot.devices.input_events import ABS, EVENT, KEY, SYN, SYN_DROPPED, SYN_REPORT
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool, String
@@ -31,13 +31,13 @@ from chefbot.ui.commands import Drive, Stop
 
 ROBOT = load_robot("chefbot")
 LIMITS = Limits.of(ROBOT)
-TURN, FORWARD, CROSS = 0, 1, 7
-STOP, DEAD_MAN = 1, 4
+TURN, FORWARD, STOP, DEAD_MAN = 0x00, 0x01, 0x131, 0x136
+"""ABS_X, ABS_Y, BTN_EAST and BTN_TL."""
 DT = 0.05
 
 
 class Pad:
-    """A pipe in the place of /dev/input/js0, and a hand."""
+    """A pipe in the place of /dev/input/event0, and a hand."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -46,23 +46,26 @@ class Pad:
 
     def plug_in(self) -> None:
         self._handle = os.open(self.path, os.O_RDWR)
-        self._write((BUTTON | INIT, STOP, 0), (BUTTON | INIT, DEAD_MAN, 0), (AXIS | INIT, FORWARD, 0))
+        self._write((KEY, STOP, 0), (KEY, DEAD_MAN, 0), (ABS, FORWARD, 0))
 
     def unplug(self) -> None:
         os.close(self._handle)
 
     def press(self, button: int) -> None:
-        self._write((BUTTON, button, 1))
+        self._write((KEY, button, 1))
 
     def release(self, button: int) -> None:
-        self._write((BUTTON, button, 0))
+        self._write((KEY, button, 0))
 
     def push(self, axis: int, value: float) -> None:
-        self._write((AXIS, axis, round(32767 * value)))
+        self._write((ABS, axis, min(32767, round(32768 * value))))
+
+    def lose_a_report(self) -> None:
+        self._write((SYN, SYN_DROPPED, 0), (KEY, DEAD_MAN, 1))
 
     def _write(self, *events: tuple[int, int, int]) -> None:
-        for kind, number, value in events:
-            os.write(self._handle, EVENT.pack(0, value, kind, number))
+        for kind, code, value in (*events, (SYN, SYN_REPORT, 0)):
+            os.write(self._handle, EVENT.pack(0, 0, kind, code, value))
 
 
 class Driven:
@@ -97,7 +100,7 @@ class Driven:
 
 @pytest.fixture
 def pad(tmp_path: Path) -> Pad:
-    return Pad(tmp_path / "js0")
+    return Pad(tmp_path / "event0")
 
 
 @pytest.fixture
@@ -167,25 +170,31 @@ def test_a_silent_gamepad_releases_the_dead_man_switch(pad: Pad) -> None:
 
 
 def test_a_missing_gamepad_is_one_sentence(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="js7 does not exist; plug it in"):
-        Driven(tmp_path / "js7")
+    with pytest.raises(UserError, match="event7 does not exist; plug it in"):
+        Driven(tmp_path / "event7")
 
 
-@given(st.binary(max_size=200), st.integers(1, 17))
-def test_any_byte_stream_decodes_to_bounded_events(data: bytes, piece: int) -> None:
-    whole, left = decode(data)
-    pieces, rest = list[GamepadEvent](), b""
-    for at in range(0, len(data), piece):
-        events, rest = decode(rest + data[at : at + piece])
-        pieces += events
-    assert (pieces, rest) == (whole, left) and len(left) < EVENT.size
-    assert all(-1.0 <= event.value <= 1.0 for event in whole)
+def test_a_lost_report_lets_go_of_the_dead_man_button(pad: Pad, driven: Driven) -> None:
+    pad.push(FORWARD, -1.0)
+    pad.press(DEAD_MAN)
+    driven.until(lambda: driven.all(Twist) and driven.speed() > 0.0)
+    pad.lose_a_report()
+    driven.until(lambda: driven.speed() == 0.0)
+
+
+def test_a_device_that_is_no_gamepad_drives_by_numbers(pad: Pad) -> None:
+    driven = Driven(pad.path, drive={"dead_man_button": "292", "forward_axis": "5"})
+    pad.push(5, -1.0)
+    pad.release(292)
+    pad.press(292)
+    driven.until(lambda: driven.all(Twist) and driven.speed() > 0.0)
+    driven.system.stop()
 
 
 EVENTS = st.builds(
     GamepadEvent,
     st.sampled_from(["axis", "button"]),
-    st.sampled_from([TURN, FORWARD, CROSS, STOP, DEAD_MAN]),
+    st.sampled_from(["left_x", "left_y", "dpad_y", "east", "left_shoulder"]),
     st.sampled_from([-1.0, -0.3, 0.0, 0.05, 1.0]),
     st.booleans(),
 )
@@ -200,8 +209,8 @@ def test_only_a_button_pressed_after_release_allows_motion(events: list[Any]) ->
             up = held = False
             continue
         stops = drive.process_event(event)
-        assert stops == (event.kind == "button" and event.number == STOP and event.value != 0.0)
-        if event.kind == "button" and event.number == DEAD_MAN:
+        assert stops == (event.kind == "button" and event.name == "east" and event.value != 0.0)
+        if event.kind == "button" and event.name == "left_shoulder":
             pressed = event.value != 0.0
             held, up = pressed and up and not event.initial, not pressed
         twist = drive.twist(DT)

@@ -15,16 +15,25 @@ STEP = 1.1
 """Speed factor per press of the directional pad."""
 
 
-class GamepadParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Axis and button numbers, as `jstest` shows them; the defaults fit Xbox and PlayStation gamepads."""
+AXIS = r"^((left|right|dpad)_[xy]|\d{1,3})$"
+BUTTON = r"^(south|east|north|west|(left|right)_(shoulder|trigger)|select|start|mode|\d{1,3})$"
+"""Names of the kernel's gamepad specification, or the number of an event."""
 
-    forward_axis: Annotated[int, Meta(ge=0, le=63, description="axis to drive; up is negative")] = 1
-    turn_axis: Annotated[int, Meta(ge=0, le=63, description="axis to turn; left is negative")] = 0
-    speed_axis: Annotated[int, Meta(ge=0, le=63, description="cross: up is faster, down slower")] = 7
-    dead_man_button: Annotated[int, Meta(ge=0, le=63, description="held to drive: left shoulder")] = 4
+
+class GamepadParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Axes and buttons by their names, or by the number that `evtest` shows, for devices that are no gamepads."""
+
+    forward_axis: Annotated[str, Meta(pattern=AXIS, description="axis to drive; up is negative")] = "left_y"
+    turn_axis: Annotated[str, Meta(pattern=AXIS, description="axis to turn; left is negative")] = "left_x"
+    speed_axis: Annotated[
+        str, Meta(pattern=AXIS, description="directional pad: up is faster, down slower")
+    ] = "dpad_y"
+    dead_man_button: Annotated[str, Meta(pattern=BUTTON, description="held to drive: left shoulder")] = (
+        "left_shoulder"
+    )
     stop_button: Annotated[
-        int, Meta(ge=0, le=63, description="emergency stop: the red button, B or circle")
-    ] = 1
+        str, Meta(pattern=BUTTON, description="emergency stop: the red button, B or circle")
+    ] = "east"
     dead_zone: Annotated[
         float, Meta(ge=0, le=0.5, description="fraction of the stick's range that counts as centred")
     ] = 0.1
@@ -42,7 +51,7 @@ class GamepadEvent(NamedTuple):
     """A change of a button (0, 1) or an axis (-1 to 1); `initial` marks its state when the gamepad was opened."""
 
     kind: Literal["axis", "button"]
-    number: int
+    name: str
     value: float
     initial: bool = False
 
@@ -63,7 +72,7 @@ class GamepadTeleop:
         """Reset all buttons and axes when the gamepad is disconnected."""
         self._seen_released = self._pressed = False
         self._time_since_event = 0.0
-        self._axes: dict[int, float] = {}
+        self._axes: dict[str, float] = {}
 
     def process_event(self, event: GamepadEvent) -> bool:
         """Process an event and return whether it requests an emergency stop."""
@@ -71,10 +80,10 @@ class GamepadTeleop:
         params = self._params
         if event.kind == "axis":
             self._update_axis(event)
-        elif event.number == params.dead_man_button:
+        elif event.name == params.dead_man_button:
             self._pressed = self._seen_released and bool(event.value) and not event.initial
             self._seen_released = not event.value
-        return event.kind == "button" and event.number == params.stop_button and bool(event.value)
+        return event.kind == "button" and event.name == params.stop_button and bool(event.value)
 
     @property
     def enabled(self) -> bool:
@@ -94,14 +103,14 @@ class GamepadTeleop:
         return v * scale, w * scale
 
     def _update_axis(self, event: GamepadEvent) -> None:
-        previous = self._axes.get(event.number, 0.0)
-        self._axes[event.number] = event.value
-        pressed = event.number == self._params.speed_axis and not event.initial and abs(event.value) > 0.5
+        previous = self._axes.get(event.name, 0.0)
+        self._axes[event.name] = event.value
+        pressed = event.name == self._params.speed_axis and not event.initial and abs(event.value) > 0.5
         if pressed and abs(previous) <= 0.5:
             share = self.speed_fraction * (STEP if event.value < 0.0 else 1.0 / STEP)
             self.speed_fraction = min(1.0, max(MIN_SHARE, share))
 
-    def _stick(self, axis: int) -> float:
+    def _stick(self, axis: str) -> float:
         """Return the deflection of an axis, rescaled to start at zero at the edge of the dead zone."""
         value, dead = self._axes.get(axis, 0.0), self._params.dead_zone
         magnitude = max(0.0, abs(value) - dead) / (1.0 - dead)

@@ -11,7 +11,7 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.control.gamepad_teleop import GamepadEvent, GamepadParams, GamepadTeleop
-from chefbot.devices.joystick import AUTO, Joystick
+from chefbot.devices.gamepad_reader import AUTO, GamepadReader
 from chefbot.errors import UserError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool, String
@@ -22,7 +22,7 @@ COMMAND_RATE, STOP_REQUEST_RATE = 20.0, 5.0
 """Rates of the velocity commands and of the repeated stop requests, Hz."""
 STOPPED, RELEASED = "STOP: the robot is stopped.", "STOP was released."
 HOW_TO = """\
-Hold the left shoulder button and push the left stick; release to stop. Cross up / down: faster / slower.
+Hold the left shoulder button and push the left stick; release to stop. Directional pad up / down: faster / slower.
      The red button (B, circle) is STOP; it is released in the web UI."""
 
 
@@ -30,7 +30,7 @@ class GamepadDeviceParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     """Parameters of the gamepad: its device file and its buttons."""
 
     device: Annotated[
-        str, Meta(min_length=1, description="a joystick's path, or auto: the first of /dev/input/js*")
+        str, Meta(min_length=1, description="path of an input device, or auto: the first gamepad")
     ] = AUTO
     drive: GamepadParams = GamepadParams()
 
@@ -58,7 +58,7 @@ class GamepadDevice(Device):
         self._driving = self._stop_requested = self._stopped = False
         self._last_remark = ""
         self.announcement = HOW_TO
-        self._joystick = Joystick(
+        self._reader = GamepadReader(
             path,
             lambda path, name: self.post(partial(self._on_connected, path, name)),
             lambda events: self.post(partial(self._on_events, events)),
@@ -69,7 +69,7 @@ class GamepadDevice(Device):
     def stop(self) -> None:
         """Close the gamepad and end its thread."""
         super().stop()
-        self._joystick.close()
+        self._reader.close()
 
     def on_emergency_stop(self, stopped: Bool) -> None:
         """Log when the robot confirms or releases the emergency stop, and end the repeated request."""

@@ -1,53 +1,23 @@
-"""Linux joystick interface: events of 8 bytes from /dev/input/js0 (kernel,
-Documentation/input/joydev/joystick-api.rst)."""
+"""Reading of a gamepad in a thread: found by what it can do, and found again after it was unplugged."""
 
 from __future__ import annotations
 
 import errno
 import os
 import select
-import struct
-import sys
 import threading
 from collections.abc import Callable
-from pathlib import Path
 
 from chefbot.control.gamepad_teleop import GamepadEvent
+from chefbot.devices.input_events import EVENT, EventDecoder, find_gamepads, is_supported, name_of, state_of
 from chefbot.errors import UserError
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
-
-EVENT = struct.Struct("=IhBB")
-"""struct js_event: time in ms, value, type, number."""
-BUTTON, AXIS, INIT = 0x01, 0x02, 0x80
-"""Event types of <linux/joystick.h>; INIT marks the initial state."""
-AXIS_MAX = 32767
-"""Maximum of an axis value."""
-JSIOCGNAME = 0x80006A13 + (128 << 16)
-"""ioctl request JSIOCGNAME(128) of <linux/joystick.h>."""
 AUTO = "auto"
-FOLDER = Path("/dev/input")
 RETRY_PERIOD = 0.5
 """Pause between two attempts to open the gamepad, s."""
 
 
-def decode(data: bytes) -> tuple[list[GamepadEvent], bytes]:
-    """Decode complete events and return them with the remaining bytes; unknown types are skipped."""
-    complete_size = len(data) - len(data) % EVENT.size
-    events = []
-    for _, value, kind, number in EVENT.iter_unpack(data[:complete_size]):
-        is_initial, kind = bool(kind & INIT), kind & ~INIT
-        if kind == BUTTON:
-            events.append(GamepadEvent("button", number, float(value != 0), is_initial))
-        elif kind == AXIS:
-            events.append(GamepadEvent("axis", number, max(-1.0, value / AXIS_MAX), is_initial))
-    return events, data[complete_size:]
-
-
-class Joystick:
+class GamepadReader:
     """Reads one gamepad in its own thread until `close`, and reconnects after it was unplugged.
 
     It calls back in its thread: `on_connected(path, name)` before the first events, `on_events`,
@@ -62,8 +32,8 @@ class Joystick:
         on_disconnected: Callable[[str], None],
         on_missing: Callable[[str], None],
     ) -> None:
-        """`device`: a path, or `auto` for the first of /dev/input/js*. UserError on systems other than Linux."""
-        if fcntl is None or sys.platform != "linux":
+        """`device`: a path, or `auto` for the first gamepad. UserError on systems other than Linux."""
+        if not is_supported():
             raise UserError(
                 "gamepads are read on Linux only; drive with a gamepad, keys or the joystick in the web UI"
             )
@@ -93,9 +63,9 @@ class Joystick:
             closing = closing or bool(select.select([self._end_read], [], [], RETRY_PERIOD)[0])
 
     def _open(self) -> tuple[str, int | None]:
-        path = self._device if self._device != AUTO else first_pad()
+        path = self._device if self._device != AUTO else next(iter(find_gamepads()), "")
         if not path:
-            self._on_missing(f"no gamepad is plugged in: there is no {FOLDER}/js*")
+            self._on_missing("no gamepad is plugged in")
             return "", None
         try:
             return path, os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -105,7 +75,11 @@ class Joystick:
 
     def _read(self, path: str, handle: int) -> bool:
         """Read events until the gamepad is gone; return True if the thread must end."""
-        remaining, connected = b"", False
+        state = state_of(handle)
+        decoder, connected = EventDecoder(state.ranges), bool(state.ranges)
+        if connected:
+            self._on_connected(path, name_of(handle))
+            self._on_events(decoder.events_of(state))
         while True:
             ready, _, _ = select.select([handle, self._end_read], [], [])
             if self._end_read in ready:
@@ -120,14 +94,10 @@ class Joystick:
             if not connected:
                 connected = True
                 self._on_connected(path, name_of(handle))
-            events, remaining = decode(remaining + data)
-            self._on_events(events)
-
-
-def first_pad() -> str:
-    """Return the path of the joystick with the smallest number; empty where there is none."""
-    paths = [path for path in FOLDER.glob("js*") if path.name[2:].isdigit()]
-    return str(min(paths, key=lambda path: int(path.name[2:]))) if paths else ""
+            self._on_events(decoder.decode(data))
+            if decoder.lost:
+                decoder.lost = False
+                self._on_events(decoder.events_of(state_of(handle)))
 
 
 def explain(path: str, error: OSError) -> str:
@@ -135,16 +105,6 @@ def explain(path: str, error: OSError) -> str:
     if error.errno in (errno.EACCES, errno.EPERM):
         return f"{path} may not be read; add yourself to its group: sudo usermod -aG input $USER, then log in again"
     return f"{path} cannot be read: {error.strerror}"
-
-
-def name_of(handle: int) -> str:
-    """Return the gamepad's name; empty where the kernel has none, as for a pipe."""
-    buffer = bytearray(128)
-    try:
-        fcntl.ioctl(handle, JSIOCGNAME, buffer)
-    except OSError:
-        return ""
-    return buffer.split(b"\0", 1)[0].decode(errors="replace")
 
 
 def read_some(handle: int) -> bytes | None:

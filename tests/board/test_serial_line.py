@@ -11,10 +11,10 @@ from tests.devices.session import BITS, MS, ROBOT, motion, opened, sent_lines, s
 from tests.firmware.serial_lines import add_checksum
 
 from chefbot.board import BoardSession, LineSplitter, ReceivedLine, SensorConverter, frame, parse, unframe
-from chefbot.board.clock_sync import ClockSync
-from chefbot.board.counter_unwrap import CounterUnwrapper
 from chefbot.board.framing import MAX_LINE_LENGTH
 from chefbot.board.messages import BoardLine, MotionLine
+from chefbot.maths.clock_sync import ClockSync
+from chefbot.maths.counter_unwrap import CounterUnwrapper
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.sensor_msgs import Imu
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -117,6 +118,15 @@ def test_a_closed_session_needs_a_new_handshake() -> None:
     session = opened()
     session.connection_lost()
     assert not session.is_open and session.neutral_first
+
+
+@pytest.mark.parametrize(("driver", "flag"), [("", BoardFlag.IMU_BAD), ("bno085_rvc", 0)])
+def test_a_board_without_an_imu_beside_another_one_is_no_fault(driver: str, flag: int) -> None:
+    imu = msgspec.structs.replace(ROBOT.sensors.imu, driver=driver)
+    sensors = msgspec.structs.replace(ROBOT.sensors, imu=imu)
+    session = BoardSession(msgspec.structs.replace(ROBOT, sensors=sensors))
+    session.receive_data(motion(1, 1000, BoardFlag.IMU_BAD), 1000)
+    assert session.flags == flag
 
 
 def test_changed_limits_of_a_compatible_board_are_named() -> None:

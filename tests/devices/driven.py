@@ -16,6 +16,7 @@ from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import WallClock
 from chefbot.runtime.loop import DEVICE, Loop
 from chefbot.runtime.node import Context
@@ -27,7 +28,7 @@ PERIOD_NS = 50_000_000
 class Driven:
     """A board device on a real clock, commanded as the base node does it: 20 times a second, zeros too."""
 
-    def __init__(self, port: str, robot: str = "chefbot") -> None:
+    def __init__(self, port: str, robot: str | Robot = "chefbot") -> None:
         self.loop = Loop(WallClock(), time.time_ns())
         self.received: dict[str, list[Message]] = {}
         self.speed: float | None = 0.0
@@ -35,7 +36,7 @@ class Driven:
         self.turn = 0.0
         """m/s that the right wheel is faster by than the mean, and the left one slower."""
         self.stamp_age_ns = 0
-        self._robot = load_robot(robot)
+        self._robot = load_robot(robot) if isinstance(robot, str) else robot
         self.loop.add_observer(lambda one: self.received.setdefault(one.topic, []).append(one.message))
         context = Context("board", self.loop, self._robot, TransformBuffer())
         self.device = MotorBoardDevice(context, BoardParams(port=port))

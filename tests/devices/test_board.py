@@ -14,6 +14,7 @@ from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
 
+import msgspec
 import pytest
 from tests.devices.driven import Driven, clear_faults, drive, push, ready, standing
 from tests.devices.emulated import Cable, Emulator
@@ -23,6 +24,7 @@ from chefbot.board.messages import MotionLine
 from chefbot.board.status_codes import BoardFlag
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelTicks
+from chefbot.robot.load import load_robot
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +64,15 @@ def test_board_drives_and_publishes_its_sensors(driven: Driven, cable: Cable) ->
     steps = [b - a for a, b in pairwise(stamps)]
     assert min(steps) > 0
     assert math.isclose(statistics.median(steps), 20e6, rel_tol=0.05)  # 50 Hz on the board's own clock
+
+
+def test_the_board_s_imu_is_not_published_beside_another_one(cable: Cable) -> None:
+    robot = load_robot("chefbot")
+    imu = msgspec.structs.replace(robot.sensors.imu, driver="bno085_rvc")
+    sensors = msgspec.structs.replace(robot.sensors, imu=imu)
+    with Driven(str(cable.path), msgspec.structs.replace(robot, sensors=sensors)) as driven:
+        driven.until(lambda: len(driven.received.get("wheel_ticks", [])) > 50, "ticks")
+    assert "imu/data" not in driven.received
 
 
 def test_missing_commands_stop_the_wheels(driven: Driven, cable: Cable) -> None:

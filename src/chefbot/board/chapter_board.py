@@ -22,10 +22,10 @@ from chefbot.board.chapter_messages import (
     ChapterTime,
     duty_line,
 )
-from chefbot.board.clock_sync import ClockSync
-from chefbot.board.counter_unwrap import wrap_signed
 from chefbot.board.sensors import range_message
 from chefbot.board.wheel_pid import WheelPid
+from chefbot.maths.clock_sync import ClockSync
+from chefbot.maths.counter_unwrap import wrap_signed
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.diagnostic_msgs import ERROR, WARN, DiagnosticStatus, KeyValue
 from chefbot.msgs.geometry_msgs import Quaternion

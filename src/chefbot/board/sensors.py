@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.board.counter_unwrap import CounterUnwrapper, wrap_signed
 from chefbot.board.messages import (
     NO_ECHO,
     NO_SENSOR,
@@ -19,6 +18,7 @@ from chefbot.board.messages import (
     MotionLine,
 )
 from chefbot.board.sequence_filter import ReceivedLine
+from chefbot.maths.counter_unwrap import CounterUnwrapper, wrap_signed
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.geometry_msgs import Vector3
 from chefbot.msgs.idl.message import Message

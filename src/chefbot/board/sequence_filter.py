@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from chefbot.board.clock_sync import ClockSync
 from chefbot.board.messages import BoardLine, TimedLine
+from chefbot.maths.clock_sync import ClockSync
 
 MIN_DELAY_NS, MAX_DELAY_NS = -250_000_000, 5_000_000_000
 """Limits of a line's delay on the clock model, ns; outside, it is from another run of the board or damaged."""

@@ -64,6 +64,7 @@ class BoardSession:
         """`token`: any number, preferably different for each process, to recognize answers to the handshakes
         of another one."""
         self._robot = robot
+        self._ignored = BoardFlag.IMU_BAD if robot.sensors.imu.driver else 0
         self._splitter = LineSplitter()
         self.stream = SequenceFilter()
         self._token = token % TOKENS
@@ -142,7 +143,7 @@ class BoardSession:
             self._motion_ns = now_ns
         # Both lines report the flags; they also show a session that the board has closed.
         if isinstance(line, MotionLine | StatusLine):
-            self.flags = line.flags
+            self.flags = line.flags & ~self._ignored
             self._check_session_flag(now_ns)
 
     def _check_session_flag(self, now_ns: int) -> None:

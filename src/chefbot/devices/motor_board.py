@@ -19,6 +19,7 @@ from chefbot.devices.serial_ports import open_port
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray, DiagnosticStatus, KeyValue
+from chefbot.msgs.sensor_msgs import Imu
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.robot.sensors import AUTO
 from chefbot.runtime.clock import wall_ns
@@ -65,6 +66,8 @@ class MotorBoardDevice(MotorBoardNode):
                 f"the board's port {self.params.port} does not exist; plug it in, look at `chefbot doctor` for "
                 "the available ports, or set board_port:=auto"
             )
+        if self.robot.sensors.imu.driver:
+            self.imu.unadvertise()
         self._link: MotorBoardLink | None = None
         self._connected = self._stop_pressed = False
         self._port, self._missing_reason = self.params.port, "the board has not been found yet"
@@ -78,10 +81,14 @@ class MotorBoardDevice(MotorBoardNode):
             lambda reason: self.post(lambda: self._on_lost(reason)),
             lambda reason: self.post(lambda: self._on_missing(reason)),
         )
-        lidar = self.robot.sensors.lidar
-        others = frozenset((lidar.port,)) if lidar is not None and lidar.port != AUTO else frozenset[str]()
-        self._line = SerialConnection(self.params.port, BOARD, events, others)
+        self._line = SerialConnection(self.params.port, BOARD, events, self._ports_of_others())
         self._line.start()
+
+    def _ports_of_others(self) -> frozenset[str]:
+        """Return the ports that the robot file gives to other devices."""
+        sensors = self.robot.sensors
+        ports = {sensors.imu.port} | ({sensors.lidar.port} if sensors.lidar is not None else set())
+        return frozenset(ports - {AUTO})
 
     def stop(self) -> None:
         """Send a final stop and close the port; the board's watchdog would stop the wheels a little later."""
@@ -137,7 +144,8 @@ class MotorBoardDevice(MotorBoardNode):
         # Time of reception on the loop's clock: subtract the delay since the thread read the bytes.
         received_ns = self.now_ns - max(0, wall_ns() - at_ns)
         for message in self._link.receive_data(data, received_ns):
-            self.publish_sensor_message(message)
+            if not (self.robot.sensors.imu.driver and isinstance(message, Imu)):
+                self.publish_sensor_message(message)
         if self._link.refused is not None:
             raise UserError(f"{self._port}: {self._link.refused}")
         if self._link.notice is not None and self._link.notice != self._notice:

@@ -12,7 +12,7 @@ import struct
 
 import numpy as np
 
-from chefbot.lidar.framing import FrameFormat, Framer, LidarFrame
+from chefbot.byte_frames import ByteFrame, FrameFormat, Framer
 from chefbot.lidar.session import LidarSession
 from chefbot.lidar.turns import Samples, bearings_of
 
@@ -93,7 +93,7 @@ class Ld19Session(LidarSession):
         """Number of frames with a wrong checksum or angles that the speed does not allow."""
         return self._framer.damaged + self._implausible
 
-    def _decode(self, frames: list[LidarFrame]) -> Samples:
+    def _decode(self, frames: list[ByteFrame]) -> Samples:
         """Decode frames together, as that takes little longer than for one of them."""
         fields = np.frombuffer(b"".join(frame.data for frame in frames), FRAME)
         start, end = fields["start"].astype(np.float64), fields["end"].astype(np.float64)

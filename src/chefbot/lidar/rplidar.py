@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chefbot.lidar.framing import FrameFormat, Framer, LidarFrame
+from chefbot.byte_frames import ByteFrame, FrameFormat, Framer
 from chefbot.lidar.rplidar_samples import (
     CAPSULES,
     FULL_TURN,
@@ -96,7 +96,7 @@ class RplidarSession(LidarSession):
         self._model, self._description = -1, ""
         self._answers = bytearray()
         self._framer: Framer | None = None
-        self._previous: LidarFrame | None = None
+        self._previous: ByteFrame | None = None
         self._damaged = 0
         self._sampled_ns = self._requested_ns = -1
         self._steps = [*self._SETUP]
@@ -230,7 +230,7 @@ class RplidarSession(LidarSession):
         self._mode = self._mode._replace(data_type=kind)
         return True
 
-    def _decode(self, frame: LidarFrame) -> Samples | None:
+    def _decode(self, frame: ByteFrame) -> Samples | None:
         """Return the samples of a packet, or of the capsule before it."""
         if self._mode.data_type == STANDARD:
             return self._samples(*decode_standard(frame.data), frame.began_ns)

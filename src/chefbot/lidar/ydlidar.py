@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.lidar.framing import FrameFormat, Framer, LidarFrame
+from chefbot.byte_frames import ByteFrame, FrameFormat, Framer
 from chefbot.lidar.session import LidarSession
 from chefbot.lidar.turns import Samples, bearings_of
 
@@ -115,7 +115,7 @@ class YdlidarSession(LidarSession):
         """Return the request that ends the scan."""
         return b"" if self._model.one_way else STOP
 
-    def _decode(self, frame: LidarFrame) -> Samples | None:
+    def _decode(self, frame: ByteFrame) -> Samples | None:
         _, _, count, first, last, _ = HEAD.unpack_from(frame.data)
         if max(first >> 1, last >> 1) > FULL_TURN:
             self._implausible += 1

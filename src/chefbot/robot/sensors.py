@@ -27,6 +27,8 @@ LIDAR_DRIVERS = (
 """Models of lidars with a driver (chefbot.lidar.models)."""
 MAX_IMAGE_PIXELS, MAX_FIELD_OF_VIEW = 4_000_000, 2.6
 """Maximum size of a depth image, and horizontal field of view of its camera, rad: 149 degrees."""
+IMU_DRIVERS = ("bno085_rvc", "witmotion", "witmotion_9600")
+"""Models of IMUs on a serial line of their own with a driver (chefbot.imu.models)."""
 DEPTH_CAMERA_DRIVERS = ("realsense", "oak", "orbbec")
 """Kinds of depth cameras with a driver (chefbot.devices.depth_cameras), and names of the extras that they need."""
 FULL_TURN_TOLERANCE = 1e-6
@@ -59,6 +61,10 @@ class ImuSpec(RobotSection, frozen=True, kw_only=True):
     gyro_bias: Annotated[float, Meta(ge=0, le=1, extra={"unit": "rad/s"})]
     """Standard deviation of the turn-on bias."""
     accelerometer_noise: Annotated[float, Meta(ge=0, le=10, extra={"unit": "m/s^2"})]
+    driver: str = ""
+    """Model on a serial line of its own, one of IMU_DRIVERS; without it, the IMU is wired to the motor board."""
+    port: Annotated[str, Meta(min_length=1)] = AUTO
+    """Serial port of such an IMU, best a path in /dev/serial/by-id; auto: where it sends."""
 
 
 class Ultrasonic(RobotSection, frozen=True, kw_only=True):

@@ -18,6 +18,7 @@ from chefbot.robot.section import Mount, MountingPosition
 from chefbot.robot.sensors import (
     AUTO,
     DEPTH_CAMERA_DRIVERS,
+    IMU_DRIVERS,
     LIDAR_DRIVERS,
     MAX_FIELD_OF_VIEW,
     MAX_IMAGE_PIXELS,
@@ -225,6 +226,10 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
             "sensors.lidar.driver",
             "is missing beside sensors.lidar.port",
         )
+    imu = sensors.imu
+    unknown = f"unknown {imu.driver!r}{name_hint(imu.driver, IMU_DRIVERS)}"
+    yield imu.driver not in ("", *IMU_DRIVERS), "sensors.imu.driver", unknown
+    yield imu.port != AUTO and not imu.driver, "sensors.imu.driver", "is missing beside sensors.imu.port"
     blind = camera is None and lidar is None
     yield blind, "sensors", "neither depth_camera nor lidar: the robot could not see"
 

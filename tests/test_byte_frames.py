@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.lidar.framing import FrameFormat, Framer, LidarFrame
+from chefbot.byte_frames import ByteFrame, FrameFormat, Framer
 
 BAUD = 100_000
 BYTE_NS = 100_000
@@ -39,7 +39,7 @@ FRAMES = st.lists(QUIET.map(frame_of), min_size=2, max_size=8)
 CUTS = st.lists(st.integers(0, 300), max_size=12)
 
 
-def pushed(stream: bytes, cuts: list[int]) -> tuple[list[LidarFrame], Framer]:
+def pushed(stream: bytes, cuts: list[int]) -> tuple[list[ByteFrame], Framer]:
     """Return the frames of a stream that began at 0 and is read at some places, each as soon as it is there."""
     framer, found = Framer(FORMAT, BAUD), []
     places = sorted({min(cut, len(stream)) for cut in cuts} | {len(stream)})

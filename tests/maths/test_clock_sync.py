@@ -5,9 +5,9 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.board.clock_sync import ClockSync
 from chefbot.board.messages import BatteryLine
 from chefbot.board.sequence_filter import SequenceFilter
+from chefbot.maths.clock_sync import ClockSync
 
 MS = 1_000_000
 BITS = 1 << 32

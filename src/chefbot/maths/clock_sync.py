@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.board.counter_unwrap import wrap_signed
+from chefbot.maths.counter_unwrap import wrap_signed
 
 WINDOW_NS = 1_000_000_000
 """Window of the minimum filter, ns; at least one line per window arrives with hardly any delay."""

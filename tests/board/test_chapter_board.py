@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from tests.devices.chapter_board import PERIOD, ROBOT, ChapterBoard
 from tests.devices.driven import Driven
 
-from chefbot.board.chapter_board import COMMAND_TIMEOUT_NS, MAX_SPEED, NOTICE, ChapterLink
+from chefbot.board.chapter_board import MAX_SPEED, NOTICE, ChapterLink
 from chefbot.board.chapter_messages import ChapterReader, parse_chapter
+from chefbot.board.command_gate import COMMAND_TIMEOUT_NS
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import Imu, Range
@@ -56,14 +57,6 @@ def test_the_host_controls_the_speed_for_a_board_without_pid() -> None:
     assert abs(desk.ticks[-1].left - before - 4 * (desk.board.place[0] - at)) <= 4
     stamps = [ticks.header.stamp.ns for ticks in desk.ticks]
     assert all(b - a == STEP_NS for a, b in itertools.pairwise(stamps))  # over the wrap of its clock
-
-
-@given(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0))
-def test_targets_never_exceed_the_maximum_speed(left: float, right: float) -> None:
-    link = ChapterLink(ROBOT)
-    link.command(left, right, 0)
-    assert max(map(abs, link._target)) * ROBOT.wheel_radius <= MAX_SPEED + 1e-12
-    assert math.isclose(link._target[0] * right, link._target[1] * left, abs_tol=1e-9)
 
 
 def test_the_wheels_never_exceed_the_maximum_speed() -> None:

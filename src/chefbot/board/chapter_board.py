@@ -22,6 +22,7 @@ from chefbot.board.chapter_messages import (
     ChapterTime,
     duty_line,
 )
+from chefbot.board.command_gate import NEVER_NS, STANDING, CommandGate
 from chefbot.board.sensors import range_message
 from chefbot.board.wheel_pid import WheelPid
 from chefbot.maths.clock_sync import ClockSync
@@ -36,8 +37,6 @@ from chefbot.robot.spec import Robot
 
 MAX_SPEED = 0.15
 """Maximum speed of either wheel at the ground, m/s: only the hardware switch stops this board."""
-COMMAND_TIMEOUT_NS = 100_000_000
-"""Maximum age of a command, ns; an older one counts as a stop."""
 SILENCE_NS = 300_000_000
 """Without encoder ticks for this long, ns, the wheel motion is unknown and the wheels are stopped."""
 ATTITUDE_STD = 0.01
@@ -67,18 +66,16 @@ class ChapterLink:
         self._reader = ChapterReader()
         self._pids = (WheelPid(robot), WheelPid(robot))
         self._max_tick_rate = MAX_SPEED_FACTOR * robot.motor.no_load_tick_rate
-        self._max_wheel_speed = MAX_SPEED / robot.wheel_radius
+        self._gate = CommandGate(MAX_SPEED / robot.wheel_radius)
         self._battery: int | None = None
-        self._stopped = False
         self.connection_lost()
 
     def connection_lost(self) -> None:
         """Reset commands and counters after the serial connection was lost; an emergency stop stays latched."""
         self._reader.clear()
-        self._target: tuple[float, float] = (0.0, 0.0)
-        self._commanded_ns = self._ticks_ns = -(1 << 62)
+        self._gate.reset()
+        self._ticks_ns = NEVER_NS
         self._duty = (0, 0)
-        self._neutral_first = True
         self._reset_board_state()
 
     def _reset_board_state(self) -> None:
@@ -157,7 +154,7 @@ class ChapterLink:
         return []
 
     def _control(self, deltas: tuple[int, int], dt: float, now_ns: int) -> None:
-        target = self._target if self._may_drive(now_ns) else (0.0, 0.0)
+        target = self._gate.speeds(now_ns) if self._may_drive(now_ns) else STANDING
         # One PI controller with feed-forward per wheel gives the duty cycle.
         duties = (
             pid.update(speed, ticks, dt) for pid, speed, ticks in zip(self._pids, target, deltas, strict=True)
@@ -186,34 +183,26 @@ class ChapterLink:
     def command(self, left: float, right: float, now_ns: int) -> bytes:
         """Set the angular velocities of the wheels, rad/s, both scaled down by one factor to MAX_SPEED.
 
-        The duty cycle follows with the next ticks, so there is nothing to send at once. Values that are not
-        finite are ignored.
+        The duty cycle follows with the next ticks, so there is nothing to send at once.
         """
-        if not (math.isfinite(left) and math.isfinite(right)):
-            return b""
-        # One common factor for both wheels preserves the curvature.
-        fastest = max(abs(left), abs(right), self._max_wheel_speed)
-        scale = min(1.0, self._max_wheel_speed / fastest)
-        self._neutral_first = self._neutral_first and (left, right) != (0.0, 0.0)
-        self._target, self._commanded_ns = (left * scale, right * scale), now_ns
+        self._gate.command(left, right, now_ns)
         return b""
 
     def stop(self, now_ns: int) -> bytes:
         """Latch the emergency stop and return the line with duty 0, which brakes."""
-        self._stopped = True
+        self._gate.stop()
         return self.data_to_send(now_ns)
 
     def clear(self, now_ns: int) -> None:  # noqa: ARG002
         """Release the emergency stop; the robot drives after a stop was commanded once."""
-        self._stopped, self._neutral_first = False, True
+        self._gate.clear()
 
     def data_to_send(self, now_ns: int) -> bytes:
         """Return the duty line; it is sent always, as the board holds the last duty without a timeout."""
         return duty_line(*(self._duty if self._may_drive(now_ns) else (0, 0)))
 
     def _may_drive(self, now_ns: int) -> bool:
-        fresh = now_ns - self._commanded_ns < COMMAND_TIMEOUT_NS and now_ns - self._ticks_ns < SILENCE_NS
-        return fresh and not self._stopped and not self._neutral_first
+        return now_ns - self._ticks_ns < SILENCE_NS and self._gate.may_drive(now_ns)
 
     def report(self, port: str, now_ns: int) -> DiagnosticStatus:
         """Return the diagnostics of the board, at best a warning."""

@@ -9,10 +9,13 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.board.autodetect import BoardProtocol, ProtocolProbe
+from chefbot.board.autodetect import ProtocolProbe
 from chefbot.board.chapter_board import ChapterLink
+from chefbot.board.drives.drive_link import DriveLink
+from chefbot.board.drives.drives import DRIVES
 from chefbot.board.link import BoardLink, MotorBoardLink
 from chefbot.devices.board_node import MotorBoardNode
+from chefbot.devices.drive_probe import drive_device
 from chefbot.devices.port_search import SerialDevice
 from chefbot.devices.serial_connection import ConnectionEvents, SerialConnection, is_missing_path
 from chefbot.devices.serial_ports import open_port
@@ -33,7 +36,7 @@ SEARCH_TIMEOUT_NS = 6_000_000_000
 """Timeout after the start to find the board, ns; later it may be disconnected for any time."""
 
 
-BOARD: SerialDevice[BoardProtocol] = SerialDevice(
+BOARD: SerialDevice[str] = SerialDevice(
     "motor board", open_port, lambda _, now_ns, __: ProtocolProbe(os.getpid(), now_ns)
 )
 
@@ -69,19 +72,25 @@ class MotorBoardDevice(MotorBoardNode):
         if self.robot.sensors.imu.driver:
             self.imu.unadvertise()
         self._link: MotorBoardLink | None = None
+        self._dialect = ""
         self._connected = self._stop_pressed = False
         self._port, self._missing_reason = self.params.port, "the board has not been found yet"
         self._notice: str | None = None
         self._stale_commands = self._failed_writes = 0
         self._start_ns = self.now_ns
-        self.announcement = f"Motor board: looking for it, port {self.params.port}."
-        events: ConnectionEvents[BoardProtocol] = ConnectionEvents(
+        events: ConnectionEvents[str] = ConnectionEvents(
             lambda path, dialect: self.post(lambda: self._on_open(path, dialect)),
             lambda data, at: self.post(lambda: self._on_data(data, at)),
             lambda reason: self.post(lambda: self._on_lost(reason)),
             lambda reason: self.post(lambda: self._on_missing(reason)),
         )
-        self._line = SerialConnection(self.params.port, BOARD, events, self._ports_of_others())
+        protocol = self.robot.driver.protocol
+        device = drive_device(DRIVES[protocol]) if protocol else BOARD
+        self._title = DRIVES[protocol].title if protocol else "motor board"
+        self.announcement = (
+            f"{self._title[0].upper()}{self._title[1:]}: looking for it, port {self.params.port}."
+        )
+        self._line = SerialConnection(self.params.port, device, events, self._ports_of_others())
         self._line.start()
 
     def _ports_of_others(self) -> frozenset[str]:
@@ -130,14 +139,18 @@ class MotorBoardDevice(MotorBoardNode):
 
     # -- callbacks of the thread, run in the event loop
 
-    def _on_open(self, path: str, dialect: BoardProtocol) -> None:
+    def _on_open(self, path: str, dialect: str) -> None:
         self._port, self._connected = path, True
-        kind = ChapterLink if dialect == "chapter" else BoardLink
-        if type(self._link) is not kind:
-            self._link = kind(self.robot) if kind is ChapterLink else BoardLink(self.robot, os.getpid())
+        if self._link is None or dialect != self._dialect:
+            self._dialect, self._link = dialect, self._new_link(dialect)
         if self._stop_pressed:
             self._link.stop(self.now_ns)
-        self.remark.publish(String(f"Motor board at {path}."))
+        self.remark.publish(String(f"{self._title[0].upper()}{self._title[1:]} at {path}."))
+
+    def _new_link(self, dialect: str) -> MotorBoardLink:
+        if self.robot.driver.protocol:
+            return DRIVES[self.robot.driver.protocol].link(self.robot)
+        return ChapterLink(self.robot) if dialect == "chapter" else BoardLink(self.robot, os.getpid())
 
     def _on_data(self, data: bytes, at_ns: int) -> None:
         assert self._link is not None
@@ -146,6 +159,8 @@ class MotorBoardDevice(MotorBoardNode):
         for message in self._link.receive_data(data, received_ns):
             if not (self.robot.sensors.imu.driver and isinstance(message, Imu)):
                 self.publish_sensor_message(message)
+        if isinstance(self._link, DriveLink):  # after an answer the next request is due
+            self._send(self._link.data_to_send(self.now_ns))
         if self._link.refused is not None:
             raise UserError(f"{self._port}: {self._link.refused}")
         if self._link.notice is not None and self._link.notice != self._notice:
@@ -161,7 +176,7 @@ class MotorBoardDevice(MotorBoardNode):
         self._publish_health()
 
     def _on_missing(self, reason: str) -> None:
-        self._missing_reason = f"no motor board found: {reason}"
+        self._missing_reason = f"no {self._title} found: {reason}"
         if self._link is None and self.now_ns - self._start_ns > SEARCH_TIMEOUT_NS:
             raise UserError(self._missing_reason)
 

@@ -32,6 +32,8 @@ from chefbot.robot.quantities import (
 )
 from chefbot.robot.section import RobotSection, Size
 
+DRIVE_PROTOCOLS = ("roboclaw", "ddsm115")
+"""Motor drives with a controller of their own (chefbot.board.drives)."""
 ROTOR_INERTIA_FACTOR = 1.63e-3
 """Rotor inertia as a share of the motor's mass times its diameter squared: 5e-7 kg m^2 for a Pololu 37D motor
 (estimated); rotors of one design scale with both."""
@@ -100,6 +102,8 @@ class MotorDriver(RobotSection, frozen=True, kw_only=True):
     size: Size
     mass: Mass
     source: Text
+    protocol: str = ""
+    """Protocol of a drive with its own controller, one of DRIVE_PROTOCOLS; without it, a motor board controls it."""
 
 
 class Battery(RobotSection, frozen=True, kw_only=True):

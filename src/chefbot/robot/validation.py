@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from chefbot.errors import name_hint
+from chefbot.robot.drivetrain import DRIVE_PROTOCOLS
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.layout import body_height
@@ -185,6 +186,8 @@ def _drive(robot: Robot) -> Iterator[Contradiction]:
     yield battery.voltage > battery.full_voltage, "battery.voltage", "is above battery.full_voltage"
     driver = robot.driver
     yield driver.voltage_min >= driver.voltage_max, "driver.voltage_min", "is not below driver.voltage_max"
+    unknown = f"unknown {driver.protocol!r}{name_hint(driver.protocol, DRIVE_PROTOCOLS)}"
+    yield driver.protocol not in ("", *DRIVE_PROTOCOLS), "driver.protocol", unknown
 
 
 def _sensors(robot: Robot) -> Iterator[Contradiction]:

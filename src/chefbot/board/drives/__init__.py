@@ -1,0 +1,1 @@
+"""Motor drives with a controller of their own, on a serial line without a motor board."""

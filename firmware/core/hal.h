@@ -33,6 +33,9 @@ void hal_ping(void *port);
 // False: no acknowledge, or time-out.
 bool hal_i2c_write(void *port, uint8_t address, uint8_t reg, uint8_t value);
 bool hal_i2c_read(void *port, uint8_t address, uint8_t reg, uint8_t *bytes, uint8_t count);
+// Nine clock pulses and a stop condition: they free a chip that holds SDA low since a reset in the middle of a read
+// (I2C-bus specification UM10204, 3.1.16).
+void hal_i2c_clear(void *port);
 
 // All or nothing; false: no room.
 bool hal_send(void *port, const char *bytes, uint8_t count);

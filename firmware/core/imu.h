@@ -1,5 +1,5 @@
-// MPU-6050 at register level (InvenSense RM-MPU-6000A-00): 500 deg/s, 4 g, 42 Hz low-pass, sampled once per control
-// step. Axes are the chip's own.
+// MPU-6050 and its relatives at register level (InvenSense RM-MPU-6000A-00, RM-MPU-6500A-00): 500 deg/s, 4 g, 42 Hz
+// low-pass, sampled once per control step. Axes are the chip's own.
 #pragma once
 
 #include <stdint.h>
@@ -17,14 +17,18 @@ class Imu {
     // Whether wheels or motors move the robot. More than 1 s at rest gives a new estimate of the gyro's offset.
     void rest(bool resting);
 
+    // WHO_AM_I of the chip on the bus, 0 if none answers.
+    uint8_t id() const { return id_; }
     // The last sample can be trusted.
     bool good() const { return good_; }
     // rad/s * 10^6
     int32_t rate(uint8_t axis) const { return scaled(raw_[4 + axis], MICRORADIANS_Q7, 7); }
     // m/s^2 * 10^3
     int32_t acceleration(uint8_t axis) const { return scaled(raw_[axis], GRAVITY_MM, G_BITS); }
-    // 1/100 degree Celsius: raw / 340 + 36.53
-    int32_t temperature() const { return scaled(raw_[3], 19275, 16) + 3653; }
+    // 1/100 degree Celsius: raw / 340 + 36.53, or raw / 333.87 + 21 from the MPU-6500 on
+    int32_t temperature() const {
+        return id_ == MPU6050 ? scaled(raw_[3], 19275, 16) + 3653 : scaled(raw_[3], 19629, 16) + 2100;
+    }
     // Turn about the chip's z since the start, 10^-8 rad, modulo 2^32: the sum of rates, 10 ms each.
     uint32_t angle() const { return angle_; }
     // Samples in `angle`, modulo 2^16.
@@ -38,6 +42,8 @@ class Imu {
     static constexpr int32_t GRAVITY_MM = 9807;  // mm/s^2 per g
     static constexpr uint8_t G_BITS = 13;
     static_assert(LSB_PER_G == 1 << G_BITS, "a shift divides by it");
+
+    static constexpr uint8_t MPU6050 = 0x68;  // its WHO_AM_I
 
     enum State : uint8_t { ABSENT, RESETTING, SETTLING, RUNNING };
 
@@ -54,6 +60,7 @@ class Imu {
 
     int16_t raw_[7] = {0};  // ax ay az temperature gx gy gz
     State state_ = ABSENT;
+    uint8_t id_ = 0;
     bool good_ = false;
     bool resting_ = false;
     uint8_t wait_ = 0;    // steps

@@ -106,7 +106,7 @@ void Board::tell_battery(const Snapshot &at) {
 
 void Board::tell_time(const Snapshot &at) {
     Line line = begin('t', at);
-    line.count(at.step / CONTROL_HZ).count(dropped_).count(missed_);
+    line.count(at.step / CONTROL_HZ).count(dropped_).count(missed_).hex(imu_.id(), 2);
     send(&line);
 }
 

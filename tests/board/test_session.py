@@ -168,11 +168,26 @@ def test_the_fault_that_keeps_the_motors_off_has_its_remedy(stopped: int) -> Non
     assert link.fault == ""
 
 
+@pytest.mark.parametrize(
+    ("identity", "text"),
+    [
+        (0, "No IMU answers"),
+        (0xEA, "id 0xEA, which the firmware does not know"),
+        (0x70, "MPU-6500 (id 0x70), is stuck"),
+    ],
+)
+def test_an_unused_imu_is_named_by_its_chip(identity: int, text: str) -> None:
+    health, session = LinkDiagnostics(), opened()
+    session.receive_data(motion(9, MS, BoardFlag.IMU_BAD), MS)
+    health.update(UptimeLine(0, 0, 5, 0, 0, identity), MS)
+    assert text in health.report(session, "port", MS).message
+
+
 def test_a_refused_line_is_reported_for_a_limited_time() -> None:
     health, session = LinkDiagnostics(), opened()
     health.update(status(), 0)
     health.update(status(refused=1, reason=2), MS)
-    health.update(UptimeLine(0, 0, 5, 1, 2), MS)
+    health.update(UptimeLine(0, 0, 5, 1, 2, 0x70), MS)
     report = health.report(session, "port", 2 * MS)
     assert "its form was wrong" in report.message
     assert {value.key: value.value for value in report.values}["lines dropped (buffer full)"] == "1"
@@ -208,7 +223,7 @@ def test_every_line_is_described_in_si_units() -> None:
         InertiaLine(0, 0, 1_000_000, 0, 0, 0, 0, 9806, 2500, 0): "+9.806 m/s^2",
         status(): "set 100 100 ticks/s", EchoLine(0, 0, NO_ECHO): "no echo",
         EchoLine(0, 0, NO_SENSOR): "no sensor", BatteryLine(0, 0, 12013): "12.01 V",
-        UptimeLine(0, 0, 60, 0, 0): "up 60 s",
+        UptimeLine(0, 0, 60, 0, 0, 0x68): "up 60 s",
     }  # fmt: skip
     for line, part in lines.items():
         assert part in describe(line)[1]

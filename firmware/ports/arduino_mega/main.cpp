@@ -4,6 +4,7 @@
 #include <avr/wdt.h>
 #include <util/delay.h>
 
+#include "../i2c_clear.h"
 #include "../ring.h"
 #include "board.h"
 #include "robot_constants.h"
@@ -61,7 +62,7 @@ bool twi_send(uint8_t byte) {
     return twi(0) && (twi_status() == 0x18 || twi_status() == 0x28);
 }
 
-// Frees the bus from a slave that hangs within a byte.
+// Ends the action of the bus, or gives it up.
 bool twi_stop(bool result) {
     TWCR = 1 << TWINT | 1 << TWEN | 1 << TWSTO;
     for (uint16_t i = 0; TWCR & 1 << TWSTO; ++i) {
@@ -86,6 +87,16 @@ bool twi_receive(uint8_t address, uint8_t *bytes, uint8_t count) {
     }
     return true;
 }
+
+// The bus by hand: a line is low as an output, and high through its pull-up as an input.
+struct BusLines {
+    void scl(bool high) const { set(1 << SCL, high); }
+    void sda(bool high) const { set(1 << SDA, high); }
+    void set(uint8_t pin, bool high) const {
+        DDRD = static_cast<uint8_t>(high ? DDRD & ~pin : DDRD | pin);
+        _delay_us(5);
+    }
+};
 
 }  // namespace
 
@@ -144,6 +155,12 @@ bool hal_i2c_write(void *, uint8_t address, uint8_t reg, uint8_t value) {
 
 bool hal_i2c_read(void *, uint8_t address, uint8_t reg, uint8_t *bytes, uint8_t count) {
     return twi_stop(twi_address(address, reg) && twi_receive(address, bytes, count));
+}
+
+void hal_i2c_clear(void *) {
+    TWCR = 0;  // the pins are inputs without pull-ups again; those of the bus are on the board
+    clear_bus(BusLines());
+    TWCR = 1 << TWEN;
 }
 
 bool hal_send(void *, const char *bytes, uint8_t count) {

@@ -15,6 +15,7 @@ uint8_t hal_cliffs(void *) { return world; }
 uint16_t hal_battery_mv(void *) { return world; }
 void hal_ping(void *) {}
 bool hal_i2c_write(void *, uint8_t, uint8_t, uint8_t) { return world; }
+void hal_i2c_clear(void *) {}
 bool hal_i2c_read(void *, uint8_t, uint8_t, uint8_t *bytes, uint8_t) {
     *bytes = world;
     return world;

@@ -45,7 +45,7 @@ struct chefbot_board {
     uint16_t battery_mv = 12000;
     int32_t echo_us = CHEFBOT_NO_ECHO;
     uint64_t echo_rise = NEVER, echo_fall = NEVER;
-    bool imu_answers = true;
+    bool imu_answers = true, imu_holds_bus = false;
     uint8_t imu[128];
 
     void power_on(bool after_watchdog);
@@ -84,7 +84,7 @@ void hal_ping(void *port) {
 
 bool hal_i2c_write(void *port, uint8_t address, uint8_t reg, uint8_t value) {
     chefbot_board &board = of(port);
-    if (address != IMU_ADDRESS || !board.imu_answers) return false;
+    if (address != IMU_ADDRESS || !board.imu_answers || board.imu_holds_bus) return false;
     const bool reset = reg == IMU_POWER && (value & 0x80);
     board.imu[reg & 127] = reset ? 0x40 : value;
     return true;
@@ -92,10 +92,12 @@ bool hal_i2c_write(void *port, uint8_t address, uint8_t reg, uint8_t value) {
 
 bool hal_i2c_read(void *port, uint8_t address, uint8_t reg, uint8_t *bytes, uint8_t count) {
     const chefbot_board &board = of(port);
-    if (address != IMU_ADDRESS || !board.imu_answers) return false;
+    if (address != IMU_ADDRESS || !board.imu_answers || board.imu_holds_bus) return false;
     for (uint8_t i = 0; i < count; ++i) bytes[i] = board.imu[(reg + i) & 127];
     return true;
 }
+
+void hal_i2c_clear(void *port) { of(port).imu_holds_bus = false; }
 
 bool hal_send(void *port, const char *bytes, uint8_t count) {
     chefbot_board &board = of(port);
@@ -240,6 +242,10 @@ double chefbot_board_lsb_per_g(void) { return chefbot::Imu::LSB_PER_G; }
 double chefbot_board_lsb_per_degree(void) { return chefbot::Imu::LSB_PER_10_DEGREES / 10.0; }
 
 void chefbot_board_imu_answers(chefbot_board *board, int32_t answers) { board->imu_answers = answers != 0; }
+
+void chefbot_board_imu_id(chefbot_board *board, int32_t id) { board->imu[IMU_WHO] = static_cast<uint8_t>(id); }
+
+void chefbot_board_imu_holds_bus(chefbot_board *board) { board->imu_holds_bus = true; }
 
 void chefbot_board_battery(chefbot_board *board, int32_t millivolts) {
     board->battery_mv = static_cast<uint16_t>(millivolts < 0 ? 0 : millivolts > 65535 ? 65535 : millivolts);

@@ -53,6 +53,10 @@ double chefbot_board_lsb_per_g(void);
 double chefbot_board_lsb_per_degree(void);
 // 0: the IMU does not answer on the bus.
 void chefbot_board_imu_answers(chefbot_board *board, int32_t answers);
+// What the IMU answers to WHO_AM_I; 0x68, an MPU-6050, at first.
+void chefbot_board_imu_id(chefbot_board *board, int32_t id);
+// The IMU holds SDA low, as after a reset of the board in the middle of a read, until the bus is cleared.
+void chefbot_board_imu_holds_bus(chefbot_board *board);
 void chefbot_board_battery(chefbot_board *board, int32_t millivolts);
 // What the next pings hear: round trip in us, CHEFBOT_NO_ECHO, or CHEFBOT_NO_SENSOR.
 void chefbot_board_echo(chefbot_board *board, int32_t us);

@@ -1,6 +1,7 @@
 // Raspberry Pi Pico (RP2040), bare registers (RP2040 data sheet). Runs from its 12 MHz crystal without PLL: a control step
 // takes 1 % of its period even so, and no PLL can lose lock.
 #include "../arm/cortex.h"
+#include "../i2c_clear.h"
 #include "board.h"
 #include "robot_constants.h"
 
@@ -16,7 +17,7 @@ const uint32_t XOSC = 0x40024000, XOSC_STATUS = 0x04, XOSC_STARTUP = 0x0C;
 const uint32_t CLOCKS = 0x40008000, REF_CTRL = 0x30, REF_SELECTED = 0x38, SYS_CTRL = 0x3C, SYS_SELECTED = 0x44, PERI_CTRL = 0x48,
                ADC_CTRL = 0x60;
 const uint32_t IO_BANK0 = 0x40014000, INTR = 0xF0, PROC0_INTE = 0x100, PADS = 0x4001C004;
-const uint32_t SIO_IN = 0xD0000004, SIO_SET = 0xD0000014, SIO_CLR = 0xD0000018, SIO_OE_SET = 0xD0000024;
+const uint32_t SIO_IN = 0xD0000004, SIO_SET = 0xD0000014, SIO_CLR = 0xD0000018, SIO_OE_SET = 0xD0000024, SIO_OE_CLR = 0xD0000028;
 const uint32_t PWM0 = 0x40050000, PWM_CC = 0x0C, PWM_TOP = 0x10;
 const uint32_t TIMER_RAW = 0x40054028;
 const uint32_t ADC = 0x4004C000, ADC_RESULT = 0x04;
@@ -66,6 +67,17 @@ void i2c_to(uint8_t address) {
     const uint32_t reason = reg(I2C0 + IC_CLR_ABORT);  // reading forgets it
     (void)reason;
 }
+
+// The bus by hand: a line is low as an output, and high through its pull-up as an input.
+struct BusLines {
+    void scl(bool high) const { set(1u << SCL, high); }
+    void sda(bool high) const { set(1u << SDA, high); }
+    void set(uint32_t pin, bool high) const {
+        reg(high ? SIO_OE_CLR : SIO_OE_SET) = pin;
+        const uint32_t start = reg(TIMER_RAW);
+        while (reg(TIMER_RAW) - start < 6) {}
+    }
+};
 
 const uint32_t READ = 1u << 8, STOP = 1u << 9, RESTART = 1u << 10;
 const uint32_t ROOM = 1u << 1, ALL_SENT = 1u << 2, ACTIVE = 1u << 5;
@@ -131,6 +143,16 @@ bool hal_i2c_read(void *, uint8_t address, uint8_t reg_number, uint8_t *bytes, u
         bytes[i] = static_cast<uint8_t>(reg(I2C0 + IC_DATA_CMD));
     }
     return true;
+}
+
+void hal_i2c_clear(void *) {
+    reg(I2C0 + IC_ENABLE) = 0;
+    reg(SIO_CLR) = 1u << SCL | 1u << SDA;
+    connect(SCL, FUNCTION_SIO, PULLED_UP);
+    connect(SDA, FUNCTION_SIO, PULLED_UP);
+    clear_bus(BusLines());
+    connect(SDA, FUNCTION_I2C, PULLED_UP);
+    connect(SCL, FUNCTION_I2C, PULLED_UP);
 }
 
 bool hal_send(void *, const char *bytes, uint8_t count) { return uart.send(bytes, count); }

@@ -1,6 +1,7 @@
 // Tiva C Launchpad EK-TM4C123GXL at 80 MHz, bare registers (TM4C123GH6PM data sheet, SPMS376). The chip's two QEI blocks
 // count the encoders, so the encoders are on their pins and not on those of the chapter.
 #include "../arm/cortex.h"
+#include "../i2c_clear.h"
 #include "board.h"
 #include "robot_constants.h"
 
@@ -57,6 +58,8 @@ uint16_t microseconds() { return static_cast<uint16_t>(0xFFFFu - (reg(TIMER0 + T
 // One bus action; false after an error or 1 ms.
 bool i2c(uint32_t command) {
     reg(I2C0 + I2C_MCS) = command;
+    // BUSY rises some clocks after the command (TivaWare waits for it in a loop of its own)
+    for (uint32_t i = 0; i < 8; ++i) (void)reg(I2C0 + I2C_MCS);
     for (uint32_t i = 0; i < CLOCK / 1000 / 8; ++i) {
         if (!(reg(I2C0 + I2C_MCS) & BUSY)) return !(reg(I2C0 + I2C_MCS) & ERROR);
     }
@@ -76,6 +79,17 @@ void alternate(uint32_t port, uint32_t pins, uint32_t function) {
     set_bits(port + AFSEL, pins);
     set_bits(port + DEN, pins);
 }
+
+// The bus by hand, both lines as open drains.
+struct BusLines {
+    void scl(bool high) const { set(bit(SCL), high); }
+    void sda(bool high) const { set(bit(SDA), high); }
+    void set(uint32_t pin, bool high) const {
+        reg(PORT_B + (pin << 2)) = high ? pin : 0;
+        const uint16_t start = microseconds();
+        while (static_cast<uint16_t>(microseconds() - start) < 6) {}
+    }
+};
 
 }  // namespace
 
@@ -139,6 +153,18 @@ bool hal_i2c_read(void *, uint8_t address, uint8_t reg_number, uint8_t *bytes, u
         bytes[i] = static_cast<uint8_t>(reg(I2C0 + I2C_MDR));
     }
     return true;
+}
+
+void hal_i2c_clear(void *) {
+    const uint32_t pins = bit(SCL) | bit(SDA);
+    reg(PORT_B + (pins << 2)) = pins;
+    set_bits(PORT_B + ODR, pins);
+    set_bits(PORT_B + DIR, pins);
+    clear_bits(PORT_B + AFSEL, pins);
+    clear_bus(BusLines());
+    set_bits(PORT_B + AFSEL, pins);
+    clear_bits(PORT_B + DIR, pins);
+    clear_bits(PORT_B + ODR, bit(SCL));
 }
 
 bool hal_send(void *, const char *bytes, uint8_t count) { return uart.send(bytes, count); }

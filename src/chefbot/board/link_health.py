@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from chefbot.board.imu_chips import chip_name, imu_fault
 from chefbot.board.messages import BoardLine, StatusLine, UptimeLine
 from chefbot.board.session import BoardSession
 from chefbot.board.status_codes import (
     FAULT_LATCHED,
     LATCHED,
+    BoardFlag,
     BoardState,
     as_text,
     motors_off,
@@ -77,6 +79,8 @@ class LinkDiagnostics:
 
     def _warnings(self, session: BoardSession, now_ns: int) -> list[str]:
         sentences = warnings(session.flags)
+        if session.flags & BoardFlag.IMU_BAD and self.uptime is not None:
+            sentences = [*warnings(session.flags & ~BoardFlag.IMU_BAD), imu_fault(self.uptime.imu)]
         if session.waiting_for_stop(now_ns):
             sentences.append(NEUTRAL_REQUIRED)
         if session.ticks_stale(now_ns):
@@ -122,4 +126,5 @@ class LinkDiagnostics:
             values["uptime"] = f"{uptime.uptime} s"
             values["lines dropped (buffer full)"] = uptime.dropped
             values["control steps missed"] = uptime.missed
+            values["IMU"] = chip_name(uptime.imu)
         return values

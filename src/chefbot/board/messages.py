@@ -118,11 +118,15 @@ class BatteryLine(TimedLine, frozen=True):
 
 
 class UptimeLine(TimedLine, frozen=True):
-    """Line `t`: seconds since power-on, lines dropped for lack of buffer space, missed control steps."""
+    """Line `t`: seconds since power-on, lines dropped for lack of buffer space, missed control steps, IMU.
+
+    imu: WHO_AM_I of the IMU's chip, 0 if none answers.
+    """
 
     uptime: int
     dropped: int
     missed: int
+    imu: int
 
 
 Field = tuple[str, Callable[[str], Any]]
@@ -145,7 +149,7 @@ _LAYOUTS: dict[str, tuple[type[BoardLine], tuple[Field, ...]]] = {
     "u": (EchoLine, (UNSIGNED, SIGNED)),
     "d": (CliffLine, (UNSIGNED, HEX)),
     "b": (BatteryLine, (UNSIGNED, UNSIGNED)),
-    "t": (UptimeLine, (UNSIGNED,) * 4),
+    "t": (UptimeLine, (*(UNSIGNED,) * 4, HEX)),
     "v": (VersionLine, (SIGNED, WORD, UNSIGNED, WORD, HEX, *(UNSIGNED,) * 8, HEX)),
 }
 _BITS = {"sequence": 16, "t": 32, "samples": 16, "refused": 16, "left": 32, "right": 32, "angle": 32}

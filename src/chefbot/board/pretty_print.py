@@ -11,6 +11,7 @@ from chefbot.board.chapter_messages import (
     ChapterTicks,
     ChapterTime,
 )
+from chefbot.board.imu_chips import chip_name
 from chefbot.board.sensors import SPEED_OF_SOUND
 from chefbot.board.status_codes import BoardFlag, BoardState, faults, reason, warnings
 
@@ -34,7 +35,8 @@ def describe(line: board.BoardLine) -> tuple[str, str]:
         case board.BatteryLine():
             return "b battery", f"{line.millivolts / 1000:.2f} V"
         case board.UptimeLine():
-            return "t time", f"up {line.uptime} s, {line.dropped} lines dropped, {line.missed} steps missed"
+            counts = f"up {line.uptime} s, {line.dropped} lines dropped, {line.missed} steps missed"
+            return "t time", f"{counts}, IMU {chip_name(line.imu)}"
     raise TypeError(f"no description of a {type(line).__name__}")
 
 

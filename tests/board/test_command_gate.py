@@ -23,7 +23,7 @@ def test_a_fast_command_is_scaled_with_its_curvature_kept(left: float, right: fl
     assert math.isclose(first * right, second * left, abs_tol=1e-9)
 
 
-def test_the_first_motion_needs_a_stop_also_after_a_release_and_a_reset() -> None:
+def test_a_stop_comes_before_motion_after_release_and_reset() -> None:
     gate = CommandGate(MAX_SPEED)
     for begin in (lambda: None, gate.clear, gate.reset):
         begin()

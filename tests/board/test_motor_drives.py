@@ -120,7 +120,7 @@ def test_an_emergency_stop_is_latched_until_cleared_and_neutral(bench: DriveBenc
     assert min(bench.speeds) > 1.0
 
 
-def test_a_drive_that_does_not_answer_is_reported_and_stopped_then(bench: DriveBench) -> None:
+def test_a_drive_that_does_not_answer_is_reported(bench: DriveBench) -> None:
     bench.run(0.3, 0.0)
     bench.run(0.5, 2.0)
     bench.cut = True

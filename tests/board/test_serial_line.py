@@ -29,7 +29,7 @@ def stream(count: int, first: int = 0) -> list[bytes]:
         "{t} 2 0000 4138 1485 1370 213 204 0 0 0 0",
         "{t} 5831",
         "{t} 12013",
-        "{t} 5 0 0",
+        "{t} 5 0 0 68",
     )
     return [
         add_checksum(f"{'eisubt'[n % 6]} {(first + n) % 65536} " + kinds[n % 6].format(t=n * STEP_US))

@@ -37,7 +37,7 @@ class CommandGate:
         self._target, self._commanded_ns = (left * scale, right * scale), now_ns
 
     def stop(self) -> None:
-        """Latch the emergency stop."""
+        """Latch the emergency stop until `clear`."""
         self.stopped = True
 
     def clear(self) -> None:

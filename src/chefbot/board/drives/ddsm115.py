@@ -13,7 +13,7 @@ import struct
 
 from chefbot.board.command_gate import NEVER_NS
 from chefbot.board.drives.drive_link import DriveLink
-from chefbot.board.drives.half_duplex import Answer, Request
+from chefbot.board.drives.half_duplex import Answer, LineRequest
 from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
 
@@ -89,7 +89,7 @@ class Ddsm115Link(DriveLink):
         super().__init__(robot)
 
     def connection_lost(self) -> None:
-        """Reset the link."""
+        """Reset the link and both motors."""
         super().connection_lost()
         self._next, self._driven_ns = 0, NEVER_NS
         self._positions: list[int | None] = [None, None]
@@ -102,7 +102,7 @@ class Ddsm115Link(DriveLink):
 
     @property
     def problems(self) -> list[str]:
-        """Errors in the last answers."""
+        """Errors in the motors' last answers."""
         return [
             f"The {side} motor has stopped: {text}."
             for side, errors in zip(("left", "right"), self._errors, strict=True)
@@ -118,7 +118,7 @@ class Ddsm115Link(DriveLink):
         modes, self._mode_frames = self._mode_frames, b""
         return modes + request
 
-    def next_request(self, now_ns: int) -> Request | None:
+    def next_request(self, now_ns: int) -> LineRequest | None:
         """Return the speed of the left motor each period, and that of the right one after it."""
         if self._next == 0:
             if now_ns - self._driven_ns < PERIOD_NS:
@@ -127,7 +127,7 @@ class Ddsm115Link(DriveLink):
         wheel, self._next = self._next, 1 - self._next
         rpm = round(MIRRORED[wheel] * self.speeds(now_ns)[wheel] * 60.0 / (2.0 * math.pi))
         data = speed_frame(IDS[wheel], max(-MAX_RPM, min(MAX_RPM, rpm)))
-        return Request(str(wheel), data, lambda _: LENGTH, lambda answer: _is_answer(answer, IDS[wheel]))
+        return LineRequest(str(wheel), data, lambda _: LENGTH, lambda answer: _is_answer(answer, IDS[wheel]))
 
     def process(self, answer: Answer) -> list[Message]:
         """Return the ticks after the answer of the right motor."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from chefbot.board.command_gate import NEVER_NS, CommandGate
-from chefbot.board.drives.half_duplex import Answer, HalfDuplexLine, Request
+from chefbot.board.drives.half_duplex import Answer, HalfDuplexLine, LineRequest
 from chefbot.maths.counter_unwrap import wrap_signed
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN, DiagnosticStatus, KeyValue
@@ -39,7 +39,7 @@ class DriveLink(ABC):
         self._ticks = (0, 0)
 
     @abstractmethod
-    def next_request(self, now_ns: int) -> Request | None:
+    def next_request(self, now_ns: int) -> LineRequest | None:
         """Return the request that is due now."""
 
     @abstractmethod

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from chefbot.board.drives.ddsm115 import IDS, Ddsm115Link, crc8, speed_frame
 from chefbot.board.drives.drive_link import DriveLink
-from chefbot.board.drives.half_duplex import Request
+from chefbot.board.drives.half_duplex import LineRequest
 from chefbot.board.drives.roboclaw import RoboClawLink, version_request
 from chefbot.robot.spec import Robot
 
@@ -20,11 +20,11 @@ class MotorDrive(NamedTuple):
 
     title: str
     link: Callable[[Robot], DriveLink]
-    greeting: Callable[[], Request]
+    greeting: Callable[[], LineRequest]
 
 
-def _standing() -> Request:
-    return Request(
+def _standing() -> LineRequest:
+    return LineRequest(
         "greeting",
         speed_frame(IDS[0], 0),
         lambda _: 10,

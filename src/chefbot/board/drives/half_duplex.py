@@ -11,7 +11,7 @@ ANSWER_TIMEOUT_NS = 40_000_000
 """Time after which an answer is lost, ns; a drive has forgotten an incomplete request by then."""
 
 
-class Request(NamedTuple):
+class LineRequest(NamedTuple):
     """A request and its answer.
 
     length: bytes of the whole answer, of which the first have come; 0 if more are needed to know it. valid: whether
@@ -41,8 +41,8 @@ class HalfDuplexLine:
         self.clear()
 
     def clear(self) -> None:
-        """Forget the pending request."""
-        self._pending: Request | None = None
+        """Forget the request that is pending."""
+        self._pending: LineRequest | None = None
         self._buffer, self._sent_ns = b"", NEVER_NS
 
     def is_free(self, now_ns: int) -> bool:
@@ -52,7 +52,7 @@ class HalfDuplexLine:
             self._pending = None
         return self._pending is None
 
-    def send(self, request: Request, now_ns: int) -> bytes:
+    def send(self, request: LineRequest, now_ns: int) -> bytes:
         """Return the bytes of a request; what was received before it is no answer to it."""
         self._pending, self._buffer, self._sent_ns = request, b"", now_ns
         return request.data

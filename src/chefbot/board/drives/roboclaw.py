@@ -12,7 +12,7 @@ from binascii import crc_hqx
 from functools import partial
 
 from chefbot.board.drives.drive_link import SLOW, DriveLink
-from chefbot.board.drives.half_duplex import Answer, Request
+from chefbot.board.drives.half_duplex import Answer, LineRequest
 from chefbot.board.sensors import battery_state
 from chefbot.msgs.idl.message import Message
 from chefbot.robot.spec import Robot
@@ -58,22 +58,22 @@ def crc16(data: bytes) -> bytes:
     return struct.pack(">H", crc_hqx(data, 0))
 
 
-def write_request(name: str, command: int, data: bytes) -> Request:
+def write_request(name: str, command: int, data: bytes) -> LineRequest:
     """Return a request that is acknowledged."""
     packet = bytes((ADDRESS, command)) + data
-    return Request(name, packet + crc16(packet), lambda _: 1, lambda answer: answer == ACKNOWLEDGEMENT)
+    return LineRequest(name, packet + crc16(packet), lambda _: 1, lambda answer: answer == ACKNOWLEDGEMENT)
 
 
-def read_request(name: str, command: int, size: int) -> Request:
+def read_request(name: str, command: int, size: int) -> LineRequest:
     """Return a request for so many bytes of data."""
     head = bytes((ADDRESS, command))
-    return Request(name, head, lambda _: size + 2, partial(_is_valid, head))
+    return LineRequest(name, head, lambda _: size + 2, partial(_is_valid, head))
 
 
-def version_request() -> Request:
+def version_request() -> LineRequest:
     """Return the request for the firmware's version, a text that ends with a line feed and a zero."""
     head = bytes((ADDRESS, VERSION))
-    return Request(
+    return LineRequest(
         "version",
         head,
         lambda answer: answer.find(b"\n\0") + 4 if b"\n\0" in answer else 0,
@@ -128,17 +128,17 @@ class RoboClawLink(DriveLink):
 
     @property
     def problems(self) -> list[str]:
-        """Errors in the last status."""
+        """Errors in the controller's last status."""
         found = dict.fromkeys(text for bit, text in ERRORS.items() if self._errors & bit)
         return [f"The RoboClaw has switched its motors off: {text}." for text in found]
 
     @property
     def details(self) -> dict[str, str]:
-        """Version and battery."""
+        """Version of the firmware and battery."""
         volts = "unknown" if self._volts is None else f"{self._volts:.1f} V"
         return {"version": self.version or "unknown", "battery": volts}
 
-    def next_request(self, now_ns: int) -> Request | None:
+    def next_request(self, now_ns: int) -> LineRequest | None:
         """Return the next request of the setup, then speeds and encoders in turn, and status and battery at times."""
         if self._setup:
             return self._setup_request(self._setup[0])
@@ -153,7 +153,7 @@ class RoboClawLink(DriveLink):
         counts = (round(w * self.robot.motor.ticks_per_radian) for w in self.speeds(now_ns))
         return write_request("drive", DRIVE, struct.pack(">2i", *counts))
 
-    def _setup_request(self, step: str) -> Request:
+    def _setup_request(self, step: str) -> LineRequest:
         if step == "version":
             return version_request()
         if step == "pid":
@@ -164,7 +164,7 @@ class RoboClawLink(DriveLink):
         return write_request("timeout", SET_TIMEOUT, bytes((TIMEOUT_TENTHS,)))
 
     @staticmethod
-    def _read(name: str) -> Request:
+    def _read(name: str) -> LineRequest:
         command, size = {"encoders": (ENCODERS, 8), "status": (STATUS, 4), "battery": (BATTERY, 2)}[name]
         return read_request(name, command, size)
 

@@ -34,6 +34,7 @@ def test_an_image_has_its_depth_and_its_time() -> None:
 def test_no_camera_is_connected() -> None:
     from chefbot.devices.depth_cameras.orbbec import open_orbbec
 
+    ob.Context.set_logger_level(ob.OBLogLevel.NONE)
     if ob.Context().query_devices().get_count():
         pytest.skip("an Orbbec camera is connected")
     with pytest.raises(CameraError, match="no Orbbec camera is connected"):

@@ -124,6 +124,7 @@ void happen(chefbot_board *board, Plant *plant, const std::string &event) {
     else if (sscanf(event.c_str(), "echo %d", &a) == 1) chefbot_board_echo(board, a);
     else if (sscanf(event.c_str(), "cliffs %d", &a) == 1) chefbot_board_cliffs(board, a);
     else if (sscanf(event.c_str(), "imu %d", &a) == 1) chefbot_board_imu_answers(board, a);
+    else if (sscanf(event.c_str(), "turn %d %d", &a, &b) == 2) chefbot_board_turn(board, a & 1, b);
     else if (event == "hang") chefbot_board_hang(board);
     else if (event == "power") chefbot_board_power_cycle(board);
     else fprintf(stderr, "chefbot: the board knows no event %s\n", event.c_str());

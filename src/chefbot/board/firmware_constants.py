@@ -67,7 +67,7 @@ def _rows(robot: Robot) -> tuple[tuple[str, int, str, str], ...]:
     ticks = 1.0 / robot.metres_per_tick
     turn_wheel_speed = max_turn(robot) * robot.wheels.separation
     lag = min(round(1000 * _lag(robot)), MAX_LAG_MS)
-    stop_millivolts = round(1000 * robot.battery.empty_voltage)
+    stop_millivolts = round(1000 * robot.battery.empty_voltage / robot.calibration.battery)
     low_millivolts = round(stop_millivolts * (1.0 + LOW_BATTERY_MARGIN))
     imu_period = max(1, round(CONTROL_HZ / robot.sensors.imu.rate))
     sonar = robot.sensors.ultrasonic
@@ -81,8 +81,8 @@ def _rows(robot: Robot) -> tuple[tuple[str, int, str, str], ...]:
         ("deceleration", round(max_deceleration(robot) * ticks), "ticks/s^2", "drive.max_deceleration"),
         ("no_load", round(robot.motor.no_load_tick_rate), "ticks/s", "motor.no_load_speed"),
         ("lag", lag, "ms", "motor, mass with body.payload, wheels"),
-        ("battery_stop", stop_millivolts, "mV", "battery.empty_voltage"),
-        ("battery_low", low_millivolts, "mV", "battery.empty_voltage"),
+        ("battery_stop", stop_millivolts, "mV", "battery.empty_voltage, calibration.battery"),
+        ("battery_low", low_millivolts, "mV", "battery.empty_voltage, calibration.battery"),
         ("imu_period", imu_period, "control steps", "sensors.imu.rate"),
         ("sonar_period", ping_period, "control steps", "sensors.ultrasonic.rate"),
         ("cliff_sensors", len(robot.sensors.cliff_sensors), "inputs", "sensors.cliffs.positions"),

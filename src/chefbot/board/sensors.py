@@ -164,8 +164,9 @@ def cliff_messages(stamp_ns: int, cliffs: int, robot: Robot) -> list[Message]:
 
 
 def battery_state(stamp_ns: int, voltage: float, robot: Robot) -> BatteryState:
-    """Estimate the charge from the voltage, linear from empty to full; the current is not measured."""
+    """Estimate the charge from a reading of the voltage, linear from empty to full; the current is not measured."""
     battery = robot.battery
+    voltage *= robot.calibration.battery
     share = (voltage - battery.empty_voltage) / (battery.full_voltage - battery.empty_voltage)
     capacity = battery.capacity / 3600.0
     return BatteryState(

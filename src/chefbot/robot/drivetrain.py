@@ -149,7 +149,7 @@ class DriveLimits(RobotSection, frozen=True, kw_only=True):
 
 
 class Calibration(RobotSection, frozen=True, kw_only=True):
-    """How one built robot differs from its drawing, as measured by `chefbot robot calibrate`.
+    """How one built robot differs from its drawing, as measured by `chefbot robot calibrate` and `board test`.
 
     Drawings, solids and the simulated body keep the drawn dimensions; the kinematics of this robot use these
     factors.
@@ -164,6 +164,8 @@ class Calibration(RobotSection, frozen=True, kw_only=True):
     """Ratio of the gyro's yaw rate to the true yaw rate."""
     gyro_offset: RateOffset = 0.0
     """Gyro yaw rate of a robot at rest; an initial guess only, as it differs after each power-up."""
+    battery: CalibrationFactor = 1.0
+    """Ratio of the battery's voltage to the motor board's reading (`chefbot board test`)."""
     lidar_yaw: SmallAngle = 0.0
     """Yaw misalignment of the lidar against its mount, positive to the left."""
     camera_yaw: SmallAngle = 0.0

@@ -11,7 +11,7 @@ from chefbot.cli import completion
 from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import ROBOT_OPTION
 
-board_app = new_group("Motor board: find, check, flash, monitor, log, emulate.")
+board_app = new_group("Motor board: find, check, test, flash, monitor, log.")
 _PORT = typer.Argument(
     help="path of a serial port, or auto where there is only one", autocompletion=completion.serial_ports
 )
@@ -49,6 +49,21 @@ def flash(
     from chefbot.cli.board.flash import run_flash
 
     raise typer.Exit(run_flash(board, robot, port))
+
+
+@board_app.command("test")
+def test(
+    port: Annotated[str, _PORT] = "auto",
+    robot: Annotated[str, ROBOT_OPTION] = "chefbot",
+    out: Annotated[Path, typer.Option(help="picture of the wheels' step response")] = Path(
+        "runs/board_test.png"
+    ),
+    write: Annotated[bool, typer.Option("--write", help="write what was measured to the robot file")] = False,
+) -> None:
+    """Test a newly wired board step by step: battery, IMU, emergency stop, encoders, directions, step response."""
+    from chefbot.cli.board.bring_up import run_board_test
+
+    raise typer.Exit(run_board_test(robot, port, out, write))
 
 
 @board_app.command("monitor")

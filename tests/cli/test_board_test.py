@@ -8,10 +8,13 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.devices.emulated import Emulator
 
+from chefbot.board.bring_up import StepResponse
 from chefbot.cli.board import bring_up
+from chefbot.cli.board.step_picture import StepCurve, write_picture
 from chefbot.robot.load import load_robot
 
 ROBOT = load_robot("chefbot")
@@ -97,3 +100,10 @@ def test_mistakes_are_named_and_measures_are_written(
     assert "right encoder counted nothing while its motor was driven" in text
     assert load_robot(str(robot)).calibration.battery > 1.04  # it is charged to 12.6 V at most
     assert not (tmp_path / "step.png").exists()
+
+
+def test_the_picture_shows_each_wheel(tmp_path: Path) -> None:
+    times = np.arange(0.0, 1.0, 0.02)
+    curve = StepCurve("left", times, np.full(len(times), 900.0), 1000.0, StepResponse(0.1, 0.0, -0.1))
+    write_picture([curve, curve._replace(side="right")], tmp_path / "new" / "step.png")
+    assert (tmp_path / "new" / "step.png").stat().st_size > 5000

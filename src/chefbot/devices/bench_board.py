@@ -21,6 +21,8 @@ OPEN_NS = 15_000_000_000
 """Time for a board to answer, ns: an Arduino Mega waits some seconds in its boot loader."""
 CLEAR_SECONDS = 0.5
 """Time for a board to clear its faults, s."""
+CATCH_UP_SECONDS = 0.1
+"""Time in which lines that have waited are read, and the wheels stand, s."""
 L = TypeVar("L", bound=BoardLine)
 
 
@@ -38,7 +40,9 @@ class BenchBoard:
         A session that has ended, while a question waited for its answer, is begun again by `run`.
         """
         if not self.until(lambda: self.session.is_open or self.session.refused is not None, OPEN_NS / 1e9):
-            raise UserError(f"{self._port.port}: no motor board answers; `chefbot board check` tells more")
+            raise UserError(
+                f"{self._port.port}: no motor board answers; look at it with `chefbot board check`"
+            )
         if self.session.refused is not None:
             raise UserError(f"{self._port.port}: {self.session.refused}")
         self._command_for(0.3, 0.0, 0.0)
@@ -50,7 +54,7 @@ class BenchBoard:
 
     def run(self, seconds: float, left: float = 0.0, right: float = 0.0) -> list[BoardLine]:
         """Command the angular velocities of the wheels, rad/s, for a time; return the lines received meanwhile."""
-        self._step(0.0, 0.0)
+        self._command_for(CATCH_UP_SECONDS, 0.0, 0.0)
         if not self.session.is_open:
             self.open()
         count = len(self.lines)

@@ -27,7 +27,6 @@ from chefbot.design.sizing.robot_file_editor import Change, changed, value_of
 from chefbot.devices.bench_board import CLEAR_SECONDS, BenchBoard
 from chefbot.maths.counter_unwrap import wrap_signed
 from chefbot.robot.load import load_robot
-from chefbot.robot.motion_limits import max_speed
 from chefbot.robot.spec import Robot
 from chefbot.storage.atomic_files import write_atomic
 
@@ -158,15 +157,14 @@ class BoardTest:
 
     def _drive(self, side: int) -> bool:
         """Turn one wheel slowly; return whether it turned as it should."""
-        speed = SLOW_SHARE * max_speed(self._robot) / self._robot.wheel_radius
+        rate, speed = self._speed(SLOW_SHARE)
         before = self._counts()
         self._board.run(WHEEL_SECONDS, *((speed, 0.0) if side == 0 else (0.0, speed)))
         flags = self._flags
         self._board.run(REST_SECONDS)
         after = self._counts()
         ticks = (wrap_signed(after[0] - before[0]), wrap_signed(after[1] - before[1]))
-        expected = speed * WHEEL_SECONDS * self._robot.motor.ticks_per_radian
-        found = wheel_findings(WheelRun(side, ticks, expected, flags))
+        found = wheel_findings(WheelRun(side, ticks, rate * WHEEL_SECONDS, flags))
         if not found:
             question = (
                 f"Did the {SIDES[side].upper()} wheel turn forward? f: forward, b: backward, n: not at all"
@@ -182,17 +180,16 @@ class BoardTest:
 
     def _step(self) -> None:
         """Measure how both wheels follow a step of the speed."""
-        speed = STEP_SHARE * max_speed(self._robot) / self._robot.wheel_radius
+        target, speed = self._speed(STEP_SHARE)
         lines = self._board.run(STEP_SECONDS, speed, speed)
         self._board.run(REST_SECONDS)
-        target = speed * self._robot.motor.ticks_per_radian
         for side in (0, 1):
             times, speeds = _speeds_of(lines, side)
             if len(times) < 10:
                 self._report("The board sent too few lines during the step.")
                 return
             response = step_response(times, speeds, target)
-            self.curves.append(StepCurve(SIDES[side], times, speeds / target, response))
+            self.curves.append(StepCurve(SIDES[side], times, speeds, target, response))
             self._judge(side, response)
 
     def _judge(self, side: int, response: StepResponse) -> None:
@@ -208,6 +205,12 @@ class BoardTest:
             )
 
     # -- common
+
+    def _speed(self, share: float) -> tuple[float, float]:
+        """Return a share of the board's maximum speed, as ticks/s and rad/s of a wheel."""
+        version = self._board.session.version
+        rate = share * (version.max_forward if version is not None else 0)
+        return rate, rate / self._robot.motor.ticks_per_radian
 
     @property
     def _flags(self) -> int:

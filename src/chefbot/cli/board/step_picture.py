@@ -16,11 +16,12 @@ COLOURS = {"left": "#1f6feb", "right": "#e8710a"}
 
 
 class StepCurve(NamedTuple):
-    """The step of one wheel: times (n,), s, and speeds (n,) as shares of the commanded one."""
+    """The step of one wheel: times (n,), s, speeds (n,) and the commanded one, ticks/s."""
 
     side: str
     times: NDArray[np.float64]
     speeds: NDArray[np.float64]
+    target: float
     response: StepResponse
 
 
@@ -33,7 +34,7 @@ def write_picture(curves: list[StepCurve], path: Path) -> None:
     axes = figure.subplots()
     for curve in curves:
         label = f"{curve.side}: 90 % after {curve.response.rise_time:.2f} s"
-        axes.plot(curve.times, 100.0 * curve.speeds, color=COLOURS[curve.side], label=label)
+        axes.plot(curve.times, 100.0 / curve.target * curve.speeds, color=COLOURS[curve.side], label=label)
     axes.axhline(100.0, color="0.6", lw=1)
     axes.set(
         xlabel="time since the command [s]",

@@ -22,8 +22,8 @@ from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Device, NoParams, Out, every, topic
 from chefbot.scan.camera import CameraModel
 
-READ_TIMEOUT, RETRY_PERIOD = 0.2, 1.0
-"""Time to wait for one image, and between two attempts to open the camera, s."""
+READ_TIMEOUT, RETRY_PERIOD, STOP_TIMEOUT = 0.2, 1.0, 5.0
+"""Time to wait for one image, between two attempts to open the camera, and for an SDK to release it, s."""
 SILENCE_NS = 2_000_000_000
 """Time without an image after which the camera is opened again, ns."""
 EARLY = 0.75
@@ -71,7 +71,7 @@ class DepthCameraDevice(Device):
         super().stop()
         if self._thread is not None:
             self._closing.set()
-            self._thread.join()
+            self._thread.join(STOP_TIMEOUT)
 
     @every(hz=1)
     def publish_health(self) -> None:
@@ -130,8 +130,13 @@ class DepthCameraDevice(Device):
                 finally:
                     camera.close()
             except CameraError as error:
-                self.post(partial(self._on_problem, str(error)))
-                self._closing.wait(RETRY_PERIOD)
+                self._fail(str(error))
+            except Exception as error:  # an SDK may raise anything; the camera is opened again
+                self._fail(f"the driver of the depth camera failed: {type(error).__name__}: {error}")
+
+    def _fail(self, reason: str) -> None:
+        self.post(partial(self._on_problem, reason))
+        self._closing.wait(RETRY_PERIOD)
 
     def _read(self, camera: OpenCamera) -> None:
         """Read images until the node stops. CameraError if the camera sends none."""

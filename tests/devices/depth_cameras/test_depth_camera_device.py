@@ -36,6 +36,7 @@ class SoftwareCamera:
     def __init__(self) -> None:
         self.plugged, self.hangs, self.intrinsics = True, False, Intrinsics(300.0, 300.0, 159.5, 119.5)
         self.opened = self.closed = 0
+        self.fails = False
         self.requests: list[StreamRequest] = []
 
     def open(self, request: StreamRequest) -> SoftwareCamera:
@@ -48,6 +49,9 @@ class SoftwareCamera:
     def read(self, timeout: float) -> CameraFrame | None:
         if not self.plugged:
             raise CameraError("the connection broke")
+        if self.fails:
+            self.fails = False
+            raise ValueError("of the SDK")
         time.sleep(timeout if self.hangs else 0.01)
         pixels = np.full((240, 320), 1500, np.uint16)
         return None if self.hangs else CameraFrame(pixels, self.intrinsics, wall_ns() - AGE_NS)
@@ -142,6 +146,13 @@ def test_a_camera_that_hangs_is_opened_again(driver: Driver, camera: SoftwareCam
     camera.hangs, count = False, len(driver.images)
     driver.until(lambda: len(driver.images) > count, "images")
     assert camera.opened >= 2
+
+
+def test_any_exception_of_an_sdk_is_reported(driver: Driver, camera: SoftwareCamera) -> None:
+    driver.until(lambda: bool(driver.images), "an image")
+    camera.fails, count = True, len(driver.images)
+    driver.until(lambda: any("ValueError: of the SDK" in text for text in driver.remarks), "the report")
+    driver.until(lambda: driver.health.level == OK and len(driver.images) > count, "images")
 
 
 def test_impossible_intrinsics_are_a_fault_of_the_camera(driver: Driver, camera: SoftwareCamera) -> None:

@@ -11,7 +11,7 @@ import typer
 from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import PAGE, WEB_UI
 
-map_app = new_group("Maps: save (map_saver), build from a log, compare; export zones.")
+map_app = new_group("Maps: save (map_saver), build from a log, compare, crop, rotate.")
 
 
 class Algorithm(StrEnum):
@@ -19,6 +19,10 @@ class Algorithm(StrEnum):
 
     GMAPPING = "gmapping"
     GRAPH = "graph"
+
+
+_MAP = typer.Argument(help="a map, NAME.yaml")
+_COORDINATE = typer.Option(help="coordinate in the map frame, m; without it the edge of the map")
 
 
 @map_app.command("save")
@@ -63,6 +67,47 @@ def compare(
     from chefbot.cli.map.compare import compare_maps
 
     compare_maps(file, truth)
+
+
+@map_app.command("info")
+def info(file: Annotated[Path, _MAP]) -> None:
+    """Show size, area, places and zones of a map."""
+    from chefbot.cli.map.edit import print_info
+
+    print_info(file)
+
+
+@map_app.command("crop")
+def crop(
+    file: Annotated[Path, _MAP],
+    x_min: Annotated[float | None, _COORDINATE] = None,
+    x_max: Annotated[float | None, _COORDINATE] = None,
+    y_min: Annotated[float | None, _COORDINATE] = None,
+    y_max: Annotated[float | None, _COORDINATE] = None,
+) -> None:
+    """Keep a part of a map; all its places must lie in it. The map before is kept, too."""
+    from chefbot.cli.map.edit import crop_map
+
+    crop_map(file, x_min, x_max, y_min, y_max)
+
+
+@map_app.command("rotate")
+def rotate(
+    file: Annotated[Path, _MAP],
+    degrees: Annotated[float, typer.Option(min=-360, max=360, help="angle, counterclockwise")],
+) -> None:
+    """Turn a map with its places and zones about the origin of its frame. The map before is kept, too."""
+    from chefbot.cli.map.edit import rotate_map
+
+    rotate_map(file, degrees)
+
+
+@map_app.command("undo")
+def undo(file: Annotated[Path, _MAP]) -> None:
+    """Take back the last change of a map, its places or zones."""
+    from chefbot.cli.map.edit import undo_change
+
+    undo_change(file)
 
 
 @map_app.command("zones")

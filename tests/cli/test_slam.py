@@ -14,7 +14,7 @@ from chefbot.cli.map.slam import run_slam
 from chefbot.errors import ChefbotError, UserError
 from chefbot.storage.atomic_files import StorageError
 
-RESULTS = ["map.pgm", "map.png", "map.yaml", "trajectory.tum"]
+RESULTS = ["map.bundle", "map.pgm", "map.png", "map.yaml", "trajectory.tum"]
 BEAMS = 180
 
 
@@ -50,7 +50,7 @@ def test_a_report_has_figures_and_pictures(algorithm: str, tmp_path: Path) -> No
     assert "9, 9 of them used" in report and report.count("data:image/png;base64,") >= 3
 
 
-@pytest.mark.parametrize("write", range(6))
+@pytest.mark.parametrize("write", range(7))
 def test_a_full_disk_leaves_all_old_results(
     write: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

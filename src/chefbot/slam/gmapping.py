@@ -57,6 +57,7 @@ class Gmapping:
         self._odom: SE2 | None = None
         self._processed_odom = IDENTITY
         self._odometry_step = OdometryStep()
+        self._relocation: OdometryPrior | None = None
 
     def resume(self, grid: Grid) -> None:
         """Continue an existing map; call it before the first scan, with `initial` as the pose in that map.
@@ -72,6 +73,16 @@ class Gmapping:
             level.add(level.points(surfaces), self._poses[:1])
             level.maps.resample(np.zeros(len(self._poses), np.int64))
         self._common_map.initialize_from(grid)
+
+    def relocate(self, pose: SE2, std_xy: float, std_yaw: float) -> None:
+        """Continue the map with another drive, at whose next scan the robot is near `pose` in the map frame.
+
+        std_xy, std_yaw: standard deviations of that pose, m and rad.
+        """
+        deviation = np.array([std_xy, std_xy, std_yaw])
+        self._poses = pose.array() + self._random.normal(size=self._poses.shape) * deviation
+        self._relocation = OdometryPrior(self._poses, deviation**2, np.zeros(len(self._poses)))
+        self._odom, self._odometry_step = None, OdometryStep()
 
     def retune(self, params: GmappingParams) -> None:
         """Replace thresholds, ranges and noise from the next scan on; the map's geometry must not change."""
@@ -130,9 +141,9 @@ class Gmapping:
     def _process(self, beams: Beams, is_first: bool) -> None:
         # Measurement: beam end points at the resolution of each level
         points = [level.points(beams.surfaces) for level in self._levels]
-        if not is_first:
-            # 1. Prediction: sample from the odometry motion model
-            prior = self._predict()
+        # 1. Prediction: sample from the odometry motion model, or about the pose at which another drive begins
+        prior, self._relocation = self._relocation if is_first else self._predict(), None
+        if prior is not None:
             self._grow_maps(reach(beams))
             # 2. Scan matching and importance weighting: w *= p(z | m, x)
             self._match(points, prior)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from chefbot.maths.grid import Grid
@@ -13,6 +13,10 @@ from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.graph import ClosureResidual, GraphSlam, GraphSlamParams
 from chefbot.slam.no_return import NoReturn, detect_no_return
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.session import Session
+
+START_STD_XY, START_STD_YAW = 0.15, 0.05
+"""Standard deviations of the pose at which another drive begins, m and rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +36,82 @@ class SlamResult:
     """Loop closures between processed scans; the particle filter has none of its own."""
     range_offset: float = 0.0
     """Correction that all ranges have got, m; the particle filter takes ranges as they are."""
+    sessions: list[Session] = field(default_factory=list)
+    """The drives that the map was built from."""
+
+
+class OfflineMapper:
+    """Maps one recorded drive after the other into one map, with the algorithm whose parameters are given."""
+
+    def __init__(self, params: GmappingParams | GraphSlamParams, sensor: SE2) -> None:
+        """sensor: pose of the laser in base_link; it is the same in all drives."""
+        self._params = params
+        self.slam = (
+            Gmapping(params, sensor) if isinstance(params, GmappingParams) else GraphSlam(params, sensor)
+        )
+        self.sessions: list[Session] = []
+
+    def map_drive(
+        self,
+        scans: Sequence[CarmenScan],
+        range_max: float,
+        start: SE2 | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
+        """Add a drive; start: pose in the map at its first scan, None for the first drive.
+
+        Call `progress` after each scan with the numbers of scans done and in total.
+        """
+        if start is not None:
+            self.slam.relocate(start, START_STD_XY, START_STD_YAW)
+        used = []
+        for done, scan in enumerate(scans, 1):
+            used.append(self.slam.update(scan.angles, scan.ranges, scan.odom, range_max=range_max))
+            if progress is not None:
+                progress(done, len(scans))
+        self.sessions.append(Session.of(scans, used, range_max, start))
+
+    def repeat(self, session: Session) -> None:
+        """Add a drive that was mapped before, as it was then."""
+        start = None if math.isnan(session.start[0]) else SE2.of(session.start)
+        self.map_drive(list(session.scans()), session.range_max, start)
+
+    def result(self, no_return: NoReturn | None) -> SlamResult:
+        """Finish the map, and return it with the poses of all drives."""
+        slam, closures, offset = self.slam, list[ClosureResidual](), 0.0
+        if isinstance(slam, GraphSlam):
+            slam.finish()
+            closures, offset = slam.closures(), slam.range_offset
+        used = [scan for session in self.sessions for scan in session.scans() if len(scan.ranges)]
+        return SlamResult(
+            [scan.stamp for scan in used],
+            slam.trajectory(),
+            slam.map(),
+            sum(len(session.stamps) for session in self.sessions),
+            no_return,
+            [used[0].odom.between(scan.odom) for scan in used],
+            closures,
+            offset,
+            self.sessions,
+        )
+
+
+def laser_scans(records: Iterable[CarmenOdom | CarmenScan]) -> list[CarmenScan]:
+    """Return the scans of a recording. Raise CarmenLogError if it has none."""
+    scans = [record for record in records if isinstance(record, CarmenScan)]
+    if not scans:
+        raise CarmenLogError("the log holds no FLASER line: give a CARMEN log with laser scans")
+    return scans
+
+
+def maximum_range(scans: Sequence[CarmenScan], max_range: float) -> tuple[float, NoReturn | None]:
+    """Return the shortest range that means no return, m, and what the scans themselves show about it.
+
+    Ranges from `max_range` on are no returns, and so are those that the log itself shows to be: each laser has its
+    own number for them.
+    """
+    no_return = detect_no_return(scans)
+    return min(max_range, no_return.min_range if no_return else math.inf), no_return
 
 
 def run_log(
@@ -41,36 +121,15 @@ def run_log(
 ) -> SlamResult:
     """Map a recording with the algorithm whose parameters are given.
 
-    Call `progress` after each scan with the numbers of scans done and in total.
-    The pose of the laser on the robot is that of the first scan, the map frame the robot's pose at that scan.
-    Ranges from `max_range` on are no returns, and so are those that the log itself shows to be: each
-    laser has its own number for them. Such beams mark no wall and clear the map up to `clear_range`. Raise
-    CarmenLogError if the recording has no scan.
+    The pose of the laser on the robot is that of the first scan, the map frame the robot's pose at that scan. Beams
+    without return mark no wall and clear the map up to `clear_range`. Raise CarmenLogError if the recording has no
+    scan.
     """
-    scans = [record for record in records if isinstance(record, CarmenScan)]
-    if not scans:
-        raise CarmenLogError("the log holds no FLASER line: give a CARMEN log with laser scans")
-    sensor = scans[0].odom.between(scans[0].laser)
-    slam = Gmapping(params, sensor) if isinstance(params, GmappingParams) else GraphSlam(params, sensor)
-    no_return = detect_no_return(scans)
-    range_max = min(params.max_range, no_return.min_range if no_return else math.inf)
-    used = []
-    for done, scan in enumerate(scans, 1):
-        if slam.update(scan.angles, scan.ranges, scan.odom, range_max=range_max):
-            used.append(scan)
-        if progress is not None:
-            progress(done, len(scans))
-    if isinstance(slam, GraphSlam):
-        slam.finish()
-    return SlamResult(
-        [scan.stamp for scan in used],
-        slam.trajectory(),
-        slam.map(),
-        len(scans),
-        no_return,
-        [scans[0].odom.between(scan.odom) for scan in used],
-        *((slam.closures(), slam.range_offset) if isinstance(slam, GraphSlam) else ()),
-    )
+    scans = laser_scans(records)
+    range_max, no_return = maximum_range(scans, params.max_range)
+    mapper = OfflineMapper(params, scans[0].odom.between(scans[0].laser))
+    mapper.map_drive(scans, range_max, progress=progress)
+    return mapper.result(no_return)
 
 
 def trajectory_tum(result: SlamResult) -> str:

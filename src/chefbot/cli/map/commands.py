@@ -11,7 +11,7 @@ import typer
 from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import PAGE, WEB_UI
 
-map_app = new_group("Maps: save (map_saver), build from a log, compare, crop, rotate.")
+map_app = new_group("Maps: save (map_saver), build from logs, continue, compare, crop.")
 
 
 class Algorithm(StrEnum):
@@ -22,6 +22,8 @@ class Algorithm(StrEnum):
 
 
 _MAP = typer.Argument(help="a map, NAME.yaml")
+_REPORT = "write report.html: closures, residuals, time, memory"
+_BUNDLE = typer.Argument(help="map.bundle, or the folder that it is in")
 _COORDINATE = typer.Option(help="coordinate in the map frame, m; without it the edge of the map")
 
 
@@ -48,14 +50,44 @@ def slam(
     max_range: Annotated[
         float, typer.Option(min=0.1, max=1000, help="longer ranges count as no return, m")
     ] = 80.0,
-    report: Annotated[
-        bool, typer.Option("--report", help="write report.html: closures, residuals, time, memory")
-    ] = False,
+    report: Annotated[bool, typer.Option("--report", help=_REPORT)] = False,
 ) -> None:
-    """Build a map from a recorded log: trajectory.tum, map.yaml, map.pgm and map.png."""
+    """Build a map from a recorded log: map.yaml, map.pgm, map.png, map.bundle and trajectory.tum."""
     from chefbot.cli.map.slam import run_slam
 
     run_slam(log, out, algorithm.value, particles, seed, max_range, report=report)
+
+
+@map_app.command("continue")
+def continue_(
+    bundle: Annotated[Path, _BUNDLE],
+    log: Annotated[Path, typer.Option(help="a CARMEN log of another drive, .log or .log.gz")],
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/continued"),
+    start: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(
+            help="x and y, m, and yaw, rad, in the map at its first scan; found by localization if not given"
+        ),
+    ] = None,
+    report: Annotated[bool, typer.Option("--report", help=_REPORT)] = False,
+) -> None:
+    """Continue a map of `chefbot map slam` with another recorded drive, wherever it begins."""
+    from chefbot.cli.map.continued import continue_map
+
+    continue_map(bundle, log, out, start, report)
+
+
+@map_app.command("merge")
+def merge(
+    bundle: Annotated[Path, _BUNDLE],
+    other: Annotated[Path, _BUNDLE],
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/merged"),
+    report: Annotated[bool, typer.Option("--report", help=_REPORT)] = False,
+) -> None:
+    """Merge two maps of one building into one."""
+    from chefbot.cli.map.continued import merge_maps
+
+    merge_maps(bundle, other, out, report)
 
 
 @map_app.command("compare")
@@ -70,8 +102,12 @@ def compare(
 
 
 @map_app.command("info")
-def info(file: Annotated[Path, _MAP]) -> None:
-    """Show size, area, places and zones of a map."""
+def info(
+    file: Annotated[
+        Path, typer.Argument(help="a map, NAME.yaml, or map.bundle, or the folder that it is in")
+    ],
+) -> None:
+    """Show size, area, places and zones of a map, or the drives that a bundle's map was built from."""
     from chefbot.cli.map.edit import print_info
 
     print_info(file)

@@ -9,6 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from chefbot.cli.map.mapped_drives import BUNDLE, bundle_path, load_drives
 from chefbot.cli.plural import number_of
 from chefbot.devices.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
@@ -16,6 +17,7 @@ from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.msgs.chefbot_places import MapEdit
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.robot.load import load_robot
+from chefbot.slam.params import GmappingParams
 from chefbot.storage.map_files import load_map
 from chefbot.storage.zones import zones_path
 
@@ -23,7 +25,10 @@ console = Console(highlight=False, soft_wrap=True, markup=False)
 
 
 def print_info(file: Path) -> None:
-    """Print size, area, places and zones of a map. Raises UserError for an unreadable one."""
+    """Print size, area, places and zones of a map, or the drives of a bundle. UserError for an unreadable one."""
+    if file.is_dir() or file.suffix == Path(BUNDLE).suffix:
+        _print_drives(file)
+        return
     editor = _editor(file)
     content, grid = editor.content(), editor.grid
     rows, columns = grid.cells.shape
@@ -41,6 +46,20 @@ def print_info(file: Path) -> None:
     )
     table.add_row("zones", ", ".join(zone.title for zone in content.zones) or "none")
     table.add_row("versions", f"{number_of(len(editor.versions), 'change')} can be taken back")
+    console.print(table)
+
+
+def _print_drives(bundle: Path) -> None:
+    """Print how the map of a bundle was built."""
+    drives = load_drives(bundle)
+    algorithm = "particle filter" if isinstance(drives.params, GmappingParams) else "pose graph"
+    table = Table("drive", "scans", "of them in the map", "duration", "begins at", box=None)
+    for number, session in enumerate(drives.sessions, 1):
+        minutes = float(session.stamps.max() - session.stamps.min()) / 60.0
+        start = "the origin" if number == 1 else "({:.2f}, {:.2f}), {:.2f} rad".format(*session.start)
+        scans = (str(len(session.stamps)), str(int(session.used.sum())))
+        table.add_row(str(number), *scans, f"{minutes:.1f} min", start)
+    console.print(f"{bundle_path(bundle)}: {number_of(len(drives.sessions), 'drive')}, {algorithm}")
     console.print(table)
 
 

@@ -8,10 +8,12 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from chefbot.cli.map.mapped_drives import BUNDLE, MapperParams, encode_drives
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_report import report_page
 from chefbot.cli.plural import number_of
 from chefbot.errors import ChefbotError, UserError
+from chefbot.mapping.map_format import encode_map_yaml, encode_pgm
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
 from chefbot.slam.graph import GraphSlamParams
@@ -53,11 +55,25 @@ def run_slam(
         raise
     except ChefbotError as error:
         raise UserError(f"log {path}: {error}") from None
-    took = (wall_ns() - began) / 1e9
+    write_results(out, params, result, costs, report=report, title=path)
+    print_results(params, result, out, (wall_ns() - began) / 1e9)
+
+
+def write_results(
+    out: Path, params: MapperParams, result: SlamResult, costs: SlamCosts, *, report: bool, title: Path
+) -> None:
+    """Write the map, its trajectory, picture and bundle, and report.html if wanted, into a folder."""
     companions = {"trajectory.tum": trajectory_tum(result).encode(), "map.png": map_png(result.grid)}
     if report:
-        companions["report.html"] = report_page(path, params, result, costs).encode()
+        companions["report.html"] = report_page(title, params, result, costs).encode()
+    image = encode_pgm(result.grid)
+    files = {"map.pgm": image, "map.yaml": encode_map_yaml("map.pgm", result.grid, image=image)}
+    companions[BUNDLE] = encode_drives(params, result.sessions, files)
     save_map(out / "map", result.grid, companions=[(out / name, data) for name, data in companions.items()])
+
+
+def print_results(params: MapperParams, result: SlamResult, out: Path, took: float) -> None:
+    """Print what was found, and where it is."""
     if result.no_return is not None:
         minimum, share = result.no_return
         console.print(f"Ranges of {minimum:.2f} m and more count as no return: {share:.1%} of all beams.")
@@ -68,7 +84,7 @@ def run_slam(
             "estimated from the scans."
         )
     console.print(
-        f"{number_of(len(result.poses), 'scan')}, {took:.1f} s; {out}/map.yaml, {', '.join(companions)}"
+        f"{number_of(len(result.poses), 'scan')}, {took:.1f} s; {out}/map.yaml, map.png, {BUNDLE}, trajectory.tum"
     )
 
 

@@ -72,6 +72,22 @@ class GraphSlam:
         self._odom: SE2 | None = None
         self._processed_odom = IDENTITY
         self._step = OdometryStep()
+        self._relocation: tuple[SE2, Array] | None = None
+
+    def relocate(self, pose: SE2, std_xy: float, std_yaw: float) -> None:
+        """Continue the map with another drive, at whose next scan the robot is near `pose` in the map frame.
+
+        std_xy, std_yaw: standard deviations of that pose, m and rad. A submap begins there; loop closures with
+        earlier ones correct it.
+        """
+        covariance = np.diag([std_xy, std_xy, std_yaw]) ** 2
+        self._adjusted = None
+        self._relocation = SE2.of(self._poses()[-1]).between(pose), covariance
+        self._submaps[-1].grid = None
+        self._submaps.append(Submap(grid=SurfaceGrid(self._params.max_cells)))
+        self._graph.append(SE2.of(self._graph.origins[-1]).between(pose).array(), covariance)
+        self._loops.enqueue(len(self._submaps) - 2, self._graph, self._submaps)
+        self._odom, self._step = None, OdometryStep()
 
     def retune(self, params: GraphSlamParams) -> None:
         """Replace thresholds, ranges and noise from the next scan on; the map's geometry must not change."""
@@ -101,7 +117,7 @@ class GraphSlam:
         if self._odom is not None:
             self._step.add(self._odom.between(odom))
         self._odom = odom
-        if self._nodes and not self._has_moved_enough():
+        if self._nodes and self._relocation is None and not self._has_moved_enough():
             return False
         # REP-117: a range beyond the maximum is no return
         ranges = np.where(ranges >= range_max, np.float32(np.inf), ranges)
@@ -131,7 +147,11 @@ class GraphSlam:
         self._adjusted = None
         features = ScanFeatures.of(beams, self._params.match_range, self._calibration.offset)
         if not self._nodes:
-            self._add(beams, features, np.zeros(3), np.zeros((3, 3)))
+            self._add(beams, features, np.zeros(3), IDENTITY, np.zeros((3, 3)))
+            return
+        if self._relocation is not None:
+            (motion, covariance), self._relocation = self._relocation, None
+            self._add(beams, features, np.zeros(3), motion, covariance)
             return
         # 1. Scan-to-submap matching, with odometry as the prior
         match, covariance = self._match(features)
@@ -142,7 +162,8 @@ class GraphSlam:
         # 2. Noise of odometry and offset of the ranges
         self._learn(match, covariance, posterior)
         # 3. The scan becomes a node and part of the submap
-        self._add(beams, features, match.pose, rotated(covariance, -float(self._nodes[-1].pose[2])))
+        last_yaw = float(self._nodes[-1].pose[2])
+        self._add(beams, features, match.pose, self._step.motion, rotated(covariance, -last_yaw))
         latest = [node for node in self._nodes[-_CALIBRATION_NODES:] if node.submap == self._nodes[-1].submap]
         self._calibration.observe(
             [node.features for node in latest], np.array([node.pose for node in latest])
@@ -179,11 +200,13 @@ class GraphSlam:
             self._step, last.between(SE2.of(match.pose)), np.clip(1.0 - after / before, 0.0, 1.0)
         )
 
-    def _add(self, beams: Beams, features: ScanFeatures, pose: Array, motion_covariance: Array) -> None:
+    def _add(
+        self, beams: Beams, features: ScanFeatures, pose: Array, motion: SE2, motion_covariance: Array
+    ) -> None:
         submap = self._submaps[-1]
         submap.nodes.append(len(self._nodes))
-        motion = self._step.motion.array()
-        self._nodes.append(ScanNode(beams, features, len(self._submaps) - 1, pose, motion, motion_covariance))
+        node = ScanNode(beams, features, len(self._submaps) - 1, pose, motion.array(), motion_covariance)
+        self._nodes.append(node)
         submap.insert(features, pose)
 
     def _finish_submap(self, covariance: Array) -> None:

@@ -1,0 +1,115 @@
+"""`chefbot map continue` and `merge`: a map that goes on with another drive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from rich.progress import Progress, TaskID
+
+from chefbot.cli.map.mapped_drives import MappedDrives, load_drives
+from chefbot.cli.map.slam import console, print_results, write_results
+from chefbot.cli.map.slam_costs import SlamCosts
+from chefbot.cli.map.start_search import find_start
+from chefbot.errors import ChefbotError, UserError
+from chefbot.maths.se2 import SE2
+from chefbot.slam.carmen import CarmenScan, parse
+from chefbot.slam.no_return import NoReturn
+from chefbot.slam.offline import OfflineMapper, laser_scans, maximum_range
+from chefbot.storage.atomic_files import StorageError, folder_for_results
+from chefbot.storage.carmen_log import read_text
+
+MAX_MOUNT_OFFSET = 0.01
+"""Distance, m, or angle, rad, by which the laser of another drive may be mounted differently."""
+
+
+class MapContinuation:
+    """A map that is built again from its drives, and then continued, with a progress display."""
+
+    def __init__(self, drives: MappedDrives, progress: Progress) -> None:
+        self._progress, self.costs = progress, SlamCosts()
+        self._sensor = SE2.of(drives.sessions[0].laser)
+        self._mapper = OfflineMapper(drives.params, self._sensor)
+        for number, session in enumerate(drives.sessions, 1):
+            start = SE2.of(session.start) if number > 1 else None
+            self._map(f"drive {number} as before", list(session.scans()), session.range_max, start)
+
+    def add(self, title: str, scans: Sequence[CarmenScan], range_max: float, start: SE2 | None) -> None:
+        """Add a drive that begins at a pose in the map, or at one that its first scans show."""
+        laser = scans[0].odom.between(scans[0].laser)
+        if (
+            self._sensor.distance(laser) > MAX_MOUNT_OFFSET
+            or abs(self._sensor.between(laser).yaw) > MAX_MOUNT_OFFSET
+        ):
+            raise UserError(
+                f"{title}: the laser is mounted at {laser}, in the map's first drive at {self._sensor}"
+            )
+        first = 0
+        if start is None:
+            task = self._progress.add_task(f"{title}: where it begins", total=None)
+            found = find_start(
+                self._mapper.slam.map(), scans, self._sensor, range_max, partial(self._show, task)
+            )
+            first, start = found
+            self._progress.remove_task(task)
+            console.print(
+                f"{title} begins on the map: at scan {first} the robot was at {_text(start)}.", markup=False
+            )
+        self._map(title, scans[first:], range_max, start)
+
+    def finish(
+        self, no_return: NoReturn | None, params: MappedDrives, out: Path, title: Path, *, report: bool
+    ) -> None:
+        """Write the map and its companions."""
+        self.costs.end()
+        result = self._mapper.result(no_return)
+        write_results(out, params.params, result, self.costs, report=report, title=title)
+        print_results(params.params, result, out, sum(self.costs.seconds) + self.costs.finish_seconds)
+
+    def _map(self, title: str, scans: Sequence[CarmenScan], range_max: float, start: SE2 | None) -> None:
+        task = self._progress.add_task(title, total=len(scans))
+
+        def after_scan(done: int, total: int) -> None:
+            self.costs.add()
+            self._show(task, done, total)
+
+        self._mapper.map_drive(scans, range_max, start, after_scan)
+
+    def _show(self, task: TaskID, done: int, total: int) -> None:
+        self._progress.update(task, completed=done, total=total)
+
+
+def continue_map(
+    bundle: Path, log: Path, out: Path, start: tuple[float, float, float] | None, report: bool
+) -> None:
+    """Continue a map with a recorded drive; start: pose (x, y, yaw) in the map at its first scan, m and rad.
+
+    Raises UserError if the bundle or the log cannot be read, or the drive does not begin on the map.
+    """
+    drives = load_drives(bundle)
+    try:
+        scans = laser_scans(parse(read_text(log)))
+        range_max, no_return = maximum_range(scans, drives.params.max_range)
+        with folder_for_results(out), Progress(console=console) as progress:
+            continuation = MapContinuation(drives, progress)
+            continuation.add(str(log), scans, range_max, None if start is None else SE2(*start))
+        continuation.finish(no_return, drives, out, log, report=report)
+    except (StorageError, UserError):
+        raise
+    except ChefbotError as error:
+        raise UserError(f"log {log}: {error}") from None
+
+
+def merge_maps(bundle: Path, other: Path, out: Path, report: bool) -> None:
+    """Merge two maps of one building: the drives of the second one continue the first, each from where it begins."""
+    drives, others = load_drives(bundle), load_drives(other)
+    with folder_for_results(out), Progress(console=console) as progress:
+        continuation = MapContinuation(drives, progress)
+        for number, session in enumerate(others.sessions, 1):
+            continuation.add(f"{other}, drive {number}", list(session.scans()), session.range_max, None)
+    continuation.finish(None, drives, out, other, report=report)
+
+
+def _text(pose: SE2) -> str:
+    return f"x {pose.x:.2f} m, y {pose.y:.2f} m, yaw {pose.yaw:.2f} rad"

@@ -1,0 +1,63 @@
+"""What a map bundle holds of the drives that its map was built from, and of the mapper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+
+from chefbot.errors import ScanError, UserError
+from chefbot.slam.graph import GraphSlamParams
+from chefbot.slam.params import GmappingParams
+from chefbot.slam.session import Session
+from chefbot.storage.map_bundle import encode_bundle, read_bundle
+
+BUNDLE = "map.bundle"
+MAPPER, SESSION = "mapper.json", "session_{:03d}.npz"
+MapperParams = GmappingParams | GraphSlamParams
+
+
+class Mapper(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The algorithm of a map, and its parameters as JSON."""
+
+    algorithm: str
+    params: msgspec.Raw
+
+
+class MappedDrives(NamedTuple):
+    """The drives of a map, and the parameters of the mapper that has built it."""
+
+    params: MapperParams
+    sessions: list[Session]
+
+
+def bundle_path(path: Path) -> Path:
+    """Return the bundle at a path, which may be the folder that it is in."""
+    return path / BUNDLE if path.is_dir() else path
+
+
+def encode_drives(params: MapperParams, sessions: Sequence[Session], others: dict[str, bytes]) -> bytes:
+    """Return a bundle of drives and other files, such as the map's."""
+    algorithm = "gmapping" if isinstance(params, GmappingParams) else "graph"
+    mapper = Mapper(algorithm, msgspec.Raw(msgspec.json.encode(params)))
+    drives = {SESSION.format(i): session.to_bytes() for i, session in enumerate(sessions)}
+    return encode_bundle({MAPPER: msgspec.json.encode(mapper), **drives, **others})
+
+
+def load_drives(path: Path) -> MappedDrives:
+    """Return the drives of a bundle, or of the folder that it is in. Raises UserError if they cannot be read."""
+    path = bundle_path(path)
+    files = read_bundle(path)
+    try:
+        mapper = msgspec.json.decode(files.get(MAPPER, b""), type=Mapper)
+        kind: type[MapperParams] = GmappingParams if mapper.algorithm == "gmapping" else GraphSlamParams
+        params = msgspec.json.decode(mapper.params, type=kind)
+        names = sorted(name for name in files if name.startswith("session_"))
+        sessions = [Session.from_bytes(files[name]) for name in names]
+    except (msgspec.MsgspecError, ScanError) as error:
+        raise UserError(f"{path}: {error}") from None
+    if not sessions:
+        raise UserError(f"{path} has no drive to continue from")
+    return MappedDrives(params, sessions)

@@ -108,6 +108,9 @@ def test_a_drive_that_begins_elsewhere_continues_the_map(algorithm: str, given: 
         for true in [before[0].between(after[int(row[0])])]
     ]
     assert len(errors) > (20 if given else 5) and float(np.median(errors)) < 0.08 and max(errors) < 0.3
+    assert (
+        load_map(tmp_path / "on" / "map.bundle").cells == load_map(tmp_path / "on" / "map.yaml").cells
+    ).all()
     assert "report.html" in [path.name for path in (tmp_path / "on").iterdir()]
     old, new = load_map(tmp_path / "map" / "map.yaml"), load_map(tmp_path / "on" / "map.yaml")
     assert (new.cells == 100).sum() < 1.6 * (old.cells == 100).sum(), "no wall is drawn twice"

@@ -20,6 +20,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
 from chefbot.msgs.chefbot_places import KEEP_OUT, MAX_PLACES, MAX_ZONES, MapZone
 from chefbot.robot.spec import Robot
+from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map, read_map_files, save_map
 from chefbot.storage.map_versions import MapVersions
 from chefbot.storage.places import PlaceEntry, load_entries, places_path, save_entries
@@ -107,6 +108,8 @@ class MapEditor:
 
     def _save_map(self, grid: Grid) -> None:
         """Write the map. Raises UserError if its picture would replace that of another map."""
+        if self._map.suffix == BUNDLE_SUFFIX:
+            raise UserError(f"{self._map} is not changed; drive on the map.yaml beside it to change the map")
         about, picture = read_map_files(self._map).description, self._map.with_suffix(".pgm")
         if picture.exists() and picture.resolve() != (self._map.parent / about.image).resolve():
             raise UserError(f"{picture} is the picture of another map; rename it, or this map")

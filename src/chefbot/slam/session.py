@@ -100,7 +100,7 @@ class Session:
             with np.load(io.BytesIO(data), allow_pickle=False) as archive:
                 arrays = {field.name: archive[field.name] for field in fields(Session)}
         except Exception as error:  # whatever zipfile, zlib and numpy raise for damaged bytes
-            raise ScanError(f"a session of a map cannot be read: {error}") from None
+            raise ScanError(f"a session of a map is damaged ({type(error).__name__})") from None
         arrays = {name: _typed(name, array) for name, array in arrays.items()}
         return Session(**{**arrays, "range_max": float(arrays["range_max"])})
 

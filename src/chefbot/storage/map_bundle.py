@@ -14,13 +14,14 @@ from pathlib import Path
 
 import msgspec
 
+from chefbot.config import read_bytes
 from chefbot.errors import ChefbotError
 from chefbot.storage.atomic_files import write_atomic
 
-VERSION = 1
+VERSION, BUNDLE_SUFFIX = 1, ".bundle"
 MANIFEST = "manifest.json"
 MAX_FILES, MAX_BYTES = 1000, 2_000_000_000
-"""Maximum number of files, and of their bytes in total after decompression."""
+"""Maximum number of files, and of their bytes in total, before and after decompression."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time of all files, the earliest that the format has."""
 
@@ -56,21 +57,20 @@ def encode_bundle(files: Mapping[str, bytes]) -> bytes:
 
 
 def read_bundle(path: Path) -> dict[str, bytes]:
-    """Return the files of a bundle by name. Raises MapBundleError if it is damaged or of a later version.
+    """Return the files of a bundle by name.
+
+    Raises ConfigError if it cannot be read, MapBundleError if it is damaged or of a later version.
 
     Nothing is written, so that no name in it can reach another folder.
     """
+    data = read_bytes(path, "map bundle", MAX_BYTES)
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
             return _checked(path, archive)
     except MapBundleError:
         raise
-    except FileNotFoundError:
-        raise MapBundleError(f"there is no map bundle {path}; `chefbot map slam` writes one") from None
-    except OSError as error:
-        raise MapBundleError(f"{path} cannot be read: {error.strerror or error}") from None
     except Exception as error:  # whatever zipfile and zlib raise for damaged bytes
-        raise MapBundleError(f"{path} is no map bundle, or it is damaged: {error}") from None
+        raise MapBundleError(f"{path} is no map bundle, or it is damaged ({type(error).__name__})") from None
 
 
 def _checked(path: Path, archive: zipfile.ZipFile) -> dict[str, bytes]:
@@ -100,5 +100,5 @@ def _manifest(path: Path, data: bytes) -> Manifest:
                 f"{path} has version {version} of map bundles, this chefbot reads {VERSION}; update it"
             )
         return msgspec.json.decode(data, type=Manifest)
-    except msgspec.DecodeError as error:
+    except (msgspec.MsgspecError, ValueError) as error:  # also bytes that are no text
         raise MapBundleError(f"{path} is damaged: {MANIFEST}: {error}") from None

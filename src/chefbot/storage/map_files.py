@@ -33,6 +33,7 @@ from chefbot.storage.atomic_files import (
     resolve_path,
     write_all,
 )
+from chefbot.storage.map_bundle import BUNDLE_SUFFIX, read_bundle
 
 MAX_IMAGE_BYTES = 500_000_000
 
@@ -92,8 +93,13 @@ def load_map(path: Path) -> Grid:
 
 
 def read_map_files(path: Path) -> MapFiles:
-    """Read a map's YAML file and image without decoding the image, for `decode_map`."""
+    """Read a map's YAML file and image, or those of a bundle, without decoding the image, for `decode_map`."""
     where = f"map file {path}"
+    if path.suffix == BUNDLE_SUFFIX:
+        files = read_bundle(path)
+        if not {"map.yaml", "map.pgm"} <= set(files):
+            raise MapFormatError(f"{path} holds no map")
+        return MapFiles(decode_map_yaml(files["map.yaml"], where), files["map.pgm"], f"map picture of {path}")
     check_no_picture(path, MAP, where, MapFormatError)
     about = decode_map_yaml(read_bytes(path, "map file", MAX_YAML_BYTES), where)
     image = path.parent / about.image

@@ -7,14 +7,18 @@ from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
+from chefbot.cli.map.mapped_drives import encode_drives, load_drives
 from chefbot.cli.robot.foreign.urdf_given import check_given
 from chefbot.config import read_bytes
 from chefbot.design.export.urdf import urdf as urdf_of
 from chefbot.design.sizing.robot_file_editor import Change, changed
 from chefbot.fleet.keyring import Keyring
 from chefbot.fleet.membership import read_card
-from chefbot.mapping.map_format import encode_pgm
+from chefbot.mapping.map_format import encode_map_yaml, encode_pgm
 from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import Twist, Vector3
 from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.std_msgs import String
@@ -31,7 +35,9 @@ from chefbot.runtime.loop import Publication
 from chefbot.runtime.recorder import Recorder
 from chefbot.runtime.replay import read_log
 from chefbot.sim.world.load import load_any_world
-from chefbot.slam.carmen import parse
+from chefbot.slam.carmen import CarmenScan, parse
+from chefbot.slam.graph import GraphSlamParams
+from chefbot.slam.session import Session
 from chefbot.storage.carmen_log import read_text
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places, save_places
@@ -48,6 +54,25 @@ def pgm(grid: Grid) -> bytes:
 def map_of(folder: Path) -> object:
     """As `chefbot launch` reads a map to localize on."""
     return load_map(folder / "map.yaml")
+
+
+def bundle(grid: Grid) -> bytes:
+    """A map bundle with a drive of three scans."""
+    scans = [
+        CarmenScan(
+            float(i), np.linspace(-1.0, 1.0, 9, dtype=np.float32), np.full(9, 2.0, np.float32), pose, pose
+        )
+        for i, pose in enumerate((SE2(0.0, 0.0, 0.0), SE2(0.3, 0.0, 0.1), SE2(0.6, 0.0, 0.2)))
+    ]
+    session = Session.of(scans, [True, False, True], 8.0, None)
+    image = pgm(grid)
+    files = {"map.pgm": image, "map.yaml": encode_map_yaml("map.pgm", grid, image=image)}
+    return encode_drives(GraphSlamParams(), [session], files)
+
+
+def drives(path: Path) -> object:
+    """As `chefbot map continue` and `chefbot launch` read a map bundle."""
+    return load_drives(path), load_map(path)
 
 
 def world(path: Path) -> object:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import gzip
+import io
 import json
 import os
+import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
@@ -15,10 +17,12 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
+from chefbot.cli.map.mapped_drives import MAPPER
 from chefbot.fleet.certificates import ecdsa_sign, read_key
 from chefbot.fleet.keyring import Keyring
 from chefbot.fleet.membership import Card
 from chefbot.maths.grid import Grid
+from chefbot.storage.map_bundle import MANIFEST, encode_bundle
 from chefbot.storage.map_files import map_png
 from tests.support.mutants import readers, texts
 from tests.support.mutants.mutations import (
@@ -138,6 +142,18 @@ def samples() -> dict[str, Sample]:
     return {
         "map_pgm": _map("map.pgm", readers.pgm(grid), (any_bytes, pgm_header, encoded)),
         "map_png": _map("map.png", map_png(grid), (any_bytes, png_chunks, png_chunks, png_chunks)),
+        "bundle": _one(
+            "map.bundle",
+            readers.bundle(grid),
+            (
+                any_bytes,
+                encoded,
+                *(3 * (_in_bundle(any_bytes),)),
+                _in_bundle(json_tree, MAPPER),
+                _in_bundle(yaml_tree, "map.yaml"),
+            ),
+            readers.drives,
+        ),
         "world": _one("w.yaml", texts.WORLD, YAML, readers.world),
         "robot": _one("r.yaml", texts.ROBOT, YAML, readers.robot),
         "calibration": _one("r.yaml", texts.CALIBRATED, YAML, readers.calibrated),
@@ -177,6 +193,18 @@ def samples() -> dict[str, Sample]:
             readers.keys,
         ),
     }
+
+
+def _in_bundle(mutation: Mutation, member: str = "") -> Mutation:
+    """A mutation of a file in a map bundle, of any without a name; the checksums are right again."""
+
+    def mutated(data: bytes, rng: Random) -> bytes:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            files = {name: archive.read(name) for name in archive.namelist() if name != MANIFEST}
+        name = member or rng.choice(sorted(files))
+        return encode_bundle({**files, name: mutation(files[name], rng)})
+
+    return mutated
 
 
 def _one(

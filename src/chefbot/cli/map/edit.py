@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.cli.map.mapped_drives import BUNDLE, bundle_path, load_drives
+from chefbot.cli.map.mapped_drives import bundle_path, load_drives
 from chefbot.cli.plural import number_of
 from chefbot.devices.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
@@ -18,6 +18,7 @@ from chefbot.msgs.chefbot_places import MapEdit
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.robot.load import load_robot
 from chefbot.slam.params import GmappingParams
+from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map
 from chefbot.storage.zones import zones_path
 
@@ -26,7 +27,7 @@ console = Console(highlight=False, soft_wrap=True, markup=False)
 
 def print_info(file: Path) -> None:
     """Print size, area, places and zones of a map, or the drives of a bundle. UserError for an unreadable one."""
-    if file.is_dir() or file.suffix == Path(BUNDLE).suffix:
+    if file.is_dir() or file.suffix == BUNDLE_SUFFIX:
         _print_drives(file)
         return
     editor = _editor(file)

@@ -12,9 +12,9 @@ from chefbot.errors import ScanError, UserError
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.session import Session
-from chefbot.storage.map_bundle import encode_bundle, read_bundle
+from chefbot.storage.map_bundle import BUNDLE_SUFFIX, encode_bundle, read_bundle
 
-BUNDLE = "map.bundle"
+BUNDLE = f"map{BUNDLE_SUFFIX}"
 MAPPER, SESSION = "mapper.json", "session_{:03d}.npz"
 MapperParams = GmappingParams | GraphSlamParams
 
@@ -56,8 +56,10 @@ def load_drives(path: Path) -> MappedDrives:
         params = msgspec.json.decode(mapper.params, type=kind)
         names = sorted(name for name in files if name.startswith("session_"))
         sessions = [Session.from_bytes(files[name]) for name in names]
-    except (msgspec.MsgspecError, ScanError) as error:
+    except ScanError as error:
         raise UserError(f"{path}: {error}") from None
+    except (msgspec.MsgspecError, ValueError) as error:  # also bytes that are no text
+        raise UserError(f"{path}: {MAPPER}: {error}") from None
     if not sessions:
         raise UserError(f"{path} has no drive to continue from")
     return MappedDrives(params, sessions)

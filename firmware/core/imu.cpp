@@ -12,9 +12,6 @@ const uint8_t DIVIDER = 0x19, CONFIG = 0x1A, GYRO_CONFIG = 0x1B, ACCEL_CONFIG = 
 const uint8_t SAMPLE = 0x3B, POWER = 0x6B, WHO_AM_I = 0x75;
 const uint8_t WAKE_ON_GYRO_CLOCK = 0x01, RESET = 0x80;
 
-// MPU-6050; MPU-6500, 9250, 9255, 6515 and modules sold as MPU-6050 with chips of that family; ICM-20602, 20608, 20689.
-const uint8_t KNOWN[] = {0x68, 0x70, 0x71, 0x72, 0x73, 0x74, 0x12, 0xAF, 0x98};
-
 const uint8_t RESET_STEPS = 10, SETTLE_STEPS = 10, RETRY_STEPS = 50;
 const uint8_t MISSES = 3;   // reads
 const uint8_t REPEATS = 8;  // samples; with real noise, six axes and the temperature are not equal even twice in a row
@@ -30,13 +27,6 @@ struct Setting {
 
 const Setting SETTINGS[] = {{DIVIDER, 0}, {CONFIG, 3}, {GYRO_CONFIG, 0x08}, {ACCEL_CONFIG, 0x08}};
 const uint8_t SETTING_COUNT = sizeof(SETTINGS) / sizeof(SETTINGS[0]);
-
-bool is_known(uint8_t id) {
-    for (uint8_t i = 0; i < sizeof KNOWN; ++i) {
-        if (KNOWN[i] == id) return true;
-    }
-    return false;
-}
 
 // Read back: a bus that always answers 0xFF or 0x00 must fail.
 bool set(void *port, Setting setting) {
@@ -71,21 +61,23 @@ void Imu::fail() {
 }
 
 void Imu::begin(void *port) {
+    // Any chip is tried: many have the registers of the MPU-6050 and an identity of their own. Those that do not fail to
+    // return the settings.
     id_ = 0;
     if (!hal_i2c_read(port, ADDRESS, WHO_AM_I, &id_, 1)) hal_i2c_clear(port);
-    if (!is_known(id_)) return fail();
     if (!hal_i2c_write(port, ADDRESS, POWER, RESET)) return fail();
     state_ = RESETTING;
     wait_ = RESET_STEPS;
 }
 
 void Imu::configure(void *port) {
-    if (!hal_i2c_write(port, ADDRESS, POWER, WAKE_ON_GYRO_CLOCK)) return fail();
+    // From the MPU-6500 on the accelerometer has a filter of its own, 44 Hz; an MPU-6050 has an unused threshold there.
+    if (!hal_i2c_write(port, ADDRESS, POWER, WAKE_ON_GYRO_CLOCK) || !hal_i2c_write(port, ADDRESS, ACCEL_FILTER, 3)) {
+        return fail();
+    }
     for (uint8_t i = 0; i < SETTING_COUNT; ++i) {
         if (!set(port, SETTINGS[i])) return fail();
     }
-    // From the MPU-6500 on the accelerometer has a filter of its own, 44 Hz; not every chip of that family returns it.
-    if (id_ != MPU6050 && !hal_i2c_write(port, ADDRESS, ACCEL_FILTER, 3)) return fail();
     state_ = SETTLING;
     wait_ = SETTLE_STEPS;
 }

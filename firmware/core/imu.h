@@ -25,10 +25,8 @@ class Imu {
     int32_t rate(uint8_t axis) const { return scaled(raw_[4 + axis], MICRORADIANS_Q7, 7); }
     // m/s^2 * 10^3
     int32_t acceleration(uint8_t axis) const { return scaled(raw_[axis], GRAVITY_MM, G_BITS); }
-    // 1/100 degree Celsius: raw / 340 + 36.53, or raw / 333.87 + 21 from the MPU-6500 on
-    int32_t temperature() const {
-        return id_ == MPU6050 ? scaled(raw_[3], 19275, 16) + 3653 : scaled(raw_[3], 19629, 16) + 2100;
-    }
+    // 1/100 degree Celsius of an MPU-6050: raw / 340 + 36.53. Later chips are some 15 degrees colder than that.
+    int32_t temperature() const { return scaled(raw_[3], 19275, 16) + 3653; }
     // Turn about the chip's z since the start, 10^-8 rad, modulo 2^32: the sum of rates, 10 ms each.
     uint32_t angle() const { return angle_; }
     // Samples in `angle`, modulo 2^16.
@@ -42,8 +40,6 @@ class Imu {
     static constexpr int32_t GRAVITY_MM = 9807;  // mm/s^2 per g
     static constexpr uint8_t G_BITS = 13;
     static_assert(LSB_PER_G == 1 << G_BITS, "a shift divides by it");
-
-    static constexpr uint8_t MPU6050 = 0x68;  // its WHO_AM_I
 
     enum State : uint8_t { ABSENT, RESETTING, SETTLING, RUNNING };
 

@@ -14,9 +14,11 @@ from chefbot.board.bring_up import (
     WheelRun,
     direction_remedy,
     step_response,
+    was_interrupted,
     wheel_findings,
     wheel_speeds,
 )
+from chefbot.board.messages import MotionLine
 from chefbot.board.status_codes import BoardFlag
 
 EXPECTED = 1000.0
@@ -84,3 +86,19 @@ def test_speeds_are_differences_of_ticks() -> None:
     assert wheel_speeds(np.array([0.0, 0.1, 0.3]), np.array([0.0, 10.0, 50.0])) == pytest.approx(
         [100.0, 200.0]
     )
+
+
+@pytest.mark.parametrize(
+    ("flags", "interrupted"),
+    [
+        ([0] * 50, False),
+        ([0x0100] * 10 + [0] * 40, False),
+        ([0] * 30 + [0x0100] + [0] * 19, True),
+        ([0] * 30 + [0x0120] * 20, False),  # a latched fault has switched the motors off
+        ([0] * 5, True),
+    ],
+)
+def test_a_pause_of_the_speeds_after_the_begin_is_noticed(flags: list[int], interrupted: bool) -> None:
+    start = 2**32 - 100_000  # the board's clock wraps
+    lines = [MotionLine(i, (start + 20_000 * i) % 2**32, 0, 0, 0, 0, flag) for i, flag in enumerate(flags)]
+    assert was_interrupted(lines) == interrupted

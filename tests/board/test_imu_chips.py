@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
-from tests.firmware.host_board import FIRMWARE
 
 from chefbot.board.imu_chips import IMU_CHIPS, chip_name, imu_fault
-
-
-def test_the_names_are_those_of_the_firmware_s_chips() -> None:
-    (listed,) = re.findall(r"KNOWN\[\] = \{(.*?)\}", (FIRMWARE / "core" / "imu.cpp").read_text())
-    assert {int(text, 16) for text in listed.split(",")} == set(IMU_CHIPS)
 
 
 @pytest.mark.parametrize("identity", [*IMU_CHIPS, 0xEA])

@@ -172,7 +172,7 @@ def test_the_fault_that_keeps_the_motors_off_has_its_remedy(stopped: int) -> Non
     ("identity", "text"),
     [
         (0, "No IMU answers"),
-        (0xEA, "id 0xEA, which the firmware does not know"),
+        (0xEA, "id 0xEA has not the registers"),
         (0x70, "MPU-6500 (id 0x70), is stuck"),
     ],
 )

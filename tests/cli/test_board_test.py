@@ -66,7 +66,7 @@ def run(
 ) -> int:
     monkeypatch.setattr(bring_up.typer, "prompt", owner.prompt)
     monkeypatch.setattr(bring_up.typer, "confirm", owner.confirm)
-    return bring_up.run_board_test(robot, str(board.path), out, write, seconds=5.0)
+    return bring_up.run_board_test(robot, str(board.path), out, write, seconds=60.0, attempts=40)
 
 
 @pytest.mark.slow

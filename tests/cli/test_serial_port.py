@@ -44,7 +44,8 @@ def sending_link(link: Link, monkeypatch: pytest.MonkeyPatch) -> Link:
     def open_and_send(path: str) -> object:
         opened = original(path)
         os.write(
-            link.board, frame("b 1 100 12345") + b"nonsense \\ \xff\x01\n" + frame("t 2 100 7 0 0") + b"b 1"
+            link.board,
+            frame("b 1 100 12345") + b"nonsense \\ \xff\x01\n" + frame("t 2 100 7 0 0 68") + b"b 1",
         )
         return opened
 
@@ -57,7 +58,7 @@ def test_each_line_is_logged_after_its_time_in_ascii(sending_link: Link, tmp_pat
     run_log(sending_link.port, out, BRIEF)
     rows = [line.split("\t") for line in out.read_text("ascii").splitlines()]
     assert [text for _, text in rows] == [
-        frame("b 1 100 12345").decode().strip(), r"nonsense \\ \xff\x01", frame("t 2 100 7 0 0").decode().strip()
+        frame("b 1 100 12345").decode().strip(), r"nonsense \\ \xff\x01", frame("t 2 100 7 0 0 68").decode().strip()
     ]  # fmt: skip
     times = [float(time) for time, _ in rows]
     assert times == sorted(times) and 0.0 <= times[0] < 10.0

@@ -9,6 +9,15 @@ import numpy as np
 from chefbot.maths.grid import Grid
 from chefbot.ui.display.views import RobotView, StatusView
 
+MAP_SHOWN = """(() => {
+  const { width, height } = canvas, copy = Object.assign(document.createElement('canvas'), { width, height });
+  const context = copy.getContext('2d', { willReadFrequently: true });
+  context.drawImage(canvas, 0, 0);
+  const painted = context.getImageData(0, 0, width, height).data.filter((value, i) => i % 4 === 3 && value > 0);
+  return document.querySelectorAll('#tables button').length > 0 && painted.length > 0.1 * width * height;
+})()"""
+"""Whether map and places have arrived: the view is fitted to the map when it does."""
+
 
 def show_a_room(server: Any) -> None:
     cells = np.zeros((160, 240), np.int8)

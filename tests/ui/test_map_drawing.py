@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.support.waiting import wait_for
-from tests.support.web_ui import show_a_room
+from tests.support.web_ui import MAP_SHOWN, show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab, pixels
 
 from chefbot.maths.grid import Grid
@@ -153,9 +153,9 @@ def test_no_label_covers_another_and_far_away_there_are_none(tab: Tab) -> None:
 def test_nothing_is_drawn_while_nothing_on_the_map_changes(page: Any) -> None:
     show_a_room(page.server)
     with open_tab(page.url, NO_GPU) as tab:
-        tab.wait_for("document.querySelectorAll('#tables button').length === 2")
+        tab.wait_for(MAP_SHOWN)
         tab.evaluate(COUNT_PAINTS)
-        wait_for(lambda: paints(tab, 0.5) == 0, "the first view to be complete")
+        wait_for(lambda: paints(tab, 2.0) == 0, "the first view to be complete")
         for i in range(20):
             page.server.set_layer("status", StatusView(phase="Waiting for an order.", clock=float(i)))
             page.server.set_layer("joints", {"left": 0.1 * i})

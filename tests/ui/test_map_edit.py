@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from tests.support.web_ui import show_a_room
+from tests.support.web_ui import MAP_SHOWN, show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
 from chefbot.msgs.chefbot_msgs import MapEditResult
@@ -16,14 +16,6 @@ from chefbot.ui import commands as do
 from chefbot.ui.display.message_conversion import zone_views
 
 UP = "!document.body.classList.contains('offline')"
-MAP_SHOWN = """(() => {
-  const { width, height } = canvas, copy = Object.assign(document.createElement('canvas'), { width, height });
-  const context = copy.getContext('2d', { willReadFrequently: true });
-  context.drawImage(canvas, 0, 0);
-  const painted = context.getImageData(0, 0, width, height).data.filter((value, i) => i % 4 === 3 && value > 0);
-  return document.querySelectorAll('#tables button').length > 0 && painted.length > 0.1 * width * height;
-})()"""
-"""Whether map and places have arrived: the view is fitted to the map when it does."""
 OPEN = "document.getElementById('edit-tab').click()"
 STAIRS = MapZone("stairs", KEEP_OUT, tuple(Point(x, y, 0.0) for x, y in ((3.0, 2.0), (5.0, 2.0), (5.0, 4.0))))
 

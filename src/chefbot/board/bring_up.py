@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.board.status_codes import BoardFlag, faults
+from chefbot.board.messages import BoardLine, MotionLine
+from chefbot.board.status_codes import LATCHED, BoardFlag, faults
+from chefbot.maths.counter_unwrap import wrap_signed
 
 SIDES = ("left", "right")
 MIN_SHARE, CROSSTALK = 0.5, 0.1
 """Shares of the expected ticks: the least of a wheel that turns, and the most of one that stands."""
 TURN_TOLERANCE = 0.03
 """Share by which a turn by hand may differ from the robot file's ticks per turn."""
+BEGIN_US = 300_000
+"""Time after which a commanded motion has begun, us."""
 OVERSHOOT, STEADY_ERROR = 0.2, 0.05
 """Shares of the speed beyond which a step response is poor."""
 
@@ -70,6 +75,15 @@ def direction_remedy(side: int, answer: str) -> str:
             f"The {name} encoder counts, but the wheel stands: the connectors of the motors may be exchanged."
         )
     return ""
+
+
+def was_interrupted(lines: Sequence[BoardLine]) -> bool:
+    """Return whether the board has had no speed for a while, once the motion had begun, and without a fault."""
+    motions = [line for line in lines if isinstance(line, MotionLine)]
+    begun = [line for line in motions if wrap_signed(line.t - motions[0].t) > BEGIN_US]
+    return not begun or any(
+        line.flags & (BoardFlag.NO_SPEED | LATCHED) == BoardFlag.NO_SPEED for line in begun
+    )
 
 
 class HandTurn(NamedTuple):

@@ -1,4 +1,7 @@
-"""IMUs that the motor board's firmware reads, by what they answer to WHO_AM_I (firmware/core/imu.cpp)."""
+"""IMUs with the registers that the motor board's firmware reads, by what they answer to WHO_AM_I.
+
+The firmware tries any chip; one with other registers does not return its settings.
+"""
 
 from __future__ import annotations
 
@@ -27,5 +30,5 @@ def imu_fault(identity: int) -> str:
     if identity == 0:
         return "no IMU answers: check its wires and its supply"
     if identity not in IMU_CHIPS:
-        return f"the IMU has the id 0x{identity:02X}, which the firmware does not know: use an MPU-6050 or a relative"
+        return f"the IMU with the id 0x{identity:02X} has not the registers of an MPU-6050: use one, or a relative"
     return f"the IMU, {chip_name(identity)}, is stuck or saturated"

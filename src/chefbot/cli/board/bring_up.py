@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import typer
@@ -15,10 +16,11 @@ from chefbot.board.bring_up import (
     WheelRun,
     direction_remedy,
     step_response,
+    was_interrupted,
     wheel_findings,
     wheel_speeds,
 )
-from chefbot.board.imu_chips import IMU_CHIPS, chip_name, imu_fault
+from chefbot.board.imu_chips import chip_name, imu_fault
 from chefbot.board.messages import BatteryLine, BoardLine, InertiaLine, MotionLine, UptimeLine
 from chefbot.board.status_codes import BoardFlag
 from chefbot.cli.board.serial_port import opened_port
@@ -34,20 +36,34 @@ console = Console(highlight=False, soft_wrap=True, markup=False)
 SLOW_SHARE, STEP_SHARE = 0.3, 0.6
 """Shares of the maximum speed: of the first turn of a wheel, and of the step."""
 WHEEL_SECONDS, STEP_SECONDS, REST_SECONDS = 1.5, 2.0, 0.8
+LINE_SECONDS = 5.0
+"""Time to wait for a line that the board sends once a second or more often, s."""
 BUTTON_SECONDS = 20.0
 """Time to press or release the emergency stop button, s."""
 METER_TOLERANCE = 0.02
 """Share by which board and meter may differ without a correction."""
+ATTEMPTS = 5
+"""Number of times that a motion is commanded whose speeds arrived with a pause."""
 UPRIGHT = 7.0
 """Acceleration along the IMU's z axis, m/s^2, above which it is upright."""
+
+
+class Motion(NamedTuple):
+    """A commanded motion: the board's lines meanwhile, the ticks of both wheels until they stood, and the flags."""
+
+    lines: list[BoardLine]
+    ticks: tuple[int, int]
+    flags: int
 
 
 class BoardTest:
     """The test of one board; each step prints what it found, and `problems` keeps what has to be mended."""
 
-    def __init__(self, board: BenchBoard, robot: Robot, seconds: float = BUTTON_SECONDS) -> None:
-        """seconds: time to press or release the emergency stop button."""
-        self._board, self._robot, self._seconds = board, robot, seconds
+    def __init__(
+        self, board: BenchBoard, robot: Robot, seconds: float = BUTTON_SECONDS, attempts: int = ATTEMPTS
+    ) -> None:
+        """seconds: time to press or release the emergency stop button. attempts: of motions that are interrupted."""
+        self._board, self._robot, self._seconds, self._attempts = board, robot, seconds, attempts
         self.problems: list[str] = []
         self.changes: list[Change] = []
         self.curves: list[StepCurve] = []
@@ -80,7 +96,7 @@ class BoardTest:
             self._report(f"{self._board.session.warning}.")
 
     def _check_battery(self) -> None:
-        self._board.until(lambda: self._board.newest(BatteryLine) is not None, 2.0)
+        self._board.until(lambda: self._board.newest(BatteryLine) is not None, LINE_SECONDS)
         line = self._board.newest(BatteryLine)
         if line is None:
             self._report("The board has sent no battery voltage.")
@@ -99,9 +115,10 @@ class BoardTest:
             self._change(("calibration", "battery"), factor * measured / volts, "measured with a meter")
 
     def _check_imu(self) -> None:
-        self._board.until(lambda: self._board.newest(UptimeLine) is not None, 2.0)
+        self._board.until(lambda: self._board.newest(UptimeLine) is not None, LINE_SECONDS)
+        self._board.until(lambda: self._board.newest(InertiaLine) is not None, LINE_SECONDS)
         uptime, inertia = self._board.newest(UptimeLine), self._board.newest(InertiaLine)
-        if uptime is None or uptime.imu not in IMU_CHIPS or inertia is None:
+        if uptime is None or inertia is None:
             self._report(f"{imu_fault(uptime.imu if uptime else 0)}.")
         elif inertia.az < 1000.0 * UPRIGHT:
             self._report(
@@ -158,13 +175,10 @@ class BoardTest:
     def _drive(self, side: int) -> bool:
         """Turn one wheel slowly; return whether it turned as it should."""
         rate, speed = self._speed(SLOW_SHARE)
-        before = self._counts()
-        self._board.run(WHEEL_SECONDS, *((speed, 0.0) if side == 0 else (0.0, speed)))
-        flags = self._flags
-        self._board.run(REST_SECONDS)
-        after = self._counts()
-        ticks = (wrap_signed(after[0] - before[0]), wrap_signed(after[1] - before[1]))
-        found = wheel_findings(WheelRun(side, ticks, rate * WHEEL_SECONDS, flags))
+        run = self._steady(WHEEL_SECONDS, *((speed, 0.0) if side == 0 else (0.0, speed)))
+        if run is None:
+            return False
+        found = wheel_findings(WheelRun(side, run.ticks, rate * WHEEL_SECONDS, run.flags))
         if not found:
             question = (
                 f"Did the {SIDES[side].upper()} wheel turn forward? f: forward, b: backward, n: not at all"
@@ -175,22 +189,39 @@ class BoardTest:
             self._report(text)
         self._board.clear_faults()
         if not found:
-            console.print(f"The {SIDES[side]} wheel is right: {ticks[side]} ticks.")
+            console.print(f"The {SIDES[side]} wheel is right: {run.ticks[side]} ticks.")
         return not found
 
     def _step(self) -> None:
         """Measure how both wheels follow a step of the speed."""
         target, speed = self._speed(STEP_SHARE)
-        lines = self._board.run(STEP_SECONDS, speed, speed)
-        self._board.run(REST_SECONDS)
+        run = self._steady(STEP_SECONDS, speed, speed)
+        if run is None:
+            return
         for side in (0, 1):
-            times, speeds = _speeds_of(lines, side)
+            times, speeds = _speeds_of(run.lines, side)
             if len(times) < 10:
                 self._report("The board sent too few lines during the step.")
                 return
             response = step_response(times, speeds, target)
             self.curves.append(StepCurve(SIDES[side], times, speeds, target, response))
             self._judge(side, response)
+
+    def _steady(self, seconds: float, left: float, right: float) -> Motion | None:
+        """Drive with speeds that arrive without a pause, again after one; None if the computer is too busy."""
+        for _ in range(self._attempts):
+            before = self._counts()
+            lines = self._board.run(seconds, left, right)
+            flags = self._flags
+            self._board.run(REST_SECONDS)
+            after = self._counts()
+            if not was_interrupted(lines):
+                ticks = (wrap_signed(after[0] - before[0]), wrap_signed(after[1] - before[1]))
+                return Motion(lines, ticks, flags)
+        self._report(
+            "The computer was too busy to send speeds without a pause; end other programs, and test again."
+        )
+        return None
 
     def _judge(self, side: int, response: StepResponse) -> None:
         text = (
@@ -243,7 +274,12 @@ def _speeds_of(lines: list[BoardLine], side: int) -> tuple[np.ndarray, np.ndarra
 
 
 def run_board_test(
-    robot_name: str, port: str, out: Path, write: bool, seconds: float = BUTTON_SECONDS
+    robot_name: str,
+    port: str,
+    out: Path,
+    write: bool,
+    seconds: float = BUTTON_SECONDS,
+    attempts: int = ATTEMPTS,
 ) -> int:
     """Test a board with its owner; write a picture, and the robot file's changes if wanted.
 
@@ -253,7 +289,7 @@ def run_board_test(
     with opened_port(port) as opened:
         board = BenchBoard(opened, robot)
         board.open()
-        test = BoardTest(board, robot, seconds)
+        test = BoardTest(board, robot, seconds, attempts)
         test.run()
     if test.curves:
         write_picture(test.curves, out)

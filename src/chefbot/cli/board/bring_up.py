@@ -48,7 +48,7 @@ UPRIGHT = 7.0
 """Acceleration along the IMU's z axis, m/s^2, above which it is upright."""
 
 
-class Motion(NamedTuple):
+class BenchMotion(NamedTuple):
     """A commanded motion: the board's lines meanwhile, the ticks of both wheels until they stood, and the flags."""
 
     lines: list[BoardLine]
@@ -207,7 +207,7 @@ class BoardTest:
             self.curves.append(StepCurve(SIDES[side], times, speeds, target, response))
             self._judge(side, response)
 
-    def _steady(self, seconds: float, left: float, right: float) -> Motion | None:
+    def _steady(self, seconds: float, left: float, right: float) -> BenchMotion | None:
         """Drive with speeds that arrive without a pause, again after one; None if the computer is too busy."""
         for _ in range(self._attempts):
             before = self._counts()
@@ -217,7 +217,7 @@ class BoardTest:
             after = self._counts()
             if not was_interrupted(lines):
                 ticks = (wrap_signed(after[0] - before[0]), wrap_signed(after[1] - before[1]))
-                return Motion(lines, ticks, flags)
+                return BenchMotion(lines, ticks, flags)
         self._report(
             "The computer was too busy to send speeds without a pause; end other programs, and test again."
         )

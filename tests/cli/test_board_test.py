@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ from tests.devices.emulated import Emulator
 from chefbot.board.bring_up import StepResponse
 from chefbot.cli.board import bring_up
 from chefbot.cli.board.step_picture import StepCurve, write_picture
+from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
 
 ROBOT = load_robot("chefbot")
@@ -107,3 +109,27 @@ def test_the_picture_shows_each_wheel(tmp_path: Path) -> None:
     curve = StepCurve("left", times, np.full(len(times), 900.0), 1000.0, StepResponse(0.1, 0.0, -0.1))
     write_picture([curve, curve._replace(side="right")], tmp_path / "new" / "step.png")
     assert (tmp_path / "new" / "step.png").stat().st_size > 5000
+
+
+def test_answers_that_end_and_a_built_in_robot_are_one_sentence(
+    emulated: Emulator, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    with pytest.raises(UserError, match="is a built-in robot"):
+        bring_up.run_board_test("chefbot", str(emulated.path), tmp_path / "step.png", write=True)
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    with pytest.raises(UserError, match="the answers ended"):
+        bring_up.run_board_test("chefbot", str(emulated.path), tmp_path / "step.png", write=False)
+
+
+@pytest.mark.parametrize("meter", ["1", "nan", "12,6", "-3"])
+def test_a_reading_that_cannot_be_is_not_written(
+    meter: str, emulated: Emulator, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = load_robot("chefbot")
+    monkeypatch.setattr(bring_up.typer, "prompt", Owner(emulated, meter=meter).prompt)
+    with bring_up.opened_port(str(emulated.path)) as port:
+        board = bring_up.BenchBoard(port, robot)
+        board.open()
+        test = bring_up.BoardTest(board, robot)
+        test._check_battery()
+    assert not test.changes and f"'{meter}' V is not what the board measures" in capsys.readouterr().out

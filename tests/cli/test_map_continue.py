@@ -129,6 +129,25 @@ def test_two_maps_of_a_building_are_merged(tmp_path: Path, capsys: pytest.Captur
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("start", [(40.0, 1.0, 0.0), (2.0, 1.0, 2.0)])
+def test_a_wrong_start_is_refused(start: tuple[float, float, float], tmp_path: Path) -> None:
+    for name, points, seed in (("a", LOOP, 1), ("b", ELSEWHERE, 3)):
+        write_log(tmp_path / f"{name}.log", points, SE2(0.0, 0.0, 0.0), seed)
+    run_slam(tmp_path / "a.log", tmp_path / "a", "graph", particles=2, seed=1, max_range=20.0)
+    with pytest.raises(UserError, match="does not fit the map"):
+        continue_map(tmp_path / "a", tmp_path / "b.log", tmp_path / "on", start, report=False)
+    assert not (tmp_path / "on").exists()
+
+
+def test_arguments_that_make_no_sense_are_refused_at_once(tmp_path: Path) -> None:
+    log = tmp_path / "none.log"
+    with pytest.raises(UserError, match="is not a pose on a map"):
+        continue_map(tmp_path, log, tmp_path / "on", (math.nan, 0.0, 0.0), report=False)
+    with pytest.raises(UserError, match="is the folder of the map that is continued"):
+        continue_map(tmp_path, log, tmp_path, None, report=False)
+
+
+@pytest.mark.slow
 def test_a_drive_in_another_building_changes_nothing(tmp_path: Path) -> None:
     write_log(tmp_path / "a.log", LOOP, SE2(0.0, 0.0, 0.0), 1)
     run_slam(tmp_path / "a.log", tmp_path / "a", "graph", particles=2, seed=1, max_range=20.0)

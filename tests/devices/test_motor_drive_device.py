@@ -28,8 +28,8 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs pseudo
 
 def robot_with(protocol: str) -> Robot:
     robot = load_robot("chefbot")
-    driver = msgspec.structs.replace(robot.driver, protocol=protocol)
-    return msgspec.structs.replace(robot, driver=driver)
+    drive = msgspec.structs.replace(robot.drive, protocol=protocol)
+    return msgspec.structs.replace(robot, drive=drive)
 
 
 class PluggedDrive:

@@ -84,7 +84,7 @@ class MotorBoardDevice(MotorBoardNode):
             lambda reason: self.post(lambda: self._on_lost(reason)),
             lambda reason: self.post(lambda: self._on_missing(reason)),
         )
-        protocol = self.robot.driver.protocol
+        protocol = self.robot.drive.protocol
         device = drive_device(DRIVES[protocol]) if protocol else BOARD
         self._title = DRIVES[protocol].title if protocol else "motor board"
         self.announcement = (
@@ -148,8 +148,8 @@ class MotorBoardDevice(MotorBoardNode):
         self.remark.publish(String(f"{self._title[0].upper()}{self._title[1:]} at {path}."))
 
     def _new_link(self, dialect: str) -> MotorBoardLink:
-        if self.robot.driver.protocol:
-            return DRIVES[self.robot.driver.protocol].link(self.robot)
+        if self.robot.drive.protocol:
+            return DRIVES[self.robot.drive.protocol].link(self.robot)
         return ChapterLink(self.robot) if dialect == "chapter" else BoardLink(self.robot, os.getpid())
 
     def _on_data(self, data: bytes, at_ns: int) -> None:

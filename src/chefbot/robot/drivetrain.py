@@ -102,8 +102,6 @@ class MotorDriver(RobotSection, frozen=True, kw_only=True):
     size: Size
     mass: Mass
     source: Text
-    protocol: str = ""
-    """Protocol of a drive with its own controller, one of DRIVE_PROTOCOLS; without it, a motor board controls it."""
 
 
 class Battery(RobotSection, frozen=True, kw_only=True):
@@ -135,7 +133,7 @@ class PowerRequirements(RobotSection, frozen=True, kw_only=True):
 
 
 class DriveLimits(RobotSection, frozen=True, kw_only=True):
-    """Motion limits set by the owner; the motors may allow less."""
+    """Motion limits set by the owner, of which the motors may allow less, and what drives the motors."""
 
     max_speed: Speed
     max_turn: AngularSpeed
@@ -146,6 +144,8 @@ class DriveLimits(RobotSection, frozen=True, kw_only=True):
     max_deceleration: Acceleration | None = None
     """Deceleration of a stop; None for 0.7 of what the tyres grip. Braking that is planned ahead of an obstacle or a
     goal uses a part of max_acceleration."""
+    protocol: str = ""
+    """Protocol of a drive with its own controller, one of DRIVE_PROTOCOLS; without it there is a motor board."""
 
 
 class Calibration(RobotSection, frozen=True, kw_only=True):

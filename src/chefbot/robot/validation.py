@@ -186,8 +186,9 @@ def _drive(robot: Robot) -> Iterator[Contradiction]:
     yield battery.voltage > battery.full_voltage, "battery.voltage", "is above battery.full_voltage"
     driver = robot.driver
     yield driver.voltage_min >= driver.voltage_max, "driver.voltage_min", "is not below driver.voltage_max"
-    unknown = f"unknown {driver.protocol!r}{name_hint(driver.protocol, DRIVE_PROTOCOLS)}"
-    yield driver.protocol not in ("", *DRIVE_PROTOCOLS), "driver.protocol", unknown
+    protocol = robot.drive.protocol
+    unknown = f"unknown {protocol!r}{name_hint(protocol, DRIVE_PROTOCOLS)}"
+    yield protocol not in ("", *DRIVE_PROTOCOLS), "drive.protocol", unknown
 
 
 def _sensors(robot: Robot) -> Iterator[Contradiction]:

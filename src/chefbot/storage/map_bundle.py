@@ -69,8 +69,9 @@ def read_bundle(path: Path) -> dict[str, bytes]:
             return _checked(path, archive)
     except MapBundleError:
         raise
-    except Exception as error:  # whatever zipfile and zlib raise for damaged bytes
-        raise MapBundleError(f"{path} is no map bundle, or it is damaged ({type(error).__name__})") from None
+    except Exception:  # whatever zipfile and zlib raise for damaged bytes
+        hint = f"; the bundle beside a map is map{BUNDLE_SUFFIX}" if path.suffix != BUNDLE_SUFFIX else ""
+        raise MapBundleError(f"{path} is no map bundle, or it is damaged{hint}") from None
 
 
 def _checked(path: Path, archive: zipfile.ZipFile) -> dict[str, bytes]:

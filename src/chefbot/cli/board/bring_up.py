@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +29,7 @@ from chefbot.cli.board.serial_port import opened_port
 from chefbot.cli.board.step_picture import StepCurve, write_picture
 from chefbot.design.sizing.robot_file_editor import Change, changed, value_of
 from chefbot.devices.bench_board import CLEAR_SECONDS, BenchBoard
+from chefbot.errors import UserError
 from chefbot.maths.counter_unwrap import wrap_signed
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
@@ -40,6 +43,8 @@ LINE_SECONDS = 5.0
 """Time to wait for a line that the board sends once a second or more often, s."""
 BUTTON_SECONDS = 20.0
 """Time to press or release the emergency stop button, s."""
+MIN_BATTERY_FACTOR, MAX_BATTERY_FACTOR = 0.8, 1.25
+"""Bounds of calibration.battery in a robot file."""
 METER_TOLERANCE = 0.02
 """Share by which board and meter may differ without a correction."""
 ATTEMPTS = 5
@@ -79,7 +84,7 @@ class BoardTest:
         if not typer.confirm(
             "Lift the robot so that both wheels turn freely. May they turn slowly?", default=False
         ):
-            self._report("The wheels were not driven.")
+            console.print("The wheels were not driven: their directions are not tested.")
             return
         self._board.clear_faults()
         left_is_good, right_is_good = self._drive(0), self._drive(1)
@@ -109,10 +114,15 @@ class BoardTest:
         try:
             measured = float(text) if text else volts
         except ValueError:
-            self._report(f"'{text}' is not a voltage; the battery was not compared.")
-            return
-        if abs(measured / volts - 1.0) > METER_TOLERANCE:
-            self._change(("calibration", "battery"), factor * measured / volts, "measured with a meter")
+            measured = math.nan
+        ratio = factor * measured / volts if volts > 0.0 else math.nan
+        if not MIN_BATTERY_FACTOR <= ratio <= MAX_BATTERY_FACTOR:
+            self._report(
+                f"'{text}' V is not what the board measures, {volts:.2f} V: look at the meter, or at the board's"
+                " voltage divider."
+            )
+        elif abs(measured / volts - 1.0) > METER_TOLERANCE:
+            self._change(("calibration", "battery"), ratio, "measured with a meter; flash the firmware again")
 
     def _check_imu(self) -> None:
         self._board.until(lambda: self._board.newest(UptimeLine) is not None, LINE_SECONDS)
@@ -189,7 +199,7 @@ class BoardTest:
             self._report(text)
         self._board.clear_faults()
         if not found:
-            console.print(f"The {SIDES[side]} wheel is right: {run.ticks[side]} ticks.")
+            console.print(f"The {SIDES[side]} wheel works: {run.ticks[side]} ticks.")
         return not found
 
     def _step(self) -> None:
@@ -286,11 +296,18 @@ def run_board_test(
     Returns the exit code: 1 if something has to be mended.
     """
     robot = load_robot(robot_name)
+    if write and not Path(robot_name).is_file():
+        raise UserError(f"{robot_name} is a built-in robot and is not changed; --robot takes your own file")
     with opened_port(port) as opened:
         board = BenchBoard(opened, robot)
         board.open()
         test = BoardTest(board, robot, seconds, attempts)
-        test.run()
+        try:
+            test.run()
+        except typer.Abort:
+            if sys.stdin.isatty():
+                raise  # Ctrl-C
+            raise UserError("the answers ended before the test did: run it in a terminal") from None
     if test.curves:
         write_picture(test.curves, out)
         console.print(f"Picture of the step: {out}")

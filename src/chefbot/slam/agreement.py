@@ -1,0 +1,63 @@
+"""How well the scans of a drive agree with a map that was built without them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from chefbot.maths.grid import OCCUPIED_FROM, UNKNOWN, Grid
+from chefbot.maths.se2 import SE2
+from chefbot.slam.carmen import CarmenScan
+
+NEAR = 0.2
+"""Distance from a wall of the map within which the end of a beam agrees with it, m."""
+FAR = 0.5
+"""Distance from every wall beyond which the end of a beam in free space contradicts the map, m."""
+
+
+class Agreement(NamedTuple):
+    """Numbers of beams that end at a wall of the map, in its known space far from every wall, and anywhere."""
+
+    near: int
+    far: int
+    total: int
+
+    @property
+    def share(self) -> float:
+        """Share of the beams that agree among those that agree or contradict; 0 if there are none."""
+        judged = self.near + self.far
+        return self.near / judged if judged else 0.0
+
+    @property
+    def covered(self) -> float:
+        """Share of all beams that end at a wall of the map; 0 if there are none."""
+        return self.near / self.total if self.total else 0.0
+
+
+def agreement(
+    grid: Grid, scans: Sequence[CarmenScan], poses: Sequence[SE2], sensor: SE2, range_max: float
+) -> Agreement:
+    """Compare the ends of a drive's beams with a map; poses: of the robot in it, range_max: of no return, m."""
+    walls = grid.cells >= OCCUPIED_FROM
+    distance = (
+        distance_transform_edt(~walls, sampling=grid.resolution)
+        if walls.any()
+        else np.full(walls.shape, math.inf)
+    )
+    near = far = total = 0
+    for scan, pose in zip(scans, poses, strict=True):
+        met = (scan.ranges > 0.0) & (scan.ranges < range_max)
+        beams = scan.ranges[met, None] * np.column_stack([np.cos(scan.angles[met]), np.sin(scan.angles[met])])
+        ends = (pose @ sensor).apply(beams)
+        columns = np.floor((ends[:, 0] - grid.origin_x) / grid.resolution).astype(int)
+        rows = np.floor((ends[:, 1] - grid.origin_y) / grid.resolution).astype(int)
+        inside = (rows >= 0) & (columns >= 0) & (rows < walls.shape[0]) & (columns < walls.shape[1])
+        cells, away = grid.cells[rows[inside], columns[inside]], distance[rows[inside], columns[inside]]
+        near += int((away <= NEAR).sum())
+        far += int(((cells != UNKNOWN) & (away > FAR)).sum())
+        total += len(ends)
+    return Agreement(near, far, total)

@@ -80,7 +80,7 @@ def test_a_board_that_is_right_passes(
     code = run(monkeypatch, owner, emulated, "chefbot", tmp_path / "step.png")
     text = capsys.readouterr().out
     assert code == 0, text
-    assert "MPU-6050" in text and "The board is right." in text and "90 % of the speed after" in text
+    assert "MPU-6050" in text and "Nothing to mend was found." in text and "90 % of the speed after" in text
     assert (tmp_path / "step.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -131,7 +131,9 @@ class EmulatedDdsm115:
         turns = sign * self.motors.angle[wheel] / (2.0 * math.pi)
         position = math.floor(turns * ddsm115.COUNTS_PER_TURN)
         speed = round(sign * self.motors.speed[wheel] * 60.0 / (2.0 * math.pi))
-        return ddsm115.answer_frame(frame[0], speed, position, self.errors[wheel], self.mode[wheel])
+        counts = position % ddsm115.COUNTS_PER_TURN
+        body = ddsm115.ANSWER.pack(frame[0], self.mode[wheel], 0, speed, counts, self.errors[wheel], 0)[:-1]
+        return body + bytes((ddsm115.crc8(body),))
 
 
 EMULATORS = {"roboclaw": EmulatedRoboClaw, "ddsm115": EmulatedDdsm115}

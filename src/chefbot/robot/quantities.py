@@ -27,7 +27,8 @@ Duration = Annotated[float, Meta(gt=0, le=1e6, extra={"unit": "s"})]
 Rate = Annotated[float, Meta(gt=0, le=1000, extra={"unit": "Hz"})]
 Count = Annotated[int, Meta(gt=0, le=1_000_000)]
 Ratio = Annotated[float, Meta(gt=0, le=10)]
-CalibrationFactor = Annotated[float, Meta(ge=0.8, le=1.25)]
+MIN_CALIBRATION, MAX_CALIBRATION = 0.8, 1.25
+CalibrationFactor = Annotated[float, Meta(ge=MIN_CALIBRATION, le=MAX_CALIBRATION)]
 """Ratio of a measured quantity to the drawn one; outside these bounds it is another robot."""
 SmallAngle = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad"})]
 RateOffset = Annotated[float, Meta(ge=-0.5, le=0.5, extra={"unit": "rad/s"})]

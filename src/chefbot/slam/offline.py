@@ -71,10 +71,10 @@ class OfflineMapper:
                 progress(done, len(scans))
         self.sessions.append(Session.of(scans, used, range_max, start))
 
-    def repeat(self, session: Session) -> None:
+    def repeat(self, session: Session, progress: Callable[[int, int], None] | None = None) -> None:
         """Add a drive that was mapped before, as it was then."""
         start = None if math.isnan(session.start[0]) else SE2.of(session.start)
-        self.map_drive(list(session.scans()), session.range_max, start)
+        self.map_drive(list(session.scans()), session.range_max, start, progress)
 
     def result(self, no_return: NoReturn | None) -> SlamResult:
         """Finish the map, and return it with the poses of all drives."""

@@ -73,12 +73,6 @@ def mode_frame(motor: int) -> bytes:
     return bytes((motor, MODE, *[0] * 7, VELOCITY_MODE))
 
 
-def answer_frame(motor: int, rpm: int, position: int, errors: int = 0, mode: int = VELOCITY_MODE) -> bytes:
-    """Return the frame that a motor answers with."""
-    body = ANSWER.pack(motor, mode, 0, rpm, position % COUNTS_PER_TURN, errors, 0)[:-1]
-    return body + bytes((crc8(body),))
-
-
 class Ddsm115Link(DriveLink):
     """The `MotorBoardLink` of two DDSM115 motors."""
 
@@ -126,8 +120,7 @@ class Ddsm115Link(DriveLink):
             self._driven_ns = now_ns
         wheel, self._next = self._next, 1 - self._next
         rpm = round(MIRRORED[wheel] * self.speeds(now_ns)[wheel] * 60.0 / (2.0 * math.pi))
-        data = speed_frame(IDS[wheel], max(-MAX_RPM, min(MAX_RPM, rpm)))
-        return LineRequest(str(wheel), data, lambda _: LENGTH, lambda answer: _is_answer(answer, IDS[wheel]))
+        return speed_request(wheel, max(-MAX_RPM, min(MAX_RPM, rpm)))
 
     def process(self, answer: Answer) -> list[Message]:
         """Return the ticks after the answer of the right motor."""
@@ -143,6 +136,14 @@ class Ddsm115Link(DriveLink):
         self._positions = [None, None]
         per_count = self.robot.motor.ticks_per_turn / COUNTS_PER_TURN
         return self.ticks((left, right), COUNTER_BITS, per_count, answer.stamp_ns)
+
+
+def speed_request(wheel: int, rpm: int) -> LineRequest:
+    """Return the request that sets the speed of a motor; wheel: 0 for the left one, 1 for the right one."""
+    motor = IDS[wheel]
+    return LineRequest(
+        str(wheel), speed_frame(motor, rpm), lambda _: LENGTH, lambda answer: _is_answer(answer, motor)
+    )
 
 
 def _is_answer(answer: bytes, motor: int) -> bool:

@@ -14,7 +14,7 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.robot.spec import Robot
 
 SLOW = 0.15
-"""Maximum speed of a wheel at the ground, m/s, whose drive goes on turning when this computer fails."""
+"""Maximum speed of a wheel at the ground, m/s, whose drive keeps turning when this computer fails."""
 SILENCE_NS = 300_000_000
 """Time without ticks after which the motion of the wheels is unknown, and they are stopped, ns."""
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import NamedTuple
 
-from chefbot.board.drives.ddsm115 import IDS, Ddsm115Link, crc8, speed_frame
+from chefbot.board.drives.ddsm115 import Ddsm115Link, speed_request
 from chefbot.board.drives.drive_link import DriveLink
 from chefbot.board.drives.half_duplex import LineRequest
 from chefbot.board.drives.roboclaw import RoboClawLink, version_request
@@ -23,16 +24,7 @@ class MotorDrive(NamedTuple):
     greeting: Callable[[], LineRequest]
 
 
-def _standing() -> LineRequest:
-    return LineRequest(
-        "greeting",
-        speed_frame(IDS[0], 0),
-        lambda _: 10,
-        lambda answer: answer[0] == IDS[0] and crc8(answer[:-1]) == answer[-1],
-    )
-
-
 DRIVES: Mapping[str, MotorDrive] = {
     "roboclaw": MotorDrive("RoboClaw", RoboClawLink, version_request),
-    "ddsm115": MotorDrive("DDSM115 motors", Ddsm115Link, _standing),
+    "ddsm115": MotorDrive("DDSM115 motors", Ddsm115Link, partial(speed_request, 0, 0)),
 }

@@ -32,6 +32,7 @@ from chefbot.devices.bench_board import CLEAR_SECONDS, BenchBoard
 from chefbot.errors import UserError
 from chefbot.maths.counter_unwrap import wrap_signed
 from chefbot.robot.load import load_robot
+from chefbot.robot.quantities import MAX_CALIBRATION, MIN_CALIBRATION
 from chefbot.robot.spec import Robot
 from chefbot.storage.atomic_files import write_atomic
 
@@ -43,8 +44,6 @@ LINE_SECONDS = 5.0
 """Time to wait for a line that the board sends once a second or more often, s."""
 BUTTON_SECONDS = 20.0
 """Time to press or release the emergency stop button, s."""
-MIN_BATTERY_FACTOR, MAX_BATTERY_FACTOR = 0.8, 1.25
-"""Bounds of calibration.battery in a robot file."""
 METER_TOLERANCE = 0.02
 """Share by which board and meter may differ without a correction."""
 ATTEMPTS = 5
@@ -116,7 +115,7 @@ class BoardTest:
         except ValueError:
             measured = math.nan
         ratio = factor * measured / volts if volts > 0.0 else math.nan
-        if not MIN_BATTERY_FACTOR <= ratio <= MAX_BATTERY_FACTOR:
+        if not MIN_CALIBRATION <= ratio <= MAX_CALIBRATION:
             self._report(
                 f"'{text}' V is not what the board measures, {volts:.2f} V: look at the meter, or at the board's"
                 " voltage divider."
@@ -314,7 +313,7 @@ def run_board_test(
     if test.changes:
         _write_changes(test.changes, robot_name, write)
     count = len(test.problems)
-    console.print("The board is right." if not count else f"{count} to mend, see above.")
+    console.print("Nothing to mend was found." if not count else f"{count} to mend, see above.")
     return 1 if count else 0
 
 

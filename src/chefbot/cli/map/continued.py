@@ -1,8 +1,8 @@
-"""`chefbot map continue` and `merge`: a map that goes on with another drive."""
+"""`chefbot map continue` and `merge`: a map is continued with another drive, or with another map."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -15,19 +15,13 @@ from chefbot.cli.map.start_search import find_start
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.slam.agreement import agreement
+from chefbot.slam.agreement import drive_fit
 from chefbot.slam.carmen import CarmenScan, parse
 from chefbot.slam.no_return import NoReturn
 from chefbot.slam.offline import OfflineMapper, laser_scans, maximum_range
 from chefbot.storage.atomic_files import StorageError, folder_for_results
 from chefbot.storage.carmen_log import read_text
 
-MIN_SHARE, MIN_COVERED, FIRST_SCANS = 0.85, 0.5, 30
-"""Shares of beams that agree with the map, of the whole drive and of its first scans, below which it does not fit.
-
-Chosen on halves of fr101, csail, intel and seattle, each continued with each: at least 0.98 and 0.99 in the same
-building, at most 0.93 and 0.3 in another.
-"""
 MAX_COORDINATE = 1e5
 """Limit of plausible coordinates of a start, m."""
 MAX_MOUNT_OFFSET = 0.01
@@ -38,12 +32,11 @@ class MapContinuation:
     """A map that is built again from its drives, and then continued, with a progress display."""
 
     def __init__(self, drives: MappedDrives, progress: Progress) -> None:
-        self._progress, self.costs = progress, SlamCosts()
+        self._progress, self._params, self.costs = progress, drives.params, SlamCosts()
         self._sensor = SE2.of(drives.sessions[0].laser)
         self._mapper = OfflineMapper(drives.params, self._sensor)
         for number, session in enumerate(drives.sessions, 1):
-            start = SE2.of(session.start) if number > 1 else None
-            self._map(f"drive {number} as before", list(session.scans()), session.range_max, start)
+            self._mapper.repeat(session, self._counted(f"drive {number} as before", len(session.stamps)))
 
     def add(self, title: str, scans: Sequence[CarmenScan], range_max: float, start: SE2 | None) -> None:
         """Add a drive that begins at a pose in the map, or at one that its first scans show."""
@@ -55,51 +48,46 @@ class MapContinuation:
             raise UserError(
                 f"{title}: the laser is mounted at {laser}, in the map's first drive at {self._sensor}"
             )
-        first = 0
+        before, first = self._mapper.slam.map(), 0
         if start is None:
             task = self._progress.add_task(f"{title}: where it begins", total=None)
-            found = find_start(
-                self._mapper.slam.map(), scans, self._sensor, range_max, partial(self._show, task)
-            )
-            first, start = found
+            first, start = find_start(before, scans, self._sensor, range_max, partial(self._show, task))
             self._progress.remove_task(task)
             console.print(
                 f"{title} begins on the map: at scan {first} the robot was at {_text(start)}.", markup=False
             )
-        before = self._mapper.slam.map()
-        self._map(title, scans[first:], range_max, start)
+        used = scans[first:]
+        self._mapper.map_drive(used, range_max, start, self._counted(title, len(used)))
         self._check(title, before, range_max)
 
     def _check(self, title: str, before: Grid, range_max: float) -> None:
         """Raise UserError if the drive does not agree with the map that it continues."""
         used = [scan for scan in self._mapper.sessions[-1].scans() if len(scan.ranges)]
         poses = self._mapper.slam.trajectory()[-len(used) :]
-        whole = agreement(before, used, poses, self._sensor, range_max)
-        first = agreement(before, used[:FIRST_SCANS], poses[:FIRST_SCANS], self._sensor, range_max)
-        if whole.share < MIN_SHARE or first.covered < MIN_COVERED:
+        fit = drive_fit(before, used, poses, self._sensor, range_max)
+        if not fit.is_good:
             raise UserError(
-                f"{title} does not fit the map: of its beams in known space {whole.share:.0%} end at a wall, of those"
-                f" of its first scans {first.covered:.0%}; is it another building, or --start wrong?"
+                f"{title} does not fit the map: of its beams in known space {fit.share:.0%} end at a wall, of those"
+                f" of its first scans {fit.covered:.0%}; is it another building, or --start wrong?"
                 " Nothing is written"
             )
 
-    def finish(
-        self, no_return: NoReturn | None, params: MappedDrives, out: Path, title: Path, *, report: bool
-    ) -> None:
+    def finish(self, no_return: NoReturn | None, out: Path, title: Path, *, report: bool) -> None:
         """Write the map and its companions."""
         self.costs.end()
         result = self._mapper.result(no_return)
-        write_results(out, params.params, result, self.costs, report=report, title=title)
-        print_results(params.params, result, out, sum(self.costs.seconds) + self.costs.finish_seconds)
+        write_results(out, self._params, result, self.costs, report=report, title=title)
+        print_results(self._params, result, out, sum(self.costs.seconds) + self.costs.finish_seconds)
 
-    def _map(self, title: str, scans: Sequence[CarmenScan], range_max: float, start: SE2 | None) -> None:
-        task = self._progress.add_task(title, total=len(scans))
+    def _counted(self, title: str, total: int) -> Callable[[int, int], None]:
+        """Return what to call after each scan of a drive."""
+        task = self._progress.add_task(title, total=total)
 
         def after_scan(done: int, total: int) -> None:
             self.costs.add()
             self._show(task, done, total)
 
-        self._mapper.map_drive(scans, range_max, start, after_scan)
+        return after_scan
 
     def _show(self, task: TaskID, done: int, total: int) -> None:
         self._progress.update(task, completed=done, total=total)
@@ -122,7 +110,7 @@ def continue_map(
         with folder_for_results(out), Progress(console=console) as progress:
             continuation = MapContinuation(drives, progress)
             continuation.add(str(log), scans, range_max, None if start is None else SE2(*start))
-        continuation.finish(no_return, drives, out, log, report=report)
+        continuation.finish(no_return, out, log, report=report)
     except (StorageError, UserError):
         raise
     except ChefbotError as error:
@@ -138,7 +126,7 @@ def merge_maps(bundle: Path, other: Path, out: Path, report: bool) -> None:
         continuation = MapContinuation(drives, progress)
         for number, session in enumerate(others.sessions, 1):
             continuation.add(f"{other}, drive {number}", list(session.scans()), session.range_max, None)
-    continuation.finish(None, drives, out, other, report=report)
+    continuation.finish(None, out, other, report=report)
 
 
 def _check_out(bundle: Path, out: Path) -> None:

@@ -60,9 +60,8 @@ class Orbbec:
 
 def open_orbbec(request: StreamRequest) -> OpenCamera:
     """Open the Orbbec camera with a serial number, or the only one."""
-    ob.Context.set_logger_level(
-        ob.OBLogLevel.NONE
-    )  # else it writes a folder of logs where the program was started
+    # else the SDK writes a folder of logs where the program was started
+    ob.Context.set_logger_level(ob.OBLogLevel.NONE)
     devices = ob.Context().query_devices()
     found = [devices.get_device_serial_number_by_index(i) for i in range(devices.get_count())]
     serial = selected(found, request.serial, "Orbbec")

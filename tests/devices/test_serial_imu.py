@@ -4,27 +4,20 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 import tty
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
 import msgspec
 import pytest
-from tests.support.waiting import PATIENCE
+from tests.devices.serial_device_runner import SerialDeviceRunner
 
 from chefbot.devices.serial_imu import SerialImuDevice, SerialImuParams
 from chefbot.imu import bno085, witmotion
-from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray, DiagnosticStatus
-from chefbot.msgs.idl.message import Message
+from chefbot.msgs.diagnostic_msgs import ERROR, OK
 from chefbot.msgs.sensor_msgs import Imu
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
-from chefbot.runtime.clock import WallClock
-from chefbot.runtime.loop import Loop
-from chefbot.runtime.node import Context
-from chefbot.runtime.transform_buffer import TransformBuffer
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs pseudo-terminals")
 RATE = 0.5
@@ -77,36 +70,15 @@ class EmulatedImu:
             os.write(self._ours, data)
 
 
-class Driver:
-    """The device on a real clock."""
+class Driver(SerialDeviceRunner):
+    """The IMU's driver."""
 
-    def __init__(self, robot: Robot, port: Path | str) -> None:
-        self.loop = Loop(WallClock(), time.time_ns())
-        self.messages: dict[str, list[Message]] = {}
-        self.loop.add_observer(lambda one: self.messages.setdefault(one.topic, []).append(one.message))
-        context = Context("imu", self.loop, robot, TransformBuffer())
-        self.device = SerialImuDevice(context, SerialImuParams(port=str(port)))
-        self.device.start()
-
-    def __enter__(self) -> Driver:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.device.stop()
-
-    def until(self, condition: Callable[[], bool], what: str) -> None:
-        limit = time.monotonic() + PATIENCE
-        self.loop.run(until=lambda: condition() or time.monotonic() > limit)
-        assert condition(), f"waited {PATIENCE} s for {what}: {self.health}"
+    def __init__(self, robot: Robot, port: Path) -> None:
+        super().__init__(SerialImuDevice, SerialImuParams(port=str(port)), robot)
 
     @property
     def readings(self) -> list[Imu]:
-        return [one for one in self.messages.get("imu/data", []) if isinstance(one, Imu)]
-
-    @property
-    def health(self) -> DiagnosticStatus:
-        arrays = [one for one in self.messages.get("diagnostics", []) if isinstance(one, DiagnosticArray)]
-        return arrays[-1].status[0] if arrays else DiagnosticStatus()
+        return self.received("imu/data", Imu)
 
 
 @pytest.mark.parametrize("driver", ["bno085_rvc", "witmotion"])

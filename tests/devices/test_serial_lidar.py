@@ -4,29 +4,24 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
 from tests.devices.emulated_lidar import PluggedLidar
+from tests.devices.serial_device_runner import SerialDeviceRunner
 from tests.lidar.wires import room
 from tests.support.waiting import PATIENCE, wait_for
 
 from chefbot.devices.serial_lidar import SerialLidarDevice, SerialLidarParams
 from chefbot.lidar.emulators import RplidarEmulator
 from chefbot.lidar.ydlidar import STOP
-from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray, DiagnosticStatus
-from chefbot.msgs.idl.message import Message
+from chefbot.msgs.diagnostic_msgs import ERROR, OK
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
-from chefbot.runtime.clock import WallClock
-from chefbot.runtime.loop import Loop
-from chefbot.runtime.node import Context
-from chefbot.runtime.transform_buffer import TransformBuffer
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs pseudo-terminals")
 
@@ -39,36 +34,15 @@ def robot_with(driver: str) -> Robot:
     return msgspec.structs.replace(robot, sensors=msgspec.structs.replace(robot.sensors, lidar=lidar))
 
 
-class Driver:
-    """The device on a real clock."""
+class Driver(SerialDeviceRunner):
+    """The lidar's driver."""
 
     def __init__(self, driver: str, port: Path | str) -> None:
-        self.loop = Loop(WallClock(), time.time_ns())
-        self.messages: dict[str, list[Message]] = {}
-        self.loop.add_observer(lambda one: self.messages.setdefault(one.topic, []).append(one.message))
-        context = Context("lidar", self.loop, robot_with(driver), TransformBuffer())
-        self.device = SerialLidarDevice(context, SerialLidarParams(port=str(port)))
-        self.device.start()
-
-    def __enter__(self) -> Driver:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.device.stop()
-
-    def until(self, condition: Callable[[], bool], what: str) -> None:
-        limit = time.monotonic() + PATIENCE
-        self.loop.run(until=lambda: condition() or time.monotonic() > limit)
-        assert condition(), f"waited {PATIENCE} s for {what}: {self.health}"
+        super().__init__(SerialLidarDevice, SerialLidarParams(port=str(port)), robot_with(driver))
 
     @property
     def scans(self) -> list[LaserScan]:
-        return [one for one in self.messages.get("scan", []) if isinstance(one, LaserScan)]
-
-    @property
-    def health(self) -> DiagnosticStatus:
-        arrays = [one for one in self.messages.get("diagnostics", []) if isinstance(one, DiagnosticArray)]
-        return arrays[-1].status[0] if arrays else DiagnosticStatus()
+        return self.received("scan", LaserScan)
 
 
 @pytest.fixture

@@ -148,7 +148,7 @@ def test_an_imu_lost_on_the_bus_is_reported_and_recovers(
 ) -> None:
     drive(driven, cable, SPEED)
     bench.apply(lambda board: board.set("imu_answers", 0))
-    driven.until(lambda: "IMU is absent" in driven.health, "the diagnostic")
+    driven.until(lambda: "No IMU answers" in driven.health, "the diagnostic")
     ticks = driven.ticks
     push(
         driven, cable, SPEED, lambda: driven.ticks > ticks + 1000

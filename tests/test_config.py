@@ -166,6 +166,7 @@ plain: st.SearchStrategy[Any] = st.recursive(
 
 @settings(max_examples=300)
 @given(plain)
+@pytest.mark.slow
 def test_any_plain_data_is_a_value_or_one_sentence(value):
     for data in (value, {"inner": value}, {"inner": {"length": "1 m"}, "many": value, "by_name": value}):
         try:

@@ -71,15 +71,18 @@ def test_screens_and_launches_use_the_words_of_the_glossary(path: Path) -> None:
     assert findings(path, iter(enumerate(path.read_text().splitlines(), 1))) == []
 
 
+@pytest.mark.slow
 def test_names_of_tests_use_the_words_of_the_glossary() -> None:
     assert dialect_in_test_names() == []
 
 
+@pytest.mark.slow
 def test_tests_and_benches_use_the_words_of_the_glossary() -> None:
     found = {relative(path): dict(words) for path in TESTS if (words := dialect_in(path))}
     assert found == {}
 
 
+@pytest.mark.slow
 def test_no_class_name_is_defined_twice() -> None:
     assert duplicate_classes(class_names()) == {}
 

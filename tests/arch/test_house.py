@@ -63,12 +63,14 @@ def test_no_folder_is_a_flat_heap() -> None:
     assert {str(folder): n for folder, n in folders.items() if n > 25} == {}
 
 
+@pytest.mark.slow
 def test_no_two_folders_import_from_each_other() -> None:
     imports = folder_imports()
     assert len(imports) > 50 and mutual_imports(imports) == []
     assert mutual_imports({"a": {"b", "c"}, "b": {"c"}, "c": {"a"}}) == [("a", "c")]
 
 
+@pytest.mark.slow
 def test_names_of_tests_stay_short() -> None:
     long = [
         node.name
@@ -79,6 +81,7 @@ def test_names_of_tests_stay_short() -> None:
     assert long == []
 
 
+@pytest.mark.slow
 def test_functions_stay_short() -> None:
     lengths = dict(functions())
     assert {name: n for name, n in lengths.items() if n > 60} == {}
@@ -118,6 +121,7 @@ def test_libraries_raise_their_own_exceptions() -> None:
     assert found == []
 
 
+@pytest.mark.slow
 def test_every_exception_has_the_common_root() -> None:
     """The command line reports them by that root; node-internal signals are none of its business."""
     roots = {base.__name__ for base in (Exception, ValueError, LookupError, KeyError, RuntimeError)}
@@ -153,6 +157,7 @@ def test_algorithms_use_no_clock_no_random_state_and_no_print(path: Path) -> Non
         assert "import time\n" not in path.read_text()
 
 
+@pytest.mark.slow
 def test_every_module_has_a_docstring() -> None:
     silent = [
         str(path.relative_to(SOURCE)) for path in FILES if not ast.get_docstring(ast.parse(path.read_text()))
@@ -160,6 +165,7 @@ def test_every_module_has_a_docstring() -> None:
     assert silent == []
 
 
+@pytest.mark.slow
 def test_every_public_class_and_function_has_a_docstring() -> None:
     silent = []
     for path in FILES:

@@ -19,6 +19,7 @@ def source() -> tuple[Formula, ...]:
     return tuple(formula for path, text in files for formula in formulas(text, path))
 
 
+@pytest.mark.slow
 def test_no_formula_of_the_robot_stands_twice(source) -> None:
     assert len(source) > 50
     places = [f"{one.function}, line {one.line}: {one.text}" for one in copies(source)]

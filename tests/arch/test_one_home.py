@@ -157,6 +157,7 @@ def sources() -> list[Path]:
     ]
 
 
+@pytest.mark.slow
 def test_no_robot_parameter_is_defined_twice() -> None:
     found = homes()
     assert len(found) > 40 and len(sources()) > 150

@@ -16,6 +16,7 @@ from tests.arch.figures import (
 )
 
 
+@pytest.mark.slow
 def test_public_docstrings_begin_with_a_sentence() -> None:
     assert fragments() == []
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from tests.support.rotation import VARIABLE, chosen_case
 
 SUITE = """
@@ -36,6 +37,7 @@ def test_every_case_runs_with_some_commit() -> None:
     assert chosen == set(range(5))
 
 
+@pytest.mark.slow
 def test_one_case_of_a_rotated_test_or_group_runs(tmp_path: Path) -> None:
     (tmp_path / "test_it.py").write_text(SUITE)
     repository = Path(__file__).parents[2]

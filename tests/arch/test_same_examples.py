@@ -25,6 +25,7 @@ def examples() -> list[float]:
 
 
 @pytest.mark.skipif(os.environ.get("HYPOTHESIS_PROFILE") == "search", reason="searches by chance")
+@pytest.mark.slow
 def test_examples_do_not_depend_on_loaded_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = examples()
     name = "constants_of_other_code"

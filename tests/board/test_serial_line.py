@@ -127,6 +127,7 @@ def damage(draw: st.DrawFn) -> tuple[list[bytes], int]:
 
 @settings(max_examples=300)
 @given(damage(), st.integers(1, 50))
+@pytest.mark.slow
 def test_only_intact_lines_are_read_from_a_damaged_stream(hurt: tuple[list[bytes], int], chunk: int) -> None:
     """In order, none twice, and all of them again from the second line behind the damage on."""
     lines, last = hurt

@@ -126,6 +126,7 @@ def weave(seconds: float) -> tuple[float, float]:
     ("bit_errors", "lost_frames", "seconds", "minimum_path"),
     [(0.001, 0.2, 120, 15.0), pytest.param(0.01, 0.2, 120, 0.3, marks=pytest.mark.slow)],
 )
+@pytest.mark.slow
 def test_a_noisy_line_causes_no_motion_and_loses_no_ticks(
     bit_errors: float, lost_frames: float, seconds: int, minimum_path: float
 ) -> None:

@@ -92,6 +92,7 @@ def test_latched_messages_reach_late_subscribers(port: int) -> None:
         wait_for(lambda: dishes.get(timeout=PATIENCE).data == "salad")  # "soup" may still be on its way
 
 
+@pytest.mark.slow
 def test_invalid_messages_are_reported_and_not_delivered(port: int) -> None:
     with running(port, "doubler") as one:
         double, diagnostics = (
@@ -126,6 +127,7 @@ def test_remarks_are_published_on_rosout(port: int) -> None:
         assert (log.name, log.msg) == ("doubler", "mind the step")
 
 
+@pytest.mark.slow
 def test_a_cmd_vel_publisher_is_named_the_right_topic_once(port: int) -> None:
     with running(port, "base") as one:
         logs = one.subscribe("/rosout", Log, ROSOUT)
@@ -187,6 +189,7 @@ def test_a_late_node_receives_latched_external_messages(port: int) -> None:
             assert count.last.data == 3.0
 
 
+@pytest.mark.slow
 def test_a_publisher_that_comes_later_is_queried_for_its_history(port: int) -> None:
     with running(port, "doubler") as one:
         count = one.system.nodes["doubler"].count
@@ -200,6 +203,7 @@ def test_a_publisher_that_comes_later_is_queried_for_its_history(port: int) -> N
 
 
 @pytest.mark.timed
+@pytest.mark.slow
 def test_a_flood_is_dropped_and_the_loop_stays_on_time(port: int) -> None:
     with running(port, "counter", "doubler") as one:
         late: list[float] = []
@@ -225,6 +229,7 @@ def test_a_flood_is_dropped_and_the_loop_stays_on_time(port: int) -> None:
         assert late and in_time(sorted(late)[len(late) // 2], 0.05), late
 
 
+@pytest.mark.slow
 def test_an_action_of_the_loop_serves_external_clients(port: int) -> None:
     with running(port, "cook") as one:
         client = ActionClient(one.outsider, "/deliver", Deliver)
@@ -333,6 +338,7 @@ def test_parameters_are_those_of_a_node_created_again(port: int, monkeypatch: py
         assert getter.call(GetParameters_Request(("step",)), PATIENCE).values[0].double_value == 5.0
 
 
+@pytest.mark.slow
 def test_a_run_with_external_nodes_replays_bit_identically(port: int, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with running(port, "doubler", "cook", record=path) as one:

@@ -76,6 +76,7 @@ def true_return(one: Driven, result: CalibrationResult) -> float:
 
 @pytest.mark.rotated("drives of whole robots")
 @pytest.mark.parametrize(("view", "seed"), [(CAMERA, 1), (LIDAR, 3)])
+@pytest.mark.slow
 def test_narrow_view_with_wrong_station_poses_still_calibrates(view: float, seed: int) -> None:
     """A camera sees one wall from many stands, and what it was thought to see them from wandered by 0.1 m and 6
     degrees. No wheel slipped; each that is reported as slipped is a stand that is not where it is thought to be."""

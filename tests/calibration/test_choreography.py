@@ -85,6 +85,7 @@ class Room:
             self.take(step)
 
 
+@pytest.mark.slow
 def test_the_drive_ends_where_its_squares_began() -> None:
     room = Room(-1.5, 2.5, -1.2, 2.7)
     room.drive()
@@ -101,6 +102,7 @@ def test_the_drive_ends_where_its_squares_began() -> None:
     assert first.distance(last) <= HOME_DISTANCE and abs(wrap(first.yaw - last.yaw)) <= HOME_ANGLE
 
 
+@pytest.mark.slow
 def test_the_first_steps_are_small() -> None:
     room = Room(-1.5, 2.5, -1.2, 2.7)
     room.drive()

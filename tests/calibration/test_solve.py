@@ -33,6 +33,7 @@ NEAR = st.builds(
 
 @given(BUILT)
 @settings(max_examples=15, deadline=None)
+@pytest.mark.slow
 def test_solver_recovers_the_wheel_and_sensor_parameters(built: Built) -> None:
     track, _ = usual(built)
     found = solve(track.legs, track.links(), track.poses, DRAWN, SENSOR)

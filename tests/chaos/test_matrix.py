@@ -74,6 +74,7 @@ def test_each_commit_has_another_order() -> None:
     assert first == rotated(UNITS, "1111111")
 
 
+@pytest.mark.slow
 def test_a_failing_test_is_not_safe(tmp_path: Path) -> None:
     (tmp_path / "test_one.py").write_text("def test_a(): print('stopped after 5 ms')\n")
     assert run_tests(SuiteCheck(paths=[str(tmp_path / "test_one.py")])) == (

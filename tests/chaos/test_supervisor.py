@@ -74,6 +74,7 @@ def started(log: Path) -> list[tuple[int, bool, list[int]]]:
 
 
 @pytest.mark.timed
+@pytest.mark.slow
 def test_a_restarted_process_gets_its_latched_messages(tmp_path: Path) -> None:
     events, log = Events(), tmp_path / "log"
     with supervise(events, log) as supervisor:
@@ -88,6 +89,7 @@ def test_a_restarted_process_gets_its_latched_messages(tmp_path: Path) -> None:
         assert started(log)[1][2] == [len(base64.b64encode(message.cdr)) for message in (LONG, SHORT)]
 
 
+@pytest.mark.slow
 def test_a_restarted_process_counts_as_up_only_when_ready(tmp_path: Path) -> None:
     events, log = Events(), tmp_path / "log"
     with supervise(events, log) as supervisor:

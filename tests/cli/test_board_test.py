@@ -111,6 +111,7 @@ def test_the_picture_shows_each_wheel(tmp_path: Path) -> None:
     assert (tmp_path / "new" / "step.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_answers_that_end_and_a_built_in_robot_are_one_sentence(
     emulated: Emulator, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -122,6 +123,7 @@ def test_answers_that_end_and_a_built_in_robot_are_one_sentence(
 
 
 @pytest.mark.parametrize("meter", ["1", "nan", "12,6", "-3"])
+@pytest.mark.slow
 def test_a_reading_that_cannot_be_is_not_written(
     meter: str, emulated: Emulator, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

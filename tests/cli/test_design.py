@@ -57,6 +57,7 @@ def test_json_contains_every_figure_with_its_calculation(capsys: pytest.CaptureF
     assert slow["failures"][0]["name"] == "speed with reserve"
 
 
+@pytest.mark.slow
 def test_a_heavier_robot_gets_a_file_that_passes_its_checks(tmp_path: Path) -> None:
     path = tmp_path / "big.yaml"
     run_design("chefbot", {"payload": "6", "speed": "0.6", "slope": None}, path, as_json=True)
@@ -93,6 +94,7 @@ def numbers(value: object, path: str = "") -> dict[str, float]:
     return {path: value} if isinstance(value, (int, float)) else {}
 
 
+@pytest.mark.slow
 def test_a_robot_that_extends_a_relative_file_may_be_moved(tmp_path: Path) -> None:
     run_design("chefbot", NOTHING, tmp_path / "first.yaml", as_json=True)
     (tmp_path / "second.yaml").write_text("like: first.yaml\nname: second\nbody: {payload: 1 kg}\n")
@@ -102,6 +104,7 @@ def test_a_robot_that_extends_a_relative_file_may_be_moved(tmp_path: Path) -> No
     assert (third.body.payload, third.drive.max_speed) == (1.0, 0.3)
 
 
+@pytest.mark.slow
 def test_other_wheels_change_their_slots(tmp_path: Path) -> None:
     path = tmp_path / "wheels.yaml"
     run_design("chefbot", {"wheel": "15 cm", "payload": "6 kg", "speed": "0.6 m/s"}, path, as_json=True)
@@ -149,6 +152,7 @@ def test_inconsistent_requirements_are_refused_with_the_reason(name: str, value:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_nothing_is_written_if_no_design_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "truck.yaml"
     requirements: dict[str, str | None] = {"payload": "80", "speed": "3"}
@@ -159,6 +163,7 @@ def test_nothing_is_written_if_no_design_passes(tmp_path: Path, capsys: pytest.C
     assert not path.exists()
 
 
+@pytest.mark.slow
 def test_bad_input_exits_with_code_2_and_one_sentence() -> None:
     command = [
         sys.executable,

@@ -31,6 +31,7 @@ def assert_summary(printed: str, robot: Robot, out: Path) -> None:
     assert printed.endswith(f"robot in {out}\n")
 
 
+@pytest.mark.slow
 def test_the_file_passes_the_check_and_repeats(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

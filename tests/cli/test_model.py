@@ -137,6 +137,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.Mon
     assert list(tmp_path.iterdir()) == [target]
 
 
+@pytest.mark.slow
 def test_the_exit_code_of_bad_input_is_2() -> None:
     done = subprocess.run(
         [*CHEFBOT, "robot", "export", "solids", "--part", "wing"], capture_output=True, text=True, check=False

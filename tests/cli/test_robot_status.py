@@ -19,6 +19,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(drive_status, "LAYER_TIMEOUT", 0.5)
 
 
+@pytest.mark.slow
 def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         robot.show_places()
@@ -47,6 +48,7 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     assert "still to serve  table 2\nordered next    table 1 and table 3\n" in out
 
 
+@pytest.mark.slow
 def test_the_stops_that_are_left_are_printed_with_their_times(capsys: pytest.CaptureFixture[str]) -> None:
     table = RoundStopView(place="table_2", distance=12.0, time=40.0, battery=70.0)
     home = RoundStopView(place="home", distance=45.0, time=660.0, battery=None)
@@ -59,6 +61,7 @@ def test_the_stops_that_are_left_are_printed_with_their_times(capsys: pytest.Cap
     assert f"stops left      {stops}\n" in out and "still to serve" not in out
 
 
+@pytest.mark.slow
 def test_an_active_emergency_stop_is_the_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         robot.server.set_layer("status", StatusView(stopped=True, reason="Emergency stop was pressed."))
@@ -67,6 +70,7 @@ def test_an_active_emergency_stop_is_the_exit_code(capsys: pytest.CaptureFixture
     assert "emergency stop  active" in out and out.count("unknown") == 4
 
 
+@pytest.mark.slow
 def test_a_robot_without_status_is_reported() -> None:
     with fake_robot() as robot:
         robot.server.set_layer("status", None)

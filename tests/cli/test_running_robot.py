@@ -37,6 +37,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
         ("behind", 0, "Behind other orders: table_9 was not reached."),
     ],
 )
+@pytest.mark.slow
 def test_deliver_waits_and_reports_the_outcome(
     fate: str, code: int, expected: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -48,6 +49,7 @@ def test_deliver_waits_and_reports_the_outcome(
     assert expected in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_deliver_returns_at_once_without_wait(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         robot.show_places()
@@ -75,6 +77,7 @@ def test_an_unknown_table_is_refused_with_the_nearest_name() -> None:
         assert robot.commands.empty()
 
 
+@pytest.mark.slow
 def test_confirm_shows_and_confirms_the_pending_step(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -91,6 +94,7 @@ def test_confirm_shows_and_confirms_the_pending_step(
     assert capsys.readouterr().out == "On the way to table_1.\n"
 
 
+@pytest.mark.slow
 def test_confirm_and_deliver_print_why_the_robot_stands(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         robot.show_places()
@@ -103,12 +107,14 @@ def test_confirm_and_deliver_print_why_the_robot_stands(capsys: pytest.CaptureFi
     assert out.count("  The lidar sends no data.\n") == 1 and "Something was near" not in out
 
 
+@pytest.mark.slow
 def test_a_press_that_changes_nothing_fails() -> None:
     with fake_robot() as robot:
         robot.show_waiting_for_food()
         assert confirm_step("taken", robot.url) == 1
 
 
+@pytest.mark.slow
 def test_robot_without_delivery_names_the_launch_that_has_it() -> None:
     with fake_robot() as robot:
         with pytest.raises(UserError, match="amcl_demo"):
@@ -142,6 +148,7 @@ def test_map_save_keeps_places_that_somebody_wrote(
     assert "kept" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_map_save_without_a_map_or_a_folder(tmp_path: Path) -> None:
     with fake_robot() as robot:
         with pytest.raises(UserError, match="no map yet"):
@@ -162,6 +169,7 @@ def test_map_save_without_a_map_or_a_folder(tmp_path: Path) -> None:
         (["1", "2", "90"], Goal(1.0, 2.0, pytest.approx(np.pi / 2))),
     ],
 )
+@pytest.mark.slow
 def test_goto_sends_a_place_or_a_pose(target: list[str], command: Goal | GoPlace) -> None:
     with fake_robot() as robot:
         robot.show_places()
@@ -186,6 +194,7 @@ def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> 
         assert robot.commands.empty()
 
 
+@pytest.mark.slow
 def test_a_goal_during_a_delivery_has_its_time(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         send_goal(["1", "2"], robot.url, "after")
@@ -208,6 +217,7 @@ def test_a_refused_goal_raises_its_sentence() -> None:
 
 
 @pytest.mark.parametrize("before", [0, 3])
+@pytest.mark.slow
 def test_a_goal_that_fails_at_once_raises_its_reason(before: int) -> None:
     with fake_robot("unreachable") as robot:
         robot.show_failures(before, "An older reason.")
@@ -218,6 +228,7 @@ def test_a_goal_that_fails_at_once_raises_its_reason(before: int) -> None:
 @pytest.mark.parametrize(
     "send", [lambda url: send_patrol(["kitchen"], 1, False, url), lambda url: send_follow(0, url)]
 )
+@pytest.mark.slow
 def test_a_patrol_or_follow_that_fails_at_once_raises_its_reason(send: Callable[[str], None]) -> None:
     with fake_robot("unreachable") as robot:
         robot.show_places()
@@ -225,6 +236,7 @@ def test_a_patrol_or_follow_that_fails_at_once_raises_its_reason(send: Callable[
             send(robot.url)
 
 
+@pytest.mark.slow
 def test_a_place_is_found_by_its_label() -> None:
     with fake_robot() as robot:
         robot.show_places()
@@ -232,6 +244,7 @@ def test_a_place_is_found_by_its_label() -> None:
         assert robot.commands.get(timeout=PATIENCE) == GoPlace("table_2")
 
 
+@pytest.mark.slow
 def test_an_older_failure_is_not_that_of_the_goal(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         robot.show_failures(3, "An older reason.")
@@ -239,12 +252,14 @@ def test_an_older_failure_is_not_that_of_the_goal(capsys: pytest.CaptureFixture[
     assert capsys.readouterr().out.startswith("Driving to 1 2;")
 
 
+@pytest.mark.slow
 def test_cancel_is_sent() -> None:
     with fake_robot() as robot:
         cancel_goal(robot.url)
         assert robot.commands.get(timeout=PATIENCE) == Cancel()
 
 
+@pytest.mark.slow
 def test_stop_without_confirmation_gives_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         assert press_stop(robot.url) == 1
@@ -267,6 +282,7 @@ def test_stop_waits_for_the_confirmation_of_its_own_press(monkeypatch: pytest.Mo
             confirmed.result()
 
 
+@pytest.mark.slow
 def test_release_names_the_press_that_it_releases() -> None:
     with fake_robot() as robot:
         robot.server.set_layer("stop", StopView(stopped=True, pressed="17"))
@@ -274,6 +290,7 @@ def test_release_names_the_press_that_it_releases() -> None:
         assert robot.commands.get(timeout=PATIENCE) == Resume("17")
 
 
+@pytest.mark.slow
 def test_a_patrol_has_names_of_places_and_rounds(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         with pytest.raises(UserError, match="no named places"):
@@ -293,6 +310,7 @@ def test_a_patrol_has_names_of_places_and_rounds(capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.parametrize(("person", "expected"), [(0, "the nearest person ahead"), (7, "person 7")])
+@pytest.mark.slow
 def test_follow_sends_the_number(person: int, expected: str, capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         send_follow(person, robot.url)

@@ -78,6 +78,7 @@ def drive(cells: NDArray[np.int8], start: SE2, goal: SE2) -> tuple[ControllerSta
 
 
 @pytest.mark.parametrize("width", [11, 12, 14, 18])
+@pytest.mark.slow
 def test_it_passes_a_doorway_that_its_disc_would_not(width: int) -> None:
     """From 55 cm on: its width of 43 cm and 12 cm; the disc around it needs 67 cm and more."""
     cells, goal = with_door(width), SE2(4.6, 4.4, 1.0)

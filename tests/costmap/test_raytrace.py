@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -52,6 +53,7 @@ def test_a_clipped_line_clears_the_cells_of_the_full_line(x0: float, y0: float, 
 @example([0.0] * 4, [math.nan] * 4, [4.0] * 4, (1e9, 0.0, math.pi))
 @example([0.5] * 4, [-1.0] * 4, [4.0] * 4, (1.0, math.nan, 0.0))
 @example([0.5] * 4, [-1.0] * 4, [4.0] * 4, (math.nan, 1.0, 0.0))
+@pytest.mark.slow
 def test_no_beam_writes_outside_the_map(
     angles: list[float], ranges: list[float], clear: list[float], sensor: tuple[float, float, float]
 ) -> None:

@@ -125,6 +125,7 @@ def test_only_buildable_remedies_are_tried():
     assert len(tried) > 10 and all(has_solids(robot) for robot in tried)
 
 
+@pytest.mark.slow
 def test_a_support_removed_by_a_remedy_blocks_nothing():
     """A battery that is too high reaches into the lidar's stand; a lower lidar has none."""
     desk = with_value(load_robot("desk"), "battery", CATALOGUE.batteries["lifepo4_12v8_4ah5"])
@@ -167,6 +168,7 @@ def test_camera_occlusion_by_a_plate_equals_ray_casting():
     assert hidden.by_part["middle_plate"] == pytest.approx(seen.mean(), abs=2e-3)
 
 
+@pytest.mark.slow
 def test_check_prints_its_findings_and_sets_the_exit_code(capsys, tmp_path):
     assert run_check("chefbot", as_json=True, out=None) == 0
     assert {f["severity"] for f in json.loads(capsys.readouterr().out)["findings"]} == {"warning"}

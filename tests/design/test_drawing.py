@@ -242,6 +242,7 @@ def test_the_drawn_plate_has_the_exact_area(name: str) -> None:
     assert area == pytest.approx(base_plate_outline(robot).moments().area * 1e6, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_drawing_follows_the_robot() -> None:
     wheels = replace(CHEFBOT, wheels=replace(CHEFBOT.wheels, diameter=0.11))
     assert 110.0 in measurements(wheels, "assembly")
@@ -298,6 +299,7 @@ def test_the_same_robot_gives_identical_bytes() -> None:
     assert ezdxf.options.write_fixed_meta_data_for_testing is False
 
 
+@pytest.mark.slow
 def test_pictures_show_the_paper_in_white(tmp_path: Path) -> None:
     drawing = draw(CHEFBOT, "pole")
     files = write_drawing(drawing, tmp_path)
@@ -355,6 +357,7 @@ def test_the_parts_list_names_every_part() -> None:
         assert kind.replace("_", " ") in texts
 
 
+@pytest.mark.slow
 def test_draw_writes_three_files_per_sheet(tmp_path: Path) -> None:
     done = CliRunner().invoke(
         app, ["robot", "draw", "tube", "pole", "--out", str(tmp_path / "new" / "folder")]

@@ -42,6 +42,7 @@ def assert_valid(robot: Robot) -> None:
 
 @pytest.mark.rotated
 @pytest.mark.parametrize("seed", range(1, 21, 2))
+@pytest.mark.slow
 def test_a_generated_robot_is_valid(seed: int) -> None:
     assert_valid(generated(seed).robot)
 
@@ -54,6 +55,7 @@ def test_two_hundred_generated_robots_are_valid() -> None:
         assert one.text("") == generated(seed).text("")
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_text() -> None:
     assert generated(9).text("") == generated(9).text("")
     assert generated(9).text("") != generated(11).text("")
@@ -65,6 +67,7 @@ def test_the_file_of_a_robot_gives_that_robot(seed: int) -> None:
     assert parse_robot(one.text("a remark").encode(), Path("robot.yaml")) == one.robot
 
 
+@pytest.mark.slow
 def test_given_numbers_are_kept_and_change_no_other() -> None:
     free, fixed = generated(7).robot, generated(7, radius=0.24, eyes=LIDAR, lidar_rate=11).robot
     assert fixed.body.radius == 0.24

@@ -118,6 +118,7 @@ def test_finer_chords_approach_the_true_mass() -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.slow
 def test_the_assembly_is_one_closed_mesh_without_overlaps(name: str) -> None:
     robot = load_robot(name)
     united = united_robot(robot)
@@ -225,6 +226,7 @@ def test_equipment_with_a_used_name_is_refused() -> None:
 
 
 @pytest.mark.parametrize("scale", [1.0, 1000.0])
+@pytest.mark.slow
 def test_stl_and_obj_round_trip(scale: float) -> None:
     robot = load_robot("chefbot")
     for item in bill(robot):
@@ -289,6 +291,7 @@ triangle = st.tuples(*(st.tuples(coordinate, coordinate, st.floats(1.0, 9.0)) fo
 
 @given(st.lists(triangle, min_size=1, max_size=6))
 @settings(max_examples=60)
+@pytest.mark.slow
 def test_a_pixel_shows_the_nearest_triangle_over_its_centre(drawn: list[Any]) -> None:
     corners = np.array(drawn)
     seen = rasterize(corners, 20, 20)

@@ -157,6 +157,7 @@ def all_choices(file: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
 
 @pytest.mark.rotated
 @pytest.mark.parametrize("name", ["chefbot_bringup", "chefbot_gazebo"])
+@pytest.mark.slow
 def test_every_launch_starts_what_exists(
     made: tuple[str, Path], name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

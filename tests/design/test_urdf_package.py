@@ -67,6 +67,7 @@ def collisions(root: ET.Element) -> dict[str, list[float]]:
     return found
 
 
+@pytest.mark.slow
 def test_xacro_expands_to_the_urdf_of_the_robot(package: Path) -> None:
     robot = load_robot(NAME)
     root, own = expand(package), ET.fromstring(urdf(robot))

@@ -37,6 +37,7 @@ def test_a_board_of_another_robot_is_refused(tmp_path: Path) -> None:
         BenchBoard(port, load_robot("chefbot")).open()
 
 
+@pytest.mark.slow
 def test_a_session_that_has_ended_is_begun_again(tmp_path: Path) -> None:
     with closing(Emulator(tmp_path)) as emulated, open_port(str(emulated.path)) as port:
         board = BenchBoard(port, load_robot("chefbot"))

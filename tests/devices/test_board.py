@@ -52,6 +52,7 @@ def driven(cable: Cable) -> Iterator[Driven]:
         yield one
 
 
+@pytest.mark.slow
 def test_board_drives_and_publishes_its_sensors(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     before = driven.ticks
@@ -66,6 +67,7 @@ def test_board_drives_and_publishes_its_sensors(driven: Driven, cable: Cable) ->
     assert math.isclose(statistics.median(steps), 20e6, rel_tol=0.05)  # 50 Hz on the board's own clock
 
 
+@pytest.mark.slow
 def test_the_board_s_imu_is_not_published_beside_another_one(cable: Cable) -> None:
     robot = load_robot("chefbot")
     imu = msgspec.structs.replace(robot.sensors.imu, driver="bno085_rvc")
@@ -75,6 +77,7 @@ def test_the_board_s_imu_is_not_published_beside_another_one(cable: Cable) -> No
     assert "imu/data" not in driven.received
 
 
+@pytest.mark.slow
 def test_missing_commands_stop_the_wheels(driven: Driven, cable: Cable) -> None:
     drive(driven, cable)
     driven.speed, count = None, len(cable.lines)

@@ -48,6 +48,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *line: str) -> int:
     return int(str(end.value.code or 0))
 
 
+@pytest.mark.slow
 def test_the_monitor_decodes_every_line(
     emulated: Emulator, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -63,6 +64,7 @@ def test_the_monitor_decodes_every_line(
     assert all(fragment in sys.stdout.getvalue() for fragment in fragments)
 
 
+@pytest.mark.slow
 def test_the_log_contains_every_received_line(
     emulated: Emulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -105,6 +107,7 @@ def test_the_header_is_that_of_the_robot(
     assert capsys.readouterr().out == firmware_header(load_robot("desk"))
 
 
+@pytest.mark.slow
 def test_doctor_prints_a_udev_rule_without_world_access(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -166,6 +169,7 @@ def test_missing_build_tools_are_named_with_their_package(
     assert "make is not installed" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_flash_compiles_for_the_robot_and_names_missing_tools(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -127,6 +127,7 @@ def test_a_stick_drives_only_while_the_dead_man_button_is_held(pad: Pad, driven:
     assert len(driven.all(Twist)) == count, "navigation may have the robot back"
 
 
+@pytest.mark.slow
 def test_unplugging_stops_and_reconnecting_does_not_resume(pad: Pad, driven: Driven) -> None:
     pad.push(FORWARD, -1.0)
     pad.press(DEAD_MAN)

@@ -69,6 +69,7 @@ def last_ticks(driven: Driven) -> int:
 
 
 @pytest.mark.parametrize("protocol", DRIVE_PROTOCOLS)
+@pytest.mark.slow
 def test_a_drive_is_driven_and_found_after_a_pulled_cable(protocol: str, tmp_path: Path) -> None:
     port = tmp_path / "drive"
     plugged = PluggedDrive(protocol, port)

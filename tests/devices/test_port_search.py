@@ -88,6 +88,7 @@ def found(device: SerialDevice[Any]) -> str:
 
 
 @pytest.mark.parametrize("driver", ["ld19", "rplidar_c1"])
+@pytest.mark.slow
 def test_each_device_is_found_beside_the_other(plugged: Callable[[str, str], Any], driver: str) -> None:
     board, lidar = plugged("board", "a"), plugged(driver, "b")
     assert found(lidar_device(LIDARS[driver])).endswith("b")
@@ -103,12 +104,14 @@ def test_of_two_lidars_the_owner_must_name_one(plugged: Callable[[str, str], Any
     assert "name the port" in reasons and reasons.count("there is a lidar") == 1
 
 
+@pytest.mark.slow
 def test_a_lidar_in_place_of_the_board_is_recognized(plugged: Callable[[str, str], Any]) -> None:
     lidar = plugged("ld19", "a")
     assert "not from a motor board: is it the lidar" in found(BOARD)
     assert lidar.received == b""
 
 
+@pytest.mark.slow
 def test_a_lidar_of_another_baud_rate_is_another_model(plugged: Callable[[str, str], Any]) -> None:
     """A pseudo-terminal passes bytes at any rate, so another protocol stands for another rate."""
     plugged("ydlidar_x2", "a")

@@ -98,6 +98,7 @@ def test_readings_have_rates_acceleration_and_rising_stamps(driver: str, tmp_pat
     )
 
 
+@pytest.mark.slow
 def test_silence_and_a_pulled_cable_are_errors_until_it_is_back(tmp_path: Path) -> None:
     port = tmp_path / "imu"
     plugged = EmulatedImu("bno085_rvc", port)
@@ -112,6 +113,7 @@ def test_silence_and_a_pulled_cable_are_errors_until_it_is_back(tmp_path: Path) 
     again.unplug()
 
 
+@pytest.mark.slow
 def test_another_device_is_no_imu_and_gets_no_bytes(tmp_path: Path) -> None:
     plugged = EmulatedImu("bno085_rvc", tmp_path / "port")
     with Driver(robot_with("witmotion"), tmp_path / "port") as robot:

@@ -51,6 +51,7 @@ def port(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("driver", ["ld19", "rplidar_a1", "rplidar_c1", "ydlidar_x4", "ydlidar_x2"])
+@pytest.mark.slow
 def test_scans_of_the_room_arrive_with_recent_stamps(driver: str, port: Path) -> None:
     plugged = PluggedLidar(driver, port)
     with Driver(driver, port) as robot:
@@ -69,6 +70,7 @@ def test_scans_of_the_room_arrive_with_recent_stamps(driver: str, port: Path) ->
     assert stamps == sorted(stamps) and 0.0 <= age < PATIENCE
 
 
+@pytest.mark.slow
 def test_a_silent_lidar_is_an_error_and_its_return_is_noticed(port: Path) -> None:
     plugged = PluggedLidar("ld19", port)
     with Driver("ld19", port) as robot:
@@ -81,6 +83,7 @@ def test_a_silent_lidar_is_an_error_and_its_return_is_noticed(port: Path) -> Non
     plugged.unplug()
 
 
+@pytest.mark.slow
 def test_a_lidar_is_found_again_at_another_port(port: Path) -> None:
     plugged = PluggedLidar("rplidar_c1", port)
     with Driver("rplidar_c1", port) as robot:
@@ -95,6 +98,7 @@ def test_a_lidar_is_found_again_at_another_port(port: Path) -> None:
 
 
 @pytest.mark.parametrize("driver", ["rplidar_a1", "ydlidar_x4"])
+@pytest.mark.slow
 def test_the_lidar_is_stopped_at_the_end(driver: str, port: Path) -> None:
     plugged = PluggedLidar(driver, port)
     with Driver(driver, port) as robot:
@@ -107,6 +111,7 @@ def test_the_lidar_is_stopped_at_the_end(driver: str, port: Path) -> None:
     plugged.unplug()
 
 
+@pytest.mark.slow
 def test_a_damaged_lidar_is_reported(port: Path) -> None:
     plugged = PluggedLidar("rplidar_c1", port)
     assert isinstance(plugged.lidar, RplidarEmulator)
@@ -117,6 +122,7 @@ def test_a_damaged_lidar_is_reported(port: Path) -> None:
     plugged.unplug()
 
 
+@pytest.mark.slow
 def test_a_port_without_a_lidar_is_named(port: Path) -> None:
     with Driver("ld19", port) as robot:
         robot.until(lambda: str(port) in robot.health.message, "the port's name")

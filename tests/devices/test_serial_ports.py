@@ -115,6 +115,7 @@ def test_a_port_is_exclusive_and_old_bytes_are_discarded(pty: tuple[int, str]) -
         assert "in use" in explain(path, caught.value)
 
 
+@pytest.mark.slow
 def test_a_search_ends_with_the_reason_of_each_port(
     pty: tuple[int, str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

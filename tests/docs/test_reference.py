@@ -34,6 +34,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_every_launch_stands_there_with_its_arguments(pages: Path) -> None:
     common, *sections = (pages / "launches.rst").read_text().split(".. _launch-")
     by_name = {section.partition(":")[0]: section for section in sections}

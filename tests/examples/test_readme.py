@@ -162,6 +162,7 @@ def test_the_readme_gives_the_true_length_of_the_loop_example() -> None:
     assert f"file of {length} lines" in (ROOT / "README.md").read_text()
 
 
+@pytest.mark.slow
 def test_pictures_are_written_to_the_given_folder(tmp_path: Path) -> None:
     """And not over the repository's own, whose exercise is to falsify them."""
     before = {path: path.stat().st_mtime_ns for path in (ROOT / "docs" / "pictures").iterdir()}

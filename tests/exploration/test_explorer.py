@@ -100,6 +100,7 @@ def explore(field, reach, start):
     [(2 * math.pi, 8.0, 80.0), (math.radians(58), 6.0, 75.0)],
     ids=["lidar", "camera"],
 )
+@pytest.mark.slow
 def test_the_hotel_is_explored_fully(field, reach, longest):
     way, _, mapper, left = explore(field, reach, SE2(7.5, 6.0, 0.0))
     free = hotel() == 0

@@ -187,6 +187,7 @@ class Pty:
         raise AssertionError(f"no {letter!r} line was received")
 
 
+@pytest.mark.slow
 def test_silence_on_the_pty_stops_the_wheels(program: tuple[subprocess.Popen[str], int]) -> None:
     pty = Pty(program[1])
     pty.wait_for("e")
@@ -206,6 +207,7 @@ def test_silence_on_the_pty_stops_the_wheels(program: tuple[subprocess.Popen[str
     assert status.fields[6:8] == ("0", "0")
 
 
+@pytest.mark.slow
 def test_the_stdin_button_latches_an_emergency_stop(program: tuple[subprocess.Popen[str], int]) -> None:
     process, line = program
     assert process.stdin

@@ -24,6 +24,7 @@ def test_the_library_compiles_without_a_warning() -> None:
     make("host")
 
 
+@pytest.mark.slow
 def test_safety_code_is_fully_covered() -> None:
     need("make", "g++", "gcov")
     assert "100.0 % of lines, 100.0 % of branches" in make("coverage")

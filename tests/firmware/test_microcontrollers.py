@@ -164,6 +164,7 @@ def test_microcontrollers_reproduce_ticks_states_and_messages(emulator: BoardEmu
     assert max(ticks) - min(ticks) > 5000
 
 
+@pytest.mark.slow
 def test_control_step_is_short_even_at_full_speed(
     emulator: BoardEmulator, record_property: Callable[[str, object], None]
 ) -> None:
@@ -198,6 +199,7 @@ def test_no_encoder_edge_is_lost_at_full_speed(emulator: BoardEmulator) -> None:
 
 
 @pytest.mark.parametrize("offset_us", [1700, 8100])
+@pytest.mark.slow
 def test_a_silent_computer_stops_the_motors_in_150_ms(emulator: BoardEmulator, offset_us: int) -> None:
     for _ in range(30):
         emulator.set_imu_at_rest()
@@ -223,6 +225,7 @@ def test_a_silent_computer_stops_the_motors_in_150_ms(emulator: BoardEmulator, o
     assert state.duty == (0, 0)
 
 
+@pytest.mark.slow
 def test_a_hanging_i2c_bus_does_not_block_the_board(emulator: BoardEmulator) -> None:
     emulator.request("imu_answers 0")
     first = emulator.run(10_000)

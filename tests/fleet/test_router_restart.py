@@ -32,6 +32,7 @@ def kill(gate: SecureRouter) -> int:
     return killed
 
 
+@pytest.mark.slow
 def test_routers_compute_their_trees_before_the_next_joins(gate: SecureRouter) -> None:
     start = time.monotonic()
     killed = kill(gate)

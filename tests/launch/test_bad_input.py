@@ -188,6 +188,7 @@ def test_a_used_port_gives_the_next_one_with_a_notice(capsys: pytest.CaptureFixt
     assert address.port is not None and port < address.port < port + 20
 
 
+@pytest.mark.slow
 def test_a_program_sees_the_simulated_robot_in_its_web_ui() -> None:
     launch = load_launch("chefbot_empty_world", {"port": "18700"})
     with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:

@@ -29,6 +29,7 @@ def test_the_chapter_s_launches_are_among_them() -> None:
 
 @pytest.mark.rotated
 @pytest.mark.parametrize("name", [*BUILT, *ALWAYS_BUILT])
+@pytest.mark.slow
 def test_the_processes_of_a_built_robot_have_no_simulator(name: str) -> None:
     kind = "built" if name in BUILT else "always"
     command = [sys.executable, "-c", IMPORTS, name, kind]

@@ -117,6 +117,7 @@ def test_launch_params_are_valid(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "robot"), [*((name, "chefbot") for name in ALONE), ("gmapping_demo", "chefbot_lidar")]
 )
+@pytest.mark.slow
 def test_the_run_is_repeatable_and_its_replay_is_identical(
     name: str, robot: str, saved_map: Path, tmp_path: Path
 ) -> None:

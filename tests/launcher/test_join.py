@@ -72,6 +72,7 @@ def met(wire: RmwContext, launch: Launch) -> tuple[JoinedRobot, list[str]]:
     return meeting, reported
 
 
+@pytest.mark.slow
 def test_the_only_robot_is_joined_with_its_namespace_and_time(wire: RmwContext, robot: Start) -> None:
     robot("/robot1", "base", simulated=True, description=urdf(ROBOT))
     meeting, reported = met(wire, guest())
@@ -88,6 +89,7 @@ def test_the_only_robot_is_joined_with_its_namespace_and_time(wire: RmwContext, 
         assert loop.now_ns == robot_time.start_ns + 200_000_000
 
 
+@pytest.mark.slow
 def test_one_of_several_robots_must_be_named(wire: RmwContext, robot: Start) -> None:
     robot("/robot1")
     robot("/robot2")
@@ -98,6 +100,7 @@ def test_one_of_several_robots_must_be_named(wire: RmwContext, robot: Start) -> 
     assert meeting.launch.clock == "wall" and reported == ["Joined robot /robot2."]
 
 
+@pytest.mark.slow
 def test_another_robot_type_and_duplicate_names_are_refused(wire: RmwContext, robot: Start) -> None:
     with (
         robot("/robot1", description=urdf(load_robot("chefbot"))),

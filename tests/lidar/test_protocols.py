@@ -85,6 +85,7 @@ def damaged(stream: bytes, rng: np.random.Generator) -> bytes:
 
 @pytest.mark.rotated
 @pytest.mark.parametrize("driver", DRIVERS)
+@pytest.mark.slow
 def test_damaged_bytes_never_make_a_wrong_range(driver: str) -> None:
     wrong = total = 0
     for seed in range(8):

@@ -43,6 +43,7 @@ def wrong_start(amcl: Amcl, truth: SE2, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.slow
 def test_lidar_tracking_is_within_two_centimetres(hotel: Any, lidar: Any, drives: Any, seed: int) -> None:
     truth, odom = drives.route(seed)
     amcl = Amcl(AmclParams(seed=seed), hotel.grid, lidar.mount)
@@ -55,6 +56,7 @@ def test_lidar_tracking_is_within_two_centimetres(hotel: Any, lidar: Any, drives
 
 
 @pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.slow
 def test_a_narrow_depth_scan_tracks_from_a_wrong_start(
     hotel: Any, depth_camera: Any, drives: Any, seed: int
 ) -> None:
@@ -66,6 +68,7 @@ def test_a_narrow_depth_scan_tracks_from_a_wrong_start(
     assert not (converged & (errors > 0.3)).any()
 
 
+@pytest.mark.slow
 def test_a_replaced_map_keeps_the_pose(hotel: Any, lidar: Any, drives: Any) -> None:
     """A wall is drawn where the robot never sees it, and the map has another size; tracking continues."""
     truth, odom = drives.route(1)
@@ -112,6 +115,7 @@ def test_two_identical_rooms_keep_both_hypotheses(twin_rooms: Any, lidar: Any, s
         assert 0.2 < left < 0.8 and not particles.is_narrow
 
 
+@pytest.mark.slow
 def test_a_kidnapped_robot_is_detected_and_relocalized(hotel: Any, lidar: Any, drives: Any) -> None:
     truth, odom = drives.kidnapped(250)
     amcl = Amcl(AmclParams(seed=1), hotel.grid, lidar.mount)
@@ -123,6 +127,7 @@ def test_a_kidnapped_robot_is_detected_and_relocalized(hotel: Any, lidar: Any, d
     assert (converged[250:] & (errors[250:] > 0.5)).sum() <= 15
 
 
+@pytest.mark.slow
 def test_people_around_the_robot_do_not_disturb_tracking(hotel: Any, lidar: Any, drives: Any) -> None:
     truth, odom = drives.route(2)
     hotel_with_people = dataclasses.replace(

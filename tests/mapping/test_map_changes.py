@@ -29,6 +29,7 @@ def centres(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
 
 
 @given(st.lists(st.tuples(COORDINATES, COORDINATES), min_size=1, max_size=4), st.floats(0.06, 1.0))
+@pytest.mark.slow
 def test_a_stroke_fills_what_is_near_its_line(corners: list[tuple[float, float]], width: float) -> None:
     grid, points = empty(), np.array(corners)
     drawn = with_stroke(grid, points, width, OCCUPIED)

@@ -346,6 +346,7 @@ IMAGES = [
 
 @settings(max_examples=300)
 @given(st.sampled_from(IMAGES).flatmap(mutations), mutations(YAML))
+@pytest.mark.slow
 def test_corrupt_files_give_a_map_or_one_sentence(image, yaml):
     for some_yaml in (YAML, yaml):
         try:

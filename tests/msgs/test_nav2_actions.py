@@ -43,6 +43,7 @@ def test_hashes_equal_those_that_rosidl_computed(action, whole: str, send_goal: 
     assert action.send_goal_service.type_hash == f"RIHS01_{send_goal}"
 
 
+@pytest.mark.slow
 def test_poses_to_navigate_through_are_an_array_in_jazzy() -> None:
     jazzy, early = older_editions("nav2_msgs/action/NavigateThroughPoses")
     assert [field.name for field in fields_of(jazzy.result)] == ["error_code", "error_msg"]

@@ -25,6 +25,7 @@ MESSAGES = {ros_type(one): one for one in all_messages()}
 
 @given(st.data())
 @settings(max_examples=200)
+@pytest.mark.slow
 def test_every_message_round_trips_through_yaml(data: st.DataObject) -> None:
     kind = MESSAGES[data.draw(st.sampled_from(sorted(MESSAGES)))]
     message = data.draw(instances_of(kind))

@@ -128,6 +128,7 @@ def test_a_wall_of_the_map_is_named_as_such() -> None:
     assert "The map has an obstacle" in cause.sentence
 
 
+@pytest.mark.slow
 def test_a_goal_that_ends_ends_what_the_controller_reported() -> None:
     robot = StationaryRobot()
     robot.send_goal("follow_path")

@@ -29,6 +29,7 @@ def test_a_driven_robot_without_progress_touches_something() -> None:
 
 
 @pytest.mark.parametrize("after", [0.0, 5.5])
+@pytest.mark.slow
 def test_motors_that_are_off_are_waited_for_without_a_contact(after: float) -> None:
     robot = following()
     robot.run(after)

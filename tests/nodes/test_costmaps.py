@@ -175,6 +175,7 @@ def random_poses(count: int, near: float, far: float) -> list[SE2]:
     return [SE2(0.07 + d * math.cos(a), d * math.sin(a), yaw) for d, a, yaw in polar]
 
 
+@pytest.mark.slow
 def test_people_who_came_close_are_cleared_completely() -> None:
     people = [
         [shape.transformed(pose) for shape in person_shapes(1)] for pose in random_poses(200, 0.35, 0.7)

@@ -105,6 +105,7 @@ def start_orders(*orders: tuple[str, ...], **delivery: float) -> DeliveryRunner:
     return runner
 
 
+@pytest.mark.slow
 def test_robot_waits_for_confirmation_in_kitchen_and_at_table() -> None:
     runner = start_orders(("table_1",))
     runner.run(600.0)

@@ -111,6 +111,7 @@ def test_pending_and_missed_orders_survive_a_waiter_restart(delivery: Callable[.
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.sampled_from(["order", "repeat", "restart", "wait"]), max_size=12))
+@pytest.mark.slow
 def test_accepted_orders_are_served_once_in_order_over_restarts(steps: list[str]) -> None:
     runner, count, served, restored = start_delivery({}), 0, list[str](), dict[str, Message]()
     names = [f"order {number}" for number in range(len(steps))]

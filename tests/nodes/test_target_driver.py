@@ -184,6 +184,7 @@ def test_a_path_of_another_client_is_noted() -> None:
     assert drive.driver._diverted and drive.driver._fault == ""
 
 
+@pytest.mark.slow
 def test_a_planner_that_others_take_is_a_failure() -> None:
     drive = Drive()
     drive.driver._drive_to(NEAR)

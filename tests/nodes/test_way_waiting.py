@@ -123,6 +123,7 @@ def test_it_requests_to_pass_and_goes_on_when_free(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("people", [(3,), ()])
+@pytest.mark.slow
 def test_it_gives_up_after_its_patience_and_not_before(
     people: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:

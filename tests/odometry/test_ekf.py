@@ -99,6 +99,7 @@ def test_a_twist_is_not_extrapolated_over_a_long_gap():
 
 @settings(max_examples=25)
 @given(st.data())
+@pytest.mark.slow
 def test_covariance_stays_symmetric_and_positive_for_any_input(data):
     rate = st.floats(-6, 6) | st.sampled_from([math.nan, math.inf, 0.0])
     ekf, left, right = Ekf(BODY), 0, 0
@@ -153,6 +154,7 @@ def test_on_a_ramp_the_horizontal_distance_is_shorter():
     assert ekf.estimate.pitch == pytest.approx(slope, abs=math.radians(0.8))
 
 
+@pytest.mark.slow
 def test_late_attitudes_correct_the_drift_of_the_heading():
     readings, truth = simulate_readings(slalom_commands(40.0))
     ekf, rng = Ekf(BODY), np.random.default_rng(3)

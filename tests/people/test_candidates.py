@@ -155,6 +155,7 @@ def test_a_leg_at_an_obstacle_of_the_map_is_on_it() -> None:
 
 @settings(max_examples=60)
 @given(PLACES)
+@pytest.mark.slow
 def test_legs_pair_up_the_nearest_first(places) -> None:
     candidates = candidates_at(places)
     groups = group_legs(candidates, np.arange(len(places)))

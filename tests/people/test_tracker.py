@@ -117,6 +117,7 @@ def test_somebody_seen_gone_is_gone_within_two_seconds() -> None:
 @given(
     st.lists(st.tuples(st.floats(-3, 3), st.floats(0.6, 3), st.floats(-1, 1), st.floats(-1, 1)), max_size=4)
 )
+@pytest.mark.slow
 def test_numbers_are_never_used_again(people: list[tuple[float, float, float, float]]) -> None:
     walk, seen, gone = Walk(tracker(), list(people)), set[int](), set[int]()
     for _ in range(8):

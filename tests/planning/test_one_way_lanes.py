@@ -60,6 +60,7 @@ def reference(costmap: Costmap, weight: np.ndarray, source: int) -> np.ndarray:
 
 @settings(max_examples=25)
 @given(st.integers(0, 10_000))
+@pytest.mark.slow
 def test_the_potential_is_that_of_the_directed_graph(seed: int) -> None:
     costmap, planner = random_costmap(seed), GridPlanner()
     rows, columns = np.nonzero(costmap.cells < LETHAL)

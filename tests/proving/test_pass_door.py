@@ -22,6 +22,7 @@ SEEDS = [1, 3, 5, 7]
 ROOMS = {"kitchen_door": ("kitchen",), "door_101": ("room_101",), "door_102": ("room_102",)}
 
 
+@pytest.mark.slow
 def test_a_passage_leads_through_the_only_door_of_a_room() -> None:
     world, doors = load_world("hotel"), Counter[str]()
     for seed in range(24):

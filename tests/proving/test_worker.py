@@ -71,6 +71,7 @@ def test_a_drive_that_reaches_the_time_limit_has_failed() -> None:
     assert record.sim_time == pytest.approx(0.5, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_run_that_hangs_ends_at_its_wall_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     starting_with(HANG, tmp_path, monkeypatch)
     record = made(tiny_orders([1], limits=RunLimits(wall_time=1.0))[0])

@@ -268,6 +268,7 @@ def robots(draw):
 
 @settings(max_examples=40)
 @given(robots())
+@pytest.mark.slow
 def test_limits_respect_owner_motors_and_floor(robot):
     no_load_speed = robot.motor.no_load_speed * robot.wheel_radius
     half = robot.wheels.separation / 2

@@ -79,6 +79,7 @@ def some_solids(draw):
 
 @settings(max_examples=25)
 @given(some_solids())
+@pytest.mark.slow
 def test_exact_moments_equal_monte_carlo_integration(solid):
     exact = volume_moments(solid)
     thrown, filled = sampled(solid)

@@ -123,6 +123,7 @@ def test_each_ros_distribution_has_its_interfaces() -> None:
 
 
 @pytest.mark.parametrize("form", [Spin, JAZZY, EARLY_JAZZY], ids=["kilted", "jazzy", "early jazzy"])
+@pytest.mark.slow
 def test_a_bare_client_of_each_distribution_is_served(turner: Turner, peer: zenoh.Session, form) -> None:
     received: queue.Queue[bytes] = queue.Queue()
     peer.declare_subscriber(
@@ -208,6 +209,7 @@ def begin(peer: zenoh.Session) -> GoalInfo:
     return GoalInfo(goal_id, Spin.send_goal_service.response.from_cdr(sent).stamp)
 
 
+@pytest.mark.slow
 def test_cancel_semantics_and_replies_equal_rcl_action(turner: Turner, peer: zenoh.Session) -> None:
     nobody, everybody = GoalInfo(new_goal_id()), GoalInfo(UUID(np.zeros(16, np.uint8)))
     assert cancel(peer, nobody).return_code == CANCEL_UNKNOWN_GOAL

@@ -80,6 +80,7 @@ def _ends(tokens: list[str], node: str) -> set[str]:
     return {" ".join((one[5], *one[9:13])) for one in fields if len(one) >= 13 and one[8] == node}
 
 
+@pytest.mark.slow
 def test_every_node_has_the_endpoints_of_an_rclpy_node(tokens: list[str]) -> None:
     for node in ("counter", "cook", "guest"):
         wanted = {line.replace(" ", " %", 1).replace("NODE", node) for line in OF_RCLPY.strip().splitlines()}
@@ -88,6 +89,7 @@ def test_every_node_has_the_endpoints_of_an_rclpy_node(tokens: list[str]) -> Non
         assert len({one[0] for one in ids}) == 1 and len({one[1] for one in ids}) == len(ids)
 
 
+@pytest.mark.slow
 def test_actions_clocks_and_frames_have_the_qos_of_rclpy(tokens: list[str]) -> None:
     cook, guest = "\n".join(_ends(tokens, "cook")), "\n".join(_ends(tokens, "guest"))
     assert re.search(ACTION, cook)

@@ -237,6 +237,7 @@ def test_a_bag_plays_at_the_given_rate_and_can_be_stopped(wire: RmwContext, tmp_
         assert player.play(0.01, stop).messages == 0
 
 
+@pytest.mark.slow
 def test_the_clock_is_published_while_a_bag_plays(wire: RmwContext, tmp_path: Path) -> None:
     write(tmp_path / "bag.mcap", 100)
     times: list[int] = []

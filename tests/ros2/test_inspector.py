@@ -121,6 +121,7 @@ def test_the_graph_is_shown_without_the_inspector(looking: Looking, base: RmwNod
     assert scan == TopicSummary("/r/scan", ("sensor_msgs/msg/LaserScan",), ("/r/base",), ())
 
 
+@pytest.mark.slow
 def test_a_watched_topic_has_its_newest_message_and_rate(looking: Looking, base: RmwNode) -> None:
     def seen() -> bool:
         value = looking.values.get("/r/scan")
@@ -151,6 +152,7 @@ def test_what_cannot_be_shown_has_a_sentence(
     assert looking.values[topic].value is None
 
 
+@pytest.mark.slow
 def test_a_publisher_that_ends_is_noticed_and_numbers_stay_plain(looking: Looking, wire: RmwContext) -> None:
     with RmwNode(wire, "base", "/r") as node:
         publisher = node.publisher("number", module_messages.Float64)
@@ -175,6 +177,7 @@ def test_too_many_topics_are_refused(looking: Looking) -> None:
         looking.inspector.set_parameter(ParameterChange("/one_more", "x", 1))
 
 
+@pytest.mark.slow
 def test_it_ends_when_nobody_looks(looking: Looking, base: RmwNode, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(leases, "LEASE", 0.5)
     looking.inspector.watch(Watch(("/r/scan",)))
@@ -217,6 +220,7 @@ def owner(wire: RmwContext) -> Iterator[list[Settings]]:
         yield present
 
 
+@pytest.mark.slow
 def test_parameters_are_shown_with_their_bounds(looking: Looking, owner: list[Settings]) -> None:
     looking.until(
         nodes=("/r/limits",), condition=lambda: looking.value_of("/r/limits", "weights") == [1.0, 2.0]
@@ -241,6 +245,7 @@ def test_parameters_are_shown_with_their_bounds(looking: Looking, owner: list[Se
         ("sped", 0.5, "no parameter 'sped'", 0.3),
     ],
 )
+@pytest.mark.slow
 def test_a_parameter_is_set_or_refused_with_a_reason(
     looking: Looking, owner: list[Settings], name: str, value: Any, outcome: str, speed: float
 ) -> None:
@@ -256,6 +261,7 @@ def test_a_parameter_is_set_or_refused_with_a_reason(
     assert [outcome in refusal for refusal in refusals] == [True] * ("is now" not in outcome)
 
 
+@pytest.mark.slow
 def test_a_node_without_parameters_has_a_sentence(looking: Looking, base: RmwNode) -> None:
     def named() -> bool:
         return "/r/base" in looking.parameters and bool(looking.parameters["/r/base"].problem)

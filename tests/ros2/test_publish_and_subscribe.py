@@ -201,6 +201,7 @@ def test_a_closed_node_leaves_the_graph(wire: RmwContext, other: Callable) -> No
     assert wire.graph.wait_for(lambda graph: not graph.tokens(), PATIENCE)
 
 
+@pytest.mark.slow
 def test_a_killed_router_is_replaced_and_all_nodes_reconnect(port: int, other: Callable) -> None:
     router = other("router")
     with RmwContext(port=port) as wire, RmwNode(wire, "tester", "/far") as node:
@@ -227,6 +228,7 @@ def test_opening_and_closing_a_context_is_quick(port: int) -> None:
     assert in_time(min(times), 0.020)
 
 
+@pytest.mark.slow
 def test_a_node_started_before_the_router_connects_later(port: int) -> None:
     with RmwContext(port=port, router=False) as early, RmwNode(early, "early"):
         time.sleep(0.3)

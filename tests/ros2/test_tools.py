@@ -122,6 +122,7 @@ def _set(request: rcl.SetParameters_Request) -> Message:
     return rcl.SetParameters_Response(results)
 
 
+@pytest.mark.slow
 def test_topic_list_info_echo_and_hz_work(verb: Callable, base: RmwNode) -> None:
     code, out, _ = verb("topic", "list")
     assert code == 0 and out.split() == ["/r/map", "/r/scan", "/r/silent", "/r/thing"]
@@ -137,6 +138,7 @@ def test_topic_list_info_echo_and_hz_work(verb: Callable, base: RmwNode) -> None
     assert code == 0 and 1 < float(out.split()[1]) < 100 and "kB/s" in out  # 50, but late ones bunch
 
 
+@pytest.mark.slow
 def test_an_unknown_topic_is_named_with_its_nearest(verb: Callable, base: RmwNode) -> None:
     for arguments, nearest in (
         (("topic", "hz", "/r/scam"), "'/r/scan'"),
@@ -149,6 +151,7 @@ def test_an_unknown_topic_is_named_with_its_nearest(verb: Callable, base: RmwNod
         assert (code, out) == (2, "") and f"did you mean {nearest}?" in errors
 
 
+@pytest.mark.slow
 def test_a_silent_topic_is_explained(verb: Callable, base: RmwNode, wire: RmwContext) -> None:
     with RmwNode(wire, "rviz") as rviz:
         rviz.subscription("/r/silent", Twist, lambda _: None)
@@ -162,6 +165,7 @@ def test_a_silent_topic_is_explained(verb: Callable, base: RmwNode, wire: RmwCon
         assert "3 nodes" in doctor and "! /r/silent: /r/base and /rviz cannot communicate" in doctor
 
 
+@pytest.mark.slow
 def test_an_undescribed_type_is_named_with_its_hash(verb: Callable, base: RmwNode) -> None:
     code, _, errors = verb("topic", "echo", "/r/thing", "--once")
     assert code == 2 and f"their_msgs/msg/Thing ({type_hash(Thing)[:19]}...)" in errors
@@ -181,6 +185,7 @@ def test_a_known_type_of_another_version_is_refused(verb: Callable, base: RmwNod
     assert code == 2 and "another version" in errors and InterfaceType.of(Twist).hash in errors
 
 
+@pytest.mark.slow
 def test_a_topic_with_two_types_prints_the_known_one(verb: Callable, base: RmwNode) -> None:
     name = "two"
     base.raw_publisher(
@@ -191,6 +196,7 @@ def test_a_topic_with_two_types_prints_the_known_one(verb: Callable, base: RmwNo
     assert "{data: known}" in out and "# not shown" in out and "another version" in out
 
 
+@pytest.mark.slow
 def test_topic_pub_publishes_messages(verb: Callable, base: RmwNode) -> None:
     received: list[Twist] = []
     base.subscription("cmd_vel", Twist, received.append)
@@ -206,6 +212,7 @@ def test_topic_pub_publishes_messages(verb: Callable, base: RmwNode) -> None:
     assert code == 2 and "its type must be given" in errors
 
 
+@pytest.mark.slow
 def test_parameter_and_node_commands_work(verb: Callable, base: RmwNode) -> None:
     assert verb("node", "list")[1].split() == ["/r/base", "/r/slam"]
     assert "/r/scan" in verb("node", "info", "/r/base")[1]
@@ -218,6 +225,7 @@ def test_parameter_and_node_commands_work(verb: Callable, base: RmwNode) -> None
     assert code == 2 and "string array" in errors
 
 
+@pytest.mark.slow
 def test_services_and_actions_of_another_process_are_called(
     verb: Callable, wire: RmwContext, other: Callable
 ) -> None:
@@ -250,6 +258,7 @@ def test_ctrl_c_cancels_a_goal(verb: Callable, wire: RmwContext, base: RmwNode, 
     assert code == 1 and "status: cancelled" in out and "cancelling" in errors
 
 
+@pytest.mark.slow
 def test_the_graph_is_drawn_and_exported_as_json(verb: Callable, base: RmwNode, tmp_path: Path) -> None:
     out = tmp_path / "graph.dot"
     assert verb("node", "graph", "--out", str(out), "--duration", "1")[0] == 0
@@ -287,6 +296,7 @@ def test_bag_record_and_info_do_not_drive_a_running_robot(
     assert [one.linear.x for one in received] == [0.3, 0.3]
 
 
+@pytest.mark.slow
 def test_an_empty_network_is_one_sentence(
     port: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

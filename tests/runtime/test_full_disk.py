@@ -92,6 +92,7 @@ def fill(path: Path, seed: int, largest: int) -> list[bytes]:
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(8_000, 3_000_000), st.integers(0, 2**31), st.sampled_from([20, 2_000, 50_000, 600_000]))
+@pytest.mark.slow
 def test_a_size_limited_log_is_complete_up_to_its_limit(
     tmp_path: Path, limit: int, seed: int, largest: int
 ) -> None:

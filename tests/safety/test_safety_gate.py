@@ -94,6 +94,7 @@ def test_every_module_of_safety_is_in_the_gate_with_its_tests() -> None:
     assert all((REPOSITORY / file).is_file() for files in MODULES.values() for file in files)
 
 
+@pytest.mark.slow
 def test_equivalent_mutants_exist_and_have_a_reason() -> None:
     """Whoever changes the code looks at them again."""
     for one in equivalents():

@@ -74,6 +74,7 @@ def test_python_refuses_files_programs_and_network(code: str) -> None:
     assert done.stdout == "refused", done.stderr
 
 
+@pytest.mark.slow
 def test_memory_and_computing_are_limited() -> None:
     done = run("try:\n    bytes(200_000_000)\nexcept MemoryError:\n    sys.stdout.write('refused')")
     assert done.stdout == "refused", done.stderr

@@ -95,6 +95,7 @@ def test_the_cookie_is_for_https_and_its_own_origin(site: Site) -> None:
     assert named.status_code == 200, "a name of the certificate"
 
 
+@pytest.mark.slow
 def test_strangers_in_the_handshake_lock_nobody_out(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(listener, "STRANGER_TIMEOUT", 2.0)
     with ExitStack() as stack:
@@ -118,6 +119,7 @@ def test_strangers_in_the_handshake_lock_nobody_out(site: Site, monkeypatch: pyt
     wait_for(lambda: not site.server._uvicorn.limits._strangers)
 
 
+@pytest.mark.slow
 def test_a_tls_connection_without_an_end_is_no_error(
     site: Site, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -82,6 +82,7 @@ def test_an_invited_person_is_recognized_on_every_launch() -> None:
         served.server.stop()
 
 
+@pytest.mark.slow
 def test_a_revoked_person_keeps_stop_until_disconnected(served: Served) -> None:
     invitations = Invitations(ROBOT)
     token, other = invitations.invite("anna", "waiter"), invitations.invite("ben", "waiter")
@@ -101,6 +102,7 @@ def test_a_revoked_person_keeps_stop_until_disconnected(served: Served) -> None:
     assert served.get(other).status_code == 303
 
 
+@pytest.mark.slow
 def test_a_new_link_or_role_replaces_the_older_one(served: Served) -> None:
     invitations = Invitations(ROBOT)
     old = invitations.invite("anna", "waiter")
@@ -111,6 +113,7 @@ def test_a_new_link_or_role_replaces_the_older_one(served: Served) -> None:
     assert [(person.name, person.role) for person in invitations.people()] == [("anna", "guest")]
 
 
+@pytest.mark.slow
 def test_robots_at_one_host_do_not_end_each_others_sessions(served: Served) -> None:
     """Cookies are of a host, whatever the port."""
     other = Served("bench")

@@ -74,6 +74,7 @@ def test_a_gzip_log_of_many_members_is_limited_as_well(tmp_path: Path) -> None:
     assert peak_mb(lambda: read_text(path), UserError, "unpacks to more than") < 40.0
 
 
+@pytest.mark.slow
 def test_lines_of_a_log_are_read_one_by_one() -> None:
     """A list of these lines, or a copy of the text, would need more than five times the limit."""
     text = (19 * " " + "\n") * (MEGABYTE // 4)

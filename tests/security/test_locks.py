@@ -81,6 +81,7 @@ def test_nothing_is_installed_without_hashes() -> None:
     assert re.search(r"^INSTALL := pip install .*--require-hashes$", MAKEFILE, re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_a_file_with_another_hash_is_refused(tmp_path: Path) -> None:
     """pip itself, on a package of this test: the hash of a lock is checked also without an index."""
     package = tmp_path / "exchanged-1.0-py3-none-any.whl"

@@ -44,6 +44,7 @@ def test_the_sample_itself_is_read(kind: str, tmp_path) -> None:
 
 
 @pytest.mark.parametrize("fault", ["signal", "memory", "time", "traceback", "page", "wait"])
+@pytest.mark.slow
 def test_faults_of_a_reader_would_be_found(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A reader with a fault in place of a real one."""
     from tests.support.mutants import trial

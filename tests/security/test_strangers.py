@@ -103,6 +103,7 @@ def refusal(browser: ClientConnection) -> str:
             return str(json.loads(data)["refused"])
 
 
+@pytest.mark.slow
 def test_80_slow_strangers_lock_nobody_out(site: Site) -> None:
     operator = site.browser()
     strangers = [site.raw(SLOW) for _ in range(80)]
@@ -139,6 +140,7 @@ def test_a_stranger_gets_one_answer_and_no_web_socket(site: Site) -> None:
     ],
     ids=["header", "body", "second header"],
 )
+@pytest.mark.slow
 def test_slow_requests_are_dropped(site: Site, data: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(listener, "STRANGER_TIMEOUT", 0.5)
     monkeypatch.setattr(http_limits, "REQUEST_TIMEOUT", 0.5)
@@ -148,6 +150,7 @@ def test_slow_requests_are_dropped(site: Site, data: bytes, monkeypatch: pytest.
     wait_for(lambda: site.open_connections == 0)
 
 
+@pytest.mark.slow
 def test_a_peer_that_never_reads_is_dropped(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(http_limits, "STALL_TIMEOUT", 0.3)
     library = "vendor/three/three.core.min.js"
@@ -161,6 +164,7 @@ def test_a_peer_that_never_reads_is_dropped(site: Site, monkeypatch: pytest.Monk
         wait_for(lambda: site.open_connections == 0)
 
 
+@pytest.mark.slow
 def test_a_web_socket_that_never_reads_gets_no_queue(site: Site) -> None:
     """What it has not read is overwritten by newer states, and it is disconnected in 5 s."""
     request = f"GET /live HTTP/1.1\r\nHost: localhost\r\nCookie: {site.cookie()['Cookie']}\r\n{UPGRADE}"
@@ -190,6 +194,7 @@ def test_guests_see_and_stop_but_do_not_drive(site: Site) -> None:
     assert [e.action for e in site.audit() if e.refused == ONLY_VIEW] == ["drive", "resume", "map_saved"]
 
 
+@pytest.mark.slow
 def test_who_commands_gets_in_where_guests_took_all(site: Site) -> None:
     guests = [site.browser(GUEST) for _ in range(MAX_FULL + MAX_RESERVED)]
     wait_for(lambda: site.server.clients == MAX_GUESTS + MAX_RESERVED)
@@ -212,6 +217,7 @@ def _answers(browser: ClientConnection) -> bool:
     return True
 
 
+@pytest.mark.slow
 def test_idle_operators_make_room_and_keep_stop(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
     """A program that holds all places without doing anything, as after a fault of its own."""
     holders = [site.browser() for _ in range(MAX_FULL)]
@@ -230,6 +236,7 @@ def test_idle_operators_make_room_and_keep_stop(site: Site, monkeypatch: pytest.
     assert _answers(holders[0]), "an established screen is not replaced"
 
 
+@pytest.mark.slow
 def test_a_flood_of_commands_hides_no_stop(site: Site) -> None:
     for _ in range(8):
         with suppress(ConnectionClosed), site.browser() as flood:

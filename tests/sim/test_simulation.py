@@ -254,6 +254,7 @@ def test_doors_close_in_two_seconds_and_not_on_the_robot() -> None:
         sim.set_door("kitchen_dor", 0.5)
 
 
+@pytest.mark.slow
 def test_people_walk_and_keep_their_distance_to_the_robot() -> None:
     sim = Simulation(ROBOT, load_world("hotel"), seed=4, people=6, start=SE2(6.45, 6.2, 0.0))
     start, min_distance, walked = sim.people, math.inf, 0.0

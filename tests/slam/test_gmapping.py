@@ -41,6 +41,7 @@ def test_a_loop_missed_by_odometry_is_closed(ring, drive, odometry, seed: int) -
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.slow
 def test_a_depth_camera_improves_good_odometry(ring, drive, odometry, seed: int) -> None:
     truth = drive(2.0)
     odom = odometry(truth, seed, 0.02, 0.02, 0.005)

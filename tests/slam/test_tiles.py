@@ -43,6 +43,7 @@ def plain_means(points: list[np.ndarray]) -> dict[tuple[int, int], np.ndarray]:
 
 @settings(max_examples=25)
 @given(st.integers(0, 10_000))
+@pytest.mark.slow
 def test_every_particle_has_its_own_hits_only(seed: int) -> None:
     rng = np.random.default_rng(seed)
     maps, histories = create_maps(4), [[] for _ in range(4)]
@@ -66,6 +67,7 @@ def test_every_particle_has_its_own_hits_only(seed: int) -> None:
 
 @settings(max_examples=25)
 @given(st.integers(0, 10_000))
+@pytest.mark.slow
 def test_the_nearest_surface_is_found_across_tile_borders(seed: int) -> None:
     rng = np.random.default_rng(seed)
     maps = create_maps(1)

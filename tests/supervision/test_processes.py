@@ -56,6 +56,7 @@ DYING = "import sys; sys.stdin.readline(); sys.exit(3)"
 STUBBORN = "import sys, time; sys.stdin.readline(); time.sleep(600)"
 
 
+@pytest.mark.slow
 def test_a_crashing_process_restarts_with_growing_delay() -> None:
     reported: list[tuple[float, str]] = []
     supervisor = Supervisor(

@@ -90,6 +90,7 @@ def test_faults_of_nodes_at_an_orderly_end_are_no_crash(tmp_path: Path) -> None:
     assert (parent.end(), len(parent.pids())) == (1, 1)
 
 
+@pytest.mark.slow
 def test_a_launch_that_falls_silent_is_killed_and_started_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -66,6 +66,7 @@ def test_the_glb_is_built_once_on_first_request() -> None:
     assert calls[0] != "operator page", "generation in this thread would delay an emergency stop"
 
 
+@pytest.mark.slow
 def test_an_invalid_robot_is_reported_in_one_sentence() -> None:
     def reject() -> bytes:
         raise UserError("robot.yaml: the notch lies outside the plate")
@@ -137,6 +138,7 @@ def layers_of(system: NodeContainer, layers: set[str]) -> dict[str, object]:
     raise AssertionError(f"not received: {layers - set(remote.latest)}")
 
 
+@pytest.mark.slow
 def test_model_robot_shows_every_frame_and_free_wheels() -> None:
     launch = load_launch("model_robot", {"port": "18720"})
     with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
@@ -152,6 +154,7 @@ def test_model_robot_shows_every_frame_and_free_wheels() -> None:
     assert "joints" not in shown, "the wheels are turned by the sliders only"
 
 
+@pytest.mark.slow
 def test_a_running_robot_shows_its_wheels_and_depth() -> None:
     launch = load_launch("chefbot_empty_world", {"port": "18740", "world": "room"})
     with session(load_robot("chefbot"), 1, launch.clock, 0.0, None) as system:
@@ -170,6 +173,7 @@ def test_view_robot_opens_the_running_robot_in_3d(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("name", ["model_robot", pytest.param("chefbot_empty_world", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_no_cad_library_is_imported_before_the_3d_view(name: str) -> None:
     script = (
         "import sys; from chefbot.launcher.launch import run_launch; "

@@ -40,6 +40,7 @@ def server(records: CauseRecords) -> Iterator[WebUiServer]:
     server.stop()
 
 
+@pytest.mark.slow
 def test_a_picture_is_served_once(server: WebUiServer) -> None:
     url = f"http://127.0.0.1:{server.port}/causes"
     answer = httpx.get(f"{url}/1/map")
@@ -64,6 +65,7 @@ def test_without_a_readable_history_there_are_no_pictures(tmp_path: Path, conten
     assert path.exists() == bool(content)
 
 
+@pytest.mark.slow
 def test_viewers_cannot_see_pictures_of_people(records: CauseRecords) -> None:
     server = WebUiServer(0, "0.0.0.0", print, history=records.path)
     operator = server.start()

@@ -58,6 +58,7 @@ def receive_until(client: WebUiClient, door: str, is_open: bool) -> None:
 
 
 @pytest.mark.parametrize("client", ["hotel"], indirect=True)
+@pytest.mark.slow
 def test_a_door_is_listed_and_closes_and_opens_by_command(client: WebUiClient) -> None:
     receive_until(client, "door_101", True)
     assert set(door_states(client)) == {"kitchen_door", "door_101", "door_102"}
@@ -69,6 +70,7 @@ def test_a_door_is_listed_and_closes_and_opens_by_command(client: WebUiClient) -
 
 
 @pytest.mark.parametrize("client", ["room"], indirect=True)
+@pytest.mark.slow
 def test_a_world_without_doors_offers_none(client: WebUiClient) -> None:
     while not (client.latest.get("status") or {}).get("clock", 0.0) > 1.0:
         client.receive(PATIENCE)

@@ -74,6 +74,7 @@ def test_only_web_ui_files_are_served(page: Any, path: str) -> None:
     assert b"import" not in answer
 
 
+@pytest.mark.slow
 def test_every_referenced_file_is_served_with_strict_headers(page: Any) -> None:
     files = static_files()
     languages = re.search(r"LANGUAGES = \{(.*?)\}", files["language.js"].decode())
@@ -126,6 +127,7 @@ def test_an_idle_connection_is_closed(page: Any, monkeypatch: pytest.MonkeyPatch
         assert _ended(slow)
 
 
+@pytest.mark.slow
 def test_a_flood_of_connections_is_limited_for_others_only(
     page: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

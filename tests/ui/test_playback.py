@@ -100,6 +100,7 @@ def show(log: RecordedLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     shown.close()
 
 
+@pytest.mark.slow
 def test_a_log_plays_at_its_pace(show: Show) -> None:
     show.send(do="playback", rate=20)
     show.until(lambda latest: (latest.get("robot") or {}).get("x", 0.0) > 5.0)
@@ -121,6 +122,7 @@ def test_a_recording_adds_nothing_to_the_history_of_the_robot(show: Show) -> Non
     assert not history_path(ROBOT.name).exists()
 
 
+@pytest.mark.slow
 def test_a_jump_shows_what_was_known_then(show: Show) -> None:
     show.send(do="playback", time=50, rate=0)
     show.until(lambda latest: (latest.get("robot") or {}).get("x") == pytest.approx(25.0))

@@ -121,11 +121,13 @@ def other_server() -> Iterator[str]:
     server.server_close()
 
 
+@pytest.mark.slow
 def test_another_server_is_not_taken_for_a_robot(other_server: str) -> None:
     with pytest.raises(UserError, match="not a robot's web UI"):
         WebUiClient(other_server)
 
 
+@pytest.mark.slow
 def test_a_server_that_is_silent_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(web_ui_client, "CONNECT_TIMEOUT", 0.5)
     with (

@@ -86,6 +86,7 @@ def test_twists_are_rate_limited_but_a_stop_never() -> None:
         driver.system.stop()
 
 
+@pytest.mark.slow
 def test_a_rejected_driver_gets_the_reason() -> None:
     with fake_robot() as robot, WebUiClient(robot.url) as other:
         driver = RemoteDriver(robot.url)

@@ -78,6 +78,7 @@ def test_a_too_long_message_closes_only_its_connection(page: Any) -> None:
         assert page.next_command() == Stop()
 
 
+@pytest.mark.slow
 def test_a_client_above_the_rate_limit_is_disconnected(page: Any) -> None:
     with page.browser() as flood, page.browser() as other:
         with suppress(ConnectionClosed):
@@ -106,6 +107,7 @@ def test_a_disconnected_driver_stops_the_robot(
     assert page.commands.empty()
 
 
+@pytest.mark.slow
 def test_a_silent_driver_stops_the_robot_and_may_drive_again(page: Any) -> None:
     with page.browser() as browser:
         for _ in range(2):
@@ -141,6 +143,7 @@ def test_layers_are_rate_limited_and_the_last_value_arrives(page: Any, receive: 
         assert seen == sorted(seen)
 
 
+@pytest.mark.slow
 def test_a_browser_that_never_reads_is_dropped(
     page: Any, receive: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

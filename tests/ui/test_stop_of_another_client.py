@@ -30,6 +30,7 @@ def shows(page: WebUiClient, **expected: object) -> bool:
     return False
 
 
+@pytest.mark.slow
 def test_stop_on_one_page_shows_on_all_and_any_page_resumes(robot: Robot) -> None:
     with robot.page("here") as here, robot.page("there") as there:
         assert shows(here, stopped=False)
@@ -43,6 +44,7 @@ def test_stop_on_one_page_shows_on_all_and_any_page_resumes(robot: Robot) -> Non
     assert robot.stop_requests[-1] is False
 
 
+@pytest.mark.slow
 def test_an_external_stop_counts_and_only_a_page_resumes_it(robot: Robot) -> None:
     with robot.page("here") as page:
         assert shows(page, stopped=False)
@@ -57,6 +59,7 @@ def test_an_external_stop_counts_and_only_a_page_resumes_it(robot: Robot) -> Non
 
 
 @pytest.mark.parametrize("robot", [False], indirect=True)
+@pytest.mark.slow
 def test_an_unconfirmed_stop_is_repeated_until_confirmed(robot: Robot) -> None:
     with robot.page("here") as page:
         assert shows(page, stopped=False)

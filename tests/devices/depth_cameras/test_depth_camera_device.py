@@ -122,6 +122,7 @@ def test_images_have_their_intrinsics_and_exposure_time(driver: Driver, camera: 
     assert camera.requests == [StreamRequest("auto", spec.width, spec.height, spec.rate)]
 
 
+@pytest.mark.slow
 def test_a_camera_faster_than_the_robot_file_skips_images(driver: Driver) -> None:
     driver.until(lambda: len(driver.images) > 20, "images")
     span = (driver.images[20].header.stamp.ns - driver.images[0].header.stamp.ns) / 1e9
@@ -129,6 +130,7 @@ def test_a_camera_faster_than_the_robot_file_skips_images(driver: Driver) -> Non
     assert span > 20 * EARLY / rate - 0.2  # twenty of its own periods take 0.2 s
 
 
+@pytest.mark.slow
 def test_a_pulled_cable_is_reported_once_then_reconnected(driver: Driver, camera: SoftwareCamera) -> None:
     driver.until(lambda: bool(driver.images), "an image")
     camera.plugged = False
@@ -139,6 +141,7 @@ def test_a_pulled_cable_is_reported_once_then_reconnected(driver: Driver, camera
     assert len(driver.remarks) == len(set(driver.remarks)) + 1  # its name twice, each warning once
 
 
+@pytest.mark.slow
 def test_a_camera_that_hangs_is_opened_again(driver: Driver, camera: SoftwareCamera) -> None:
     driver.until(lambda: bool(driver.images), "an image")
     camera.hangs = True
@@ -148,6 +151,7 @@ def test_a_camera_that_hangs_is_opened_again(driver: Driver, camera: SoftwareCam
     assert camera.opened >= 2
 
 
+@pytest.mark.slow
 def test_any_exception_of_an_sdk_is_reported(driver: Driver, camera: SoftwareCamera) -> None:
     driver.until(lambda: bool(driver.images), "an image")
     camera.fails, count = True, len(driver.images)

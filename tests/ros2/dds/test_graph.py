@@ -86,6 +86,7 @@ def test_unknown_and_conflicting_types_are_reported(
     assert not received
 
 
+@pytest.mark.slow
 def test_incompatible_qos_is_reported(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     """DDS itself is silent about both."""
     robot.subscription("/cut", Twist, lambda _: None)

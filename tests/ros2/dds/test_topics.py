@@ -113,6 +113,7 @@ def test_latched_dds_messages_reach_late_subscribers(
     assert (received, later) == (["published early"], ["published early"])
 
 
+@pytest.mark.slow
 def test_no_message_is_echoed_back(robot: RmwNode, bridge: DdsBridge, peers: Callable[[], Peer]) -> None:
     """A topic on which both sides publish and subscribe, as /tf: each message once on either side."""
     received: list[str] = []

@@ -111,6 +111,7 @@ def test_begin_and_end_are_remarked_at_their_times() -> None:
     assert remarks == begins + ends
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_with_all_faults() -> None:
     runs = []
     for seed in (4, 4, 5):
@@ -147,6 +148,7 @@ def test_silent_encoders_are_the_boards_fault_until_resume() -> None:
     assert [fault.data for fault in run.on("board_fault")][1:] == [""]
 
 
+@pytest.mark.slow
 def test_a_stopped_sensor_is_silent() -> None:
     for sensor, (topic, *_) in TOPICS.items():
         run = driven(e.SensorStop(sensor=sensor, **LASTING))  # type: ignore[arg-type]
@@ -185,6 +187,7 @@ def uncounted(event: Any) -> int:
     return run.simulation.wheel_ticks()[0] - run.on("wheel_ticks")[-1].left
 
 
+@pytest.mark.slow
 def test_encoder_faults_miscount_and_late_counts_catch_up() -> None:
     assert abs(uncounted(e.SensorLate(sensor="wheel_encoders", seconds=0.2, **LASTING))) < 150
     assert 0 < abs(uncounted(e.SensorNoise(sensor="wheel_encoders", share=0.5, **LASTING))) < 1500

@@ -35,6 +35,7 @@ def min_wall_gap(scene: Scene, positions: np.ndarray) -> float:
 
 @given(st.integers(0, 10_000), st.booleans(), st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))
 @settings(max_examples=15)
+@pytest.mark.slow
 def test_nobody_walks_into_anything(seed: int, avoid: bool, vx: float, vy: float) -> None:
     spec = PeopleSpec(count=10, avoid_robot=avoid, stand_and_talk=0.2, groups=0.2, follow=0.2, block=0.2)
     scene = Scene(two_rooms(), TWO_ROOMS, spec, seed, (2.0, 2.0), [DOOR])

@@ -34,6 +34,7 @@ def worst_error(slam: GraphSlam, truth, used) -> float:
     )
 
 
+@pytest.mark.slow
 def test_a_drive_round_a_ring_closes(ring, drive, odometry, angles) -> None:
     truth = drive(2)
     wheels = odometry(truth, 2, 0.05, 0.05, 0.02)
@@ -56,6 +57,7 @@ def test_a_drive_round_a_ring_closes(ring, drive, odometry, angles) -> None:
     assert max(grid.at(wall.x + dx, wall.y + dy) for dx in (-0.05, 0, 0.05) for dy in (-0.05, 0, 0.05)) > 65
 
 
+@pytest.mark.slow
 def test_the_same_scans_give_the_same_map(ring, drive, odometry, angles) -> None:
     truth = drive(1)
     wheels = odometry(truth, 3, 0.05, 0.05)
@@ -64,6 +66,7 @@ def test_the_same_scans_give_the_same_map(ring, drive, odometry, angles) -> None
     assert (first.map().cells == second.map().cells).all()
 
 
+@pytest.mark.slow
 def test_an_offset_of_all_ranges_is_found(ring, drive, odometry, angles) -> None:
     truth = drive(2)
     wheels = odometry(truth, 4, 0.03, 0.03)
@@ -88,6 +91,7 @@ def test_odometry_that_jumps_is_stated_and_survived(ring, drive, odometry, angle
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
+@pytest.mark.slow
 def test_damaged_scans_never_break_the_mapper(ring, drive, data) -> None:
     slam = GraphSlam(GraphSlamParams(submap_travel=1.0, linear_update=0.05))
     value = st.sampled_from([math.nan, math.inf, -math.inf, 0.0, -1.0, 0.001, 2.5, 79.0, 1000.0, 1e30])

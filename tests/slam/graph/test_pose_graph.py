@@ -82,6 +82,7 @@ def test_the_robust_kernel_bounds_a_false_edge() -> None:
     assert np.abs(found - true).max() < 0.02
 
 
+@pytest.mark.slow
 def test_a_graph_of_20000_poses_is_solved() -> None:
     n = 20_000
     s = np.arange(n) * 0.1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from chefbot.cli.map.edit import crop_map, print_info, rotate_map, undo_change
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.storage.map_files import load_map, save_map
+from chefbot.storage.new_map import save_new_map
 from chefbot.storage.places import PlaceEntry, load_entries, places_path, save_entries
 
 
@@ -45,6 +47,39 @@ def test_a_part_is_kept_and_taken_back(file: Path, capsys: pytest.CaptureFixture
     assert file.with_suffix(".pgm").read_bytes() == before
     with pytest.raises(UserError, match="no change of the map"):
         undo_change(file)
+
+
+@pytest.mark.parametrize(
+    "change", [lambda file: crop_map(file, -50.0, None, None, 50.0), lambda file: rotate_map(file, 360.0)]
+)
+def test_a_change_that_changes_nothing_makes_no_version(
+    file: Path, capsys: pytest.CaptureFixture[str], change: Callable[[Path], None]
+) -> None:
+    change(file)
+    assert "nothing is written" in capsys.readouterr().out
+    with pytest.raises(UserError, match="no change of the map"):
+        undo_change(file)
+
+
+def test_a_folder_stands_for_its_map(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = file.parent
+    save_map(folder, load_map(file))
+    rotate_map(folder, 90.0)
+    print_info(folder)
+    assert "120 x 160 cells" in capsys.readouterr().out
+    undo_change(folder)
+    assert load_map(folder / "map.yaml").cells.shape == (120, 160)
+
+
+def test_a_new_map_in_place_of_a_changed_one_is_taken_back(file: Path) -> None:
+    crop_map(file, -1.0, None, None, None)
+    cropped = file.read_bytes(), file.with_suffix(".pgm").read_bytes()
+    save_new_map(file, Grid(np.zeros((30, 40), np.int8), 0.05, 0.0, 0.0))
+    assert load_map(file).cells.shape == (30, 40)
+    undo_change(file)
+    assert (file.read_bytes(), file.with_suffix(".pgm").read_bytes()) == cropped
+    undo_change(file)
+    assert load_map(file).cells.shape == (120, 160)
 
 
 def test_places_turn_with_the_map(file: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chefbot.devices.edit_preview import side_effects
 from chefbot.devices.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
@@ -42,7 +43,7 @@ def room() -> Grid:
 @pytest.fixture
 def editor(tmp_path: Path) -> MapEditor:
     (tmp_path / "room.places.yaml").write_text(PLACES)
-    return MapEditor(tmp_path / "room.yaml", tmp_path / "room.zones.yaml", room(), ROBOT, {})
+    return MapEditor(tmp_path / "room.yaml", tmp_path / "room.zones.yaml", room(), {})
 
 
 def place(name: str, x: float = 2.0, y: float = 2.0, label: str = "") -> Place:
@@ -99,19 +100,21 @@ def test_zones_of_every_kind_survive_the_file(editor: MapEditor, kind: str) -> N
 
 def test_a_preview_names_what_is_cut_off_and_writes_nothing(editor: MapEditor, tmp_path: Path) -> None:
     start = SE2(1.0, 1.0, 0.0)
-    assert editor.preview(MapEdit(zones=(zone(),)), start) == "No way from the robot to: table_1."
-    beside = zone(corners=((3.0, 4.0), (4.0, 4.0), (4.0, 5.0)))
-    assert editor.preview(MapEdit(zones=(beside,)), start) == ""
-    inside = editor.preview(
-        MapEdit(zones=(zone(corners=((0.5, 4.5), (1.5, 4.5), (1.5, 5.5), (0.5, 5.5))),)), start
+    assert (
+        side_effects(ROBOT, editor.changed(MapEdit(zones=(zone(),))), start)
+        == "No way from the robot to: table_1."
     )
-    assert inside == "The place table_1 lies in the keep-out zone keep_out_1 and cannot be reached."
+    beside = zone(corners=((3.0, 4.0), (4.0, 4.0), (4.0, 5.0)))
+    assert side_effects(ROBOT, editor.changed(MapEdit(zones=(beside,))), start) == ""
+    inside = zone(corners=((0.5, 4.5), (1.5, 4.5), (1.5, 5.5), (0.5, 5.5)))
+    effects = side_effects(ROBOT, editor.changed(MapEdit(zones=(inside,))), start)
+    assert effects == "The place table_1 lies in the keep-out zone keep_out_1 and cannot be reached."
     assert [path.name for path in tmp_path.iterdir()] == ["room.places.yaml"]
 
 
 def test_a_preview_reports_a_trapped_robot(editor: MapEditor) -> None:
     edit = MapEdit(zones=(zone(corners=((0.5, 0.5), (1.5, 0.5), (1.5, 1.5), (0.5, 1.5))),))
-    effect = editor.preview(edit, SE2(1.0, 1.0, 0.0))
+    effect = side_effects(ROBOT, editor.changed(edit), SE2(1.0, 1.0, 0.0))
     assert effect.endswith("The robot stands in the keep-out zone 1 and cannot leave it by itself.")
 
 
@@ -191,7 +194,7 @@ def test_an_invalid_change_is_one_sentence_and_no_change(
     editor: MapEditor, edit: MapEdit, sentence: str
 ) -> None:
     before = editor.content()
-    for attempt in (lambda: editor.preview(edit, None), lambda: editor.apply(edit)):
+    for attempt in (lambda: editor.changed(edit), lambda: editor.apply(edit)):
         with pytest.raises((UserError, ZoneError), match=sentence):
             attempt()
     assert editor.content() == before and len(editor.versions) == 0
@@ -217,7 +220,7 @@ def test_a_failed_write_changes_nothing(
 
 def test_drawn_places_are_written_with_the_first_change(tmp_path: Path) -> None:
     drawn = {"kitchen": PlaceEntry(x=1.0, y=1.0)}
-    editor = MapEditor(tmp_path / "room.yaml", tmp_path / "room.zones.yaml", room(), ROBOT, drawn)
+    editor = MapEditor(tmp_path / "room.yaml", tmp_path / "room.zones.yaml", room(), drawn)
     editor.apply(MapEdit(places=(place("table_1"),)))
     assert list(editor.content().places) == ["kitchen", "table_1"]
 
@@ -245,7 +248,7 @@ def test_each_undo_is_the_content_before_the_change(
     tmp_path_factory: pytest.TempPathFactory, edits: list[MapEdit]
 ) -> None:
     folder = tmp_path_factory.mktemp("map")
-    editor = MapEditor(folder / "room.yaml", folder / "room.zones.yaml", room(), ROBOT, {})
+    editor = MapEditor(folder / "room.yaml", folder / "room.zones.yaml", room(), {})
     versions = [editor.content()]
     for edit in edits:
         try:

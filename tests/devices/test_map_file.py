@@ -10,8 +10,8 @@ import pytest
 from tests.support.nodes import NodeRunner
 from tests.support.waiting import wait_for
 
-from chefbot.devices.map_editor import TURNED, MapEditor
-from chefbot.devices.map_file import MAX_WAITING, TOO_MANY
+from chefbot.devices.map_editor import MapEditor
+from chefbot.devices.map_file import MAX_WAITING, TOO_MANY, TURNED
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, MapStroke, MapZone, Place
@@ -106,7 +106,7 @@ def test_an_unexpected_error_is_not_lost(path: Path, monkeypatch: pytest.MonkeyP
     def fails(*_: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(MapEditor, "preview", fails)
+    monkeypatch.setattr(MapEditor, "changed", fails)
     result = result_of(runner, MapEdit("a", places=(BAR,)))
     assert not result.applied and "ZeroDivisionError" in result.description
 

@@ -43,6 +43,12 @@ def edited_grid(grid: Grid, edit: MapEdit) -> Grid:
     return grid
 
 
+def same_cells(grid: Grid, other: Grid) -> bool:
+    """Return whether two maps have the same cells at the same place."""
+    place, other_place = ((one.resolution, one.origin_x, one.origin_y) for one in (grid, other))
+    return place == other_place and np.array_equal(grid.cells, other.cells)
+
+
 def turned_entry(entry: PlaceEntry, yaw: float) -> PlaceEntry:
     """Return a place on a map that was turned about the origin of its frame, rad."""
     pose = SE2(0.0, 0.0, yaw) @ SE2(entry.x, entry.y, entry.yaw)

@@ -11,25 +11,21 @@ from typing import NamedTuple
 
 import msgspec
 
-from chefbot.devices.cut_off import Walls, cut_off, without_room
-from chefbot.devices.grid_edit import changes_grid, edited_grid, turned_entry, turned_zone
-from chefbot.errors import ChefbotError, UserError, name_hint
+from chefbot.devices.grid_edit import changes_grid, edited_grid, same_cells, turned_entry, turned_zone
+from chefbot.errors import UserError, name_hint
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
-from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
-from chefbot.msgs.chefbot_places import KEEP_OUT, MAX_PLACES, MAX_ZONES, MapZone
-from chefbot.robot.spec import Robot
+from chefbot.msgs.chefbot_places import MAX_PLACES, MAX_ZONES, MapZone
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map, read_map_files, save_map
-from chefbot.storage.map_versions import MapVersions
+from chefbot.storage.map_versions import versions_of
 from chefbot.storage.places import PlaceEntry, load_entries, places_path, save_entries
 from chefbot.storage.zones import load_zones, save_zones
 from chefbot.zones.contradictions import check_zones
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,63}")
 """Names of places and zones; what people read is a place's label."""
-TURNED = "Initial poses in launch files do not turn with the map."
 MAX_LABEL = 40
 """Maximum length of a label, characters."""
 
@@ -50,6 +46,13 @@ class MapContent(NamedTuple):
         return {name: SE2(entry.x, entry.y, entry.yaw) for name, entry in self.places.items()}
 
 
+class MapChange(NamedTuple):
+    """A map with its places and zones before a change and after it."""
+
+    before: MapContent
+    after: MapContent
+
+
 class MapEditor:
     """Changes the files of a map, and of places and zones beside it; the versions before are in `NAME.versions`.
 
@@ -59,14 +62,11 @@ class MapEditor:
     grid: Grid
     """The map as it is now."""
 
-    def __init__(
-        self, map_path: Path, zones_path: Path, grid: Grid, robot: Robot, drawn: Mapping[str, PlaceEntry]
-    ) -> None:
+    def __init__(self, map_path: Path, zones_path: Path, grid: Grid, drawn: Mapping[str, PlaceEntry]) -> None:
         self._map, self._places, self._zones = map_path, places_path(map_path), zones_path
-        self.grid, self._robot, self._drawn = grid, robot, dict(drawn)
+        self.grid, self._drawn = grid, dict(drawn)
         self._map_files = (map_path, map_path.with_suffix(".pgm"))
-        files = (self._places, self._zones, *self._map_files)
-        self.versions = MapVersions(map_path.with_suffix(".versions"), files)
+        self.versions = versions_of(map_path, zones_path)
 
     def content(self) -> MapContent:
         """Read the files. Raises ConfigError for an invalid one."""
@@ -74,37 +74,29 @@ class MapEditor:
         zones = load_zones(self._zones).zones if self._zones.is_file() else ()
         return MapContent(entries, zones, self.grid)
 
-    def preview(self, edit: MapEdit, start: SE2 | None) -> str:
-        """Return what a change would do, in sentences; empty if it has no side effects. Raises ChefbotError.
+    def changed(self, edit: MapEdit) -> MapChange:
+        """Return what a change would make of the files as they are now. Raises ChefbotError if it is not valid."""
+        before = self.content()
+        return MapChange(before, self._changed(before, edit))
 
-        start: the robot's pose in the map frame, from which the places are to be reached; None if it is not known.
+    def apply(self, edit: MapEdit) -> bool:
+        """Write a change and return whether there was one.
+
+        Raises ChefbotError if it is not valid or cannot be written; nothing has changed then.
         """
-        before = self.content()
-        after = self._changed(before, edit)
-        if edit.rotation:
-            return TURNED  # places and zones turn with the walls, so that no way is closed
-        return self._side_effects(before, after, start)
-
-    def apply(self, edit: MapEdit) -> None:
-        """Write a change. Raises ChefbotError if it is not valid or cannot be written; nothing has changed then."""
-        before = self.content()
-        after = self._changed(before, edit)
+        before, after = self.changed(edit)
         if after == before:
-            return
+            return False
         files = self._map_files if after.grid is not before.grid else ()
-        self.versions.keep((self._places, self._zones, *files), str(edit.rotation))
-        try:
+        with self.versions.change((self._places, self._zones, *files), str(edit.rotation)):
             if after.places != before.places:
                 save_entries(self._places, after.places)
             if after.zones != before.zones:
                 save_zones(self._zones, after.zones)
             if files:
                 self._save_map(after.grid)
-        except ChefbotError:
-            self.versions.restore()
-            raise
         self.grid = after.grid
-        self.versions.seal()
+        return True
 
     def _save_map(self, grid: Grid) -> None:
         """Write the map. Raises UserError if its picture would replace that of another map."""
@@ -140,7 +132,9 @@ class MapEditor:
             zones[name] = msgspec.structs.replace(zone, name=name)
         grid = before.grid
         if changes_grid(edit):
-            grid = edited_grid(load_map(self._map), edit)  # the picture may have been changed by hand
+            current = load_map(self._map)  # the picture may have been changed by hand
+            edited = edited_grid(current, edit)
+            grid = grid if same_cells(edited, current) and same_cells(current, grid) else edited
             places = {name: turned_entry(entry, edit.rotation) for name, entry in places.items()}
             zones = {name: turned_zone(zone, edit.rotation) for name, zone in zones.items()}
             for name, entry in places.items():
@@ -168,34 +162,6 @@ class MapEditor:
             yaw_tolerance=tolerances[1],
             label=_checked(label),
         )
-
-    def _side_effects(self, before: MapContent, after: MapContent, start: SE2 | None) -> str:
-        known = check_zones(before.zones, before.grid, before.poses()).warnings
-        found = check_zones(after.zones, after.grid, after.poses()).warnings
-        sentences = [sentence for sentence in found if sentence not in known]
-        if start is not None and (after.zones != before.zones or after.grid is not before.grid):
-            if self._new_without_room(before, after, {"robot": start}):
-                return " ".join([*sentences, "The robot stands in a wall then, or too near to one."])
-            if traps := [
-                zone.title for zone in after.of_kind(KEEP_OUT) if contains(zone.array, start.x, start.y)
-            ]:
-                return " ".join(
-                    [*sentences, f"The robot stands in the {traps[0]} and cannot leave it by itself."]
-                )
-            walls = (Walls(before.grid, before.zones), Walls(after.grid, after.zones))
-            lost = cut_off(self._robot, start, after.poses(), *walls)
-            outside = [name for name in lost if not any(f" {name} " in sentence for sentence in sentences)]
-            sentences += [f"No way from the robot to: {', '.join(outside)}."] if outside else []
-            narrow = sorted(self._new_without_room(before, after, after.poses()) - set(outside))
-            sentences += [f"Too near to a wall for the robot: {', '.join(narrow)}."] if narrow else []
-        return " ".join(sentences)
-
-    def _new_without_room(self, before: MapContent, after: MapContent, poses: Mapping[str, SE2]) -> set[str]:
-        """Return the poses at which a changed map leaves no room for the robot; zones leave it outside of them."""
-        if after.grid is before.grid:
-            return set()
-        changed = without_room(Walls(after.grid, ()), self._robot, poses)
-        return changed - without_room(Walls(before.grid, ()), self._robot, poses)
 
 
 def _free_name(name: str, taken: Collection[str]) -> str:

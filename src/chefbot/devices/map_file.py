@@ -9,6 +9,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from chefbot.devices.edit_preview import side_effects
 from chefbot.devices.initial_pose import initial_pose
 from chefbot.devices.map_editor import MapContent, MapEditor
 from chefbot.errors import ChefbotError, UserError
@@ -22,7 +23,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import Device, In, Out, topic
 from chefbot.runtime.transform_buffer import TransformError
-from chefbot.storage.map_files import load_map
+from chefbot.storage.map_files import load_map, map_in
 from chefbot.storage.places import PlaceEntry, load_entries, places_path
 from chefbot.storage.zones import LoadedZones, load_zones, zones_path
 
@@ -30,18 +31,19 @@ MAP_FILE_KIND = "chefbot.devices.map_file:MapFileDevice"
 SAVED_MAP_KIND = "chefbot.sim.world.saved_map:SavedMapDevice"
 """The map servers of a built and of a simulated robot, by their names in launch files."""
 
+TURNED = "Initial poses in launch files do not turn with the map."
 MAX_WAITING = 10
 """Number of changes that wait for the disk; more at once come from no person."""
 TOO_MANY = "Too many changes of the map at once; this one was left out"
 
 
 def given_map(path: str) -> Path:
-    """Return the path of the map to localize on. Raises UserError if none is given."""
+    """Return the path of the map to localize on; a folder has a map.yaml. Raises UserError if none is given."""
     if not path:
         raise UserError(
             "no map is given: map_file:=MAP.yaml; `chefbot map save -f MAP` writes one while you map"
         )
-    return Path(path)
+    return map_in(Path(path))
 
 
 class MapFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -78,7 +80,7 @@ class MapFileDevice(Device):
         self.read()
         loaded = self._load_zones()
         self._zones, self.announcement = loaded.zones, " ".join(loaded.warnings)
-        self._editor = MapEditor(self._path, self._zones_file(), self._grid, self.robot, self.named)
+        self._editor = MapEditor(self._path, self._zones_file(), self._grid, self.named)
         self.post(self._publish)
 
     def stop(self) -> None:
@@ -104,7 +106,9 @@ class MapFileDevice(Device):
             if edit.undo:
                 rotation = self._editor.undo()
             else:
-                effects = self._editor.preview(edit, pose)
+                change = self._editor.changed(edit)
+                # places and zones turn with the walls, so that no way is closed
+                effects = TURNED if edit.rotation else side_effects(self.robot, change, pose)
             if not (edit.undo or edit.preview):
                 self._editor.apply(edit)
             content = None if edit.preview else self._editor.content()

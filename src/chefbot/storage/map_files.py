@@ -76,6 +76,11 @@ def map_yaml_path(folder_or_stem: Path) -> Path:
     return folder_or_stem if name.endswith(".yaml") else folder_or_stem.with_name(name + ".yaml")
 
 
+def map_in(path: Path) -> Path:
+    """Return the map at a path, which may be the folder of a `map.yaml`."""
+    return map_yaml_path(path) if path.is_dir() else path
+
+
 class MapFiles(NamedTuple):
     """What the two files of a map hold: the description, and the image, not yet decoded. where: names the image."""
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import shutil
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from chefbot.errors import ChefbotError
 from chefbot.storage.atomic_files import StorageError, os_errors_as_storage_errors, write_atomic
+from chefbot.storage.map_bundle import BUNDLE_SUFFIX
+from chefbot.storage.places import places_path
 
 MAX_VERSIONS = 50
 """Number of versions that are kept, the newest."""
@@ -61,6 +65,17 @@ class MapVersions:
         for number in numbers[: len(numbers) + 1 - MAX_VERSIONS]:
             self._remove(number)
 
+    @contextmanager
+    def change(self, changing: Collection[Path], note: str = "") -> Iterator[None]:
+        """Keep the files that a change concerns, and bring them back if it fails with a ChefbotError."""
+        self.keep(changing, note)
+        try:
+            yield
+        except ChefbotError:
+            self.restore()
+            raise
+        self.seal()
+
     def seal(self) -> None:
         """Note what the files are after the change, so that one by hand in the meantime is not overwritten."""
         version = self._newest()
@@ -112,3 +127,9 @@ class MapVersions:
         if not self._folder.is_dir():
             return []
         return sorted(int(path.name) for path in self._folder.iterdir() if path.name.isdecimal())
+
+
+def versions_of(map_path: Path, zones_path: Path) -> MapVersions:
+    """Return the versions of a map, NAME.yaml, of its bundle, and of the places and zones on it."""
+    names = (map_path, map_path.with_suffix(".pgm"), map_path.with_suffix(BUNDLE_SUFFIX))
+    return MapVersions(map_path.with_suffix(".versions"), (places_path(map_path), zones_path, *names))

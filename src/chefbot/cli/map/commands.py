@@ -21,7 +21,7 @@ class Algorithm(StrEnum):
     GRAPH = "graph"
 
 
-_MAP = typer.Argument(help="a map, NAME.yaml")
+_MAP = typer.Argument(help="a map, NAME.yaml, or the folder of its map.yaml")
 _REPORT = "write report.html: closures, residuals, time, memory"
 _BUNDLE = typer.Argument(help="map.bundle, or the folder that it is in")
 _COORDINATE = typer.Option(help="coordinate in the map frame, m; without it the edge of the map")
@@ -103,9 +103,7 @@ def compare(
 
 @map_app.command("info")
 def info(
-    file: Annotated[
-        Path, typer.Argument(help="a map, NAME.yaml, or map.bundle, or the folder that it is in")
-    ],
+    file: Annotated[Path, typer.Argument(help="a map, NAME.yaml, or map.bundle, or the folder of both")],
 ) -> None:
     """Show size, area, places and zones of a map, or the drives that a bundle's map was built from."""
     from chefbot.cli.map.edit import print_info
@@ -148,7 +146,9 @@ def undo(file: Annotated[Path, _MAP]) -> None:
 
 @map_app.command("zones")
 def zones(
-    file: Annotated[Path, typer.Argument(help="a map with NAME.zones.yaml beside it, NAME.yaml")],
+    file: Annotated[
+        Path, typer.Argument(help="a map, NAME.yaml, with NAME.zones.yaml beside it, or their folder")
+    ],
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/zones"),
     robot: Annotated[str, typer.Option(help="serial number of the robot in the zone set")] = "chefbot",
 ) -> None:

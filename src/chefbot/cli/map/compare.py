@@ -9,14 +9,14 @@ from rich.console import Console
 from rich.table import Table
 
 from chefbot.mapping.compare import MapQuality, compare
-from chefbot.storage.map_files import load_map
+from chefbot.storage.map_files import load_map, map_in
 
 console = Console(highlight=False, soft_wrap=True)
 
 
 def compare_maps(file: Path, truth: Path) -> None:
     """Print the quality of a map before and after rigid alignment. Raises UserError for an unreadable map."""
-    result = compare(load_map(file), load_map(truth))
+    result = compare(load_map(map_in(file)), load_map(map_in(truth)))
     table = Table("", "precision of walls", "recall of walls", "explored", box=None)
     table.add_row("as it is", *_ratios(result.as_is))
     table.add_row("aligned", *_ratios(result.aligned))

@@ -9,17 +9,16 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.cli.map.mapped_drives import bundle_path, load_drives
+from chefbot.cli.map.mapped_drives import BUNDLE, load_drives
 from chefbot.cli.plural import number_of
 from chefbot.devices.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.msgs.chefbot_places import MapEdit
 from chefbot.msgs.geometry_msgs import Point
-from chefbot.robot.load import load_robot
 from chefbot.slam.params import GmappingParams
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
-from chefbot.storage.map_files import load_map
+from chefbot.storage.map_files import load_map, map_in
 from chefbot.storage.zones import zones_path
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -27,8 +26,12 @@ console = Console(highlight=False, soft_wrap=True, markup=False)
 
 def print_info(file: Path) -> None:
     """Print size, area, places and zones of a map, or the drives of a bundle. UserError for an unreadable one."""
-    if file.is_dir() or file.suffix == BUNDLE_SUFFIX:
+    if file.suffix == BUNDLE_SUFFIX:
         _print_drives(file)
+        return
+    bundle = file / BUNDLE
+    if file.is_dir() and not map_in(file).exists() and bundle.exists():
+        _print_drives(bundle)
         return
     editor = _editor(file)
     content, grid = editor.content(), editor.grid
@@ -48,6 +51,8 @@ def print_info(file: Path) -> None:
     table.add_row("zones", ", ".join(zone.title for zone in content.zones) or "none")
     table.add_row("versions", f"{number_of(len(editor.versions), 'change')} can be taken back")
     console.print(table)
+    if file.is_dir() and bundle.exists():
+        _print_drives(bundle)
 
 
 def _print_drives(bundle: Path) -> None:
@@ -60,7 +65,7 @@ def _print_drives(bundle: Path) -> None:
         start = "the origin" if number == 1 else "({:.2f}, {:.2f}), {:.2f} rad".format(*session.start)
         scans = (str(len(session.stamps)), str(int(session.used.sum())))
         table.add_row(str(number), *scans, f"{minutes:.1f} min", start)
-    console.print(f"{bundle_path(bundle)}: {number_of(len(drives.sessions), 'drive')}, {algorithm}")
+    console.print(f"{bundle}: {number_of(len(drives.sessions), 'drive')}, {algorithm}")
     console.print(table)
 
 
@@ -82,7 +87,7 @@ def crop_map(
 
 def rotate_map(file: Path, degrees: float) -> None:
     """Turn a map with its places and zones about the origin of its frame, counterclockwise."""
-    _apply(_editor(file), file, MapEdit(rotation=math.radians(degrees)))
+    _apply(_editor(file), file, MapEdit(rotation=math.radians(math.remainder(degrees, 360.0))))
 
 
 def undo_change(file: Path) -> None:
@@ -93,18 +98,21 @@ def undo_change(file: Path) -> None:
 
 
 def _editor(file: Path) -> MapEditor:
-    return MapEditor(file, zones_path(file), load_map(file), load_robot("chefbot"), {})
+    path = map_in(file)
+    return MapEditor(path, zones_path(path), load_map(path), {})
 
 
 def _apply(editor: MapEditor, file: Path, edit: MapEdit) -> None:
     before = _extent(editor.grid)
     try:
-        editor.apply(edit)
+        changed = editor.apply(edit)
     except ChefbotError as error:
         raise UserError(f"{file}: {error}") from None
+    if not changed:
+        console.print(f"{file} is so already: {before}; nothing is written.")
+        return
     console.print(
-        f"{file}: {before} before, {_extent(editor.grid)} now; `chefbot map undo {file}` takes it back.",
-        markup=False,
+        f"{file}: {before} before, {_extent(editor.grid)} now; `chefbot map undo {file}` takes it back."
     )
 
 

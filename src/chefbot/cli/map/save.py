@@ -12,7 +12,7 @@ from chefbot.cli.plural import number_of
 from chefbot.cli.running_robot import known_places
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
-from chefbot.storage.map_files import save_map
+from chefbot.storage.new_map import save_new_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui.commands import MapSaved
 from chefbot.ui.remote.web_ui_client import WebUiClient
@@ -32,7 +32,7 @@ def save_running_map(file: Path, page: str) -> None:
                 f"the robot at {page} has no map yet; start `chefbot launch gmapping_demo` and drive it around"
             )
         places = known_places(robot)
-        path = save_map(file, grid)
+        path = save_new_map(file, grid)
         robot.send(MapSaved(path.name[-64:]))
     height, width = (cells * grid.resolution for cells in grid.cells.shape)
     console.print(f"saved {path}: {width:.1f} by {height:.1f} m, {grid.resolution:.3g} m per cell")

@@ -21,7 +21,8 @@ from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
 from chefbot.storage.atomic_files import StorageError, folder_for_results
 from chefbot.storage.carmen_log import read_text
-from chefbot.storage.map_files import map_png, save_map
+from chefbot.storage.map_files import map_png
+from chefbot.storage.new_map import save_new_map
 
 console = Console(highlight=False)
 
@@ -69,7 +70,7 @@ def write_results(
     image = encode_pgm(result.grid)
     files = {"map.pgm": image, "map.yaml": encode_map_yaml("map.pgm", result.grid, image=image)}
     companions[BUNDLE] = encode_drives(params, result.sessions, files)
-    save_map(out / "map", result.grid, companions=[(out / name, data) for name, data in companions.items()])
+    save_new_map(out / "map", result.grid, [(out / name, data) for name, data in companions.items()])
 
 
 def print_results(params: MapperParams, result: SlamResult, out: Path, took: float) -> None:

@@ -13,7 +13,7 @@ from chefbot.cli.plural import number_of
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_places import MapZones
 from chefbot.storage.atomic_files import make_folder, write_atomic
-from chefbot.storage.map_files import load_map, save_map
+from chefbot.storage.map_files import load_map, map_in, save_map
 from chefbot.storage.zones import load_zones, zones_path
 from chefbot.zones.filter_masks import keep_out_mask, speed_mask
 from chefbot.zones.vda5050 import zone_set_message
@@ -25,6 +25,7 @@ console = Console(highlight=False, soft_wrap=True, markup=False)
 
 def export_zones(file: Path, out: Path, robot: str) -> None:
     """Write the zones beside a map to a folder. Raises UserError if there are none, or a file is invalid."""
+    file = map_in(file)
     path = zones_path(file)
     if not path.is_file():
         raise UserError(f"there is no zones file {path}; draw zones in the web UI, or see docs/zones.md")

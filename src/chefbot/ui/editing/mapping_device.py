@@ -19,7 +19,7 @@ from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import In, Out
 from chefbot.runtime.node_container import LAUNCH_TOPIC
 from chefbot.storage.atomic_files import StorageError, make_folder
-from chefbot.storage.map_files import save_map
+from chefbot.storage.new_map import save_new_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import MappingView
@@ -116,7 +116,7 @@ def saved_map(name: str, grid: Grid, places: Mapping[str, SE2], arguments: str, 
         return f"There is a map called {name} already."
     try:
         make_folder(maps_folder())
-        save_map(path, grid)
+        save_new_map(path, grid)
         if places and not places_path(path).exists():  # a person may have edited it
             save_places(places_path(path), places)
     except (StorageError, OSError) as error:

@@ -1,0 +1,54 @@
+"""What a change of the map would do to the robot and its places, in sentences, before anything is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from chefbot.devices.cut_off import Walls, cut_off, without_room
+from chefbot.devices.map_editor import MapChange
+from chefbot.maths.polygon import contains
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_places import KEEP_OUT
+from chefbot.robot.spec import Robot
+from chefbot.zones.contradictions import check_zones
+
+
+def side_effects(robot: Robot, change: MapChange, start: SE2 | None) -> str:
+    """Return what a change would do, empty if it has no side effects.
+
+    start: the robot's pose in the map frame, from which the places are to be reached; None if it is not known.
+    """
+    before, after = change
+    known = check_zones(before.zones, before.grid, before.poses()).warnings
+    found = check_zones(after.zones, after.grid, after.poses()).warnings
+    sentences = [sentence for sentence in found if sentence not in known]
+    if start is not None and (after.zones != before.zones or after.grid is not before.grid):
+        sentences += _effects_on_ways(robot, change, start, " ".join(sentences))
+    return " ".join(sentences)
+
+
+def _effects_on_ways(robot: Robot, change: MapChange, start: SE2, told: str) -> Iterator[str]:
+    """Yield what happens to a robot at `start` and to its ways; places that `told` names are left out."""
+    before, after = change
+    if _new_without_room(robot, change, {"robot": start}):
+        yield "The robot stands in a wall then, or too near to one."
+        return
+    traps = [zone.title for zone in after.of_kind(KEEP_OUT) if contains(zone.array, start.x, start.y)]
+    if traps:
+        yield f"The robot stands in the {traps[0]} and cannot leave it by itself."
+        return
+    walls = (Walls(before.grid, before.zones), Walls(after.grid, after.zones))
+    lost = cut_off(robot, start, after.poses(), *walls)
+    if outside := [name for name in lost if f" {name} " not in told]:
+        yield f"No way from the robot to: {', '.join(outside)}."
+    if narrow := sorted(_new_without_room(robot, change, after.poses()) - set(outside)):
+        yield f"Too near to a wall for the robot: {', '.join(narrow)}."
+
+
+def _new_without_room(robot: Robot, change: MapChange, poses: Mapping[str, SE2]) -> set[str]:
+    """Return the poses at which a changed map leaves no room for the robot; zones leave it outside of them."""
+    before, after = change
+    if after.grid is before.grid:
+        return set()
+    changed = without_room(Walls(after.grid, ()), robot, poses)
+    return changed - without_room(Walls(before.grid, ()), robot, poses)

@@ -84,7 +84,7 @@ def test_an_unwritable_log_is_one_sentence(
     for out, reason in (
         ("/dev/full", "cannot be written: No space left on device"),
         (str(tmp_path), "cannot be written: Is a directory"),
-        (str(tmp_path / "file" / "board.log"), "cannot be made: File exists"),
+        (str(tmp_path / "file" / "board.log"), "cannot be made: a file has its name"),
     ):
         assert run(monkeypatch, "board", "log", str(emulated.path), "--out", out, "--seconds", "20") == 2
         error = capsys.readouterr().err

@@ -43,6 +43,10 @@ def make_folder(folder: Path) -> None:
     """Create a folder and its parents if they do not exist; StorageError if that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise StorageError(
+            f"folder {folder} cannot be made: a file has its name, or that of a parent"
+        ) from None
     except OSError as error:
         raise StorageError(f"folder {folder} cannot be made: {error.strerror or error}") from None
 

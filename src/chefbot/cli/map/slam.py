@@ -84,6 +84,8 @@ def print_results(params: MapperParams, result: SlamResult, out: Path, took: flo
             f"{number_of(len(result.closures), 'loop closure')}; correction of all ranges {offset}, "
             "estimated from the scans."
         )
+    if len(result.poses) == 1:
+        console.print("Only one scan is in the map: the robot of this log stands still.")
     console.print(
         f"{number_of(len(result.poses), 'scan')}, {took:.1f} s; {out}/map.yaml, map.png, {BUNDLE}, trajectory.tum"
     )

@@ -50,6 +50,7 @@ class KernelCompilation:
         self._files: set[str] = set()
         self._lock = threading.Lock()
         self._workers: list[threading.Thread] = []
+        self._announced = False
         self.page_opened = False
 
     def start(self) -> None:
@@ -69,7 +70,8 @@ class KernelCompilation:
         missing = [group for group in self._groups if not groups or group in groups]
         if not self._is_compiling(missing):
             return
-        if not self._console.is_terminal:  # where no progress is shown
+        if not self._console.is_terminal and not self._announced:  # where no progress is shown
+            self._announced = True
             self._console.print("Compiling kernels, once after an installation: this takes some minutes.")
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
         with Progress(*columns, console=self._console, transient=True) as bar:

@@ -41,4 +41,7 @@ def constant_differences(answer: VersionLine, robot: Robot) -> str | None:
     details = (
         "; ".join(changed) if changed else "deceleration, battery voltages, motor figures or sensor rates"
     )
-    return f"the board's firmware was made from another robot file ({details}): the board's own constants are used"
+    return (
+        f"the board's firmware was made from another robot file ({details}): the board's own constants are used "
+        "until `chefbot board flash` gives it those of this robot"
+    )

@@ -5,7 +5,7 @@ namespace chefbot {
 namespace {
 
 const uint8_t COMMAND_STEPS = 15;  // a speed is valid for 150 ms; it arrived after the step from which this is counted
-const uint8_t BRAKE_STEPS = 100;    // then the wheels turn freely
+const uint8_t BRAKE_STEPS = 100;    // then the wheels turn freely, unless they are to hold
 const uint8_t REST_STEPS = 50;     // without a tick or duty: at rest
 const uint8_t MOST_UNPOLLED = 2;    // steps without main loop before the hardware watchdog is no longer fed
 
@@ -91,7 +91,8 @@ void Board::hold_still() {
     wheels_[LEFT].release();
     wheels_[RIGHT].release();
     apply(0, 0);
-    if (brake_ > 0 && --brake_ == 0) hal_drivers(port_, false);
+    const bool lets_go = !static_cast<uint8_t>(robot_->hold);
+    if (lets_go && brake_ > 0 && --brake_ == 0) hal_drivers(port_, false);
 }
 
 void Board::apply(int16_t left, int16_t right) {

@@ -180,11 +180,34 @@ static void on_busy(struct avr_irq_t *irq, uint32_t value, void *param) {
 
 static int drivers(void) { return avr->data[0x22] >> 4 & 1; }
 
-// Per mille from timer 1's compare registers and the direction pins.
+enum { INA_INB_PWM, DIR_PWM, TWO_PWM };
+static int inputs;  // of the motor drivers
+static const int PWM_TOP = 800, NEITHER = 9999;
+
+static int compare(int address) { return avr->data[address] | avr->data[address + 1] << 8; }
+
+// What a driver with two PWM inputs does: shorts the motor while both are high, drives it while one of them is low. Both
+// low while it is off, and nothing else.
+static int duty_of_two(int ahead, int back) {
+    if (!drivers()) return ahead || back ? NEITHER : 0;
+    if (ahead != PWM_TOP && back != PWM_TOP) return NEITHER;
+    return (ahead - back) * 5 / 4;
+}
+
+// Per mille from the compare registers of timers 1 and 5 and the direction pins.
 static int duty(int wheel) {
-    const int low = wheel ? 0x8A : 0x88, bits = avr->data[0x22] >> (2 * wheel) & 3;
-    const int size = (avr->data[low] | avr->data[low + 1] << 8) * 5 / 4;
+    const int ahead = compare(wheel ? 0x8A : 0x88), bits = avr->data[0x22] >> (2 * wheel) & 3;
+    if (inputs == TWO_PWM) return duty_of_two(ahead, compare(wheel ? 0x12A : 0x128));
+    const int size = ahead * 5 / 4;
+    if (inputs == DIR_PWM) return bits & 2 ? NEITHER : bits ? size : -size;
     return bits == 1 ? size : bits == 2 ? -size : 0;
+}
+
+// From the environment, as robot_constants.h names it.
+static void read_inputs(void) {
+    const char *name = getenv("CHEFBOT_DRIVER_INPUTS");
+    if (!name) return;
+    inputs = !strcmp(name, "dir_pwm") ? DIR_PWM : !strcmp(name, "two_pwm") ? TWO_PWM : INA_INB_PWM;
 }
 
 // ---- the machine ---------------------------------------------------------------------------------------------------
@@ -335,6 +358,7 @@ int main(int count, char **arguments) {
         return 2;
     }
     avr_global_logger_set(be_quiet);
+    read_inputs();
     load(arguments[1]);
     if (count == 3) load_boot(arguments[2]);
     else run_to_first_step();

@@ -8,11 +8,16 @@ import { createInterface } from 'node:readline';
 const require = createRequire(process.cwd() + '/');
 const { Simulator, LogLevel, ConsoleLogger } = require(process.env.RP2040JS ?? 'rp2040js');
 
-const VECTORS = 0x10000100, PWM0_CC = 0x4005000c, GPIO_OUT = 0xd0000010;
+// `driver.inputs` and `board.pins` of the robot file.
+const INPUTS = process.env.CHEFBOT_DRIVER_INPUTS ?? 'ina_inb_pwm', GP = JSON.parse(process.env.CHEFBOT_PINS);
+
+const VECTORS = 0x10000100, PWM = 0x40050000, GPIO_OUT = 0xd0000010;
 const IMU = 0x68, WHO_AM_I = 0x75, POWER = 0x6b, SAMPLE = 0x3b;
-const PINS = [[6, 7], [8, 9]], IN_A = [10, 12], IN_B = [11, 13], ENABLE = 14, ESTOP = 15, TRIGGER = 18, ECHO = 19;
+const PINS = [[GP.left_a, GP.left_b], [GP.right_a, GP.right_b]];
+const IN_A = [GP.left_in_a, GP.right_in_a], IN_B = [GP.left_in_b, GP.right_in_b], PWM_PINS = [GP.pwm_left, GP.pwm_right];
+const ENABLE = GP.enable, ESTOP = GP.estop, TRIGGER = GP.trigger, ECHO = GP.echo;
 const LINES = [0, 2, 3, 1];
-const PWM_PERIOD = 600, BYTE_NS = 86806;
+const PWM_PERIOD = 600, NEITHER = 9999, BYTE_NS = 86806;
 
 const simulator = new Simulator();
 const { rp2040: mcu, clock } = simulator;
@@ -60,9 +65,25 @@ function turnDue(wheel) {
   showLines(wheel);
 }
 
+function pwm(pin) {
+  const slice = PWM + 0x14 * ((pin >> 1) & 7);
+  return (mcu.readUint32(slice + 0x0c) >>> (16 * (pin & 1))) & 0xffff;
+}
+
+// As in avr_board.c.
+function dutyOfTwo(ahead, back) {
+  if (!drivers()) return ahead || back ? NEITHER : 0;
+  if (ahead !== PWM_PERIOD && back !== PWM_PERIOD) return NEITHER;
+  return Math.sign(ahead - back) * Math.round((Math.abs(ahead - back) * 1000) / PWM_PERIOD);
+}
+
+function drivers() { return (mcu.readUint32(GPIO_OUT) >>> ENABLE) & 1; }
+
 function duty(wheel) {
-  const level = (mcu.readUint32(PWM0_CC) >>> (16 * wheel)) & 0xffff, out = mcu.readUint32(GPIO_OUT);
+  if (INPUTS === 'two_pwm') return dutyOfTwo(pwm(IN_A[wheel]), pwm(IN_B[wheel]));
+  const level = pwm(PWM_PINS[wheel]), out = mcu.readUint32(GPIO_OUT);
   const a = (out >>> IN_A[wheel]) & 1, b = (out >>> IN_B[wheel]) & 1;
+  if (INPUTS === 'dir_pwm') return b ? NEITHER : (a ? 1 : -1) * Math.round((level * 1000) / PWM_PERIOD);
   return a === b ? 0 : (a ? 1 : -1) * Math.round((level * 1000) / PWM_PERIOD);
 }
 
@@ -91,7 +112,7 @@ function run(us) {
     turnNext[wheel] = clock.nanos + turnEvery[wheel] * (wheel ? 0.75 : 0.25);
   }
   runFor(us * 1000);
-  const answer = [duty(0), duty(1), (mcu.readUint32(GPIO_OUT) >>> ENABLE) & 1, steps, longest, resets];
+  const answer = [duty(0), duty(1), drivers(), steps, longest, resets];
   const hex = Buffer.from(said.splice(0)).toString('hex') || '-';
   return [...answer, hex].join(' ');
 }

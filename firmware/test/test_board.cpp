@@ -177,6 +177,18 @@ TEST(brakes_then_lets_go) {
     CHECK_EQ(desk.state().drivers, 0);
 }
 
+TEST(holds_as_long_as_it_rests) {
+    RobotConstants robot = example_robot();
+    robot.hold = 1;
+    Desk desk(robot);
+    CHECK_EQ(desk.state().drivers, 0);
+    desk.open_and_neutral();
+    desk.drive(3000, 3000, 500);
+    desk.run(5000);
+    CHECK_EQ(desk.state().drivers, 1);
+    CHECK_EQ(desk.state().duty[0], 0);
+}
+
 TEST(a_heartbeat_keeps_the_session_but_not_the_motors) {
     Desk desk;
     desk.open_and_neutral();

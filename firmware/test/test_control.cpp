@@ -202,7 +202,7 @@ TEST(magnitudes_and_clips) {
 TEST(implausible_robots_are_refused) {
     CHECK(plausible(example_robot()));
     const RobotConstants good = example_robot();
-    RobotConstants bad[26];
+    RobotConstants bad[28];
     for (RobotConstants &robot : bad) robot = good;
     bad[0].ticks_per_turn_milli = 0;
     bad[1].max_wheel = 0;
@@ -228,7 +228,9 @@ TEST(implausible_robots_are_refused) {
     bad[21].cliff_sensors = 5;
     bad[22].deceleration = 12799;
     bad[23].deceleration = 102001;
-    for (int i = 0; i < 24; ++i) CHECK(!plausible(bad[i]));
+    bad[24].hold = -1;
+    bad[25].hold = 2;
+    for (int i = 0; i < 26; ++i) CHECK(!plausible(bad[i]));
 }
 
 // ---- session

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+import os
 import random
 import subprocess
 from pathlib import Path
@@ -10,6 +12,8 @@ from typing import NamedTuple
 
 import pytest
 
+from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
 from tests.firmware.host_board import FIRMWARE, make, need
 from tests.firmware.serial_lines import add_checksum
 from tests.support.waiting import PATIENCE
@@ -18,6 +22,16 @@ BUILD = FIRMWARE / "build"
 SIMAVR_HEADER = Path("/usr/include/simavr/sim_avr.h")
 BOOT_LOADER = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders/stk500v2/stk500boot_v2_mega2560.hex")
 """The boot loader that a new Mega contains."""
+
+
+def made_for(robot: str, program: str) -> Path:
+    """Return a program of the firmware, made for a robot, by its name or file."""
+    if robot == "chefbot":
+        make(f"build/{program}")
+        return BUILD / program
+    folder = BUILD / Path(robot).stem
+    make(f"{folder}/{program}", BUILD=folder, ROBOT=robot)
+    return folder / program
 
 
 class EmulatorState(NamedTuple):
@@ -41,10 +55,17 @@ class BoardEmulator:
     echo_jitter_us: int
     """Largest error of the measured width of a pulse."""
 
-    def __init__(self, command: list[str], folder: Path) -> None:
+    def __init__(self, command: list[str], folder: Path, robot: Robot) -> None:
+        """robot: its program was made for it; what is not wired as usual is passed to the emulator."""
+        wiring = {
+            "CHEFBOT_DRIVER_INPUTS": robot.driver.inputs,
+            "CHEFBOT_PINS": json.dumps(robot.board.all_pins()),
+        }
+        pipe, environment = subprocess.PIPE, {**os.environ, **wiring}
         self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=folder
+            command, stdin=pipe, stdout=pipe, text=True, cwd=folder, env=environment
         )
+        self.robot = robot
         self.sequence = 0
         self.sent = b""
         self._rng = random.Random(3)
@@ -114,14 +135,14 @@ class MegaEmulator(BoardEmulator):
     battery_adc = 613
     echo_jitter_us = 4  # a hardware counter of 4 us
 
-    def __init__(self, *boot_loader: Path) -> None:
+    def __init__(self, *boot_loader: Path, robot: str = "chefbot") -> None:
         need("make", "avr-g++", "gcc", "pkg-config")
         if not SIMAVR_HEADER.exists():
             pytest.skip("simavr is not installed (Debian: libsimavr-dev libelf-dev)")
-        make("build/mega.elf")
+        program = made_for(robot, "mega.elf")
         make("build/avr_board")
-        command = [BUILD / "avr_board", BUILD / "mega.elf", *boot_loader]
-        super().__init__(list(map(str, command)), BUILD)
+        command = [BUILD / "avr_board", program, *boot_loader]
+        super().__init__(list(map(str, command)), BUILD, load_robot(robot))
 
     def battery_mv(self, adc: int) -> int:
         return adc * 625 // 32
@@ -156,13 +177,13 @@ class PicoEmulator(BoardEmulator):
     battery_adc = 2613
     echo_jitter_us = 20  # measured by an interrupt that another one may delay
 
-    def __init__(self) -> None:
+    def __init__(self, robot: str = "chefbot") -> None:
         need("make", "arm-none-eabi-g++", "node")
         if not (BUILD / "node_modules" / "rp2040js").exists():
             pytest.skip("rp2040js is not installed (make -C firmware rp2040js)")
-        make("build/pico.elf")
+        binary = made_for(robot, "pico.elf").with_suffix(".bin")
         program = FIRMWARE / "test" / "pico_board.mjs"
-        super().__init__(["node", str(program), "pico.bin"], BUILD)
+        super().__init__(["node", str(program), str(binary)], BUILD, load_robot(robot))
 
     def battery_mv(self, adc: int) -> int:
         return adc * 4703 >> 10

@@ -20,6 +20,7 @@ EXAMPLE = {
     "imu_period": 2,
     "sonar_period": 10,
     "cliff_sensors": 0,
+    "hold": 0,
 }
 """Constants of a robot similar to the Chefbot, which do not depend on the Chefbot's robot file."""
 

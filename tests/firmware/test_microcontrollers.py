@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
+from chefbot.board.firmware_constants import firmware_constants
 from tests.firmware.emulators import BoardEmulator, MegaEmulator, PicoEmulator
 from tests.firmware.host_board import HostBoard
 from tests.firmware.serial_lines import Message, add_checksum, parse_message
+from tests.support.wirings import wired
 
 PHASE_MS = 3.0
 """Time after a control step at which the emulator starts and inputs change."""
@@ -30,7 +33,7 @@ class EmulatorAndHost:
 
     def __init__(self, emulator: BoardEmulator) -> None:
         self.emulator = emulator
-        self.host = HostBoard()
+        self.host = HostBoard({c.name: c.value for c in firmware_constants(emulator.robot)})
         self.duties: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
         self.host_sent = b""
         self._battery_next = 0
@@ -162,6 +165,36 @@ def test_microcontrollers_reproduce_ticks_states_and_messages(emulator: BoardEmu
     assert max(abs(duty[0]) for duty, _ in both.duties) > 300
     ticks = [int(m.fields[1]) for m in of_emulator if m.letter == "e"]
     assert max(ticks) - min(ticks) > 5000
+
+
+@pytest.mark.parametrize(
+    ("kind", "wiring"),
+    [
+        (MegaEmulator, "dir_pwm"),
+        (MegaEmulator, "two_pwm"),
+        (PicoEmulator, "dir_pwm"),
+        (PicoEmulator, "two_pwm"),
+        (PicoEmulator, "pins"),
+    ],
+)
+@pytest.mark.rotated
+@pytest.mark.slow
+def test_other_wirings_drive_the_motors_in_the_same_way(
+    kind: type[MegaEmulator | PicoEmulator], wiring: str, tmp_path: Path
+) -> None:
+    board = kind(robot=wired(wiring, tmp_path))
+    try:
+        both = EmulatorAndHost(board)
+        scenario(both, 6.0, seed=7)
+        of_host, of_emulator = both.compared()
+    finally:
+        board.close()
+    for here, there in zip(of_host, of_emulator, strict=True):
+        assert here == there or echoes_agree(here, there, board.echo_jitter_us)
+    for step, (here, there) in enumerate(both.duties):
+        assert here == there, step
+    assert max(abs(duty[0]) for duty, _ in both.duties) > 300
+    assert {math.copysign(1, duty[1]) for duty, _ in both.duties if duty[1]} == {-1.0, 1.0}
 
 
 @pytest.mark.slow

@@ -133,6 +133,20 @@ async def _abort(client: Any) -> None:
 
 
 @pytest.mark.slow
+def test_a_client_that_failed_to_reconnect_is_replaced(
+    connected: DaskCluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(**_: object) -> None:
+        raise AssertionError
+
+    connected.client.close()
+    monkeypatch.setattr(connected.client, "close", fails)
+    done: list[str] = []
+    collect(connected, tiny_orders([10]), lambda record, _: done.append(record.key))
+    assert len(done) == 1
+
+
+@pytest.mark.slow
 def test_bad_input_that_a_run_meets_ends_the_collection(connected: DaskCluster) -> None:
     orders = [msgspec.structs.replace(order, code="0123") for order in tiny_orders([7])]
     with pytest.raises(UserError, match=r"has another version of chefbot .*not 0123"):

@@ -4,6 +4,7 @@
 #include <avr/wdt.h>
 #include <util/delay.h>
 
+#include "../driver_inputs.h"
 #include "../i2c_clear.h"
 #include "../ring.h"
 #include "board.h"
@@ -13,12 +14,13 @@ using namespace chefbot;
 
 namespace {
 
-// Pin assignment; docs/wiring.py draws this table. PWM is timer 1's OC1A and OC1B, echo its fellow ICP4; encoders are
-// INT4, INT5, INT3, INT2. A pull-down keeps ENABLE low in reset; ESTOP is normally closed to ground.
+// Pin assignment; docs/wiring.py draws this table. PWM is timer 1's OC1A and OC1B, that of BACK timer 5's OC5A and OC5B
+// (for drivers with two PWM inputs), echo ICP4; encoders are INT4, INT5, INT3, INT2. A pull-down keeps ENABLE low in
+// reset; ESTOP is normally closed to ground.
 enum Pin : uint8_t {
     RX = PE0, TX = PE1, LEFT_A = PE4, LEFT_B = PE5, RIGHT_A = PD3, RIGHT_B = PD2, SDA = PD1, SCL = PD0,
     LEFT_IN_A = PA0, LEFT_IN_B = PA1, RIGHT_IN_A = PA2, RIGHT_IN_B = PA3, PWM_LEFT = PB5, PWM_RIGHT = PB6,
-    ENABLE = PA4, ESTOP = PA6, TRIGGER = PC7, ECHO = PL0, BATTERY = PF0, BUSY = PB7, CLIFF_0 = PC0
+    ENABLE = PA4, ESTOP = PA6, TRIGGER = PC7, ECHO = PL0, BACK_LEFT = PL3, BACK_RIGHT = PL4, BATTERY = PF0, BUSY = PB7, CLIFF_0 = PC0
 };
 const uint8_t IN_A[2] = {1 << LEFT_IN_A, 1 << RIGHT_IN_A}, IN_B[2] = {1 << LEFT_IN_B, 1 << RIGHT_IN_B};
 
@@ -36,6 +38,7 @@ const uint16_t ASKED = 0xC4EF;
 Board board;
 const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
 volatile uint16_t battery_mv;
+bool drivers_on;
 volatile bool twi_done;
 
 Ring<7> received;
@@ -88,6 +91,11 @@ bool twi_receive(uint8_t address, uint8_t *bytes, uint8_t count) {
     return true;
 }
 
+void set_pwm(uint8_t wheel, uint16_t compare) {
+    if (wheel == LEFT) OCR1A = compare;
+    else OCR1B = compare;
+}
+
 // The bus by hand: a line is low as an output, and high through its pull-up as an input.
 struct BusLines {
     void scl(bool high) const { set(1 << SCL, high); }
@@ -112,19 +120,26 @@ uint8_t hal_lock(void *) {
 
 void hal_unlock(void *, uint8_t before) { SREG = before; }
 
-// Both inputs high shorts the motor through the upper switches (VNH2SP30, VNH5019: brake to VCC).
 void hal_motor(void *, uint8_t wheel, int16_t duty) {
     const uint16_t size = static_cast<uint16_t>(duty < 0 ? -duty : duty);
     const uint16_t compare = static_cast<uint16_t>(size * (PWM_TOP / 100) / (DUTY_FULL / 100));
-    if (wheel == LEFT) OCR1A = compare;
-    else OCR1B = compare;
+    if (DRIVER_INPUTS == TWO_PWM) {
+        const TwoPwm high = two_pwm(drivers_on, duty, compare, PWM_TOP);
+        set_pwm(wheel, high.ahead);
+        if (wheel == LEFT) OCR5A = high.back;
+        else OCR5B = high.back;
+        return;
+    }
+    set_pwm(wheel, compare);
+    // Both inputs high shorts the motor through the upper switches (VNH2SP30, VNH5019: brake to VCC)
     uint8_t pins = static_cast<uint8_t>(PORTA | IN_A[wheel] | IN_B[wheel]);
-    if (duty > 0) pins &= static_cast<uint8_t>(~IN_B[wheel]);
+    if (duty > 0 || DRIVER_INPUTS == DIR_PWM) pins &= static_cast<uint8_t>(~IN_B[wheel]);
     if (duty < 0) pins &= static_cast<uint8_t>(~IN_A[wheel]);
     PORTA = pins;
 }
 
 void hal_drivers(void *, bool on) {
+    drivers_on = on;
     if (on) PORTA |= 1 << ENABLE;
     else PORTA &= static_cast<uint8_t>(~(1 << ENABLE));
 }
@@ -235,6 +250,7 @@ static void start_pins() {
     DDRA = IN_A[LEFT] | IN_B[LEFT] | IN_A[RIGHT] | IN_B[RIGHT] | 1 << ENABLE;
     DDRB = 1 << PWM_LEFT | 1 << PWM_RIGHT | 1 << BUSY;
     DDRC = 1 << TRIGGER;
+    if (DRIVER_INPUTS == TWO_PWM) DDRL = 1 << BACK_LEFT | 1 << BACK_RIGHT;
     PORTE |= 1 << LEFT_A | 1 << LEFT_B;
     PORTD |= 1 << RIGHT_A | 1 << RIGHT_B;
 }
@@ -243,6 +259,11 @@ static void start_timers() {
     ICR1 = PWM_TOP - 1;
     TCCR1A = 1 << COM1A1 | 1 << COM1B1 | 1 << WGM11;
     TCCR1B = 1 << WGM13 | 1 << WGM12 | 1 << CS10;
+    if (DRIVER_INPUTS == TWO_PWM) {
+        ICR5 = PWM_TOP - 1;
+        TCCR5A = 1 << COM5A1 | 1 << COM5B1 | 1 << WGM51;
+        TCCR5B = 1 << WGM53 | 1 << WGM52 | 1 << CS50;
+    }
     OCR3A = STEP_TOP;
     TCCR3B = 1 << WGM32 | 1 << CS31;
     TIMSK3 = 1 << OCIE3A;

@@ -1,6 +1,7 @@
 // Raspberry Pi Pico (RP2040), bare registers (RP2040 data sheet). Runs from its 12 MHz crystal without PLL: a control step
 // takes 1 % of its period even so, and no PLL can lose lock.
 #include "../arm/cortex.h"
+#include "../driver_inputs.h"
 #include "../i2c_clear.h"
 #include "board.h"
 #include "robot_constants.h"
@@ -18,7 +19,7 @@ const uint32_t CLOCKS = 0x40008000, REF_CTRL = 0x30, REF_SELECTED = 0x38, SYS_CT
                ADC_CTRL = 0x60;
 const uint32_t IO_BANK0 = 0x40014000, INTR = 0xF0, PROC0_INTE = 0x100, PADS = 0x4001C004;
 const uint32_t SIO_IN = 0xD0000004, SIO_SET = 0xD0000014, SIO_CLR = 0xD0000018, SIO_OE_SET = 0xD0000024, SIO_OE_CLR = 0xD0000028;
-const uint32_t PWM0 = 0x40050000, PWM_CC = 0x0C, PWM_TOP = 0x10;
+const uint32_t PWM = 0x40050000, PWM_SLICE = 0x14, PWM_CC = 0x0C, PWM_TOP = 0x10;
 const uint32_t TIMER_RAW = 0x40054028;
 const uint32_t ADC = 0x4004C000, ADC_RESULT = 0x04;
 const uint32_t I2C0 = 0x40044000, IC_TAR = 0x04, IC_DATA_CMD = 0x10, IC_HCNT = 0x1C, IC_LCNT = 0x20, IC_RAW = 0x34,
@@ -26,10 +27,13 @@ const uint32_t I2C0 = 0x40044000, IC_TAR = 0x04, IC_DATA_CMD = 0x10, IC_HCNT = 0
 const uint32_t WATCHDOG = 0x40058000, WD_LOAD = 0x04, WD_REASON = 0x08, WD_TICK = 0x2C, PSM_WDSEL = 0x40010008;
 const uint32_t UART0_BASE = 0x40034000, UART0_IRQ = 20, IO_IRQ = 13;
 
-// Pin assignment (GP numbers); docs/wiring.py draws this table.
+// Pin assignment (GP numbers); most of them are `board.pins` of the robot file (src/chefbot/robot/board.py).
 enum Pin : uint32_t {
-    TX = 0, RX = 1, SDA = 4, SCL = 5, LEFT_A = 6, LEFT_B = 7, RIGHT_A = 8, RIGHT_B = 9, LEFT_IN_A = 10, LEFT_IN_B = 11,
-    RIGHT_IN_A = 12, RIGHT_IN_B = 13, ENABLE = 14, ESTOP = 15, PWM_LEFT = 16, PWM_RIGHT = 17, TRIGGER = 18, ECHO = 19, CLIFF_0 = 20, BATTERY = 26
+    TX = 0, RX = 1, SDA = 4, SCL = 5, BATTERY = 26, LEFT_A = CHEFBOT_GP_LEFT_A, LEFT_B = CHEFBOT_GP_LEFT_B,
+    RIGHT_A = CHEFBOT_GP_RIGHT_A, RIGHT_B = CHEFBOT_GP_RIGHT_B, LEFT_IN_A = CHEFBOT_GP_LEFT_IN_A,
+    LEFT_IN_B = CHEFBOT_GP_LEFT_IN_B, RIGHT_IN_A = CHEFBOT_GP_RIGHT_IN_A, RIGHT_IN_B = CHEFBOT_GP_RIGHT_IN_B,
+    ENABLE = CHEFBOT_GP_ENABLE, ESTOP = CHEFBOT_GP_ESTOP, PWM_LEFT = CHEFBOT_GP_PWM_LEFT,
+    PWM_RIGHT = CHEFBOT_GP_PWM_RIGHT, TRIGGER = CHEFBOT_GP_TRIGGER, ECHO = CHEFBOT_GP_ECHO, CLIFF_0 = CHEFBOT_GP_CLIFF_0
 };
 const uint32_t IN_A[2] = {1u << LEFT_IN_A, 1u << RIGHT_IN_A}, IN_B[2] = {1u << LEFT_IN_B, 1u << RIGHT_IN_B};
 const uint32_t OUTPUTS = IN_A[0] | IN_B[0] | IN_A[1] | IN_B[1] | 1u << ENABLE | 1u << TRIGGER;
@@ -41,12 +45,27 @@ Board board;
 Uart uart(UART0_BASE);
 const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
 uint16_t battery_mv;
+bool drivers_on;
 
 uint32_t lines(uint32_t pins, uint32_t first) { return (pins >> first & 1) << 1 | (pins >> (first + 1) & 1); }
 
 void connect(uint32_t pin, uint32_t function, uint32_t pad) {
     reg(PADS + 4 * pin) = pad;
     reg(IO_BANK0 + 8 * pin + 4) = function;
+}
+
+// The slice of the PWM that a pin belongs to; even pins are its channel A.
+constexpr uint32_t slice(uint32_t pin) { return PWM + pin / 2 % 8 * PWM_SLICE; }
+
+void set_pwm(uint32_t pin, uint32_t level) {
+    const uint32_t now = reg(slice(pin) + PWM_CC);
+    reg(slice(pin) + PWM_CC) = pin % 2 == 0 ? (now & 0xFFFF0000u) | level : (now & 0xFFFFu) | level << 16;
+}
+
+void start_pwm(uint32_t pin) {
+    reg(slice(pin) + PWM_TOP) = PWM_PERIOD - 1;
+    reg(slice(pin)) = 1;
+    connect(pin, FUNCTION_PWM, PLAIN);
 }
 
 // Both edges of a pin: bits 2 and 3 of its four.
@@ -97,17 +116,26 @@ namespace chefbot {
 uint8_t hal_lock(void *) { return lock(); }
 void hal_unlock(void *, uint8_t before) { unlock(before); }
 
-// Both inputs high shorts the motor through the upper switches (VNH2SP30, VNH5019: brake to VCC).
 void hal_motor(void *, uint8_t wheel, int16_t duty) {
     const uint32_t level = static_cast<uint32_t>(duty < 0 ? -duty : duty) * (PWM_PERIOD / 200) / (DUTY_FULL / 200);
-    const uint32_t now = reg(PWM0 + PWM_CC);
-    reg(PWM0 + PWM_CC) = wheel == LEFT ? (now & 0xFFFF0000u) | level : (now & 0xFFFFu) | level << 16;
+    if (DRIVER_INPUTS == TWO_PWM) {
+        const TwoPwm high = two_pwm(drivers_on, duty, static_cast<uint16_t>(level), PWM_PERIOD);
+        set_pwm(wheel == LEFT ? LEFT_IN_A : RIGHT_IN_A, high.ahead);
+        set_pwm(wheel == LEFT ? LEFT_IN_B : RIGHT_IN_B, high.back);
+        return;
+    }
+    set_pwm(wheel == LEFT ? PWM_LEFT : PWM_RIGHT, level);
+    // Both inputs high shorts the motor through the upper switches (VNH2SP30, VNH5019: brake to VCC)
+    const uint32_t both = DRIVER_INPUTS == DIR_PWM ? IN_A[wheel] : IN_A[wheel] | IN_B[wheel];
     const uint32_t low = duty > 0 ? IN_B[wheel] : duty < 0 ? IN_A[wheel] : 0;
     reg(SIO_CLR) = low;
-    reg(SIO_SET) = (IN_A[wheel] | IN_B[wheel]) & ~low;
+    reg(SIO_SET) = both & ~low;
 }
 
-void hal_drivers(void *, bool on) { reg(on ? SIO_SET : SIO_CLR) = 1u << ENABLE; }
+void hal_drivers(void *, bool on) {
+    drivers_on = on;
+    reg(on ? SIO_SET : SIO_CLR) = 1u << ENABLE;
+}
 
 bool hal_estop(void *) { return reg(SIO_IN) >> ESTOP & 1; }
 
@@ -174,16 +202,17 @@ extern uint32_t stack_top;
 
 void step_handler() { board.step(); }
 
-// Pins 6..9 and 19: acknowledge first, so that an edge meanwhile causes another interrupt.
+// Acknowledge first, so that an edge meanwhile causes another interrupt.
 void pin_handler() {
-    const uint32_t low = reg(IO_BANK0 + INTR), middle = reg(IO_BANK0 + INTR + 4), high = reg(IO_BANK0 + INTR + 8);
-    reg(IO_BANK0 + INTR) = low;
-    reg(IO_BANK0 + INTR + 4) = middle;
-    reg(IO_BANK0 + INTR + 8) = high;
+    uint32_t edges[3];
+    for (uint32_t i = 0; i < 3; ++i) {
+        edges[i] = reg(IO_BANK0 + INTR + 4 * i);
+        reg(IO_BANK0 + INTR + 4 * i) = edges[i];
+    }
     const uint32_t pins = reg(SIO_IN);
     board.encoder_edge(LEFT, static_cast<uint8_t>(lines(pins, LEFT_A)));
     board.encoder_edge(RIGHT, static_cast<uint8_t>(lines(pins, RIGHT_A)));
-    if (high >> (4 * (ECHO % 8)) & 0xC) board.echo_edge(pins >> ECHO & 1, static_cast<uint16_t>(reg(TIMER_RAW)));
+    if (edges[ECHO / 8] >> (4 * (ECHO % 8)) & 0xC) board.echo_edge(pins >> ECHO & 1, static_cast<uint16_t>(reg(TIMER_RAW)));
 }
 
 void uart_handler() { uart.serve(); }
@@ -213,24 +242,26 @@ static void start_clocks() {
 static void start_pins() {
     reg(SIO_CLR) = OUTPUTS;
     reg(SIO_OE_SET) = OUTPUTS;
-    for (uint32_t pin = LEFT_IN_A; pin <= ENABLE; ++pin) connect(pin, FUNCTION_SIO, PLAIN);
-    connect(TRIGGER, FUNCTION_SIO, PLAIN);
-    connect(ECHO, FUNCTION_SIO, PLAIN);
+    const uint32_t plain[] = {LEFT_IN_A, LEFT_IN_B, RIGHT_IN_A, RIGHT_IN_B, ENABLE, TRIGGER, ECHO};
+    for (uint32_t pin : plain) connect(pin, FUNCTION_SIO, PLAIN);
     connect(ESTOP, FUNCTION_SIO, PULLED_UP);  // a broken wire is a pressed button
     for (uint32_t i = 0; i < CLIFF_INPUTS; ++i) connect(static_cast<Pin>(CLIFF_0 + i), FUNCTION_SIO, PULLED_UP);
-    for (uint32_t pin = LEFT_A; pin <= RIGHT_B; ++pin) connect(pin, FUNCTION_SIO, PULLED_UP);
+    const uint32_t encoders[] = {LEFT_A, LEFT_B, RIGHT_A, RIGHT_B};
+    for (uint32_t pin : encoders) connect(pin, FUNCTION_SIO, PULLED_UP);
     connect(TX, FUNCTION_UART, PLAIN);
     connect(RX, FUNCTION_UART, PULLED_UP);
     connect(SDA, FUNCTION_I2C, PULLED_UP);
     connect(SCL, FUNCTION_I2C, PULLED_UP);
-    connect(PWM_LEFT, FUNCTION_PWM, PLAIN);
-    connect(PWM_RIGHT, FUNCTION_PWM, PLAIN);
     reg(PADS + 4 * BATTERY) = 0x80;  // analogue: no input, no output, no pull
 }
 
 static void start_blocks() {
-    reg(PWM0 + PWM_TOP) = PWM_PERIOD - 1;
-    reg(PWM0) = 1;
+    const uint32_t single[] = {PWM_LEFT, PWM_RIGHT}, twin[] = {LEFT_IN_A, LEFT_IN_B, RIGHT_IN_A, RIGHT_IN_B};
+    if (DRIVER_INPUTS == TWO_PWM) {
+        for (uint32_t pin : twin) start_pwm(pin);
+    } else {
+        for (uint32_t pin : single) start_pwm(pin);
+    }
     reg(ADC) = 1;
     while (!(reg(ADC) & 1u << 8)) {}
     reg(ADC) = 5;

@@ -1,6 +1,7 @@
 // Tiva C Launchpad EK-TM4C123GXL at 80 MHz, bare registers (TM4C123GH6PM data sheet, SPMS376). The chip's two QEI blocks
 // count the encoders, so the encoders are on their pins and not on those of the chapter.
 #include "../arm/cortex.h"
+#include "../driver_inputs.h"
 #include "../i2c_clear.h"
 #include "board.h"
 #include "robot_constants.h"
@@ -22,6 +23,8 @@ const uint32_t DATA = 0x3FC, DIR = 0x400, IBE = 0x408, IM = 0x410, ICR = 0x41C, 
                LOCK = 0x520, COMMIT = 0x524, AMSEL = 0x528, PCTL = 0x52C;
 
 // Pin assignment; docs/wiring.py draws this table. Encoders are QEI0 and QEI1, PWM is M0PWM2 and M0PWM3, the battery AIN0.
+// Drivers with two PWM inputs: those of the left motor are PWM_LEFT and PWM_RIGHT, of the right one RIGHT_IN_A and RIGHT_IN_B
+// (M0PWM4 and M0PWM5).
 const uint32_t A = 0, B = 8, C = 16, D = 24, E = 32;
 enum Pin : uint32_t {
     RX = A + 0, TX = A + 1, LEFT_A = D + 6, LEFT_B = D + 7, RIGHT_A = C + 5, RIGHT_B = C + 6, SDA = B + 3, SCL = B + 2,
@@ -33,8 +36,8 @@ const uint32_t CLIFFS = 0xF << CLIFF_0 % 8;
 const uint32_t DIRECTION_PORT[2] = {PORT_A, PORT_E};
 const uint32_t IN_A[2] = {bit(LEFT_IN_A), bit(RIGHT_IN_A)}, IN_B[2] = {bit(LEFT_IN_B), bit(RIGHT_IN_B)};
 
-const uint32_t PWM0 = 0x40028000, PWM_ENABLE = 0x08, PWM1_CTL = 0x80, PWM1_LOAD = 0x90, PWM1_CMPA = 0x98, PWM1_CMPB = 0x9C,
-               PWM1_GENA = 0xA0, PWM1_GENB = 0xA4;
+const uint32_t PWM0 = 0x40028000, PWM_ENABLE = 0x08, PWM_GENERATOR[2] = {PWM0 + 0x80, PWM0 + 0xC0};
+const uint32_t GEN_CTL = 0x00, GEN_LOAD = 0x10, GEN_CMPA = 0x18, GEN_CMPB = 0x1C, GEN_GENA = 0x20, GEN_GENB = 0x24;
 const uint32_t PWM_PERIOD = CLOCK / 20000;  // 20 kHz, above hearing
 const uint32_t QEI[2] = {0x4002C000, 0x4002D000}, QEI_CTL = 0x00, QEI_POS = 0x08, QEI_MAXPOS = 0x0C, QEI_RIS = 0x24, QEI_ISC = 0x28;
 const uint32_t QEI_ERROR = 1 << 3;
@@ -51,6 +54,7 @@ Board board;
 Uart uart(UART0_BASE);
 const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
 uint16_t battery_mv;
+bool drivers_on;
 uint16_t illegal[2];
 
 uint16_t microseconds() { return static_cast<uint16_t>(0xFFFFu - (reg(TIMER0 + TIMER_TAV) & 0xFFFFu)); }
@@ -59,7 +63,10 @@ uint16_t microseconds() { return static_cast<uint16_t>(0xFFFFu - (reg(TIMER0 + T
 bool i2c(uint32_t command) {
     reg(I2C0 + I2C_MCS) = command;
     // BUSY rises some clocks after the command (TivaWare waits for it in a loop of its own)
-    for (uint32_t i = 0; i < 8; ++i) (void)reg(I2C0 + I2C_MCS);
+    for (uint32_t i = 0; i < 8; ++i) {
+        const uint32_t status = reg(I2C0 + I2C_MCS);
+        (void)status;
+    }
     for (uint32_t i = 0; i < CLOCK / 1000 / 8; ++i) {
         if (!(reg(I2C0 + I2C_MCS) & BUSY)) return !(reg(I2C0 + I2C_MCS) & ERROR);
     }
@@ -78,6 +85,15 @@ void alternate(uint32_t port, uint32_t pins, uint32_t function) {
     }
     set_bits(port + AFSEL, pins);
     set_bits(port + DEN, pins);
+}
+
+// M0PWM2 to 5 by its number, high for a number of clocks of the period. A comparator above the load value never matches,
+// and none at all is what low means.
+void set_pwm(uint32_t number, uint32_t high) {
+    const uint32_t compare = high >= PWM_PERIOD ? PWM_PERIOD : PWM_PERIOD - 1 - high;
+    reg(PWM_GENERATOR[number / 2 - 1] + (number % 2 == 0 ? GEN_CMPA : GEN_CMPB)) = compare;
+    if (high == 0) clear_bits(PWM0 + PWM_ENABLE, 1u << number);
+    else set_bits(PWM0 + PWM_ENABLE, 1u << number);
 }
 
 // The bus by hand, both lines as open drains.
@@ -100,19 +116,26 @@ namespace chefbot {
 uint8_t hal_lock(void *) { return lock(); }
 void hal_unlock(void *, uint8_t before) { unlock(before); }
 
-// Both inputs high shorts the motor through the upper switches (VNH2SP30: brake to VCC), as on the chapter's board.
 void hal_motor(void *, uint8_t wheel, int16_t duty) {
-    const uint32_t size = static_cast<uint32_t>(duty < 0 ? -duty : duty);
-    const uint32_t compare = PWM_PERIOD - size * (PWM_PERIOD / DUTY_FULL);
-    reg(PWM0 + (wheel == LEFT ? PWM1_CMPA : PWM1_CMPB)) = compare >= PWM_PERIOD ? PWM_PERIOD - 1 : compare;
-    if (duty == 0) clear_bits(PWM0 + PWM_ENABLE, 4u << wheel);
-    else set_bits(PWM0 + PWM_ENABLE, 4u << wheel);
-    const uint32_t both = IN_A[wheel] | IN_B[wheel];
-    const uint32_t high = duty > 0 ? IN_A[wheel] : duty < 0 ? IN_B[wheel] : both;
-    reg(DIRECTION_PORT[wheel] + (both << 2)) = high;  // the address masks the pins
+    const uint32_t size = static_cast<uint32_t>(duty < 0 ? -duty : duty) * (PWM_PERIOD / DUTY_FULL);
+    if (DRIVER_INPUTS == TWO_PWM) {
+        const TwoPwm high = two_pwm(drivers_on, duty, static_cast<uint16_t>(size), PWM_PERIOD);
+        set_pwm(2u + 2u * wheel, high.ahead);
+        set_pwm(3u + 2u * wheel, high.back);
+        return;
+    }
+    set_pwm(2u + wheel, size);
+    // Both inputs high shorts the motor through the upper switches (VNH2SP30: brake to VCC), as on the chapter's board
+    const uint32_t both = IN_A[wheel] | IN_B[wheel], brake = DRIVER_INPUTS == DIR_PWM ? IN_A[wheel] : both;
+    const uint32_t high = duty > 0 ? IN_A[wheel] : duty < 0 ? IN_B[wheel] : brake;
+    // the address masks the pins
+    reg(DIRECTION_PORT[wheel] + (both << 2)) = DRIVER_INPUTS == DIR_PWM ? high & IN_A[wheel] : high;
 }
 
-void hal_drivers(void *, bool on) { reg(PORT_E + (bit(ENABLE) << 2)) = on ? bit(ENABLE) : 0; }
+void hal_drivers(void *, bool on) {
+    drivers_on = on;
+    reg(PORT_E + (bit(ENABLE) << 2)) = on ? bit(ENABLE) : 0;
+}
 
 bool hal_estop(void *) { return reg(PORT_A + (bit(ESTOP) << 2)) != 0; }
 
@@ -245,6 +268,7 @@ static void start_pins() {
     alternate(PORT_B, bit(SCL) | bit(SDA), 3);
     set_bits(PORT_B + ODR, bit(SDA));
     alternate(PORT_B, bit(PWM_LEFT) | bit(PWM_RIGHT), 4);
+    if (DRIVER_INPUTS == TWO_PWM) alternate(PORT_E, IN_A[RIGHT] | IN_B[RIGHT], 4);
     alternate(PORT_D, bit(LEFT_A) | bit(LEFT_B), 6);
     alternate(PORT_C, bit(RIGHT_A) | bit(RIGHT_B), 6);
     clear_bits(PORT_E + DEN, bit(BATTERY));
@@ -260,10 +284,12 @@ static void start_blocks() {
         reg(qei + QEI_MAXPOS) = 0xFFFFFFFF;
         reg(qei + QEI_CTL) = 1u << 13 | 1u << 3 | 1;  // input filter, all four edges, on
     }
-    reg(PWM0 + PWM1_GENA) = 0x08C;
-    reg(PWM0 + PWM1_GENB) = 0x80C;
-    reg(PWM0 + PWM1_LOAD) = PWM_PERIOD - 1;
-    reg(PWM0 + PWM1_CTL) = 1;
+    for (uint32_t generator : PWM_GENERATOR) {
+        reg(generator + GEN_GENA) = 0x08C;
+        reg(generator + GEN_GENB) = 0x80C;
+        reg(generator + GEN_LOAD) = PWM_PERIOD - 1;
+        reg(generator + GEN_CTL) = 1;
+    }
     reg(TIMER0 + TIMER_CFG) = 4;
     reg(TIMER0 + TIMER_TAMR) = 2;
     reg(TIMER0 + TIMER_TAPR) = CLOCK / 1000000 - 1;

@@ -53,8 +53,14 @@ def firmware_constants(robot: Robot) -> tuple[FirmwareConstant, ...]:
     Raises RobotFileError where the encoder resolution is too high or too low for the board.
     """
     constants = _checked(robot, tuple(FirmwareConstant(*row) for row in _rows(robot)))
-    text = "".join(f"{c.name}={c.value}\n" for c in constants)
+    text = "".join(f"{c.name}={c.value}\n" for c in constants) + _wiring_text(robot)
     return (FirmwareConstant("hash", zlib.crc32(text.encode()), "CRC-32", "all that follows"), *constants)
+
+
+def _wiring_text(robot: Robot) -> str:
+    """Return what the ports know besides the constants: the driver's inputs, and the pins that were moved."""
+    pins = robot.board.pins.given()
+    return f"{robot.driver.inputs}\n" + "".join(f"{name}={pin}\n" for name, pin in pins.items())
 
 
 def as_int32(value: int) -> int:
@@ -86,6 +92,7 @@ def _rows(robot: Robot) -> tuple[tuple[str, int, str, str], ...]:
         ("imu_period", imu_period, "control steps", "sensors.imu.rate"),
         ("sonar_period", ping_period, "control steps", "sensors.ultrasonic.rate"),
         ("cliff_sensors", len(robot.sensors.cliff_sensors), "inputs", "sensors.cliffs.positions"),
+        ("hold", int(robot.board.at_rest == "hold"), "1 or 0", "board.at_rest"),
     )
 
 

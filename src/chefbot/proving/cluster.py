@@ -133,6 +133,10 @@ class DaskCluster:
 
     def close(self) -> None:
         """Close the connection to the scheduler, if there is one."""
-        if self.client is not None:
-            self.client.close(timeout=2)
-            self.client = None
+        client, self.client = self.client, None
+        if client is None:
+            return
+        try:
+            client.close(timeout=2)
+        except Exception as error:  # a client that failed to reconnect raises what it failed with
+            logging.getLogger(__name__).debug("the lost connection to %s: %r", self.address, error)

@@ -45,10 +45,12 @@ def collect(cluster: DaskCluster, orders: Iterable[RunOrder], add: Collected) ->
 def _collect_connected(cluster: DaskCluster, remaining: dict[str, RunOrder], add: Collected) -> None:
     """Collect until all are done or the connection is lost; done ones are removed from `remaining`."""
     from distributed import as_completed
+    from distributed.client import ClosedClientError
 
-    futures = {key: _submit(cluster.client, order) for key, order in remaining.items()}
-    keys = {future.key: key for key, future in futures.items()}
+    futures: dict[str, Any] = {}
     try:
+        futures.update((key, _submit(cluster.client, order)) for key, order in remaining.items())
+        keys = {future.key: key for key, future in futures.items()}
         for future in as_completed(list(futures.values()), loop=cluster.client.loop):
             result = _result(future)
             if result is None:
@@ -57,7 +59,7 @@ def _collect_connected(cluster: DaskCluster, remaining: dict[str, RunOrder], add
             add(msgspec.json.decode(result.record, type=RunRecord), result.log)
             del remaining[key], futures[key]
             future.release()
-    except (OSError, TimeoutError):
+    except (OSError, TimeoutError, ClosedClientError):
         return  # the connection is lost
     finally:
         for future in futures.values():

@@ -34,6 +34,8 @@ from chefbot.robot.section import RobotSection, Size
 
 DRIVE_PROTOCOLS = ("roboclaw", "ddsm115")
 """Motor drives with a controller of their own (chefbot.board.drives)."""
+DRIVER_INPUTS = ("ina_inb_pwm", "dir_pwm", "two_pwm")
+"""Inputs of a motor driver: two for the direction and a PWM, one and a PWM, or a PWM for each direction."""
 ROTOR_INERTIA_FACTOR = 1.63e-3
 """Rotor inertia as a share of the motor's mass times its diameter squared: 5e-7 kg m^2 for a Pololu 37D motor
 (estimated); rotors of one design scale with both."""
@@ -99,6 +101,8 @@ class MotorDriver(RobotSection, frozen=True, kw_only=True):
     """Continuous current per channel."""
     peak_current: Current
     logic_high_min: Voltage
+    inputs: str = DRIVER_INPUTS[0]
+    """What the motor board sends it, one of DRIVER_INPUTS."""
     size: Size
     mass: Mass
     source: Text

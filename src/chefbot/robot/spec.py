@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from chefbot.maths.footprint import Footprint, disc
+from chefbot.robot.board import MotorBoard
 from chefbot.robot.chassis import (
     Body,
     Casters,
@@ -54,6 +55,7 @@ class Robot(RobotSection, frozen=True, cache_hash=True, kw_only=True):
     places: MountingPositions
     equipment: tuple[Equipment, ...] = ()
     sensors: Sensors
+    board: MotorBoard = MotorBoard()
     calibration: Calibration = Calibration()
 
     @property

@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Iterator
 
 from chefbot.errors import name_hint
-from chefbot.robot.drivetrain import DRIVE_PROTOCOLS
+from chefbot.robot.board import board_problems
+from chefbot.robot.drivetrain import DRIVE_PROTOCOLS, DRIVER_INPUTS
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.layout import body_height
@@ -186,9 +187,12 @@ def _drive(robot: Robot) -> Iterator[Contradiction]:
     yield battery.voltage > battery.full_voltage, "battery.voltage", "is above battery.full_voltage"
     driver = robot.driver
     yield driver.voltage_min >= driver.voltage_max, "driver.voltage_min", "is not below driver.voltage_max"
+    unknown = f"unknown {driver.inputs!r}{name_hint(driver.inputs, DRIVER_INPUTS)}"
+    yield driver.inputs not in DRIVER_INPUTS, "driver.inputs", unknown
     protocol = robot.drive.protocol
     unknown = f"unknown {protocol!r}{name_hint(protocol, DRIVE_PROTOCOLS)}"
     yield protocol not in ("", *DRIVE_PROTOCOLS), "drive.protocol", unknown
+    yield from board_problems(robot.board)
 
 
 def _sensors(robot: Robot) -> Iterator[Contradiction]:

@@ -11,7 +11,8 @@ from chefbot.cli import completion
 from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import ROBOT_OPTION
 
-board_app = new_group("Motor board: find, check, test, flash, monitor, log.")
+board_app = new_group("Motor board: wiring, find, check, test, flash, monitor, log.")
+_BOARD = typer.Option(help="mega, tiva or pico; by default board.kind of the robot file")
 _PORT = typer.Argument(
     help="path of a serial port, or auto where there is only one", autocompletion=completion.serial_ports
 )
@@ -36,7 +37,7 @@ def check(port: Annotated[str, _PORT] = "auto") -> None:
 
 @board_app.command("flash")
 def flash(
-    board: Annotated[str, typer.Option(help="mega, tiva or pico")],
+    board: Annotated[str, _BOARD] = "",
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
     port: Annotated[
         str,
@@ -49,6 +50,18 @@ def flash(
     from chefbot.cli.board.flash import run_flash
 
     raise typer.Exit(run_flash(board, robot, port))
+
+
+@board_app.command("wiring")
+def wiring(
+    board: Annotated[str, _BOARD] = "",
+    robot: Annotated[str, ROBOT_OPTION] = "chefbot",
+    out: Annotated[Path, typer.Option(help="the picture, SVG")] = Path("runs/wiring.svg"),
+) -> None:
+    """Draw the wiring of a robot's motor board: every terminal with its pin."""
+    from chefbot.cli.board.wiring import draw_wiring
+
+    draw_wiring(robot, board, out)
 
 
 @board_app.command("test")

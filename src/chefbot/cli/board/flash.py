@@ -12,8 +12,9 @@ from typing import NamedTuple
 from rich.console import Console
 
 import chefbot
+from chefbot.cli.board.board_kind import board_kind
 from chefbot.devices.serial_ports import BOARD_VENDORS, ports
-from chefbot.errors import UserError, name_hint
+from chefbot.errors import UserError
 from chefbot.robot.load import built_in_robots, find_robot, load_robot
 from chefbot.robot.sensors import AUTO
 
@@ -70,10 +71,7 @@ def run_flash(board: str, robot: str, port: str) -> int:
 
     Raises UserError for an unknown board, a missing tool, or a program that does not compile.
     """
-    target = TARGETS.get(board)
-    if target is None:
-        raise UserError(f"no board is called {board!r}{name_hint(board, TARGETS)}")
-    load_robot(robot)  # its errors are reported before the compiler's
+    target = TARGETS[board_kind(board, load_robot(robot))]  # its errors are reported before the compiler's
     program = _compiled(target, robot)
     if shutil.which(target.tool) is None:
         raise UserError(f"{target.tool} is not installed: {target.tool_packages}; the program is {program}")

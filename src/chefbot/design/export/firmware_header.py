@@ -7,7 +7,7 @@ from chefbot.robot.spec import Robot
 
 
 def firmware_header(robot: Robot) -> str:
-    """Return the text of `robot_constants.h`: integers with unit and source, and an initialiser of the struct."""
+    """Return the text of `robot_constants.h`: the constants and an initialiser of their struct, and the pins."""
     constants = firmware_constants(robot)
     lines = [
         f"// Firmware constants of the robot {robot.name}, made from its robot file: do not edit.",
@@ -15,6 +15,12 @@ def firmware_header(robot: Robot) -> str:
         "",
         f'#define CHEFBOT_ROBOT_NAME "{robot.name}"',
         *(_define(constant) for constant in constants),
+        "",
+        f"#define CHEFBOT_DRIVER_INPUTS {robot.driver.inputs.upper()}  // driver.inputs",
+        *(
+            f"#define CHEFBOT_GP_{n.upper()} {pin}  // board.pins"
+            for n, pin in robot.board.all_pins().items()
+        ),
         "",
         "// in the order of struct RobotConstants",
         "#define CHEFBOT_ROBOT_CONSTANTS { \\",

@@ -103,7 +103,7 @@ def motor_checks(robot: Robot, mass: float) -> list[Check]:
 
 def driver_checks(robot: Robot, mass: float) -> list[Check]:
     """Return the checks of the voltages of battery and board, the motor currents, and space."""
-    driver, battery, level = robot.driver, robot.battery, LOGIC_SHARE * BOARD_LOGIC
+    driver, battery, level = robot.driver, robot.battery, LOGIC_SHARE * robot.board.logic
     lasting = dc_motor.current(robot.motor, motor_torque(robot, mass, climb(robot)).value, "").value
     stalled = dc_motor.stall_current(robot.motor, battery.full_voltage).value
     return [

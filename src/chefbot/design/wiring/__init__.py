@@ -1,0 +1,1 @@
+"""Wiring of a robot's motor board: which terminal goes to which pin, drawn."""

@@ -1,0 +1,134 @@
+"""The motor board of the robot file: which one it is, where its pins are, what it does at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from chefbot.errors import name_hint
+from chefbot.robot.section import RobotSection
+
+BOARD_LOGIC = {"mega": 5.0, "tiva": 3.3, "pico": 3.3}
+"""Voltage of the outputs of each kind of motor board, V."""
+AT_REST = ("coast", "hold")
+PICO_PINS = {
+    "left_a": 6,
+    "left_b": 7,
+    "right_a": 8,
+    "right_b": 9,
+    "left_in_a": 10,
+    "left_in_b": 11,
+    "right_in_a": 12,
+    "right_in_b": 13,
+    "enable": 14,
+    "estop": 15,
+    "pwm_left": 16,
+    "pwm_right": 17,
+    "trigger": 2,
+    "echo": 3,
+    "cliff_0": 18,
+}
+"""GP numbers of the Pico's signals that may be moved, where the firmware has them by default."""
+CLIFF_INPUTS = 4
+FIXED_PINS = {0: "the serial line", 1: "the serial line", 4: "the IMU", 5: "the IMU", 26: "the battery"}
+LAST_PIN = 22
+"""A Pico has no terminals for the three pins behind it, and those behind these are its analogue inputs."""
+PWM_CHANNELS = 16
+"""Pins whose numbers differ by this have the same PWM channel."""
+PWM_GROUPS = (("pwm_left", "pwm_right"), ("left_in_a", "left_in_b", "right_in_a", "right_in_b"))
+"""Signals that need PWM channels of their own: with one PWM a motor, with two."""
+Pin = Annotated[int, Meta(ge=0, le=28)]
+
+
+class PicoPins(RobotSection, frozen=True, kw_only=True):
+    """GP numbers of a Pico's signals; those that are not given stay where the firmware has them."""
+
+    left_a: Pin | None = None
+    left_b: Pin | None = None
+    right_a: Pin | None = None
+    right_b: Pin | None = None
+    left_in_a: Pin | None = None
+    left_in_b: Pin | None = None
+    right_in_a: Pin | None = None
+    right_in_b: Pin | None = None
+    enable: Pin | None = None
+    estop: Pin | None = None
+    pwm_left: Pin | None = None
+    pwm_right: Pin | None = None
+    trigger: Pin | None = None
+    echo: Pin | None = None
+    cliff_0: Pin | None = None
+    """The first cliff sensor; the others are on the pins behind it."""
+
+    def given(self) -> dict[str, int]:
+        """Return the pins that are given."""
+        return {name: pin for name, pin in msgspec.structs.asdict(self).items() if pin is not None}
+
+
+class MotorBoard(RobotSection, frozen=True, kw_only=True):
+    """The motor board, which counts the encoders and drives the motors."""
+
+    kind: str = ""
+    """One of BOARD_LOGIC; empty: not decided yet."""
+    at_rest: str = AT_REST[0]
+    """One of AT_REST: a second after a stop the wheels turn freely, or the motors stay shorted, as on a ramp."""
+    pins: PicoPins = PicoPins()
+
+    @property
+    def logic(self) -> float:
+        """Voltage of its outputs, V; the lowest of all boards if it is not decided yet."""
+        return BOARD_LOGIC.get(self.kind, min(BOARD_LOGIC.values()))
+
+    def all_pins(self) -> dict[str, int]:
+        """Return the GP numbers of all signals of a Pico that may be moved."""
+        return PICO_PINS | self.pins.given()
+
+
+def board_problems(board: MotorBoard) -> Iterator[tuple[bool, str, str]]:
+    """Yield contradictions of the section: whether there is one, its key and the reason."""
+    unknown = f"unknown {board.kind!r}{name_hint(board.kind, BOARD_LOGIC)}"
+    yield board.kind not in ("", *BOARD_LOGIC), "board.kind", unknown
+    unknown = f"unknown {board.at_rest!r}{name_hint(board.at_rest, AT_REST)}"
+    yield board.at_rest not in AT_REST, "board.at_rest", unknown
+    given = board.pins.given()
+    fixed = (
+        "only those of a Pico can be moved; those of the other boards are where their timers and encoders are"
+    )
+    yield bool(given) and board.kind != "pico", "board.pins", fixed
+    for name in given:
+        reason = _pin_problem(name, board.all_pins())
+        yield bool(reason), f"board.pins.{name}", reason
+
+
+def _pin_problem(name: str, pins: dict[str, int]) -> str:
+    """Return why a signal of the Pico cannot be where it is; empty if it can."""
+    own, signals = _pins_of(name, pins[name]), _signals(pins)
+    for pin in own:
+        others = [signal for signal in signals[pin] if signal != name]
+        if others:
+            return f"GP{pin} is taken by {others[0]}"
+    if max(own) > LAST_PIN:
+        return f"GP{max(own)} is not free; use pins up to GP{LAST_PIN}"
+    if name in ("left_a", "right_a") and pins[f"{name[:-1]}b"] != pins[name] + 1:
+        return f"the pin behind it, GP{pins[name] + 1}, must be {name[:-1]}b"
+    for group in PWM_GROUPS:
+        same = [other for other in group if other != name and (pins[other] - pins[name]) % PWM_CHANNELS == 0]
+        if name in group and same:
+            return f"GP{pins[name]} has the same PWM channel as {same[0]} on GP{pins[same[0]]}"
+    return ""
+
+
+def _pins_of(name: str, pin: int) -> range:
+    return range(pin, pin + (CLIFF_INPUTS if name == "cliff_0" else 1))
+
+
+def _signals(pins: dict[str, int]) -> dict[int, list[str]]:
+    """Return the signals at each pin that has one."""
+    signals = {pin: [name] for pin, name in FIXED_PINS.items()}
+    for name, first in pins.items():
+        for pin in _pins_of(name, first):
+            signals.setdefault(pin, []).append(name)
+    return signals

@@ -228,8 +228,9 @@ def test_idle_operators_make_room_and_keep_stop(site: Site, monkeypatch: pytest.
     assert refusal(holders[0]) == ONLY_STOP
     holders[0].send('{"do":"stop","id":"b"}')
     wait_for(lambda: Stop("b") in site.commands)
-    monkeypatch.setattr(places, "ESTABLISHED_TIME", 1.0)
-    time.sleep(1.0)
+    # on a busy computer the answers take as long as they like, so it is established by its age alone
+    monkeypatch.setattr(places._Holder, "is_established", lambda holder, now: now - holder.since >= 0.5)
+    time.sleep(0.5)
     for _ in range(3 * MAX_RESERVED):
         assert _answers(holders[0])
         site.browser().send('{"do":"cancel"}')

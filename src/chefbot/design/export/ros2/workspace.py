@@ -33,6 +33,7 @@ DESCRIPTION, BRINGUP, GAZEBO, MESSAGES = (
 )
 PACKAGES = Path(__file__).parent / "packages"
 """The static files, one folder for each package."""
+CAMERA_DISPLAYS = ("rviz_default_plugins/Image", "rviz_default_plugins/PointCloud2")
 RVIZ = ("robot", "navigation")
 """RViz's settings, each with a launch file that shows them."""
 Files = dict[str, bytes]
@@ -69,7 +70,8 @@ def bringup_package(robot: Robot, name_or_file: str, odometry_errors: OdometryEr
         del static["launch/3dsensor.launch.py"]
         for name in RVIZ:
             file = f"rviz/{name}.rviz"
-            static[file] = _without_display(static[file], "rviz_default_plugins/Image")
+            for kind in CAMERA_DISPLAYS:
+                static[file] = _without_display(static[file], kind)
     else:
         texts["config/depth_to_scan.yaml"] = depth_to_scan(camera)
     return static | _encoded(texts)

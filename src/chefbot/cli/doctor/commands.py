@@ -23,12 +23,20 @@ def doctor(
         bool,
         typer.Option("--all", help="also libraries, tools to build firmware, and a udev rule for all boards"),
     ] = False,
+    built: Annotated[
+        str,
+        typer.Option("--built", metavar="ROBOT", help="also the devices of this built robot, by its file"),
+    ] = "",
+    board_port: Annotated[str, typer.Option(help="with --built: port of the motor board")] = "",
+    lidar_port: Annotated[str, typer.Option(help="with --built: port of the lidar")] = "",
+    imu_port: Annotated[str, typer.Option(help="with --built: port of the IMU")] = "",
 ) -> None:
     """Check this computer: web UI, disk, maps, ports, clock, ROS graph; the exit code is 1 if there are problems."""
     if ctx.invoked_subcommand is None:
         from chefbot.cli.doctor.report import print_report
 
-        if print_report(everything=everything):
+        ports = {"board": board_port, "lidar": lidar_port, "imu": imu_port}
+        if print_report(everything=everything, built=built, ports=ports):
             raise typer.Exit(1)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import shutil
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -13,6 +14,7 @@ from rich.console import Console
 
 from chefbot import __version__
 from chefbot.cli.board.ports import serial_port_lines
+from chefbot.cli.doctor.built import built_lines, power_lines
 from chefbot.cli.doctor.computer import camera_lines, clock_lines, disk_lines, map_lines, web_ui_lines
 from chefbot.cli.plural import number_of
 from chefbot.errors import ChefbotError
@@ -30,14 +32,16 @@ TOOLS = {
     "lm4flash": "chefbot board flash --board tiva",
     "picotool": "chefbot board flash --board pico",
 }
+NO_PORTS: Mapping[str, str] = {}
 LIBRARIES = ("numpy", "numba", "mujoco-core", "pyserial")
 console = Console(highlight=False, soft_wrap=True)
 
 
-def print_report(*, everything: bool) -> int:
+def print_report(*, everything: bool, built: str = "", ports: Mapping[str, str] = NO_PORTS) -> int:
     """Print what matters of this computer and return the number of problems, marked by "!"; nothing is changed.
 
     With `everything` also versions of libraries, missing tools, and a udev rule for boards that are not plugged in.
+    built: robot file of a built robot, whose devices are checked, too; ports: of its devices instead of the file's.
     """
     lines = [
         *_programs(everything=everything),
@@ -47,8 +51,10 @@ def print_report(*, everything: bool) -> int:
         *camera_lines(),
         *serial_port_lines(rule_without_port=everything),
         *clock_lines(),
+        *power_lines(),
         *fleet_lines(),
         *graph_lines(),
+        *(built_lines(built, ports) if built else ()),
     ]
     for line in lines:
         console.print(line, markup=False)

@@ -20,8 +20,9 @@ import numpy as np
 from numba import njit
 
 from chefbot.slam import Gmapping, GmappingParams
-from chefbot.slam.carmen import CarmenScan, parse
+from chefbot.slam.carmen import parse
 from chefbot.slam.matching import score
+from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.scan_beams import beams_of
 
 CPP_TOTAL_S, CPP_PER_SCAN_MS, CPP_NS_PER_BEAM = 48.0, 63.0, 114.0
@@ -37,7 +38,7 @@ def many_scores(points, x, y, yaw, table, mean_x, mean_y):  # type: ignore[no-un
     return total
 
 
-def run(scans: list[CarmenScan], particles: int) -> tuple[Gmapping, list[CarmenScan], np.ndarray]:
+def run(scans: list[RecordedScan], particles: int) -> tuple[Gmapping, list[RecordedScan], np.ndarray]:
     """Return the mapper after all scans, the processed scans, and their times in ms."""
     slam, used, ms = Gmapping(GmappingParams(particles=particles)), [], []
     for scan in scans:
@@ -48,7 +49,7 @@ def run(scans: list[CarmenScan], particles: int) -> tuple[Gmapping, list[CarmenS
     return slam, used, np.array(ms)
 
 
-def beam_times(slam: Gmapping, used: list[CarmenScan]) -> np.ndarray:
+def beam_times(slam: Gmapping, used: list[RecordedScan]) -> np.ndarray:
     """Return the ns per beam of the score, in several rounds over all scans in the best particle's map."""
     level, best = slam._levels[1], slam._best
     args = level.maps.table[best], level.maps.mean_x, level.maps.mean_y
@@ -68,7 +69,7 @@ def main() -> None:
     default = Path(os.environ.get("CHEFBOT_SHARED", Path(__file__).parents[2] / "shared")) / "data" / "slam"
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else default
     log = gzip.decompress((folder / "intel_full.log.gz").read_bytes()).decode()
-    scans = [r for r in parse(log) if isinstance(r, CarmenScan)]
+    scans = [r for r in parse(log) if isinstance(r, RecordedScan)]
     run(scans[:200], 5)[0].map()  # compiles
     print(f"Intel, {len(scans)} scans of 180 beams, 2691 s; {os.cpu_count()} cores, 1 used")
     print("particles  processed  CPU s  real-time  ms/scan median    p90    max  map ms  tiles MB")

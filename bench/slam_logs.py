@@ -16,7 +16,8 @@ import numpy as np
 
 from chefbot.maths.se2 import SE2
 from chefbot.slam import GmappingParams, GraphSlamParams, SlamResult, run_log
-from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
+from chefbot.slam.carmen import parse
+from chefbot.slam.recorded_scan import RecordedOdometry, RecordedScan
 from chefbot.slam.relations import parse_relations, relation_errors, track_of_log
 from chefbot.storage.map_files import map_png
 
@@ -34,7 +35,7 @@ RESULTS = Path(__file__).parent / "results" / "slam.md"
 PICTURES = Path("runs/bench_slam")
 
 
-def records_of(name: str) -> list[CarmenOdom | CarmenScan]:
+def records_of(name: str) -> list[RecordedOdometry | RecordedScan]:
     """Return the readings of a recording."""
     if name != "simul":
         return list(parse(gzip.decompress((SHARED / f"{name}.log.gz").read_bytes()).decode()))
@@ -44,7 +45,7 @@ def records_of(name: str) -> list[CarmenOdom | CarmenScan]:
     mount = SE2.of(z["sensor_pose"])
     odoms = [SE2.of(o) for o in z["odom"]]
     return [
-        CarmenScan(float(t), angles, r, o @ mount, o) for t, r, o in zip(z["t"], ranges, odoms, strict=True)
+        RecordedScan(float(t), angles, r, o @ mount, o) for t, r, o in zip(z["t"], ranges, odoms, strict=True)
     ]
 
 
@@ -67,11 +68,13 @@ def ate(stamps: np.ndarray, found: np.ndarray, reference: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.abs(za * turn / abs(turn) - zb) ** 2)))
 
 
-def errors_of(name: str, records: list[CarmenOdom | CarmenScan], result: SlamResult) -> dict[str, float]:
+def errors_of(
+    name: str, records: list[RecordedOdometry | RecordedScan], result: SlamResult
+) -> dict[str, float]:
     """Return the errors of a trajectory, m."""
     stamps, poses = np.array(result.stamps), np.array(result.poses)[:, :2]
     if name == "seattle":
-        scans = [r for r in records if isinstance(r, CarmenScan)]
+        scans = [r for r in records if isinstance(r, RecordedScan)]
         later = stamps >= scans[SEATTLE_FIRST].stamp
         stamps, poses = stamps[later], poses[later]
     errors = {"ate": ate(stamps, poses, reference_of(name))}
@@ -89,7 +92,7 @@ def measure(name: str, algorithm: str, seed: int) -> dict[str, float]:
     params: GmappingParams | GraphSlamParams = GraphSlamParams(max_cells=max_cells)
     if algorithm == "gmapping":
         params = GmappingParams(seed=seed, max_cells=max_cells)
-    first = [r for r in records if isinstance(r, CarmenScan)][:60]
+    first = [r for r in records if isinstance(r, RecordedScan)][:60]
     run_log(first, params)  # compiles
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     begin = time.process_time()

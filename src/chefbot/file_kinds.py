@@ -26,6 +26,7 @@ _ROBOT_KEYS = frozenset(
         "drive",
         "equipment",
         "sensors",
+        "board",
         "calibration",
     ]
 )

@@ -28,6 +28,12 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(running_robot, "RESPONSE_TIMEOUT", 0.5)
 
 
+@pytest.fixture
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For what raises as soon as it is known: on a busy computer a refusal takes its time."""
+    monkeypatch.setattr(running_robot, "REFUSAL_TIMEOUT", PATIENCE)
+
+
 @pytest.mark.parametrize(
     ("fate", "code", "expected"),
     [
@@ -209,6 +215,7 @@ def test_an_unknown_table_number_is_answered_with_the_places() -> None:
             send_goal(["77"], robot.url)
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_refused_goal_raises_its_sentence() -> None:
     with fake_robot("refused") as robot:
         robot.show_places()
@@ -216,6 +223,7 @@ def test_a_refused_goal_raises_its_sentence() -> None:
             send_goal(["kitchen"], robot.url)
 
 
+@pytest.mark.usefixtures("patient")
 @pytest.mark.parametrize("before", [0, 3])
 @pytest.mark.slow
 def test_a_goal_that_fails_at_once_raises_its_reason(before: int) -> None:
@@ -225,6 +233,7 @@ def test_a_goal_that_fails_at_once_raises_its_reason(before: int) -> None:
             send_goal(["50", "50"], robot.url)
 
 
+@pytest.mark.usefixtures("patient")
 @pytest.mark.parametrize(
     "send", [lambda url: send_patrol(["kitchen"], 1, False, url), lambda url: send_follow(0, url)]
 )

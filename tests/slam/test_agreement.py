@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from chefbot.maths.grid import UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.slam.agreement import Agreement, agreement
-from chefbot.slam.carmen import CarmenScan
+from chefbot.slam.recorded_scan import RecordedScan
 
 HALF, RESOLUTION, MARGIN, RANGE_MAX = 3.0, 0.05, 20, 10.0
 ANGLES = np.linspace(-math.pi / 2, math.pi / 2, 181, dtype=np.float32)
@@ -29,14 +29,14 @@ def room() -> Grid:
     return Grid(cells, RESOLUTION, corner, corner)
 
 
-def scan(pose: SE2) -> CarmenScan:
+def scan(pose: SE2) -> RecordedScan:
     """Return the scan from a pose of the robot in the room."""
     laser = pose @ LASER
     across, along = np.cos(laser.yaw + ANGLES), np.sin(laser.yaw + ANGLES)
     with np.errstate(divide="ignore"):
         to_x = (np.copysign(HALF, across) - laser.x) / across
         to_y = (np.copysign(HALF, along) - laser.y) / along
-    return CarmenScan(0.0, ANGLES, np.minimum(to_x, to_y).astype(np.float32), laser, pose)
+    return RecordedScan(0.0, ANGLES, np.minimum(to_x, to_y).astype(np.float32), laser, pose)
 
 
 @given(INSIDE, INSIDE, st.floats(-math.pi, math.pi))

@@ -13,8 +13,9 @@ import pytest
 
 from chefbot.maths.se2 import SE2
 from chefbot.slam import GmappingParams, run_log
-from chefbot.slam.carmen import CarmenScan, beam_angles, parse
+from chefbot.slam.carmen import beam_angles, parse
 from chefbot.slam.no_return import detect_no_return
+from chefbot.slam.recorded_scan import RecordedScan
 
 from .conftest import CORRIDOR, World
 
@@ -26,7 +27,7 @@ STANDING = [SE2(5.0, 5.0, 0.0)] * 60
 
 def recorded(
     world: World, poses: list[SE2], reach: float, nothing: list[float], seed: int = 0
-) -> list[CarmenScan]:
+) -> list[RecordedScan]:
     """Return the scans of a drive with 1 cm noise; beams beyond `reach` metres have one of the values `nothing`."""
     rng = np.random.default_rng(seed)
     scans = []
@@ -34,7 +35,7 @@ def recorded(
         ranges = world.ranges(pose, ANGLES, reach)
         measured = np.round(ranges + rng.normal(0.0, 0.01, len(ranges)), 2)
         values = np.where(np.isfinite(ranges), measured, rng.choice(nothing, len(ranges)))
-        scans.append(CarmenScan(float(i), ANGLES, values.astype(np.float32), pose, pose))
+        scans.append(RecordedScan(float(i), ANGLES, values.astype(np.float32), pose, pose))
     return scans
 
 
@@ -100,7 +101,7 @@ LOGS = {
 @pytest.mark.parametrize("log", LOGS)
 def test_no_return_values_of_public_recordings_are_found(log: str, shared: Callable[[str], Path]) -> None:
     text = gzip.decompress(shared(f"data/slam/{log}.log.gz").read_bytes()).decode()
-    scans = [record for record in parse(text) if isinstance(record, CarmenScan)]
+    scans = [record for record in parse(text) if isinstance(record, RecordedScan)]
     found = detect_no_return(scans)
     assert found is not None
     assert found.min_range == pytest.approx(LOGS[log][0], rel=0.003)

@@ -7,21 +7,22 @@ import pytest
 
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenLogError, CarmenOdom, CarmenScan
+from chefbot.slam.carmen import CarmenLogError
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.recorded_scan import RecordedOdometry, RecordedScan
 
 ANGLES = np.linspace(-1.5, 1.5, 60).astype(np.float32)
 
 
-def scan(stamp: float, x: float) -> CarmenScan:
+def scan(stamp: float, x: float) -> RecordedScan:
     """A scan in front of a flat wall at x = 3 m."""
     pose = SE2(x, 0.0, 0.0)
-    return CarmenScan(stamp, ANGLES, ((3.0 - x) / np.cos(ANGLES)).astype(np.float32), pose, pose)
+    return RecordedScan(stamp, ANGLES, ((3.0 - x) / np.cos(ANGLES)).astype(np.float32), pose, pose)
 
 
 def test_processed_scans_have_stamped_poses() -> None:
-    records = [CarmenOdom(0.0, SE2(0.0, 0.0, 0.0)), *(scan(k, 0.6 * k) for k in range(4))]
+    records = [RecordedOdometry(0.0, SE2(0.0, 0.0, 0.0)), *(scan(k, 0.6 * k) for k in range(4))]
     calls: list[tuple[int, int]] = []
     result = run_log(records, GmappingParams(particles=2), lambda *call: calls.append(call))
     assert calls == [(1, 4), (2, 4), (3, 4), (4, 4)]
@@ -32,7 +33,7 @@ def test_processed_scans_have_stamped_poses() -> None:
 
 def test_a_recording_without_scans_is_rejected() -> None:
     with pytest.raises(CarmenLogError, match="FLASER"):
-        run_log([CarmenOdom(0.0, SE2(0.0, 0.0, 0.0))], GmappingParams())
+        run_log([RecordedOdometry(0.0, SE2(0.0, 0.0, 0.0))], GmappingParams())
 
 
 def test_tum_lines_have_unit_quaternions() -> None:

@@ -10,7 +10,8 @@ import pytest
 
 from chefbot.maths.se2 import SE2
 from chefbot.slam import Gmapping, GmappingParams, run_log
-from chefbot.slam.carmen import CarmenScan, parse
+from chefbot.slam.carmen import parse
+from chefbot.slam.recorded_scan import RecordedScan
 
 pytestmark = [pytest.mark.slow, pytest.mark.data]
 
@@ -39,7 +40,7 @@ def interpolated_track(records, stamps, poses):
     """Return rows (t, x, y, yaw) for all records: the pose of the last processed scan and the odometry since."""
     processed, rows, base, origin = dict(zip(stamps, poses, strict=True)), [], None, None
     for r in records:
-        if isinstance(r, CarmenScan) and r.stamp in processed:
+        if isinstance(r, RecordedScan) and r.stamp in processed:
             base, origin = processed[r.stamp], r.odom
         if base is not None:
             rows.append([r.stamp, *(base @ origin.between(r.odom))])

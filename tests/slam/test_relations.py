@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenOdom, CarmenScan
+from chefbot.slam.recorded_scan import RecordedOdometry, RecordedScan
 from chefbot.slam.relations import COLUMNS, RelationsError, parse_relations, relation_errors, track_of_log
 
 NUMBERS = st.floats(-100, 100)
@@ -101,19 +101,19 @@ def test_any_text_gives_relations_or_a_sentence(text: str) -> None:
 # Track
 
 
-def scan(stamp: float, odom: SE2) -> CarmenScan:
+def scan(stamp: float, odom: SE2) -> RecordedScan:
     empty = np.empty(0, np.float32)
-    return CarmenScan(stamp, empty, empty, odom, odom)
+    return RecordedScan(stamp, empty, empty, odom, odom)
 
 
 def test_odometry_continues_from_the_last_processed_scan() -> None:
     records = [
-        CarmenOdom(0.0, SE2(0.0, 0.0, 0.0)),
+        RecordedOdometry(0.0, SE2(0.0, 0.0, 0.0)),
         scan(1.0, SE2(1.0, 0.0, 0.0)),
-        CarmenOdom(2.0, SE2(2.0, 0.0, 0.0)),
+        RecordedOdometry(2.0, SE2(2.0, 0.0, 0.0)),
         scan(3.0, SE2(2.5, 0.0, 0.0)),  # not processed
         scan(4.0, SE2(3.0, 0.0, 0.0)),
-        CarmenOdom(5.0, SE2(3.5, 0.0, 0.0)),
+        RecordedOdometry(5.0, SE2(3.5, 0.0, 0.0)),
     ]
     poses = [SE2(0.0, 0.0, math.pi / 2), SE2(0.5, 1.9, math.pi / 2)]
     track = track_of_log(records, [1.0, 4.0], poses)
@@ -124,4 +124,4 @@ def test_odometry_continues_from_the_last_processed_scan() -> None:
 
 
 def test_a_log_without_a_processed_scan_has_no_track() -> None:
-    assert track_of_log([CarmenOdom(0.0, SE2(0.0, 0.0, 0.0))], [], []).shape == (0, 4)
+    assert track_of_log([RecordedOdometry(0.0, SE2(0.0, 0.0, 0.0))], [], []).shape == (0, 4)

@@ -13,23 +13,23 @@ from hypothesis import strategies as st
 
 from chefbot.errors import ScanError
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenScan
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import OfflineMapper
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.session import Session
 
 LASER = SE2(0.1, 0.0, 0.0)
 
 
-def scans(count: int = 12) -> list[CarmenScan]:
+def scans(count: int = 12) -> list[RecordedScan]:
     """A robot that turns in a room; every second scan has another number of beams."""
     found = []
     for i in range(count):
         odom, beams = SE2(0.1 * i, 0.0, 0.3 * i), 90 + i % 2
         angles = np.linspace(-1.5, 1.5, beams).astype(np.float32)
         ranges = (2.0 + 0.3 * np.sin(3.0 * (angles + odom.yaw))).astype(np.float32)
-        found.append(CarmenScan(float(i), angles, ranges, odom @ LASER, odom))
+        found.append(RecordedScan(float(i), angles, ranges, odom @ LASER, odom))
     return found
 
 

@@ -35,9 +35,13 @@ def failed_goals(robot: WebUiClient) -> int:
 
 
 def await_failure(robot: WebUiClient, failed_before: int) -> None:
-    """Receive as in `await_refusal`, and raise UserError with the reason if another goal has failed meanwhile."""
-    await_refusal(robot)
-    if failed_goals(robot) > failed_before:
+    """Receive as in `await_refusal`, and raise UserError with the reason as soon as another goal has failed."""
+
+    def has_failed() -> bool:
+        status = robot.latest["status"]
+        return status is not None and status["failures"] > failed_before
+
+    if robot.wait_until(has_failed, REFUSAL_TIMEOUT):
         raise UserError(robot.latest["status"]["reason"] or "the goal has failed")
 
 

@@ -11,7 +11,7 @@ from scipy.ndimage import distance_transform_edt
 
 from chefbot.maths.grid import OCCUPIED_FROM, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenScan
+from chefbot.slam.recorded_scan import RecordedScan
 
 NEAR = 0.2
 """Distance from a wall of the map within which the end of a beam agrees with it, m."""
@@ -57,7 +57,7 @@ class DriveFit(NamedTuple):
 
 
 def drive_fit(
-    grid: Grid, scans: Sequence[CarmenScan], poses: Sequence[SE2], sensor: SE2, range_max: float
+    grid: Grid, scans: Sequence[RecordedScan], poses: Sequence[SE2], sensor: SE2, range_max: float
 ) -> DriveFit:
     """Return how a drive agrees with a map that was built without it; arguments as of `agreement`."""
     first = agreement(grid, scans[:FIRST_SCANS], poses[:FIRST_SCANS], sensor, range_max)
@@ -65,7 +65,7 @@ def drive_fit(
 
 
 def agreement(
-    grid: Grid, scans: Sequence[CarmenScan], poses: Sequence[SE2], sensor: SE2, range_max: float
+    grid: Grid, scans: Sequence[RecordedScan], poses: Sequence[SE2], sensor: SE2, range_max: float
 ) -> Agreement:
     """Compare the ends of a drive's beams with a map; poses: of the robot in it, range_max: of no return, m."""
     walls = grid.cells >= OCCUPIED_FROM

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenScan
+from chefbot.slam.recorded_scan import RecordedScan
 
 BIN = 0.02
 """Width of the histogram's bins, m: about the resolution of a laser."""
@@ -43,7 +43,7 @@ class NoReturn(NamedTuple):
     share: float
 
 
-def detect_no_return(scans: Sequence[CarmenScan]) -> NoReturn | None:
+def detect_no_return(scans: Sequence[RecordedScan]) -> NoReturn | None:
     """Return the ranges that encode "no return" in a recording; None if no value stands out.
 
     Some lasers have several such values far from each other: below each one the next is searched for.
@@ -56,7 +56,7 @@ def detect_no_return(scans: Sequence[CarmenScan]) -> NoReturn | None:
     return NoReturn(float(no_returns.min()), len(no_returns) / len(ranges)) if no_returns.size else None
 
 
-def _find_threshold(scans: Sequence[CarmenScan], ranges: NDArray[np.float32], limit: float) -> float | None:
+def _find_threshold(scans: Sequence[RecordedScan], ranges: NDArray[np.float32], limit: float) -> float | None:
     """Return the range from which on those below `limit` metres mean no return; None if no value stands out."""
     bins = np.floor(ranges[(ranges > 0.0) & (ranges < limit)] / BIN + 0.5).astype(np.int64)
     if bins.size == 0:
@@ -95,7 +95,7 @@ def _is_last(counts: NDArray[np.int64], spike: int) -> bool:
     return bool(beyond <= MAX_SHARE_BEYOND * counts[spike])
 
 
-def _count_places(scans: Sequence[CarmenScan], low: float, high: float) -> int:
+def _count_places(scans: Sequence[RecordedScan], low: float, high: float) -> int:
     """Count the places of the robot where a scan has a range between two values, m."""
     places, last = 0, None
     for scan in scans:

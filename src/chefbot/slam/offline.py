@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenLogError, CarmenOdom, CarmenScan
+from chefbot.slam.carmen import CarmenLogError
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.graph import ClosureResidual, GraphSlam, GraphSlamParams
 from chefbot.slam.no_return import NoReturn, detect_no_return
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.recorded_scan import RecordedOdometry, RecordedScan
 from chefbot.slam.session import Session
 
 START_STD_XY, START_STD_YAW = 0.15, 0.05
@@ -53,7 +54,7 @@ class OfflineMapper:
 
     def map_drive(
         self,
-        scans: Sequence[CarmenScan],
+        scans: Sequence[RecordedScan],
         range_max: float,
         start: SE2 | None = None,
         progress: Callable[[int, int], None] | None = None,
@@ -96,15 +97,15 @@ class OfflineMapper:
         )
 
 
-def laser_scans(records: Iterable[CarmenOdom | CarmenScan]) -> list[CarmenScan]:
+def laser_scans(records: Iterable[RecordedOdometry | RecordedScan]) -> list[RecordedScan]:
     """Return the scans of a recording. Raise CarmenLogError if it has none."""
-    scans = [record for record in records if isinstance(record, CarmenScan)]
+    scans = [record for record in records if isinstance(record, RecordedScan)]
     if not scans:
         raise CarmenLogError("the log holds no FLASER line: give a CARMEN log with laser scans")
     return scans
 
 
-def maximum_range(scans: Sequence[CarmenScan], max_range: float) -> tuple[float, NoReturn | None]:
+def maximum_range(scans: Sequence[RecordedScan], max_range: float) -> tuple[float, NoReturn | None]:
     """Return the shortest range that means no return, m, and what the scans themselves show about it.
 
     Ranges from `max_range` on are no returns, and so are those that the log itself shows to be: each laser has its
@@ -115,7 +116,7 @@ def maximum_range(scans: Sequence[CarmenScan], max_range: float) -> tuple[float,
 
 
 def run_log(
-    records: Iterable[CarmenOdom | CarmenScan],
+    records: Iterable[RecordedOdometry | RecordedScan],
     params: GmappingParams | GraphSlamParams,
     progress: Callable[[int, int], None] | None = None,
 ) -> SlamResult:

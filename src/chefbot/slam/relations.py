@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from chefbot.errors import ChefbotError
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenOdom, CarmenScan
+from chefbot.slam.recorded_scan import RecordedOdometry, RecordedScan
 
 Array = NDArray[np.float64]
 COLUMNS = 8
@@ -42,7 +42,7 @@ def parse_relations(text: str) -> Array:
 
 
 def track_of_log(
-    records: Sequence[CarmenOdom | CarmenScan], stamps: Sequence[float], poses: Sequence[SE2]
+    records: Sequence[RecordedOdometry | RecordedScan], stamps: Sequence[float], poses: Sequence[SE2]
 ) -> Array:
     """Return rows (t, x, y, yaw), one a record: the pose of the last processed scan and the odometry since.
 
@@ -53,7 +53,7 @@ def track_of_log(
     base: SE2 | None = None
     origin = SE2(0.0, 0.0, 0.0)
     for record in records:
-        if isinstance(record, CarmenScan) and record.stamp in processed:
+        if isinstance(record, RecordedScan) and record.stamp in processed:
             base, origin = processed[record.stamp], record.odom
         elif record.stamp in processed:
             continue  # the scan of this stamp has the better pose

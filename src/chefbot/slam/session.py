@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from chefbot.errors import ScanError
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenScan
+from chefbot.slam.recorded_scan import RecordedScan
 
 MAX_VALUES = 200_000_000
 """Maximum number of values of a session's array."""
@@ -59,7 +59,9 @@ class Session:
             raise ScanError("a session has no scan, or odometry that is not finite")
 
     @staticmethod
-    def of(scans: Sequence[CarmenScan], used: Sequence[bool], range_max: float, start: SE2 | None) -> Session:
+    def of(
+        scans: Sequence[RecordedScan], used: Sequence[bool], range_max: float, start: SE2 | None
+    ) -> Session:
         """Return the session of a recording; used: which of its scans became part of the map."""
         kept = [scan for scan, is_used in zip(scans, used, strict=True) if is_used]
         return Session(
@@ -74,7 +76,7 @@ class Session:
             np.full(3, math.nan) if start is None else start.array(),
         )
 
-    def scans(self) -> Iterator[CarmenScan]:
+    def scans(self) -> Iterator[RecordedScan]:
         """Yield all scans in order; those that are not part of the map have no beams."""
         begin, number = 0, 0
         laser = SE2.of(self.laser)
@@ -84,7 +86,7 @@ class Session:
                 end = begin + int(self.beams[number])
                 angles, ranges = self.angles[begin:end], self.ranges[begin:end]
                 begin, number = end, number + 1
-            yield CarmenScan(stamp, angles, ranges, odom @ laser, odom)
+            yield RecordedScan(stamp, angles, ranges, odom @ laser, odom)
 
     def to_bytes(self) -> bytes:
         """Return the session as an uncompressed archive of arrays (.npz)."""

@@ -35,8 +35,9 @@ from chefbot.runtime.loop import Publication
 from chefbot.runtime.recorder import Recorder
 from chefbot.runtime.replay import read_log
 from chefbot.sim.world.load import load_any_world
-from chefbot.slam.carmen import CarmenScan, parse
+from chefbot.slam.carmen import parse
 from chefbot.slam.graph import GraphSlamParams
+from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.session import Session
 from chefbot.storage.carmen_log import read_text
 from chefbot.storage.map_files import load_map
@@ -59,7 +60,7 @@ def map_of(folder: Path) -> object:
 def bundle(grid: Grid) -> bytes:
     """A map bundle with a drive of three scans."""
     scans = [
-        CarmenScan(
+        RecordedScan(
             float(i), np.linspace(-1.0, 1.0, 9, dtype=np.float32), np.full(9, 2.0, np.float32), pose, pose
         )
         for i, pose in enumerate((SE2(0.0, 0.0, 0.0), SE2(0.3, 0.0, 0.1), SE2(0.6, 0.0, 0.2)))

@@ -22,6 +22,12 @@ class Algorithm(StrEnum):
 
 
 _MAP = typer.Argument(help="a map, NAME.yaml, or the folder of its map.yaml")
+_LOG = "a CARMEN log, .log or .log.gz, or a bag: an .mcap or .bag file, or a folder of rosbag2"
+_SCAN_TOPIC = typer.Option(help="topic of the laser scans in a bag that has several")
+_ODOMETRY_TOPIC = typer.Option(help="topic of the odometry in a bag that has several")
+_LASER = typer.Option(
+    help="x and y, m, and yaw, rad, of the laser on the robot's base, instead of the transforms in a bag"
+)
 _REPORT = "write report.html: closures, residuals, time, memory"
 _BUNDLE = typer.Argument(help="map.bundle, or the folder that it is in")
 _COORDINATE = typer.Option(help="coordinate in the map frame, m; without it the edge of the map")
@@ -40,7 +46,7 @@ def save(
 
 @map_app.command("slam")
 def slam(
-    log: Annotated[Path, typer.Argument(help="a CARMEN log, .log or .log.gz")],
+    log: Annotated[Path, typer.Argument(help=_LOG)],
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/slam"),
     algorithm: Annotated[
         Algorithm, typer.Option(help="particle filter (gmapping) or pose graph (graph)")
@@ -51,17 +57,22 @@ def slam(
         float, typer.Option(min=0.1, max=1000, help="longer ranges count as no return, m")
     ] = 80.0,
     report: Annotated[bool, typer.Option("--report", help=_REPORT)] = False,
+    scan_topic: Annotated[str, _SCAN_TOPIC] = "",
+    odometry_topic: Annotated[str, _ODOMETRY_TOPIC] = "",
+    laser: Annotated[tuple[float, float, float] | None, _LASER] = None,
 ) -> None:
-    """Build a map from a recorded log: map.yaml, map.pgm, map.png, map.bundle and trajectory.tum."""
+    """Build a map from a recorded drive: map.yaml, map.pgm, map.png, map.bundle and trajectory.tum."""
+    from chefbot.cli.map.bag_drive import BagChoice
     from chefbot.cli.map.slam import run_slam
 
-    run_slam(log, out, algorithm.value, particles, seed, max_range, report=report)
+    choice = BagChoice.of(scan_topic, odometry_topic, laser)
+    run_slam(log, out, algorithm.value, particles, seed, max_range, report=report, choice=choice)
 
 
 @map_app.command("continue")
 def continue_(
     bundle: Annotated[Path, _BUNDLE],
-    log: Annotated[Path, typer.Option(help="a CARMEN log of another drive, .log or .log.gz")],
+    log: Annotated[Path, typer.Option(help=f"another drive: {_LOG}")],
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/continued"),
     start: Annotated[
         tuple[float, float, float] | None,
@@ -70,11 +81,15 @@ def continue_(
         ),
     ] = None,
     report: Annotated[bool, typer.Option("--report", help=_REPORT)] = False,
+    scan_topic: Annotated[str, _SCAN_TOPIC] = "",
+    odometry_topic: Annotated[str, _ODOMETRY_TOPIC] = "",
+    laser: Annotated[tuple[float, float, float] | None, _LASER] = None,
 ) -> None:
     """Continue a map of `chefbot map slam` with another recorded drive, wherever it begins."""
+    from chefbot.cli.map.bag_drive import BagChoice
     from chefbot.cli.map.continued import continue_map
 
-    continue_map(bundle, log, out, start, report)
+    continue_map(bundle, log, out, start, report, BagChoice.of(scan_topic, odometry_topic, laser))
 
 
 @map_app.command("merge")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.progress import Progress, TaskID
 
+from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, read_log
 from chefbot.cli.map.mapped_drives import MappedDrives, bundle_path, load_drives
 from chefbot.cli.map.slam import console, print_results, write_results
 from chefbot.cli.map.slam_costs import SlamCosts
@@ -15,12 +16,12 @@ from chefbot.cli.map.start_search import find_start
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
+from chefbot.ros2.bag.errors import BagError
 from chefbot.slam.agreement import drive_fit
-from chefbot.slam.carmen import CarmenScan, parse
 from chefbot.slam.no_return import NoReturn
-from chefbot.slam.offline import OfflineMapper, laser_scans, maximum_range
+from chefbot.slam.offline import OfflineMapper, maximum_range
+from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.storage.atomic_files import StorageError, folder_for_results
-from chefbot.storage.carmen_log import read_text
 
 MAX_COORDINATE = 1e5
 """Limit of plausible coordinates of a start, m."""
@@ -38,7 +39,7 @@ class MapContinuation:
         for number, session in enumerate(drives.sessions, 1):
             self._mapper.repeat(session, self._counted(f"drive {number} as before", len(session.stamps)))
 
-    def add(self, title: str, scans: Sequence[CarmenScan], range_max: float, start: SE2 | None) -> None:
+    def add(self, title: str, scans: Sequence[RecordedScan], range_max: float, start: SE2 | None) -> None:
         """Add a drive that begins at a pose in the map, or at one that its first scans show."""
         laser = scans[0].odom.between(scans[0].laser)
         if (
@@ -94,7 +95,12 @@ class MapContinuation:
 
 
 def continue_map(
-    bundle: Path, log: Path, out: Path, start: tuple[float, float, float] | None, report: bool
+    bundle: Path,
+    log: Path,
+    out: Path,
+    start: tuple[float, float, float] | None,
+    report: bool,
+    choice: BagChoice = ONLY_TOPICS,
 ) -> None:
     """Continue a map with a recorded drive; start: pose (x, y, yaw) in the map at its first scan, m and rad.
 
@@ -105,13 +111,15 @@ def continue_map(
         raise UserError(f"--start {start} is not a pose on a map; give x and y in m, and yaw in rad")
     drives = load_drives(bundle)
     try:
-        scans = laser_scans(parse(read_text(log)))
+        scans, notes = read_log(log, choice)
+        for note in notes:
+            console.print(note, markup=False)
         range_max, no_return = maximum_range(scans, drives.params.max_range)
         with folder_for_results(out), Progress(console=console) as progress:
             continuation = MapContinuation(drives, progress)
             continuation.add(str(log), scans, range_max, None if start is None else SE2(*start))
         continuation.finish(no_return, out, log, report=report)
-    except (StorageError, UserError):
+    except (StorageError, UserError, BagError):
         raise
     except ChefbotError as error:
         raise UserError(f"log {log}: {error}") from None

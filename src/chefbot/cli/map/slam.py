@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress
 
+from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, read_log
 from chefbot.cli.map.mapped_drives import BUNDLE, MapperParams, encode_drives
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_report import report_page
 from chefbot.cli.plural import number_of
 from chefbot.errors import ChefbotError, UserError
 from chefbot.mapping.map_format import encode_map_yaml, encode_pgm
+from chefbot.ros2.bag.errors import BagError
 from chefbot.runtime.clock import wall_ns
-from chefbot.slam.carmen import CarmenOdom, CarmenScan, parse
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.recorded_scan import NO_RETURN, RecordedScan
 from chefbot.storage.atomic_files import StorageError, folder_for_results
-from chefbot.storage.carmen_log import read_text
 from chefbot.storage.map_files import map_png
 from chefbot.storage.new_map import save_new_map
 
@@ -36,23 +37,26 @@ def run_slam(
     max_range: float,
     *,
     report: bool = False,
+    choice: BagChoice = ONLY_TOPICS,
 ) -> None:
-    """Build a map from a CARMEN log with a progress display; write trajectory and map into `out`.
+    """Build a map from a log or a bag with a progress display; write trajectory and map into `out`.
 
     algorithm: "gmapping", the particle filter, which uses particles and seed, or "graph", the pose graph. report:
     whether `report.html` is written, too.
 
     Raises UserError if the log is invalid or the folder cannot be written.
     """
-    records = parse(read_text(path))
     params: GmappingParams | GraphSlamParams = GraphSlamParams(max_range=max_range)
     if algorithm == "gmapping":
         params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
     began, costs = wall_ns(), SlamCosts()
     try:
+        drive = read_log(path, choice)
+        for note in drive.notes:
+            console.print(note, markup=False)
         with folder_for_results(out):  # before minutes are spent on the map
-            result = _run(path, records, params, costs)
-    except StorageError:
+            result = _run(path, drive.scans, params, costs)
+    except (StorageError, UserError, BagError):
         raise
     except ChefbotError as error:
         raise UserError(f"log {path}: {error}") from None
@@ -77,7 +81,8 @@ def print_results(params: MapperParams, result: SlamResult, out: Path, took: flo
     """Print what was found, and where it is."""
     if result.no_return is not None:
         minimum, share = result.no_return
-        console.print(f"Ranges of {minimum:.2f} m and more count as no return: {share:.1%} of all beams.")
+        measured = "" if minimum >= NO_RETURN else f"Ranges of {minimum:.2f} m and more count as no return: "
+        console.print(f"{measured}{share:.1%} of all beams{' have no return' if not measured else ''}.")
     if isinstance(params, GraphSlamParams):
         offset = f"{1e3 * result.range_offset:+.0f} mm"
         console.print(
@@ -93,11 +98,11 @@ def print_results(params: MapperParams, result: SlamResult, out: Path, took: flo
 
 def _run(
     path: Path,
-    records: Iterator[CarmenOdom | CarmenScan],
+    scans: Sequence[RecordedScan],
     params: GmappingParams | GraphSlamParams,
     costs: SlamCosts,
 ) -> SlamResult:
-    """Run SLAM over the records with a progress bar and note the costs of each scan."""
+    """Run SLAM over the scans with a progress bar and note the costs of each scan."""
     with Progress(console=console) as progress:
         task = progress.add_task(f"mapping {path.name}", total=None)
 
@@ -105,6 +110,6 @@ def _run(
             costs.add()
             progress.update(task, completed=done, total=total)
 
-        result = run_log(records, params, after_scan)
+        result = run_log(scans, params, after_scan)
     costs.end()
     return result

@@ -10,8 +10,8 @@ from chefbot.localization.amcl import Amcl
 from chefbot.localization.params import AmclParams
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenScan
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.recorded_scan import RecordedScan
 
 SETTLED_UPDATES = 5
 """Localized updates in a row after which the place counts as found."""
@@ -28,7 +28,7 @@ class FoundStart(NamedTuple):
 
 def find_start(
     grid: Grid,
-    scans: Sequence[CarmenScan],
+    scans: Sequence[RecordedScan],
     sensor: SE2,
     range_max: float,
     progress: Callable[[int, int], None] | None = None,

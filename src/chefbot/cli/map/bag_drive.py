@@ -1,0 +1,217 @@
+"""The scans of a drive in a bag, each with the odometry's pose at its time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from chefbot.cli.map.laser_mount import LaserMount, laser_mount, turned_upright
+from chefbot.cli.plural import number_of
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.errors import InvalidMessageError
+from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.idl.cdr import CdrError
+from chefbot.msgs.idl.message import Message
+from chefbot.msgs.nav_msgs import Odometry
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.ros2.bag.reader import BagMessage, BagTopic, read_bag
+from chefbot.ros2.bag.rosbags_reader import RosbagsBag, needs_rosbags
+from chefbot.scan.deskewing import deskewed, knot_times
+from chefbot.slam.carmen import parse
+from chefbot.slam.offline import laser_scans
+from chefbot.slam.recorded_scan import NO_RETURN, RecordedScan
+from chefbot.storage.carmen_log import read_text
+
+SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
+ODOM, MAP = "odom", "map"
+"""Frames of odometry and of the map (REP-105)."""
+MAX_GAP_NS = 200_000_000
+"""Time before the first and after the last odometry at which a scan is still used, ns."""
+MAX_OFFSET = 10.0
+"""Limit of the coordinates of a laser on a robot, m."""
+M = TypeVar("M", bound=Message)
+
+
+class AnyBag(Protocol):
+    """A bag of any format."""
+
+    @property
+    def topics(self) -> Sequence[BagTopic]:
+        """Topics of the bag, each with its type and number of messages."""
+
+    def messages(self, topics: set[str]) -> Iterator[BagMessage]:
+        """Iterate over the messages of topics in the order of their times."""
+
+
+class BagDrive(NamedTuple):
+    """The scans of a bag in the order of their times, and what is to be known about them, as sentences."""
+
+    scans: list[RecordedScan]
+    notes: list[str]
+
+
+class BagChoice(NamedTuple):
+    """What of a bag is used: topics, empty for the only one; and the pose of the laser, where the bag has none."""
+
+    scan_topic: str = ""
+    odometry_topic: str = ""
+    laser: SE2 | None = None
+
+    @staticmethod
+    def of(scan_topic: str, odometry_topic: str, laser: tuple[float, float, float] | None) -> BagChoice:
+        """Return the choice by the options of a command. Raises UserError for a pose that no laser has."""
+        if laser is not None and not all(abs(value) < MAX_OFFSET for value in laser):
+            raise UserError(f"--laser {laser} is not a place on a robot; give x and y in m, and yaw in rad")
+        return BagChoice(scan_topic, odometry_topic, None if laser is None else SE2(*laser))
+
+
+ONLY_TOPICS = BagChoice()
+"""For bags with one topic of each type, or with the usual names."""
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether a path is that of a bag."""
+    return path.is_dir() or path.suffix in (".mcap", ".bag", ".db3")
+
+
+class OdometryTrack:
+    """The poses of the base by odometry at the times (n,), ns, of its messages; in between they are interpolated."""
+
+    def __init__(self, times: Sequence[int], poses: Sequence[SE2]) -> None:
+        self._times, first = np.unique(np.array(times, np.int64), return_index=True)
+        x, y, yaw = np.array(poses, np.float64)[first].T
+        self._x, self._y, self._yaw = x, y, np.unwrap(yaw)
+
+    def covers(self, time_ns: int) -> bool:
+        """Return whether there is odometry at a time, or shortly before or after it."""
+        return bool(self._times[0] - MAX_GAP_NS <= time_ns <= self._times[-1] + MAX_GAP_NS)
+
+    def at(self, time_ns: int) -> SE2:
+        """Return the pose at a time."""
+        x, y, yaw = (float(np.interp(time_ns, self._times, v)) for v in (self._x, self._y, self._yaw))
+        return SE2(x, y, math.remainder(yaw, math.tau))
+
+
+def read_log(path: Path, choice: BagChoice) -> BagDrive:
+    """Read the scans of a bag or a CARMEN log. Raises UserError, CarmenLogError or BagError if it has none."""
+    if is_bag(path):
+        return read_drive(path, choice)
+    return BagDrive(laser_scans(parse(read_text(path))), [])
+
+
+def read_drive(path: Path, choice: BagChoice) -> BagDrive:
+    """Read the scans of a bag. Raises BagError or UserError if it has no scans, odometry or pose of the laser."""
+    if needs_rosbags(path):
+        return _DriveReader(path, RosbagsBag(path)).drive(choice)
+    bag = read_bag(path)
+    drive = _DriveReader(path, bag).drive(choice)
+    return drive._replace(notes=[*(f"{sentence}." for sentence in bag.truncated), *drive.notes])
+
+
+class _DriveReader:
+    """Reads the drive of one bag; `notes` collects what was left out."""
+
+    def __init__(self, path: Path, bag: AnyBag) -> None:
+        self._path, self._bag, self._notes = path, bag, list[str]()
+
+    def drive(self, choice: BagChoice) -> BagDrive:
+        """Return the scans with the odometry's poses."""
+        topic = self._chosen(SCAN, choice.scan_topic, "scan", "--scan-topic")
+        scans = list(self._decoded(LaserScan, topic)) if topic is not None else []
+        if not scans:
+            raise UserError(f"bag {self._path} has no laser scans (sensor_msgs/LaserScan)")
+        scans.sort(key=lambda scan: scan.header.stamp.ns)
+        track, base = self._odometry(choice.odometry_topic)
+        mount = self._mount(base, scans[0].header.frame_id, choice.laser)
+        used = [scan for scan in scans if track.covers(scan.header.stamp.ns)]
+        if not used:
+            raise UserError(f"bag {self._path}: no scan was measured while there was odometry")
+        if len(used) < len(scans):
+            self._notes.append(
+                f"{len(scans) - len(used)} of {len(scans)} scans without odometry are left out."
+            )
+        return BagDrive([_recorded(scan, track, mount) for scan in used], self._notes)
+
+    def _chosen(self, kind: str, given: str, usual: str, option: str) -> str | None:
+        """Return a topic of a type: the given one, that with the usual name, or the only one; None without any."""
+        names = sorted(
+            {topic.name for topic in self._bag.topics if topic.kind.name == kind and topic.messages}
+        )
+        for name in names:
+            if name.strip("/") == (given or usual).strip("/"):
+                return name
+        if given or len(names) > 1:
+            reason = f"no {given}" if given else "more than one topic"
+            known = ", ".join(names) or "none"
+            raise UserError(f"bag {self._path} has {reason} of {kind}: choose {option} of {known}")
+        return names[0] if names else None
+
+    def _decoded(self, kind: type[M], topic: str) -> Iterator[M]:
+        """Yield the messages of a topic; those that are not valid are counted."""
+        invalid, reason = 0, ""
+        for message in self._bag.messages({topic}):
+            try:
+                yield kind.from_cdr(message.data)
+            except (CdrError, InvalidMessageError) as error:
+                invalid, reason = invalid + 1, str(error)
+        if invalid:
+            self._notes.append(f"{number_of(invalid, 'message')} on {topic} left out, the last as {reason}.")
+
+    def _odometry(self, given: str) -> tuple[OdometryTrack, str]:
+        """Return the odometry and the frame that it moves: of its topic, else of the transforms from `odom`."""
+        topic = self._chosen(ODOMETRY, given, ODOM, "--odometry-topic")
+        messages = list(self._decoded(Odometry, topic)) if topic is not None else []
+        if messages:
+            times, poses = [one.header.stamp.ns for one in messages], [one.pose.pose.se2 for one in messages]
+            return OdometryTrack(times, poses), messages[0].child_frame_id or "base_link"
+        moving = [one for one in self._transforms("tf") if one.header.frame_id.strip("/") == ODOM]
+        if not moving:
+            raise UserError(
+                f"bag {self._path} has neither odometry (nav_msgs/Odometry) nor transforms from odom"
+            )
+        child = moving[0].child_frame_id
+        own = [one for one in moving if one.child_frame_id == child]
+        return OdometryTrack([one.header.stamp.ns for one in own], [one.transform.se2 for one in own]), child
+
+    def _transforms(self, name: str) -> Iterator[TransformStamped]:
+        for topic in self._bag.topics:
+            if topic.kind.name == TF and topic.name.strip("/") == name:
+                for message in self._decoded(TFMessage, topic.name):
+                    yield from message.transforms
+
+    def _mount(self, base: str, laser: str, given: SE2 | None) -> LaserMount:
+        """Return the pose of the laser on the base: the given one, or that of the bag's transforms."""
+        if given is not None:
+            return LaserMount(given)
+        fixed = list(self._transforms("tf_static"))
+        found = laser_mount(fixed, base, laser)
+        if found is None:  # a publisher of the robot's state may send fixed joints on tf, too
+            moving = [
+                one for one in self._transforms("tf") if one.header.frame_id.strip("/") not in (ODOM, MAP)
+            ]
+            found = laser_mount([*moving, *fixed], base, laser)
+        if found is None:
+            raise UserError(
+                f"bag {self._path} has no transform from {base} to {laser}: give the laser's pose by --laser X Y YAW"
+            )
+        return found
+
+
+def _recorded(scan: LaserScan, track: OdometryTrack, mount: LaserMount) -> RecordedScan:
+    """Return a scan without skew, as if it had been measured at the time of its first beam."""
+    if mount.upside_down:
+        scan = turned_upright(scan)
+    scan = deskewed(scan, [track.at(time_ns) @ mount.pose for time_ns in knot_times(scan)])
+    ranges, odom = scan.ranges.astype(np.float32), track.at(scan.header.stamp.ns)
+    invalid = np.isnan(ranges) | (ranges < scan.range_min)
+    ranges = np.where(
+        ranges > scan.range_max, np.float32(NO_RETURN), np.where(invalid, np.float32(0.0), ranges)
+    )
+    stamp = scan.header.stamp.ns / 1e9
+    return RecordedScan(stamp, scan.angles.astype(np.float32), ranges, odom @ mount.pose, odom)

@@ -1,0 +1,73 @@
+"""Bags of ROS 1, and those that rosbag2 wrote to SQLite, by the library rosbags."""
+
+from __future__ import annotations
+
+import sqlite3
+import struct
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from chefbot.ros2.bag.errors import BagError
+from chefbot.ros2.bag.reader import BagMessage, BagTopic
+from chefbot.ros2.rmw.names import InterfaceType
+
+ROS1, SQLITE = ".bag", ".db3"
+ENCODING = "cdr"
+
+
+def needs_rosbags(path: Path) -> bool:
+    """Return whether a path is a bag of ROS 1 or a bag that is stored in SQLite."""
+    return path.suffix in (ROS1, SQLITE) or (path.is_dir() and any(path.glob(f"*{SQLITE}")))
+
+
+class RosbagsBag:
+    """A bag that the library rosbags reads; its messages are given as CDR, those of ROS 1 converted."""
+
+    def __init__(self, path: Path) -> None:
+        """Read the topics. Raises BagError without the library, or if the bag cannot be read."""
+        self._path = path.parent if path.suffix == SQLITE else path
+        with self._opened() as reader:
+            self.topics = tuple(
+                BagTopic(one.topic, InterfaceType(one.msgtype, ""), ENCODING, (), one.msgcount)
+                for one in reader.connections
+            )
+
+    def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
+        """Iterate over the messages of some topics in time order."""
+        with self._opened() as reader:
+            from rosbags.typesys import Stores, get_typestore
+
+            types = get_typestore(Stores.ROS2_HUMBLE)  # in CDR a header has no sequence number
+            chosen = [one for one in reader.connections if one.topic in topics]
+            for connection, time_ns, raw in reader.messages(chosen):
+                data = raw if reader.is2 else types.ros1_to_cdr(raw, connection.msgtype)
+                kind = InterfaceType(connection.msgtype, "")
+                yield BagMessage(connection.topic, kind, bytes(data), time_ns, time_ns)
+
+    @contextmanager
+    def _opened(self) -> Iterator[Any]:
+        try:
+            from rosbags.highlevel import AnyReader, AnyReaderError
+            from rosbags.serde import SerdeError
+            from rosbags.typesys import Stores, get_typestore
+        except ImportError:
+            raise BagError(
+                f"{self._path} is a bag of ROS 1 or in SQLite, which needs pip install 'chefbot[rosbags]'"
+            ) from None
+        try:
+            with AnyReader([self._path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+                yield reader
+        except (
+            AnyReaderError,
+            SerdeError,
+            sqlite3.Error,
+            OSError,
+            struct.error,
+            ValueError,
+            KeyError,
+            IndexError,
+        ) as error:
+            cause = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise BagError(f"bag {self._path} cannot be read: {cause}") from None

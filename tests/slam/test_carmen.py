@@ -57,6 +57,7 @@ def test_beams_start_at_minus_90_degrees(n: int, last: float, step: float) -> No
         ODOM.replace("976052857.5", "soon"),
         ODOM[:12],
         ROBOT_LASER.replace(" 3 1 ", " 4 1 "),
+        "ROBOTLASER1 0 1",
         ROBOT_LASER.replace("0.0175", "9"),
         ROBOT_LASER.replace(" 2 7 8 ", " -1 7 8 "),
         "PARAM laser_front_laser_fov 0 1 h 1",

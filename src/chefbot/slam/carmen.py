@@ -107,8 +107,8 @@ def _robot_laser(fields: list[str]) -> RecordedScan:
     ROBOTLASER1 type start fov resolution max_range accuracy mode n r_1 .. r_n m i_1 .. i_m, laser x y yaw, robot x y
     yaw, 5 other numbers, stamp host stamp; angles in rad (CARMEN's laser_messages.h).
     """
-    start, field_of_view, resolution, max_range = (_number(w) for w in fields[2:6])
     n = _count("ROBOTLASER1", "beams", fields[8:9])
+    start, field_of_view, resolution, max_range = (_number(w) for w in fields[2:6])
     m = _count("ROBOTLASER1", "intensities", fields[n + 9 : n + 10], minimum=0)
     _check_length("ROBOTLASER1", n, fields, n + m + 21 + _TRAILING_FIELDS)
     step = resolution or field_of_view / (n - 1)

@@ -100,6 +100,28 @@ def test_scans_without_odometry_are_left_out_with_a_note(tmp_path: Path) -> None
     assert len(drive.scans) == 4 and drive.notes == ["1 of 5 scans without odometry are left out."]
 
 
+def test_scans_in_a_gap_of_the_odometry_are_left_out(tmp_path: Path) -> None:
+    bag = DriveBag(tmp_path, "mcap")
+    for second in (0, 1, 2, 10, 11):
+        bag.odometry(START + 10**9 * second, SE2(float(second), 0.0, 0.0))
+    for tenths in (4, 15, 23, 60, 97):
+        bag.scan(START + 10**8 * tenths, (-1.0, 1.0), np.ones(5))
+    drive = read_drive(bag.close(), BagChoice(laser=SE2(0.0, 0.0, 0.0)))
+    assert [round(scan.odom.x, 6) for scan in drive.scans] == [0.4, 1.5, 2.3, 9.7]
+    assert drive.notes == ["1 of 5 scans without odometry are left out."]
+
+
+def test_names_of_frames_may_begin_with_a_slash() -> None:
+    (edge,) = [
+        TransformStamped(
+            Header.of(0, "/base_link"), "/laser", Transform(Vector3(0.3, 0.0, 0.1), Quaternion())
+        )
+    ]
+    assert (
+        laser_mount([edge], "base_link", "laser") == laser_mount([edge], "/base_link", "/laser") is not None
+    )
+
+
 def test_a_bag_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
     def refused(name: str, reason: str, choice: BagChoice = ONLY_TOPICS, **parts: Any) -> None:
         (tmp_path / name).mkdir()

@@ -31,8 +31,8 @@ from chefbot.storage.carmen_log import read_text
 SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 ODOM, MAP = "odom", "map"
 """Frames of odometry and of the map (REP-105)."""
-MAX_GAP_NS = 200_000_000
-"""Time before the first and after the last odometry at which a scan is still used, ns."""
+MAX_GAP_NS = 500_000_000
+"""Time from a scan to the nearest odometry up to which it is used, ns."""
 MAX_OFFSET = 10.0
 """Limit of the coordinates of a laser on a robot, m."""
 M = TypeVar("M", bound=Message)
@@ -89,8 +89,9 @@ class OdometryTrack:
         self._x, self._y, self._yaw = x, y, np.unwrap(yaw)
 
     def covers(self, time_ns: int) -> bool:
-        """Return whether there is odometry at a time, or shortly before or after it."""
-        return bool(self._times[0] - MAX_GAP_NS <= time_ns <= self._times[-1] + MAX_GAP_NS)
+        """Return whether there is odometry shortly before or after a time."""
+        after = int(np.searchsorted(self._times, time_ns))
+        return bool(np.abs(self._times[max(after - 1, 0) : after + 1] - time_ns).min() <= MAX_GAP_NS)
 
     def at(self, time_ns: int) -> SE2:
         """Return the pose at a time."""

@@ -33,8 +33,13 @@ def laser_mount(transforms: Iterable[TransformStamped], base: str, laser: str) -
 
     Raises UserError for a laser that is tilted.
     """
-    edges = {one.child_frame_id: (one.header.frame_id, _matrix(one.transform)) for one in transforms}
-    (base_root, to_base), (laser_root, to_laser) = _from_root(edges, base), _from_root(edges, laser)
+    # ROS 1 allows a slash before the names of frames
+    edges = {
+        one.child_frame_id.strip("/"): (one.header.frame_id.strip("/"), _matrix(one.transform))
+        for one in transforms
+    }
+    base_root, to_base = _from_root(edges, base.strip("/"))
+    laser_root, to_laser = _from_root(edges, laser.strip("/"))
     if base_root != laser_root:
         return None
     mount = np.linalg.inv(to_base) @ to_laser

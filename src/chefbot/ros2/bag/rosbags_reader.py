@@ -15,6 +15,8 @@ from chefbot.ros2.rmw.names import InterfaceType
 
 ROS1, SQLITE = ".bag", ".db3"
 ENCODING = "cdr"
+RENAMED = {"tf/msg/tfMessage": "tf2_msgs/msg/TFMessage"}
+"""Types of ROS 1 that have another name, and the same fields, in ROS 2."""
 
 
 def needs_rosbags(path: Path) -> bool:
@@ -30,7 +32,7 @@ class RosbagsBag:
         self._path = path.parent if path.suffix == SQLITE else path
         with self._opened() as reader:
             self.topics = tuple(
-                BagTopic(one.topic, InterfaceType(one.msgtype, ""), ENCODING, (), one.msgcount)
+                BagTopic(one.topic, InterfaceType(_type_name(one), ""), ENCODING, (), one.msgcount)
                 for one in reader.connections
             )
 
@@ -42,8 +44,8 @@ class RosbagsBag:
             types = get_typestore(Stores.ROS2_HUMBLE)  # in CDR a header has no sequence number
             chosen = [one for one in reader.connections if one.topic in topics]
             for connection, time_ns, raw in reader.messages(chosen):
-                data = raw if reader.is2 else types.ros1_to_cdr(raw, connection.msgtype)
-                kind = InterfaceType(connection.msgtype, "")
+                kind = InterfaceType(_type_name(connection), "")
+                data = raw if reader.is2 else types.ros1_to_cdr(raw, kind.name)
                 yield BagMessage(connection.topic, kind, bytes(data), time_ns, time_ns)
 
     @contextmanager
@@ -71,3 +73,7 @@ class RosbagsBag:
         ) as error:
             cause = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise BagError(f"bag {self._path} cannot be read: {cause}") from None
+
+
+def _type_name(connection: Any) -> str:
+    return RENAMED.get(connection.msgtype, connection.msgtype)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 WINDOW = 40
@@ -50,10 +51,9 @@ class LatencyEstimator:
         change = MIN_CHANGE * self._max_speed
         if np.ptp(measured[max_shift:]) < change:
             return None
-        errors = [
-            float(np.square(measured[max_shift:] - commanded[max_shift - k : WINDOW - k]).mean())
-            for k in range(max_shift + 1)
-        ]
-        best = int(np.argmin(errors))
-        visible = max(errors) >= (MIN_ERROR * change) ** 2
-        return best if visible and errors[best] <= (1.0 - MIN_GAIN) * max(errors) else None
+        # Mean squared errors by the number of periods that the commanded speeds are shifted
+        shifted = sliding_window_view(commanded, WINDOW - max_shift)[::-1]
+        errors = np.square(measured[max_shift:] - shifted).mean(axis=1)
+        best, largest = int(errors.argmin()), float(errors.max())
+        visible = largest >= (MIN_ERROR * change) ** 2
+        return best if visible and errors[best] <= (1.0 - MIN_GAIN) * largest else None

@@ -6,6 +6,7 @@ timeouts are three periods of the sensor (compare nav2_collision_monitor's `sour
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -116,11 +117,12 @@ class ObstacleSensorMonitor:
             return False
         if not len(self._last.mute):
             return True
-        quarters = np.array_split(self._last.mute if known is None else self._last.mute & ~known, 4)
-        return (
-            any(float(part.mean()) > BLIND_FRACTION for part in quarters if len(part))
-            or self._surfaces_vanished
+        mute = self._last.mute if known is None else self._last.mute & ~known
+        edges = [len(mute) * quarter // 4 for quarter in range(5)]
+        missing = (
+            np.count_nonzero(mute[a:b]) > BLIND_FRACTION * (b - a) for a, b in pairwise(edges) if b > a
         )
+        return any(missing) or self._surfaces_vanished
 
     def hidden_at_edge(self, known: NDArray[np.bool_] | None = None) -> bool:
         """Return whether the newest message has no data from an edge of the field of view on, as if something too

@@ -111,6 +111,15 @@ def test_scans_in_a_gap_of_the_odometry_are_left_out(tmp_path: Path) -> None:
     assert drive.notes == ["1 of 5 scans without odometry are left out."]
 
 
+def test_messages_without_beams_or_finite_poses_are_left_out(tmp_path: Path) -> None:
+    bag = bag_of(tmp_path)
+    bag.scan(START + 300_000_000, (-1.0, 1.0), np.ones(1))
+    bag.odometry(START + 301_000_000, SE2(math.nan, 0.0, 0.0))
+    drive = read_drive(bag.close(), ONLY_TOPICS)
+    assert len(drive.scans) == 4 and all(math.isfinite(scan.odom.x) for scan in drive.scans)
+    assert "1 of 5 scans without beams are left out." in drive.notes and len(drive.notes) == 2
+
+
 def test_names_of_frames_may_begin_with_a_slash() -> None:
     (edge,) = [
         TransformStamped(
@@ -128,7 +137,10 @@ def test_a_bag_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
         bag = DriveBag(tmp_path / name, "mcap")
         bag.odometry(START, SE2(0.0, 0.0, 0.0)) if parts.get("odometry", True) else None
         for topic in parts.get("scans", ("/scan",)):
-            bag.scan(START + parts.get("late", 0), (-1.0, 1.0), np.ones(5), topic=topic)
+            for number, second in enumerate(parts.get("times", (parts.get("late", 0),))):
+                angles, ranges = parts.get("angles", (-1.0, 1.0)), parts.get("ranges", np.ones(5))
+                recorded = START + 10**10 * number
+                bag.scan(START + 10**9 * second, angles, ranges, topic=topic, recorded_ns=recorded)
         if "turn" in parts:
             bag.transform(START, "base_link", "laser", LASER, parts["turn"])
         with pytest.raises(ChefbotError, match=reason):
@@ -142,7 +154,11 @@ def test_a_bag_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
     refused("unmounted", "no transform from base_link to laser: give the laser's pose by --laser")
     refused("tilted", "tilted by 45 degrees", turn=(0.0, math.sin(math.pi / 8), 0.0, math.cos(math.pi / 8)))
     refused("no_odometry", "neither odometry", odometry=False)
-    refused("late", "no scan was measured while there was odometry", turn=LEVEL, late=10**10)
+    refused("nan", "no scan on /scan has a range", turn=LEVEL, ranges=np.full(5, np.nan))
+    refused("one_angle", "angle_increment 0, which no laser has", turn=LEVEL, angles=(1.0, 1.0))
+    refused("turns", "are more than a turn", turn=LEVEL, angles=(-4.0, 4.0), ranges=np.ones(50))
+    refused("back", "message 3 on /scan the time goes back by 5.0 s", turn=LEVEL, times=(0, 5, 0))
+    refused("late", "no scan was measured while there was odometry", turn=LEVEL, late=10)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
@@ -152,8 +168,19 @@ def test_a_damaged_bag_is_one_sentence(kind: str, share: float, tmp_path: Path) 
     file = path if kind == "ros1" else next(path.glob("*.db3"))
     data = file.read_bytes()
     file.write_bytes(data[: int(share * len(data))])
-    with pytest.raises(ChefbotError, match=r"bag .* (cannot be read|has no laser scans)"):
+    reason = "cut off|no bag of ROS 1" if kind == "ros1" else "cut off|no laser scans"
+    with pytest.raises(ChefbotError, match=reason):
         read_drive(path, ONLY_TOPICS)
+
+
+def test_bags_that_are_not_there_are_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(ChefbotError, match="does not exist"):
+        read_drive(tmp_path / "none.bag", ONLY_TOPICS)
+    path = bag_of(tmp_path, "sqlite").close()
+    (path / "metadata.yaml").unlink()
+    for given in (path, next(path.glob("*.db3"))):
+        with pytest.raises(ChefbotError, match=r"has no metadata\.yaml; `ros2 bag reindex`"):
+            read_drive(given, ONLY_TOPICS)
 
 
 def test_a_bag_without_its_library_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -90,21 +90,22 @@ class DriveBag:
         ranges: np.ndarray,
         topic: str = "/scan",
         sweep: float = 0.0,
+        recorded_ns: int = 0,
     ) -> None:
         message = self._new(
             "sensor_msgs/msg/LaserScan",
             header=self._header(stamp_ns, "laser"),
             angle_min=angles[0],
             angle_max=angles[1],
-            angle_increment=(angles[1] - angles[0]) / (len(ranges) - 1),
-            time_increment=sweep / (len(ranges) - 1),
+            angle_increment=(angles[1] - angles[0]) / max(len(ranges) - 1, 1),
+            time_increment=sweep / max(len(ranges) - 1, 1),
             scan_time=0.1,
             range_min=0.1,
             range_max=10.0,
             ranges=ranges.astype(np.float32),
             intensities=np.zeros(0, np.float32),
         )
-        self._write(topic, "sensor_msgs/msg/LaserScan", message, stamp_ns)
+        self._write(topic, "sensor_msgs/msg/LaserScan", message, recorded_ns or stamp_ns)
 
     def _new(self, kind: str, **fields: Any) -> Any:
         return self._types.types[kind](**fields)

@@ -126,7 +126,8 @@ class SerialSensorDevice(Device, Generic[S]):
         )
         silent_ns = self.now_ns - self._received_ns
         if self._problem:
-            return ERROR, f"{self._problem[0].upper()}{self._problem[1:]}."
+            end = "" if self._problem.endswith("?") else "."
+            return ERROR, f"{self._problem[0].upper()}{self._problem[1:]}{end}"
         if silent_ns > self.SILENCE_NS:
             return ERROR, f"The {name} has sent no {self._text.datum} for {silent_ns / 1e9:.0f} s."
         if damaged:

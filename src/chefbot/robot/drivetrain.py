@@ -103,6 +103,8 @@ class MotorDriver(RobotSection, frozen=True, kw_only=True):
     logic_high_min: Voltage
     inputs: str = DRIVER_INPUTS[0]
     """What the motor board sends it, one of DRIVER_INPUTS."""
+    enable: bool = True
+    """Whether it has an input that switches it off (EN, STBY, nSLEEP)."""
     size: Size
     mass: Mass
     source: Text

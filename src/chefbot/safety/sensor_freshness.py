@@ -118,7 +118,8 @@ class ObstacleSensorMonitor:
         if not len(self._last.mute):
             return True
         mute = self._last.mute if known is None else self._last.mute & ~known
-        edges = [len(mute) * quarter // 4 for quarter in range(5)]
+        size, longer = divmod(len(mute), 4)
+        edges = [quarter * size + min(quarter, longer) for quarter in range(5)]
         missing = (
             np.count_nonzero(mute[a:b]) > BLIND_FRACTION * (b - a) for a, b in pairwise(edges) if b > a
         )

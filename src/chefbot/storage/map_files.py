@@ -78,7 +78,7 @@ def map_yaml_path(folder_or_stem: Path) -> Path:
 
 def map_in(path: Path) -> Path:
     """Return the map at a path, which may be the folder of a `map.yaml`."""
-    return map_yaml_path(path) if path.is_dir() else path
+    return path / "map.yaml" if os.path.isdir(path) else path  # noqa: PTH112 - for names of any length
 
 
 class MapFiles(NamedTuple):

@@ -11,9 +11,7 @@ def board_kind(given: str, robot: Robot) -> str:
     """Return the given kind of board, or that of the robot file. Raises UserError for an unknown kind or none."""
     kind = given or robot.board.kind
     if not kind:
-        raise UserError(
-            f"give the board, as --board {', '.join(BOARD_LOGIC)}, or as board: {{kind: ...}} in the robot file"
-        )
+        raise UserError("give the board: --board mega, tiva or pico, or board: {kind: ...} in the robot file")
     if kind not in BOARD_LOGIC:
         raise UserError(f"no board is called {kind!r}{name_hint(kind, BOARD_LOGIC)}")
     if robot.board.kind and kind != robot.board.kind:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from chefbot.devices.motor_board import MotorBoardDevice
 from chefbot.devices.serial_connection import is_missing_path
 from chefbot.devices.serial_imu import SerialImuDevice
 from chefbot.devices.serial_lidar import SerialLidarDevice
+from chefbot.errors import ChefbotError
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import BatteryState
 from chefbot.robot.load import load_robot
@@ -33,6 +34,7 @@ MEASURED = 3.0
 """Time for which each device is observed, s."""
 TICK_RATE, DRIVE_RATE = 50.0, 20.0
 """Rates of tick messages, Hz: of the motor board, and the least of a motor drive, which is asked for each."""
+BOARD = "board"
 MIN_SHARE = 0.7
 """Share of its rate below which a stream is a problem."""
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -92,7 +94,7 @@ def devices_of(robot: Robot) -> list[BuiltDevice]:
     """Return the devices of a robot that have a driver here."""
     sensors = robot.sensors
     imu = Stream("imu/data", "IMU", sensors.imu.rate)
-    devices = [BuiltDevice(MotorBoardDevice, "board", "board", tuple(_board_streams(robot, imu)))]
+    devices = [BuiltDevice(MotorBoardDevice, BOARD, "board", tuple(_board_streams(robot, imu)))]
     if sensors.imu.driver:
         devices.append(BuiltDevice(SerialImuDevice, "imu", "IMU", (imu,)))
     if sensors.lidar is not None and sensors.lidar.driver:
@@ -159,15 +161,34 @@ def _observe(
         )
         for device in devices
     }
+    topics, end_ns = [device.streams[0].topic for device in devices], loop.now_ns + round(seconds * 1e9)
     try:
-        system.launch(Launch(name="doctor", description="", args={}, nodes=nodes))
-        topics = [device.streams[0].topic for device in devices]
-        loop.run(
-            until_ns=loop.now_ns + round(seconds * 1e9), until=lambda: all(map(seen.is_measured, topics))
-        )
+        _start(system, nodes, seen)
+        while loop.now_ns < end_ns and not all(map(seen.is_measured, topics)):
+            _run(loop, end_ns, topics, seen)
     finally:
         system.stop()
     return seen
+
+
+def _start(system: NodeContainer, nodes: Mapping[str, NodeEntry], seen: Observations) -> None:
+    """Start one driver after the other, and remember why one cannot be started."""
+    started: dict[str, NodeEntry] = {}
+    for name, entry in nodes.items():
+        try:
+            system.launch(Launch(name="doctor", description="", args={}, nodes={**started, name: entry}))
+        except ChefbotError as error:
+            seen.faults[name] = str(error)
+        else:
+            started[name] = entry
+
+
+def _run(loop: Loop, end_ns: int, topics: Collection[str], seen: Observations) -> None:
+    """Run the drivers; the board's gives up where it finds no board, and the others go on."""
+    try:
+        loop.run(until_ns=end_ns, until=lambda: all(map(seen.is_measured, topics)))
+    except ChefbotError as error:
+        seen.faults[BOARD] = str(error)
 
 
 def _lines(device: BuiltDevice, seen: Observations) -> Iterator[str]:

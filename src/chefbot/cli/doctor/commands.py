@@ -34,8 +34,13 @@ def doctor(
     """Check this computer: web UI, disk, maps, ports, clock, ROS graph; the exit code is 1 if there are problems."""
     if ctx.invoked_subcommand is None:
         from chefbot.cli.doctor.report import print_report
+        from chefbot.errors import UserError
 
         ports = {"board": board_port, "lidar": lidar_port, "imu": imu_port}
+        if any(ports.values()) and not built:
+            raise UserError(
+                "--board-port, --lidar-port and --imu-port are of a built robot: give --built ROBOT, too"
+            )
         if print_report(everything=everything, built=built, ports=ports):
             raise typer.Exit(1)
 

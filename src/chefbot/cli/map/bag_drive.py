@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chefbot.cli.map.laser_mount import LaserMount, laser_mount, turned_upright
 from chefbot.cli.plural import number_of
@@ -33,6 +35,8 @@ ODOM, MAP = "odom", "map"
 """Frames of odometry and of the map (REP-105)."""
 MAX_GAP_NS = 500_000_000
 """Time from a scan to the nearest odometry up to which it is used, ns."""
+MAX_BACK_NS = 1_000_000_000
+"""Time by which messages may be out of order, ns; more is a clock that was set back."""
 MAX_OFFSET = 10.0
 """Limit of the coordinates of a laser on a robot, m."""
 M = TypeVar("M", bound=Message)
@@ -77,7 +81,7 @@ ONLY_TOPICS = BagChoice()
 
 def is_bag(path: Path) -> bool:
     """Return whether a path is that of a bag."""
-    return path.is_dir() or path.suffix in (".mcap", ".bag", ".db3")
+    return os.path.isdir(path) or path.suffix in (".mcap", ".bag", ".db3")  # noqa: PTH112 - any length of name
 
 
 class OdometryTrack:
@@ -124,10 +128,9 @@ class _DriveReader:
     def drive(self, choice: BagChoice) -> BagDrive:
         """Return the scans with the odometry's poses."""
         topic = self._chosen(SCAN, choice.scan_topic, "scan", "--scan-topic")
-        scans = list(self._decoded(LaserScan, topic)) if topic is not None else []
+        scans = self._scans(topic) if topic is not None else []
         if not scans:
             raise UserError(f"bag {self._path} has no laser scans (sensor_msgs/LaserScan)")
-        scans.sort(key=lambda scan: scan.header.stamp.ns)
         track, base = self._odometry(choice.odometry_topic)
         mount = self._mount(base, scans[0].header.frame_id, choice.laser)
         used = [scan for scan in scans if track.covers(scan.header.stamp.ns)]
@@ -138,6 +141,32 @@ class _DriveReader:
                 f"{len(scans) - len(used)} of {len(scans)} scans without odometry are left out."
             )
         return BagDrive([_recorded(scan, track, mount) for scan in used], self._notes)
+
+    def _scans(self, topic: str) -> list[LaserScan]:
+        """Return the usable scans in the order of their times. Raises UserError where no map can come from them."""
+        scans = list(self._decoded(LaserScan, topic))
+        self._check_times([scan.header.stamp.ns for scan in scans], topic)
+        for number, scan in enumerate(scans, 1):
+            if reason := angle_fault(scan):
+                raise UserError(f"bag {self._path}: scan {number} on {topic}: {reason}")
+        usable = [scan for scan in scans if len(scan.ranges) > 1]
+        if len(usable) < len(scans):
+            self._notes.append(
+                f"{len(scans) - len(usable)} of {len(scans)} scans without beams are left out."
+            )
+        if usable and not any(_is_measured(scan).any() for scan in usable):
+            raise UserError(f"bag {self._path}: no scan on {topic} has a range within its limits")
+        return sorted(usable, key=lambda scan: scan.header.stamp.ns)
+
+    def _check_times(self, times: Sequence[int], topic: str) -> None:
+        """Raise UserError if the clock was set back: what is measured twice at one time cannot be put in order."""
+        steps = np.diff(np.array(times, np.int64))
+        if len(steps) and steps.min() < -MAX_BACK_NS:
+            number = int(steps.argmin()) + 2
+            raise UserError(
+                f"bag {self._path}: at message {number} on {topic} the time goes back by {-steps.min() / 1e9:.1f} s;"
+                " use the part before or after it"
+            )
 
     def _chosen(self, kind: str, given: str, usual: str, option: str) -> str | None:
         """Return a topic of a type: the given one, that with the usual name, or the only one; None without any."""
@@ -168,9 +197,17 @@ class _DriveReader:
         """Return the odometry and the frame that it moves: of its topic, else of the transforms from `odom`."""
         topic = self._chosen(ODOMETRY, given, ODOM, "--odometry-topic")
         messages = list(self._decoded(Odometry, topic)) if topic is not None else []
-        if messages:
-            times, poses = [one.header.stamp.ns for one in messages], [one.pose.pose.se2 for one in messages]
-            return OdometryTrack(times, poses), messages[0].child_frame_id or "base_link"
+        if topic is not None and messages:
+            self._check_times([one.header.stamp.ns for one in messages], topic)
+            finite = [one for one in messages if np.isfinite(one.pose.pose.se2).all()]
+            if len(finite) < len(messages):
+                self._notes.append(
+                    f"{len(messages) - len(finite)} poses on {topic} are not finite, left out."
+                )
+            if not finite:
+                raise UserError(f"bag {self._path}: no pose on {topic} is finite")
+            times, poses = [one.header.stamp.ns for one in finite], [one.pose.pose.se2 for one in finite]
+            return OdometryTrack(times, poses), finite[0].child_frame_id or "base_link"
         moving = [one for one in self._transforms("tf") if one.header.frame_id.strip("/") == ODOM]
         if not moving:
             raise UserError(
@@ -202,6 +239,21 @@ class _DriveReader:
                 f"bag {self._path} has no transform from {base} to {laser}: give the laser's pose by --laser X Y YAW"
             )
         return found
+
+
+def angle_fault(scan: LaserScan) -> str:
+    """Return why the angles of a scan are not those of a laser; empty if they are."""
+    first, step = float(scan.angle_min), float(scan.angle_increment)
+    span = abs(step) * max(len(scan.ranges) - 1, 0)
+    if not (math.isfinite(first) and math.isfinite(step) and step):
+        return f"angle_min is {first:g} and angle_increment {step:g}, which no laser has"
+    if span > math.tau + abs(step):
+        return f"{len(scan.ranges)} beams with an angle_increment of {step:g} are more than a turn"
+    return ""
+
+
+def _is_measured(scan: LaserScan) -> NDArray[np.bool_]:
+    return np.isfinite(scan.ranges) & (scan.ranges >= scan.range_min) & (scan.ranges <= scan.range_max)
 
 
 def _recorded(scan: LaserScan, track: OdometryTrack, mount: LaserMount) -> RecordedScan:

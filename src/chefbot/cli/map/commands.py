@@ -107,8 +107,10 @@ def merge(
 
 @map_app.command("compare")
 def compare(
-    file: Annotated[Path, typer.Argument(help="a map to judge, NAME.yaml")],
-    truth: Annotated[Path, typer.Argument(help="the reference map, NAME.yaml")],
+    file: Annotated[Path, typer.Argument(help="a map to judge, NAME.yaml, or the folder of its map.yaml")],
+    truth: Annotated[
+        Path, typer.Argument(help="the reference map, NAME.yaml, or the folder of its map.yaml")
+    ],
 ) -> None:
     """Compare a map with a reference map: precision and recall of the walls, explored part, offset."""
     from chefbot.cli.map.compare import compare_maps

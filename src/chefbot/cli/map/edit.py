@@ -81,7 +81,8 @@ def crop_map(
     first = (_given(x_min, low[0]), _given(y_min, low[1]))
     second = (_given(x_max, high[0]), _given(y_max, high[1]))
     if not (first[0] < second[0] and first[1] < second[1]):
-        raise UserError("--x-min and --y-min must be below --x-max and --y-max")
+        extent = f"the map reaches from ({low[0]:.2f}, {low[1]:.2f}) to ({high[0]:.2f}, {high[1]:.2f})"
+        raise UserError(f"--x-min and --y-min must be below --x-max and --y-max; {extent}")
     _apply(editor, file, MapEdit(crop=(Point(*first, 0.0), Point(*second, 0.0))))
 
 

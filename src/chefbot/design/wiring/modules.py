@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from chefbot.design.sizing.requirements import LOGIC_SHARE
 from chefbot.design.wiring.board_pins import BoardPins
 from chefbot.robot.board import BOARD_LOGIC
 from chefbot.robot.spec import Robot
 
 SIDES = ("LEFT", "RIGHT")
 FIVE_VOLTS = 5.0
-GROUNDS = "All grounds are joined. The e-stop's second contact cuts the drivers' enable by itself."
+CUTS_ENABLE = "All grounds are joined. The e-stop's second contact cuts the drivers' enable by itself."
+CUTS_SUPPLY = (
+    "All grounds are joined. The drivers have no enable: the e-stop's second contact must cut their supply."
+)
 BACKWARDS = "A wheel that runs backwards: swap its motor leads; an encoder fault at once: swap its A and B."
 
 
@@ -65,7 +69,8 @@ def _actuators(robot: Robot, board: BoardPins, logic: float) -> Iterator[Module]
             "two_pwm": tuple(zip(signals, ("IN1, RPWM", "IN2, LPWM"), strict=True)),
         }[robot.driver.inputs]
         yield Module(f"{side.title()} motor's driver", f"{voltage}, logic {logic:g} V, GND; motor", wires)
-    yield Module("Both drivers", "enable, pulled down", (("ENABLE", "EN"),))
+    if robot.driver.enable:
+        yield Module("Both drivers", "enable, pulled down", (("ENABLE", "EN, STBY or SLP"),))
     yield Module("E-stop", "normally closed, to GND", (("ESTOP", "NC"),))
     yield Module(f"Battery {voltage}", "+ to drivers, - to GND", (("BATTERY", "+"),))
     yield Module("Computer (serial)", board.computer, (("TX", "RX"), ("RX", "TX")))
@@ -77,9 +82,14 @@ def _notes(robot: Robot, kind: str, logic: float, divided: frozenset[str]) -> It
     boards = ", one for each motor" if driver.channels == 1 else ""
     forward = {"ina_inb_pwm": "INA", "dir_pwm": "DIR", "two_pwm": "IN1"}[driver.inputs]
     yield f"Drivers: {driver.title}{boards}. Forward is {forward} high. {BACKWARDS}"
-    yield GROUNDS
-    if driver.logic_high_min > logic:
+    yield CUTS_ENABLE if driver.enable else CUTS_SUPPLY
+    if driver.logic_high_min > LOGIC_SHARE * logic:
         yield f"The driver reads {driver.logic_high_min:g} V and more as high: put a level shifter between."
+    if robot.battery.full_voltage > driver.voltage_max:
+        yield (
+            f"The full battery has {robot.battery.full_voltage:g} V, the driver stands {driver.voltage_max:g} V:"
+            " use another one."
+        )
     if divided:
         yield "5 V signals reach 3.3 V inputs through 1k and 2k to ground: 5 V x 2 / 3 = 3.33 V."
     if kind == "mega":

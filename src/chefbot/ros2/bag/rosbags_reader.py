@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import struct
 from collections.abc import Collection, Iterator
@@ -11,6 +12,7 @@ from typing import Any
 
 from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.reader import BagMessage, BagTopic
+from chefbot.ros2.bag.writer import METADATA_FILE
 from chefbot.ros2.rmw.names import InterfaceType
 
 ROS1, SQLITE = ".bag", ".db3"
@@ -21,7 +23,7 @@ RENAMED = {"tf/msg/tfMessage": "tf2_msgs/msg/TFMessage"}
 
 def needs_rosbags(path: Path) -> bool:
     """Return whether a path is a bag of ROS 1 or a bag that is stored in SQLite."""
-    return path.suffix in (ROS1, SQLITE) or (path.is_dir() and any(path.glob(f"*{SQLITE}")))
+    return path.suffix in (ROS1, SQLITE) or any(path.glob(f"*{SQLITE}"))
 
 
 class RosbagsBag:
@@ -29,7 +31,11 @@ class RosbagsBag:
 
     def __init__(self, path: Path) -> None:
         """Read the topics. Raises BagError without the library, or if the bag cannot be read."""
+        if not os.path.exists(path):  # noqa: PTH110 - Path's method raises for names that no file can have
+            raise BagError(f"bag {path} does not exist; check the name")
         self._path = path.parent if path.suffix == SQLITE else path
+        if self._path.is_dir() and not (self._path / METADATA_FILE).is_file():
+            raise BagError(f"{self._path} has no {METADATA_FILE}; `ros2 bag reindex` makes one")
         with self._opened() as reader:
             self.topics = tuple(
                 BagTopic(one.topic, InterfaceType(_type_name(one), ""), ENCODING, (), one.msgcount)
@@ -71,8 +77,17 @@ class RosbagsBag:
             KeyError,
             IndexError,
         ) as error:
-            cause = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise BagError(f"bag {self._path} cannot be read: {cause}") from None
+            raise BagError(f"bag {self._path} cannot be read: {_cause(error, self._path)}") from None
+
+
+def _cause(error: Exception, path: Path) -> str:
+    """Return in words why the library cannot read a bag."""
+    text = str(error)
+    if path.is_dir():
+        return "it is cut off, damaged, or no bag of rosbag2"
+    if "index" in text.lower():
+        return "it is cut off or damaged; `rosbag reindex` may repair it"
+    return "it is damaged, or no bag of ROS 1"
 
 
 def _type_name(connection: Any) -> str:

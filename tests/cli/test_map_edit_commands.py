@@ -14,7 +14,7 @@ from chefbot.cli.app import main
 from chefbot.cli.map.edit import crop_map, print_info, rotate_map, undo_change
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.storage.map_files import load_map, save_map
+from chefbot.storage.map_files import load_map, map_png, save_map
 from chefbot.storage.new_map import save_new_map
 from chefbot.storage.places import PlaceEntry, load_entries, places_path, save_entries
 
@@ -69,6 +69,16 @@ def test_a_folder_stands_for_its_map(file: Path, capsys: pytest.CaptureFixture[s
     assert "120 x 160 cells" in capsys.readouterr().out
     undo_change(folder)
     assert load_map(folder / "map.yaml").cells.shape == (120, 160)
+
+
+def test_the_picture_beside_a_map_follows_it(file: Path) -> None:
+    picture = file.with_suffix(".png")
+    picture.write_bytes(map_png(load_map(file)))
+    before = picture.read_bytes()
+    crop_map(file, -1.0, None, None, None)
+    assert picture.read_bytes() == map_png(load_map(file)) != before
+    undo_change(file)
+    assert picture.read_bytes() == before
 
 
 def test_a_new_map_in_place_of_a_changed_one_is_taken_back(file: Path) -> None:

@@ -109,9 +109,17 @@ def test_every_wire_of_a_robot_has_a_pin_of_its_own(kind: str, wiring: str, tmp_
 def test_what_no_wire_shows_is_written(tmp_path: Path) -> None:
     robot = load_robot(wired("two_pwm", tmp_path))
     notes = " ".join(wiring_of(robot, "pico", board_pins("pico", robot.board)).notes)
-    assert "one for each motor" in notes and "IN1 high" in notes and "level shifter" not in notes
-    robot = load_robot("chefbot")
-    assert robot.driver.inputs == "ina_inb_pwm"
+    assert "one for each motor" in notes and "IN1 high" in notes and "3.15 V and more as high" in notes
+    path = tmp_path / "robot.yaml"
+    path.write_text("like: chefbot\nname: robot\ndriver: drv8871\n")
+    robot = load_robot(str(path))
+    drawn = wiring_of(robot, "mega", board_pins("mega", robot.board))
+    assert "must cut their supply" in " ".join(drawn.notes) and ">26</text>" not in wiring_picture(drawn)
+    path.write_text("like: chefbot\nname: robot\ndriver: drv8833\n")
+    robot = load_robot(str(path))
+    assert "the driver stands 10.8 V" in " ".join(
+        wiring_of(robot, "mega", board_pins("mega", robot.board)).notes
+    )
 
 
 @pytest.mark.parametrize("kind", BOARDS)
@@ -162,7 +170,7 @@ def test_no_3v3_input_gets_the_5v_of_the_ranger(kind: str) -> None:
         ("{at_rest: roll}", "board.at_rest: unknown 'roll'"),
         ("{kind: mega, pins: {estop: 3}}", "board.pins: only those of a Pico"),
         ("{kind: pico, pins: {estop: 4}}", "board.pins.estop: GP4 is taken by the IMU"),
-        ("{kind: pico, pins: {estop: 18}}", "board.pins.estop: GP18 is taken by cliff_0"),
+        ("{kind: pico, pins: {estop: 2}}", "board.pins.estop: GP2 is taken by trigger"),
         ("{kind: pico, pins: {cliff_0: 20}}", "board.pins.cliff_0: GP23 is not free"),
         ("{kind: pico, pins: {left_a: 22}}", "board.pins.left_a: the pin behind it, GP23, must be left_b"),
         ("{kind: pico, pins: {estop: 28}}", "board.pins.estop: GP28 is not free"),
@@ -199,6 +207,16 @@ def test_an_option_does_not_contradict_the_robot_file(tmp_path: Path) -> None:
     assert board_kind("tiva", ROBOT) == "tiva"
     with pytest.raises(UserError, match="has the board pico"):
         board_kind("mega", robot)
+
+
+def test_pins_that_a_robot_does_not_use_are_free(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    text = "like: chefbot\nname: robot\ndriver: ibt2_bts7960\nboard: {kind: pico, pins: {left_a: 16, left_b: 17}}\n"
+    path.write_text(text)
+    assert load_robot(str(path)).board.pins.left_a == 16
+    path.write_text(text.replace("ibt2_bts7960", "pololu_dual_vnh5019"))
+    with pytest.raises(ChefbotError, match="GP16 is taken by pwm_left"):
+        load_robot(str(path))
 
 
 def test_a_moved_pin_is_another_firmware(tmp_path: Path) -> None:

@@ -17,8 +17,9 @@ from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
 from chefbot.msgs.chefbot_places import MAX_PLACES, MAX_ZONES, MapZone
+from chefbot.storage.atomic_files import write_atomic
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
-from chefbot.storage.map_files import load_map, read_map_files, save_map
+from chefbot.storage.map_files import load_map, map_png, read_map_files, save_map
 from chefbot.storage.map_versions import versions_of
 from chefbot.storage.places import PlaceEntry, load_entries, places_path, save_entries
 from chefbot.storage.zones import load_zones, save_zones
@@ -107,6 +108,13 @@ class MapEditor:
             raise UserError(f"{picture} is the picture of another map; rename it, or this map")
         # other modes than trinary have more levels than three
         save_map(self._map, grid, "trinary" if about.mode == "trinary" else "raw")
+        self._draw(grid)
+
+    def _draw(self, grid: Grid) -> None:
+        """Draw the map again where `chefbot map slam` has drawn it beside."""
+        drawn = self._map.with_suffix(".png")
+        if drawn.is_file() and self._map.with_suffix(".pgm").is_file():
+            write_atomic(drawn, map_png(grid))
 
     def undo(self) -> float:
         """Take the last change back, and return by how much that turns the map, rad. Raises UserError without one."""
@@ -115,6 +123,7 @@ class MapEditor:
             raise UserError("There is no change of the map to take back")
         if self._map in restored.files:
             self.grid = load_map(self._map)
+            self._draw(self.grid)
         return -float(restored.note)
 
     def _changed(self, before: MapContent, edit: MapEdit) -> MapContent:

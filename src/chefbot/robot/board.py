@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Annotated
 
 import msgspec
@@ -87,8 +87,11 @@ class MotorBoard(RobotSection, frozen=True, kw_only=True):
         return PICO_PINS | self.pins.given()
 
 
-def board_problems(board: MotorBoard) -> Iterator[tuple[bool, str, str]]:
-    """Yield contradictions of the section: whether there is one, its key and the reason."""
+def board_problems(board: MotorBoard, unused: Collection[str]) -> Iterator[tuple[bool, str, str]]:
+    """Yield contradictions of the section: whether there is one, its key and the reason.
+
+    unused: signals that the robot has no use for, whose pins are free for others.
+    """
     unknown = f"unknown {board.kind!r}{name_hint(board.kind, BOARD_LOGIC)}"
     yield board.kind not in ("", *BOARD_LOGIC), "board.kind", unknown
     unknown = f"unknown {board.at_rest!r}{name_hint(board.at_rest, AT_REST)}"
@@ -98,8 +101,9 @@ def board_problems(board: MotorBoard) -> Iterator[tuple[bool, str, str]]:
         "only those of a Pico can be moved; those of the other boards are where their timers and encoders are"
     )
     yield bool(given) and board.kind != "pico", "board.pins", fixed
+    pins = {name: pin for name, pin in board.all_pins().items() if name in given or name not in unused}
     for name in given:
-        reason = _pin_problem(name, board.all_pins())
+        reason = _pin_problem(name, pins)
         yield bool(reason), f"board.pins.{name}", reason
 
 
@@ -115,7 +119,11 @@ def _pin_problem(name: str, pins: dict[str, int]) -> str:
     if name in ("left_a", "right_a") and pins[f"{name[:-1]}b"] != pins[name] + 1:
         return f"the pin behind it, GP{pins[name] + 1}, must be {name[:-1]}b"
     for group in PWM_GROUPS:
-        same = [other for other in group if other != name and (pins[other] - pins[name]) % PWM_CHANNELS == 0]
+        same = [
+            other
+            for other in group
+            if other in pins and other != name and (pins[other] - pins[name]) % PWM_CHANNELS == 0
+        ]
         if name in group and same:
             return f"GP{pins[name]} has the same PWM channel as {same[0]} on GP{pins[same[0]]}"
     return ""

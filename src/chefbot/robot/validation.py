@@ -192,7 +192,13 @@ def _drive(robot: Robot) -> Iterator[Contradiction]:
     protocol = robot.drive.protocol
     unknown = f"unknown {protocol!r}{name_hint(protocol, DRIVE_PROTOCOLS)}"
     yield protocol not in ("", *DRIVE_PROTOCOLS), "drive.protocol", unknown
-    yield from board_problems(robot.board)
+    yield from board_problems(robot.board, _unused_signals(robot))
+
+
+def _unused_signals(robot: Robot) -> set[str]:
+    """Return the signals of the motor board that this robot does not need; their pins are inputs, or not set up."""
+    unused = set() if robot.sensors.cliff_sensors else {"cliff_0"}
+    return unused | ({"pwm_left", "pwm_right"} if robot.driver.inputs == "two_pwm" else set())
 
 
 def _sensors(robot: Robot) -> Iterator[Contradiction]:

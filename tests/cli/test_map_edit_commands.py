@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from chefbot.cli.app import main
 from chefbot.cli.map.edit import crop_map, print_info, rotate_map, undo_change
@@ -79,6 +80,21 @@ def test_the_picture_beside_a_map_follows_it(file: Path) -> None:
     assert picture.read_bytes() == map_png(load_map(file)) != before
     undo_change(file)
     assert picture.read_bytes() == before
+
+
+def test_a_picture_that_is_the_map_or_a_persons_stays(file: Path) -> None:
+    picture = file.with_suffix(".png")
+    Image.open(file.with_suffix(".pgm")).save(picture)
+    file.with_suffix(".pgm").unlink()
+    lines = [
+        line for line in file.read_text().replace("room.pgm", "room.png").splitlines() if "sha256" not in line
+    ]
+    file.write_text("\n".join(lines))
+    own, before = picture.read_bytes(), load_map(file).cells
+    crop_map(file, -1.0, None, None, None)
+    assert picture.read_bytes() == own
+    undo_change(file)
+    assert picture.read_bytes() == own and np.array_equal(load_map(file).cells, before)
 
 
 def test_a_new_map_in_place_of_a_changed_one_is_taken_back(file: Path) -> None:

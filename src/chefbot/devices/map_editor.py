@@ -107,23 +107,32 @@ class MapEditor:
         if picture.exists() and picture.resolve() != (self._map.parent / about.image).resolve():
             raise UserError(f"{picture} is the picture of another map; rename it, or this map")
         # other modes than trinary have more levels than three
+        drawn = self._drawing()
         save_map(self._map, grid, "trinary" if about.mode == "trinary" else "raw")
-        self._draw(grid)
-
-    def _draw(self, grid: Grid) -> None:
-        """Draw the map again where `chefbot map slam` has drawn it beside."""
-        drawn = self._map.with_suffix(".png")
-        if drawn.is_file() and self._map.with_suffix(".pgm").is_file():
+        if drawn is not None:
             write_atomic(drawn, map_png(grid))
+
+    def _drawing(self) -> Path | None:
+        """Return the picture that `chefbot map slam` has drawn of the present map, if it is beside it.
+
+        Any other picture belongs to a person, or is the image of the map itself.
+        """
+        drawn = self._map.with_suffix(".png")
+        if not drawn.is_file() or drawn.read_bytes() != map_png(self.grid):
+            return None
+        image = self._map.parent / read_map_files(self._map).description.image
+        return drawn if drawn.resolve() != image.resolve() else None
 
     def undo(self) -> float:
         """Take the last change back, and return by how much that turns the map, rad. Raises UserError without one."""
+        drawn = self._drawing()
         restored = self.versions.restore()
         if not restored.files:
             raise UserError("There is no change of the map to take back")
         if self._map in restored.files:
             self.grid = load_map(self._map)
-            self._draw(self.grid)
+            if drawn is not None:
+                write_atomic(drawn, map_png(self.grid))
         return -float(restored.note)
 
     def _changed(self, before: MapContent, edit: MapEdit) -> MapContent:

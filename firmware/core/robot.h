@@ -41,7 +41,8 @@ inline bool plausible(const RobotConstants &r) {
            r.deceleration >= r.acceleration && r.deceleration <= 102000 && r.no_load >= 126 &&
            r.no_load <= SPEED_BOUND && r.lag >= 0 && r.lag <= 2000 && r.battery_stop >= 0 &&
            r.battery_low >= r.battery_stop && r.battery_low <= 40000 && r.imu_period >= 1 && r.imu_period <= 100 &&
-           r.sonar_period >= 0 && r.sonar_period <= 1000 && r.cliff_sensors >= 0 && r.cliff_sensors <= CLIFF_INPUTS && (r.hold == 0 || r.hold == 1);
+           r.sonar_period >= 0 && r.sonar_period <= 1000 && r.cliff_sensors >= 0 && r.cliff_sensors <= CLIFF_INPUTS &&
+           (r.hold == 0 || r.hold == 1);
 }
 
 }  // namespace chefbot

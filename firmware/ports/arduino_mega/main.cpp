@@ -14,7 +14,7 @@ using namespace chefbot;
 
 namespace {
 
-// Pin assignment; docs/wiring.py draws this table. PWM is timer 1's OC1A and OC1B, that of BACK timer 5's OC5A and OC5B
+// Pin assignment; src/chefbot/design/wiring/board_pins.py has the same table. PWM is timer 1's OC1A and OC1B, that of BACK timer 5's OC5A and OC5B
 // (for drivers with two PWM inputs), echo ICP4; encoders are INT4, INT5, INT3, INT2. A pull-down keeps ENABLE low in
 // reset; ESTOP is normally closed to ground.
 enum Pin : uint8_t {

@@ -245,7 +245,7 @@ static void start_pins() {
     const uint32_t plain[] = {LEFT_IN_A, LEFT_IN_B, RIGHT_IN_A, RIGHT_IN_B, ENABLE, TRIGGER, ECHO};
     for (uint32_t pin : plain) connect(pin, FUNCTION_SIO, PLAIN);
     connect(ESTOP, FUNCTION_SIO, PULLED_UP);  // a broken wire is a pressed button
-    for (uint32_t i = 0; i < CLIFF_INPUTS; ++i) connect(static_cast<Pin>(CLIFF_0 + i), FUNCTION_SIO, PULLED_UP);
+    for (int32_t i = 0; i < ROBOT.cliff_sensors; ++i) connect(static_cast<Pin>(CLIFF_0 + i), FUNCTION_SIO, PULLED_UP);
     const uint32_t encoders[] = {LEFT_A, LEFT_B, RIGHT_A, RIGHT_B};
     for (uint32_t pin : encoders) connect(pin, FUNCTION_SIO, PULLED_UP);
     connect(TX, FUNCTION_UART, PLAIN);

@@ -22,7 +22,7 @@ const uint32_t PORT_A = 0x40004000, PORT_B = 0x40005000, PORT_C = 0x40006000, PO
 const uint32_t DATA = 0x3FC, DIR = 0x400, IBE = 0x408, IM = 0x410, ICR = 0x41C, AFSEL = 0x420, ODR = 0x50C, PUR = 0x510, DEN = 0x51C,
                LOCK = 0x520, COMMIT = 0x524, AMSEL = 0x528, PCTL = 0x52C;
 
-// Pin assignment; docs/wiring.py draws this table. Encoders are QEI0 and QEI1, PWM is M0PWM2 and M0PWM3, the battery AIN0.
+// Pin assignment; src/chefbot/design/wiring/board_pins.py has the same table. Encoders are QEI0 and QEI1, PWM is M0PWM2 and M0PWM3, the battery AIN0.
 // Drivers with two PWM inputs: those of the left motor are PWM_LEFT and PWM_RIGHT, of the right one RIGHT_IN_A and RIGHT_IN_B
 // (M0PWM4 and M0PWM5).
 const uint32_t A = 0, B = 8, C = 16, D = 24, E = 32;

@@ -22,7 +22,8 @@ def draw_wiring(robot_file: str, kind: str, out: Path) -> None:
     robot = load_robot(robot_file)
     if robot.drive.protocol:
         raise UserError(f"{robot.name} has no motor board: its drive, {robot.drive.protocol}, has its own")
-    wiring = wiring_of(robot, board_kind(kind, robot), board_pins(board_kind(kind, robot), robot.board))
+    kind = board_kind(kind, robot)
+    wiring = wiring_of(robot, kind, board_pins(kind, robot.board))
     make_folder(out.parent)
     write_atomic(out, wiring_picture(wiring).encode())
     console.print(f"{out}: {wiring.board.title}, drivers with {robot.driver.inputs}")

@@ -33,7 +33,7 @@ SECONDS = 12.0
 MEASURED = 3.0
 """Time for which each device is observed, s."""
 TICK_RATE, DRIVE_RATE = 50.0, 20.0
-"""Rates of tick messages, Hz: of the motor board, and the least of a motor drive, which is asked for each."""
+"""Rates of tick messages, Hz: of the motor board, and the least of a motor drive, which is polled."""
 BOARD = "board"
 MIN_SHARE = 0.7
 """Share of its rate below which a stream is a problem."""

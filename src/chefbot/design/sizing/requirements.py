@@ -31,10 +31,8 @@ OVERVOLTAGE = 1.25
 TIPS_LESS = "body.radius"
 """The key that moves wheels and casters apart."""
 WHEEL = "wheels.diameter"
-BOARD_LOGIC = 3.3
-"""Output voltage of the motor board, V; the same for all boards of the firmware."""
 LOGIC_SHARE = 0.9
-"""Share of BOARD_LOGIC that remains under load and noise."""
+"""Share of the voltage of the board's outputs that remains under load and noise."""
 Part = Literal["motor", "driver", "battery", "robot"]
 
 

@@ -58,8 +58,10 @@ class Shapes:
 
 def wiring_picture(wiring: Wiring) -> str:
     """Return the SVG: the board in the middle, sensors on its left, motors and supply on its right."""
-    sheet, board = Shapes(), Shapes()
-    bottom = max(_draw_side(sheet, wiring, wiring.left, True), _draw_side(sheet, wiring, wiring.right, False))
+    shapes, board = Shapes(), Shapes()
+    bottom = max(
+        _draw_side(shapes, wiring, wiring.left, True), _draw_side(shapes, wiring, wiring.right, False)
+    )
     board.box(BOARD, (TOP - 14, bottom), "k")
     board.text(sum(BOARD) / 2, TOP + 4, wiring.board.title.split(" EK")[0], "t", "middle")
     notes = [line for note in wiring.notes for line in _lines(note)]
@@ -70,7 +72,7 @@ def wiring_picture(wiring: Wiring) -> str:
     for i, line in enumerate(notes):
         board.text(20, bottom + 28 + 18 * i, line, "s")
     paper = '<rect width="100%" height="100%" fill="#fff"/>'
-    return "\n".join([head, STYLE, paper, *board.parts, *sheet.parts, "</svg>"]) + "\n"
+    return "\n".join([head, STYLE, paper, *board.parts, *shapes.parts, "</svg>"]) + "\n"
 
 
 def _lines(note: str) -> list[str]:
@@ -89,35 +91,35 @@ def _heights(wiring: Wiring, module: Module) -> list[float]:
     return [ROW + EXTRA_HEIGHT * (signal in grounded) for signal, _ in module.wires]
 
 
-def _draw_side(sheet: Shapes, wiring: Wiring, modules: tuple[Module, ...], left: bool) -> float:
+def _draw_side(shapes: Shapes, wiring: Wiring, modules: tuple[Module, ...], left: bool) -> float:
     """Draw all modules of a side and return where they end, px."""
     y, x = TOP + 20.0, LEFT_MODULE if left else RIGHT_MODULE
     for module in modules:
         heights = _heights(wiring, module)
-        sheet.box(x, (y, y + 40 + sum(heights) - 6), "m")
-        sheet.text(x[0] + 10, y + 18, module.title, "t")
-        sheet.text(x[0] + 10, y + 33, module.supply, "s")
+        shapes.box(x, (y, y + 40 + sum(heights) - 6), "m")
+        shapes.text(x[0] + 10, y + 18, module.title, "t")
+        shapes.text(x[0] + 10, y + 33, module.supply, "s")
         row = y + 52
         for (signal, terminal), height in zip(module.wires, heights, strict=True):
-            _draw_wire(sheet, wiring, signal, terminal, row, left)
+            _draw_wire(shapes, wiring, signal, terminal, row, left)
             row += height
         y += 40 + sum(heights) - 6 + GAP - 16
     return y + 4
 
 
-def _draw_wire(sheet: Shapes, wiring: Wiring, signal: str, terminal: str, y: float, left: bool) -> None:
+def _draw_wire(shapes: Shapes, wiring: Wiring, signal: str, terminal: str, y: float, left: bool) -> None:
     """Draw a wire with the names at its ends and the resistors in it."""
     module, board = (LEFT_MODULE[1], BOARD[0]) if left else (RIGHT_MODULE[0], BOARD[1])
     way = 1 if left else -1
-    sheet.wire((module, y), (board, y))
-    sheet.text(module - 8 * way, y + 4, terminal, "", "end" if left else "start")
-    sheet.text(board + 8 * way, y + 4, wiring.board.pins[signal], "t", "start" if left else "end")
+    shapes.wire((module, y), (board, y))
+    shapes.text(module - 8 * way, y + 4, terminal, "", "end" if left else "start")
+    shapes.text(board + 8 * way, y + 4, wiring.board.pins[signal], "t", "start" if left else "end")
     if signal in wiring.divided:
-        sheet.resistor(module + 60, y, "1k")
-        sheet.resistor_to_ground(module + 115, y, "2k")
+        shapes.resistor(module + 60, y, "1k")
+        shapes.resistor_to_ground(module + 115, y, "2k")
     if signal == "ENABLE":
-        sheet.resistor_to_ground(module - 115, y, "10k")
+        shapes.resistor_to_ground(module - 115, y, "10k")
     if signal == "BATTERY":
         upper, lower = wiring.board.battery_divider
-        sheet.resistor(module - 60, y, upper)
-        sheet.resistor_to_ground(module - 115, y, lower)
+        shapes.resistor(module - 60, y, upper)
+        shapes.resistor_to_ground(module - 115, y, lower)

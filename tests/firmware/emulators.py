@@ -59,7 +59,7 @@ class BoardEmulator:
         """robot: its program was made for it; what is not wired as usual is passed to the emulator."""
         wiring = {
             "CHEFBOT_DRIVER_INPUTS": robot.driver.inputs,
-            "CHEFBOT_PINS": json.dumps(robot.board.all_pins()),
+            "CHEFBOT_PINS": json.dumps(robot.board.pins.by_name()),
         }
         pipe, environment = subprocess.PIPE, {**os.environ, **wiring}
         self._process = subprocess.Popen(

@@ -64,7 +64,7 @@ def printed(kind: str, signal: str, place: str) -> str:
         return MEGA_TERMINALS[place]
     if kind == "tiva":
         return "P" + place.replace(" + ", "")
-    moved = MotorBoard().all_pins().get(signal.lower())
+    moved = MotorBoard().pins.by_name().get(signal.lower())
     assert place.isdecimal() if moved is None else place == f"CHEFBOT_GP_{signal}"
     return f"GP{place if moved is None else moved}"
 

@@ -59,7 +59,7 @@ def firmware_constants(robot: Robot) -> tuple[FirmwareConstant, ...]:
 
 def _wiring_text(robot: Robot) -> str:
     """Return what the ports know besides the constants: the driver's inputs, and the pins that were moved."""
-    pins = robot.board.pins.given()
+    pins = robot.board.pins.moved()
     return f"{robot.driver.inputs}\n" + "".join(f"{name}={pin}\n" for name, pin in pins.items())
 
 

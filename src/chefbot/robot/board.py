@@ -14,24 +14,6 @@ from chefbot.robot.section import RobotSection
 BOARD_LOGIC = {"mega": 5.0, "tiva": 3.3, "pico": 3.3}
 """Voltage of the outputs of each kind of motor board, V."""
 AT_REST = ("coast", "hold")
-PICO_PINS = {
-    "left_a": 6,
-    "left_b": 7,
-    "right_a": 8,
-    "right_b": 9,
-    "left_in_a": 10,
-    "left_in_b": 11,
-    "right_in_a": 12,
-    "right_in_b": 13,
-    "enable": 14,
-    "estop": 15,
-    "pwm_left": 16,
-    "pwm_right": 17,
-    "trigger": 2,
-    "echo": 3,
-    "cliff_0": 18,
-}
-"""GP numbers of the Pico's signals that may be moved, where the firmware has them by default."""
 CLIFF_INPUTS = 4
 FIXED_PINS = {0: "the serial line", 1: "the serial line", 4: "the IMU", 5: "the IMU", 26: "the battery"}
 LAST_PIN = 22
@@ -44,28 +26,33 @@ Pin = Annotated[int, Meta(ge=0, le=28)]
 
 
 class PicoPins(RobotSection, frozen=True, kw_only=True):
-    """GP numbers of a Pico's signals; those that are not given stay where the firmware has them."""
+    """GP numbers of a Pico's signals that may be moved."""
 
-    left_a: Pin | None = None
-    left_b: Pin | None = None
-    right_a: Pin | None = None
-    right_b: Pin | None = None
-    left_in_a: Pin | None = None
-    left_in_b: Pin | None = None
-    right_in_a: Pin | None = None
-    right_in_b: Pin | None = None
-    enable: Pin | None = None
-    estop: Pin | None = None
-    pwm_left: Pin | None = None
-    pwm_right: Pin | None = None
-    trigger: Pin | None = None
-    echo: Pin | None = None
-    cliff_0: Pin | None = None
+    left_a: Pin = 6
+    left_b: Pin = 7
+    right_a: Pin = 8
+    right_b: Pin = 9
+    left_in_a: Pin = 10
+    left_in_b: Pin = 11
+    right_in_a: Pin = 12
+    right_in_b: Pin = 13
+    enable: Pin = 14
+    estop: Pin = 15
+    pwm_left: Pin = 16
+    pwm_right: Pin = 17
+    trigger: Pin = 2
+    echo: Pin = 3
+    cliff_0: Pin = 18
     """The first cliff sensor; the others are on the pins behind it."""
 
-    def given(self) -> dict[str, int]:
-        """Return the pins that are given."""
-        return {name: pin for name, pin in msgspec.structs.asdict(self).items() if pin is not None}
+    def by_name(self) -> dict[str, int]:
+        """Return the pins of all signals."""
+        return msgspec.structs.asdict(self)
+
+    def moved(self) -> dict[str, int]:
+        """Return the pins that are not the usual ones."""
+        usual = PicoPins().by_name()
+        return {name: pin for name, pin in self.by_name().items() if pin != usual[name]}
 
 
 class MotorBoard(RobotSection, frozen=True, kw_only=True):
@@ -82,10 +69,6 @@ class MotorBoard(RobotSection, frozen=True, kw_only=True):
         """Voltage of its outputs, V; the lowest of all boards if it is not decided yet."""
         return BOARD_LOGIC.get(self.kind, min(BOARD_LOGIC.values()))
 
-    def all_pins(self) -> dict[str, int]:
-        """Return the GP numbers of all signals of a Pico that may be moved."""
-        return PICO_PINS | self.pins.given()
-
 
 def board_problems(board: MotorBoard, unused: Collection[str]) -> Iterator[tuple[bool, str, str]]:
     """Yield contradictions of the section: whether there is one, its key and the reason.
@@ -96,13 +79,13 @@ def board_problems(board: MotorBoard, unused: Collection[str]) -> Iterator[tuple
     yield board.kind not in ("", *BOARD_LOGIC), "board.kind", unknown
     unknown = f"unknown {board.at_rest!r}{name_hint(board.at_rest, AT_REST)}"
     yield board.at_rest not in AT_REST, "board.at_rest", unknown
-    given = board.pins.given()
+    moved = board.pins.moved()
     fixed = (
         "only those of a Pico can be moved; those of the other boards are where their timers and encoders are"
     )
-    yield bool(given) and board.kind != "pico", "board.pins", fixed
-    pins = {name: pin for name, pin in board.all_pins().items() if name in given or name not in unused}
-    for name in given:
+    yield bool(moved) and board.kind != "pico", "board.pins", fixed
+    pins = {name: pin for name, pin in board.pins.by_name().items() if name in moved or name not in unused}
+    for name in moved:
         reason = _pin_problem(name, pins)
         yield bool(reason), f"board.pins.{name}", reason
 

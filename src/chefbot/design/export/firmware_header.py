@@ -19,7 +19,7 @@ def firmware_header(robot: Robot) -> str:
         f"#define CHEFBOT_DRIVER_INPUTS {robot.driver.inputs.upper()}  // driver.inputs",
         *(
             f"#define CHEFBOT_GP_{n.upper()} {pin}  // board.pins"
-            for n, pin in robot.board.all_pins().items()
+            for n, pin in robot.board.pins.by_name().items()
         ),
         "",
         "// in the order of struct RobotConstants",

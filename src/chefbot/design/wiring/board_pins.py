@@ -52,7 +52,7 @@ def board_pins(kind: str, board: MotorBoard) -> BoardPins:
         title, computer = "Tiva C Launchpad EK-TM4C123GXL", "debug USB has these two"
         return BoardPins("tiva_launchpad", title, computer, TIVA_PINS, two, ("47k", "10k"), True)
     two = (("LEFT_IN_A", "LEFT_IN_B"), ("RIGHT_IN_A", "RIGHT_IN_B"))
-    moved = board.all_pins()
+    moved = board.pins.by_name()
     moved |= {f"cliff_{i}": moved["cliff_0"] + i for i in range(CLIFF_INPUTS)}
     pins = PICO_FIXED_PINS | {name.upper(): f"GP{pin}" for name, pin in moved.items()}
     title, computer = "Raspberry Pi Pico", "USB-serial cable, 3.3 V"

@@ -10,7 +10,8 @@ from tests.devices.emulated import Emulator
 from tests.devices.emulated_lidar import PluggedLidar
 from tests.support.waiting import PATIENCE
 
-from chefbot.cli.doctor.built import built_lines, devices_of, power_lines
+from chefbot.cli.doctor.built import built_lines, devices_of
+from chefbot.cli.doctor.computer import power_lines
 from chefbot.cli.doctor.report import print_report
 from chefbot.robot.load import load_robot
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from pathlib import Path
 from typing import NamedTuple
 
 from rich.console import Console
@@ -218,15 +217,3 @@ def _unused(robot: Robot) -> Iterator[str]:
         if sensor is not None and not sensor.driver:
             topic = "/scan" if name == "lidar" else "/camera/depth/image_raw"
             yield f"  {name}: without a driver in the robot file, its data are expected on {topic}"
-
-
-def power_lines(folder: Path = Path("/sys/class/hwmon")) -> list[str]:
-    """Return whether a Raspberry Pi has had too little voltage since its start."""
-    for sensor in folder.glob("hwmon*"):
-        alarm = sensor / "in0_lcrit_alarm"
-        try:
-            if (sensor / "name").read_text().strip() == "rpi_volt" and alarm.read_text().strip() == "1":
-                return ["! power supply: the voltage of this Raspberry Pi was too low; use a stronger one"]
-        except OSError:
-            continue
-    return []

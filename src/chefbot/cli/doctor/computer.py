@@ -1,4 +1,4 @@
-"""Checks of `chefbot doctor`: web UI, browser, disk, maps, cameras and clock of this computer.
+"""Checks of `chefbot doctor`: web UI, browser, disk, maps, cameras, clock and power supply of this computer.
 
 Each returns lines; one that begins with "! " is a problem.
 """
@@ -31,6 +31,7 @@ SCARCE = 1_000_000_000
 SHOWN_MAPS = 5
 """Number of maps that are listed, the newest."""
 CAMERAS = Path("/sys/class/video4linux")
+VOLTAGE_SENSORS = Path("/sys/class/hwmon")
 MAP_PATTERNS = ("*.yaml", "runs/*/*.yaml", "maps/*.yaml")
 """Where maps are looked for, from the working directory."""
 
@@ -158,3 +159,15 @@ def _is_synchronized() -> bool | None:
     except (OSError, subprocess.TimeoutExpired):
         return None
     return {"yes": True, "no": False}.get(answer.stdout.strip())
+
+
+def power_lines(folder: Path = VOLTAGE_SENSORS) -> list[str]:
+    """Return whether a Raspberry Pi has had too little voltage since its start."""
+    for sensor in folder.glob("hwmon*"):
+        alarm = sensor / "in0_lcrit_alarm"
+        try:
+            if (sensor / "name").read_text().strip() == "rpi_volt" and alarm.read_text().strip() == "1":
+                return ["! power supply: the voltage of this Raspberry Pi was too low; use a stronger one"]
+        except OSError:
+            continue
+    return []

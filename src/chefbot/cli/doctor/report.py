@@ -14,8 +14,15 @@ from rich.console import Console
 
 from chefbot import __version__
 from chefbot.cli.board.ports import serial_port_lines
-from chefbot.cli.doctor.built import built_lines, power_lines
-from chefbot.cli.doctor.computer import camera_lines, clock_lines, disk_lines, map_lines, web_ui_lines
+from chefbot.cli.doctor.built import built_lines
+from chefbot.cli.doctor.computer import (
+    camera_lines,
+    clock_lines,
+    disk_lines,
+    map_lines,
+    power_lines,
+    web_ui_lines,
+)
 from chefbot.cli.plural import number_of
 from chefbot.errors import ChefbotError
 from chefbot.fleet.keyring import Keyring, keys_folder

@@ -196,18 +196,11 @@ class _DriveReader:
     def _odometry(self, given: str) -> tuple[OdometryTrack, str]:
         """Return the odometry and the frame that it moves: of its topic, else of the transforms from `odom`."""
         topic = self._chosen(ODOMETRY, given, ODOM, "--odometry-topic")
-        messages = list(self._decoded(Odometry, topic)) if topic is not None else []
-        if topic is not None and messages:
-            self._check_times([one.header.stamp.ns for one in messages], topic)
-            finite = [one for one in messages if np.isfinite(one.pose.pose.se2).all()]
-            if len(finite) < len(messages):
-                self._notes.append(
-                    f"{len(messages) - len(finite)} poses on {topic} are not finite, left out."
-                )
-            if not finite:
-                raise UserError(f"bag {self._path}: no pose on {topic} is finite")
-            times, poses = [one.header.stamp.ns for one in finite], [one.pose.pose.se2 for one in finite]
-            return OdometryTrack(times, poses), finite[0].child_frame_id or "base_link"
+        if topic is not None:
+            messages = list(self._decoded(Odometry, topic))
+            samples = [(one.header.stamp.ns, one.pose.pose.se2) for one in messages]
+            base = messages[0].child_frame_id if messages else ""
+            return self._track(samples, topic), base or "base_link"
         moving = [one for one in self._transforms("tf") if one.header.frame_id.strip("/") == ODOM]
         if not moving:
             raise UserError(
@@ -215,7 +208,17 @@ class _DriveReader:
             )
         child = moving[0].child_frame_id
         own = [one for one in moving if one.child_frame_id == child]
-        return OdometryTrack([one.header.stamp.ns for one in own], [one.transform.se2 for one in own]), child
+        return self._track([(one.header.stamp.ns, one.transform.se2) for one in own], "/tf"), child
+
+    def _track(self, samples: Sequence[tuple[int, SE2]], topic: str) -> OdometryTrack:
+        """Return the odometry by its finite samples. Raises UserError if there are none, or the time goes back."""
+        self._check_times([time_ns for time_ns, _ in samples], topic)
+        finite = [(time_ns, pose) for time_ns, pose in samples if np.isfinite(pose).all()]
+        if not finite:
+            raise UserError(f"bag {self._path}: no pose on {topic} is valid and finite")
+        if len(finite) < len(samples):
+            self._notes.append(f"{len(samples) - len(finite)} poses on {topic} are not finite, left out.")
+        return OdometryTrack([time_ns for time_ns, _ in finite], [pose for _, pose in finite])
 
     def _transforms(self, name: str) -> Iterator[TransformStamped]:
         for topic in self._bag.topics:

@@ -23,7 +23,7 @@ RENAMED = {"tf/msg/tfMessage": "tf2_msgs/msg/TFMessage"}
 
 def needs_rosbags(path: Path) -> bool:
     """Return whether a path is a bag of ROS 1 or a bag that is stored in SQLite."""
-    return path.suffix in (ROS1, SQLITE) or any(path.glob(f"*{SQLITE}"))
+    return path.suffix in (ROS1, SQLITE) or (os.path.isdir(path) and any(path.glob(f"*{SQLITE}")))  # noqa: PTH112
 
 
 class RosbagsBag:

@@ -81,8 +81,10 @@ def print_results(params: MapperParams, result: SlamResult, out: Path, took: flo
     """Print what was found, and where it is."""
     if result.no_return is not None:
         minimum, share = result.no_return
-        measured = "" if minimum >= NO_RETURN else f"Ranges of {minimum:.2f} m and more count as no return: "
-        console.print(f"{measured}{share:.1%} of all beams{' have no return' if not measured else ''}.")
+        if minimum >= NO_RETURN:  # the log itself tells them apart
+            console.print(f"{share:.1%} of all beams have no return.")
+        else:
+            console.print(f"Ranges of {minimum:.2f} m and more count as no return: {share:.1%} of all beams.")
     if isinstance(params, GraphSlamParams):
         offset = f"{1e3 * result.range_offset:+.0f} mm"
         console.print(

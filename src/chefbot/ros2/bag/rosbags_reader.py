@@ -36,7 +36,7 @@ class RosbagsBag:
         self._path = path.parent if path.suffix == SQLITE else path
         if self._path.is_dir() and not (self._path / METADATA_FILE).is_file():
             raise BagError(f"{self._path} has no {METADATA_FILE}; `ros2 bag reindex` makes one")
-        with self._opened() as reader:
+        with self._opened() as (reader, _):
             self.topics = tuple(
                 BagTopic(one.topic, InterfaceType(_type_name(one), ""), ENCODING, (), one.msgcount)
                 for one in reader.connections
@@ -44,10 +44,7 @@ class RosbagsBag:
 
     def messages(self, topics: Collection[str]) -> Iterator[BagMessage]:
         """Iterate over the messages of some topics in time order."""
-        with self._opened() as reader:
-            from rosbags.typesys import Stores, get_typestore
-
-            types = get_typestore(Stores.ROS2_HUMBLE)  # in CDR a header has no sequence number
+        with self._opened() as (reader, types):
             chosen = [one for one in reader.connections if one.topic in topics]
             for connection, time_ns, raw in reader.messages(chosen):
                 kind = InterfaceType(_type_name(connection), "")
@@ -55,7 +52,8 @@ class RosbagsBag:
                 yield BagMessage(connection.topic, kind, bytes(data), time_ns, time_ns)
 
     @contextmanager
-    def _opened(self) -> Iterator[Any]:
+    def _opened(self) -> Iterator[tuple[Any, Any]]:
+        """Yield the reader, and the types of ROS 2, in which a header has no sequence number."""
         try:
             from rosbags.highlevel import AnyReader, AnyReaderError
             from rosbags.serde import SerdeError
@@ -65,8 +63,9 @@ class RosbagsBag:
                 f"{self._path} is a bag of ROS 1 or in SQLite, which needs pip install 'chefbot[rosbags]'"
             ) from None
         try:
-            with AnyReader([self._path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-                yield reader
+            types = get_typestore(Stores.ROS2_HUMBLE)
+            with AnyReader([self._path], default_typestore=types) as reader:
+                yield reader, types
         except (
             AnyReaderError,
             SerdeError,

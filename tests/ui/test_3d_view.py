@@ -277,6 +277,26 @@ def test_switching_between_map_and_model_works(tab: Tab, server: WebUiServer) ->
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
 
 
+WRITE_BEFORE_EVENT = """(async () => {
+    const { ViewAddress } = await import("./address.js"), wanted = [];
+    const shown = () => Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
+    const address = new ViewAddress(shown, (parameters) => wanted.push(parameters.has("3d")));
+    const before = location.hash;
+    location.hash = "#3d";
+    address.read = () => ({});           // still the view from above
+    address.write();
+    address.read = shown;
+    return [before, location.hash, wanted.at(-1)];
+})()"""
+
+
+def test_an_address_is_followed_before_its_event_arrives(tab: Tab) -> None:
+    tab.evaluate("document.body.classList.contains('solid') && document.getElementById('solid').click()")
+    tab.wait_for("location.hash === ''")
+    assert tab.evaluate(WRITE_BEFORE_EVENT) == ["", "#3d", True]
+    tab.wait_for("document.body.classList.contains('solid')")
+
+
 def test_poses_are_interpolated_between_updates(tab: Tab, server: WebUiServer) -> None:
     place_robot(server, (0.0, 0.0, 0.0), IDENTITY_ROTATION)
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")

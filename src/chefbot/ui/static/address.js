@@ -12,15 +12,23 @@ export class ViewAddress {
     setInterval(() => this.write(), PERIOD);
   }
 
+  // `known`: the part of the address that agrees with what is shown; the kiosk leaves an empty one.
   restore() {
+    this.known = location.hash === KIOSK ? "" : location.hash;
     if (location.hash !== KIOSK) this.apply(new URLSearchParams(location.hash.slice(1)));
   }
 
   write() {
-    if (location.hash === KIOSK) return;
+    if (location.hash === KIOSK) this.known = "";
+    else if (location.hash !== this.known) this.restore();    // another address, whose event is still to come
+    else this.replace();
+  }
+
+  replace() {
     const shown = Object.entries(this.read()).filter(([, value]) => value !== null);
     const hash = shown.length ? `#${encoded(new URLSearchParams(shown))}` : "";
     if (hash !== location.hash) history.replaceState(null, "", hash || location.pathname);
+    this.known = location.hash;
   }
 }
 

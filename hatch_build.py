@@ -1,4 +1,4 @@
-"""Build of the package: compiles the firmware for the simulator, packs its sources for `chefbot board flash`.
+"""Build of the package: compiles the firmware for the simulator.
 
 Where the machine has no C++ compiler, pip fetches one for the build alone (`ziglang`, 100 MB), and throws it away.
 """
@@ -13,8 +13,6 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 LIBRARY = "src/chefbot/sim/_firmware/libchefbot_board.so"
-SOURCES = ("Makefile", "core", "ports")
-"""Of the firmware: what a microcontroller's program is made of."""
 
 
 class BoardHook(BuildHookInterface[Any]):
@@ -24,13 +22,10 @@ class BoardHook(BuildHookInterface[Any]):
         """What the build needs besides hatchling."""
         return [] if self._builder()["compiler"]() else ["ziglang>=0.13"]
 
-    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002
         """Compile; the wheel is then for this kind of machine, and for any Python."""
         self._builder()["build"](Path(self.root, LIBRARY))
         build_data["artifacts"].append(LIBRARY)
-        if version == "standard":  # an editable installation has them beside it
-            packed = {f"firmware/{name}": f"chefbot/_firmware/{name}" for name in SOURCES}
-            build_data["force_include"].update(packed)
         build_data["pure_python"] = False
         build_data["tag"] = "py3-none-" + sysconfig.get_platform().replace("-", "_").replace(".", "_")
 

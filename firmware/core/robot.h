@@ -1,7 +1,7 @@
-// The robot's constants in the firmware: integers, made from its YAML file by `firmware_header(robot)`
-// (src/chefbot/design/export/firmware_header.py), which also makes the initialiser. The order is part of the C interface of
-// the host port. Wheel radius and separation are deliberately absent: the board counts ticks, only the computer uses
-// metres, so a calibration needs no new firmware.
+// The robot's constants in the firmware: integers, made from its YAML file by `firmware_constants(robot)`
+// (src/chefbot/board/firmware_constants.py). The order is part of the C interface of the host port and of the block in a
+// program. Wheel radius and separation are deliberately absent: the board counts ticks, only the computer uses metres, so
+// a calibration needs no new firmware.
 #pragma once
 
 #include <stdint.h>

@@ -1,4 +1,4 @@
-// What the inputs of the motor drivers mean, `driver.inputs` of the robot file; robot_constants.h names one of these.
+// What the inputs of the motor drivers mean, `driver.inputs` of the robot file.
 //
 // INA_INB_PWM  two direction inputs and a PWM: VNH2SP30, VNH5019, TB6612, L298. Both high: brake.
 // DIR_PWM      one direction input and a PWM: MDD10A, MD10C, G2. PWM low: brake.
@@ -9,12 +9,9 @@
 
 #include <stdint.h>
 
-#include "robot_constants.h"
-
 namespace chefbot {
 
 enum DriverInputs : uint8_t { INA_INB_PWM, DIR_PWM, TWO_PWM };
-const DriverInputs DRIVER_INPUTS = CHEFBOT_DRIVER_INPUTS;
 
 struct TwoPwm {
     uint16_t ahead, back;  // parts of the period, high

@@ -199,11 +199,11 @@ static int duty(int wheel) {
     const int ahead = compare(wheel ? 0x8A : 0x88), bits = avr->data[0x22] >> (2 * wheel) & 3;
     if (inputs == TWO_PWM) return duty_of_two(ahead, compare(wheel ? 0x12A : 0x128));
     const int size = ahead * 5 / 4;
-    if (inputs == DIR_PWM) return bits & 2 ? NEITHER : bits ? size : -size;
+    if (inputs == DIR_PWM) return bits & 1 ? size : -size;
     return bits == 1 ? size : bits == 2 ? -size : 0;
 }
 
-// From the environment, as robot_constants.h names it.
+// From the environment, `driver.inputs` of the robot file.
 static void read_inputs(void) {
     const char *name = getenv("CHEFBOT_DRIVER_INPUTS");
     if (!name) return;
@@ -242,18 +242,23 @@ static void surroundings(void) {
     pin('L', 0, 0);
 }
 
-static void load(const char *path) {
-    elf_firmware_t firmware;
-    memset(&firmware, 0, sizeof firmware);
-    if (elf_read_firmware(path, &firmware)) {
+// A raw program, which starts at address 0.
+static void read_program(const char *path) {
+    FILE *file = fopen(path, "rb");
+    const size_t size = file ? fread(avr->flash, 1, avr->flashend + 1, file) : 0;
+    if (size == 0) {
         fprintf(stderr, "avr_board: cannot read %s\n", path);
         exit(2);
     }
+    fclose(file);
+    avr->codeend = (uint32_t)size;
+}
+
+static void load(const char *path) {
     avr = avr_make_mcu_by_name("atmega2560");
     avr_init(avr);
     avr->frequency = HZ;
-    avr_load_firmware(avr, &firmware);
-    avr->frequency = HZ;
+    read_program(path);
     avr->vcc = avr->avcc = avr->aref = 5000;
     const int level[7] = {0, 0, 8192, -3920, 0, 0, 0};
     imu[WHO_AM_I] = IMU;

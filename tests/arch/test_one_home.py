@@ -291,11 +291,11 @@ def test_mjcf_follows_the_wheel_diameter(robots) -> None:
     assert both(robots, tyre) == [BEFORE, AFTER]
 
 
-def test_firmware_header_follows_the_wheel_diameter(robots) -> None:
-    from chefbot.design.export.firmware_header import firmware_header
+def test_firmware_follows_the_wheel_diameter(robots) -> None:
+    from chefbot.board.firmware_constants import firmware_constants
 
-    told = [re.search(r"#define CHEFBOT_MAX_FORWARD (\d+)", firmware_header(robot)) for robot in robots]
-    forward = [int(one[1]) for one in told]
+    constants = [{c.name: c.value for c in firmware_constants(robot)} for robot in robots]
+    forward = [values["max_forward"] for values in constants]
     assert forward[0] / forward[1] == pytest.approx(AFTER / BEFORE, rel=1e-3)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from chefbot.cli.robot.descriptions import output, run_firmware_header, run_mjcf, run_sdf
+from chefbot.cli.robot.descriptions import output, run_mjcf, run_sdf
 from chefbot.errors import ChefbotError
 from chefbot.robot.errors import RobotFileError
 from chefbot.storage.atomic_files import StorageError
@@ -17,7 +17,6 @@ EXPORTS: dict[str, Callable[[str, Path | None], None]] = {
     "sdf": lambda robot, out: run_sdf(robot, None, out),
     "world": lambda robot, out: run_sdf(robot, "empty", out),
     "mjcf": run_mjcf,
-    "firmware": run_firmware_header,
 }
 
 

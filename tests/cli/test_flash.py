@@ -1,14 +1,19 @@
-"""`chefbot board flash` with stand-ins of make, the compiler and the tool on the PATH."""
+"""`chefbot board flash` and `image`, with stand-ins of the flashing tools on the PATH."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from serial.tools import list_ports
 
-from chefbot.cli.board.flash import TARGETS, firmware_folder, run_flash
+from chefbot.board.firmware_image import intel_hex, uf2, with_robot
+from chefbot.cli.board.flash import TOOLS, run_flash
+from chefbot.cli.board.image import FORMATS, IMAGES, run_image
 from chefbot.errors import UserError
 from chefbot.robot.errors import RobotFileError
+from chefbot.robot.load import load_robot
 
 
 @pytest.fixture
@@ -33,77 +38,77 @@ def install(folder: Path, name: str, code: int = 0) -> Path:
 @pytest.mark.parametrize(("board", "hint"), [("meg", "did you mean 'mega'"), ("esp32", "mega, pico, tiva")])
 def test_an_unknown_board_is_refused_with_the_known_ones(board: str, hint: str, tools: Path) -> None:
     with pytest.raises(UserError, match=hint):
-        run_flash(board, "chefbot", "auto")
+        run_flash(board, "chefbot", "auto", None)
 
 
-def test_a_bad_robot_is_reported_before_the_compiler(tools: Path) -> None:
+def test_a_bad_robot_is_reported_before_the_tool(tools: Path) -> None:
     with pytest.raises(RobotFileError, match="no robot is called 'nobody'"):
-        run_flash("mega", "nobody", "auto")
+        run_flash("mega", "nobody", "auto", None)
 
 
-@pytest.mark.parametrize("board", TARGETS)
-def test_missing_programs_are_named_with_their_packages(board: str, tools: Path) -> None:
-    target = TARGETS[board]
-    with pytest.raises(UserError, match=r"make is not installed: sudo apt-get install make"):
-        run_flash(board, "chefbot", "auto")
-    install(tools, "make")
+def test_a_drive_with_its_own_firmware_is_refused(tools: Path) -> None:
+    Path("claw.yaml").write_text("like: chefbot\nname: claw\ndrive: {protocol: roboclaw}\n")
+    with pytest.raises(UserError, match="claw has no motor board: its drive, roboclaw, has its own firmware"):
+        run_flash("mega", "claw.yaml", "auto", None)
+
+
+@pytest.mark.parametrize("board", FORMATS)
+def test_no_compiler_is_needed_and_a_missing_tool_is_named(board: str, tools: Path) -> None:
+    tool = TOOLS[board]
     with pytest.raises(UserError) as error:
-        run_flash(board, "chefbot", "auto")
-    assert f"{target.compiler} is not installed: sudo apt-get install {target.compiler_packages}" in str(
-        error.value
-    )
-    install(tools, target.compiler)
-    with pytest.raises(UserError) as error:
-        run_flash(board, "chefbot", "auto")
-    assert str(error.value).startswith(f"{target.tool} is not installed: {target.tool_packages}")
-    assert str(error.value).endswith(f"/chefbot/firmware/{target.program}"), "it can be flashed by hand"
+        run_flash(board, "chefbot", "auto", None)
+    assert str(error.value).startswith(f"{tool.name} is not installed: {tool.installation}")
+    path = tools.parent / "cache" / "chefbot" / "firmware" / f"chefbot_{board}{FORMATS[board].suffix}"
+    assert str(error.value).endswith(f"the firmware is {path}"), "it can be flashed by hand"
+    assert path.stat().st_size > 5000
 
 
-def test_the_program_goes_to_the_port_that_was_given(tools: Path) -> None:
-    install(tools, "make")
-    install(tools, "avr-g++")
+def test_the_firmware_goes_to_the_port_that_was_given(tools: Path) -> None:
     log = install(tools, "avrdude", code=7)
-    assert run_flash("mega", "chefbot", "/dev/ttyX7") == 7
+    assert run_flash("mega", "desk", "/dev/ttyX7", None) == 7
     arguments = log.read_text().split()
     assert arguments[arguments.index("-P") + 1] == "/dev/ttyX7"
-    assert arguments[-1] == f"flash:w:{tools.parent}/cache/chefbot/firmware/mega.hex:i"
+    path = tools.parent / "cache" / "chefbot" / "firmware" / "desk_mega.hex"
+    assert arguments[-1] == f"flash:w:{path}:i"
+    program = (IMAGES / "mega.bin").read_bytes()
+    assert path.read_bytes() == intel_hex(with_robot(program, load_robot("desk")))
 
 
-def test_a_program_that_does_not_compile_is_not_flashed(tools: Path) -> None:
-    install(tools, "make", code=2)
-    install(tools, "avr-g++")
-    log = install(tools, "avrdude")
-    with pytest.raises(UserError, match="the firmware does not compile: make complains"):
-        run_flash("mega", "chefbot", "/dev/ttyX7")
+def test_the_robot_of_a_file_is_filled_in(tools: Path) -> None:
+    Path("mine.yaml").write_text("like: chefbot\nname: mine\nboard: {kind: pico, pins: {estop: 22}}\n")
+    log = install(tools, "picotool")
+    assert run_flash("", "mine.yaml", "auto", None) == 0
+    path = Path(log.read_text().split()[-1])
+    program = (IMAGES / "pico.bin").read_bytes()
+    assert path.read_bytes() == uf2(with_robot(program, load_robot("mine.yaml")))
+
+
+def test_a_program_of_ones_own_is_flashed(tools: Path) -> None:
+    own = (IMAGES / "tiva.bin").read_bytes() + b"more"
+    Path("own.bin").write_bytes(own)
+    log = install(tools, "lm4flash")
+    assert run_flash("tiva", "chefbot", "auto", Path("own.bin")) == 0
+    path = Path(log.read_text().split()[-1])
+    assert path.read_bytes() == with_robot(own, load_robot("chefbot"))
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"\x7fELF", "own.bin: the program has no place for a robot"),
+        (None, "own.bin cannot be read: No such file"),
+    ],
+)
+def test_a_bad_program_is_not_flashed(content: bytes | None, reason: str, tools: Path) -> None:
+    if content is not None:
+        Path("own.bin").write_bytes(content)
+    log = install(tools, "lm4flash")
+    with pytest.raises(UserError, match=reason):
+        run_flash("tiva", "chefbot", "auto", Path("own.bin"))
     assert not log.exists()
 
 
-def test_a_folder_with_the_robots_name_is_not_taken_for_it(tools: Path) -> None:
-    """As beside a clone of the repository, which is called chefbot."""
-    Path("chefbot").mkdir()
-    log = install(tools, "make")
-    install(tools, "arm-none-eabi-g++")
-    install(tools, "lm4flash")
-    assert run_flash("tiva", "chefbot", "auto") == 0
-    assert "ROBOT=chefbot " in log.read_text()
-
-
-def test_a_robot_file_is_given_to_make_by_its_full_path(tools: Path) -> None:
-    Path("mine.yaml").write_text("like: chefbot\n")
-    log = install(tools, "make")
-    install(tools, "arm-none-eabi-g++")
-    install(tools, "picotool")
-    assert run_flash("pico", "mine.yaml", "auto") == 0
-    arguments = log.read_text().split()
-    assert f"ROBOT={Path.cwd()}/mine.yaml" in arguments
-    assert arguments[arguments.index("-C") + 1] == str(firmware_folder())
-
-
 def test_the_only_likely_port_is_taken(tools: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from types import SimpleNamespace
-
-    from serial.tools import list_ports
-
     def plug(*vendors: int) -> None:
         found = [
             SimpleNamespace(device=f"/dev/ttyX{i}", description="x", vid=vid, pid=1, serial_number=None)
@@ -111,19 +116,22 @@ def test_the_only_likely_port_is_taken(tools: Path, monkeypatch: pytest.MonkeyPa
         ]
         monkeypatch.setattr(list_ports, "comports", lambda: found)
 
-    for name in ("make", "avr-g++"):
-        install(tools, name)
     log = install(tools, "avrdude")
     plug(0x9999, 0x2341)
-    assert run_flash("mega", "chefbot", "auto") == 0
+    assert run_flash("mega", "chefbot", "auto", None) == 0
     assert "-P /dev/ttyX1 " in log.read_text()
     plug(0x2341, 0x1A86)
     with pytest.raises(UserError, match="give --port; boards may be at: /dev/ttyX0, /dev/ttyX1"):
-        run_flash("mega", "chefbot", "auto")
+        run_flash("mega", "chefbot", "auto", None)
     plug(0x9999)
     with pytest.raises(UserError, match="boards may be at: no port"):
-        run_flash("mega", "chefbot", "auto")
+        run_flash("mega", "chefbot", "auto", None)
 
 
-def test_the_sources_of_the_firmware_are_found() -> None:
-    assert (firmware_folder() / "core").is_dir()
+def test_the_image_is_written_with_its_constants(tools: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run_image("pico", "chefbot", None, None)
+    out = capsys.readouterr().out
+    assert "runs/chefbot_pico.uf2: firmware for the pico, driver inputs ina_inb_pwm" in out
+    assert "battery_stop" in out and "11200" in out
+    program = (IMAGES / "pico.bin").read_bytes()
+    assert Path("runs/chefbot_pico.uf2").read_bytes() == uf2(with_robot(program, load_robot("chefbot")))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import shutil
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -16,8 +15,6 @@ from tests.support.waiting import PATIENCE
 
 from chefbot.board import parse
 from chefbot.cli.app import main
-from chefbot.design.export.firmware_header import firmware_header
-from chefbot.robot.load import load_robot
 
 
 @pytest.fixture
@@ -100,13 +97,6 @@ def test_switching_the_board_off_ends_the_monitor(
     assert "broke: its cable is unplugged, it is switched off" in error and error.count("\n") == 1
 
 
-def test_the_header_is_that_of_the_robot(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run(monkeypatch, "robot", "export", "firmware", "desk") == 0
-    assert capsys.readouterr().out == firmware_header(load_robot("desk"))
-
-
 @pytest.mark.slow
 def test_doctor_prints_a_udev_rule_without_world_access(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -129,7 +119,7 @@ def test_doctor_prints_a_udev_rule_without_world_access(
         (["board", "emulate", "--link", "{tmp}"], "exists already and is not a link"),
         (["board", "flash", "--board", "mege"], "did you mean 'mega'?"),
         (["board", "flash", "--board", "mega", "--robot", "chefbt"], "did you mean 'chefbot'?"),
-        (["robot", "export", "firmware", "no.yaml"], "no.yaml"),
+        (["board", "image", "--board", "mega", "--robot", "no.yaml"], "no.yaml"),
     ],
 )
 def test_bad_input_is_one_sentence(
@@ -159,30 +149,3 @@ def test_a_second_board_does_not_replace_the_first(
     assert run(monkeypatch, "board", "emulate", "--link", str(emulated.path)) == 2
     assert f"{emulated.path} leads to /dev/pts/" in capsys.readouterr().err
     assert emulated.path.exists()
-
-
-def test_missing_build_tools_are_named_with_their_package(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert run(monkeypatch, "board", "flash", "--board", "pico") == 2
-    assert "make is not installed" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_flash_compiles_for_the_robot_and_names_missing_tools(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for tool in ("make", "avr-g++"):
-        if shutil.which(tool) is None:
-            pytest.skip(f"{tool} is not installed")
-    if shutil.which("avrdude") is not None:
-        pytest.skip("avrdude is here: it would look for a board")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert run(monkeypatch, "board", "flash", "--board", "mega", "--robot", "desk") == 2
-    program = tmp_path / "chefbot" / "firmware" / "mega.hex"
-    assert f"avrdude is not installed: sudo apt-get install avrdude; the program is {program}" in (
-        capsys.readouterr().err
-    )
-    assert program.read_text().startswith(":")
-    assert firmware_header(load_robot("desk")) == program.with_name("robot_constants.h").read_text()

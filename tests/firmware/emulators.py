@@ -7,13 +7,17 @@ import math
 import os
 import random
 import subprocess
+import zlib
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
+from chefbot.board.firmware_image import with_robot
+from chefbot.cli.board.image import IMAGES
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
+from chefbot.storage.atomic_files import write_into_folder
 from tests.firmware.host_board import FIRMWARE, make, need
 from tests.firmware.serial_lines import add_checksum
 from tests.support.waiting import PATIENCE
@@ -24,14 +28,13 @@ BOOT_LOADER = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders/stk500v2
 """The boot loader that a new Mega contains."""
 
 
-def made_for(robot: str, program: str) -> Path:
-    """Return a program of the firmware, made for a robot, by its name or file."""
-    if robot == "chefbot":
-        make(f"build/{program}")
-        return BUILD / program
-    folder = BUILD / Path(robot).stem
-    make(f"{folder}/{program}", BUILD=folder, ROBOT=robot)
-    return folder / program
+def image_for(robot: str, board: str) -> Path:
+    """Return the package's program for a board with a robot, by its name or file, filled in."""
+    model = load_robot(robot)
+    data = with_robot((IMAGES / f"{board}.bin").read_bytes(), model)
+    path = BUILD / "images" / f"{board}_{zlib.crc32(data):08x}.bin"
+    write_into_folder(path, data)
+    return path
 
 
 class EmulatorState(NamedTuple):
@@ -136,10 +139,10 @@ class MegaEmulator(BoardEmulator):
     echo_jitter_us = 4  # a hardware counter of 4 us
 
     def __init__(self, *boot_loader: Path, robot: str = "chefbot") -> None:
-        need("make", "avr-g++", "gcc", "pkg-config")
+        need("make", "gcc", "pkg-config")
         if not SIMAVR_HEADER.exists():
             pytest.skip("simavr is not installed (Debian: libsimavr-dev libelf-dev)")
-        program = made_for(robot, "mega.elf")
+        program = image_for(robot, "mega")
         make("build/avr_board")
         command = [BUILD / "avr_board", program, *boot_loader]
         super().__init__(list(map(str, command)), BUILD, load_robot(robot))
@@ -178,10 +181,10 @@ class PicoEmulator(BoardEmulator):
     echo_jitter_us = 20  # measured by an interrupt that another one may delay
 
     def __init__(self, robot: str = "chefbot") -> None:
-        need("make", "arm-none-eabi-g++", "node")
+        need("node")
         if not (BUILD / "node_modules" / "rp2040js").exists():
             pytest.skip("rp2040js is not installed (make -C firmware rp2040js)")
-        binary = made_for(robot, "pico.elf").with_suffix(".bin")
+        binary = image_for(robot, "pico")
         program = FIRMWARE / "test" / "pico_board.mjs"
         super().__init__(["node", str(program), str(binary)], BUILD, load_robot(robot))
 

@@ -4,11 +4,10 @@
 #include <avr/wdt.h>
 #include <util/delay.h>
 
-#include "../driver_inputs.h"
 #include "../i2c_clear.h"
 #include "../ring.h"
+#include "../robot_block.h"
 #include "board.h"
-#include "robot_constants.h"
 
 using namespace chefbot;
 
@@ -25,6 +24,7 @@ enum Pin : uint8_t {
 const uint8_t IN_A[2] = {1 << LEFT_IN_A, 1 << RIGHT_IN_A}, IN_B[2] = {1 << LEFT_IN_B, 1 << RIGHT_IN_B};
 
 const uint16_t PWM_TOP = 800;                     // 16 MHz / 800 = 20 kHz, above hearing
+const uint32_t COMPARE_PER_DUTY = PWM_TOP * 65536UL / DUTY_FULL + 1;  // in 1/65536, as a division takes 200 cycles
 const uint16_t STEP_TOP = 16000000UL / 8 / 100 - 1;
 const uint8_t BAUD_115200 = 16;                   // with U2X: 117647, +2.1 %, as the board's USB chip has it too
 const uint8_t TWI_400K = 12;
@@ -36,9 +36,9 @@ uint16_t restart_asked __attribute__((section(".noinit")));
 const uint16_t ASKED = 0xC4EF;
 
 Board board;
-const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
 volatile uint16_t battery_mv;
 bool drivers_on;
+bool two_pwm_inputs;
 volatile bool twi_done;
 
 Ring<7> received;
@@ -96,6 +96,14 @@ void set_pwm(uint8_t wheel, uint16_t compare) {
     else OCR1B = compare;
 }
 
+// A function of its own, so that the other drivers do not save its registers.
+__attribute__((noinline)) void set_two_pwm(uint8_t wheel, int16_t duty, uint16_t compare) {
+    const TwoPwm high = two_pwm(drivers_on, duty, compare, PWM_TOP);
+    set_pwm(wheel, high.ahead);
+    if (wheel == LEFT) OCR5A = high.back;
+    else OCR5B = high.back;
+}
+
 // The bus by hand: a line is low as an output, and high through its pull-up as an input.
 struct BusLines {
     void scl(bool high) const { set(1 << SCL, high); }
@@ -122,18 +130,13 @@ void hal_unlock(void *, uint8_t before) { SREG = before; }
 
 void hal_motor(void *, uint8_t wheel, int16_t duty) {
     const uint16_t size = static_cast<uint16_t>(duty < 0 ? -duty : duty);
-    const uint16_t compare = static_cast<uint16_t>(size * (PWM_TOP / 100) / (DUTY_FULL / 100));
-    if (DRIVER_INPUTS == TWO_PWM) {
-        const TwoPwm high = two_pwm(drivers_on, duty, compare, PWM_TOP);
-        set_pwm(wheel, high.ahead);
-        if (wheel == LEFT) OCR5A = high.back;
-        else OCR5B = high.back;
-        return;
-    }
+    const uint16_t compare = static_cast<uint16_t>(size * COMPARE_PER_DUTY >> 16);
+    if (two_pwm_inputs) return set_two_pwm(wheel, duty, compare);
     set_pwm(wheel, compare);
-    // Both inputs high shorts the motor through the upper switches (VNH2SP30, VNH5019: brake to VCC)
+    // Both inputs high shorts the motor through the upper switches (VNH2SP30, VNH5019: brake to VCC); with DIR_PWM
+    // nothing is connected to the second
     uint8_t pins = static_cast<uint8_t>(PORTA | IN_A[wheel] | IN_B[wheel]);
-    if (duty > 0 || DRIVER_INPUTS == DIR_PWM) pins &= static_cast<uint8_t>(~IN_B[wheel]);
+    if (duty > 0) pins &= static_cast<uint8_t>(~IN_B[wheel]);
     if (duty < 0) pins &= static_cast<uint8_t>(~IN_A[wheel]);
     PORTA = pins;
 }
@@ -250,7 +253,7 @@ static void start_pins() {
     DDRA = IN_A[LEFT] | IN_B[LEFT] | IN_A[RIGHT] | IN_B[RIGHT] | 1 << ENABLE;
     DDRB = 1 << PWM_LEFT | 1 << PWM_RIGHT | 1 << BUSY;
     DDRC = 1 << TRIGGER;
-    if (DRIVER_INPUTS == TWO_PWM) DDRL = 1 << BACK_LEFT | 1 << BACK_RIGHT;
+    if (two_pwm_inputs) DDRL = 1 << BACK_LEFT | 1 << BACK_RIGHT;
     PORTE |= 1 << LEFT_A | 1 << LEFT_B;
     PORTD |= 1 << RIGHT_A | 1 << RIGHT_B;
 }
@@ -259,7 +262,7 @@ static void start_timers() {
     ICR1 = PWM_TOP - 1;
     TCCR1A = 1 << COM1A1 | 1 << COM1B1 | 1 << WGM11;
     TCCR1B = 1 << WGM13 | 1 << WGM12 | 1 << CS10;
-    if (DRIVER_INPUTS == TWO_PWM) {
+    if (two_pwm_inputs) {
         ICR5 = PWM_TOP - 1;
         TCCR5A = 1 << COM5A1 | 1 << COM5B1 | 1 << WGM51;
         TCCR5B = 1 << WGM53 | 1 << WGM52 | 1 << CS50;
@@ -285,9 +288,11 @@ static void start_buses() {
 }
 
 int main() {
+    require_robot();
+    two_pwm_inputs = robot_block().driver_inputs == TWO_PWM;
     start_pins();
     start_buses();
-    board.start(ROBOT, nullptr, "mega2560", (reset_cause & 1 << WDRF) && restart_asked != ASKED);
+    board.start(robot_block().constants, nullptr, "mega2560", (reset_cause & 1 << WDRF) && restart_asked != ASKED);
     restart_asked = 0;
     board.encoder_start(LEFT, left_lines());
     board.encoder_start(RIGHT, right_lines());

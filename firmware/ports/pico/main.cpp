@@ -1,10 +1,9 @@
 // Raspberry Pi Pico (RP2040), bare registers (RP2040 data sheet). Runs from its 12 MHz crystal without PLL: a control step
 // takes 1 % of its period even so, and no PLL can lose lock.
 #include "../arm/cortex.h"
-#include "../driver_inputs.h"
 #include "../i2c_clear.h"
+#include "../robot_block.h"
 #include "board.h"
-#include "robot_constants.h"
 
 using namespace chefbot;
 
@@ -27,25 +26,21 @@ const uint32_t I2C0 = 0x40044000, IC_TAR = 0x04, IC_DATA_CMD = 0x10, IC_HCNT = 0
 const uint32_t WATCHDOG = 0x40058000, WD_LOAD = 0x04, WD_REASON = 0x08, WD_TICK = 0x2C, PSM_WDSEL = 0x40010008;
 const uint32_t UART0_BASE = 0x40034000, UART0_IRQ = 20, IO_IRQ = 13;
 
-// Pin assignment (GP numbers); most of them are `board.pins` of the robot file (src/chefbot/robot/board.py).
-enum Pin : uint32_t {
-    TX = 0, RX = 1, SDA = 4, SCL = 5, BATTERY = 26, LEFT_A = CHEFBOT_GP_LEFT_A, LEFT_B = CHEFBOT_GP_LEFT_B,
-    RIGHT_A = CHEFBOT_GP_RIGHT_A, RIGHT_B = CHEFBOT_GP_RIGHT_B, LEFT_IN_A = CHEFBOT_GP_LEFT_IN_A,
-    LEFT_IN_B = CHEFBOT_GP_LEFT_IN_B, RIGHT_IN_A = CHEFBOT_GP_RIGHT_IN_A, RIGHT_IN_B = CHEFBOT_GP_RIGHT_IN_B,
-    ENABLE = CHEFBOT_GP_ENABLE, ESTOP = CHEFBOT_GP_ESTOP, PWM_LEFT = CHEFBOT_GP_PWM_LEFT,
-    PWM_RIGHT = CHEFBOT_GP_PWM_RIGHT, TRIGGER = CHEFBOT_GP_TRIGGER, ECHO = CHEFBOT_GP_ECHO, CLIFF_0 = CHEFBOT_GP_CLIFF_0
-};
-const uint32_t IN_A[2] = {1u << LEFT_IN_A, 1u << RIGHT_IN_A}, IN_B[2] = {1u << LEFT_IN_B, 1u << RIGHT_IN_B};
-const uint32_t OUTPUTS = IN_A[0] | IN_B[0] | IN_A[1] | IN_B[1] | 1u << ENABLE | 1u << TRIGGER;
+// Pins (GP numbers) that stay where they are; those of the other signals are `board.pins` of the robot file.
+enum Pin : uint32_t { TX = 0, RX = 1, SDA = 4, SCL = 5, BATTERY = 26 };
 const uint32_t FUNCTION_UART = 2, FUNCTION_I2C = 3, FUNCTION_PWM = 4, FUNCTION_SIO = 5;
 const uint32_t PULLED_UP = 0x5A, PLAIN = 0x52;  // pad: input enabled, Schmitt trigger, 4 mA
 const uint32_t PWM_PERIOD = CLOCK / 20000;      // 20 kHz, above hearing
 
 Board board;
 Uart uart(UART0_BASE);
-const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
 uint16_t battery_mv;
 bool drivers_on;
+
+const PicoPins &gp() { return robot_block().pins; }
+
+uint32_t in_a(uint8_t wheel) { return 1u << (wheel == LEFT ? gp().left_in_a : gp().right_in_a); }
+uint32_t in_b(uint8_t wheel) { return 1u << (wheel == LEFT ? gp().left_in_b : gp().right_in_b); }
 
 uint32_t lines(uint32_t pins, uint32_t first) { return (pins >> first & 1) << 1 | (pins >> (first + 1) & 1); }
 
@@ -55,7 +50,7 @@ void connect(uint32_t pin, uint32_t function, uint32_t pad) {
 }
 
 // The slice of the PWM that a pin belongs to; even pins are its channel A.
-constexpr uint32_t slice(uint32_t pin) { return PWM + pin / 2 % 8 * PWM_SLICE; }
+uint32_t slice(uint32_t pin) { return PWM + pin / 2 % 8 * PWM_SLICE; }
 
 void set_pwm(uint32_t pin, uint32_t level) {
     const uint32_t now = reg(slice(pin) + PWM_CC);
@@ -118,28 +113,28 @@ void hal_unlock(void *, uint8_t before) { unlock(before); }
 
 void hal_motor(void *, uint8_t wheel, int16_t duty) {
     const uint32_t level = static_cast<uint32_t>(duty < 0 ? -duty : duty) * (PWM_PERIOD / 200) / (DUTY_FULL / 200);
-    if (DRIVER_INPUTS == TWO_PWM) {
+    if (robot_block().driver_inputs == TWO_PWM) {
         const TwoPwm high = two_pwm(drivers_on, duty, static_cast<uint16_t>(level), PWM_PERIOD);
-        set_pwm(wheel == LEFT ? LEFT_IN_A : RIGHT_IN_A, high.ahead);
-        set_pwm(wheel == LEFT ? LEFT_IN_B : RIGHT_IN_B, high.back);
+        set_pwm(wheel == LEFT ? gp().left_in_a : gp().right_in_a, high.ahead);
+        set_pwm(wheel == LEFT ? gp().left_in_b : gp().right_in_b, high.back);
         return;
     }
-    set_pwm(wheel == LEFT ? PWM_LEFT : PWM_RIGHT, level);
+    set_pwm(wheel == LEFT ? gp().pwm_left : gp().pwm_right, level);
     // Both inputs high shorts the motor through the upper switches (VNH2SP30, VNH5019: brake to VCC)
-    const uint32_t both = DRIVER_INPUTS == DIR_PWM ? IN_A[wheel] : IN_A[wheel] | IN_B[wheel];
-    const uint32_t low = duty > 0 ? IN_B[wheel] : duty < 0 ? IN_A[wheel] : 0;
+    const uint32_t both = robot_block().driver_inputs == DIR_PWM ? in_a(wheel) : in_a(wheel) | in_b(wheel);
+    const uint32_t low = duty > 0 ? in_b(wheel) : duty < 0 ? in_a(wheel) : 0;
     reg(SIO_CLR) = low;
     reg(SIO_SET) = both & ~low;
 }
 
 void hal_drivers(void *, bool on) {
     drivers_on = on;
-    reg(on ? SIO_SET : SIO_CLR) = 1u << ENABLE;
+    reg(on ? SIO_SET : SIO_CLR) = 1u << gp().enable;
 }
 
-bool hal_estop(void *) { return reg(SIO_IN) >> ESTOP & 1; }
+bool hal_estop(void *) { return reg(SIO_IN) >> gp().estop & 1; }
 
-uint8_t hal_cliffs(void *) { return static_cast<uint8_t>(reg(SIO_IN) >> CLIFF_0 & 0xF); }
+uint8_t hal_cliffs(void *) { return static_cast<uint8_t>(reg(SIO_IN) >> gp().cliff_0 & 0xF); }
 
 uint16_t hal_battery_mv(void *) {
     if (reg(ADC) & 1u << 8) {
@@ -151,9 +146,9 @@ uint16_t hal_battery_mv(void *) {
 
 void hal_ping(void *) {
     const uint32_t start = reg(TIMER_RAW);
-    reg(SIO_SET) = 1u << TRIGGER;
+    reg(SIO_SET) = 1u << gp().trigger;
     while (reg(TIMER_RAW) - start < 11) {}
-    reg(SIO_CLR) = 1u << TRIGGER;
+    reg(SIO_CLR) = 1u << gp().trigger;
 }
 
 bool hal_i2c_write(void *, uint8_t address, uint8_t reg_number, uint8_t value) {
@@ -209,10 +204,10 @@ void pin_handler() {
         edges[i] = reg(IO_BANK0 + INTR + 4 * i);
         reg(IO_BANK0 + INTR + 4 * i) = edges[i];
     }
-    const uint32_t pins = reg(SIO_IN);
-    board.encoder_edge(LEFT, static_cast<uint8_t>(lines(pins, LEFT_A)));
-    board.encoder_edge(RIGHT, static_cast<uint8_t>(lines(pins, RIGHT_A)));
-    if (edges[ECHO / 8] >> (4 * (ECHO % 8)) & 0xC) board.echo_edge(pins >> ECHO & 1, static_cast<uint16_t>(reg(TIMER_RAW)));
+    const uint32_t pins = reg(SIO_IN), echo = gp().echo;
+    board.encoder_edge(LEFT, static_cast<uint8_t>(lines(pins, gp().left_a)));
+    board.encoder_edge(RIGHT, static_cast<uint8_t>(lines(pins, gp().right_a)));
+    if (edges[echo / 8] >> (4 * (echo % 8)) & 0xC) board.echo_edge(pins >> echo & 1, static_cast<uint16_t>(reg(TIMER_RAW)));
 }
 
 void uart_handler() { uart.serve(); }
@@ -240,13 +235,15 @@ static void start_clocks() {
 }
 
 static void start_pins() {
-    reg(SIO_CLR) = OUTPUTS;
-    reg(SIO_OE_SET) = OUTPUTS;
-    const uint32_t plain[] = {LEFT_IN_A, LEFT_IN_B, RIGHT_IN_A, RIGHT_IN_B, ENABLE, TRIGGER, ECHO};
+    const uint32_t outputs = in_a(LEFT) | in_b(LEFT) | in_a(RIGHT) | in_b(RIGHT) | 1u << gp().enable | 1u << gp().trigger;
+    reg(SIO_CLR) = outputs;
+    reg(SIO_OE_SET) = outputs;
+    const uint32_t plain[] = {gp().left_in_a, gp().left_in_b, gp().right_in_a, gp().right_in_b, gp().enable, gp().trigger, gp().echo};
     for (uint32_t pin : plain) connect(pin, FUNCTION_SIO, PLAIN);
-    connect(ESTOP, FUNCTION_SIO, PULLED_UP);  // a broken wire is a pressed button
-    for (int32_t i = 0; i < ROBOT.cliff_sensors; ++i) connect(static_cast<Pin>(CLIFF_0 + i), FUNCTION_SIO, PULLED_UP);
-    const uint32_t encoders[] = {LEFT_A, LEFT_B, RIGHT_A, RIGHT_B};
+    connect(gp().estop, FUNCTION_SIO, PULLED_UP);  // a broken wire is a pressed button
+    const uint32_t cliffs = static_cast<uint32_t>(robot_block().constants.cliff_sensors);
+    for (uint32_t i = 0; i < cliffs; ++i) connect(gp().cliff_0 + i, FUNCTION_SIO, PULLED_UP);
+    const uint32_t encoders[] = {gp().left_a, gp().left_b, gp().right_a, gp().right_b};
     for (uint32_t pin : encoders) connect(pin, FUNCTION_SIO, PULLED_UP);
     connect(TX, FUNCTION_UART, PLAIN);
     connect(RX, FUNCTION_UART, PULLED_UP);
@@ -256,8 +253,9 @@ static void start_pins() {
 }
 
 static void start_blocks() {
-    const uint32_t single[] = {PWM_LEFT, PWM_RIGHT}, twin[] = {LEFT_IN_A, LEFT_IN_B, RIGHT_IN_A, RIGHT_IN_B};
-    if (DRIVER_INPUTS == TWO_PWM) {
+    const uint32_t single[] = {gp().pwm_left, gp().pwm_right};
+    const uint32_t twin[] = {gp().left_in_a, gp().left_in_b, gp().right_in_a, gp().right_in_b};
+    if (robot_block().driver_inputs == TWO_PWM) {
         for (uint32_t pin : twin) start_pwm(pin);
     } else {
         for (uint32_t pin : single) start_pwm(pin);
@@ -281,16 +279,17 @@ static void start_watchdog() {
 }
 
 int main() {
+    require_robot();
     const bool after_watchdog = reg(WATCHDOG + WD_REASON) & 1;
     start_clocks();
     clear_bits(RESETS, NEEDED);
     while ((reg(RESET_DONE) & NEEDED) != NEEDED) {}
     start_pins();
     start_blocks();
-    board.start(ROBOT, nullptr, "rp2040", after_watchdog);
-    board.encoder_start(LEFT, static_cast<uint8_t>(lines(reg(SIO_IN), LEFT_A)));
-    board.encoder_start(RIGHT, static_cast<uint8_t>(lines(reg(SIO_IN), RIGHT_A)));
-    const uint32_t edges[] = {LEFT_A, LEFT_B, RIGHT_A, RIGHT_B, ECHO};
+    board.start(robot_block().constants, nullptr, "rp2040", after_watchdog);
+    board.encoder_start(LEFT, static_cast<uint8_t>(lines(reg(SIO_IN), gp().left_a)));
+    board.encoder_start(RIGHT, static_cast<uint8_t>(lines(reg(SIO_IN), gp().right_a)));
+    const uint32_t edges[] = {gp().left_a, gp().left_b, gp().right_a, gp().right_b, gp().echo};
     for (uint32_t pin : edges) interrupt_on(pin);
     enable_interrupt(IO_IRQ);
     enable_interrupt(UART0_IRQ);

@@ -1,10 +1,9 @@
 // Tiva C Launchpad EK-TM4C123GXL at 80 MHz, bare registers (TM4C123GH6PM data sheet, SPMS376). The chip's two QEI blocks
 // count the encoders, so the encoders are on their pins and not on those of the chapter.
 #include "../arm/cortex.h"
-#include "../driver_inputs.h"
 #include "../i2c_clear.h"
+#include "../robot_block.h"
 #include "board.h"
-#include "robot_constants.h"
 
 using namespace chefbot;
 
@@ -52,7 +51,6 @@ const uint32_t UART0_BASE = 0x4000C000, UART0_IRQ = 5, GPIO_A_IRQ = 0;
 
 Board board;
 Uart uart(UART0_BASE);
-const RobotConstants ROBOT = CHEFBOT_ROBOT_CONSTANTS;
 uint16_t battery_mv;
 bool drivers_on;
 uint16_t illegal[2];
@@ -118,7 +116,7 @@ void hal_unlock(void *, uint8_t before) { unlock(before); }
 
 void hal_motor(void *, uint8_t wheel, int16_t duty) {
     const uint32_t size = static_cast<uint32_t>(duty < 0 ? -duty : duty) * (PWM_PERIOD / DUTY_FULL);
-    if (DRIVER_INPUTS == TWO_PWM) {
+    if (robot_block().driver_inputs == TWO_PWM) {
         const TwoPwm high = two_pwm(drivers_on, duty, static_cast<uint16_t>(size), PWM_PERIOD);
         set_pwm(2u + 2u * wheel, high.ahead);
         set_pwm(3u + 2u * wheel, high.back);
@@ -126,10 +124,10 @@ void hal_motor(void *, uint8_t wheel, int16_t duty) {
     }
     set_pwm(2u + wheel, size);
     // Both inputs high shorts the motor through the upper switches (VNH2SP30: brake to VCC), as on the chapter's board
-    const uint32_t both = IN_A[wheel] | IN_B[wheel], brake = DRIVER_INPUTS == DIR_PWM ? IN_A[wheel] : both;
+    const uint32_t both = IN_A[wheel] | IN_B[wheel], brake = robot_block().driver_inputs == DIR_PWM ? IN_A[wheel] : both;
     const uint32_t high = duty > 0 ? IN_A[wheel] : duty < 0 ? IN_B[wheel] : brake;
     // the address masks the pins
-    reg(DIRECTION_PORT[wheel] + (both << 2)) = DRIVER_INPUTS == DIR_PWM ? high & IN_A[wheel] : high;
+    reg(DIRECTION_PORT[wheel] + (both << 2)) = robot_block().driver_inputs == DIR_PWM ? high & IN_A[wheel] : high;
 }
 
 void hal_drivers(void *, bool on) {
@@ -268,7 +266,7 @@ static void start_pins() {
     alternate(PORT_B, bit(SCL) | bit(SDA), 3);
     set_bits(PORT_B + ODR, bit(SDA));
     alternate(PORT_B, bit(PWM_LEFT) | bit(PWM_RIGHT), 4);
-    if (DRIVER_INPUTS == TWO_PWM) alternate(PORT_E, IN_A[RIGHT] | IN_B[RIGHT], 4);
+    if (robot_block().driver_inputs == TWO_PWM) alternate(PORT_E, IN_A[RIGHT] | IN_B[RIGHT], 4);
     alternate(PORT_D, bit(LEFT_A) | bit(LEFT_B), 6);
     alternate(PORT_C, bit(RIGHT_A) | bit(RIGHT_B), 6);
     clear_bits(PORT_E + DEN, bit(BATTERY));
@@ -312,13 +310,14 @@ static void start_watchdog() {
 }
 
 int main() {
+    require_robot();
     const bool after_watchdog = reg(RESC) & 1 << 3;
     reg(RESC) = 0;
     start_clock();
     open_gates();
     start_pins();
     start_blocks();
-    board.start(ROBOT, nullptr, "tm4c123", after_watchdog);
+    board.start(robot_block().constants, nullptr, "tm4c123", after_watchdog);
     enable_interrupt(GPIO_A_IRQ);
     enable_interrupt(UART0_IRQ);
     start_watchdog();

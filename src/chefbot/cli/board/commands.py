@@ -16,6 +16,9 @@ _BOARD = typer.Option(help="mega, tiva or pico; by default board.kind of the rob
 _PORT = typer.Argument(
     help="path of a serial port, or auto where there is only one", autocompletion=completion.serial_ports
 )
+_PROGRAM = typer.Option(
+    help="a program of your own, as of `make -C firmware images`, instead of the package's"
+)
 _SECONDS = typer.Option(min=0, help="duration, s; 0: until Ctrl-C")
 
 
@@ -45,11 +48,27 @@ def flash(
             help="serial port of the board, where its tool needs one", autocompletion=completion.serial_ports
         ),
     ] = "auto",
+    program: Annotated[Path | None, _PROGRAM] = None,
 ) -> None:
-    """Compile the firmware for a robot and flash it to the motor board."""
+    """Flash the firmware for a robot to the motor board."""
     from chefbot.cli.board.flash import run_flash
 
-    raise typer.Exit(run_flash(board, robot, port))
+    raise typer.Exit(run_flash(board, robot, port, program))
+
+
+@board_app.command("image")
+def image(
+    board: Annotated[str, _BOARD] = "",
+    robot: Annotated[str, ROBOT_OPTION] = "chefbot",
+    program: Annotated[Path | None, _PROGRAM] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="the firmware, .hex, .bin or .uf2; default in runs/")
+    ] = None,
+) -> None:
+    """Write the firmware for a robot to a file, for tools of your own, and list its constants."""
+    from chefbot.cli.board.image import run_image
+
+    run_image(board, robot, program, out)
 
 
 @board_app.command("wiring")

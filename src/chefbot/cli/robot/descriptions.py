@@ -1,4 +1,4 @@
-"""`chefbot robot export sdf`, `mjcf` and `firmware`, and the output of all text exports."""
+"""`chefbot robot export sdf` and `mjcf`, and the output of all text exports."""
 
 from __future__ import annotations
 
@@ -28,13 +28,6 @@ def run_mjcf(robot: str, out: Path | None) -> None:
     from chefbot.design.export.mjcf import mjcf
 
     output(mjcf(load_robot(robot)), out)
-
-
-def run_firmware_header(robot: str, out: Path | None) -> None:
-    """Export the robot's constants as the C header that the firmware is compiled with."""
-    from chefbot.design.export.firmware_header import firmware_header
-
-    output(firmware_header(load_robot(robot)), out)
 
 
 def output(text: str, out: Path | None) -> None:

@@ -90,14 +90,3 @@ def solids(
     from chefbot.cli.robot.solids import run_model
 
     run_model(robot, form, part, mm, out)
-
-
-@export_app.command("firmware")
-def firmware(
-    robot: Annotated[str, ROBOT_ARGUMENT] = "chefbot",
-    out: Annotated[Path | None, OUT_FILE] = None,
-) -> None:
-    """Export the robot's constants as the C header that the firmware is compiled with."""
-    from chefbot.cli.robot.descriptions import run_firmware_header
-
-    run_firmware_header(robot, out)

@@ -12,9 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.board.firmware_constants import as_int32, firmware_constants
-from chefbot.design.export.firmware_header import firmware_header
 from chefbot.robot.errors import RobotFileError
-from chefbot.robot.load import built_in_robots, load_robot
+from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import max_acceleration, max_deceleration, max_speed, max_wheel_speed
 from chefbot.robot.spec import Robot
 
@@ -58,18 +57,6 @@ def test_the_hash_depends_on_every_constant(robot: Robot) -> None:
     )
     assert values(robot)["hash"] == values(robot)["hash"]
     assert values(robot)["hash"] != values(heavier)["hash"]
-
-
-@pytest.mark.parametrize("name", sorted(built_in_robots()))
-def test_the_header_has_integers_with_unit_and_source(name: str) -> None:
-    robot = load_robot(name)
-    header = firmware_header(robot)
-    defines = re.findall(r"^#define CHEFBOT_(\w+) (-?\d+)L  // (.+); (.+)$", header, re.M)
-    assert [(n.lower(), int(v)) for n, v, _, _ in defines] == [
-        (c.name, as_int32(c.value)) for c in firmware_constants(robot)
-    ]
-    listed = re.findall(r"^    CHEFBOT_(\w+), \\$", header, re.M)
-    assert listed == [n for n, _, _, _ in defines]
 
 
 def test_an_encoder_too_fine_for_the_board_is_refused(robot: Robot) -> None:

@@ -6,7 +6,7 @@ import { createRequire } from 'node:module';
 import { createInterface } from 'node:readline';
 
 const require = createRequire(process.cwd() + '/');
-const { Simulator, LogLevel, ConsoleLogger } = require(process.env.RP2040JS ?? 'rp2040js');
+const { Simulator, LogLevel, ConsoleLogger, USBCDC } = require(process.env.RP2040JS ?? 'rp2040js');
 
 // `driver.inputs` and `board.pins` of the robot file.
 const INPUTS = process.env.CHEFBOT_DRIVER_INPUTS ?? 'ina_inb_pwm', GP = JSON.parse(process.env.CHEFBOT_PINS);
@@ -17,11 +17,18 @@ const PINS = [[GP.left_a, GP.left_b], [GP.right_a, GP.right_b]];
 const IN_A = [GP.left_in_a, GP.right_in_a], IN_B = [GP.left_in_b, GP.right_in_b], PWM_PINS = [GP.pwm_left, GP.pwm_right];
 const ENABLE = GP.enable, ESTOP = GP.estop, TRIGGER = GP.trigger, ECHO = GP.echo;
 const LINES = [0, 2, 3, 1];
-const PWM_PERIOD = 600, NEITHER = 9999, BYTE_NS = 86806;
+const PWM_PERIOD = 2400, NEITHER = 9999;
 
 const simulator = new Simulator();
 const { rp2040: mcu, clock } = simulator;
 mcu.logger = new ConsoleLogger(LogLevel.Error);
+
+// The computer is at the USB connector, or at the UART.
+const AT_USB = process.env.CHEFBOT_LINK === 'usb';
+const usb = AT_USB ? new USBCDC(mcu.usbCtrl) : null;
+const BYTE_NS = AT_USB ? 1000 : 86806;
+let plugged = false;
+const atUart = [];
 
 const said = [], queue = [];
 let byteDue = 0;
@@ -91,7 +98,8 @@ function runFor(nanos) {
   const end = clock.nanos + nanos, core = mcu.core;
   while (clock.nanos < end) {
     if (queue.length && clock.nanos >= byteDue) {
-      mcu.uart[0].feedByte(queue.shift());
+      if (AT_USB) usb.sendSerialByte(queue.shift());
+      else mcu.uart[0].feedByte(queue.shift());
       byteDue = Math.max(byteDue, clock.nanos - BYTE_NS) + BYTE_NS;
     }
     turnDue(0);
@@ -117,6 +125,22 @@ function run(us) {
   return [...answer, hex].join(' ');
 }
 
+// The answer to a control request, or "refused".
+function usbRequest(packet) {
+  const answer = [], { onEndpointWrite } = mcu.usbCtrl;
+  let acknowledged = false;
+  mcu.usbCtrl.onEndpointWrite = (endpoint, bytes) => {
+    if (endpoint !== 0) return onEndpointWrite(endpoint, bytes);
+    answer.push(...bytes);
+    acknowledged ||= bytes.length === 0;
+  };
+  mcu.usbCtrl.sendSetupPacket(packet);
+  runFor(1e6);
+  mcu.usbCtrl.onEndpointWrite = onEndpointWrite;
+  if (mcu.usbCtrl.epStallArm) { mcu.usbCtrl.epStallArm = 0; return 'refused'; }
+  return Buffer.from(answer).toString('hex') || (acknowledged ? 'ok' : 'silent');
+}
+
 function obey(line) {
   const [verb, ...words] = line.trim().split(' ');
   const [a, b] = words.map(Number);
@@ -128,6 +152,10 @@ function obey(line) {
     case 'imu_answers': imuAnswers = Boolean(a); break;
     case 'battery': mcu.adc.channelValues[0] = Math.round((a * 1024) / 4703); break;
     case 'echo': echoUs = a; break;
+    case 'usb_port': usb.cdcSetControlLineState(a); break;  // 3: a program opens it, 0: it closes it
+    case 'usb_request': return usbRequest(Buffer.from(words[0], 'hex'));
+    case 'uart_tx': Buffer.from(words[0], 'hex').forEach((value) => mcu.uart[0].feedByte(value)); break;
+    case 'uart_sent': return Buffer.from(atUart.splice(0)).toString('hex') || '-';
     case 'estop': mcu.gpio[ESTOP].setInputValue(Boolean(a)); break;
     default: throw new Error(`pico_board: unknown command: ${line}`);
   }
@@ -140,7 +168,11 @@ function load(path) {
   mcu.core.VTOR = VECTORS;
   mcu.core.SP = mcu.readUint32(VECTORS);
   mcu.core.PC = mcu.readUint32(VECTORS + 4) & ~1;
-  mcu.uart[0].onByte = (value) => said.push(value);
+  mcu.uart[0].onByte = (value) => (AT_USB ? atUart : said).push(value);
+  if (AT_USB) {
+    usb.onSerialData = (bytes) => said.push(...bytes);
+    usb.onDeviceConnected = () => { plugged = true; };
+  }
   mcu.peripherals[0x40058].onWatchdogTrigger = () => { throw new Error('pico_board: the hardware watchdog fired'); };
   imu[WHO_AM_I] = IMU;
   putImu([0, 0, 8192, -3920, 0, 0, 0]);
@@ -159,7 +191,10 @@ function load(path) {
     });
     rise.schedule(460000);
   });
-  while (steps === 0) runFor(1000);
+  const started = () => steps > 0 && (plugged || !AT_USB);
+  while (!started()) runFor(1000);
+  const seen = AT_USB ? steps : 0;
+  while (steps === seen) runFor(1000);
   runFor(3e6);
 }
 

@@ -53,6 +53,8 @@ class BoardEmulator:
     """A microcontroller's program in its emulator, in lockstep with the test; `close` ends it."""
 
     name: str
+    link = "uart"
+    """Where the computer is connected: uart or usb."""
     battery_adc: int
     """Reading of the analogue-digital converter at the initial 12 V."""
     echo_jitter_us: int
@@ -63,6 +65,7 @@ class BoardEmulator:
         wiring = {
             "CHEFBOT_DRIVER_INPUTS": robot.driver.inputs,
             "CHEFBOT_PINS": json.dumps(robot.board.pins.by_name()),
+            "CHEFBOT_LINK": self.link,
         }
         pipe, environment = subprocess.PIPE, {**os.environ, **wiring}
         self._process = subprocess.Popen(
@@ -195,5 +198,11 @@ class PicoEmulator(BoardEmulator):
         return round(adc * 4703 / 1024)
 
     def readable_duty(self, duty: int) -> int:
-        size = round(abs(duty) * 3 // 5 * 1000 / 600)
+        size = round(abs(duty) * 12 // 5 * 1000 / 2400)
         return size if duty > 0 else -size
+
+
+class PicoAtUsb(PicoEmulator):
+    """An RP2040 in rp2040js, with the computer at its USB connector."""
+
+    link = "usb"

@@ -1,20 +1,23 @@
-// Raspberry Pi Pico (RP2040), bare registers (RP2040 data sheet). Runs from its 12 MHz crystal without PLL: a control step
-// takes 1 % of its period even so, and no PLL can lose lock.
+// Raspberry Pi Pico (RP2040), bare registers (RP2040 data sheet). Its computer is at the USB connector, or at a USB-serial
+// cable on the UART; whichever a program has opened. All runs from the USB PLL at 48 MHz, the slowest at which the USB
+// controller works; when the PLL fails, the watchdog, which counts the crystal, ends it.
 #include "../arm/cortex.h"
 #include "../i2c_clear.h"
 #include "../robot_block.h"
 #include "board.h"
+#include "usb_serial.h"
 
 using namespace chefbot;
 
 namespace {
 
-const uint32_t CLOCK = 12000000;
+const uint32_t CRYSTAL = 12000000, CLOCK = 48000000;
 
+const uint32_t PLL = 0x4002C000, PLL_POWER = 0x04, PLL_FEEDBACK = 0x08, PLL_DIVIDERS = 0x0C, PLL_RESET = 1u << 13;
 const uint32_t RESETS = 0x4000C000, RESET_DONE = RESETS + 8;
-const uint32_t NEEDED = 1u << 0 | 1u << 3 | 1u << 5 | 1u << 8 | 1u << 14 | 1u << 21 | 1u << 22;  // adc i2c0 io pads pwm timer uart0
+const uint32_t NEEDED = 1u << 0 | 1u << 3 | 1u << 5 | 1u << 8 | 1u << 14 | 1u << 21 | 1u << 22 | 1u << 24;  // adc i2c0 io pads pwm timer uart0 usb
 const uint32_t XOSC = 0x40024000, XOSC_STATUS = 0x04, XOSC_STARTUP = 0x0C;
-const uint32_t CLOCKS = 0x40008000, REF_CTRL = 0x30, REF_SELECTED = 0x38, SYS_CTRL = 0x3C, SYS_SELECTED = 0x44, PERI_CTRL = 0x48,
+const uint32_t CLOCKS = 0x40008000, REF_CTRL = 0x30, REF_SELECTED = 0x38, SYS_CTRL = 0x3C, SYS_SELECTED = 0x44, PERI_CTRL = 0x48, USB_CTRL = 0x54,
                ADC_CTRL = 0x60;
 const uint32_t IO_BANK0 = 0x40014000, INTR = 0xF0, PROC0_INTE = 0x100, PADS = 0x4001C004;
 const uint32_t SIO_IN = 0xD0000004, SIO_SET = 0xD0000014, SIO_CLR = 0xD0000018, SIO_OE_SET = 0xD0000024, SIO_OE_CLR = 0xD0000028;
@@ -22,9 +25,9 @@ const uint32_t PWM = 0x40050000, PWM_SLICE = 0x14, PWM_CC = 0x0C, PWM_TOP = 0x10
 const uint32_t TIMER_RAW = 0x40054028;
 const uint32_t ADC = 0x4004C000, ADC_RESULT = 0x04;
 const uint32_t I2C0 = 0x40044000, IC_TAR = 0x04, IC_DATA_CMD = 0x10, IC_HCNT = 0x1C, IC_LCNT = 0x20, IC_RAW = 0x34,
-               IC_CLR_ABORT = 0x54, IC_ENABLE = 0x6C, IC_STATUS = 0x70, IC_RXFLR = 0x78, IC_SPKLEN = 0xA0;
+               IC_CLR_ABORT = 0x54, IC_ENABLE = 0x6C, IC_STATUS = 0x70, IC_RXFLR = 0x78, IC_SDA_HOLD = 0x7C, IC_SPKLEN = 0xA0;
 const uint32_t WATCHDOG = 0x40058000, WD_LOAD = 0x04, WD_REASON = 0x08, WD_TICK = 0x2C, PSM_WDSEL = 0x40010008;
-const uint32_t UART0_BASE = 0x40034000, UART0_IRQ = 20, IO_IRQ = 13;
+const uint32_t UART0_BASE = 0x40034000, UART0_IRQ = 20, IO_IRQ = 13, USB_IRQ = 5;
 
 // Pins (GP numbers) that stay where they are; those of the other signals are `board.pins` of the robot file.
 enum Pin : uint32_t { TX = 0, RX = 1, SDA = 4, SCL = 5, BATTERY = 26 };
@@ -34,6 +37,7 @@ const uint32_t PWM_PERIOD = CLOCK / 20000;      // 20 kHz, above hearing
 
 Board board;
 Uart uart(UART0_BASE);
+UsbSerial usb;
 uint16_t battery_mv;
 bool drivers_on;
 
@@ -178,7 +182,7 @@ void hal_i2c_clear(void *) {
     connect(SCL, FUNCTION_I2C, PULLED_UP);
 }
 
-bool hal_send(void *, const char *bytes, uint8_t count) { return uart.send(bytes, count); }
+bool hal_send(void *, const char *bytes, uint8_t count) { return usb.open() ? usb.send(bytes, count) : uart.send(bytes, count); }
 
 // 30 ms; the counter of this chip runs twice as fast as documented (erratum RP2040-E1).
 void hal_feed_watchdog(void *) { reg(WATCHDOG + WD_LOAD) = 2 * 30000; }
@@ -212,11 +216,13 @@ void pin_handler() {
 
 void uart_handler() { uart.serve(); }
 
+void usb_handler() { usb.serve(); }
+
 typedef void (*Handler)();
 __attribute__((section(".vectors"), used)) const Handler VECTORS[16 + 21] = {
     reinterpret_cast<Handler>(&stack_top), reset_handler, hang, hang, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, hang,
     nullptr, nullptr, hang, step_handler,
-    hang, hang, hang, hang, hang, hang, hang, hang, hang, hang, hang, hang, hang, pin_handler, hang, hang, hang, hang, hang, hang, uart_handler};
+    hang, hang, hang, hang, hang, usb_handler, hang, hang, hang, hang, hang, hang, hang, pin_handler, hang, hang, hang, hang, hang, hang, uart_handler};
 }
 
 // ---- start ---------------------------------------------------------------------------------------------------------
@@ -227,11 +233,21 @@ static void start_clocks() {
     while (!(reg(XOSC + XOSC_STATUS) & 1u << 31)) {}
     reg(CLOCKS + REF_CTRL) = 2;
     while (!(reg(CLOCKS + REF_SELECTED) & 1u << 2)) {}
-    reg(CLOCKS + SYS_CTRL) = 0;
-    while (!(reg(CLOCKS + SYS_SELECTED) & 1)) {}
+    clear_bits(RESETS, PLL_RESET);
+    while (!(reg(RESET_DONE) & PLL_RESET)) {}
+    reg(PLL) = 1;
+    reg(PLL + PLL_FEEDBACK) = 100;                     // the oscillator runs at 1200 MHz
+    clear_bits(PLL + PLL_POWER, 1u << 5 | 1u << 0);    // on
+    while (!(reg(PLL) & 1u << 31)) {}
+    reg(PLL + PLL_DIVIDERS) = 5u << 16 | 5u << 12;     // 48 MHz
+    clear_bits(PLL + PLL_POWER, 1u << 3);
+    reg(CLOCKS + SYS_CTRL) = 1u << 5;                  // first its source, then the switch to it
+    reg(CLOCKS + SYS_CTRL) = 1u << 5 | 1;
+    while (!(reg(CLOCKS + SYS_SELECTED) & 2)) {}
     reg(CLOCKS + PERI_CTRL) = 1u << 11;
+    reg(CLOCKS + USB_CTRL) = 1u << 11;
     reg(CLOCKS + ADC_CTRL) = 1u << 11 | 3u << 5;
-    reg(WATCHDOG + WD_TICK) = 1u << 9 | CLOCK / 1000000;  // also the microseconds of the timer
+    reg(WATCHDOG + WD_TICK) = 1u << 9 | CRYSTAL / 1000000;  // also the microseconds of the timer
 }
 
 static void start_pins() {
@@ -266,10 +282,12 @@ static void start_blocks() {
     while (!(reg(ADC) & 1u << 8)) {}
     reg(I2C0 + IC_ENABLE) = 0;
     reg(I2C0) = 1u << 6 | 1u << 5 | 2u << 1 | 1;  // master, 400 kHz, restarts
-    reg(I2C0 + IC_HCNT) = 10;
-    reg(I2C0 + IC_LCNT) = 18;
-    reg(I2C0 + IC_SPKLEN) = 1;
-    uart.start(6, 33);  // 12 MHz / 16 / 115200
+    reg(I2C0 + IC_HCNT) = 48;
+    reg(I2C0 + IC_LCNT) = 72;
+    reg(I2C0 + IC_SPKLEN) = 4;
+    reg(I2C0 + IC_SDA_HOLD) = 15;  // 300 ns
+    uart.start(26, 3);             // 48 MHz / 16 / 115200
+    usb.start(static_cast<uint32_t>(robot_block().constants.hash));
 }
 
 static void start_watchdog() {
@@ -293,10 +311,16 @@ int main() {
     for (uint32_t pin : edges) interrupt_on(pin);
     enable_interrupt(IO_IRQ);
     enable_interrupt(UART0_IRQ);
+    enable_interrupt(USB_IRQ);
     start_watchdog();
     start_steps(CLOCK / CONTROL_HZ);
     for (;;) {
-        while (!uart.received().empty()) board.receive(uart.received().pop());
+        usb.accept();
+        while (!usb.received().empty()) board.receive(usb.received().pop());
+        while (!uart.received().empty()) {
+            const uint8_t byte = uart.received().pop();
+            if (!usb.open()) board.receive(byte);
+        }
         board.poll();
     }
 }

@@ -55,5 +55,5 @@ def board_pins(kind: str, board: MotorBoard) -> BoardPins:
     moved = board.pins.by_name()
     moved |= {f"cliff_{i}": moved["cliff_0"] + i for i in range(CLIFF_INPUTS)}
     pins = PICO_FIXED_PINS | {name.upper(): f"GP{pin}" for name, pin in moved.items()}
-    title, computer = "Raspberry Pi Pico", "USB-serial cable, 3.3 V"
+    title, computer = "Raspberry Pi Pico", "USB, or 3.3 V serial here"
     return BoardPins("pico", title, computer, pins, two, ("47k", "10k"), False)

@@ -44,7 +44,8 @@ class EmulatorAndHost:
         lib.chefbot_board_imu(
             handle, (lib.chefbot_board_imu.argtypes[1]._type_ * 7)(0, 0, 8192, -3920, 0, 0, 0)
         )
-        lib.chefbot_board_advance(handle, int(10_000 + PHASE_MS * 1000))
+        steps = emulator.run(0).steps  # more than one where a USB host was waited for
+        lib.chefbot_board_advance(handle, int(steps * 10_000 + PHASE_MS * 1000))
 
     def write(self, data: bytes) -> None:
         self.host.write(data)

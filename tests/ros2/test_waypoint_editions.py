@@ -57,8 +57,13 @@ class WaypointServer:
         self.goals.append(goal)
         self.server.execute(goal_id)
         self.server.publish_feedback(goal_id, self._feedback)
-        threading.Timer(0.2, lambda: self.server.finish(goal_id, STATUS_ABORTED, self._result)).start()
+        self._end = threading.Timer(0.2, self.server.finish, (goal_id, STATUS_ABORTED, self._result))
+        self._end.start()
         return True
+
+    def wait(self) -> None:
+        """Wait for the last status, which follows the result."""
+        self._end.join()
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -79,6 +84,7 @@ def test_a_client_of_each_distribution_is_served(
         poses = POSES if edition == "jazzy" or name == "follow_waypoints" else newest.goal().poses
         goal = action.goal(**{"poses": poses})
         status, result = client.send_goal_async(goal).result.result(PATIENCE)
+        server.wait()
         assert status == STATUS_ABORTED and result.error_code == CASES[name][2].error_code
         assert type(server.goals[0]) is newest.goal
         if name == "follow_waypoints":

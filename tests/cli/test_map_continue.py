@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from chefbot.cli.map.continued import continue_map, merge_maps
 from chefbot.cli.map.edit import print_info
-from chefbot.cli.map.mapped_drives import load_drives
 from chefbot.cli.map.slam import run_slam
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.storage.map_files import load_map
+from chefbot.storage.mapped_drives import load_drives
 
 BEAMS = 180
 CORNERS = (

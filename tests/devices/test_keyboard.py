@@ -167,7 +167,7 @@ def test_terminal_is_restored_at_the_end(pty: Pty) -> None:
 def test_terminal_is_restored_if_another_node_fails_to_start(pty: Pty) -> None:
     before = pty.modes()
     driven = Driven()
-    kind = "chefbot.devices.map_file:MapFileDevice"
+    kind = "chefbot.devices.maps.map_file:MapFileDevice"
     driven.entries[kind] = NodeEntry(kind=kind, params={"map": "/no/such/map.yaml"})
     with pytest.raises(ConfigError, match="does not exist"):
         driven.start()

@@ -12,8 +12,8 @@ from tests.support.nodes import NodeRunner
 from chefbot.config import ConfigError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, SLOW_ZONE, MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import Cause
-from chefbot.msgs.chefbot_places import KEEP_OUT, ONE_WAY, SLOW_ZONE, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped, Twist
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, SpeedLimit
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -188,7 +188,7 @@ def test_the_map_server_finds_the_zones_beside_the_map(tmp_path: Path) -> None:
     other.write_text(f"version: 1\nzones:\n  stairs: {{kind: keep_out, {corners}}}\n")
     for given, name in (({}, "hall"), ({"zones": str(other)}, "stairs")):
         runner = NodeRunner(
-            {"map_file": "chefbot.devices.map_file:MapFileDevice"},
+            {"map_file": "chefbot.devices.maps.map_file:MapFileDevice"},
             {},
             {"map_file": {"map": str(path), **given}},
         )
@@ -197,7 +197,7 @@ def test_the_map_server_finds_the_zones_beside_the_map(tmp_path: Path) -> None:
     other.write_text("version: 1\nzones: {a: {kind: keep_out, corners: []}}")
     with pytest.raises(ConfigError, match="zone a: it needs three corners"):
         NodeRunner(
-            {"map_file": "chefbot.devices.map_file:MapFileDevice"},
+            {"map_file": "chefbot.devices.maps.map_file:MapFileDevice"},
             {},
             {"map_file": {"map": str(path), "zones": str(other)}},
         )

@@ -22,7 +22,7 @@ from chefbot.bridge.attach import (
     with_namespace,
 )
 from chefbot.bridge.robot_time import RobotTime
-from chefbot.devices.map_file import MAP_FILE_KIND, SAVED_MAP_KIND, given_map
+from chefbot.devices.maps.map_file import MAP_FILE_KIND, SAVED_MAP_KIND, given_map
 from chefbot.errors import UserError
 from chefbot.fleet.secure_router import ExternalEndpoints, endpoint
 from chefbot.kernels.precompile import compile_kernels

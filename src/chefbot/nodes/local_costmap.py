@@ -8,8 +8,8 @@ from chefbot.costmap.conversions import DROP_OFFS, LASER, costmap_message
 from chefbot.costmap.params import LIVE_PARAMS
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_maps import MapZones
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.chefbot_places import MapZones
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid

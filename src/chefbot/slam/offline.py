@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from chefbot.maths.grid import Grid
-from chefbot.maths.se2 import SE2
+from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.carmen import CarmenLogError
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.graph import ClosureResidual, GraphSlam, GraphSlamParams
@@ -44,11 +44,18 @@ class SlamResult:
 class OfflineMapper:
     """Maps one recorded drive after the other into one map, with the algorithm whose parameters are given."""
 
-    def __init__(self, params: GmappingParams | GraphSlamParams, sensor: SE2) -> None:
-        """sensor: pose of the laser in base_link; it is the same in all drives."""
-        self._params = params
+    def __init__(
+        self, params: GmappingParams | GraphSlamParams, sensor: SE2, initial: SE2 | None = None
+    ) -> None:
+        """sensor: pose of the laser in base_link; it is the same in all drives.
+
+        initial: pose of the robot in the map at the first scan, by default the map's origin.
+        """
+        self._initial, first = initial, IDENTITY if initial is None else initial
         self.slam = (
-            Gmapping(params, sensor) if isinstance(params, GmappingParams) else GraphSlam(params, sensor)
+            Gmapping(params, sensor, first)
+            if isinstance(params, GmappingParams)
+            else GraphSlam(params, sensor, first)
         )
         self.sessions: list[Session] = []
 
@@ -70,11 +77,12 @@ class OfflineMapper:
             used.append(self.slam.update(scan.angles, scan.ranges, scan.odom, range_max=range_max))
             if progress is not None:
                 progress(done, len(scans))
-        self.sessions.append(Session.of(scans, used, range_max, start))
+        begin = start if self.sessions else self._initial
+        self.sessions.append(Session.of(scans, used, range_max, begin))
 
     def repeat(self, session: Session, progress: Callable[[int, int], None] | None = None) -> None:
         """Add a drive that was mapped before, as it was then."""
-        start = None if math.isnan(session.start[0]) else SE2.of(session.start)
+        start = session.start_pose if self.sessions else None
         self.map_drive(list(session.scans()), session.range_max, start, progress)
 
     def result(self, no_return: NoReturn | None) -> SlamResult:

@@ -27,7 +27,7 @@ class Session:
     stamps: (n,) s. odometry: (n, 3), of the robot. used: (n,) whether a scan is part of the map. beams: (m,) numbers
     of beams of the used ones, whose angles and ranges, rad and m, follow one another. laser: (3,) pose of the laser
     in base_link. range_max: shortest range that means no return, m. start: (3,) pose in the map at the first used
-    scan; NaN for the drive that the map frame begins with.
+    scan; NaN for a drive that the map frame begins with.
     """
 
     stamps: NDArray[np.float64]
@@ -75,6 +75,11 @@ class Session:
             float(range_max),
             np.full(3, math.nan) if start is None else start.array(),
         )
+
+    @property
+    def start_pose(self) -> SE2 | None:
+        """Pose in the map at the first used scan; None for the origin of the map frame."""
+        return None if math.isnan(self.start[0]) else SE2.of(self.start)
 
     def scans(self) -> Iterator[RecordedScan]:
         """Yield all scans in order; those that are not part of the map have no beams."""

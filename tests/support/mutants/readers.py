@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from chefbot.cli.map.mapped_drives import encode_drives, load_drives
 from chefbot.cli.robot.foreign.urdf_given import check_given
 from chefbot.config import read_bytes
 from chefbot.design.export.urdf import urdf as urdf_of
@@ -41,6 +40,7 @@ from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.session import Session
 from chefbot.storage.carmen_log import read_text
 from chefbot.storage.map_files import load_map
+from chefbot.storage.mapped_drives import encode_drives, load_drives
 from chefbot.storage.places import load_places, save_places
 from tests.support.confined_xacro import expand_here
 

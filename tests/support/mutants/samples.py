@@ -17,13 +17,13 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from chefbot.cli.map.mapped_drives import MAPPER
 from chefbot.fleet.certificates import ecdsa_sign, read_key
 from chefbot.fleet.keyring import Keyring
 from chefbot.fleet.membership import Card
 from chefbot.maths.grid import Grid
 from chefbot.storage.map_bundle import MANIFEST, encode_bundle
 from chefbot.storage.map_files import map_png
+from chefbot.storage.mapped_drives import MAPPER
 from tests.support.mutants import readers, texts
 from tests.support.mutants.mutations import (
     Mutation,

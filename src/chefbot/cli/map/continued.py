@@ -9,7 +9,6 @@ from pathlib import Path
 from rich.progress import Progress, TaskID
 
 from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, read_log
-from chefbot.cli.map.mapped_drives import MappedDrives, bundle_path, load_drives
 from chefbot.cli.map.slam import console, print_results, write_results
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.start_search import find_start
@@ -22,6 +21,7 @@ from chefbot.slam.no_return import NoReturn
 from chefbot.slam.offline import OfflineMapper, maximum_range
 from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.storage.atomic_files import StorageError, folder_for_results
+from chefbot.storage.mapped_drives import MappedDrives, bundle_path, load_drives
 
 MAX_COORDINATE = 1e5
 """Limit of plausible coordinates of a start, m."""
@@ -35,7 +35,7 @@ class MapContinuation:
     def __init__(self, drives: MappedDrives, progress: Progress) -> None:
         self._progress, self._params, self.costs = progress, drives.params, SlamCosts()
         self._sensor = SE2.of(drives.sessions[0].laser)
-        self._mapper = OfflineMapper(drives.params, self._sensor)
+        self._mapper = OfflineMapper(drives.params, self._sensor, drives.sessions[0].start_pose)
         for number, session in enumerate(drives.sessions, 1):
             self._mapper.repeat(session, self._counted(f"drive {number} as before", len(session.stamps)))
 

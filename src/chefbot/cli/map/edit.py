@@ -9,16 +9,16 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.cli.map.mapped_drives import BUNDLE, load_drives
 from chefbot.cli.plural import number_of
-from chefbot.devices.map_editor import MapEditor
+from chefbot.devices.maps.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
-from chefbot.msgs.chefbot_places import MapEdit
+from chefbot.msgs.chefbot_maps import MapEdit
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.slam.params import GmappingParams
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map, map_in
+from chefbot.storage.mapped_drives import BUNDLE, load_drives
 from chefbot.storage.zones import zones_path
 
 console = Console(highlight=False, soft_wrap=True, markup=False)

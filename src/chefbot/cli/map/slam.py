@@ -9,7 +9,6 @@ from rich.console import Console
 from rich.progress import Progress
 
 from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, read_log
-from chefbot.cli.map.mapped_drives import BUNDLE, MapperParams, encode_drives
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_report import report_page
 from chefbot.cli.plural import number_of
@@ -23,6 +22,7 @@ from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import NO_RETURN, RecordedScan
 from chefbot.storage.atomic_files import StorageError, folder_for_results
 from chefbot.storage.map_files import map_png
+from chefbot.storage.mapped_drives import BUNDLE, MapperParams, encode_drives
 from chefbot.storage.new_map import save_new_map
 
 console = Console(highlight=False)

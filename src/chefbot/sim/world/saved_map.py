@@ -7,7 +7,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from chefbot.devices.initial_pose import InitialPoseDevice, InitialPoseParams
-from chefbot.devices.map_file import MapFileDevice, MapFileParams
+from chefbot.devices.maps.map_file import MapFileDevice, MapFileParams
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.sim.world.load import (
     PlacesSeed,

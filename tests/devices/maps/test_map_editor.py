@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chefbot.devices.edit_preview import side_effects
-from chefbot.devices.map_editor import MapEditor
+from chefbot.devices.maps.edit_preview import side_effects
+from chefbot.devices.maps.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_places import MapEdit, MapZone, Place
+from chefbot.msgs.chefbot_maps import MapEdit, MapZone, Place
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot

@@ -1,14 +1,27 @@
-"""Messages of chefbot_msgs about places and zones of a map, and changes of them."""
+"""Messages of chefbot_msgs about maps: places and zones, changes, and the scans that a map is made of."""
 
 from __future__ import annotations
+
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.lanes import MAX_LANES
 from chefbot.msgs.geometry_msgs import Point, PoseStamped
-from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, min_length, per_field
-from chefbot.msgs.idl.message import Bool, Float64, Int8, Message, String, StringArray, Uint32
+from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, min_length, per_field, same_length
+from chefbot.msgs.idl.message import (
+    Bool,
+    Float32,
+    Float32Array,
+    Float64,
+    Int8,
+    Message,
+    String,
+    StringArray,
+    Uint32,
+)
+from chefbot.msgs.sensor_msgs import BEAM_ANGLE, DISTANCE, MAX_BEAMS
 from chefbot.msgs.std_msgs import Header
 
 MAX_PLACES = 1000
@@ -25,6 +38,15 @@ ZONE_TITLES = {
     PREFERRED: "preferred zone",
     ONE_WAY: "one-way lane",
 }
+
+
+MAX_MAPPER = 10_000
+"""Maximum length of the description of a mapper."""
+_NO_FLOATS = np.empty(0, np.float32)
+_ORIGIN = np.zeros(3)
+_ORIGIN.flags.writeable = False
+PlanarPose = Annotated[NDArray[np.float64], "float64[3]"]
+"""x and y, m, and yaw, rad: exact, as a quaternion would not be."""
 
 
 class MapZone(Message, frozen=True, eq=False):
@@ -160,3 +182,35 @@ class MapEditResult(Message, frozen=True, eq=False):
     """A sentence: what is wrong with the change, or which places it cuts off; empty if there is nothing to say."""
     undoable: Uint32 = 0
     """Number of changes that can be taken back."""
+
+
+class MappedScan(Message, frozen=True, eq=False):
+    """A scan as the mapper has processed it; from those of a drive its map can be built again.
+
+    Beams of `angles` (rad, in the frame of the header) and `ranges` (m); none of a scan that is not part of the map.
+    """
+
+    ROS_PACKAGE = "chefbot_msgs"
+
+    BOUNDS = per_field(angles=BEAM_ANGLE, range_max=DISTANCE)
+    MAX_LENGTHS = per_field(angles=MAX_BEAMS, ranges=MAX_BEAMS, mapper=MAX_MAPPER)
+    RULES = (same_length("angles", "ranges"),)
+
+    header: Header = Header()
+    number: Uint32 = 0
+    """Number of the scan in the drive, from 0."""
+    continued: Bool = False
+    """Whether the drive continues a map that was there before it."""
+    used: Bool = False
+    """Whether the scan is part of the map."""
+    odometry: PlanarPose = _ORIGIN
+    """Pose of the robot in odom."""
+    start: PlanarPose = _ORIGIN
+    """Pose of the robot in the map at the first scan of the drive."""
+    laser: PlanarPose = _ORIGIN
+    """Pose of the laser in base_link."""
+    range_max: Float32 = 0.0
+    angles: Float32Array = _NO_FLOATS
+    ranges: Float32Array = _NO_FLOATS
+    mapper: String = ""
+    """Algorithm and parameters, JSON."""

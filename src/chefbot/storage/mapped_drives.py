@@ -40,10 +40,21 @@ def bundle_path(path: Path) -> Path:
 
 def encode_drives(params: MapperParams, sessions: Sequence[Session], others: dict[str, bytes]) -> bytes:
     """Return a bundle of drives and other files, such as the map's."""
-    algorithm = "gmapping" if isinstance(params, GmappingParams) else "graph"
-    mapper = Mapper(algorithm, msgspec.Raw(msgspec.json.encode(params)))
     drives = {SESSION.format(i): session.to_bytes() for i, session in enumerate(sessions)}
-    return encode_bundle({MAPPER: msgspec.json.encode(mapper), **drives, **others})
+    return encode_bundle({MAPPER: encode_mapper(params), **drives, **others})
+
+
+def encode_mapper(params: MapperParams) -> bytes:
+    """Return the algorithm that these parameters are of, and the parameters, as JSON."""
+    algorithm = "gmapping" if isinstance(params, GmappingParams) else "graph"
+    return msgspec.json.encode(Mapper(algorithm, msgspec.Raw(msgspec.json.encode(params))))
+
+
+def decode_mapper(data: bytes) -> MapperParams:
+    """Return the parameters of such JSON. Raises MsgspecError or ValueError if it is none."""
+    mapper = msgspec.json.decode(data, type=Mapper)
+    kind: type[MapperParams] = GmappingParams if mapper.algorithm == "gmapping" else GraphSlamParams
+    return msgspec.json.decode(mapper.params, type=kind)
 
 
 def load_drives(path: Path) -> MappedDrives:
@@ -51,9 +62,7 @@ def load_drives(path: Path) -> MappedDrives:
     path = bundle_path(path)
     files = read_bundle(path)
     try:
-        mapper = msgspec.json.decode(files.get(MAPPER, b""), type=Mapper)
-        kind: type[MapperParams] = GmappingParams if mapper.algorithm == "gmapping" else GraphSlamParams
-        params = msgspec.json.decode(mapper.params, type=kind)
+        params = decode_mapper(files.get(MAPPER, b""))
         names = sorted(name for name in files if name.startswith("session_"))
         sessions = [Session.from_bytes(files[name]) for name in names]
     except ScanError as error:

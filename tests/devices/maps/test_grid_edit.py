@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.devices.grid_edit import changes_grid, edited_grid, turned_entry, turned_zone
+from chefbot.devices.maps.grid_edit import changes_grid, edited_grid, turned_entry, turned_zone
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
-from chefbot.msgs.chefbot_places import MapEdit, MapStroke, MapZone
+from chefbot.msgs.chefbot_maps import MapEdit, MapStroke, MapZone
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.storage.places import PlaceEntry
 

@@ -9,15 +9,15 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.devices.edit_preview import side_effects
 from chefbot.devices.initial_pose import initial_pose
-from chefbot.devices.map_editor import MapContent, MapEditor
+from chefbot.devices.maps.edit_preview import side_effects
+from chefbot.devices.maps.map_editor import MapContent, MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_maps import MapZones
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
-from chefbot.msgs.chefbot_places import MapZones
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
@@ -27,7 +27,7 @@ from chefbot.storage.map_files import load_map, map_in
 from chefbot.storage.places import PlaceEntry, load_entries, places_path
 from chefbot.storage.zones import LoadedZones, load_zones, zones_path
 
-MAP_FILE_KIND = "chefbot.devices.map_file:MapFileDevice"
+MAP_FILE_KIND = "chefbot.devices.maps.map_file:MapFileDevice"
 SAVED_MAP_KIND = "chefbot.sim.world.saved_map:SavedMapDevice"
 """The map servers of a built and of a simulated robot, by their names in launch files."""
 

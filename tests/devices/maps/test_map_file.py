@@ -10,8 +10,8 @@ import pytest
 from tests.support.nodes import NodeRunner
 from tests.support.waiting import wait_for
 
-from chefbot.devices.map_editor import MapEditor
-from chefbot.devices.map_file import MAX_WAITING, TOO_MANY, TURNED
+from chefbot.devices.maps.map_editor import MapEditor
+from chefbot.devices.maps.map_file import MAX_WAITING, TOO_MANY, TURNED
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, MapStroke, MapZone, Place
@@ -37,7 +37,7 @@ def path(tmp_path: Path) -> Path:
 
 def served(path: Path) -> NodeRunner:
     runner = NodeRunner(
-        {"map_file": "chefbot.devices.map_file:MapFileDevice"}, {}, {"map_file": {"map": str(path)}}
+        {"map_file": "chefbot.devices.maps.map_file:MapFileDevice"}, {}, {"map_file": {"map": str(path)}}
     )
     runner.run(0.2)
     return runner

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 import msgspec
 
-from chefbot.devices.grid_edit import changes_grid, edited_grid, same_cells, turned_entry, turned_zone
+from chefbot.devices.maps.grid_edit import changes_grid, edited_grid, same_cells, turned_entry, turned_zone
 from chefbot.errors import UserError, name_hint
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_maps import MAX_PLACES, MAX_ZONES, MapZone
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
-from chefbot.msgs.chefbot_places import MAX_PLACES, MAX_ZONES, MapZone
 from chefbot.storage.atomic_files import write_atomic
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map, map_png, read_map_files, save_map

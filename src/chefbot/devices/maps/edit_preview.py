@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from chefbot.devices.cut_off import Walls, cut_off, without_room
-from chefbot.devices.map_editor import MapChange
+from chefbot.devices.maps.map_editor import MapChange
 from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_places import KEEP_OUT
+from chefbot.msgs.chefbot_maps import KEEP_OUT
 from chefbot.robot.spec import Robot
 from chefbot.zones.contradictions import check_zones
 

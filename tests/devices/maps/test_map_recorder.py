@@ -1,0 +1,225 @@
+"""Mapper and map recorder: map and drive are on the disk while the robot maps, and are continued from there."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from pathlib import Path
+
+import pytest
+from tests.support.nodes import NodeRunner
+from tests.support.pillar_room import ANGLES, circle, ranges_at
+from tests.support.waiting import wait_for
+
+from chefbot.devices.maps.map_recorder import WRITE_PERIOD
+from chefbot.errors import ChefbotError
+from chefbot.mapping.map_format import encode_pgm
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_maps import MappedScan
+from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, TransformStamped
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Empty, Header
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.scans.continued_map import ContinuedMap
+from chefbot.nodes.scans.drive_messages import DriveMessages
+from chefbot.slam.offline import OfflineMapper
+from chefbot.slam.params import GmappingParams
+from chefbot.storage.mapped_drives import BUNDLE, load_drives
+
+LASER = SE2(0.1, 0.0, 0.0)
+
+
+class MappingRobot(NodeRunner):
+    """A mapper and a map recorder, and a robot whose odometry is right."""
+
+    def __init__(self, folder: Path, continue_map: str = "") -> None:
+        params = {
+            "gmapping": {"publish_drive": True, "continue_map": continue_map},
+            "recorder": {"folder": str(folder), "continue_map": continue_map},
+        }
+        kinds = {
+            "gmapping": "chefbot.nodes.gmapping:GmappingNode",
+            "recorder": "chefbot.devices.maps.map_recorder:MapRecorderDevice",
+        }
+        self.began = SE2(0.0, 0.0, 0.0)
+        """Pose in the room where the robot was switched on."""
+        super().__init__(kinds, {}, params)
+
+    def scan(self, odom: SE2) -> None:
+        now = self.loop.now_ns
+        frames = (("odom", "base_link", odom), ("base_link", "laser", LASER))
+        self.loop.publish(
+            "tf", TFMessage(tuple(TransformStamped.of(now, *frame) for frame in frames)), "test"
+        )
+        ranges = ranges_at(self.began @ odom @ LASER)
+        step = 2 * math.pi / len(ANGLES)
+        header = Header.of(now, "laser")
+        self.loop.publish(
+            "scan", LaserScan(header, -math.pi, math.pi - step, step, 0.0, 0.1, 0.1, 12.0, ranges), "test"
+        )
+        self.run(0.1)
+
+    def drive(self, turns: float = 1.0) -> None:
+        """Drive on a circle with a scan every 3 cm, until the map is published."""
+        for pose in circle(turns):
+            self.scan(pose)
+        self.run(2.1)
+
+    def remarks(self) -> list[str]:
+        return [message.data for message in self.messages("map_recorder/remark")]
+
+    def end(self) -> None:
+        self.system.stop()
+
+
+def bundles(folder: Path) -> list[Path]:
+    return sorted(folder.glob(f"*/{BUNDLE}"))
+
+
+def rebuilt(bundle: Path) -> bytes:
+    drives = load_drives(bundle)
+    laser = SE2.of(drives.sessions[0].laser)
+    mapper = OfflineMapper(drives.params, laser, drives.sessions[0].start_pose)
+    for session in drives.sessions:
+        mapper.repeat(session)
+    return mapper.slam.map().cells.tobytes()
+
+
+def test_the_bundle_gives_the_live_map_again(tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path)
+    robot.drive()
+    robot.end()
+    (bundle,) = bundles(tmp_path)
+    live = robot.messages("map")[-1]
+    assert isinstance(live, OccupancyGrid)
+    assert rebuilt(bundle) == live.grid.cells.tobytes()
+    assert bundle.with_name("map.pgm").read_bytes() == encode_pgm(live.grid)
+
+
+def test_a_map_is_on_the_disk_before_the_end(tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path)
+    robot.drive()
+    robot.run(WRITE_PERIOD)
+    wait_for(lambda: robot.run(0.1) or robot.remarks())
+    assert robot.remarks() == [f"The map and its drive are kept in {bundles(tmp_path)[0].parent}."]
+    robot.end()
+
+
+def test_a_reset_begins_another_folder(tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path)
+    robot.drive()
+    robot.loop.publish("reset_map", Empty(), "page")
+    robot.drive(0.5)
+    robot.end()
+    first, second = (load_drives(bundle).sessions for bundle in bundles(tmp_path))
+    assert len(first) == len(second) == 1 and len(first[0].stamps) > 1.5 * len(second[0].stamps)
+
+
+def test_maps_of_one_second_do_not_replace_each_other(tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path)
+    for _ in range(4):
+        robot.drive(0.2)
+        robot.loop.publish("reset_map", Empty(), "page")
+    robot.end()
+    assert len(bundles(tmp_path)) == 4
+
+
+def test_a_restarted_mapper_adds_another_drive(tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path)
+    robot.drive()
+    last = robot.messages("mapped_scan")[-1]
+    assert isinstance(last, MappedScan) and not last.continued and last.number > 100
+    start = SE2(0.5, 0.25, 0.1)
+    messages = DriveMessages(GmappingParams(), LASER, start, continued=True)
+    scan = LaserScan(last.header, -math.pi, math.pi, 0.035, 0.0, 0.1, 0.1, 12.0, ranges_at(LASER))
+    for x in (0.0, 0.1, 0.2):
+        message = messages.next(scan, SE2(x, 0.0, 0.0), used=x < 0.2)
+        robot.loop.publish("mapped_scan", message, "gmapping")
+    robot.run(0.1)
+    robot.end()
+    (bundle,) = bundles(tmp_path)
+    first, second = load_drives(bundle).sessions
+    assert first.start_pose == SE2(0.0, 0.0, 0.0) and second.start_pose == start
+    assert second.used.tolist() == [True, True, False]
+
+
+@pytest.fixture
+def earlier(tmp_path: Path) -> Path:
+    robot = MappingRobot(tmp_path / "earlier")
+    robot.drive()
+    robot.end()
+    return bundles(tmp_path / "earlier")[0]
+
+
+def test_a_map_is_continued_from_a_given_pose(earlier: Path, tmp_path: Path) -> None:
+    before = hashlib.sha256(earlier.read_bytes()).hexdigest()
+    robot = MappingRobot(tmp_path / "later", str(earlier.parent))
+    robot.began = SE2(2.0, 0.5, 1.0)
+    robot.scan(SE2(0.0, 0.0, 0.0))
+    assert not robot.messages("mapped_scan"), "the robot is not found yet"
+    assert "looks for the robot" in robot.messages("scan/remark")[-1].data
+    pose = PoseWithCovarianceStamped(Header.of(0, "map"), PoseWithCovariance(Pose.of(robot.began)))
+    robot.loop.publish("initialpose", pose, "page")
+    robot.drive()
+    assert "the map is continued" in robot.messages("scan/remark")[-1].data
+    transform = next(
+        item
+        for message in reversed(robot.messages("tf"))
+        for item in message.transforms
+        if item.child_frame_id == "odom"
+    )
+    found = transform.transform.se2
+    assert found.distance(robot.began) < 0.05 and abs(found.between(robot.began).yaw) < 0.05
+    robot.end()
+    (bundle,) = bundles(tmp_path / "later")
+    assert len(load_drives(bundle).sessions) == 2
+    assert rebuilt(bundle) == robot.messages("map")[-1].grid.cells.tobytes()
+    assert hashlib.sha256(earlier.read_bytes()).hexdigest() == before
+
+
+def test_the_robot_is_found_on_the_map_while_it_drives(earlier: Path, tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path / "later", str(earlier))
+    robot.began = SE2(1.5, 0.3, 2.0)
+    robot.drive(2.0)
+    first = robot.messages("mapped_scan")[0]
+    true = robot.began @ SE2.of(first.odometry)
+    assert SE2.of(first.start).distance(true) < 0.15 and first.continued and first.number == 0
+    robot.end()
+
+
+@pytest.mark.parametrize("size", [0, 1, 100, 3000])
+def test_a_damaged_bundle_is_refused_at_the_start(earlier: Path, tmp_path: Path, size: int) -> None:
+    damaged = tmp_path / "damaged.bundle"
+    damaged.write_bytes(earlier.read_bytes()[:size])
+    with pytest.raises(ChefbotError, match=r"damaged\.bundle"):
+        MappingRobot(tmp_path / "later", str(damaged))
+
+
+def test_a_recorder_that_begins_too_late_keeps_nothing(tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path)
+    message = MappedScan(Header.of(1, "laser"), 7, used=True)
+    robot.loop.publish("mapped_scan", message, "gmapping")
+    robot.run(WRITE_PERIOD)
+    robot.end()
+    assert "has missed the beginning of the map" in robot.remarks()[-1] and not bundles(tmp_path)
+
+
+def test_a_folder_that_cannot_be_made_is_one_warning(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    robot = MappingRobot(tmp_path / "file")
+    robot.drive(0.5)
+    for _ in range(2):
+        robot.run(WRITE_PERIOD)
+        robot.drive(0.5)
+    wait_for(lambda: robot.run(0.1) or robot.remarks())
+    assert len(robot.remarks()) == 1 and robot.remarks()[0].startswith("Warning: the map cannot be kept: ")
+    robot.end()
+
+
+def test_another_mount_of_the_laser_is_refused(earlier: Path) -> None:
+    continued = ContinuedMap(earlier)
+    header = Header.of(1, "laser")
+    scan = LaserScan(header, -3.14, 3.14, 0.035, 0.0, 0.1, 0.1, 12.0, ranges_at(LASER))
+    with pytest.raises(ChefbotError, match="The laser is mounted at"):
+        continued.find(LASER @ SE2(0.0, 0.0, 0.1), scan, SE2(0.0, 0.0, 0.0))

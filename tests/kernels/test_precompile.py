@@ -34,7 +34,7 @@ def test_a_stamp_skips_compilation_while_its_files_exist(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     kernel_file = tmp_path / "kernel.nbi"
     kernel_file.touch()
-    record_stamp(Console(quiet=True), {str(kernel_file)})
+    record_stamp(Console(quiet=True), {str(kernel_file)}, cache_stamp.stamp_path())
     assert not start_compilation(Console(quiet=True)).busy
     kernel_file.unlink()
     assert not cache_stamp.is_complete(cache_stamp.stamp_path())
@@ -68,7 +68,7 @@ def test_an_unwritable_cache_folder_is_reported(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert not cache_stamp.is_complete(cache_stamp.stamp_path())
     console = Console(record=True, file=open(os.devnull, "w"))  # noqa: SIM115, PTH123
-    record_stamp(console, {"a"})
+    record_stamp(console, {"a"}, cache_stamp.stamp_path())
     assert "Cannot record" in console.export_text()
 
 

@@ -14,14 +14,15 @@ import chefbot
 from chefbot.storage.atomic_files import write_atomic
 
 
-def stamp_path() -> Path:
+def stamp_path(group: str = "") -> Path:
     """Return the path of the stamp in the user's cache folder (XDG_CACHE_HOME, else ~/.cache).
 
-    Its name has a hash of all that the kernels depend on.
+    Its name has a hash of all that the kernels depend on, and the group of kernels that it is of; empty: those of the
+    demo.
     """
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     digest = hashlib.sha256("\n".join(_dependencies()).encode()).hexdigest()
-    return Path(home) / "chefbot" / f"kernels-{digest[:16]}.json"
+    return Path(home) / "chefbot" / f"kernels-{digest[:16]}{group}.json"
 
 
 def is_complete(stamp: Path) -> bool:

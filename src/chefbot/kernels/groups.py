@@ -46,6 +46,7 @@ NODE_CLASSES = {
     "odometry": "chefbot.nodes.odometry:OdometryNode",
     "depth_to_scan": "chefbot.nodes.depth_to_scan:DepthToScanNode",
     "gmapping": "chefbot.nodes.gmapping:GmappingNode",
+    "graph_slam": "chefbot.nodes.graph_slam:GraphSlamNode",
     "amcl": "chefbot.nodes.amcl:AmclNode",
     "planner": "chefbot.nodes.planner:PlannerNode",
     "controller": "chefbot.nodes.controller:ControllerNode",
@@ -60,11 +61,17 @@ NODE_CLASSES = {
 class KernelWorkload:
     """A few nodes on a loop of their own, of a robot that moves slowly along the x axis of the room."""
 
-    def __init__(self, *names: str, robot: str = "chefbot_lidar") -> None:
+    def __init__(
+        self, *names: str, robot: str = "chefbot_lidar", params: Mapping[str, Any] | None = None
+    ) -> None:
+        """params: of each node."""
         self.robot = load_robot(robot)
         self.loop = Loop(StepClock())
         self.system = NodeContainer(self.loop, self.robot, 1)
-        nodes = {name: NodeEntry(kind=NODE_CLASSES[name]) for name in ("frames", *names)}
+        nodes = {
+            name: NodeEntry(kind=NODE_CLASSES[name], params=(params or {}).get(name, {}))
+            for name in ("frames", *names)
+        }
         self.system.launch(Launch(name="kernels", description="", args={}, nodes=nodes))
         self.run()
 
@@ -177,6 +184,18 @@ def mapping() -> None:
     node._slam._resample()  # otherwise it is random whether a short run resamples
 
 
+def graph_mapping() -> None:
+    """Run graph SLAM there and back, so that it has submaps and closes loops."""
+    short = {"graph_slam": {"graph": {"submap_travel": 0.6}}}
+    bench = KernelWorkload("graph_slam", params=short)
+    for n in (*range(10), *range(10, -1, -1)):
+        bench.publish_scan(0.25 * n - 1.2)
+        bench.run(0.1)
+    bench.run(2.0)
+    node: Any = bench.system.nodes["graph_slam"]
+    node._slam.finish()
+
+
 def costs() -> None:
     """Update the local costmap with a scan."""
     bench = KernelWorkload("controller")
@@ -280,9 +299,12 @@ GROUPS: Mapping[str, Callable[[], None]] = {
     "exploration": exploration,
     "tracking": tracking,
     "people": people,
+    "graph_mapping": graph_mapping,
 }
 """Workloads in the order of need; of those needed together the longest first, so that the workers end
 together."""
+DEMO_GROUPS = tuple(name for name in GROUPS if name != "graph_mapping")
+"""Groups that the demo needs."""
 FIRST_PICTURE_GROUPS = ("mapping", "camera", "odometry", "scan", "monitor", "costs")
 """Groups that the first picture needs."""
 
@@ -292,6 +314,7 @@ GROUPS_OF_NODE: Mapping[str, tuple[str, ...]] = {
     "depth_to_scan": ("scan",),
     "base": ("monitor",),
     "gmapping": ("mapping",),
+    "graph_slam": ("graph_mapping",),
     "amcl": ("localization",),
     "planner": ("planning",),
     "controller": ("costs", "control"),

@@ -16,15 +16,16 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from chefbot.errors import UserError
 from chefbot.kernels import cache_stamp
-from chefbot.kernels.groups import FIRST_PICTURE_GROUPS, GROUPS
+from chefbot.kernels.groups import DEMO_GROUPS, FIRST_PICTURE_GROUPS, groups_of
 from chefbot.ui.browser import open_browser
 from chefbot.ui.commands import OperatorCommand
 from chefbot.ui.display import views
@@ -40,8 +41,9 @@ POLL_PERIOD = 0.2
 class KernelCompilation:
     """A compilation in progress; `page_opened`: whether a browser already shows the demo's address."""
 
-    def __init__(self, console: Console, groups: Sequence[str]) -> None:
-        self._console = console
+    def __init__(self, console: Console, groups: Sequence[str], stamp: Path | None = None) -> None:
+        """stamp: written once all groups are compiled; by default that of the demo's kernels."""
+        self._console, self._stamp = console, stamp or cache_stamp.stamp_path()
         self._groups = list(groups)
         self._queue: queue.SimpleQueue[str] = queue.SimpleQueue()
         for group in groups:
@@ -111,7 +113,7 @@ class KernelCompilation:
         with self._lock:
             self._files.update(files)
             if {*self._done, group}.issuperset(self._groups):
-                record_stamp(self._console, self._files)
+                record_stamp(self._console, self._files, self._stamp)
             self._done.add(group)  # last, as it releases those who wait
 
 
@@ -153,10 +155,10 @@ def _worker() -> Iterator[Callable[[str], list[str]]]:
             atexit.unregister(process.kill)
 
 
-def record_stamp(console: Console, files: set[str]) -> None:
+def record_stamp(console: Console, files: set[str], stamp: Path) -> None:
     """Write the stamp, so that the next start need not check the cache."""
     try:
-        cache_stamp.write_stamp(cache_stamp.stamp_path(), files)
+        cache_stamp.write_stamp(stamp, files)
     except OSError as error:
         console.print(f"Cannot record that the kernels are compiled: {error}")
 
@@ -167,10 +169,8 @@ def start_compilation(console: Console, port: int | None = None) -> KernelCompil
     With `port`, the web UI shows the progress there until then. Call `wait()` for the remaining groups before
     the algorithms run.
     """
-    is_cold = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0" and not cache_stamp.is_complete(
-        cache_stamp.stamp_path()
-    )
-    warming = KernelCompilation(console, tuple(GROUPS) if is_cold else ())
+    is_cold = _is_cold(cache_stamp.stamp_path())
+    warming = KernelCompilation(console, DEMO_GROUPS if is_cold else ())
     if not is_cold:
         return warming
     warming.start()
@@ -196,6 +196,20 @@ def _reject_command(_: OperatorCommand, __: str) -> None:
     raise UserError("The robot has not started yet; kernels are being compiled")
 
 
-def compile_kernels(console: Console, port: int | None = None) -> None:
-    """Compile what is not in the cache yet, and wait for all of it."""
+def _is_cold(stamp: Path) -> bool:
+    """Return whether kernels are to be compiled."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") == "0" and not cache_stamp.is_complete(stamp)
+
+
+def compile_kernels(console: Console, port: int | None = None, kinds: Collection[str] = ()) -> None:
+    """Compile what is not in the cache yet, and wait for all of it.
+
+    kinds: classes of nodes that the demo does not have, but this launch.
+    """
     start_compilation(console, port).wait()
+    for group in groups_of(kinds):
+        stamp = cache_stamp.stamp_path(group)
+        if group not in DEMO_GROUPS and _is_cold(stamp):
+            further = KernelCompilation(console, (group,), stamp)
+            further.start()
+            further.wait()

@@ -118,7 +118,7 @@ def run_launch(
     _check_nodes(launch)
     _check_map(launch)
     try:
-        compile_kernels(console)
+        compile_kernels(console, kinds={entry.kind for entry in launch.nodes.values()})
         return min(_run_on_wire(launch, robot, endpoints, folder), 1)
     except KeyboardInterrupt:
         console.print("\nThe launch was ended.")

@@ -21,7 +21,7 @@ from chefbot.msgs.idl.message import (
     StringArray,
     Uint32,
 )
-from chefbot.msgs.sensor_msgs import BEAM_ANGLE, DISTANCE, MAX_BEAMS
+from chefbot.msgs.sensor_msgs import DISTANCE, MAX_BEAMS
 from chefbot.msgs.std_msgs import Header
 
 MAX_PLACES = 1000
@@ -192,7 +192,7 @@ class MappedScan(Message, frozen=True, eq=False):
 
     ROS_PACKAGE = "chefbot_msgs"
 
-    BOUNDS = per_field(angles=BEAM_ANGLE, range_max=DISTANCE)
+    BOUNDS = per_field(range_max=DISTANCE)
     MAX_LENGTHS = per_field(angles=MAX_BEAMS, ranges=MAX_BEAMS, mapper=MAX_MAPPER)
     RULES = (same_length("angles", "ranges"),)
 

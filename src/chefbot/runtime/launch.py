@@ -48,6 +48,8 @@ class NodeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Name of the machine that the node runs on (see `hosts`); empty: the robot."""
     disabled: bool = False
     """Whether the node is left out; meant for arguments such as `headless`."""
+    when: dict[str, ArgValue] = {}
+    """Arguments and their values without which the node is left out, such as {mapper: graph}."""
 
 
 STANDARD_ARGS: dict[str, ArgValue] = {
@@ -152,9 +154,28 @@ def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> La
         arguments[key] = _parse_argument(path.stem, key, text, defaults[key])
     arguments = {key: _expand_home(path.stem, key, value) for key, value in arguments.items()}
     file = _read(path, arguments)
-    nodes = {node: entry for node, entry in _nodes(path, arguments).items() if not entry.disabled}
+    nodes = _wanted(path.stem, _nodes(path, arguments), arguments)
     clock = "wall" if arguments.get(BUILT) else file.clock
     return Launch(name=path.stem, description=file.description, clock=clock, args=arguments, nodes=nodes)
+
+
+def _wanted(
+    launch: str, entries: Mapping[str, NodeEntry], arguments: Mapping[str, ArgValue]
+) -> dict[str, NodeEntry]:
+    """Return the nodes that are not left out. UserError for an argument that is a condition, but of no node."""
+    choices: dict[str, set[ArgValue]] = {}
+    for entry in entries.values():
+        for name, value in entry.when.items():
+            choices.setdefault(name, set()).add(value)
+    for name, values in choices.items():
+        if arguments.get(name) not in values:
+            known = ", ".join(sorted(map(str, values)))
+            raise UserError(f"launch {launch}: {name}:={arguments.get(name, '')} must be one of {known}")
+    return {
+        node: entry
+        for node, entry in entries.items()
+        if not entry.disabled and all(arguments[name] == value for name, value in entry.when.items())
+    }
 
 
 def find_launch(name_or_path: str) -> Path:

@@ -16,6 +16,8 @@ from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import RecordedOdometry, RecordedScan
 from chefbot.slam.session import Session
 
+Slam = Gmapping | GraphSlam
+"""Both mappers have the same methods."""
 START_STD_XY, START_STD_YAW = 0.15, 0.05
 """Standard deviations of the pose at which another drive begins, m and rad."""
 
@@ -52,7 +54,7 @@ class OfflineMapper:
         initial: pose of the robot in the map at the first scan, by default the map's origin.
         """
         self._initial, first = initial, IDENTITY if initial is None else initial
-        self.slam = (
+        self.slam: Slam = (
             Gmapping(params, sensor, first)
             if isinstance(params, GmappingParams)
             else GraphSlam(params, sensor, first)

@@ -7,8 +7,8 @@ import math
 from pathlib import Path
 
 import pytest
-from tests.support.nodes import NodeRunner
-from tests.support.pillar_room import ANGLES, circle, ranges_at
+from tests.support.mapping_robot import LASER, MAPPERS, MappingRobot, bundles
+from tests.support.pillar_room import ranges_at
 from tests.support.waiting import wait_for
 
 from chefbot.devices.maps.map_recorder import WRITE_PERIOD
@@ -23,58 +23,10 @@ from chefbot.msgs.std_msgs import Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.scans.continued_map import ContinuedMap
 from chefbot.nodes.scans.drive_messages import DriveMessages
+from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import OfflineMapper
 from chefbot.slam.params import GmappingParams
-from chefbot.storage.mapped_drives import BUNDLE, load_drives
-
-LASER = SE2(0.1, 0.0, 0.0)
-
-
-class MappingRobot(NodeRunner):
-    """A mapper and a map recorder, and a robot whose odometry is right."""
-
-    def __init__(self, folder: Path, continue_map: str = "") -> None:
-        params = {
-            "gmapping": {"publish_drive": True, "continue_map": continue_map},
-            "recorder": {"folder": str(folder), "continue_map": continue_map},
-        }
-        kinds = {
-            "gmapping": "chefbot.nodes.gmapping:GmappingNode",
-            "recorder": "chefbot.devices.maps.map_recorder:MapRecorderDevice",
-        }
-        self.began = SE2(0.0, 0.0, 0.0)
-        """Pose in the room where the robot was switched on."""
-        super().__init__(kinds, {}, params)
-
-    def scan(self, odom: SE2) -> None:
-        now = self.loop.now_ns
-        frames = (("odom", "base_link", odom), ("base_link", "laser", LASER))
-        self.loop.publish(
-            "tf", TFMessage(tuple(TransformStamped.of(now, *frame) for frame in frames)), "test"
-        )
-        ranges = ranges_at(self.began @ odom @ LASER)
-        step = 2 * math.pi / len(ANGLES)
-        header = Header.of(now, "laser")
-        self.loop.publish(
-            "scan", LaserScan(header, -math.pi, math.pi - step, step, 0.0, 0.1, 0.1, 12.0, ranges), "test"
-        )
-        self.run(0.1)
-
-    def drive(self, turns: float = 1.0) -> None:
-        """Drive on a circle with a scan every 3 cm, until the map is published."""
-        for pose in circle(turns):
-            self.scan(pose)
-        self.run(2.1)
-
-    def remarks(self) -> list[str]:
-        return [message.data for message in self.messages("map_recorder/remark")]
-
-    def end(self) -> None:
-        self.system.stop()
-
-
-def bundles(folder: Path) -> list[Path]:
-    return sorted(folder.glob(f"*/{BUNDLE}"))
+from chefbot.storage.mapped_drives import load_drives
 
 
 def rebuilt(bundle: Path) -> bytes:
@@ -86,8 +38,9 @@ def rebuilt(bundle: Path) -> bytes:
     return mapper.slam.map().cells.tobytes()
 
 
-def test_the_bundle_gives_the_live_map_again(tmp_path: Path) -> None:
-    robot = MappingRobot(tmp_path)
+@pytest.mark.parametrize("mapper", MAPPERS)
+def test_the_bundle_gives_the_live_map_again(tmp_path: Path, mapper: str) -> None:
+    robot = MappingRobot(tmp_path, mapper=mapper)
     robot.drive()
     robot.end()
     (bundle,) = bundles(tmp_path)
@@ -103,6 +56,7 @@ def test_a_map_is_on_the_disk_before_the_end(tmp_path: Path) -> None:
     robot.run(WRITE_PERIOD)
     wait_for(lambda: robot.run(0.1) or robot.remarks())
     assert robot.remarks() == [f"The map and its drive are kept in {bundles(tmp_path)[0].parent}."]
+    assert robot.messages("map_recorder/folder")[-1].data == str(bundles(tmp_path)[0].parent)
     robot.end()
 
 
@@ -144,17 +98,39 @@ def test_a_restarted_mapper_adds_another_drive(tmp_path: Path) -> None:
     assert second.used.tolist() == [True, True, False]
 
 
-@pytest.fixture
-def earlier(tmp_path: Path) -> Path:
-    robot = MappingRobot(tmp_path / "earlier")
+@pytest.mark.parametrize("mapper", MAPPERS)
+def test_a_restarted_process_goes_on_in_the_same_folder(tmp_path: Path, mapper: str) -> None:
+    robot = MappingRobot(tmp_path, mapper=mapper)
+    robot.drive()
+    robot.run(WRITE_PERIOD)
+    wait_for(lambda: robot.run(0.1) or robot.remarks())
+    transforms = TFMessage((TransformStamped.of(0, "map", "odom", robot.map_to_odom()),))
+    topics = ("map", "map_recorder/folder")
+    before = {topic: robot.messages(topic)[-1] for topic in topics}
+    restarted = MappingRobot(tmp_path, mapper=mapper, restored={**before, "tf": transforms})
+    restarted.drive(0.5)
+    restarted.end()
+    (bundle,) = bundles(tmp_path)
+    first, second = load_drives(bundle).sessions
+    assert len(first.stamps) > 1.5 * len(second.stamps)
+    assert restarted.map_to_odom().distance(SE2(0.0, 0.0, 0.0)) < 0.05
+
+
+@pytest.fixture(params=MAPPERS)
+def earlier(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
+    robot = MappingRobot(tmp_path / "earlier", mapper=request.param)
     robot.drive()
     robot.end()
     return bundles(tmp_path / "earlier")[0]
 
 
+def mapper_of(bundle: Path) -> str:
+    return "graph_slam" if isinstance(load_drives(bundle).params, GraphSlamParams) else "gmapping"
+
+
 def test_a_map_is_continued_from_a_given_pose(earlier: Path, tmp_path: Path) -> None:
     before = hashlib.sha256(earlier.read_bytes()).hexdigest()
-    robot = MappingRobot(tmp_path / "later", str(earlier.parent))
+    robot = MappingRobot(tmp_path / "later", str(earlier.parent), mapper_of(earlier))
     robot.began = SE2(2.0, 0.5, 1.0)
     robot.scan(SE2(0.0, 0.0, 0.0))
     assert not robot.messages("mapped_scan"), "the robot is not found yet"
@@ -163,13 +139,7 @@ def test_a_map_is_continued_from_a_given_pose(earlier: Path, tmp_path: Path) -> 
     robot.loop.publish("initialpose", pose, "page")
     robot.drive()
     assert "the map is continued" in robot.messages("scan/remark")[-1].data
-    transform = next(
-        item
-        for message in reversed(robot.messages("tf"))
-        for item in message.transforms
-        if item.child_frame_id == "odom"
-    )
-    found = transform.transform.se2
+    found = robot.map_to_odom()
     assert found.distance(robot.began) < 0.05 and abs(found.between(robot.began).yaw) < 0.05
     robot.end()
     (bundle,) = bundles(tmp_path / "later")
@@ -179,7 +149,7 @@ def test_a_map_is_continued_from_a_given_pose(earlier: Path, tmp_path: Path) -> 
 
 
 def test_the_robot_is_found_on_the_map_while_it_drives(earlier: Path, tmp_path: Path) -> None:
-    robot = MappingRobot(tmp_path / "later", str(earlier))
+    robot = MappingRobot(tmp_path / "later", str(earlier), mapper_of(earlier))
     robot.began = SE2(1.5, 0.3, 2.0)
     robot.drive(2.0)
     first = robot.messages("mapped_scan")[0]

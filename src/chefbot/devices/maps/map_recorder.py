@@ -19,7 +19,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_maps import MappedScan
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import String
-from chefbot.runtime.node import Device, In, Out, every, topic
+from chefbot.runtime.node import Device, In, Out, every, restored, topic
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.session import Session
@@ -79,12 +79,16 @@ class KeptMap(NamedTuple):
 class MapRecorderDevice(Device):
     """Writes map and drive into a folder of their own while the robot maps, and at the end.
 
-    So a map outlives the program, a crash and an empty battery, and `chefbot map continue` goes on with it.
+    So a map outlives the program, a crash and an empty battery, and `chefbot map continue` goes on with it. The
+    recorder runs in the process of the mapper, whose first scan it must not miss; after a restart it goes on with
+    what is on the disk.
     """
 
     params: MapRecorderParams
     mapped_scan: In[MappedScan]
     map: In[OccupancyGrid]
+    restored_folder: In[String] = restored("map_recorder/folder")
+    folder: Out[String] = topic("map_recorder/folder", latched=True)
     remark: Out[String] = topic("map_recorder/remark")
 
     def start(self) -> None:
@@ -94,8 +98,7 @@ class MapRecorderDevice(Device):
         self._mapper: MapperParams = GmappingParams()
         self._beams = 0
         if self.params.continue_map:
-            drives = load_drives(Path(self.params.continue_map))
-            self._earlier, self._mapper = drives.sessions, drives.params
+            self._load(Path(self.params.continue_map))
         self._folder: Path | None = None
         self._folders: set[Path] = set()
         self._grid: Grid | None = None
@@ -127,6 +130,11 @@ class MapRecorderDevice(Device):
             return
         self._drives[-1].add(message)
 
+    def on_restored_folder(self, message: String) -> None:
+        """Go on with the map of before a restart, in its folder."""
+        self._folder = Path(message.data)
+        self._load(self._folder)
+
     def on_map(self, message: OccupancyGrid) -> None:
         """Remember the newest map, which follows the scans that it is made of."""
         self._grid, self._changed = message.grid, True
@@ -137,6 +145,10 @@ class MapRecorderDevice(Device):
         if self._writing is None or self._writing.done():
             self._write_changed()
 
+    def _load(self, path: Path) -> None:
+        drives = load_drives(path)
+        self._earlier, self._mapper = drives.sessions, drives.params
+
     def _begin_drive(self, message: MappedScan) -> None:
         if not message.continued:
             self._write_changed()  # the map before, which was reset
@@ -144,10 +156,10 @@ class MapRecorderDevice(Device):
             self._drives, self._beams, self._grid = [], 0, None
             self._mapper = decode_mapper(message.mapper.encode())
             self._earlier, self._folder = (), self._new_folder()
-        elif self._earlier and self._folder is None:
-            self._folder = self._new_folder()
-        elif not self._drives:
+        elif not (self._drives or self._earlier):
             return
+        if self._folder is None:
+            self._folder = self._new_folder()
         self._drives.append(MappedDrive(message))
 
     def _new_folder(self) -> Path:
@@ -170,10 +182,14 @@ class MapRecorderDevice(Device):
     def _save(self, folder: Path, content: KeptMap) -> None:
         try:
             _write_files(folder, content)
-            sentence = f"The map and its drive are kept in {folder}."
+            self.post(lambda: self._report_kept(str(folder.absolute())))
         except (ChefbotError, OSError, ValueError) as error:
             sentence = f"Warning: the map cannot be kept: {error}"
-        self.post(lambda: self._report(sentence))
+            self.post(lambda: self._report(sentence))
+
+    def _report_kept(self, folder: str) -> None:
+        self.folder.publish(String(folder))
+        self._report(f"The map and its drive are kept in {folder}.")
 
     def _report(self, sentence: str) -> None:
         """Publish a sentence once, until there is another one."""

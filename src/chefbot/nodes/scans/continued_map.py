@@ -8,9 +8,7 @@ from chefbot.errors import UserError
 from chefbot.localization.start_search import StartSearch
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.offline import START_STD_XY, START_STD_YAW, OfflineMapper
-from chefbot.slam.params import GmappingParams
 from chefbot.storage.mapped_drives import load_drives
 
 MAX_MOUNT_OFFSET = 0.01
@@ -24,21 +22,16 @@ LOOKING = (
 class ContinuedMap:
     """The map of a bundle, built again from its drives."""
 
-    params: GmappingParams
-
     def __init__(self, path: Path) -> None:
-        """Build the map, which takes a second for about ten minutes of driving.
+        """Build the map with the mapper that has built it before, a second for about ten minutes of driving.
 
-        Raises UserError if the bundle cannot be read or was built by the graph mapper.
+        Raises UserError if the bundle cannot be read.
         """
         drives = load_drives(path)
-        if not isinstance(drives.params, GmappingParams):
-            raise UserError(f"{path} was built by the graph mapper; continue it with `chefbot map continue`")
         self.params, self._laser = drives.params, SE2.of(drives.sessions[0].laser)
         mapper = OfflineMapper(self.params, self._laser, drives.sessions[0].start_pose)
         for session in drives.sessions:
             mapper.repeat(session)
-        assert isinstance(mapper.slam, Gmapping)
         self.slam = mapper.slam
         self.given: SE2 | None = None
         """Pose of the robot in the map as an operator has set it, for the next scan."""

@@ -17,6 +17,7 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.graph.adjustment import Adjustment
 from chefbot.slam.graph.closures import ClosureResidual
+from chefbot.slam.graph.drawn_map import DrawnMap
 from chefbot.slam.graph.edges import Array, Edges, edge
 from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.loop_closer import LoopCloser
@@ -28,8 +29,7 @@ from chefbot.slam.graph.submap import Match, ScanNode, Submap
 from chefbot.slam.graph.submap_graph import KERNEL, SubmapGraph, closure_information
 from chefbot.slam.graph.surface_grid import SurfaceGrid
 from chefbot.slam.motion_model import OdometryStep, compose
-from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
-from chefbot.slam.scan_beams import Beams, beams_of, with_range_offset
+from chefbot.slam.scan_beams import Beams, beams_of
 
 _MAX_COORDINATE = 1e6
 """Limit of plausible odometry coordinates, m."""
@@ -68,6 +68,7 @@ class GraphSlam:
         self._graph = SubmapGraph(initial.array())
         self._loops = LoopCloser(params.max_cells)
         self._adjusted: Array | None = None
+        self._drawn = DrawnMap(params.resolution, params.max_cells)
         self._range_offset = 0.0
         self._odom: SE2 | None = None
         self._processed_odom = IDENTITY
@@ -236,6 +237,7 @@ class GraphSlam:
         adjustment = Adjustment([node.features for node in self._nodes])
         held = Edges.concatenated([self._odometry_edges(), self._closure_edges()])
         self._adjusted = adjustment.adjusted(self._poses(), held)
+        self._drawn = DrawnMap(self._params.resolution, self._params.max_cells)  # all at their final poses
         self._range_offset = adjustment.range_offset
 
     def _odometry_edges(self) -> Edges:
@@ -300,7 +302,4 @@ class GraphSlam:
 
     def map(self) -> Grid:
         """Return the occupancy grid of all scans at their present poses, cropped to the observed area."""
-        canvas = OccupancyAccumulator(self._params.resolution, self._params.max_cells)
-        for node, pose in zip(self._nodes, self._poses(), strict=True):
-            canvas.add_scan(with_range_offset(node.beams, self.range_offset), pose)
-        return canvas.grid()
+        return self._drawn.draw([node.beams for node in self._nodes], self._poses(), self.range_offset)

@@ -1,4 +1,4 @@
-"""Inverse kinematics of a differential drive (Siegwart & Nourbakhsh 2004, 3.2.2)."""
+"""Kinematics of a differential drive (Siegwart & Nourbakhsh 2004, 3.2.2)."""
 
 from __future__ import annotations
 
@@ -12,3 +12,9 @@ def wheel_speeds(v: float, w: float, robot: Robot) -> tuple[float, float]:
     """
     differential = w * robot.effective_wheel_separation / 2
     return (v - differential) / robot.left_wheel_radius, (v + differential) / robot.right_wheel_radius
+
+
+def twist_of(left: float, right: float, robot: Robot) -> tuple[float, float]:
+    """Return the twist, m/s and rad/s, of angular velocities of the wheels, rad/s: the inverse of `wheel_speeds`."""
+    along_left, along_right = left * robot.left_wheel_radius, right * robot.right_wheel_radius
+    return (along_left + along_right) / 2, (along_right - along_left) / robot.effective_wheel_separation

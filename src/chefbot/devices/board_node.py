@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from chefbot.msgs.chefbot_msgs import WheelSpeeds, WheelTicks
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.idl.message import Message
@@ -27,6 +29,12 @@ class MotorBoardNode(Device):
     board_fault: Out[String] = topic(latched=True)
 
     _is_connected, _fault = False, ""
+
+    @property
+    def board_outputs(self) -> tuple[Out[Any], ...]:
+        """All outputs of a motor board, to be withdrawn where another device takes its place."""
+        sensors = self.wheel_ticks, self.imu, self.ultrasonic, self.cliff, self.battery_state
+        return *sensors, self.diagnostics, self.board_connected, self.board_fault
 
     def publish_connection(self, connected: bool) -> None:
         """Publish whether the board accepts commands if that has changed; nothing before it first does."""

@@ -24,6 +24,7 @@ from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import ERROR, DiagnosticArray, DiagnosticStatus, KeyValue
 from chefbot.msgs.sensor_msgs import Imu
 from chefbot.msgs.std_msgs import Bool, Header, String
+from chefbot.robot.drivetrain import ROS_BASE
 from chefbot.robot.sensors import AUTO
 from chefbot.runtime.clock import wall_ns
 from chefbot.runtime.node import Out, every, topic
@@ -63,21 +64,29 @@ class MotorBoardDevice(MotorBoardNode):
     remark: Out[String] = topic("board/remark")
 
     def start(self) -> None:
-        """Start to search for the board; UserError if the given port does not exist."""
+        """Start to search for the board; UserError if the given port does not exist.
+
+        A robot whose drive has the protocol `ros2` has none, and this node does nothing.
+        """
         if is_missing_path(self.params.port):
             raise UserError(
                 f"the board's port {self.params.port} does not exist; plug it in, look at `chefbot doctor` for "
                 "the available ports, or set board_port:=auto"
             )
-        if self.robot.sensors.imu.driver:
-            self.imu.unadvertise()
         self._link: MotorBoardLink | None = None
+        self._line: SerialConnection[str] | None = None
         self._dialect = ""
         self._connected = self._stop_pressed = False
         self._port, self._missing_reason = self.params.port, "the board has not been found yet"
         self._notice: str | None = None
         self._stale_commands = self._failed_writes = 0
         self._start_ns = self.now_ns
+        if self.robot.drive.protocol == ROS_BASE:
+            for port in (*self.board_outputs, self.remark):
+                port.unadvertise()
+            return
+        if self.robot.sensors.imu.driver:
+            self.imu.unadvertise()
         events: ConnectionEvents[str] = ConnectionEvents(
             lambda path, dialect: self.post(lambda: self._on_open(path, dialect)),
             lambda data, at: self.post(lambda: self._on_data(data, at)),
@@ -104,7 +113,8 @@ class MotorBoardDevice(MotorBoardNode):
         super().stop()
         if self._link is not None and self._connected:
             self._send(self._link.command(0.0, 0.0, self.now_ns) + self._link.data_to_send(self.now_ns))
-        self._line.close()
+        if self._line is not None:
+            self._line.close()
 
     # -- commands
 
@@ -135,6 +145,7 @@ class MotorBoardDevice(MotorBoardNode):
         self.publish_fault(self._link.fault if self._connected and self._link is not None else "")
 
     def _send(self, data: bytes) -> None:
+        assert self._line is not None
         self._failed_writes += not self._line.send(data)
 
     # -- callbacks of the thread, run in the event loop
@@ -185,7 +196,8 @@ class MotorBoardDevice(MotorBoardNode):
     @every(hz=1)
     def publish_health(self) -> None:
         """Publish the diagnostics of board and link."""
-        self._publish_health()
+        if self._line is not None:
+            self._publish_health()
 
     def _publish_health(self) -> None:
         if self._link is None or not self._connected:

@@ -34,6 +34,8 @@ from chefbot.robot.section import RobotSection, Size
 
 DRIVE_PROTOCOLS = ("roboclaw", "ddsm115")
 """Motor drives with a controller of their own (chefbot.board.drives)."""
+ROS_BASE = "ros2"
+"""Protocol of a base that takes twists and publishes odometry over ROS 2 (chefbot.devices.ros_base)."""
 DRIVER_INPUTS = ("ina_inb_pwm", "dir_pwm", "two_pwm")
 """Inputs of a motor driver: two for the direction and a PWM, one and a PWM, or a PWM for each direction."""
 ROTOR_INERTIA_FACTOR = 1.63e-3
@@ -151,7 +153,10 @@ class DriveLimits(RobotSection, frozen=True, kw_only=True):
     """Deceleration of a stop; None for 0.7 of what the tyres grip. Braking that is planned ahead of an obstacle or a
     goal uses a part of max_acceleration."""
     protocol: str = ""
-    """Protocol of a drive with its own controller, one of DRIVE_PROTOCOLS; without it there is a motor board."""
+    """Protocol of a drive with its own controller, one of DRIVE_PROTOCOLS or ROS_BASE; without it there is a motor
+    board."""
+    command_timeout: Duration | None = None
+    """Time after which a ROS 2 base stops by itself without a command; None: it does not, and is driven slowly."""
 
 
 class Calibration(RobotSection, frozen=True, kw_only=True):

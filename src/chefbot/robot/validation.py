@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from chefbot.errors import name_hint
 from chefbot.robot.board import board_problems
-from chefbot.robot.drivetrain import DRIVE_PROTOCOLS, DRIVER_INPUTS
+from chefbot.robot.drivetrain import DRIVE_PROTOCOLS, DRIVER_INPUTS, ROS_BASE
 from chefbot.robot.errors import RobotFileError
 from chefbot.robot.geometry import layout
 from chefbot.robot.geometry.layout import body_height
@@ -190,8 +190,10 @@ def _drive(robot: Robot) -> Iterator[Contradiction]:
     unknown = f"unknown {driver.inputs!r}{name_hint(driver.inputs, DRIVER_INPUTS)}"
     yield driver.inputs not in DRIVER_INPUTS, "driver.inputs", unknown
     protocol = robot.drive.protocol
-    unknown = f"unknown {protocol!r}{name_hint(protocol, DRIVE_PROTOCOLS)}"
-    yield protocol not in ("", *DRIVE_PROTOCOLS), "drive.protocol", unknown
+    unknown = f"unknown {protocol!r}{name_hint(protocol, (*DRIVE_PROTOCOLS, ROS_BASE))}"
+    yield protocol not in ("", *DRIVE_PROTOCOLS, ROS_BASE), "drive.protocol", unknown
+    unneeded = robot.drive.command_timeout is not None and protocol != ROS_BASE
+    yield unneeded, "drive.command_timeout", f"is for a drive of protocol {ROS_BASE} only"
     yield from board_problems(robot.board, _unused_signals(robot))
 
 

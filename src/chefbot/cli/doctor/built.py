@@ -17,6 +17,7 @@ from chefbot.devices.serial_lidar import SerialLidarDevice
 from chefbot.errors import ChefbotError
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import BatteryState
+from chefbot.robot.drivetrain import ROS_BASE
 from chefbot.robot.load import load_robot
 from chefbot.robot.sensors import AUTO
 from chefbot.robot.spec import Robot
@@ -93,7 +94,9 @@ def devices_of(robot: Robot) -> list[BuiltDevice]:
     """Return the devices of a robot that have a driver here."""
     sensors = robot.sensors
     imu = Stream("imu/data", "IMU", sensors.imu.rate)
-    devices = [BuiltDevice(MotorBoardDevice, BOARD, "board", tuple(_board_streams(robot, imu)))]
+    devices = []
+    if robot.drive.protocol != ROS_BASE:
+        devices.append(BuiltDevice(MotorBoardDevice, BOARD, "board", tuple(_board_streams(robot, imu))))
     if sensors.imu.driver:
         devices.append(BuiltDevice(SerialImuDevice, "imu", "IMU", (imu,)))
     if sensors.lidar is not None and sensors.lidar.driver:
@@ -211,7 +214,9 @@ def _lines(device: BuiltDevice, seen: Observations) -> Iterator[str]:
 
 
 def _unused(robot: Robot) -> Iterator[str]:
-    """Yield the sensors of the robot file that have no driver here."""
+    """Yield the devices of the robot file that have no driver here."""
+    if robot.drive.protocol == ROS_BASE:
+        yield "  base: its odometry is expected on /base/odom/unfiltered"
     for name in ("lidar", "depth_camera"):
         sensor = getattr(robot.sensors, name)
         if sensor is not None and not sensor.driver:

@@ -50,7 +50,7 @@ class ContinuedMap:
         if self._search is None:
             self._search = StartSearch(self.slam.map(), laser, self.params.odometry_noise)
         found = self._search.update(scan.angles, scan.ranges, scan.range_max, odom)
-        pose = self.given or found
+        pose = found if self.given is None else self.given
         if pose is not None:
             self.slam.relocate(pose, START_STD_XY, START_STD_YAW)
         return pose

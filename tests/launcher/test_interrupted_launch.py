@@ -17,9 +17,9 @@ pytestmark = pytest.mark.slow
 def interrupted(step: Callable[..., Any]) -> Callable[..., Any]:
     """Return the step with a SIGINT to this process before it."""
 
-    def run(*args: Any) -> Any:
+    def run(*args: Any, **options: Any) -> Any:
         os.kill(os.getpid(), signal.SIGINT)
-        return step(*args)
+        return step(*args, **options)
 
     return run
 

@@ -51,10 +51,13 @@ def encode_mapper(params: MapperParams) -> bytes:
 
 
 def decode_mapper(data: bytes) -> MapperParams:
-    """Return the parameters of such JSON. Raises MsgspecError or ValueError if it is none."""
-    mapper = msgspec.json.decode(data, type=Mapper)
-    kind: type[MapperParams] = GmappingParams if mapper.algorithm == "gmapping" else GraphSlamParams
-    return msgspec.json.decode(mapper.params, type=kind)
+    """Return the parameters of such JSON. Raises ScanError if it is none."""
+    try:
+        mapper = msgspec.json.decode(data, type=Mapper)
+        kind: type[MapperParams] = GmappingParams if mapper.algorithm == "gmapping" else GraphSlamParams
+        return msgspec.json.decode(mapper.params, type=kind)
+    except (msgspec.MsgspecError, ValueError) as error:  # also bytes that are no text
+        raise ScanError(f"{MAPPER}: {error}") from None
 
 
 def load_drives(path: Path) -> MappedDrives:
@@ -67,8 +70,6 @@ def load_drives(path: Path) -> MappedDrives:
         sessions = [Session.from_bytes(files[name]) for name in names]
     except ScanError as error:
         raise UserError(f"{path}: {error}") from None
-    except (msgspec.MsgspecError, ValueError) as error:  # also bytes that are no text
-        raise UserError(f"{path}: {MAPPER}: {error}") from None
     if not sessions:
         raise UserError(f"{path} has no drive to continue from")
     return MappedDrives(params, sessions)

@@ -23,6 +23,7 @@ from chefbot.msgs.std_msgs import Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.scans.continued_map import ContinuedMap
 from chefbot.nodes.scans.drive_messages import DriveMessages
+from chefbot.runtime.callback_faults import Fault
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import OfflineMapper
 from chefbot.slam.params import GmappingParams
@@ -173,6 +174,18 @@ def test_a_recorder_that_begins_too_late_keeps_nothing(tmp_path: Path) -> None:
     robot.run(WRITE_PERIOD)
     robot.end()
     assert "has missed the beginning of the map" in robot.remarks()[-1] and not bundles(tmp_path)
+
+
+@pytest.mark.parametrize("mapper", ["", "{}", '{"algorithm": "graph", "params": {"resolution": 7}}', "\0"])
+def test_a_drive_of_no_mapper_is_refused(tmp_path: Path, mapper: str) -> None:
+    robot = MappingRobot(tmp_path)
+    faults: list[Fault] = []
+    robot.system.isolate_faults(faults.append)
+    robot.loop.publish("mapped_scan", MappedScan(Header.of(1, "laser"), mapper=mapper), "gmapping")
+    robot.run(0.1)
+    (fault,) = faults
+    assert isinstance(fault.error, ChefbotError) and "mapper.json" in fault.sentence
+    robot.end()
 
 
 def test_a_folder_that_cannot_be_made_is_one_warning(tmp_path: Path) -> None:

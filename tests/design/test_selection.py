@@ -34,8 +34,16 @@ def sets() -> list[Verdict]:
 
 
 def test_every_component_set_is_evaluated(sets: list[Verdict]) -> None:
-    wanted = len(CATALOGUE.motors) * len(CATALOGUE.drivers) * len(CATALOGUE.batteries)
+    drivers = {name for name, driver in CATALOGUE.drivers.items() if not driver.obsolete}
+    assert len(drivers) < len(CATALOGUE.drivers) and {verdict.parts.driver for verdict in sets} == drivers
+    wanted = len(CATALOGUE.motors) * len(drivers) * len(CATALOGUE.batteries)
     assert len({verdict.parts for verdict in sets}) == wanted
+
+
+def test_a_robot_keeps_the_obsolete_driver_that_it_has() -> None:
+    driver = next(driver for driver in CATALOGUE.drivers.values() if driver.obsolete)
+    own = msgspec.structs.replace(CHEFBOT, driver=driver)
+    assert any(verdict.robot.driver == driver for verdict in verdicts(own, CATALOGUE))
 
 
 def test_the_choice_meets_its_criterion(sets: list[Verdict]) -> None:

@@ -222,6 +222,17 @@ def test_pins_that_a_robot_does_not_use_are_free(tmp_path: Path) -> None:
         load_robot(str(path))
 
 
+def test_pins_may_have_the_names_on_the_board(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    text = "like: chefbot\nname: robot\nboard: {kind: pico, pins: {estop: GP22, left_a: 20, left_b: GP21}}\n"
+    path.write_text(text)
+    pins = load_robot(str(path)).board.pins
+    assert (pins.estop, pins.left_a, pins.left_b) == (22, 20, 21)
+    path.write_text(text.replace("GP22", "D7"))
+    with pytest.raises(ChefbotError, match=r"board\.pins\.estop"):
+        load_robot(str(path))
+
+
 def test_a_moved_pin_is_another_firmware(tmp_path: Path) -> None:
     hashes = {firmware_constants(load_robot(wired(name, tmp_path)))[0].value for name in WIRINGS}
     assert len(hashes | {firmware_constants(load_robot("chefbot"))[0].value}) == 1 + len(WIRINGS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from chefbot.robot.validation import check_buildable
 
 ROBOT_FOLDER = Path(__file__).parent
 LIKE = "like"
+PIN_NAME = re.compile(r"GP\d{1,2}")
 
 
 def built_in_robots() -> dict[str, Path]:
@@ -39,10 +41,20 @@ def build_robot(data: Any, where: str) -> Robot:
         components = {
             key: component(key, data[key], where) for key in KINDS if isinstance(data.get(key), str)
         }
-        data = {**data, **components}
+        data = _with_pin_numbers({**data, **components})
     robot = build(data, Robot, where)
     check_buildable(robot, where)
     return robot
+
+
+def _with_pin_numbers(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the data with pins such as GP22, as they are printed on the board, as numbers."""
+    board = data.get("board")
+    pins = board.get("pins") if isinstance(board, dict) else None
+    if not (isinstance(board, dict) and isinstance(pins, dict)):
+        return data
+    numbers = {name: int(pin[2:]) if PIN_NAME.fullmatch(str(pin)) else pin for name, pin in pins.items()}
+    return {**data, "board": {**board, "pins": numbers}}
 
 
 def find_robot(name_or_path: str) -> Path:

@@ -70,14 +70,19 @@ class Verdict(NamedTuple):
 def verdicts(robot: Robot, catalogue: Catalogue) -> list[Verdict]:
     """Return the verdict on every set of the catalogue in this robot; mass and centre follow the parts.
 
+    An obsolete driver is in a set only if the robot has it.
+
     The solids are weighed once for each motor; driver and battery are exchanged as boxes by calculation.
     `settled` weighs the solids of the choice.
     """
+    drivers = [
+        name for name, driver in catalogue.drivers.items() if not driver.obsolete or driver == robot.driver
+    ]
     sets = []
     for motor in catalogue.motors:
         driven = with_motor(robot, catalogue.motors[motor])
         load = loaded(driven)
-        for driver, battery in product(catalogue.drivers, catalogue.batteries):
+        for driver, battery in product(drivers, catalogue.batteries):
             candidate = msgspec.structs.replace(
                 driven, driver=catalogue.drivers[driver], battery=catalogue.batteries[battery]
             )

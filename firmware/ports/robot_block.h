@@ -19,11 +19,12 @@ struct RobotBlock {
     RobotConstants constants;
     PicoPins pins;
     uint8_t driver_inputs;  // DriverInputs
+    uint32_t name_crc;      // CRC-32 of the robot's name
 };
-static_assert(sizeof(RobotBlock) == 16 + 4 * ROBOT_CONSTANTS + 16, "the block has a gap");
+static_assert(sizeof(RobotBlock) == 16 + 4 * ROBOT_CONSTANTS + 16 + 4, "the block has a gap");
 
 const RobotBlock ROBOT_BLOCK __attribute__((used, aligned(4))) = {
-    {'c', 'h', 'e', 'f', 'b', 'o', 't', '-', 'r', 'o', 'b', 'o', 't', '-', '1', 0}, {}, {}, 0};
+    {'c', 'h', 'e', 'f', 'b', 'o', 't', '-', 'r', 'o', 'b', 'o', 't', '-', '1', 0}, {}, {}, 0, 0};
 
 // Through assembler, as the compiler would take the robot for empty.
 inline const RobotBlock &robot_block() {

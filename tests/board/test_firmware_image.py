@@ -9,6 +9,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,8 @@ def test_only_the_block_differs_between_robots(board: str, name: str) -> None:
     start = program.index(MARK)
     count = len(firmware_constants(robot))
     end = start + len(MARK) + 4 * count + 16
-    assert filled[:start] == program[:start] and filled[end:] == program[end:]
+    assert filled[:start] == program[:start] and filled[end + 4 :] == program[end + 4 :]
+    assert filled[end : end + 4] == zlib.crc32(name.encode()).to_bytes(4, "little")
     assert filled[start:].startswith(MARK)
     constants = struct.unpack_from(f"<{count}i", filled, start + len(MARK))
     assert constants == tuple(as_int32(constant.value) for constant in firmware_constants(robot))
@@ -70,7 +72,7 @@ def test_the_programs_of_the_package_contain_no_robot() -> None:
     for board in FORMATS:
         program = (IMAGES / f"{board}.bin").read_bytes()
         start = program.index(MARK) + len(MARK)
-        assert not any(program[start : start + 4 * len(firmware_constants(ROBOT)) + 16])
+        assert not any(program[start : start + 4 * len(firmware_constants(ROBOT)) + 20])
 
 
 def test_fields_are_in_the_order_of_the_firmware() -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Iterator
 
 import pytest
 
-from chefbot.board.firmware_constants import firmware_constants
 from chefbot.devices.serial_ports import BOARD_VENDORS
 from tests.firmware.emulators import PicoAtUsb
 from tests.firmware.serial_lines import add_checksum
@@ -43,8 +43,7 @@ def test_the_device_describes_itself(pico: PicoAtUsb) -> None:
     vendor, _, _, maker, product, serial, configurations = struct.unpack("<3H4B", device[8:])
     assert vendor in BOARD_VENDORS and configurations == 1
     assert text(pico, maker) == "chefbot" and text(pico, product) == "chefbot motor board"
-    value = firmware_constants(pico.robot)[0].value
-    assert text(pico, serial) == f"{value % 2**32:08x}", "two robots have two paths"
+    assert text(pico, serial) == f"{zlib.crc32(pico.robot.name.encode()):08x}", "two robots have two paths"
     assert descriptor(pico, STRING)[2:] == b"\x09\x04"
 
 

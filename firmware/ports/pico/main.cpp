@@ -15,7 +15,8 @@ const uint32_t CRYSTAL = 12000000, CLOCK = 48000000;
 
 const uint32_t PLL = 0x4002C000, PLL_POWER = 0x04, PLL_FEEDBACK = 0x08, PLL_DIVIDERS = 0x0C, PLL_RESET = 1u << 13;
 const uint32_t RESETS = 0x4000C000, RESET_DONE = RESETS + 8;
-const uint32_t NEEDED = 1u << 0 | 1u << 3 | 1u << 5 | 1u << 8 | 1u << 14 | 1u << 21 | 1u << 22 | 1u << 24;  // adc i2c0 io pads pwm timer uart0 usb
+const uint32_t USB = 1u << 24;
+const uint32_t NEEDED = USB | 1u << 0 | 1u << 3 | 1u << 5 | 1u << 8 | 1u << 14 | 1u << 21 | 1u << 22;  // adc i2c0 io pads pwm timer uart0
 const uint32_t XOSC = 0x40024000, XOSC_STATUS = 0x04, XOSC_STARTUP = 0x0C;
 const uint32_t CLOCKS = 0x40008000, REF_CTRL = 0x30, REF_SELECTED = 0x38, SYS_CTRL = 0x3C, SYS_SELECTED = 0x44, PERI_CTRL = 0x48, USB_CTRL = 0x54,
                ADC_CTRL = 0x60;
@@ -287,7 +288,7 @@ static void start_blocks() {
     reg(I2C0 + IC_SPKLEN) = 4;
     reg(I2C0 + IC_SDA_HOLD) = 15;  // 300 ns
     uart.start(26, 3);             // 48 MHz / 16 / 115200
-    usb.start(static_cast<uint32_t>(robot_block().constants.hash));
+    usb.start(robot_block().name_crc);
 }
 
 static void start_watchdog() {
@@ -300,6 +301,7 @@ int main() {
     require_robot();
     const bool after_watchdog = reg(WATCHDOG + WD_REASON) & 1;
     start_clocks();
+    set_bits(RESETS, USB);  // after a restart of the processor alone, the computer has to find the device again
     clear_bits(RESETS, NEEDED);
     while ((reg(RESET_DONE) & NEEDED) != NEEDED) {}
     start_pins();

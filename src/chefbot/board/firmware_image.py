@@ -7,6 +7,7 @@ A program is compiled without a robot; it has a block for one, which is found by
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Iterator
 
 from chefbot.board.firmware_constants import as_int32, firmware_constants
@@ -49,7 +50,8 @@ def _block(robot: Robot) -> bytes:
     constants = [as_int32(constant.value) for constant in firmware_constants(robot)]
     pins = robot.board.pins.by_name().values()
     inputs = DRIVER_INPUTS.index(robot.driver.inputs)
-    return MARK + struct.pack(f"<{len(constants)}i", *constants) + bytes([*pins, inputs])
+    name_crc = zlib.crc32(robot.name.encode()).to_bytes(4, "little")
+    return MARK + struct.pack(f"<{len(constants)}i", *constants) + bytes([*pins, inputs]) + name_crc
 
 
 def intel_hex(program: bytes) -> bytes:

@@ -1,5 +1,5 @@
 // The robot in a program: empty as compiled, filled in by `chefbot board flash` and `chefbot board image`
-// (src/chefbot/board/firmware_image.py), which find it by its mark. So one program of each board serves every robot.
+// (src/chefbot/board/firmware_image.py), which find it by its mark, BOARD_MARK of the port. So one program of each board serves every robot.
 #pragma once
 
 #include "driver_inputs.h"
@@ -15,7 +15,7 @@ struct PicoPins {
 
 // Little-endian and without gaps on every board.
 struct RobotBlock {
-    char mark[16];  // ends with the version of this layout
+    char mark[16];  // the board, and the version of this layout
     RobotConstants constants;
     PicoPins pins;
     uint8_t driver_inputs;  // DriverInputs
@@ -24,7 +24,7 @@ struct RobotBlock {
 static_assert(sizeof(RobotBlock) == 16 + 4 * ROBOT_CONSTANTS + 16 + 4, "the block has a gap");
 
 const RobotBlock ROBOT_BLOCK __attribute__((used, aligned(4))) = {
-    {'c', 'h', 'e', 'f', 'b', 'o', 't', '-', 'r', 'o', 'b', 'o', 't', '-', '1', 0}, {}, {}, 0, 0};
+    BOARD_MARK, {}, {}, 0, 0};
 
 // Through assembler, as the compiler would take the robot for empty.
 inline const RobotBlock &robot_block() {

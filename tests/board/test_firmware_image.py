@@ -21,10 +21,10 @@ from tests.support.wirings import WIRINGS, wired
 from chefbot.board.firmware_constants import as_int32, firmware_constants
 from chefbot.board.firmware_image import (
     FAMILY_RP2040,
-    MARK,
     PICO_FLASH,
     FirmwareImageError,
     intel_hex,
+    mark_of,
     uf2,
     with_robot,
 )
@@ -47,14 +47,14 @@ def builder() -> dict[str, Any]:
 @pytest.mark.parametrize("name", OWN_BOARD)
 def test_only_the_block_differs_between_robots(board: str, name: str) -> None:
     program, robot = (IMAGES / f"{board}.bin").read_bytes(), load_robot(name)
-    filled = with_robot(program, robot)
-    start = program.index(MARK)
+    filled, mark = with_robot(program, robot, board), mark_of(board)
+    start = program.index(mark)
     count = len(firmware_constants(robot))
-    end = start + len(MARK) + 4 * count + 16
+    end = start + len(mark) + 4 * count + 16
     assert filled[:start] == program[:start] and filled[end + 4 :] == program[end + 4 :]
     assert filled[end : end + 4] == zlib.crc32(name.encode()).to_bytes(4, "little")
-    assert filled[start:].startswith(MARK)
-    constants = struct.unpack_from(f"<{count}i", filled, start + len(MARK))
+    assert filled[start:].startswith(mark)
+    constants = struct.unpack_from(f"<{count}i", filled, start + len(mark))
     assert constants == tuple(as_int32(constant.value) for constant in firmware_constants(robot))
     assert tuple(filled[end - 16 : end]) == (
         *robot.board.pins.by_name().values(),
@@ -65,13 +65,15 @@ def test_only_the_block_differs_between_robots(board: str, name: str) -> None:
 @pytest.mark.parametrize("name", WIRINGS)
 def test_each_wiring_is_another_image(name: str, tmp_path: Path) -> None:
     program = (IMAGES / "pico.bin").read_bytes()
-    assert with_robot(program, load_robot(wired(name, tmp_path))) != with_robot(program, ROBOT)
+    assert with_robot(program, load_robot(wired(name, tmp_path)), "pico") != with_robot(
+        program, ROBOT, "pico"
+    )
 
 
 def test_the_programs_of_the_package_contain_no_robot() -> None:
     for board in FORMATS:
         program = (IMAGES / f"{board}.bin").read_bytes()
-        start = program.index(MARK) + len(MARK)
+        start = program.index(mark_of(board)) + len(mark_of(board))
         assert not any(program[start : start + 4 * len(firmware_constants(ROBOT)) + 20])
 
 
@@ -83,18 +85,23 @@ def test_fields_are_in_the_order_of_the_firmware() -> None:
     assert inputs and tuple(inputs[1].lower().replace(" ", "").split(",")) == DRIVER_INPUTS
 
 
+MEGA = mark_of("mega")
+
+
 @pytest.mark.parametrize(
     ("program", "reason"),
     [
         (b"", "no place for a robot"),
         (bytes(4000), "no place for a robot"),
-        (MARK + bytes(100) + MARK + bytes(100), "no place for a robot"),
-        (bytes(100) + MARK + bytes(75), "is cut off"),
+        (MEGA + bytes(100) + MEGA + bytes(100), "no place for a robot"),
+        (bytes(100) + MEGA + bytes(75), "is cut off"),
+        ((IMAGES / "tiva.bin").read_bytes(), "is not chefbot's firmware for the mega"),
+        (uf2((IMAGES / "mega.bin").read_bytes()), "packed as UF2"),
     ],
 )
 def test_what_is_not_the_firmware_is_refused(program: bytes, reason: str) -> None:
     with pytest.raises(FirmwareImageError, match=reason):
-        with_robot(program, ROBOT)
+        with_robot(program, ROBOT, "mega")
 
 
 def test_the_programs_are_those_of_the_sources(builder: dict[str, Any]) -> None:

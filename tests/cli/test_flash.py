@@ -71,7 +71,7 @@ def test_the_firmware_goes_to_the_port_that_was_given(tools: Path) -> None:
     path = tools.parent / "cache" / "chefbot" / "firmware" / "desk_mega.hex"
     assert arguments[-1] == f"flash:w:{path}:i"
     program = (IMAGES / "mega.bin").read_bytes()
-    assert path.read_bytes() == intel_hex(with_robot(program, load_robot("desk")))
+    assert path.read_bytes() == intel_hex(with_robot(program, load_robot("desk"), "mega"))
 
 
 def test_the_robot_of_a_file_is_filled_in(tools: Path) -> None:
@@ -80,7 +80,7 @@ def test_the_robot_of_a_file_is_filled_in(tools: Path) -> None:
     assert run_flash("", "mine.yaml", "auto", None) == 0
     path = Path(log.read_text().split()[-1])
     program = (IMAGES / "pico.bin").read_bytes()
-    assert path.read_bytes() == uf2(with_robot(program, load_robot("mine.yaml")))
+    assert path.read_bytes() == uf2(with_robot(program, load_robot("mine.yaml"), "pico"))
 
 
 def test_a_program_of_ones_own_is_flashed(tools: Path) -> None:
@@ -89,13 +89,13 @@ def test_a_program_of_ones_own_is_flashed(tools: Path) -> None:
     log = install(tools, "lm4flash")
     assert run_flash("tiva", "chefbot", "auto", Path("own.bin")) == 0
     path = Path(log.read_text().split()[-1])
-    assert path.read_bytes() == with_robot(own, load_robot("chefbot"))
+    assert path.read_bytes() == with_robot(own, load_robot("chefbot"), "tiva")
 
 
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        (b"\x7fELF", "own.bin: the program has no place for a robot"),
+        (b"\x7fELF", "own.bin cannot be used: it is not chefbot's firmware for the tiva"),
         (None, "own.bin cannot be read: No such file"),
     ],
 )
@@ -134,4 +134,12 @@ def test_the_image_is_written_with_its_constants(tools: Path, capsys: pytest.Cap
     assert "runs/chefbot_pico.uf2: firmware for the pico, driver inputs ina_inb_pwm" in out
     assert "battery_stop" in out and "11200" in out
     program = (IMAGES / "pico.bin").read_bytes()
-    assert Path("runs/chefbot_pico.uf2").read_bytes() == uf2(with_robot(program, load_robot("chefbot")))
+    assert Path("runs/chefbot_pico.uf2").read_bytes() == uf2(
+        with_robot(program, load_robot("chefbot"), "pico")
+    )
+
+
+def test_a_file_of_another_format_is_refused(tools: Path) -> None:
+    with pytest.raises(UserError, match=r"--out x\.bin: the tools of the mega take a file \.hex"):
+        run_image("mega", "chefbot", None, Path("x.bin"))
+    assert not Path("x.bin").exists()

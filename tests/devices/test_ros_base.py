@@ -8,6 +8,7 @@ import msgspec
 import pytest
 
 from chefbot.board.drives.drive_link import SLOW
+from chefbot.errors import ChefbotError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN
@@ -184,6 +185,9 @@ def test_a_timeout_belongs_to_a_ros_base(tmp_path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("like: chefbot\nname: mine\ndrive: {command_timeout: 0.2 s}\n")
     with pytest.raises(RobotFileError, match=r"drive\.command_timeout: is for a drive of protocol ros2 only"):
+        load_robot(str(path))
+    path.write_text("like: chefbot\nname: mine\ndrive: {protocol: ros2, command_timeout: 20 s}\n")
+    with pytest.raises(ChefbotError, match=r"drive\.command_timeout: 20 s must be at most 1 s"):
         load_robot(str(path))
     path.write_text("like: chefbot\nname: mine\ndrive: {protocol: ros2, command_timeout: 200 ms}\n")
     assert load_robot(str(path)).drive.command_timeout == pytest.approx(0.2)

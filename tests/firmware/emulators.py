@@ -31,7 +31,7 @@ BOOT_LOADER = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders/stk500v2
 def image_for(robot: str, board: str) -> Path:
     """Return the package's program for a board with a robot, by its name or file, filled in."""
     model = load_robot(robot)
-    data = with_robot((IMAGES / f"{board}.bin").read_bytes(), model)
+    data = with_robot((IMAGES / f"{board}.bin").read_bytes(), model, board)
     path = BUILD / "images" / f"{board}_{zlib.crc32(data):08x}.bin"
     write_into_folder(path, data)
     return path

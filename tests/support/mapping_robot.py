@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.idl.message import Message
@@ -43,6 +45,8 @@ class MappingRobot(NodeRunner):
         }
         self.began = SE2(0.0, 0.0, 0.0)
         """Pose in the room where the robot was switched on."""
+        self.room = 1.0
+        """Scale of the room."""
         super().__init__(kinds, dict(restored or {}), params)
 
     def scan(self, odom: SE2) -> None:
@@ -51,7 +55,7 @@ class MappingRobot(NodeRunner):
         self.loop.publish(
             "tf", TFMessage(tuple(TransformStamped.of(now, *frame) for frame in frames)), "test"
         )
-        ranges = ranges_at(self.began @ odom @ LASER)
+        ranges = ranges_at(self.began @ odom @ LASER) * np.float32(self.room)
         step = 2 * math.pi / len(ANGLES)
         header = Header.of(now, "laser")
         self.loop.publish(

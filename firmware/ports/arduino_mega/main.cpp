@@ -6,8 +6,9 @@
 
 #include "../i2c_clear.h"
 #include "../ring.h"
-#include "../robot_block.h"
 #include "board.h"
+#define BOARD_MARK "chefbot-mega-1"
+#include "../robot_block.h"
 
 using namespace chefbot;
 

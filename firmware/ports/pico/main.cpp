@@ -3,8 +3,9 @@
 // controller works; when the PLL fails, the watchdog, which counts the crystal, ends it.
 #include "../arm/cortex.h"
 #include "../i2c_clear.h"
-#include "../robot_block.h"
 #include "board.h"
+#define BOARD_MARK "chefbot-pico-1"
+#include "../robot_block.h"
 #include "usb_serial.h"
 
 using namespace chefbot;

@@ -2,8 +2,9 @@
 // count the encoders, so the encoders are on their pins and not on those of the chapter.
 #include "../arm/cortex.h"
 #include "../i2c_clear.h"
-#include "../robot_block.h"
 #include "board.h"
+#define BOARD_MARK "chefbot-tiva-1"
+#include "../robot_block.h"
 
 using namespace chefbot;
 

@@ -15,8 +15,8 @@ from chefbot.errors import ChefbotError
 from chefbot.robot.drivetrain import DRIVER_INPUTS
 from chefbot.robot.spec import Robot
 
-MARK = b"chefbot-robot-1\0"
-"""Start of the block; ends with the version of its layout."""
+MARK_SIZE = 16
+UF2_MAGIC = b"UF2\n"
 PICO_FLASH = 0x10000000
 """Address of the RP2040's flash memory (RP2040 data sheet, 2.2)."""
 FAMILY_RP2040 = 0xE48BFF56
@@ -27,31 +27,36 @@ class FirmwareImageError(ChefbotError):
     """A compiled program that has no place for a robot."""
 
 
-def with_robot(program: bytes, robot: Robot) -> bytes:
-    """Return the program for a robot: its constants, pins and driver inputs are in the block.
+def mark_of(board: str) -> bytes:
+    """Return the start of the block in the program of a kind of board; it ends with the version of the layout."""
+    return f"chefbot-{board}-1".encode().ljust(MARK_SIZE, b"\0")
 
-    Raises FirmwareImageError for a program without a block, or with two.
+
+def with_robot(program: bytes, robot: Robot, board: str) -> bytes:
+    """Return the program of a kind of board for a robot: its constants, pins and driver inputs are in the block.
+
+    Raises FirmwareImageError for a program without such a block, or with two.
     """
-    if program.count(MARK) != 1:
+    mark = mark_of(board)
+    if program.startswith(UF2_MAGIC):
+        raise FirmwareImageError("it is packed as UF2; give the raw program, .bin")
+    if program.count(mark) != 1:
         raise FirmwareImageError(
-            "the program has no place for a robot: it is not chefbot's firmware, or of another version"
+            f"it is not chefbot's firmware for the {board}, or of another version: there is no place for a robot"
         )
-    block = _block(robot)
-    start = program.index(MARK)
+    block, start = mark + _content(robot), program.index(mark)
     if start + len(block) > len(program):
-        raise FirmwareImageError(
-            "the program ends within the place for the robot: it is cut off; compile or download it again"
-        )
+        raise FirmwareImageError("it is cut off within the place for the robot; compile or download it again")
     return program[:start] + block + program[start + len(block) :]
 
 
-def _block(robot: Robot) -> bytes:
-    """Return the bytes of `RobotBlock`."""
+def _content(robot: Robot) -> bytes:
+    """Return the bytes of `RobotBlock` behind the mark."""
     constants = [as_int32(constant.value) for constant in firmware_constants(robot)]
     pins = robot.board.pins.by_name().values()
     inputs = DRIVER_INPUTS.index(robot.driver.inputs)
     name_crc = zlib.crc32(robot.name.encode()).to_bytes(4, "little")
-    return MARK + struct.pack(f"<{len(constants)}i", *constants) + bytes([*pins, inputs]) + name_crc
+    return struct.pack(f"<{len(constants)}i", *constants) + bytes([*pins, inputs]) + name_crc
 
 
 def intel_hex(program: bytes) -> bytes:

@@ -48,6 +48,7 @@ from chefbot.runtime.node_container import NodeContainer
 from chefbot.signals import stop_on_signals
 from chefbot.storage.atomic_files import rename_existing
 from chefbot.storage.map_files import load_map
+from chefbot.storage.mapped_drives import load_drives
 from chefbot.supervision.service_manager import reports_to_service_manager
 from chefbot.ui.access.visitors import share_secret
 
@@ -256,6 +257,8 @@ def _check_map(launch: Launch) -> None:
             from chefbot.sim.world.load import map_to_localize_on
 
             map_to_localize_on(str(entry.params["world"]), str(entry.params["map"]))
+    if earlier := str(launch.args.get("continue_map", "")):
+        load_drives(Path(earlier))
     map_file = str(launch.args.get("map_file", ""))
     if map_file and any(entry.params.get("map") == map_file for entry in launch.nodes.values()):
         load_map(Path(map_file))

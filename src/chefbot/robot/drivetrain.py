@@ -157,7 +157,7 @@ class DriveLimits(RobotSection, frozen=True, kw_only=True):
     protocol: str = ""
     """Protocol of a drive with its own controller, one of DRIVE_PROTOCOLS or ROS_BASE; without it there is a motor
     board."""
-    command_timeout: Duration | None = None
+    command_timeout: Annotated[float, Meta(gt=0, le=1, extra={"unit": "s"})] | None = None
     """Time after which a ROS 2 base stops by itself without a command; None: it does not, and is driven slowly."""
 
 

@@ -162,15 +162,24 @@ def load_launch(name_or_path: str, given: Mapping[str, str] | None = None) -> La
 def _wanted(
     launch: str, entries: Mapping[str, NodeEntry], arguments: Mapping[str, ArgValue]
 ) -> dict[str, NodeEntry]:
-    """Return the nodes that are not left out. UserError for an argument that is a condition, but of no node."""
+    """Return the nodes that are not left out.
+
+    UserError for a condition on an argument that there is not, or a text that no node's condition has; an empty one
+    leaves them all out.
+    """
     choices: dict[str, set[ArgValue]] = {}
     for entry in entries.values():
         for name, value in entry.when.items():
             choices.setdefault(name, set()).add(value)
     for name, values in choices.items():
-        if arguments.get(name) not in values:
+        if name not in arguments:
+            raise UserError(
+                f"launch {launch}: when: there is no argument {name!r}{name_hint(name, arguments)}"
+            )
+        given = arguments[name]
+        if given and not isinstance(given, bool) and given not in values:
             known = ", ".join(sorted(map(str, values)))
-            raise UserError(f"launch {launch}: {name}:={arguments.get(name, '')} must be one of {known}")
+            raise UserError(f"launch {launch}: {name}:={given} must be one of {known}")
     return {
         node: entry
         for node, entry in entries.items()

@@ -46,8 +46,12 @@ def encode_drives(params: MapperParams, sessions: Sequence[Session], others: dic
 
 def encode_mapper(params: MapperParams) -> bytes:
     """Return the algorithm that these parameters are of, and the parameters, as JSON."""
-    algorithm = "gmapping" if isinstance(params, GmappingParams) else "graph"
-    return msgspec.json.encode(Mapper(algorithm, msgspec.Raw(msgspec.json.encode(params))))
+    return msgspec.json.encode(Mapper(algorithm_of(params), msgspec.Raw(msgspec.json.encode(params))))
+
+
+def algorithm_of(params: MapperParams) -> str:
+    """Return the name of the algorithm that these parameters are of."""
+    return "gmapping" if isinstance(params, GmappingParams) else "graph"
 
 
 def decode_mapper(data: bytes) -> MapperParams:

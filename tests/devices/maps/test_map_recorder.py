@@ -204,5 +204,46 @@ def test_another_mount_of_the_laser_is_refused(earlier: Path) -> None:
     continued = ContinuedMap(earlier)
     header = Header.of(1, "laser")
     scan = LaserScan(header, -3.14, 3.14, 0.035, 0.0, 0.1, 0.1, 12.0, ranges_at(LASER))
-    with pytest.raises(ChefbotError, match="The laser is mounted at"):
+    with pytest.raises(ChefbotError, match=r"The laser is mounted at x 0\.10 m, y 0\.00 m, yaw 0\.10 rad"):
         continued.find(LASER @ SE2(0.0, 0.0, 0.1), scan, SE2(0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("frame", "x", "reason"),
+    [
+        ("base_link", 1.0, "its frame is base_link, not map"),
+        ("map", 30.0, "is not on the known part of the map"),
+    ],
+)
+def test_a_pose_that_cannot_be_is_ignored(
+    earlier: Path, tmp_path: Path, frame: str, x: float, reason: str
+) -> None:
+    robot = MappingRobot(tmp_path / "later", str(earlier), mapper_of(earlier))
+    faults: list[Fault] = []
+    robot.system.isolate_faults(faults.append)
+    pose = PoseWithCovariance(Pose.of(SE2(x, 0.0, 0.0)))
+    robot.loop.publish("initialpose", PoseWithCovarianceStamped(Header.of(0, frame), pose), "page")
+    robot.scan(SE2(0.0, 0.0, 0.0))
+    texts = [fault.sentence for fault in faults] + [one.data for one in robot.messages("scan/remark")]
+    assert any(reason in text for text in texts) and not robot.messages("mapped_scan")
+    robot.end()
+
+
+def test_another_building_is_not_continued(earlier: Path, tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path / "later", str(earlier), mapper_of(earlier))
+    robot.room = 0.6  # everything is nearer
+    faults: list[Fault] = []
+    robot.system.isolate_faults(faults.append)
+    robot.drive(2.0)
+    assert not robot.messages("mapped_scan")
+    robot.end()
+    assert not bundles(tmp_path / "later")
+
+
+def test_a_robot_that_does_not_move_keeps_no_map(tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path)
+    for _ in range(30):
+        robot.scan(SE2(0.0, 0.0, 0.0))
+    robot.run(WRITE_PERIOD)
+    robot.end()
+    assert robot.messages("map") and not bundles(tmp_path)

@@ -62,11 +62,11 @@ def firmware_image(kind: str, robot_file: str, program: Path | None) -> Firmware
     form = FORMATS[board]
     source = program or IMAGES / f"{board}.bin"
     try:
-        data = form.convert(with_robot(source.read_bytes(), robot))
+        data = form.convert(with_robot(source.read_bytes(), robot, board))
     except OSError as error:
         raise UserError(f"the program {source} cannot be read: {error.strerror}") from None
     except FirmwareImageError as error:
-        raise UserError(f"{source}: {error}") from None
+        raise UserError(f"the program {source} cannot be used: {error}") from None
     return FirmwareImage(board, robot, f"{robot.name}_{board}{form.suffix}", data)
 
 
@@ -74,9 +74,15 @@ def run_image(kind: str, robot_file: str, program: Path | None, out: Path | None
     """Write the firmware for a robot to a file, for other tools than those of `chefbot board flash`."""
     image = firmware_image(kind, robot_file, program)
     path = out or Path("runs") / image.file_name
+    if path.suffix != FORMATS[image.board].suffix:
+        raise UserError(
+            f"--out {path}: the tools of the {image.board} take a file {FORMATS[image.board].suffix}"
+        )
     write_into_folder(path, image.data)
     table = Table("constant", "value", "unit", "from")
     for constant in firmware_constants(image.robot):
         table.add_row(constant.name, str(constant.value), constant.unit, constant.source)
+    for name, pin in image.robot.board.pins.moved().items():
+        table.add_row(name, f"GP{pin}", "pin", "board.pins")
     console.print(table)
     console.print(f"{path}: firmware for the {image.board}, driver inputs {image.robot.driver.inputs}")

@@ -216,7 +216,7 @@ def _lines(device: BuiltDevice, seen: Observations) -> Iterator[str]:
 def _unused(robot: Robot) -> Iterator[str]:
     """Yield the devices of the robot file that have no driver here."""
     if robot.drive.protocol == ROS_BASE:
-        yield "  base: its odometry is expected on /base/odom/unfiltered"
+        yield "  base: not looked at; `chefbot topic hz /base/odom/unfiltered` shows whether it sends"
     for name in ("lidar", "depth_camera"):
         sensor = getattr(robot.sensors, name)
         if sensor is not None and not sensor.driver:

@@ -21,7 +21,7 @@ from chefbot.slam.no_return import NoReturn
 from chefbot.slam.offline import OfflineMapper, maximum_range
 from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.storage.atomic_files import StorageError, folder_for_results
-from chefbot.storage.mapped_drives import MappedDrives, bundle_path, load_drives
+from chefbot.storage.mapped_drives import MappedDrives, algorithm_of, bundle_path, load_drives
 
 MAX_COORDINATE = 1e5
 """Limit of plausible coordinates of a start, m."""
@@ -47,7 +47,7 @@ class MapContinuation:
             or abs(self._sensor.between(laser).yaw) > MAX_MOUNT_OFFSET
         ):
             raise UserError(
-                f"{title}: the laser is mounted at {laser}, in the map's first drive at {self._sensor}"
+                f"{title}: the laser is mounted at {_text(laser)}, in the map's first drive at {_text(self._sensor)}"
             )
         before, first = self._mapper.slam.map(), 0
         if start is None:
@@ -133,7 +133,12 @@ def merge_maps(bundle: Path, other: Path, out: Path, report: bool) -> None:
     with folder_for_results(out), Progress(console=console) as progress:
         continuation = MapContinuation(drives, progress)
         for number, session in enumerate(others.sessions, 1):
-            continuation.add(f"{other}, drive {number}", list(session.scans()), session.range_max, None)
+            scans = list(session.scans())
+            if algorithm_of(drives.params) != algorithm_of(others.params):
+                scans = [
+                    scan for scan in scans if len(scan.ranges)
+                ]  # another mapper uses others, which have no beams
+            continuation.add(f"{other}, drive {number}", scans, session.range_max, None)
     continuation.finish(None, out, other, report=report)
 
 

@@ -103,6 +103,8 @@ class MapRecorderDevice(Device):
         self._folders: set[Path] = set()
         self._grid: Grid | None = None
         self._changed = False
+        self._used = 0
+        """Scans of this launch that are part of the map."""
         self._last_remark = ""
         self._writer = ThreadPoolExecutor(1, "map recorder")
         self._writing: Future[None] | None = None
@@ -129,6 +131,7 @@ class MapRecorderDevice(Device):
             )
             return
         self._drives[-1].add(message)
+        self._used += message.used
 
     def on_restored_folder(self, message: String) -> None:
         """Go on with the map of before a restart, in its folder."""
@@ -153,7 +156,7 @@ class MapRecorderDevice(Device):
         if not message.continued:
             self._write_changed()  # the map before, which was reset
             self._changed = False
-            self._drives, self._beams, self._grid = [], 0, None
+            self._drives, self._beams, self._grid, self._used = [], 0, None, 0
             self._mapper = decode_mapper(message.mapper.encode())
             self._earlier, self._folder = (), self._new_folder()
         elif not (self._drives or self._earlier):
@@ -171,8 +174,8 @@ class MapRecorderDevice(Device):
         return folder
 
     def _write_changed(self) -> None:
-        if not (self._changed and self._grid is not None and self._folder is not None):
-            return
+        if not (self._changed and self._used > 1 and self._grid is not None and self._folder is not None):
+            return  # of a robot that has not moved there is nothing to keep
         self._changed = False
         content = KeptMap(self._grid, self._mapper, [*self._earlier], [*self._drives])
         self._writing = self._writer.submit(self._save, self._folder, content)

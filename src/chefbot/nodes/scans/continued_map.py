@@ -6,9 +6,12 @@ from pathlib import Path
 
 from chefbot.errors import UserError
 from chefbot.localization.start_search import StartSearch
+from chefbot.maths.grid import UNKNOWN
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.slam.agreement import drive_fit
 from chefbot.slam.offline import START_STD_XY, START_STD_YAW, OfflineMapper
+from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.storage.mapped_drives import load_drives
 
 MAX_MOUNT_OFFSET = 0.01
@@ -33,24 +36,61 @@ class ContinuedMap:
         for session in drives.sessions:
             mapper.repeat(session)
         self.slam = mapper.slam
-        self.given: SE2 | None = None
-        """Pose of the robot in the map as an operator has set it, for the next scan."""
+        self._map = mapper.slam.map()
         self._search: StartSearch | None = None
+        self._scans: list[RecordedScan] = []
 
     def find(self, laser: SE2, scan: LaserScan, odom: SE2) -> SE2 | None:
-        """Return where the robot is at a scan, once that is known; the map is continued from there.
+        """Return where the robot is at a scan once its scans have shown it, and the map is continued from there.
 
-        Raises UserError if the laser is mounted differently than in the earlier drives.
+        Raises UserError if the laser is mounted differently than in the earlier drives, or if the scans do not fit
+        the map where they seem to belong; the search begins again then.
         """
+        self._check_mount(laser)
+        if self._search is None:
+            self._search, self._scans = StartSearch(self._map, laser, self.params.odometry_noise), []
+        recorded = RecordedScan(scan.header.stamp.ns * 1e-9, scan.angles, scan.ranges, odom @ laser, odom)
+        before = self._search.updates
+        pose = self._search.update(scan.angles, scan.ranges, scan.range_max, odom)
+        if self._search.updates > before:
+            self._scans.append(recorded)
+        if pose is None:
+            return None
+        self._search = None
+        poses = [pose @ odom.between(earlier.odom) for earlier in self._scans]
+        fit = drive_fit(self._map, self._scans, poses, laser, scan.range_max)
+        if not fit.is_good:
+            raise UserError(
+                f"The scans do not fit the map that is continued: {fit.share:.0%} of the beams agree with it. Is it"
+                " another building? Set the robot's pose on the map, or drive on."
+            )
+        self._relocate(pose)
+        return pose
+
+    def place(self, laser: SE2, pose: SE2) -> None:
+        """Continue the map from a pose that is given. Raises UserError if it is not on the map."""
+        self._check_mount(laser)
+        row, column = self._map.cell(pose.x, pose.y)
+        height, width = self._map.cells.shape
+        if not (0 <= row < height and 0 <= column < width) or self._map.cells[row, column] == UNKNOWN:
+            raise UserError(
+                f"x {pose.x:.2f} m, y {pose.y:.2f} m is not on the known part of the map that is continued;"
+                " the pose is ignored."
+            )
+        self._relocate(pose)
+
+    def _relocate(self, pose: SE2) -> None:
+        self.slam.relocate(pose, START_STD_XY, START_STD_YAW)
+
+    def _check_mount(self, laser: SE2) -> None:
         turn = abs(self._laser.between(laser).yaw)
         if self._laser.distance(laser) > MAX_MOUNT_OFFSET or turn > MAX_MOUNT_OFFSET:
             raise UserError(
-                f"The laser is mounted at {laser}, in the drives of the continued map at {self._laser}."
+                f"The laser is mounted {_text(laser)}, in the drives of the continued map {_text(self._laser)}:"
+                " no map is made. Take the robot of those drives, or begin a new map."
             )
-        if self._search is None:
-            self._search = StartSearch(self.slam.map(), laser, self.params.odometry_noise)
-        found = self._search.update(scan.angles, scan.ranges, scan.range_max, odom)
-        pose = found if self.given is None else self.given
-        if pose is not None:
-            self.slam.relocate(pose, START_STD_XY, START_STD_YAW)
-        return pose
+
+
+def _text(mount: SE2) -> str:
+    x, y, yaw = (round(value, 2) + 0.0 for value in mount)  # no -0.0
+    return f"at x {x:.2f} m, y {y:.2f} m, yaw {yaw:.2f} rad"

@@ -21,7 +21,7 @@ from chefbot.nodes.scans.drive_messages import DriveMessages
 from chefbot.nodes.scans.scan_listener import ScanListenerNode
 from chefbot.runtime.node import In, Out, every, restored, topic
 from chefbot.slam.offline import Slam
-from chefbot.storage.mapped_drives import MapperParams
+from chefbot.storage.mapped_drives import MapperParams, algorithm_of
 
 
 class MapperNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -58,19 +58,28 @@ class MapperNode(ScanListenerNode):
         self._slam: Slam | None = None
         self._earlier: ContinuedMap | None = None
         self._changed = self._looking = False
+        self._given: SE2 | None = None
         if not self.params.publish_drive:
             self.mapped_scan.unadvertise()
         if self.params.continue_map:
-            self._continue(ContinuedMap(Path(self.params.continue_map)))
+            self._earlier = ContinuedMap(Path(self.params.continue_map))
+            self._slam, self._changed = self._earlier.slam, True
 
     def on_reset_map(self, _: Empty) -> None:
         """Drop the map; the next scan begins another one."""
         self._slam = self._earlier = self.restored_tf.last = None
 
     def on_initialpose(self, message: PoseWithCovarianceStamped) -> None:
-        """Continue the map of earlier drives from this pose of the robot."""
-        if self._earlier is not None:
-            self._earlier.given = message.pose.pose.se2
+        """Continue the map of earlier drives from this pose of the robot at the next scan."""
+        frame = message.header.frame_id
+        if self._earlier is None:
+            reason = "a mapper takes a pose only for a map that it continues, before it has found the robot"
+        elif frame not in ("", "map"):
+            reason = f"its frame is {frame}, not map"
+        else:
+            self._given = message.pose.pose.se2
+            return
+        self.scan_remark.publish(String(f"The given pose is ignored: {reason}."))
 
     def process_scan(self, scan: LaserScan, odom: SE2) -> None:
         """Update the map with a scan; publish map->odom."""
@@ -115,9 +124,6 @@ class MapperNode(ScanListenerNode):
 
     # --
 
-    def _continue(self, earlier: ContinuedMap) -> None:
-        self._earlier, self._slam, self._changed = earlier, earlier.slam, True
-
     def _restart(self, laser: SE2, start: SE2) -> Slam | None:
         slam = self.restarted_slam(laser, start)
         if slam is not None:
@@ -127,10 +133,12 @@ class MapperNode(ScanListenerNode):
 
     def _find_robot(self, earlier: ContinuedMap, laser: SE2, scan: LaserScan, odom: SE2) -> bool:
         """Return whether the robot was found on the map of earlier drives."""
-        pose = earlier.find(laser, scan, odom)
-        if pose is None:
+        pose, self._given = self._given, None
+        if pose is not None:
+            earlier.place(laser, pose)
+        elif (pose := earlier.find(laser, scan, odom)) is None:
             if not self._looking:
-                self.scan_remark.publish(String(LOOKING))
+                self.scan_remark.publish(String(f"{LOOKING} {self._change_of_mapper(earlier)}".strip()))
             self._looking = True
             return False
         self._drive = DriveMessages(earlier.params, laser, pose, continued=True)
@@ -138,3 +146,9 @@ class MapperNode(ScanListenerNode):
         text = f"The robot is at x {pose.x:.2f} m, y {pose.y:.2f} m, yaw {pose.yaw:.2f} rad; the map is continued."
         self.scan_remark.publish(String(text))
         return True
+
+    def _change_of_mapper(self, earlier: ContinuedMap) -> str:
+        """Return a note if the map goes on with the mapper that has built it, and not with this one."""
+        algorithm = algorithm_of(earlier.params)
+        same = algorithm == algorithm_of(self.settings())
+        return "" if same else f"It goes on with the mapper that has built it, {algorithm}."

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import pytest
 from tests.support.network import PATIENCE, Machine, Network, end, needs_namespaces
+from tests.support.waiting import wait_for
 
 pytestmark = [pytest.mark.slow, needs_namespaces, pytest.mark.usefixtures("fleet")]
 ROBOT = ("robot:=chefbot_lidar", "world:=room", "people:=0", "pictures:=0")
@@ -25,8 +26,8 @@ def until(condition: Callable[[], bool]) -> None:
 
 
 def place_of(page: Machine) -> tuple[float, float, float]:
-    """x, y, speed as the page shows them."""
-    robot = page.request("now robot")
+    """x, y, speed as the page shows them; it shows none while its transforms are too old on a busy computer."""
+    robot = wait_for(lambda: page.request("now robot"))
     assert isinstance(robot, dict)
     return robot["x"], robot["y"], robot["v"]
 

@@ -12,7 +12,7 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.slam.agreement import drive_fit
 from chefbot.slam.offline import START_STD_XY, START_STD_YAW, OfflineMapper
 from chefbot.slam.recorded_scan import RecordedScan
-from chefbot.storage.mapped_drives import load_drives
+from chefbot.storage.mapped_drives import MapperParams, algorithm_of, load_drives
 
 MAX_MOUNT_OFFSET = 0.01
 """Distance, m, or angle, rad, by which the laser may be mounted differently than in the earlier drives."""
@@ -39,6 +39,12 @@ class ContinuedMap:
         self._map = mapper.slam.map()
         self._search: StartSearch | None = None
         self._scans: list[RecordedScan] = []
+
+    def searching(self, settings: MapperParams) -> str:
+        """Return what to do until the robot is found, and which mapper the map goes on with if it is not this one."""
+        algorithm = algorithm_of(self.params)
+        same = algorithm == algorithm_of(settings)
+        return LOOKING if same else f"{LOOKING} It goes on with the mapper that has built it, {algorithm}."
 
     def find(self, laser: SE2, scan: LaserScan, odom: SE2) -> SE2 | None:
         """Return where the robot is at a scan once its scans have shown it, and the map is continued from there.

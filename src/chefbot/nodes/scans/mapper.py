@@ -16,12 +16,12 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.scans.continued_map import LOOKING, ContinuedMap
+from chefbot.nodes.scans.continued_map import ContinuedMap
 from chefbot.nodes.scans.drive_messages import DriveMessages
 from chefbot.nodes.scans.scan_listener import ScanListenerNode
 from chefbot.runtime.node import In, Out, every, restored, topic
 from chefbot.slam.offline import Slam
-from chefbot.storage.mapped_drives import MapperParams, algorithm_of
+from chefbot.storage.mapped_drives import MapperParams
 
 
 class MapperNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -138,7 +138,7 @@ class MapperNode(ScanListenerNode):
             earlier.place(laser, pose)
         elif (pose := earlier.find(laser, scan, odom)) is None:
             if not self._looking:
-                self.scan_remark.publish(String(f"{LOOKING} {self._change_of_mapper(earlier)}".strip()))
+                self.scan_remark.publish(String(earlier.searching(self.settings())))
             self._looking = True
             return False
         self._drive = DriveMessages(earlier.params, laser, pose, continued=True)
@@ -146,9 +146,3 @@ class MapperNode(ScanListenerNode):
         text = f"The robot is at x {pose.x:.2f} m, y {pose.y:.2f} m, yaw {pose.yaw:.2f} rad; the map is continued."
         self.scan_remark.publish(String(text))
         return True
-
-    def _change_of_mapper(self, earlier: ContinuedMap) -> str:
-        """Return a note if the map goes on with the mapper that has built it, and not with this one."""
-        algorithm = algorithm_of(earlier.params)
-        same = algorithm == algorithm_of(self.settings())
-        return "" if same else f"It goes on with the mapper that has built it, {algorithm}."

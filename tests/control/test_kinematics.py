@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.devices.session import MS, opened, speeds
 
 from chefbot.board.session import BoardSession
-from chefbot.control.kinematics import wheel_speeds
+from chefbot.control.kinematics import twist_of, wheel_speeds
 from chefbot.robot.drivetrain import Calibration
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
@@ -44,3 +44,9 @@ def test_a_calibrated_robot_rolls_as_measured(v: float, w: float) -> None:
     rolled = left * 1.02 * per_tick, right * 0.99 * per_tick
     half = w * 1.03 * DRAWN.wheels.separation / 2
     assert rolled == pytest.approx((v - half, v + half), abs=per_tick)
+
+
+@pytest.mark.parametrize("robot", [DRAWN, CALIBRATED])
+@given(st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
+def test_twist_and_wheel_speeds_are_inverse(robot: Robot, v: float, w: float) -> None:
+    assert twist_of(*wheel_speeds(v, w, robot), robot) == pytest.approx((v, w), abs=1e-12)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.control.kinematics import twist_of, wheel_speeds
+from chefbot.control.kinematics import wheel_speeds
 from chefbot.devices.odometry_ticks import OdometryTicks
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
@@ -64,8 +64,3 @@ def test_time_that_runs_backwards_moves_no_wheel() -> None:
     ticks = ticks_of_robot()
     ticks.update(SE2(0.0, 0.0, 0.0), 10**9)
     assert ticks.update(SE2(0.5, 0.0, 0.0), 10**8) == (0, 0) and ticks.restarts == 1
-
-
-@given(SPEED, SPEED)
-def test_twist_and_wheel_speeds_are_inverse(v: float, w: float) -> None:
-    assert twist_of(*wheel_speeds(v, w, ROBOT), ROBOT) == pytest.approx((v, w), abs=1e-12)

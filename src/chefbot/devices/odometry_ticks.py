@@ -18,7 +18,7 @@ class OdometryTicks:
     """Turns poses into the ticks that the wheels of the robot file would count on the same way.
 
     So odometry, calibration and fault detection are those of every robot. A pose that the robot cannot have reached
-    is that of a base that has begun again: the ticks go on from there.
+    is that of a base that has begun again: the ticks continue from there.
     """
 
     def __init__(self, robot: Robot, max_speed: float, max_turn: float) -> None:

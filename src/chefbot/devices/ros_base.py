@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from chefbot.board.command_gate import CommandGate
+from chefbot.board.command_gate import NEVER_NS, CommandGate
 from chefbot.board.drives.drive_link import SLOW
 from chefbot.control.kinematics import twist_of
 from chefbot.devices.board_node import MotorBoardNode
@@ -25,14 +25,13 @@ SILENCE_NS = 500_000_000
 """Time without odometry after which the motion of the base is unknown, and it is stopped, ns."""
 MAX_CLOCK_ERROR_NS = 500_000_000
 """Difference of a stamp from this computer's clock above which it is not believed, ns."""
-NEVER_NS = -(1 << 62)
 
 
 class RosBaseDevice(MotorBoardNode):
     """Takes the place of the motor board for a robot whose drive has the protocol `ros2`; else it does nothing.
 
     The topics are those of a micro-ROS board of linorobot2 in the namespace `base`. A base that does not stop by
-    itself (drive.command_timeout) is driven slowly, as it goes on if this computer fails.
+    itself (drive.command_timeout) is driven slowly, as it keeps moving if this computer fails.
     """
 
     params: NoParams

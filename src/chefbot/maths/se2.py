@@ -52,6 +52,12 @@ class SE2(NamedTuple):
         """Return (x, y, yaw) as an array (3,)."""
         return np.array(self, dtype=np.float64)
 
+    @property
+    def text(self) -> str:
+        """The pose as people read it."""
+        x, y, yaw = (round(value, 2) + 0.0 for value in self)  # no -0.00
+        return f"x {x:.2f} m, y {y:.2f} m, yaw {yaw:.2f} rad"
+
     @staticmethod
     def of(values: Iterable[float]) -> SE2:
         """Create a pose from any three numbers x, y, yaw."""

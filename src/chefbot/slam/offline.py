@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
+from chefbot.errors import ScanError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.carmen import CarmenLogError
@@ -20,6 +21,8 @@ Slam = Gmapping | GraphSlam
 """Both mappers have the same methods."""
 START_STD_XY, START_STD_YAW = 0.15, 0.05
 """Standard deviations of the pose at which another drive begins, m and rad."""
+MAX_MOUNT_OFFSET = 0.01
+"""Distance, m, or angle, rad, by which the laser of another drive may be mounted differently."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +56,7 @@ class OfflineMapper:
 
         initial: pose of the robot in the map at the first scan, by default the map's origin.
         """
+        self.sensor = sensor
         self._initial, first = initial, IDENTITY if initial is None else initial
         self.slam: Slam = (
             Gmapping(params, sensor, first)
@@ -60,6 +64,20 @@ class OfflineMapper:
             else GraphSlam(params, sensor, first)
         )
         self.sessions: list[Session] = []
+
+    @classmethod
+    def beginning_with(cls, params: GmappingParams | GraphSlamParams, first: Session) -> OfflineMapper:
+        """Return a mapper for the map that began with this drive, which is still to be repeated."""
+        return cls(params, SE2.of(first.laser), first.start_pose)
+
+    def check_mount(self, laser: SE2) -> None:
+        """Raise ScanError if the laser of another drive, here in base_link, is mounted differently."""
+        turn = abs(self.sensor.between(laser).yaw)
+        if self.sensor.distance(laser) > MAX_MOUNT_OFFSET or turn > MAX_MOUNT_OFFSET:
+            raise ScanError(
+                f"the laser is mounted at {laser.text}, in the map's first drive at {self.sensor.text};"
+                " take the robot of that drive, or begin a new map"
+            )
 
     def map_drive(
         self,

@@ -9,10 +9,13 @@ from typing import NamedTuple
 import msgspec
 
 from chefbot.errors import ScanError, UserError
+from chefbot.mapping.map_format import encode_map_yaml, encode_pgm
+from chefbot.maths.grid import Grid
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.session import Session
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX, encode_bundle, read_bundle
+from chefbot.storage.map_files import map_png
 
 BUNDLE = f"map{BUNDLE_SUFFIX}"
 MAPPER, SESSION = "mapper.json", "session_{:03d}.npz"
@@ -42,6 +45,13 @@ def encode_drives(params: MapperParams, sessions: Sequence[Session], others: dic
     """Return a bundle of drives and other files, such as the map's."""
     drives = {SESSION.format(i): session.to_bytes() for i, session in enumerate(sessions)}
     return encode_bundle({MAPPER: encode_mapper(params), **drives, **others})
+
+
+def files_beside_map(params: MapperParams, sessions: Sequence[Session], grid: Grid) -> dict[str, bytes]:
+    """Return what belongs beside a map: its picture, and a bundle of it with its drives."""
+    image = encode_pgm(grid)
+    files = {"map.pgm": image, "map.yaml": encode_map_yaml("map.pgm", grid, image=image)}
+    return {"map.png": map_png(grid), BUNDLE: encode_drives(params, sessions, files)}
 
 
 def encode_mapper(params: MapperParams) -> bytes:

@@ -204,7 +204,9 @@ def test_another_mount_of_the_laser_is_refused(earlier: Path) -> None:
     continued = ContinuedMap(earlier)
     header = Header.of(1, "laser")
     scan = LaserScan(header, -3.14, 3.14, 0.035, 0.0, 0.1, 0.1, 12.0, ranges_at(LASER))
-    with pytest.raises(ChefbotError, match=r"The laser is mounted at x 0\.10 m, y 0\.00 m, yaw 0\.10 rad"):
+    with pytest.raises(
+        ChefbotError, match=r"No map is made: the laser is mounted at x 0\.10 m, y 0\.00 m, yaw 0\.10 rad"
+    ):
         continued.find(LASER @ SE2(0.0, 0.0, 0.1), scan, SE2(0.0, 0.0, 0.0))
 
 

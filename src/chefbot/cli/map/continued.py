@@ -12,7 +12,7 @@ from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, read_log
 from chefbot.cli.map.slam import console, print_results, write_results
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.start_search import find_start
-from chefbot.errors import ChefbotError, UserError
+from chefbot.errors import ChefbotError, ScanError, UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.ros2.bag.errors import BagError
@@ -25,8 +25,6 @@ from chefbot.storage.mapped_drives import MappedDrives, algorithm_of, bundle_pat
 
 MAX_COORDINATE = 1e5
 """Limit of plausible coordinates of a start, m."""
-MAX_MOUNT_OFFSET = 0.01
-"""Distance, m, or angle, rad, by which the laser of another drive may be mounted differently."""
 
 
 class MapContinuation:
@@ -34,28 +32,25 @@ class MapContinuation:
 
     def __init__(self, drives: MappedDrives, progress: Progress) -> None:
         self._progress, self._params, self.costs = progress, drives.params, SlamCosts()
-        self._sensor = SE2.of(drives.sessions[0].laser)
-        self._mapper = OfflineMapper(drives.params, self._sensor, drives.sessions[0].start_pose)
+        self._mapper = OfflineMapper.beginning_with(drives.params, drives.sessions[0])
         for number, session in enumerate(drives.sessions, 1):
             self._mapper.repeat(session, self._counted(f"drive {number} as before", len(session.stamps)))
 
     def add(self, title: str, scans: Sequence[RecordedScan], range_max: float, start: SE2 | None) -> None:
         """Add a drive that begins at a pose in the map, or at one that its first scans show."""
-        laser = scans[0].odom.between(scans[0].laser)
-        if (
-            self._sensor.distance(laser) > MAX_MOUNT_OFFSET
-            or abs(self._sensor.between(laser).yaw) > MAX_MOUNT_OFFSET
-        ):
-            raise UserError(
-                f"{title}: the laser is mounted at {_text(laser)}, in the map's first drive at {_text(self._sensor)}"
-            )
+        try:
+            self._mapper.check_mount(scans[0].odom.between(scans[0].laser))
+        except ScanError as error:
+            raise UserError(f"{title}: {error}") from None
         before, first = self._mapper.slam.map(), 0
         if start is None:
             task = self._progress.add_task(f"{title}: where it begins", total=None)
-            first, start = find_start(before, scans, self._sensor, range_max, partial(self._show, task))
+            first, start = find_start(
+                before, scans, self._mapper.sensor, range_max, partial(self._show, task)
+            )
             self._progress.remove_task(task)
             console.print(
-                f"{title} begins on the map: at scan {first} the robot was at {_text(start)}.", markup=False
+                f"{title} begins on the map: at scan {first} the robot was at {start.text}.", markup=False
             )
         used = scans[first:]
         self._mapper.map_drive(used, range_max, start, self._counted(title, len(used)))
@@ -65,7 +60,7 @@ class MapContinuation:
         """Raise UserError if the drive does not agree with the map that it continues."""
         used = [scan for scan in self._mapper.sessions[-1].scans() if len(scan.ranges)]
         poses = self._mapper.slam.trajectory()[-len(used) :]
-        fit = drive_fit(before, used, poses, self._sensor, range_max)
+        fit = drive_fit(before, used, poses, self._mapper.sensor, range_max)
         if not fit.is_good:
             raise UserError(
                 f"{title} does not fit the map: of its beams in known space {fit.share:.0%} end at a wall, of those"
@@ -135,9 +130,8 @@ def merge_maps(bundle: Path, other: Path, out: Path, report: bool) -> None:
         for number, session in enumerate(others.sessions, 1):
             scans = list(session.scans())
             if algorithm_of(drives.params) != algorithm_of(others.params):
-                scans = [
-                    scan for scan in scans if len(scan.ranges)
-                ]  # another mapper uses others, which have no beams
+                # Another mapper would use other scans, which have no beams
+                scans = [scan for scan in scans if len(scan.ranges)]
             continuation.add(f"{other}, drive {number}", scans, session.range_max, None)
     continuation.finish(None, out, other, report=report)
 
@@ -146,7 +140,3 @@ def _check_out(bundle: Path, out: Path) -> None:
     """Raise UserError if the results would replace the map that is continued."""
     if bundle_path(bundle).parent.resolve() == out.resolve():
         raise UserError(f"--out {out} is the folder of the map that is continued; give another one")
-
-
-def _text(pose: SE2) -> str:
-    return f"x {pose.x:.2f} m, y {pose.y:.2f} m, yaw {pose.yaw:.2f} rad"

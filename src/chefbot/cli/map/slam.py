@@ -13,7 +13,6 @@ from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_report import report_page
 from chefbot.cli.plural import number_of
 from chefbot.errors import ChefbotError, UserError
-from chefbot.mapping.map_format import encode_map_yaml, encode_pgm
 from chefbot.ros2.bag.errors import BagError
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.graph import GraphSlamParams
@@ -21,8 +20,7 @@ from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import NO_RETURN, RecordedScan
 from chefbot.storage.atomic_files import StorageError, folder_for_results
-from chefbot.storage.map_files import map_png
-from chefbot.storage.mapped_drives import BUNDLE, MapperParams, encode_drives
+from chefbot.storage.mapped_drives import BUNDLE, MapperParams, files_beside_map
 from chefbot.storage.new_map import save_new_map
 
 console = Console(highlight=False)
@@ -68,12 +66,10 @@ def write_results(
     out: Path, params: MapperParams, result: SlamResult, costs: SlamCosts, *, report: bool, title: Path
 ) -> None:
     """Write the map, its trajectory, picture and bundle, and report.html if wanted, into a folder."""
-    companions = {"trajectory.tum": trajectory_tum(result).encode(), "map.png": map_png(result.grid)}
+    companions = files_beside_map(params, result.sessions, result.grid)
+    companions["trajectory.tum"] = trajectory_tum(result).encode()
     if report:
         companions["report.html"] = report_page(title, params, result, costs).encode()
-    image = encode_pgm(result.grid)
-    files = {"map.pgm": image, "map.yaml": encode_map_yaml("map.pgm", result.grid, image=image)}
-    companions[BUNDLE] = encode_drives(params, result.sessions, files)
     save_new_map(out / "map", result.grid, [(out / name, data) for name, data in companions.items()])
 
 
@@ -81,7 +77,7 @@ def print_results(params: MapperParams, result: SlamResult, out: Path, took: flo
     """Print what was found, and where it is."""
     if result.no_return is not None:
         minimum, share = result.no_return
-        if minimum >= NO_RETURN:  # the log itself tells them apart
+        if minimum >= NO_RETURN:  # the log itself distinguishes them
             console.print(f"{share:.1%} of all beams have no return.")
         else:
             console.print(f"Ranges of {minimum:.2f} m and more count as no return: {share:.1%} of all beams.")

@@ -13,7 +13,6 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.errors import ChefbotError
-from chefbot.mapping.map_format import encode_map_yaml, encode_pgm
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_maps import MappedScan
@@ -24,8 +23,7 @@ from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.session import Session
 from chefbot.storage.atomic_files import make_folder
-from chefbot.storage.map_files import map_png
-from chefbot.storage.mapped_drives import BUNDLE, MapperParams, decode_mapper, encode_drives, load_drives
+from chefbot.storage.mapped_drives import MapperParams, decode_mapper, files_beside_map, load_drives
 from chefbot.storage.new_map import save_new_map
 
 MAX_BEAMS_KEPT = 30_000_000
@@ -79,9 +77,9 @@ class KeptMap(NamedTuple):
 class MapRecorderDevice(Device):
     """Writes map and drive into a folder of their own while the robot maps, and at the end.
 
-    So a map outlives the program, a crash and an empty battery, and `chefbot map continue` goes on with it. The
-    recorder runs in the process of the mapper, whose first scan it must not miss; after a restart it goes on with
-    what is on the disk.
+    So a map outlives the program, a crash and an empty battery, and `chefbot map continue` continues it. The recorder
+    runs in the process of the mapper, whose first scan it must not miss; after a restart it adds to what is on the
+    disk.
     """
 
     params: MapRecorderParams
@@ -134,7 +132,7 @@ class MapRecorderDevice(Device):
         self._used += message.used
 
     def on_restored_folder(self, message: String) -> None:
-        """Go on with the map of before a restart, in its folder."""
+        """Continue the map of before a restart, in its folder."""
         self._folder = Path(message.data)
         self._load(self._folder)
 
@@ -205,7 +203,5 @@ def _write_files(folder: Path, content: KeptMap) -> None:
     """Write map, picture and bundle, whole or not at all."""
     grid, sessions = content.grid, [*content.earlier, *(drive.session() for drive in content.drives)]
     make_folder(folder)
-    image = encode_pgm(grid)
-    files = {"map.pgm": image, "map.yaml": encode_map_yaml("map.pgm", grid, image=image)}
-    bundle = encode_drives(content.mapper, sessions, files)
-    save_new_map(folder / "map", grid, [(folder / BUNDLE, bundle), (folder / "map.png", map_png(grid))])
+    companions = files_beside_map(content.mapper, sessions, grid)
+    save_new_map(folder / "map", grid, [(folder / name, data) for name, data in companions.items()])

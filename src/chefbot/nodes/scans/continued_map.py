@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from chefbot.errors import UserError
+from chefbot.errors import ScanError, UserError
 from chefbot.localization.start_search import StartSearch
 from chefbot.maths.grid import UNKNOWN
 from chefbot.maths.se2 import SE2
@@ -14,8 +14,6 @@ from chefbot.slam.offline import START_STD_XY, START_STD_YAW, OfflineMapper
 from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.storage.mapped_drives import MapperParams, algorithm_of, load_drives
 
-MAX_MOUNT_OFFSET = 0.01
-"""Distance, m, or angle, rad, by which the laser may be mounted differently than in the earlier drives."""
 LOOKING = (
     "The mapper looks for the robot on the map that it continues: drive a few metres, or set the robot's pose"
     " on the map."
@@ -31,20 +29,20 @@ class ContinuedMap:
         Raises UserError if the bundle cannot be read.
         """
         drives = load_drives(path)
-        self.params, self._laser = drives.params, SE2.of(drives.sessions[0].laser)
-        mapper = OfflineMapper(self.params, self._laser, drives.sessions[0].start_pose)
+        self.params = drives.params
+        self._mapper = OfflineMapper.beginning_with(drives.params, drives.sessions[0])
         for session in drives.sessions:
-            mapper.repeat(session)
-        self.slam = mapper.slam
-        self._map = mapper.slam.map()
+            self._mapper.repeat(session)
+        self.slam = self._mapper.slam
+        self._map = self.slam.map()
         self._search: StartSearch | None = None
         self._scans: list[RecordedScan] = []
 
     def searching(self, settings: MapperParams) -> str:
-        """Return what to do until the robot is found, and which mapper the map goes on with if it is not this one."""
+        """Return what to do until the robot is found, and which mapper continues the map if it is not this one."""
         algorithm = algorithm_of(self.params)
         same = algorithm == algorithm_of(settings)
-        return LOOKING if same else f"{LOOKING} It goes on with the mapper that has built it, {algorithm}."
+        return LOOKING if same else f"{LOOKING} The mapper that has built it, {algorithm}, continues it."
 
     def find(self, laser: SE2, scan: LaserScan, odom: SE2) -> SE2 | None:
         """Return where the robot is at a scan once its scans have shown it, and the map is continued from there.
@@ -89,14 +87,7 @@ class ContinuedMap:
         self.slam.relocate(pose, START_STD_XY, START_STD_YAW)
 
     def _check_mount(self, laser: SE2) -> None:
-        turn = abs(self._laser.between(laser).yaw)
-        if self._laser.distance(laser) > MAX_MOUNT_OFFSET or turn > MAX_MOUNT_OFFSET:
-            raise UserError(
-                f"The laser is mounted {_text(laser)}, in the drives of the continued map {_text(self._laser)}:"
-                " no map is made. Take the robot of those drives, or begin a new map."
-            )
-
-
-def _text(mount: SE2) -> str:
-    x, y, yaw = (round(value, 2) + 0.0 for value in mount)  # no -0.0
-    return f"at x {x:.2f} m, y {y:.2f} m, yaw {yaw:.2f} rad"
+        try:
+            self._mapper.check_mount(laser)
+        except ScanError as error:
+            raise UserError(f"No map is made: {error}") from None

@@ -143,6 +143,5 @@ class MapperNode(ScanListenerNode):
             return False
         self._drive = DriveMessages(earlier.params, laser, pose, continued=True)
         self._earlier = None
-        text = f"The robot is at x {pose.x:.2f} m, y {pose.y:.2f} m, yaw {pose.yaw:.2f} rad; the map is continued."
-        self.scan_remark.publish(String(text))
+        self.scan_remark.publish(String(f"The robot is at {pose.text}; the map is continued."))
         return True

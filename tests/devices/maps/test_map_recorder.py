@@ -19,11 +19,12 @@ from chefbot.msgs.chefbot_maps import MappedScan
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.msgs.std_msgs import Empty, Header
+from chefbot.msgs.std_msgs import Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.scans.continued_map import ContinuedMap
 from chefbot.nodes.scans.drive_messages import DriveMessages
 from chefbot.runtime.callback_faults import Fault
+from chefbot.runtime.node import RESTORED_PREFIX
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import OfflineMapper
 from chefbot.slam.params import GmappingParams
@@ -115,6 +116,22 @@ def test_a_restarted_process_goes_on_in_the_same_folder(tmp_path: Path, mapper: 
     first, second = load_drives(bundle).sessions
     assert len(first.stamps) > 1.5 * len(second.stamps)
     assert restarted.map_to_odom().distance(SE2(0.0, 0.0, 0.0)) < 0.05
+
+
+def test_a_folder_that_cannot_be_read_after_a_restart_is_left(earlier: Path, tmp_path: Path) -> None:
+    kept = tmp_path / "kept" / "map.bundle"
+    kept.parent.mkdir()
+    kept.write_bytes(b"damaged")
+    robot = MappingRobot(tmp_path / "later", str(earlier), mapper_of(earlier))
+    robot.system.isolate_faults(lambda _: None)
+    robot.loop.publish(
+        f"{RESTORED_PREFIX}map_recorder/folder", String(str(kept.parent)), "wire", from_device=True
+    )
+    pose = PoseWithCovariance(Pose.of(SE2(0.0, 0.0, 0.0)))
+    robot.loop.publish("initialpose", PoseWithCovarianceStamped(Header.of(0, "map"), pose), "page")
+    robot.drive()
+    robot.end()
+    assert kept.read_bytes() == b"damaged" and len(bundles(tmp_path / "later")) == 1
 
 
 @pytest.fixture(params=MAPPERS)

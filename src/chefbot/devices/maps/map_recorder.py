@@ -132,9 +132,9 @@ class MapRecorderDevice(Device):
         self._used += message.used
 
     def on_restored_folder(self, message: String) -> None:
-        """Continue the map of before a restart, in its folder."""
+        """Continue the map of before a restart, in its folder; one that cannot be read is left as it is."""
+        self._load(Path(message.data))
         self._folder = Path(message.data)
-        self._load(self._folder)
 
     def on_map(self, message: OccupancyGrid) -> None:
         """Remember the newest map, which follows the scans that it is made of."""

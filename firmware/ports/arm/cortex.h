@@ -39,6 +39,17 @@ inline void reset_processor() {
     for (;;) {}
 }
 
+// Puts bytes for an interrupt into a ring, all or nothing, and has them passed on; false: no room.
+template <class Fill>
+bool enqueue(Ring<8> &waiting, const char *bytes, uint8_t count, Fill fill) {
+    if (waiting.room() < count) return false;
+    while (count-- > 0) waiting.push(static_cast<uint8_t>(*bytes++));
+    const uint8_t before = lock();
+    fill();
+    unlock(before);
+    return true;
+}
+
 class Uart {
   public:
     explicit constexpr Uart(uint32_t base) : base_(base) {}
@@ -60,12 +71,7 @@ class Uart {
         fill();
     }
     bool send(const char *bytes, uint8_t count) {
-        if (waiting_.room() < count) return false;
-        while (count-- > 0) waiting_.push(static_cast<uint8_t>(*bytes++));
-        const uint8_t before = lock();
-        fill();
-        unlock(before);
-        return true;
+        return enqueue(waiting_, bytes, count, [this] { fill(); });
     }
     Ring<7> &received() { return received_; }
 

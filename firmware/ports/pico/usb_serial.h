@@ -43,12 +43,7 @@ class UsbSerial {
     bool open() const { return configured_ && listening_ && !(reg(REGISTERS + SIE_STATUS) & 1u << 4); }
 
     bool send(const char *bytes, uint8_t count) {
-        if (waiting_.room() < count) return false;
-        while (count-- > 0) waiting_.push(static_cast<uint8_t>(*bytes++));
-        const uint8_t before = lock();
-        fill();
-        unlock(before);
-        return true;
+        return enqueue(waiting_, bytes, count, [this] { fill(); });
     }
 
     Ring<8> &received() { return received_; }

@@ -26,7 +26,7 @@ import numpy as np
 from chefbot.bridge.inbox import WIRE_PUBLISHER
 from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS
 from chefbot.bridge.ports import ports_of
-from chefbot.devices.stop_memory import VARIABLE
+from chefbot.devices.state_files import VARIABLE
 from chefbot.launcher.session import session, start
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.action_msgs import CancelGoal_Request

@@ -9,7 +9,7 @@ import pytest
 
 from chefbot.cli.page.commands import page_app
 from chefbot.cli.page.people import invite_person, print_people, revoke_person
-from chefbot.devices.stop_memory import VARIABLE
+from chefbot.devices.state_files import VARIABLE
 from chefbot.errors import ChefbotError, UserError
 from chefbot.ui.access.audit_log import AuditLog, Kind, audit_path
 from chefbot.ui.access.invitations import Invitations, write_address

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -19,6 +20,7 @@ from tests.support.waiting import PATIENCE
 from chefbot.devices.stop_memory import ESTOP_RESTORED, ESTOP_STATE_UNKNOWN, StopFile
 from chefbot.msgs.std_msgs import Bool
 from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
@@ -54,9 +56,9 @@ class Finger(Device):
 class Life:
     """Base and memory from their start on."""
 
-    def __init__(self) -> None:
+    def __init__(self, robot: Robot = ROBOT) -> None:
         self.loop = Loop(StepClock())
-        self.system = NodeContainer(self.loop, ROBOT, 1)
+        self.system = NodeContainer(self.loop, robot, 1)
         self.states: list[bool] = []
         self.remarks: list[str] = []
         self.loop.subscribe("emergency_stop", "test", lambda one: self.states.append(one.data))  # type: ignore[attr-defined]
@@ -76,6 +78,10 @@ class Life:
 
     def request(self, press: bool) -> None:
         self.loop.publish("stop_request", Bool(press), "page")
+        self.run()
+
+    def lose_board(self) -> None:
+        self.loop.publish("board_connected", Bool(False), "board")
         self.run()
 
     def end(self) -> None:
@@ -119,6 +125,42 @@ def test_an_unknown_stop_state_is_stopped_and_can_be_released(
     life.end()
 
 
+def test_a_lost_board_is_no_stop_after_a_restart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
+    life = Life()
+    life.lose_board()
+    assert life.states[-1] is True
+    life.end()
+    life = Life()
+    assert life.states[-1] is False and not life.remarks
+    life.end()
+
+
+def test_a_stop_pressed_while_the_board_is_lost_is_restored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
+    life = Life()
+    life.lose_board()
+    life.request(True)
+    life.end()
+    life = Life()
+    assert life.states[-1] is True and life.remarks == [ESTOP_RESTORED]
+    life.end()
+
+
+def test_each_robot_of_a_computer_keeps_its_own_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
+    life = Life()
+    life.request(True)
+    life.end()
+    other = Life(msgspec.structs.replace(ROBOT, name="other"))
+    assert other.states[-1] is False and not other.remarks
+    other.end()
+
+
 def test_a_full_disk_keeps_a_stop_and_reports_unsaved_states(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,7 +172,7 @@ def test_a_full_disk_keeps_a_stop_and_reports_unsaved_states(
 
     monkeypatch.setattr(os, "write", full)  # nothing is written, only renamed
     life.request(True)
-    until(lambda: StopFile(tmp_path, "robot").read())
+    until(lambda: StopFile(tmp_path, ROBOT.name).read())
     monkeypatch.setattr(Path, "replace", full)
     life.request(False)
     until(lambda: (life.run(), bool(life.remarks))[1])
@@ -151,7 +193,7 @@ def test_a_robot_killed_while_stopped_restarts_stopped(tmp_path: Path) -> None:
         return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
 
     first = run()
-    until(lambda: (state / "robot.stopped").exists())
+    until(lambda: (state / f"{ROBOT.name}.stopped").exists())
     first.send_signal(signal.SIGKILL)
     first.communicate()
     path.write_text(LAUNCH.replace("  finger:", "  # finger:"))

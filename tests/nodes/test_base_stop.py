@@ -21,7 +21,7 @@ from chefbot.safety.stop_latch import (
     RELEASED,
 )
 
-BEFORE = EmergencyStopStatus(Header(), True, Time(3), "before")
+BEFORE = EmergencyStopStatus(Header(), True, False, Time(3), "before")
 
 
 def bench(**restored: Any) -> BaseBench:
@@ -128,7 +128,7 @@ def test_the_state_of_before_a_restart_holds() -> None:
 
 
 def test_a_restart_without_a_stop_drives_on() -> None:
-    released = EmergencyStopStatus(Header(), False, Time(3), "before")
+    released = EmergencyStopStatus(Header(), False, False, Time(3), "before")
     base = driving(stop_status=released, restarted=Empty())
     assert states(base) == [False] and base.messages("stop_status")[0].pressed_at.sec == 3
 

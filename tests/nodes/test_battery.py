@@ -106,7 +106,7 @@ def test_the_log_is_kept_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyP
     kinds = {**MONITOR, "battery_log": "chefbot.devices.battery_log:BatteryLogStore"}
     first = Monitored(kinds)
     first.show(0.8)
-    path = tmp_path / "state" / "robot.battery.json"
+    path = tmp_path / "state" / f"{ROBOT.name}.battery.json"
     stored = read_log(path)
     assert stored is not None and stored.charge == pytest.approx(0.78, abs=0.05)
     values = json.loads(path.read_text())
@@ -119,12 +119,12 @@ def test_the_log_is_kept_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyP
 )
 def test_a_damaged_log_is_a_sentence(content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
-    (tmp_path / "robot.battery.json").write_bytes(content)
+    (tmp_path / f"{ROBOT.name}.battery.json").write_bytes(content)
     robot = Monitored({**MONITOR, "battery_log": "chefbot.devices.battery_log:BatteryLogStore"})
     robot.run(0.1)
     (remark,) = robot.messages("battery_log/remark")
-    assert "robot.battery.json" in remark.data and "\n" not in remark.data
-    assert robot.show(0.9).level == "ok" and read_log(tmp_path / "robot.battery.json") is not None
+    assert "battery.json" in remark.data and "\n" not in remark.data
+    assert robot.show(0.9).level == "ok" and read_log(tmp_path / f"{ROBOT.name}.battery.json") is not None
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")

@@ -40,7 +40,7 @@ def test_an_explorer_restarted_during_emergency_stop_stays_held(
     stopped: bool, pressed_at: int, continues: bool
 ) -> None:
     status = ExplorationStatus(Header(Time(4)), False)
-    stop = EmergencyStopStatus(Header(), stopped, Time(pressed_at))
+    stop = EmergencyStopStatus(Header(), stopped, False, Time(pressed_at))
     restored = {"exploration_status": status, "stop_status": stop, "restarted": Empty()}
     runner = NodeRunner({"explorer": "chefbot.nodes.explorer:ExplorerNode"}, restored)
     runner.run(1.0)

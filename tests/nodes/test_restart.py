@@ -148,7 +148,7 @@ def test_accepted_orders_are_served_once_in_order_over_restarts(steps: list[str]
 def test_a_waiter_restarted_during_emergency_stop_stays_held(
     delivery: Callable[..., NodeRunner], released: bool
 ) -> None:
-    stop = EmergencyStopStatus(Header(), not released, Time.of(5))
+    stop = EmergencyStopStatus(Header(), not released, False, Time.of(5))
     runner = delivery(delivery_status=status("driving", "table_1", ("table_2",)), stop_status=stop)
     runner.loop.publish("emergency_stop", Bool(not released), "base")
     runner.run(60.0)

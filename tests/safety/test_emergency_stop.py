@@ -20,6 +20,6 @@ def test_it_is_pressed_from_its_first_message_on() -> None:
 )
 def test_a_press_counts_although_it_was_released(active: bool, pressed_s: int, since: bool) -> None:
     """A goal of second 4 does not go on after a stop that is active, or was pressed later."""
-    status = EmergencyStopStatus(Header(), active, Time(pressed_s), "")
+    status = EmergencyStopStatus(Header(), active, False, Time(pressed_s), "")
     assert pressed_since(status, 4_000_000_000) is since
     assert pressed_since(None, 0) is False

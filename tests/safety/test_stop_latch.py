@@ -84,7 +84,7 @@ def test_the_status_names_the_cause(kind: str, pressed: bool, sentence: str) -> 
 @pytest.mark.parametrize("active", [True, False])
 def test_a_restored_state_holds(active: bool) -> None:
     latch = StopLatch()
-    decision = latch.restore(EmergencyStopStatus(Header(), active, Time(3), "before"), 10_000_000_000)
+    decision = latch.restore(EmergencyStopStatus(Header(), active, False, Time(3), "before"), 10_000_000_000)
     assert latch.active == active and latch.status.pressed_at.sec == 3
     assert (decision is not None) == active
     if decision is not None:
@@ -128,7 +128,7 @@ def test_a_lost_board_changes_nothing_for_a_pressed_stop() -> None:
 
 def test_a_restored_release_does_not_release_a_new_press() -> None:
     """The state from before a restart may come after somebody has pressed; the press counts."""
-    released = EmergencyStopStatus(Header(), False, Time(3), "before")
+    released = EmergencyStopStatus(Header(), False, False, Time(3), "before")
     for stop in (lambda latch: latch.request(True, 7), lambda latch: latch.lose_board(7)):
         latch = StopLatch()
         stop(latch)

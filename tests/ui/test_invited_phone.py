@@ -11,7 +11,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
-from chefbot.devices import stop_memory
+from chefbot.devices import state_files
 from chefbot.ui.access.addresses import host_names
 from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.files import static_files
@@ -25,7 +25,7 @@ UP = "!document.body.classList.contains('offline')"
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setenv(stop_memory.VARIABLE, str(tmp_path))
+    monkeypatch.setenv(state_files.VARIABLE, str(tmp_path))
     yield
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.devices.stop_memory import state_folder
+from chefbot.devices.state_files import StateFileParams, state_folder
 from chefbot.msgs.chefbot_msgs import BatteryLog
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import Device, In, Out, topic
@@ -31,24 +31,17 @@ class LogFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     windows: Annotated[int, Meta(ge=0, lt=2**32)]
 
 
-class BatteryLogParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the battery log."""
-
-    robot: Annotated[str, Meta(description="its namespace; empty where there is none")] = ""
-
-
 class BatteryLogStore(Device):
     """Publishes the stored log of the battery at the start, and stores each new one atomically."""
 
-    params: BatteryLogParams
+    params: StateFileParams
     log: In[BatteryLog] = topic("battery/log")
     stored_log: Out[BatteryLog] = topic("battery/stored_log", latched=True)
     remark: Out[String] = topic("battery_log/remark")
 
     def start(self) -> None:
         """Read the file; a damaged one is one sentence in the terminal, and the sizing is used."""
-        name = self.params.robot.strip("/").replace("/", "_") or "robot"
-        self._path = state_folder() / f"{name}.battery.json"
+        self._path = state_folder() / f"{self.params.file_name(self.robot.name)}.battery.json"
         self._last_remark = ""
         try:
             stored = read_log(self._path)

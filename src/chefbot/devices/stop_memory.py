@@ -3,42 +3,22 @@ restart."""
 
 from __future__ import annotations
 
-import os
 import queue
 import threading
 from functools import partial
 from pathlib import Path
-from typing import Annotated
 
-import msgspec
-from msgspec import Meta
-
-from chefbot.errors import UserError
+from chefbot.devices.state_files import StateFileParams, state_folder
+from chefbot.msgs.chefbot_msgs import EmergencyStopStatus
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.storage.atomic_files import sync_folder
 
-VARIABLE = "CHEFBOT_STATE"
-"""Environment variable with the folder of the state files."""
 REPEAT_HZ = 5.0
 """Rate of the repeated stop request, Hz."""
 HOW_TO_RELEASE = "Release it in the web UI, or run: chefbot topic pub --once /stop_request '{data: false}'"
 ESTOP_RESTORED = f"Emergency stop restored after the restart. {HOW_TO_RELEASE}."
 ESTOP_STATE_UNKNOWN = "The emergency stop's state before the restart is unknown, so the robot is stopped"
-
-
-def state_folder() -> Path:
-    """Return CHEFBOT_STATE, else a folder in the user's state (XDG_STATE_HOME, ~/.local/state)."""
-    if folder := os.environ.get(VARIABLE):
-        return Path(folder)
-    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "chefbot"
-
-
-def check_state_folder() -> None:
-    """Raise UserError if there is something else in the place of the folder."""
-    folder = state_folder()
-    if folder.exists() and not folder.is_dir():
-        raise UserError(f"{folder}, where the state of robots is kept ({VARIABLE}), is not a folder")
 
 
 class StopFile:
@@ -67,28 +47,23 @@ class StopFile:
         sync_folder(new.parent)
 
 
-class StopMemoryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Parameters of the emergency stop's persistence."""
-
-    robot: Annotated[str, Meta(description="its namespace; empty where there is none")] = ""
-
-
 class EmergencyStopStore(Device):
     """Stores on disk whether the robot is stopped, and requests the emergency stop at the start if it was, or
     if the state is unknown.
 
     A power failure or `kill -9` must not release an emergency stop (ISO 3691-4, 4.1.14: no automatic
-    restart). The disk is written in a separate thread.
+    restart). A robot that only waited for its motor board was not stopped by anybody, and starts released. The disk
+    is written in a separate thread.
     """
 
-    params: StopMemoryParams
-    emergency_stop: In[Bool]
+    params: StateFileParams
+    stop_status: In[EmergencyStopStatus]
     stop_request: Out[Bool]
     remark: Out[String] = topic("stop_memory/remark")
 
     def start(self) -> None:
         """Read the stored state and request the emergency stop if needed."""
-        self._file = StopFile(state_folder(), self.params.robot.strip("/").replace("/", "_") or "robot")
+        self._file = StopFile(state_folder(), self.params.file_name(self.robot.name))
         self._requesting = False
         try:
             remark = ESTOP_RESTORED if self._file.read() else ""
@@ -108,12 +83,13 @@ class EmergencyStopStore(Device):
         self._states.put(None)
         self._thread.join()
 
-    def on_emergency_stop(self, stopped: Bool) -> None:
+    def on_stop_status(self, status: EmergencyStopStatus) -> None:
         """Store the state; until the restored stop is confirmed, the drive base's state is not stored."""
+        pressed = status.active and not status.held
         # The drive base reports "released" until it has processed the request: do not store that.
-        self._requesting = self._requesting and not stopped.data
+        self._requesting = self._requesting and not pressed
         if not self._requesting:
-            self._states.put(stopped.data)
+            self._states.put(pressed)
 
     @every(hz=REPEAT_HZ)
     def repeat_stop_request(self) -> None:

@@ -198,11 +198,13 @@ class DeliveryStatus(Message, frozen=True, eq=False):
 class EmergencyStopStatus(Message, frozen=True, eq=False):
     """The state of the emergency stop.
 
-    `description`: the reason; `pressed_at`: when it was last pressed, 0 if never.
+    `held`: only the loss of the motor board keeps it active; `pressed_at`: when it was last pressed, 0 if never;
+    `description`: the reason.
     """
 
     header: Header = Header()
     active: Bool = False
+    held: Bool = False
     pressed_at: Time = Time()
     description: String = ""
 

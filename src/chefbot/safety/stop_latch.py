@@ -40,8 +40,6 @@ class StopLatch:
 
     def __init__(self) -> None:
         self.status = EmergencyStopStatus()
-        self._held = False
-        """Whether only the loss of the motor board keeps it active."""
 
     @property
     def active(self) -> bool:
@@ -53,9 +51,9 @@ class StopLatch:
 
         A press while it is held counts; a release does not.
         """
-        if self._held and not pressed:
+        if self.status.held and not pressed:
             return StopDecision(self.status, False, BOARD_LOST)
-        if pressed == self.active and not self._held:
+        if pressed == self.active and not self.status.held:
             return None
         return self._set(pressed, PRESSED if pressed else RELEASED, now_ns)
 
@@ -64,7 +62,7 @@ class StopLatch:
 
         The latch's own messages agree with its state and have no effect.
         """
-        if pressed == self.active and not self._held:
+        if pressed == self.active and not self.status.held:
             return None
         return self._set(True, PRESSED_BY_TOPIC, now_ns) if pressed else StopDecision(self.status, False)
 
@@ -72,13 +70,13 @@ class StopLatch:
         """Hold the robot because the motor board is lost, unless it is stopped already."""
         if self.active:
             return None
-        decision = self._set(True, BOARD_LOST, now_ns)._replace(remark=BOARD_LOST)
-        self._held = True
-        return decision
+        return self._set(True, BOARD_LOST, now_ns, held=True)._replace(remark=BOARD_LOST)
 
     def regain_board(self, now_ns: int) -> StopDecision | None:
         """Accept commands again, unless the emergency stop was pressed."""
-        return self._set(False, BOARD_BACK, now_ns)._replace(remark=BOARD_BACK) if self._held else None
+        if not self.status.held:
+            return None
+        return self._set(False, BOARD_BACK, now_ns)._replace(remark=BOARD_BACK)
 
     def restore(self, status: EmergencyStopStatus, now_ns: int) -> StopDecision | None:
         """Restore the state from before a restart; a stop that was active stays active since its press.
@@ -97,8 +95,8 @@ class StopLatch:
     def _restore_active(self, sentence: str, now_ns: int) -> StopDecision:
         return self._set(True, sentence, now_ns)._replace(remark=sentence)
 
-    def _set(self, active: bool, sentence: str, now_ns: int) -> StopDecision:
+    def _set(self, active: bool, sentence: str, now_ns: int, held: bool = False) -> StopDecision:
         header = Header.of(now_ns, "base_link")
         pressed_at = header.stamp if active and not self.active else self.status.pressed_at
-        self.status, self._held = EmergencyStopStatus(header, active, pressed_at, sentence), False
+        self.status = EmergencyStopStatus(header, active, held, pressed_at, sentence)
         return StopDecision(self.status, halt=active)

@@ -17,7 +17,7 @@ from pathlib import Path
 import chefbot
 from chefbot.cli.parameters import WEB_UI
 from chefbot.cli.plural import number_of
-from chefbot.devices.stop_memory import VARIABLE, state_folder
+from chefbot.devices.state_files import VARIABLE, state_folder
 from chefbot.errors import ChefbotError
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places, places_path

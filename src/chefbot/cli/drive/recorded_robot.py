@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from chefbot.devices.stop_memory import check_state_folder
+from chefbot.devices.state_files import check_state_folder
 from chefbot.errors import UserError, name_hint
 from chefbot.ui.missions.history_device import history_path
 

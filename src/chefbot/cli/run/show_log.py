@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from chefbot.devices.stop_memory import VARIABLE
+from chefbot.devices.state_files import VARIABLE
 from chefbot.errors import UserError
 from chefbot.incidents.files import Incident
 from chefbot.launcher.session import announce, print_fault

@@ -18,7 +18,7 @@ from typing import Any
 
 import msgspec
 
-from chefbot.devices.stop_memory import state_folder
+from chefbot.devices.state_files import state_folder
 
 MAX_BYTES = 1_000_000
 """Size at which a file is rotated, bytes."""

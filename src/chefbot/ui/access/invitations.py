@@ -15,7 +15,7 @@ from pathlib import Path
 
 import msgspec
 
-from chefbot.devices.stop_memory import state_folder
+from chefbot.devices.state_files import state_folder
 from chefbot.errors import UserError, name_hint
 from chefbot.storage.atomic_files import StorageError, make_folder, write_atomic
 from chefbot.ui.access.visitors import Role, Visitor

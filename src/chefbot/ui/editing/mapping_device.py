@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from chefbot.devices.stop_memory import state_folder
+from chefbot.devices.state_files import state_folder
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from chefbot.devices.stop_memory import state_folder
+from chefbot.devices.state_files import state_folder
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.delivery_history import DeliveryHistory, RecordedRound

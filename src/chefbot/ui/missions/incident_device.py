@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 
 from chefbot.causes.reports import FAILURE
-from chefbot.devices.stop_memory import state_folder
+from chefbot.devices.state_files import state_folder
 from chefbot.incidents.buffer import IncidentBuffer
 from chefbot.incidents.files import (
     Incident,

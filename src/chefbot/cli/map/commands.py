@@ -105,6 +105,19 @@ def merge(
     merge_maps(bundle, other, out, report)
 
 
+@map_app.command("quality")
+def quality(
+    bundle: Annotated[Path, _BUNDLE],
+    out: Annotated[
+        Path | None, typer.Option(help="picture of the errors; by default quality.png beside the bundle")
+    ] = None,
+) -> None:
+    """Estimate the error of a map from its own scans, of the whole and by region; no floor plan is needed."""
+    from chefbot.cli.map.quality import print_quality
+
+    print_quality(bundle, out)
+
+
 @map_app.command("compare")
 def compare(
     file: Annotated[Path, typer.Argument(help="a map to judge, NAME.yaml, or the folder of its map.yaml")],

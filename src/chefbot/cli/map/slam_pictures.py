@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.maths.grid import Grid
+from chefbot.slam.map_error import REGION, MapErrorEstimate
 from chefbot.slam.offline import SlamResult
 
 WIDTH, DPI = 9.0, 110
@@ -17,6 +18,9 @@ WIDTH, DPI = 9.0, 110
 MAX_CELLS = 2_000
 """Longer side of the map as it is drawn, cells; larger maps are reduced, and walls stay."""
 UNKNOWN_SHADE, FREE_SHADE = 0.85, 1.0
+ERROR_LIMITS = (0.0, 0.05, 0.1, 0.2, 0.4, 5.0)
+ERROR_COLOURS = ("#1a9850", "#91cf60", "#fee08b", "#fc8d59", "#d73027")
+"""Of errors between two limits, m."""
 TRAJECTORY, CLOSURE, ODOMETRY = "#2a78b5", "#c8432b", "#999999"
 
 
@@ -34,6 +38,27 @@ def map_picture(result: SlamResult) -> bytes:
     axes.plot(*path[0], "k^", markersize=6, label="begin")
     axes.plot(*path[-1], "ks", markersize=5, label="end")
     axes.legend(loc="best", fontsize=8)
+    return _png(figure)
+
+
+def error_picture(grid: Grid, estimate: MapErrorEstimate) -> bytes:
+    """Draw the map (PNG) with the estimated error of each region."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    figure, axes = _figure(_height(grid))
+    _draw_map(axes, grid)
+    corners = np.array([(region.x, region.y) for region in estimate.regions])
+    outlines: Any = corners[:, None] + REGION * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+    squares = PolyCollection(
+        outlines,
+        array=[region.error for region in estimate.regions],
+        cmap=ListedColormap(ERROR_COLOURS),
+        norm=BoundaryNorm(ERROR_LIMITS, len(ERROR_COLOURS)),
+        alpha=0.5,
+    )
+    axes.add_collection(squares)
+    figure.colorbar(squares, ax=axes, label="estimated error [m]", shrink=0.8)
     return _png(figure)
 
 

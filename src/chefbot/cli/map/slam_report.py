@@ -10,9 +10,18 @@ import msgspec
 import numpy as np
 
 from chefbot import __version__
+from chefbot.cli.map.quality import rows, verdict
 from chefbot.cli.map.slam_costs import SlamCosts
-from chefbot.cli.map.slam_pictures import costs_picture, map_picture, odometry_picture, residuals_picture
+from chefbot.cli.map.slam_pictures import (
+    costs_picture,
+    error_picture,
+    map_picture,
+    odometry_picture,
+    residuals_picture,
+)
+from chefbot.errors import ScanError
 from chefbot.slam.graph import GraphSlamParams
+from chefbot.slam.map_error import estimate_map_error
 from chefbot.slam.offline import SlamResult
 from chefbot.slam.params import GmappingParams
 
@@ -35,7 +44,7 @@ def report_page(
         f"<!doctype html><html lang='en'><meta charset='utf-8'><title>{title}</title><style>{_STYLE}</style>"
         f"<h1>{title}</h1><p class='faint'>chefbot {__version__}</p>{_table(summary(result, costs))}"
         f"{_picture('Map, trajectory and loop closures', map_picture(result))}"
-        f"{_closures(result)}{_picture('Odometry and SLAM', odometry_picture(result))}"
+        f"{_quality(result)}{_closures(result)}{_picture('Odometry and SLAM', odometry_picture(result))}"
         f"{_picture('Time and memory', costs_picture(costs))}"
         f"<h2>Parameters</h2>{_table(_parameters(params))}</html>\n"
     )
@@ -69,6 +78,15 @@ def summary(result: SlamResult, costs: SlamCosts) -> dict[str, str]:
         values = [megabytes for _, megabytes in costs.memory]
         rows["Memory of the process"] = f"{values[0]:.0f} MB at the first scan, {max(values):.0f} MB at most"
     return rows
+
+
+def _quality(result: SlamResult) -> str:
+    try:
+        estimate = estimate_map_error(result.sessions, result.poses, result.range_offset)
+    except ScanError as error:
+        return f"<h2>Estimated error</h2><p>{html.escape(str(error))}</p>"
+    picture = _picture("Estimated error", error_picture(result.grid, estimate))
+    return f"{picture}<p>{html.escape(verdict(estimate))}</p>{_table(rows(estimate))}"
 
 
 def _closures(result: SlamResult) -> str:

@@ -51,7 +51,7 @@ def test_another_pass_holds_the_drive() -> None:
     assert expected_std(frames, closed(frames)).max() < 0.6 * free.max()
 
 
-def test_the_ends_of_an_open_drive_are_most_uncertain() -> None:
+def test_an_open_drive_is_uncertain_at_its_ends() -> None:
     frames = line_of(POSES)
     std = expected_std(frames, overlaps_of(frames))
     assert int(std.argmax()) in (0, POSES - 1) and (std >= 0.0).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from tests.devices.emulated import Emulator
 from tests.devices.emulated_lidar import PluggedLidar
 from tests.support.waiting import PATIENCE
 
+from chefbot.board.link_health import TICKS_STALE
 from chefbot.cli.doctor.built import built_lines, devices_of
 from chefbot.cli.doctor.computer import power_lines
 from chefbot.cli.doctor.report import print_report
@@ -30,11 +32,20 @@ def robot_file(tmp_path: Path) -> str:
     return str(path)
 
 
+def lines_in_time(robot_file: str, ports: dict[str, str]) -> list[str]:
+    """Return the lines of a look at which no busy computer made the emulated board late."""
+    give_up = time.monotonic() + PATIENCE
+    while True:
+        lines = built_lines(robot_file, ports, PATIENCE)
+        if time.monotonic() > give_up or not any(TICKS_STALE[1:] in line for line in lines):
+            return lines
+
+
 @pytest.mark.slow
 def test_board_and_lidar_are_found_with_their_streams(robot_file: str, tmp_path: Path) -> None:
     emulated, plugged = Emulator(tmp_path, robot_file), PluggedLidar("ld19", tmp_path / "lidar")
     try:
-        lines = built_lines(robot_file, {"board": str(emulated.path)}, PATIENCE)
+        lines = lines_in_time(robot_file, {"board": str(emulated.path)})
     finally:
         emulated.close()
         plugged.unplug()

@@ -11,7 +11,7 @@ from tests.support.pillar_room import ANGLES, circle, ranges_at
 from typer.testing import CliRunner
 
 from chefbot.cli.map.commands import map_app
-from chefbot.cli.map.quality import GOOD, USABLE, centimetres, rows, verdict
+from chefbot.cli.map.quality import rows
 from chefbot.cli.map.slam import run_slam
 from chefbot.slam.map_error import MapErrorEstimate, MapRegion
 
@@ -58,20 +58,7 @@ def test_a_robot_that_stood_still_is_a_sentence(tmp_path: Path) -> None:
     assert not (tmp_path / "out" / "quality.png").exists()
 
 
-@pytest.mark.parametrize(
-    ("error", "word"), [(GOOD, "good"), (1.01 * GOOD, "usable"), (USABLE, "usable"), (1.01 * USABLE, "bad")]
-)
-def test_the_verdict_follows_the_error(error: float, word: str) -> None:
-    assert f"The map is {word}: its estimated error is {centimetres(error)}." in verdict(
-        estimate_of(0.0, error)
-    )
-
-
 def test_the_worst_regions_come_first() -> None:
     names = list(rows(estimate_of(0.02, 0.03)))
     assert names[:4] == ["possible drift", "contradictions", "walls seen on two passes", "around (15, 1)"]
     assert rows(estimate_of(0.02, 0.03))["around (15, 1)"] == "7 cm: no loop closure or feature holds it"
-
-
-def test_large_errors_are_in_metres() -> None:
-    assert (centimetres(0.234), centimetres(2.34)) == ("23 cm", "2.3 m")

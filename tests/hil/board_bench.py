@@ -16,7 +16,7 @@ from typing import NamedTuple
 from chefbot.board.firmware_constants import firmware_constants
 from chefbot.robot.load import load_robot
 from tests.hil.boards import LockstepBoard
-from tests.support.waiting import wait_for
+from tests.support.waiting import PATIENCE, wait_for
 
 SERIAL_PERIOD_US, STEP_US = 2_000, 10_000
 """Periods of serial input and output, and of the simulated wheels and IMU, which is that of the control step."""
@@ -124,7 +124,8 @@ class BoardBench:
         return (max(driven, default=began_us) + SERIAL_PERIOD_US - began_us) / 1000.0
 
     def _apply_while_driven(self, fault: Callable[[], None], turn: Callable[[], object]) -> int:
-        for _ in range(20):
+        give_up = time.monotonic() + PATIENCE
+        while time.monotonic() < give_up:
             with self._lock:
                 if max(self.samples[-1].duty) > 0:
                     fault()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from chefbot.msgs.idl.message import (
     Float32,
     Float32Array,
     Float64,
+    Float64Array,
     Int8,
     Message,
     String,
@@ -40,9 +41,9 @@ ZONE_TITLES = {
 }
 
 
-MAX_MAPPER = 10_000
-"""Maximum length of the description of a mapper."""
-_NO_FLOATS = np.empty(0, np.float32)
+MAX_MAPPER, MAX_TRAJECTORY = 10_000, 1_000_000
+"""Maximum length of the description of a mapper, and number of poses of a trajectory."""
+_NO_FLOATS, _NO_DOUBLES = np.empty(0, np.float32), np.empty(0, np.float64)
 _ORIGIN = np.zeros(3)
 _ORIGIN.flags.writeable = False
 PlanarPose = Annotated[NDArray[np.float64], "float64[3]"]
@@ -182,6 +183,26 @@ class MapEditResult(Message, frozen=True, eq=False):
     """A sentence: what is wrong with the change, or which places it cuts off; empty if there is nothing to say."""
     undoable: Uint32 = 0
     """Number of changes that can be taken back."""
+
+
+def whole_poses(message: Any) -> str:
+    """Require three numbers for each pose."""
+    return f"poses: {len(message.poses)} numbers are not poses of three" if len(message.poses) % 3 else ""
+
+
+class MapTrajectory(Message, frozen=True, eq=False):
+    """Poses of the robot in the map at all scans that are part of it, as the mapper knows them now."""
+
+    ROS_PACKAGE = "chefbot_msgs"
+
+    MAX_LENGTHS = per_field(poses=3 * MAX_TRAJECTORY)
+    RULES = (whole_poses,)
+
+    header: Header = Header()
+    poses: Float64Array = _NO_DOUBLES
+    """x and y, m, and yaw, rad, of one pose after the other."""
+    range_offset: Float64 = 0.0
+    """Correction of all ranges that the mapper has found, m."""
 
 
 class MappedScan(Message, frozen=True, eq=False):

@@ -15,6 +15,7 @@ from chefbot.msgs.chefbot_maps import MapEdit as MapEdit
 from chefbot.msgs.chefbot_maps import MapEditResult as MapEditResult
 from chefbot.msgs.chefbot_maps import MappedScan as MappedScan
 from chefbot.msgs.chefbot_maps import MapStroke as MapStroke
+from chefbot.msgs.chefbot_maps import MapTrajectory as MapTrajectory
 from chefbot.msgs.chefbot_maps import MapZone as MapZone
 from chefbot.msgs.chefbot_maps import MapZones as MapZones
 from chefbot.msgs.chefbot_maps import Place as Place

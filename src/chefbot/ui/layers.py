@@ -151,6 +151,7 @@ MAX_CLOUD_WIDTH = 80
 LAYERS: dict[str, Layer] = {
     "stop": Layer(0.0, _instance_of(StopView), _ENCODE_JSON),
     "map": Layer(MAP_PERIOD, _grid(np.int8), _ENCODE_GRID),
+    "map_error": Layer(MAP_PERIOD, _grid(np.int8), _ENCODE_GRID),
     "costmap": Layer(COSTMAP_PERIOD, _grid(np.uint8), _ENCODE_GRID),
     "local_costmap": Layer(COSTMAP_PERIOD, _placed_grid, _ENCODE_GRID),
     "candidates": Layer(COSTMAP_PERIOD, _instance_of(CandidatesView), _ENCODE_JSON),

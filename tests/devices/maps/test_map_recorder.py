@@ -6,11 +6,13 @@ import hashlib
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.support.mapping_robot import LASER, MAPPERS, MappingRobot, bundles
-from tests.support.pillar_room import ranges_at
+from tests.support.pillar_room import ANGLES, ranges_at
 from tests.support.waiting import wait_for
 
+from chefbot.devices.maps.kept_map import drives_of
 from chefbot.devices.maps.map_recorder import WRITE_PERIOD
 from chefbot.errors import ChefbotError
 from chefbot.mapping.map_format import encode_pgm
@@ -28,6 +30,8 @@ from chefbot.runtime.node import RESTORED_PREFIX
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import OfflineMapper
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.recorded_scan import RecordedScan
+from chefbot.slam.session import Session
 from chefbot.storage.mapped_drives import load_drives
 
 
@@ -266,3 +270,31 @@ def test_a_robot_that_does_not_move_keeps_no_map(tmp_path: Path) -> None:
     robot.run(WRITE_PERIOD)
     robot.end()
     assert robot.messages("map") and not bundles(tmp_path)
+
+
+@pytest.mark.parametrize("mapper", MAPPERS)
+def test_the_error_of_the_live_map_is_published(tmp_path: Path, mapper: str) -> None:
+    robot = MappingRobot(tmp_path, mapper=mapper)
+    robot.drive(1.3)
+    robot.run(WRITE_PERIOD)
+    wait_for(lambda: robot.run(0.1) or robot.messages("map_error"))
+    errors = robot.messages("map_error")[-1]
+    assert isinstance(errors, OccupancyGrid) and errors.header.frame_id == "map"
+    known = errors.grid.cells[errors.grid.cells >= 0]
+    assert len(known) and np.median(known) <= 10  # cm
+    robot.end()
+
+
+@pytest.mark.parametrize(
+    ("poses", "drives"), [(0, 0), (1, 1), (20, 1), (21, 2), (50, 2), (51, 3), (90, 3), (99, 3)]
+)
+def test_the_latest_drives_fit_a_trajectory(poses: int, drives: int) -> None:
+    sessions = [session_of(count) for count in (40, 30, 20)]
+    assert drives_of(sessions, poses) == sessions[len(sessions) - drives :]
+
+
+def session_of(scans: int) -> Session:
+    recorded = [
+        RecordedScan(0.1 * k, ANGLES, ranges_at(LASER), LASER, SE2(0.0, 0.0, 0.0)) for k in range(scans)
+    ]
+    return Session.of(recorded, [True] * scans, 10.0, None)

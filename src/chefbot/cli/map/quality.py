@@ -10,13 +10,11 @@ from rich.progress import Progress, TaskID
 
 from chefbot.cli.map.slam_pictures import error_picture
 from chefbot.errors import ChefbotError, UserError
-from chefbot.slam.map_error import MapErrorEstimate, MapRegion, estimate_map_error
+from chefbot.slam.map_error import MapErrorEstimate, MapRegion, centimetres, estimate_map_error, verdict
 from chefbot.slam.offline import OfflineMapper, SlamResult
 from chefbot.storage.atomic_files import StorageError, folder_for_results, write_atomic
 from chefbot.storage.mapped_drives import bundle_path, load_drives
 
-GOOD, USABLE = 0.1, 0.3
-"""Error up to which a map is good, and up to which a robot localizes and drives in it with care, m."""
 WORST = 5
 """Number of regions that are listed."""
 PICTURE = "quality.png"
@@ -61,18 +59,6 @@ def _show(progress: Progress, task: TaskID, done: int, _: int) -> None:
     progress.update(task, completed=done)
 
 
-def verdict(estimate: MapErrorEstimate) -> str:
-    """Return a sentence for the owner of the building."""
-    error = centimetres(estimate.error)
-    if estimate.error <= GOOD:
-        return f"The map is good: its estimated error is {error}."
-    if estimate.error <= USABLE:
-        return f"The map is usable: its estimated error is {error}. Drive once more where it is worst."
-    return (
-        f"The map is bad: its estimated error is {error}. Map again, and return to places you have been at."
-    )
-
-
 def rows(estimate: MapErrorEstimate) -> dict[str, str]:
     """Return the figures of an estimate as text, by name, and its worst regions."""
     figures = {
@@ -88,8 +74,3 @@ def _region(region: MapRegion) -> tuple[float, float, str]:
     """Return the centre of a region, m, and its error with the cause."""
     x, y = region.centre
     return x, y, f"{centimetres(region.error)}: {region.cause}"
-
-
-def centimetres(error: float) -> str:
-    """Return an error as text."""
-    return f"{100 * error:.0f} cm" if error < 1.0 else f"{error:.1f} m"

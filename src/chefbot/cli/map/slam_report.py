@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from chefbot import __version__
-from chefbot.cli.map.quality import rows, verdict
+from chefbot.cli.map.quality import rows
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_pictures import (
     costs_picture,
@@ -21,7 +21,7 @@ from chefbot.cli.map.slam_pictures import (
 )
 from chefbot.errors import ScanError
 from chefbot.slam.graph import GraphSlamParams
-from chefbot.slam.map_error import estimate_map_error
+from chefbot.slam.map_error import estimate_map_error, verdict
 from chefbot.slam.offline import SlamResult
 from chefbot.slam.params import GmappingParams
 

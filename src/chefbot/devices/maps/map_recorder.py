@@ -1,4 +1,4 @@
-"""Keeps the map of a running mapper, and the drive that it is made of, on the disk."""
+"""Keeps the map of a running mapper, and the drive that it is made of, on the disk, and estimates its error."""
 
 from __future__ import annotations
 
@@ -7,24 +7,22 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import count
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import msgspec
 from msgspec import Meta
 
-from chefbot.errors import ChefbotError
+from chefbot.devices.maps.kept_map import KeptMap, MappedDrive
+from chefbot.errors import ChefbotError, ScanError
 from chefbot.maths.grid import Grid
-from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MappedScan
+from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.std_msgs import String
+from chefbot.msgs.std_msgs import Header, String
 from chefbot.runtime.node import Device, In, Out, every, restored, topic
+from chefbot.slam.map_error import error_grid
 from chefbot.slam.params import GmappingParams
-from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.session import Session
-from chefbot.storage.atomic_files import make_folder
-from chefbot.storage.mapped_drives import MapperParams, decode_mapper, files_beside_map, load_drives
-from chefbot.storage.new_map import save_new_map
+from chefbot.storage.mapped_drives import MapperParams, decode_mapper, load_drives
 
 MAX_BEAMS_KEPT = 30_000_000
 """Number of beams that are kept in memory, 8 bytes each: some 80,000 scans of a lidar."""
@@ -46,47 +44,21 @@ class MapRecorderParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     ] = ""
 
 
-class MappedDrive:
-    """One drive of a map, as far as it has been driven."""
-
-    def __init__(self, first: MappedScan) -> None:
-        self._first, self._scans = first, list[tuple[RecordedScan, bool]]()
-
-    def add(self, message: MappedScan) -> None:
-        """Add the next scan of the drive."""
-        odom = SE2.of(message.odometry)
-        stamp, laser = message.header.stamp.ns * 1e-9, odom @ SE2.of(message.laser)
-        scan = RecordedScan(stamp, message.angles, message.ranges, laser, odom)
-        self._scans.append((scan, message.used))
-
-    def session(self) -> Session:
-        """Return the drive up to now; scans may be added meanwhile. Raises ScanError if odometry is not finite."""
-        scans, used = zip(*self._scans.copy(), strict=True)
-        return Session.of(scans, used, self._first.range_max, SE2.of(self._first.start))
-
-
-class KeptMap(NamedTuple):
-    """What is written: the map, its mapper, and the drives that it is made of."""
-
-    grid: Grid
-    mapper: MapperParams
-    earlier: list[Session]
-    drives: list[MappedDrive]
-
-
 class MapRecorderDevice(Device):
     """Writes map and drive into a folder of their own while the robot maps, and at the end.
 
     So a map outlives the program, a crash and an empty battery, and `chefbot map continue` continues it. The recorder
     runs in the process of the mapper, whose first scan it must not miss; after a restart it adds to what is on the
-    disk.
+    disk. With each write it publishes the estimated error of the map as a grid, in cm.
     """
 
     params: MapRecorderParams
     mapped_scan: In[MappedScan]
     map: In[OccupancyGrid]
+    map_trajectory: In[MapTrajectory]
     restored_folder: In[String] = restored("map_recorder/folder")
     folder: Out[String] = topic("map_recorder/folder", latched=True)
+    map_error: Out[OccupancyGrid] = topic(latched=True)
     remark: Out[String] = topic("map_recorder/remark")
 
     def start(self) -> None:
@@ -142,9 +114,12 @@ class MapRecorderDevice(Device):
 
     @every(hz=1.0 / WRITE_PERIOD)
     def write(self) -> None:
-        """Write the map in a thread, unless one is still being written."""
-        if self._writing is None or self._writing.done():
+        """Write the map in a thread, unless one is still being written; raise what went wrong in the thread."""
+        finished = self._writing
+        if finished is None or finished.done():
             self._write_changed()
+            if finished is not None:
+                finished.result()
 
     def _load(self, path: Path) -> None:
         drives = load_drives(path)
@@ -175,18 +150,29 @@ class MapRecorderDevice(Device):
         if not (self._changed and self._used > 1 and self._grid is not None and self._folder is not None):
             return  # of a robot that has not moved there is nothing to keep
         self._changed = False
-        content = KeptMap(self._grid, self._mapper, [*self._earlier], [*self._drives])
+        trajectory = self.map_trajectory.last or MapTrajectory()
+        content = KeptMap(self._grid, self._mapper, [*self._earlier], [*self._drives], trajectory)
         self._writing = self._writer.submit(self._save, self._folder, content)
 
     # -- in the thread
 
     def _save(self, folder: Path, content: KeptMap) -> None:
         try:
-            _write_files(folder, content)
+            sessions = content.sessions()
+            content.write(folder, sessions)
             self.post(lambda: self._report_kept(str(folder.absolute())))
         except (ChefbotError, OSError, ValueError) as error:
             sentence = f"Warning: the map cannot be kept: {error}"
             self.post(lambda: self._report(sentence))
+            return
+        try:
+            estimate = content.error(sessions)
+        except ScanError:
+            return  # the robot has hardly moved yet
+        self.post(lambda: self._publish_error(error_grid(estimate)))
+
+    def _publish_error(self, errors: Grid) -> None:
+        self.map_error.publish(OccupancyGrid.of(Header.of(self.now_ns, "map"), errors))
 
     def _report_kept(self, folder: str) -> None:
         self.folder.publish(String(folder))
@@ -197,11 +183,3 @@ class MapRecorderDevice(Device):
         if sentence != self._last_remark:
             self._last_remark = sentence
             self.remark.publish(String(sentence))
-
-
-def _write_files(folder: Path, content: KeptMap) -> None:
-    """Write map, picture and bundle, whole or not at all."""
-    grid, sessions = content.grid, [*content.earlier, *(drive.session() for drive in content.drives)]
-    make_folder(folder)
-    companions = files_beside_map(content.mapper, sessions, grid)
-    save_new_map(folder / "map", grid, [(folder / name, data) for name, data in companions.items()])

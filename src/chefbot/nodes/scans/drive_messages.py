@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MappedScan
+from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
 from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header
+from chefbot.slam.graph import GraphSlam
+from chefbot.slam.offline import Slam
 from chefbot.slam.session import NO_SCAN
 from chefbot.storage.mapped_drives import MapperParams, encode_mapper
 
@@ -35,3 +40,9 @@ class DriveMessages:
         )
         self._number += 1
         return message
+
+
+def trajectory_of(header: Header, slam: Slam) -> MapTrajectory:
+    """Return the message of all poses of a mapper's trajectory."""
+    poses = np.array([pose.array() for pose in slam.trajectory()]).reshape(-1)
+    return MapTrajectory(header, poses, slam.range_offset if isinstance(slam, GraphSlam) else 0.0)

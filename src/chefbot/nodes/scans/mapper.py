@@ -10,14 +10,14 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MappedScan
+from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
 from chefbot.msgs.geometry_msgs import PoseWithCovarianceStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.scans.continued_map import ContinuedMap
-from chefbot.nodes.scans.drive_messages import DriveMessages
+from chefbot.nodes.scans.drive_messages import DriveMessages, trajectory_of
 from chefbot.nodes.scans.scan_listener import ScanListenerNode
 from chefbot.runtime.node import In, Out, every, restored, topic
 from chefbot.slam.offline import Slam
@@ -51,6 +51,7 @@ class MapperNode(ScanListenerNode):
     map: Out[OccupancyGrid] = topic(latched=True)
     tf_out: Out[TFMessage] = topic("tf")
     mapped_scan: Out[MappedScan]
+    map_trajectory: Out[MapTrajectory]
 
     def start(self) -> None:
         """Build the map that is continued; another one begins at the first scan, with the laser's mount."""
@@ -61,6 +62,7 @@ class MapperNode(ScanListenerNode):
         self._given: SE2 | None = None
         if not self.params.publish_drive:
             self.mapped_scan.unadvertise()
+            self.map_trajectory.unadvertise()
         if self.params.continue_map:
             self._earlier = ContinuedMap(Path(self.params.continue_map))
             self._slam, self._changed = self._earlier.slam, True
@@ -105,8 +107,10 @@ class MapperNode(ScanListenerNode):
     def publish_map(self) -> None:
         """Publish the map if it has changed."""
         if self._slam is not None and self._changed:
-            self._changed = False
-            self.map.publish(OccupancyGrid.of(Header.of(self.now_ns, "map"), self._slam.map()))
+            self._changed, header = False, Header.of(self.now_ns, "map")
+            if self.params.publish_drive:
+                self.map_trajectory.publish(trajectory_of(header, self._slam))
+            self.map.publish(OccupancyGrid.of(header, self._slam.map()))
 
     # -- of each mapper
 
@@ -121,8 +125,6 @@ class MapperNode(ScanListenerNode):
     @abstractmethod
     def restarted_slam(self, laser: SE2, start: SE2) -> Slam | None:
         """Return a mapper with the map from before a restart; start: pose of the robot in it. None: there is none."""
-
-    # --
 
     def _restart(self, laser: SE2, start: SE2) -> Slam | None:
         slam = self.restarted_slam(laser, start)

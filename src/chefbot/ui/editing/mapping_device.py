@@ -37,6 +37,7 @@ class MappingDevice(ModelDevice):
     """Passes the operator's orders on to explorer and mapper, and saves maps."""
 
     exploration_status: In[ExplorationStatus]
+    map_error: In[OccupancyGrid]
     explore: Out[Bool]
     reset_map: Out[Empty]
 
@@ -55,6 +56,10 @@ class MappingDevice(ModelDevice):
         """Display what the explorer does."""
         self._show_mapping(exploring=not status.done, description=status.description)
 
+    def on_map_error(self, message: OccupancyGrid) -> None:
+        """Display the estimated error of the map by region."""
+        self._server.set_layer("map_error", message.grid)
+
     def _execute_mapping(
         self,
         command: do.Explore | do.ResetMap | do.SaveMap,
@@ -66,6 +71,7 @@ class MappingDevice(ModelDevice):
                 self.explore.publish(Bool(on))
             case do.ResetMap():
                 self.reset_map.publish(Empty())
+                self._server.set_layer("map_error", None)
             case do.SaveMap(name, replace):
                 arguments = launch_arguments(self.context.loop.latched())
                 self._disk.submit(self._save, name, newest, dict(places), replace, arguments)

@@ -20,6 +20,7 @@ export const COLOURS = {
   dish: () => "#f59e0b",
   cone: () => pick("#0f766e2e", "#2dd4bf30"),
   coneEnd: () => pick("#0f766e00", "#2dd4bf00"),
+  map_error: () => "#fc8d59",
   costmap: () => "#e0592b",
   local_costmap: () => "#e0592b",
   candidates: () => pick("#15803d", "#4ade80"),

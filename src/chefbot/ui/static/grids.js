@@ -23,6 +23,14 @@ export function costColours() {
   return table;
 }
 
+// Centimetres, from green for up to 5 to red from 40 on.
+export function errorColours() {
+  const table = new Uint32Array(256);
+  const limits = [[5, [26, 152, 80]], [10, [145, 207, 96]], [20, [254, 224, 139]], [40, [252, 141, 89]], [101, [215, 48, 39]]];
+  for (let error = 0; error <= 100; error++) table[error] = rgba(...limits.find(([below]) => error < below)[1], 120);
+  return table;
+}
+
 const opaque = (grey) => rgba(grey, grey, grey, 255);
 const rgba = (r, g, b, a) => ((a << 24) | (b << 16) | (g << 8) | r) >>> 0;
 

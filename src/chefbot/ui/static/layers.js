@@ -1,11 +1,11 @@
 // How each layer is drawn. `data` holds the latest value of every layer by name.
 import { COLOURS } from "./colours.js";
-import { costColours, drawGrid, drawMap, picture } from "./grids.js";
+import { costColours, drawGrid, drawMap, errorColours, picture } from "./grids.js";
 import { title, tr } from "./language.js";
 import { robot, truth } from "./robot.js";
 
 export const SWITCHES = [
-  ["costmap", tr("Global costmap")], ["local_costmap", tr("Local costmap")], ["candidates", tr("Compared trajectories")], ["path", tr("Global plan")], ["local_path", tr("Local plan")], ["particles", tr("Particles")],
+  ["map_error", tr("Estimated map error")], ["costmap", tr("Global costmap")], ["local_costmap", tr("Local costmap")], ["candidates", tr("Compared trajectories")], ["path", tr("Global plan")], ["local_path", tr("Local plan")], ["particles", tr("Particles")],
   ["scan", tr("Laser scan")], ["obstacles", tr("Camera obstacles")], ["people", tr("People")], ["places", tr("Places")], ["zones", tr("Zones")],
   ["causes", tr("Causes")], ["truth", tr("Ground truth (simulation)")],
 ];
@@ -13,12 +13,12 @@ export const SWITCHES = [
 const PATH_SPEED = 0.3;                  // metres per second, of the dashes
 
 // Hidden until somebody wants to see them.
-export const QUIET = ["costmap", "local_costmap", "candidates", "particles"];
+export const QUIET = ["map_error", "costmap", "local_costmap", "candidates", "particles"];
 
-function costs() {
+function raster(colours) {
   let latest = null;
   return (context, view, grid) => {
-    if (latest?.grid !== grid) latest = { grid, image: picture(grid, costColours()) };
+    if (latest?.grid !== grid) latest = { grid, image: picture(grid, colours()) };
     drawGrid(context, view, grid, latest.image);
   };
 }
@@ -213,8 +213,9 @@ function causes(context, view, list) {
 // In drawing order, the lowest layer first.
 export const PAINTERS = [
   ["map", drawMap],
-  ["costmap", costs()],
-  ["local_costmap", costs()],
+  ["map_error", raster(errorColours)],
+  ["costmap", raster(costColours)],
+  ["local_costmap", raster(costColours)],
   ["zones", zones],
   ["particles", particles],
   ["path", plannedPath],

@@ -50,6 +50,12 @@ def test_a_report_has_figures_and_pictures(algorithm: str, tmp_path: Path) -> No
     assert "9, 9 of them used" in report and report.count("data:image/png;base64,") >= 3
 
 
+def test_a_log_that_does_not_exist_is_named_once(tmp_path: Path) -> None:
+    with pytest.raises(ChefbotError, match="does not exist") as error:
+        run_slam(tmp_path / "none.log", tmp_path / "out", "gmapping", particles=2, seed=1, max_range=10.0)
+    assert str(error.value).count("none.log") == 1
+
+
 @pytest.mark.parametrize("write", range(7))
 def test_a_full_disk_leaves_all_old_results(
     write: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple, Protocol, TypeVar
 
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 
 from chefbot.cli.map.laser_mount import LaserMount, laser_mount, turned_upright
 from chefbot.cli.plural import number_of
-from chefbot.errors import UserError
+from chefbot.config import ConfigError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import TransformStamped
@@ -22,12 +24,14 @@ from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.reader import BagMessage, BagTopic, read_bag
 from chefbot.ros2.bag.rosbags_reader import RosbagsBag, needs_rosbags
 from chefbot.scan.deskewing import deskewed, knot_times
 from chefbot.slam.carmen import parse
 from chefbot.slam.offline import laser_scans
 from chefbot.slam.recorded_scan import NO_RETURN, RecordedScan
+from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.carmen_log import read_text
 
 SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
@@ -101,6 +105,17 @@ class OdometryTrack:
         """Return the pose at a time."""
         x, y, yaw = (float(np.interp(time_ns, self._times, v)) for v in (self._x, self._y, self._yaw))
         return SE2(x, y, math.remainder(yaw, math.tau))
+
+
+@contextmanager
+def naming_log(path: Path) -> Iterator[None]:
+    """Turn an error of a log's content into a UserError that names the file; others name theirs already."""
+    try:
+        yield
+    except (StorageError, UserError, BagError, ConfigError):
+        raise
+    except ChefbotError as error:
+        raise UserError(f"log {path}: {error}") from None
 
 
 def read_log(path: Path, choice: BagChoice) -> BagDrive:

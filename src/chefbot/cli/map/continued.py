@@ -8,19 +8,18 @@ from pathlib import Path
 
 from rich.progress import Progress, TaskID
 
-from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, read_log
+from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, naming_log, read_log
 from chefbot.cli.map.slam import console, print_results, write_results
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.start_search import find_start
-from chefbot.errors import ChefbotError, ScanError, UserError
+from chefbot.errors import ScanError, UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.ros2.bag.errors import BagError
 from chefbot.slam.agreement import drive_fit
 from chefbot.slam.no_return import NoReturn
 from chefbot.slam.offline import OfflineMapper, maximum_range
 from chefbot.slam.recorded_scan import RecordedScan
-from chefbot.storage.atomic_files import StorageError, folder_for_results
+from chefbot.storage.atomic_files import folder_for_results
 from chefbot.storage.mapped_drives import MappedDrives, algorithm_of, bundle_path, load_drives
 
 MAX_COORDINATE = 1e5
@@ -105,7 +104,7 @@ def continue_map(
     if start is not None and not all(abs(value) < MAX_COORDINATE for value in start):
         raise UserError(f"--start {start} is not a pose on a map; give x and y in m, and yaw in rad")
     drives = load_drives(bundle)
-    try:
+    with naming_log(log):
         scans, notes = read_log(log, choice)
         for note in notes:
             console.print(note, markup=False)
@@ -114,10 +113,6 @@ def continue_map(
             continuation = MapContinuation(drives, progress)
             continuation.add(str(log), scans, range_max, None if start is None else SE2(*start))
         continuation.finish(no_return, out, log, report=report)
-    except (StorageError, UserError, BagError):
-        raise
-    except ChefbotError as error:
-        raise UserError(f"log {log}: {error}") from None
 
 
 def merge_maps(bundle: Path, other: Path, out: Path, report: bool) -> None:

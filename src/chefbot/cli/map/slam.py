@@ -8,18 +8,16 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, read_log
+from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, naming_log, read_log
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_report import report_page
 from chefbot.cli.plural import number_of
-from chefbot.errors import ChefbotError, UserError
-from chefbot.ros2.bag.errors import BagError
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import NO_RETURN, RecordedScan
-from chefbot.storage.atomic_files import StorageError, folder_for_results
+from chefbot.storage.atomic_files import folder_for_results
 from chefbot.storage.mapped_drives import BUNDLE, MapperParams, files_beside_map
 from chefbot.storage.new_map import save_new_map
 
@@ -48,16 +46,12 @@ def run_slam(
     if algorithm == "gmapping":
         params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
     began, costs = wall_ns(), SlamCosts()
-    try:
+    with naming_log(path):
         drive = read_log(path, choice)
         for note in drive.notes:
             console.print(note, markup=False)
         with folder_for_results(out):  # before minutes are spent on the map
             result = _run(path, drive.scans, params, costs)
-    except (StorageError, UserError, BagError):
-        raise
-    except ChefbotError as error:
-        raise UserError(f"log {path}: {error}") from None
     write_results(out, params, result, costs, report=report, title=path)
     print_results(params, result, out, (wall_ns() - began) / 1e9)
 

@@ -42,7 +42,6 @@ from chefbot.ros2.tools.common import ToolError
 from chefbot.ros2.tools.graph import write_graph
 from chefbot.ros2.tools.graph_dot import to_dot
 from chefbot.ros2.tools.meter import Meter
-from chefbot.ros2.tools.remote_parameters import plain_to_parameter
 from chefbot.ros2.tools.remote_types import make_class
 from chefbot.ros2.tools.topic_echo import rate_line
 
@@ -372,31 +371,3 @@ def test_rates_are_those_of_the_intervals(gaps: list[float]) -> None:
     assert rate.bytes_per_second == pytest.approx(4 * rate.hz)
     assert rate.deviation == pytest.approx(float(np.std(gaps)), rel=1e-3, abs=1e-6)
     assert "Hz" in rate_line("/x", rate) and "no message" in rate_line("/x", Meter().rate())
-
-
-@pytest.mark.parametrize(
-    ("kind", "plain"),
-    [
-        (rcl.BOOL, True), (rcl.INTEGER, -3), (rcl.DOUBLE, 1.5), (rcl.STRING, "a"), (rcl.BYTE_ARRAY, [1, 2]),
-        (rcl.BOOL_ARRAY, [True, False]), (rcl.INTEGER_ARRAY, [1, -1]), (rcl.DOUBLE_ARRAY, [0.5, 1]),
-        (rcl.STRING_ARRAY, ["a", "b"]), (rcl.STRING_ARRAY, []),
-    ],
-)  # fmt: skip
-def test_parameter_values_of_every_type_round_trip(kind: int, plain: object) -> None:
-    value = rcl.ParameterValue.from_cdr(plain_to_parameter(kind, plain, "x").to_cdr())
-    assert value.type == kind and value.plain == plain
-
-
-@pytest.mark.parametrize("kind", [rcl.NOT_SET, rcl.STRING_ARRAY + 1, 255])
-def test_parameter_values_of_no_known_type_are_not_set(kind: int) -> None:
-    assert rcl.ParameterValue(kind, string_value="a").plain is None
-
-
-@pytest.mark.parametrize(
-    ("kind", "plain"),
-    [(rcl.BOOL, 1), (rcl.INTEGER, True), (rcl.INTEGER, 1.5), (rcl.DOUBLE, "a"), (rcl.STRING, 1), (rcl.DOUBLE, [1.0]),
-     (rcl.STRING_ARRAY, "ab"), (rcl.INTEGER_ARRAY, [True])],
-)  # fmt: skip
-def test_parameter_values_of_a_wrong_type_are_refused(kind: int, plain: object) -> None:
-    with pytest.raises(ToolError, match="is of type"):
-        plain_to_parameter(kind, plain, "x")

@@ -15,6 +15,7 @@ from chefbot.board.link_health import TICKS_STALE
 from chefbot.cli.doctor.built import built_lines, devices_of
 from chefbot.cli.doctor.computer import power_lines
 from chefbot.cli.doctor.report import print_report
+from chefbot.errors import UserError
 from chefbot.robot.load import load_robot
 
 ROBOT = """\
@@ -63,6 +64,11 @@ def test_missing_ports_are_problems(robot_file: str, capsys: pytest.CaptureFixtu
     text = capsys.readouterr().out
     assert "! board: its port /dev/no_board does not exist" in text and "! lidar: its port " in text
     assert "expected on /camera/depth/image_raw" in text and "wheels are not driven" in text
+
+
+def test_one_port_for_two_devices_is_refused(robot_file: str) -> None:
+    with pytest.raises(UserError, match="board and lidar have the same port, /dev/ttyUSB0"):
+        built_lines(robot_file, {"board": "/dev/ttyUSB0", "lidar": "/dev/ttyUSB0"}, 1.0)
 
 
 @pytest.mark.slow

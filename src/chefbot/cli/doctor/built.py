@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from itertools import combinations
 from typing import NamedTuple
 
 from rich.console import Console
@@ -14,7 +15,7 @@ from chefbot.devices.motor_board import MotorBoardDevice
 from chefbot.devices.serial_connection import is_missing_path
 from chefbot.devices.serial_imu import SerialImuDevice
 from chefbot.devices.serial_lidar import SerialLidarDevice
-from chefbot.errors import ChefbotError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import BatteryState
 from chefbot.robot.drivetrain import ROS_BASE
@@ -122,7 +123,8 @@ def _board_streams(robot: Robot, imu: Stream) -> Iterator[Stream]:
 def built_lines(robot_file: str, ports: Mapping[str, str], seconds: float = SECONDS) -> list[str]:
     """Run the drivers of a robot's devices and return what each one does; "! " begins a problem.
 
-    ports: ports of board, imu and lidar that replace those of the robot file. Raises RobotFileError.
+    ports: ports of board, imu and lidar that replace those of the robot file. Raises RobotFileError, and UserError
+    for a port that two devices have.
     """
     robot = load_robot(robot_file)
     devices = devices_of(robot)
@@ -130,6 +132,7 @@ def built_lines(robot_file: str, ports: Mapping[str, str], seconds: float = SECO
         f"devices of {robot.name}: their drivers run for {seconds:.0f} s; the wheels are not driven."
     )
     ports = {device.title: ports.get(device.title) or _port_of(robot, device) for device in devices}
+    _check_distinct(ports)
     missing = [device for device in devices if is_missing_path(ports[device.title])]
     present = [device for device in devices if device not in missing]
     seen = _observe(robot, present, ports, seconds)
@@ -141,6 +144,14 @@ def built_lines(robot_file: str, ports: Mapping[str, str], seconds: float = SECO
         *(line for device in present for line in _lines(device, seen)),
         *_unused(robot),
     ]
+
+
+def _check_distinct(ports: Mapping[str, str]) -> None:
+    """Raise UserError if two devices have the same port."""
+    given = {title: port for title, port in ports.items() if port != AUTO}
+    for (title, port), (other, same) in combinations(given.items(), 2):
+        if port == same:
+            raise UserError(f"{title} and {other} have the same port, {port}; each device has its own")
 
 
 def _port_of(robot: Robot, device: BuiltDevice) -> str:

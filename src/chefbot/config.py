@@ -19,6 +19,7 @@ from msgspec import inspect as types
 from chefbot.errors import ChefbotError, name_hint
 from chefbot.maths.units import UnitError, to_si
 from chefbot.strict_yaml import load_strict
+from chefbot.validation_text import validation_error_text
 
 T = TypeVar("T")
 MAX_BYTES = 1_000_000
@@ -118,9 +119,7 @@ def build(value: Any, kind: type[T], where: str) -> T:
     try:
         return msgspec.convert(plain, kind, strict=True)
     except msgspec.ValidationError as error:
-        message, _, path = str(error).partition(" - at `$")
-        key = path.rstrip("`").lstrip(".")
-        raise ConfigError(f"{where}: {key + ': ' if key else ''}{message}") from None
+        raise ConfigError(f"{where}: {validation_error_text(error)}") from None
 
 
 @cache

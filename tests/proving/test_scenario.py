@@ -74,7 +74,7 @@ def test_built_in_scenarios_try_every_simulated_task() -> None:
         ("name: a\n", "'task' is missing"),
         (BASE + "sseds: 1..3\n", "unknown key 'sseds' .did you mean 'seeds'"),
         (BASE + "name: b\n", "line 3: not valid YAML: 'name' is given twice"),
-        ("name: Big One\ntask: {type: go}\n", "name: Expected `str` matching"),
+        ("name: Big One\ntask: {type: go}\n", "name: must be a text of the form"),
         ("name: a\ntask: explore\n", "task must be a section with the key 'type'"),
         ("name: a\ntask: {}\n", "task must be a section with the key 'type'"),
         ("name: a\ntask: {type: [1]}\n", r"task.type: unknown type '\[1\]'"),

@@ -95,7 +95,7 @@ def test_any_text_is_a_bounded_command_or_is_rejected(text: str) -> None:
         ('{"do": "goal", "x": NaN, "y": 0, "yaw": 0}', "not JSON"),
         ('{"do": "goal", "x": 1e999, "y": 0, "yaw": 0}', "goal"),
         ('{"do": "goal", "x": 1e6, "y": 0, "yaw": 0}', "10000"),
-        ('{"do": "drive", "v": 1.01, "w": 0}', "<= 1"),
+        ('{"do": "drive", "v": 1.01, "w": 0}', "at most 1"),
         ('{"do": "drive", "v": 1}', "missing"),
         ('{"do": "stop", "later": true}', "later"),
         ('{"do": "deliver", "tables": []}', "deliver"),

@@ -32,6 +32,7 @@ from chefbot.ui.map_commands import ResetMap as ResetMap
 from chefbot.ui.map_commands import RotateMap as RotateMap
 from chefbot.ui.map_commands import SaveMap as SaveMap
 from chefbot.ui.map_commands import UndoMapEdit as UndoMapEdit
+from chefbot.validation_text import validation_error_text
 
 MAX_TEXT = 64_000
 """Maximum size of a message from a browser, bytes."""
@@ -287,12 +288,12 @@ def parse_command(text: str) -> OperatorCommand:
     try:
         return _DECODER.decode(text)
     except msgspec.ValidationError as error:
-        raise UserError(_explain(text, str(error))) from None
+        raise UserError(_explain(text, error)) from None
     except (msgspec.DecodeError, RecursionError):
         raise UserError("A message that is not JSON was refused; reload the page") from None
 
 
-def _explain(text: str, fault: str) -> str:
+def _explain(text: str, error: msgspec.ValidationError) -> str:
     """Explain why a well-formed JSON text is not a valid command."""
     try:
         name = _TAG_DECODER.decode(text).do[:64]
@@ -300,4 +301,4 @@ def _explain(text: str, fault: str) -> str:
         name = ""
     if name not in NAMES:
         return f"Unknown command {name!r} was refused{name_hint(name, NAMES)}"
-    return f"Command {name!r} was refused: {fault.replace('`', '').replace('$.', '')}"
+    return f"Command {name!r} was refused: {validation_error_text(error)}"

@@ -35,7 +35,7 @@ def run(robot: str, world: str, seconds: float, profile: bool) -> None:
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "run.mcap"
         with session(load_robot(robot), 1, "simulation", 0.0, record) as system:
-            given = {"world": world, "headless": "true", "pictures": "0", "robot": robot}
+            given = {"world": world, "headless": "true", "pictures": "0", "robot": robot, "keep_map": "false"}
             start(system, load_launch("explore", given))
             system.loop.run(until_ns=round(SETTLE * 1e9))
             for timing in system.loop.timings.values():

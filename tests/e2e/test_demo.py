@@ -38,7 +38,7 @@ def late_compilation(cwd: Path, out: str, *arguments: str) -> list[str]:
     return kernels
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("demo in the room")
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ["chefbot", "chefbot_lidar"])
 def test_demo_in_the_room_maps_localizes_delivers_and_returns(tmp_path: Path, robot: str) -> None:
@@ -57,7 +57,8 @@ def test_demo_in_the_room_maps_localizes_delivers_and_returns(tmp_path: Path, ro
     assert replay.returncode == 0, replay.stdout + replay.stderr
 
 
-@pytest.mark.long
+@pytest.mark.rotated("demo in the room")
+@pytest.mark.slow
 def test_a_second_demo_with_the_same_seed_publishes_the_same(tmp_path: Path) -> None:
     arguments = ("--world", "room", "--robot", "chefbot", "--seed", "2")
     demo(tmp_path, "first", *arguments)

@@ -16,7 +16,7 @@ from tests.support.waiting import PATIENCE, wait_for
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from chefbot.devices import stop_memory
+from chefbot.devices import state_files
 from chefbot.errors import UserError
 from chefbot.storage.atomic_files import StorageError
 from chefbot.ui.access.identification import Identification
@@ -30,7 +30,7 @@ ROBOT = "desk"
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv(stop_memory.VARIABLE, str(tmp_path))
+    monkeypatch.setenv(state_files.VARIABLE, str(tmp_path))
     return tmp_path
 
 

@@ -182,6 +182,20 @@ def mapping() -> None:
     bench.run(2.0)
     node: Any = bench.system.nodes["gmapping"]
     node._slam._resample()  # otherwise it is random whether a short run resamples
+    _map_error()
+
+
+def _map_error() -> None:
+    """Estimate the error of a map of three scans."""
+    from chefbot.slam.map_error import estimate_map_error
+    from chefbot.slam.recorded_scan import RecordedScan
+    from chefbot.slam.session import Session
+
+    angles = np.linspace(-math.pi, math.pi, 360, endpoint=False).astype(np.float32)
+    walls = HALF_SIDE / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+    poses = [SE2(1.2 * n - 1.2, 0.0, 0.0) for n in range(3)]
+    scans = [RecordedScan(1.0 * n, angles, walls, pose, pose) for n, pose in enumerate(poses)]
+    estimate_map_error([Session.of(scans, [True] * len(scans), 12.0, None)], poses, 0.0)
 
 
 def graph_mapping() -> None:

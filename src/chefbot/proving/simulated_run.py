@@ -100,6 +100,7 @@ class SimulatedRun:
             "pictures": "0",
             "seed": str(self.seed),
             "wire": "off",
+            "keep_map": "false",
             **arguments,
         }
         accepted = load_launch(name).args

@@ -192,7 +192,7 @@ def _map_error() -> None:
     from chefbot.slam.session import Session
 
     angles = np.linspace(-math.pi, math.pi, 360, endpoint=False).astype(np.float32)
-    walls = HALF_SIDE / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+    walls = (HALF_SIDE / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))).astype(np.float32)
     poses = [SE2(1.2 * n - 1.2, 0.0, 0.0) for n in range(3)]
     scans = [RecordedScan(1.0 * n, angles, walls, pose, pose) for n, pose in enumerate(poses)]
     estimate_map_error([Session.of(scans, [True] * len(scans), 12.0, None)], poses, 0.0)

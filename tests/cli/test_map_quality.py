@@ -44,6 +44,12 @@ def test_a_good_map_is_called_good(algorithm: str, room_log: Path, tmp_path: Pat
     assert (tmp_path / "out" / "quality.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize("name", ["map.png", "map.bundle", "map.pgm", "quality", "quality.jpg"])
+def test_a_picture_does_not_replace_the_map(name: str, tmp_path: Path) -> None:
+    result = CliRunner().invoke(map_app, ["quality", str(tmp_path), "--out", str(tmp_path / name)])
+    assert result.exit_code != 0 and "is a .png file with a name of its own" in str(result.exception)
+
+
 def test_a_robot_that_stood_still_is_a_sentence(tmp_path: Path) -> None:
     run_slam(
         log_of_a_round_room(tmp_path / "a.log"),
@@ -54,7 +60,7 @@ def test_a_robot_that_stood_still_is_a_sentence(tmp_path: Path) -> None:
         max_range=10.0,
     )
     result = CliRunner().invoke(map_app, ["quality", str(tmp_path / "out")])
-    assert result.exit_code != 0 and "has not moved" in str(result.exception)
+    assert result.exit_code != 0 and "has stood, or only turned" in str(result.exception)
     assert not (tmp_path / "out" / "quality.png").exists()
 
 

@@ -29,6 +29,10 @@ def print_quality(bundle: Path, picture: Path | None) -> None:
     """
     path = bundle_path(bundle)
     picture = picture or path.parent / PICTURE
+    if picture.suffix != ".png" or picture.name == "map.png":
+        raise UserError(
+            f"--out {picture}: the picture is a .png file with a name of its own, such as {PICTURE}"
+        )
     result = _map_again(path)
     try:
         estimate = estimate_map_error(result.sessions, result.poses, result.range_offset)

@@ -96,7 +96,7 @@ def estimate_map_error(
     frames = select_keyframes(sessions, poses, range_offset)
     if len(frames) < MIN_KEYFRAMES or not frames.counts.any():
         raise ScanError(
-            "the robot of this map has not moved, or has seen no wall: its error cannot be estimated"
+            "the robot of this map has stood, or only turned, or has seen no wall: its error cannot be estimated"
         )
     overlaps = overlaps_of(frames)
     by_point, noise = _without_edges(overlaps.by_point), _noise(overlaps)

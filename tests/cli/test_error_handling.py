@@ -55,6 +55,13 @@ def test_ctrl_c_gives_the_code_of_the_signal(capsys: pytest.CaptureFixture[str])
     assert capsys.readouterr().err == "chefbot: interrupted\n"
 
 
+def test_ctrl_c_in_the_call_of_a_kernel_is_no_fault(capsys: pytest.CaptureFixture[str]) -> None:
+    in_kernel = SystemError("CPUDispatcher returned a result with an exception set")
+    in_kernel.__cause__ = KeyboardInterrupt()
+    assert end_of(in_kernel) == 130
+    assert capsys.readouterr().err == "chefbot: interrupted\n"
+
+
 @pytest.mark.parametrize("code", [0, 1, 3])
 def test_the_exit_code_of_a_command_is_kept(code: int) -> None:
     assert end_of(SystemExit(code)) == code
@@ -63,6 +70,8 @@ def test_the_exit_code_of_a_command_is_kept(code: int) -> None:
 def test_a_fault_of_the_program_is_not_hidden() -> None:
     with pytest.raises(ZeroDivisionError), user_errors_reported():
         raise ZeroDivisionError
+    with pytest.raises(SystemError), user_errors_reported():
+        raise SystemError
     with pytest.raises(FileNotFoundError), user_errors_reported():
         raise FileNotFoundError(errno.ENOENT, "no such file", "map.pgm")
     with pytest.raises(OSError, match="No space"), user_errors_reported():

@@ -46,7 +46,10 @@ def user_errors_reported() -> Iterator[None]:
     try:
         with _flushed(), _bad_input_reported():
             yield
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as error:
+        # Ctrl-C in the call of a kernel is a SystemError with the interrupt as its cause
+        if isinstance(error, SystemError) and not isinstance(error.__cause__, KeyboardInterrupt):
+            raise
         _report("interrupted")
         raise SystemExit(INTERRUPTED) from None
     except BrokenPipeError as error:

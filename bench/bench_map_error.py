@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import spearmanr
-from simulated_drives import KINDS, SimulatedDrive, simulated_drive
+from simulated_drives import KINDS, SimulatedDrive, drifted, simulated_drive
 
 from chefbot.maths.se2 import SE2
 from chefbot.slam import GmappingParams, GraphSlamParams, SlamResult, run_log
@@ -56,13 +55,7 @@ def judged(kind: str, seed: int, drive: SimulatedDrive) -> Iterator[Judged]:
 
 def bent(drive: SimulatedDrive, result: SlamResult, factor: float, rng: np.random.Generator) -> list[SE2]:
     """Return the true poses of the used scans with the drift of odometry."""
-    scale, turn = 1.0 + factor * rng.normal(size=2) * (0.01, 0.02)
-    drift = factor * 0.004 * float(rng.normal())
-    poses = [SE2(0.0, 0.0, 0.0)]
-    for before, after in pairwise(drive.truth):
-        step, noise = before.between(after), factor * 0.02 * rng.normal(size=2)
-        yaw = step.yaw * (turn + noise[1]) + drift * step.x
-        poses.append(poses[-1] @ SE2(step.x * (scale + noise[0]), step.y, yaw))
+    poses = drifted(drive.truth, factor, rng)
     return [poses[i] for i in used(drive, result)]
 
 

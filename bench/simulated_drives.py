@@ -48,7 +48,7 @@ def simulated_drive(kind: str, seed: int, error: float, length: float) -> Simula
     true_map = ground_truth_map(world, ROBOT)
     rng = np.random.default_rng([seed, 77])
     truth = list(_poses(world, true_map, rng, length))
-    odometry = _odometry(truth, error, rng)
+    odometry = drifted(truth, error, rng)
     laser = LASERS[seed // 2 % len(LASERS)]
     return SimulatedDrive(list(_scans(world, truth, odometry, laser, rng)), truth, true_map)
 
@@ -87,7 +87,8 @@ def _way(costmap: Costmap, here: SE2, goal: SE2) -> Iterator[SE2]:
         yield here
 
 
-def _odometry(truth: list[SE2], error: float, rng: np.random.Generator) -> list[SE2]:
+def drifted(truth: list[SE2], error: float, rng: np.random.Generator) -> list[SE2]:
+    """Return the poses by odometry with a random error of this size, from (0, 0, 0) on."""
     scale, turn = 1.0 + error * rng.normal(size=2) * (SCALE_ERROR, TURN_ERROR)
     drift = error * float(rng.normal()) * DRIFT
     poses = [SE2(0.0, 0.0, 0.0)]

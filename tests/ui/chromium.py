@@ -36,11 +36,18 @@ needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: `a
 
 def pixels(red: int, green: int, blue: int) -> str:
     """Return the expression for the number of pixels of the map in a colour."""
+    return pixels_where(f"r === {red} && g === {green} && b === {blue}")
+
+
+def pixels_where(condition: str) -> str:
+    """Return the expression for the number of pixels of the map for which a condition on r, g and b is true."""
     return f"""(() => {{
       const {{ width, height }} = canvas, data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
       let count = 0;
-      for (let i = 0; i < data.length; i += 4)
-        count += data[i] === {red} && data[i + 1] === {green} && data[i + 2] === {blue};
+      for (let i = 0; i < data.length; i += 4) {{
+        const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
+        count += {condition};
+      }}
       return count;
     }})()"""
 

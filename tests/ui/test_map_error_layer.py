@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.support.web_ui import MAP_SHOWN, show_a_room
-from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
+from tests.ui.chromium import NO_GPU, needs_chromium, open_tab, pixels_where
 
 from chefbot.maths.grid import Grid
 from chefbot.ui.layers import LAYERS
@@ -16,20 +16,7 @@ ERRORS = Grid(np.array([[3, 7, 15], [30, 60, -1]], np.int8), 2.0, 0.0, 0.0)
 """An error of each colour, cm, and one square without."""
 
 
-def count(colour: str) -> str:
-    """Return the expression for the number of pixels of the map for which a condition on r, g, b is true."""
-    return f"""(() => {{
-      const {{ width, height }} = canvas, data = canvas.getContext('2d').getImageData(0, 0, width, height).data;
-      let count = 0;
-      for (let i = 0; i < data.length; i += 4) {{
-        const [r, g, b] = [data[i], data[i + 1], data[i + 2]];
-        count += {colour};
-      }}
-      return count;
-    }})()"""
-
-
-RED, GREEN = count("r > g + 40 && r > b + 40"), count("g > r + 40 && g > b + 20")
+RED, GREEN = pixels_where("r > g + 40 && r > b + 40"), pixels_where("g > r + 40 && g > b + 20")
 
 
 def test_the_layer_takes_nothing_but_whole_centimetres() -> None:

@@ -17,7 +17,7 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.slam.agreement import drive_fit
 from chefbot.slam.no_return import NoReturn
-from chefbot.slam.offline import OfflineMapper, maximum_range
+from chefbot.slam.offline import OfflineMapper, SlamResult, maximum_range
 from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.storage.atomic_files import folder_for_results
 from chefbot.storage.mapped_drives import MappedDrives, algorithm_of, bundle_path, load_drives
@@ -54,6 +54,10 @@ class MapContinuation:
         used = scans[first:]
         self._mapper.map_drive(used, range_max, start, self._counted(title, len(used)))
         self._check(title, before, range_max)
+
+    def result(self) -> SlamResult:
+        """Return the map as it is now, with the poses of its drives."""
+        return self._mapper.result(None)
 
     def _check(self, title: str, before: Grid, range_max: float) -> None:
         """Raise UserError if the drive does not agree with the map that it continues."""

@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, naming_log, read_log
-from chefbot.cli.map.quality import PICTURE
 from chefbot.cli.map.slam_costs import SlamCosts
+from chefbot.cli.map.slam_pictures import QUALITY_PICTURE
 from chefbot.cli.map.slam_report import report_page
 from chefbot.cli.plural import number_of
 from chefbot.runtime.clock import wall_ns
@@ -66,7 +66,7 @@ def write_results(
     if report:
         companions["report.html"] = report_page(title, params, result, costs).encode()
     save_new_map(out / "map", result.grid, [(out / name, data) for name, data in companions.items()])
-    (out / PICTURE).unlink(missing_ok=True)  # of a map that was here before
+    (out / QUALITY_PICTURE).unlink(missing_ok=True)  # of a map that was here before
 
 
 def print_results(params: MapperParams, result: SlamResult, out: Path, took: float) -> None:

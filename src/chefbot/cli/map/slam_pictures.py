@@ -13,6 +13,8 @@ from chefbot.maths.grid import Grid
 from chefbot.slam.map_error import REGION, MapErrorEstimate
 from chefbot.slam.offline import SlamResult
 
+QUALITY_PICTURE = "quality.png"
+"""Name of the picture of the estimated error, beside the map."""
 WIDTH, DPI = 9.0, 110
 """Width of the pictures in inches, and dots per inch."""
 MAX_CELLS = 2_000

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from chefbot import __version__
-from chefbot.cli.map.quality import rows
+from chefbot.cli.map.error_rows import rows
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_pictures import (
     costs_picture,

@@ -48,7 +48,7 @@ def test_a_good_map_is_called_good(algorithm: str, room_log: Path, tmp_path: Pat
 
 @pytest.mark.parametrize("name", ["map.png", "map.bundle", "map.pgm", "quality", "quality.jpg"])
 def test_a_picture_does_not_replace_the_map(name: str, tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="is a .png file with a name of its own"):
+    with pytest.raises(UserError, match="file with a name of its own"):
         print_quality(tmp_path, tmp_path / name)
 
 

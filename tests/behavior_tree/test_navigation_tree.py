@@ -25,7 +25,7 @@ from chefbot.behavior_tree.navigation_tree import MAX_BYTES, NavigationTrees
 from chefbot.behavior_tree.tree import BehaviorTree
 from chefbot.msgs.chefbot_msgs import FindBlockage_Result
 from chefbot.msgs.geometry_msgs import PoseStamped
-from chefbot.msgs.nav2_msgs import ComputePathToPose_Result, FollowPath_Result
+from chefbot.msgs.nav2_msgs import ComputePathToPose_Result, FollowPath_Result, Spin_Result
 from chefbot.msgs.nav_msgs import Path as PathMessage
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
@@ -117,9 +117,24 @@ def drives_at_once(pending: PendingAction) -> None:
 def test_an_occupied_goal_is_tried_again_each_second(at_goal: float, drives: int) -> None:
     navigation = Navigation(drives_at_once, params=NavigatorParams(waiting=WaitingParams(at_goal=at_goal)))
     navigation.services.waits_well, navigation.services.goal_occupied = False, True
-    assert navigation.run(at_goal + 1.0) is Status.SUCCESS
-    assert navigation.services.names() == ["plan", "follow"] * drives
-    assert navigation.recoveries == []
+    assert navigation.run(at_goal + 2.0) is Status.SUCCESS
+    drive = ["plan", "follow"]
+    assert navigation.services.names() == [*drive * drives, "face", *drive], "the robot looks at it once"
+    assert navigation.recoveries == ["face"]
+
+
+def test_a_goal_with_nothing_to_look_at_is_near_enough() -> None:
+    def answer(pending: PendingAction) -> None:
+        if pending.what == "face":
+            pending.end(Spin_Result(error_code=700, error_msg="Nothing occupies the goal."))
+        else:
+            drives_at_once(pending)
+
+    navigation = Navigation(answer, params=NavigatorParams(waiting=WaitingParams(at_goal=0.0)))
+    navigation.services.waits_well, navigation.services.goal_occupied = False, True
+    assert navigation.run(2.0) is Status.SUCCESS
+    assert navigation.services.names() == ["plan", "follow", "face"]
+    assert navigation.services.failures == []
 
 
 def test_a_goal_that_becomes_free_is_reached_at_once() -> None:

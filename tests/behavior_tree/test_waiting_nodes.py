@@ -14,7 +14,7 @@ from chefbot.behavior_tree.waiting_nodes import waiting_nodes
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import FindBlockage_Result
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
-from chefbot.msgs.nav2_msgs import ComputePathToPose_Result
+from chefbot.msgs.nav2_msgs import ComputePathToPose_Result, Spin_Result
 from chefbot.msgs.std_msgs import Header
 
 GOAL = PoseStamped(Header.of(0, "map"), Pose.of(SE2(4.0, 1.0, 0.0)))
@@ -37,6 +37,10 @@ class NavigationWithArguments(RecordedNavigation):
     def wait_for_way(self, goal: object, error_code: int) -> PendingAction:
         self.arguments.append((goal, error_code))
         return super().wait_for_way(goal, error_code)
+
+    def face_obstacle(self, goal: object) -> PendingAction:
+        self.arguments.append((goal,))
+        return super().face_obstacle(goal)
 
     def is_at(self, pose: object) -> bool:
         self.arguments.append((pose,))
@@ -109,6 +113,15 @@ def test_a_wait_that_is_halted_is_cancelled(services: NavigationWithArguments) -
     run(tree, 1)
     tree.halt()
     assert services.begun[-1].discarded and services.arguments == [(GOAL, 0)]
+
+
+def test_facing_an_obstacle_ends_with_the_rotation(services: NavigationWithArguments) -> None:
+    for result, status in ((Spin_Result(), "S"), (Spin_Result(error_code=703, error_msg="Blocked."), "F")):
+        tree = tree_of(services, '<FaceObstacle goal="{goal}" error_msg="{text}"/>')
+        assert run(tree, 1) == "R" and services.arguments[-1] == (GOAL,)
+        services.begun[-1].end(result)
+        assert run(tree, 1) == status and tree.blackboard.get("text") == result.error_msg
+    assert services.failures == [], "without it the goal is near enough"
 
 
 def test_a_reached_goal_is_that_of_the_port(services: NavigationWithArguments) -> None:

@@ -8,6 +8,7 @@ import random
 import subprocess
 import sys
 import time
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -164,26 +165,27 @@ class Pty:
     def __init__(self, line: int) -> None:
         self._line = line
         self._rest = b""
-        self.messages: list[Message] = []
+        self._unread: deque[Message] = deque()
 
     def send(self, text: str) -> None:
         os.write(self._line, add_checksum(text))
 
-    def read(self) -> list[Message]:
+    def _read(self) -> None:
         try:
             self._rest += os.read(self._line, 65536)
         except BlockingIOError:
             time.sleep(0.002)
         *lines, self._rest = self._rest.split(b"\n")
-        news = [parse_message(line) for line in lines]
-        self.messages += news
-        return news
+        self._unread += [parse_message(line) for line in lines]
 
     def wait_for(self, letter: str) -> Message:
+        """Return the next such line; none is skipped, however late this process reads."""
         for _ in range(100_000):
-            for message in self.read():
+            while self._unread:
+                message = self._unread.popleft()
                 if message.letter == letter:
                     return message
+            self._read()
         raise AssertionError(f"no {letter!r} line was received")
 
 

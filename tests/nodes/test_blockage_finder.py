@@ -209,3 +209,22 @@ def test_a_new_map_and_new_zones_count_at_once() -> None:
     rooms.send_map(walled)
     rooms.mark(IN_DOOR, radius=0.25)
     assert not rooms.find(where=True).blocked
+
+
+def test_what_occupies_the_goal_is_found_beside_a_free_way() -> None:
+    rooms = Rooms()
+    rooms.send_map()
+    assert not rooms.find().goal_occupied
+    rooms.mark((THERE.x + 0.1, THERE.y), radius=0.08)
+    found = rooms.find()
+    assert found.goal_occupied and not found.blocked
+    assert found.sensor == "lidar" and found.marked_at.ns == 4_000_000_000
+    assert math.dist((found.point.x, found.point.y), (THERE.x + 0.1, THERE.y)) < 0.12
+
+
+def test_a_goal_in_unknown_space_is_not_occupied() -> None:
+    rooms = Rooms()
+    row, column = rooms.grid.cell(THERE.x, THERE.y)
+    rooms.grid.cells[row - 8 : row + 8, column - 8 : column + 8] = -1
+    rooms.send_map()
+    assert not rooms.find().goal_occupied

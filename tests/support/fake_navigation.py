@@ -96,6 +96,9 @@ class RecordedNavigation:
     def is_goal_occupied(self) -> bool:
         return self.goal_occupied
 
+    def face_obstacle(self, goal: object) -> PendingAction:
+        return self._begin("face")
+
 
 def path_found() -> ComputePathToPose_Result:
     return ComputePathToPose_Result(Path())

@@ -65,6 +65,14 @@ ERROR_PORTS = (
     NodePort("error_code_id", int, "output", ""),
     NodePort("error_msg", str, "output", ""),
 )
+PLUGINS = {
+    "Planner": "planner",
+    "Controller": "controller",
+    "GoalChecker": "goal_checker",
+    "ProgressChecker": "progress_checker",
+    "Smoother": "smoother",
+}
+"""Names of Nav2's kinds of plugins in the nodes that select one, and in their ports."""
 SERVER_PORTS = (NodePort("server_name", str, default=""), NodePort("server_timeout", float, default="10"))
 
 
@@ -245,61 +253,68 @@ class PluginSelector(Leaf):
 
 def navigation_nodes(services: NavigationServices) -> Catalog:
     """Return the types of leaves that navigate by these services."""
-
-    def action(make: type[ServiceAction], *ports: NodePort) -> NodeType:
-        return NodeType(NodeKind.ACTION, partial(make, services), (*ports, *SERVER_PORTS, *ERROR_PORTS))
-
-    recovery_helps = NodeType(
-        NodeKind.CONDITION, partial(WouldARecoveryHelp, services), (NodePort("error_code", int, default="0"),)
-    )
-    service_name = NodePort("service_name", str, default="")
     return {
-        "ComputePathToPose": action(
+        **_path_nodes(services),
+        **_recovery_nodes(services),
+        **_conditions(services),
+        **{f"{title}Selector": _selector(plugin) for title, plugin in PLUGINS.items()},
+    }
+
+
+def _action(make: type[ServiceAction], services: NavigationServices, *ports: NodePort) -> NodeType:
+    return NodeType(NodeKind.ACTION, partial(make, services), (*ports, *SERVER_PORTS, *ERROR_PORTS))
+
+
+def _path_nodes(services: NavigationServices) -> Catalog:
+    return {
+        "ComputePathToPose": _action(
             ComputePathToPose,
+            services,
             NodePort("goal", object),
             NodePort("start", object, default=""),
             NodePort("planner_id", str, default=""),
             NodePort("path", object, "output", ""),
         ),
-        "FollowPath": action(
+        "FollowPath": _action(
             FollowPath,
+            services,
             NodePort("path", object),
             NodePort("controller_id", str, default=""),
             NodePort("goal_checker_id", str, default=""),
             NodePort("progress_checker_id", str, default=""),
         ),
-        "Spin": action(SpinLeaf, NodePort("spin_dist", float, default="1.57"), TIME_ALLOWANCE),
-        "BackUp": action(
+        "Relocalize": _action(Relocalize, services),
+    }
+
+
+def _recovery_nodes(services: NavigationServices) -> Catalog:
+    service_name = NodePort("service_name", str, default="")
+    duration = NodePort("wait_duration", float, default="1.0", minimum=0.0)
+    radius = NodePort("reset_distance", float, default="1.0", minimum=0.0)
+    return {
+        "Spin": _action(SpinLeaf, services, NodePort("spin_dist", float, default="1.57"), TIME_ALLOWANCE),
+        "BackUp": _action(
             BackUp,
+            services,
             TIME_ALLOWANCE,
             NodePort("backup_dist", float, default="0.15", minimum=0.0),
             NodePort("backup_speed", float, default="0.025", minimum=0.0),
         ),
-        "Wait": action(Wait, NodePort("wait_duration", float, default="1.0", minimum=0.0)),
-        "ClearCostmapAroundRobot": action(
-            ClearCostmapAroundRobot,
-            service_name,
-            NodePort("reset_distance", float, default="1.0", minimum=0.0),
-        ),
-        "ClearEntireCostmap": action(ClearEntireCostmap, service_name),
-        "Relocalize": action(Relocalize),
+        "Wait": _action(Wait, services, duration),
+        "ClearCostmapAroundRobot": _action(ClearCostmapAroundRobot, services, service_name, radius),
+        "ClearEntireCostmap": _action(ClearEntireCostmap, services, service_name),
+    }
+
+
+def _conditions(services: NavigationServices) -> Catalog:
+    seconds, error = NodePort("seconds", float, default="1.0"), NodePort("error_code", int, default="0")
+    recovery_helps = NodeType(NodeKind.CONDITION, partial(WouldARecoveryHelp, services), (error,))
+    return {
         "IsLocalized": NodeType(NodeKind.CONDITION, partial(IsLocalized, services)),
         "WouldAPlannerRecoveryHelp": recovery_helps,
         "WouldAControllerRecoveryHelp": recovery_helps,
         "GoalUpdated": NodeType(NodeKind.CONDITION, GoalUpdated),
-        "TimeExpired": NodeType(
-            NodeKind.CONDITION, TimeExpired, (NodePort("seconds", float, default="1.0"),)
-        ),
-        **{
-            f"{title}Selector": _selector(plugin)
-            for title, plugin in (
-                ("Planner", "planner"),
-                ("Controller", "controller"),
-                ("GoalChecker", "goal_checker"),
-                ("ProgressChecker", "progress_checker"),
-                ("Smoother", "smoother"),
-            )
-        },
+        "TimeExpired": NodeType(NodeKind.CONDITION, TimeExpired, (seconds,)),
     }
 
 

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from chefbot.behavior_tree.blackboard import NodePort, NodePorts
 from chefbot.behavior_tree.catalog import Catalog, NodeKind, NodeType
 from chefbot.behavior_tree.leaves import ActionLeaf, ConditionLeaf, Pending
-from chefbot.behavior_tree.navigation_nodes import ERROR_PORTS, GoalAction, NavigationServices
+from chefbot.behavior_tree.navigation_nodes import ERROR_PORTS, GoalAction, NavigationServices, ServiceAction
 from chefbot.msgs.chefbot_msgs import FindBlockage_Result
 
 
@@ -32,6 +32,9 @@ class WaitingServices(NavigationServices, Protocol):
 
     def is_goal_occupied(self) -> bool:
         """Return whether the newest path ends beside its occupied goal."""
+
+    def face_obstacle(self, goal: object) -> Pending:
+        """Rotate in place until the robot faces what occupies a pose; the result is a `CodedResult`."""
 
 
 class IsWayBlocked(ActionLeaf):
@@ -92,6 +95,16 @@ class IsGoalOccupied(ConditionLeaf):
         return self._services.is_goal_occupied()
 
 
+class FaceObstacle(ServiceAction):
+    """Rotates in place until the robot faces what occupies `goal`, so that its sensors look there."""
+
+    services: WaitingServices
+
+    def begin(self) -> Pending:
+        """Start to rotate towards what occupies `goal`."""
+        return self.services.face_obstacle(self.ports.value("goal"))
+
+
 def waiting_nodes(services: WaitingServices) -> Catalog:
     """Return the types of leaves that wait by these services."""
     goal, error = NodePort("goal", object), NodePort("error_code", int, default="0")
@@ -104,4 +117,5 @@ def waiting_nodes(services: WaitingServices) -> Catalog:
         "WaitForWay": action(WaitForWay, *ERROR_PORTS),
         "GoalReached": NodeType(NodeKind.CONDITION, partial(GoalReached, services), (goal,)),
         "IsGoalOccupied": NodeType(NodeKind.CONDITION, partial(IsGoalOccupied, services)),
+        "FaceObstacle": NodeType(NodeKind.ACTION, partial(FaceObstacle, services), (goal, *ERROR_PORTS)),
     }

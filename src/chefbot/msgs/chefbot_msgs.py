@@ -370,6 +370,8 @@ class FindBlockage_Result(Message, frozen=True, eq=False):
     marked_at: Time = Time()
     waiting_pose: PoseStamped = PoseStamped()
     """Where to wait, if that was requested: people can pass the robot there, if there is such a place."""
+    goal_occupied: Bool = False
+    """Whether the goal is occupied; if the way to it is free, point, sensor and marked_at are of what is there."""
 
 
 class FindBlockage_Feedback(Message, frozen=True, eq=False):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import os
 import resource
@@ -128,7 +129,8 @@ def _work(sample: Sample, kind: str, seed: int, numbers: range, out: int) -> Non
 
 
 def _quiet() -> None:
-    """Send to nowhere what a reader prints."""
+    """Send to nowhere what a reader prints, and no stack of a child that a signal ends: that is an outcome."""
+    faulthandler.disable()
     null = os.open(os.devnull, os.O_RDWR)
     os.dup2(null, 0)
     os.dup2(null, 1)

@@ -29,8 +29,10 @@ MAX_COORDINATE = 1e5
 class MapContinuation:
     """A map that is built again from its drives, and then continued, with a progress display."""
 
-    def __init__(self, drives: MappedDrives, progress: Progress) -> None:
+    def __init__(self, drives: MappedDrives, progress: Progress, *, takes_start: bool = False) -> None:
+        """Build the map. takes_start: whether the user can give the pose at which a drive begins."""
         self._progress, self._params, self.costs = progress, drives.params, SlamCosts()
+        self._takes_start = takes_start
         self._mapper = OfflineMapper.beginning_with(drives.params, drives.sessions[0])
         for number, session in enumerate(drives.sessions, 1):
             self._mapper.repeat(session, self._counted(f"drive {number} as before", len(session.stamps)))
@@ -44,8 +46,9 @@ class MapContinuation:
         before, first = self._mapper.slam.map(), 0
         if start is None:
             task = self._progress.add_task(f"{title}: where it begins", total=None)
+            advice = "; give --start X Y YAW" if self._takes_start else ""
             first, start = find_start(
-                before, scans, self._mapper.sensor, range_max, partial(self._show, task)
+                before, scans, self._mapper.sensor, range_max, partial(self._show, task), advice
             )
             self._progress.remove_task(task)
             console.print(
@@ -65,10 +68,11 @@ class MapContinuation:
         poses = self._mapper.slam.trajectory()[-len(used) :]
         fit = drive_fit(before, used, poses, self._mapper.sensor, range_max)
         if not fit.is_good:
+            or_start = ", or --start wrong" if self._takes_start else ""
             raise UserError(
                 f"{title} does not fit the map: of its beams in known space {fit.share:.0%} end at a wall, of those"
-                f" of its first scans {fit.covered:.0%}; is it another building, or --start wrong?"
-                " Nothing is written"
+                f" of its first scans {fit.covered:.0%};"
+                f" is it another building{or_start}? Nothing is written"
             )
 
     def finish(self, no_return: NoReturn | None, out: Path, title: Path, *, report: bool) -> None:
@@ -114,7 +118,7 @@ def continue_map(
             console.print(note, markup=False)
         range_max, no_return = maximum_range(scans, drives.params.max_range)
         with folder_for_results(out), Progress(console=console) as progress:
-            continuation = MapContinuation(drives, progress)
+            continuation = MapContinuation(drives, progress, takes_start=True)
             continuation.add(str(log), scans, range_max, None if start is None else SE2(*start))
         continuation.finish(no_return, out, log, report=report)
 

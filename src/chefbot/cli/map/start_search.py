@@ -29,8 +29,12 @@ def find_start(
     sensor: SE2,
     range_max: float,
     progress: Callable[[int, int], None] | None = None,
+    advice: str = "",
 ) -> FoundStart:
-    """Return where a recording begins on a map. Raises UserError if its scans do not show it."""
+    """Return where a recording begins on a map.
+
+    advice: end of the sentence of the UserError that is raised if its scans do not show it.
+    """
     search = StartSearch(grid, sensor, GmappingParams().odometry_noise)
     for i, scan in enumerate(scans):
         if progress is not None:
@@ -41,6 +45,5 @@ def find_start(
         if search.updates == MAX_UPDATES:
             break
     raise UserError(
-        f"the first {search.updates} scans of the new drive do not show where on the map it begins;"
-        " give --start X Y YAW"
+        f"the first {search.updates} scans of the new drive do not show where on the map it begins{advice}"
     )

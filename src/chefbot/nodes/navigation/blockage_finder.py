@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.causes.obstacles import nearest_lethal
-from chefbot.maths.costs import Costmap
+from chefbot.maths.costs import INSCRIBED, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_maps import MapZones
@@ -62,7 +62,7 @@ class BlockageFinderNode(PlannerCausesNode):
         costs = WayCosts(self._present_costs(robot, pose), self._costs_without_marks())
         blockage = find_blockage(self._planner, costs, robot, pose, places, radius)
         if blockage is None:
-            return FindBlockage_Result()
+            return self._occupied_goal_result(costs.marked, pose)
         found = self._result(blockage, numbers[list(blockage.people)], costs)
         if not goal.find_waiting_pose:
             return found
@@ -99,6 +99,17 @@ class BlockageFinderNode(PlannerCausesNode):
             point=Point(*(cell or where[:2])),
             sensor="" if mark is None else mark.sensor,
             marked_at=Time.of(0 if mark is None else mark.marked_ns),
+        )
+
+    def _occupied_goal_result(self, costs: Costmap, goal: SE2) -> FindBlockage_Result:
+        """Return the obstacle that occupies the goal at the end of a free way; nothing if none does."""
+        occupied = INSCRIBED <= costs.at(goal.x, goal.y) < UNKNOWN
+        cell = nearest_lethal(costs, goal.x, goal.y) if occupied else None
+        mark = marked_place(self._costs, cell, "map", self.robot)
+        if cell is None or mark is None:
+            return FindBlockage_Result()
+        return FindBlockage_Result(
+            goal_occupied=True, point=Point(*cell), sensor=mark.sensor, marked_at=Time.of(mark.marked_ns)
         )
 
     def _costs_without_marks(self) -> Costmap:

@@ -11,6 +11,7 @@ from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point, PoseStamped
 from chefbot.msgs.nav_msgs import Path
+from chefbot.nodes.navigation.obstacle_facing import ObstacleFacingNode
 from chefbot.nodes.navigation.way_waiting import HELD_UP, WayWaitingNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.transform_buffer import TransformError
@@ -21,7 +22,7 @@ AT_POSE = 0.25
 """Distance up to which the robot is at a pose, m; as the default tolerance of Nav2's goal checkers."""
 
 
-class TreeServicesNode(WayWaitingNode):
+class TreeServicesNode(WayWaitingNode, ObstacleFacingNode):
     """Base class of a node whose behavior tree navigates. It keeps the last failure, and counts recoveries."""
 
     follow_path = action_client(nav2.FollowPath)
@@ -126,3 +127,7 @@ class NodeServices:
     def is_goal_occupied(self) -> bool:
         """Return whether the newest path ends beside its occupied goal, as the planner reported."""
         return bool(self._node._goal_remark)
+
+    def face_obstacle(self, goal: object) -> Pending:
+        """Rotate in place until the robot faces what occupies a PoseStamped; no recovery, the goal is near enough."""
+        return self._node._pending(self._node._face_obstacle(cast(PoseStamped, goal)))

@@ -14,7 +14,7 @@ from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStampe
 from chefbot.msgs.nav2_msgs import Spin, Spin_Goal, Spin_Result
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.navigation.obstacle_facing import NOT_OCCUPIED, ObstacleFacingNode
+from chefbot.nodes.navigation.obstacle_facing import NOTHING_TO_SEE, SILENT, ObstacleFacingNode
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams, Out
 
@@ -42,31 +42,32 @@ class OccupiedGoal(Node):
     find_blockage = action_server(FindBlockage)
     spin = action_server(Spin)
     point: tuple[float, float] | None = None
-    spin_error = ""
+    spin_error, sensor, spins = "", "ultrasonic ranger", True
 
     async def on_find_blockage(self, _: FindBlockage_Goal, __: Any) -> FindBlockage_Result:
         if self.point is None:
             return FindBlockage_Result()
-        return FindBlockage_Result(goal_occupied=True, point=Point(*self.point))
+        return FindBlockage_Result(goal_occupied=True, point=Point(*self.point), sensor=self.sensor)
 
     async def on_spin(self, _: Spin_Goal, __: Any) -> Spin_Result:
+        if not self.spins:
+            await self.sleep(3600.0)
         return Spin_Result(error_code=703 if self.spin_error else 0, error_msg=self.spin_error)
 
 
-def faced(
-    point: tuple[float, float] | None, robot: SE2 | None, spin_error: str = ""
-) -> tuple[list[float], str]:
+def faced(point: tuple[float, float] | None, robot: SE2 | None, **planner: object) -> tuple[list[float], str]:
     """Return the angles by which a robot turns, rad, and the error, for an obstacle at a point."""
     kinds = {"navigator": f"{__name__}:Facing", "planner": f"{__name__}:OccupiedGoal"}
     runner = NodeRunner(kinds, {})
-    planner: Any = runner.system.nodes["planner"]
-    planner.point, planner.spin_error = point, spin_error
+    node: Any = runner.system.nodes["planner"]
+    for name, value in {"point": point, **planner}.items():
+        setattr(node, name, value)
     if robot is not None:
         transform = TFMessage((TransformStamped.of(0, "map", "base_link", robot),))
         runner.loop.publish("tf_static", transform, "test", from_device=True)
     navigator: Any = runner.system.nodes["navigator"]
     navigator.begin()
-    runner.run(0.1)
+    runner.run(30.0)
     angles = [float(one.goal.target_yaw) for one in runner.messages("spin/_action/send_goal")]
     return angles, runner.messages("error")[-1].data
 
@@ -80,10 +81,16 @@ def test_it_turns_by_the_bearing_of_the_obstacle(bearing: float) -> None:
 
 
 def test_it_does_not_turn_without_an_obstacle_or_a_pose() -> None:
-    assert faced(None, SE2(2.6, 1.8, 2.0)) == ([], NOT_OCCUPIED)
+    assert faced(None, SE2(2.6, 1.8, 2.0)) == ([], NOTHING_TO_SEE)
     angles, error = faced((3.0, 2.0), None)
     assert angles == [] and "map" in error
 
 
+@pytest.mark.parametrize("sensor", ["map", "keep-out zone kitchen"])
+def test_it_does_not_turn_to_what_no_sensor_can_see_gone(sensor: str) -> None:
+    assert faced((3.0, 2.0), SE2(2.6, 1.8, 2.0), sensor=sensor) == ([], NOTHING_TO_SEE)
+
+
 def test_a_rotation_that_fails_is_an_error() -> None:
-    assert faced((3.0, 2.0), SE2(2.6, 1.8, 2.0), "Blocked.")[1] == "Blocked."
+    assert faced((3.0, 2.0), SE2(2.6, 1.8, 2.0), spin_error="Blocked.")[1] == "Blocked."
+    assert faced((3.0, 2.0), SE2(2.6, 1.8, 2.0), spins=False)[1] == SILENT

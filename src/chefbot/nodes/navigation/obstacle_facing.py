@@ -25,7 +25,7 @@ class ObstacleFacingNode(RecoveryBehaviorsNode, BlockageRequestNode):
     """Base class of a node that turns the robot to what occupies its goal."""
 
     async def _face_obstacle(self, goal: PoseStamped) -> Spin_Result:
-        """Rotate in place until the robot faces what occupies a pose; an error if no sensor shows it, or it cannot."""
+        """Rotate in place until the robot faces what occupies a pose; an error if no sensor shows it or it cannot."""
         found = await self._find_blockage(goal)
         if not found.goal_occupied or found.sensor == MAP or is_zone(found.sensor):
             return Spin_Result(error_code=SPIN.unknown, error_msg=NOTHING_TO_SEE)

@@ -70,3 +70,8 @@ def test_the_worst_regions_come_first() -> None:
     names = list(rows(estimate_of(0.02, 0.03)))
     assert names[:4] == ["possible drift", "contradictions", "walls seen on two passes", "around (15, 1)"]
     assert rows(estimate_of(0.02, 0.03))["around (15, 1)"] == "7 cm: no loop closure or feature holds it"
+
+
+def test_of_regions_side_by_side_the_worst_is_listed() -> None:
+    listed = [name for name in rows(estimate_of(0.02, 0.03)) if name.startswith("around")]
+    assert listed == ["around (15, 1)", "around (11, 1)", "around (7, 1)", "around (3, 1)"]

@@ -34,7 +34,7 @@ def print_quality(bundle: Path, picture: Path | None) -> None:
     try:
         estimate = estimate_map_error(result.sessions, result.poses, result.range_offset)
         with folder_for_results(picture.parent):
-            write_atomic(picture, error_picture(result.grid, estimate))
+            write_atomic(picture, error_picture(result, estimate, verdict(estimate)))
     except StorageError:
         raise
     except ChefbotError as error:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.cli.map.error_rows import worst_regions
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.maths.grid import Grid
-from chefbot.slam.map_error import REGION, MapErrorEstimate
+from chefbot.slam.map_error import REGION, MapErrorEstimate, centimetres
 from chefbot.slam.offline import SlamResult
 
 QUALITY_PICTURE = "quality.png"
@@ -21,8 +22,8 @@ MAX_CELLS = 2_000
 """Longer side of the map as it is drawn, cells; larger maps are reduced, and walls stay."""
 UNKNOWN_SHADE, FREE_SHADE = 0.85, 1.0
 ERROR_LIMITS = (0.0, 0.05, 0.1, 0.2, 0.4, 5.0)
-ERROR_COLOURS = ("#1a9850", "#91cf60", "#fee08b", "#fc8d59", "#d73027")
-"""Of errors between two limits, m."""
+ERROR_COLOURS = ("#2c7bb6", "#abd9e9", "#ffffbf", "#fdae61", "#d7191c")
+"""Of errors between two limits, m: from blue to red, which those who confuse red and green distinguish."""
 TRAJECTORY, CLOSURE, ODOMETRY = "#2a78b5", "#c8432b", "#999999"
 
 
@@ -43,13 +44,17 @@ def map_picture(result: SlamResult) -> bytes:
     return _png(figure)
 
 
-def error_picture(grid: Grid, estimate: MapErrorEstimate) -> bytes:
-    """Draw the map (PNG) with the estimated error of each region."""
+def error_picture(result: SlamResult, estimate: MapErrorEstimate, title: str = "") -> bytes:
+    """Draw the map (PNG) with the trajectory, the estimated error of each region and the places that are listed."""
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    figure, axes = _figure(_height(grid))
-    _draw_map(axes, grid)
+    figure, axes = _figure(_height(result.grid))
+    _draw_map(axes, result.grid)
+    axes.plot(*np.array([(pose.x, pose.y) for pose in result.poses]).T, color=ODOMETRY, linewidth=0.7)
+    axes.set_title(title, fontsize=9, wrap=True)
+    for region in worst_regions(estimate.regions):
+        axes.annotate(centimetres(region.error), region.centre, ha="center", va="center", fontsize=8)
     corners = np.array([(region.x, region.y) for region in estimate.regions])
     outlines: Any = corners[:, None] + REGION * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
     squares = PolyCollection(

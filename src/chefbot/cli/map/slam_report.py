@@ -85,7 +85,7 @@ def _quality(result: SlamResult) -> str:
         estimate = estimate_map_error(result.sessions, result.poses, result.range_offset)
     except ScanError as error:
         return f"<h2>Estimated error</h2><p>{html.escape(str(error))}</p>"
-    picture = _picture("Estimated error", error_picture(result.grid, estimate))
+    picture = _picture("Estimated error", error_picture(result, estimate))
     return f"{picture}<p>{html.escape(verdict(estimate))}</p>{_table(rows(estimate))}"
 
 

@@ -11,6 +11,7 @@ from tests.support.proving_runs import a_record, tiny
 from chefbot.proving import scoreboard
 from chefbot.proving.record import RunRecord
 from chefbot.proving.scenario import Scenario
+from chefbot.proving.scenario_tasks import BuiltTask
 from chefbot.proving.scoreboard import SEEDS, run_scoreboard, scoreboard_text
 from chefbot.proving.statistics import wilson
 
@@ -106,3 +107,14 @@ def test_all_scenarios_with_the_first_odd_seed_come_first(tmp_path: Path, orders
     table = rows((tmp_path / "page.md").read_text())
     assert {name: cells[1] for name, cells in table.items()} == {"drive": "2", "go": "1"}
     assert list((tmp_path / "out").glob("*.csv")) or list((tmp_path / "out").glob("*.parquet"))
+
+
+def test_runs_in_real_time_come_last(
+    tmp_path: Path, orders: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tasks = {"drive": BuiltTask(), "go": tiny().task}
+    monkeypatch.setattr(scoreboard, "load_scenario", lambda name: tiny(name=name, task=tasks[name]))
+    run_scoreboard(tmp_path / "page.md", tmp_path / "out", 1.0, 1, "")
+    names = [order.scenario.name for order in orders]
+    assert names == ["go"] * len(SEEDS) + ["drive"] * len(SEEDS)
+    assert [order.seed for order in orders] == 2 * SEEDS

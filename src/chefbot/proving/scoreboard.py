@@ -16,6 +16,7 @@ from chefbot.proving.record import RunRecord
 from chefbot.proving.results_folder import Request, ResultsFolder, write_tables
 from chefbot.proving.run_order import code_hash, run_orders
 from chefbot.proving.scenario import Scenario, built_in_scenarios, load_scenario
+from chefbot.proving.scenario_tasks import BuiltTask
 from chefbot.proving.statistics import wilson
 from chefbot.storage.atomic_files import write_into_folder
 
@@ -25,7 +26,10 @@ console = Console(highlight=False, soft_wrap=True)
 
 
 def run_scoreboard(page: Path, out: Path, minutes: float, workers: int, scheduler: str) -> int:
-    """Make as many runs as the time allows, all scenarios with the first seed first; write the page, return 0."""
+    """Make as many runs as the time allows, all scenarios with the first seed first; write the page, return 0.
+
+    Runs in real time, which take as long as all others together, are made last.
+    """
     scenarios = [load_scenario(name) for name in built_in_scenarios()]
     results = ResultsFolder(out)
     results.create(
@@ -33,6 +37,7 @@ def run_scoreboard(page: Path, out: Path, minutes: float, workers: int, schedule
     )
     by_scenario = [run_orders(scenario, Path(), SEEDS) for scenario in scenarios]
     orders = [order for same_seed in zip(*by_scenario, strict=True) for order in same_seed]
+    orders.sort(key=lambda order: isinstance(order.scenario.task, BuiltTask))
     done = {order.key: record for order in orders if (record := results.find(order.key)) is not None}
     missing = [order for order in orders if order.key not in done]
     make_missing(results, missing, done, workers, scheduler, minutes)

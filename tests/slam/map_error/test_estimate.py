@@ -124,3 +124,13 @@ def test_a_map_without_motion_is_refused(ring, seen) -> None:
     poses = [SE2(1.4, 1.3, 0.0)] * 5
     with pytest.raises(ScanError, match="has stood, or only turned"):
         estimate(seen(ring, poses), poses)
+
+
+def test_a_map_of_a_few_returns_is_refused() -> None:
+    """As of a robot that sees a bit of one wall, and then nothing."""
+    poses, blind = [SE2(1.5 * k, 0.0, 0.0) for k in range(4)], np.full(len(ANGLES), np.inf, np.float32)
+    ahead = np.abs(ANGLES) < 0.05
+    wall = np.where(ahead, 2.0 / np.cos(ANGLES), np.inf).astype(np.float32)
+    scans = [RecordedScan(0.2 * k, ANGLES, blind if k else wall, pose, pose) for k, pose in enumerate(poses)]
+    with pytest.raises(ScanError, match="too little of any wall"):
+        estimate(Session.of(scans, [True] * len(scans), REACH, None), poses)

@@ -101,12 +101,16 @@ def estimate_map_error(
     overlaps = overlaps_of(frames)
     by_point, noise = _without_edges(overlaps.by_point), _noise(overlaps)
     drift = EXPECTED_FACTOR * expected_std(frames, overlaps)
-    seen_again = by_point[..., :SQUARES].sum(axis=2) > 0
+    seen_again, regions = by_point[..., :SQUARES].sum(axis=2) > 0, _regions(frames, by_point, noise, drift)
+    if not regions:
+        raise ScanError(
+            "the robot of this map has seen too little of any wall: its error cannot be estimated"
+        )
     return MapErrorEstimate(
         float(np.sqrt(np.mean(drift**2))),
         float(_contradiction(by_point.sum(axis=(0, 1)), noise)),
         float(seen_again.sum() / frames.counts.sum()),
-        _regions(frames, by_point, noise, drift),
+        regions,
     )
 
 

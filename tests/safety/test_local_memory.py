@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -17,7 +17,6 @@ from chefbot.safety.local_memory import (
     UPRIGHT,
     VIEW,
     LocalMemory,
-    clear_near_points,
     clear_rays,
     cover_body,
     mark_points,
@@ -389,113 +388,3 @@ def test_stamp_zero_is_seen_and_never_is_not() -> None:
     assert not is_seen(one, 0.05, 0.05, -10)
     see_all(one, 0)
     assert is_seen(one, 0.05, 0.05, -10)
-
-
-RAYS, STEP = 201, 0.005
-"""A camera's rays from -0.5 to 0.5 rad, which measure from 0.45 m on."""
-MARGIN = 0.025
-"""Distance beside a point that the rays must pass: the odometry's drift of 2 cm, and half of 1 cm."""
-CAMERAS = [(0.0, 0.0, 0.0), (0.23, -0.31, 2.5), (-0.4, 0.1, -1.0)]
-
-
-def look_past(
-    one: LocalMemory, hidden: NDArray[np.bool_] | None = None, camera: tuple[float, ...] = (0.0, 0.0, 0.0),
-    wall: float = 2.0, step: float = STEP,
-) -> None:  # fmt: skip
-    """Measure a wall at a distance with all rays but the hidden ones."""
-    ranges = np.full(RAYS, wall) if hidden is None else np.where(hidden, np.inf, wall)
-    clear_near_points(one, at(*camera), -0.5, step, ranges, 0.45, 0.02, 0.01, 2, UPRIGHT)
-
-
-def mark_before(one: LocalMemory, camera: tuple[float, ...], bearing: float, r: float) -> None:
-    """Mark a point as a camera sees it."""
-    x, y, yaw = camera
-    mark(one, x + r * math.cos(yaw + bearing), y + r * math.sin(yaw + bearing), layer=UPRIGHT)
-
-
-@given(st.floats(-0.25, 0.25), st.floats(0.15, 0.44), st.sampled_from(CAMERAS))
-def test_near_points_that_hide_nothing_are_removed(
-    bearing: float, r: float, camera: tuple[float, ...]
-) -> None:
-    """Whatever else is remembered: what is beside the picture, beyond the camera's minimum range, or new."""
-    one = memory()
-    x, y, yaw = camera
-    behind = x - 0.3 * math.cos(yaw), y - 0.3 * math.sin(yaw)
-    far = x + 0.62 * math.cos(yaw), y + 0.62 * math.sin(yaw)
-    for place in (behind, far):
-        mark(one, *place, layer=UPRIGHT)
-    mark_before(one, camera, bearing, r)
-    look_past(one, camera=camera)
-    assert len(found(one, at(*camera))) == 2
-
-
-@given(st.floats(-0.45, 0.45), st.floats(0.1, 0.44), st.floats(-1.0, 1.0), st.floats(0.012, 0.1))
-@example(0.0, 0.2, 1.0, 0.012)
-@example(0.0, 0.2, -1.0, 0.012)
-def test_a_near_point_stays_while_a_leg_may_be_there(
-    bearing: float, r: float, share: float, width: float
-) -> None:
-    """A leg of 12 mm or more whose middle is up to 2 cm, the odometry's drift, beside the point."""
-    one = memory()
-    mark_before(one, (0.0, 0.0, 0.0), bearing, r)
-    leg = bearing + share * math.asin(0.02 / r)
-    look_past(one, np.abs(np.arange(RAYS) * STEP - 0.5 - leg) <= width / 2.0 / r)
-    assert len(found(one)) == 1
-
-
-@given(st.floats(-0.2, 0.2), st.floats(0.15, 0.3), st.integers(2, 9))
-def test_single_rays_without_a_measurement_are_no_leg(bearing: float, r: float, every: int) -> None:
-    one = memory()
-    mark_before(one, (0.0, 0.0, 0.0), bearing, r)
-    look_past(one, np.arange(RAYS) % every == 0)
-    assert not len(found(one))
-
-
-@pytest.mark.parametrize(("rays", "stays"), [(9, False), (11, True)])
-def test_a_gap_is_as_wide_as_it_is_at_the_point(rays: int, stays: bool) -> None:
-    """At 0.2 m ten rays are 1 cm wide; a ray beside the gap that shows the wall ends it."""
-    one = memory()
-    mark_before(one, (0.0, 0.0, 0.0), 0.0, 0.2)
-    hidden = np.zeros(RAYS, np.bool_)
-    hidden[101 : 101 + rays] = True
-    hidden[99] = True
-    look_past(one, hidden)
-    assert (len(found(one)) == 1) == stays
-
-
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-@pytest.mark.parametrize(("inside", "stays"), [(-0.001, True), (0.006, False)])
-def test_all_rays_beside_a_near_point_must_be_in_the_picture(side: float, inside: float, stays: bool) -> None:
-    """The picture ends at half a radian; its last ray counts."""
-    one = memory()
-    mark_before(one, (0.0, 0.0, 0.0), side * (0.5 - math.asin(MARGIN / 0.3) - inside), 0.3)
-    look_past(one)
-    assert (len(found(one)) == 1) == stays
-
-
-@pytest.mark.parametrize(
-    ("x", "y", "layer", "wall"),
-    [
-        (0.3, 0.0, CAMERA, 2.0),  # too low or too high for the rays
-        (0.3, 0.0, LIDAR, 2.0),
-        (0.46, 0.0, UPRIGHT, 2.0),  # not too near
-        (0.2, 0.12, UPRIGHT, 2.0),  # at 0.54 rad, beside the picture
-        (-0.3, 0.0, UPRIGHT, 2.0),
-        (0.3, 0.0, UPRIGHT, 0.319),  # it may be what was measured
-        (0.3, 0.0, UPRIGHT, 0.0),  # nothing was
-        (0.024, 0.0, UPRIGHT, 2.0),  # at the camera itself
-    ],
-)
-def test_other_points_stay(x: float, y: float, layer: int, wall: float) -> None:
-    one = memory()
-    mark(one, x, y, layer=layer)
-    look_past(one, wall=wall)
-    assert len(found(one)) == 1
-
-
-@pytest.mark.parametrize(("stamp_ns", "stays"), [(1, False), (2, True), (3, True)])
-def test_points_of_the_picture_and_newer_ones_stay(stamp_ns: int, stays: bool) -> None:
-    one = memory()
-    mark(one, 0.3, 0.0, stamp_ns=stamp_ns, layer=UPRIGHT)
-    look_past(one, wall=0.321)
-    assert (len(found(one)) == 1) == stays

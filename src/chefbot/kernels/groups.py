@@ -20,7 +20,6 @@ import numpy as np
 
 from chefbot.control.people_cost import NearbyPeople, costliest_person
 from chefbot.control.trajectory import TIME_STEP
-from chefbot.design.export.urdf_frames import DEPTH_FRAME
 from chefbot.maths.costs import Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -103,8 +102,9 @@ class KernelWorkload:
         angles = -math.pi + 2.0 * math.pi / n * np.arange(n)
         walls = HALF_SIDE / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
         limits, turn = (0.1, 12.0), (float(angles[0]), float(angles[-1]), 2.0 * math.pi / n)
-        header = self.header("laser" if self.robot.sensors.lidar is not None else DEPTH_FRAME)
-        self.publish("scan", LaserScan(header, *turn, 0.0, 0.1, *limits, walls.astype(np.float32)))
+        self.publish(
+            "scan", LaserScan(self.header("laser"), *turn, 0.0, 0.1, *limits, walls.astype(np.float32))
+        )
         self.publish_pose(x)
 
     def publish_map(self) -> None:
@@ -159,8 +159,8 @@ def scan() -> None:
 
 
 def monitor() -> None:
-    """Check twists of round robots with a lidar or a camera and of a rectangular one in the room."""
-    for robot in ("chefbot_lidar", "chefbot", "jackal"):
+    """Check twists of a round and of a rectangular robot in the room."""
+    for robot in ("chefbot_lidar", "jackal"):
         bench = KernelWorkload("base", robot=robot)
         bench.publish_scan()
         ones = [np.ones(9, np.float32)] * 5

@@ -41,9 +41,6 @@ GROUND_MARGIN = 1.0 + OUTLINE_INSET
 """Cells before unseen ground at which the robot stops backing: the one it reaches into, and the outline's inset."""
 NEAR_DEVIATIONS = 4.0
 """Standard deviations of a lidar's noise above its minimum range within which its returns may all be too long."""
-NEAR_TOLERANCE, NEAR_WIDTH = 0.02, 0.01
-"""Distance on both sides of a point too near for the camera that it must look past before the point is forgotten, the
-drift of odometry since it was seen; and width of the thinnest thing that it would not look past; m."""
 SENSORS = ("lidar", "depth camera", "depth camera")
 """Names of the sensors of the memory's layers."""
 
@@ -111,24 +108,6 @@ class CollisionMonitor:
         if is_lidar:
             marked = np.where(invalid, np.inf, ranges)
             memory.mark_points(self._memory, sensor.array(), angles, marked, stamp_ns, memory.LIDAR)
-        else:
-            self._clear_near_points(scan, ranges, sensor)
-
-    def _clear_near_points(self, scan: LaserScan, ranges: NDArray[np.float64], sensor: SE2) -> None:
-        """Forget what a camera does not see because it is too near, but looks past on all sides."""
-        if scan.angle_increment > 0.0:
-            memory.clear_near_points(
-                self._memory,
-                sensor.array(),
-                float(scan.angle_min),
-                float(scan.angle_increment),
-                ranges,
-                float(scan.range_min),
-                NEAR_TOLERANCE,
-                NEAR_WIDTH,
-                scan.header.stamp.ns,
-                memory.UPRIGHT,
-            )
 
     def _thinning(self, increment: float) -> int:
         """Return of how many neighbouring rays one passes through each cell within reach."""

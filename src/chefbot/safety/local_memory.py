@@ -2,9 +2,9 @@
 
 A camera does not see what is near or beside the body. What it saw a moment ago is kept on a rolling grid: for each
 cell the newest point of each layer with its time, and the time at which its ground was last seen free or covered by
-the body. A point goes when a later measurement of its layer passes through its cell, when it would hide what the
-camera measured behind it, when the body is there, or with age. A cell belongs to all places that are a whole number
-of grids apart; which one it stores is written beside its times.
+the body. A point goes when a later measurement of its layer passes through its cell, when the body is there, or with
+age. A cell belongs to all places that are a whole number of grids apart; which one it stores is written beside its
+times.
 """
 
 from __future__ import annotations
@@ -92,48 +92,6 @@ def clear_rays(
                 if shows[kind] and memory.seen_ns[kind, t, u] < stamp_ns:
                     memory.seen_ns[kind, t, u] = stamp_ns
                     memory.seen_cell[kind, t, u, 0], memory.seen_cell[kind, t, u, 1] = column, row
-
-
-@njit(cache=True, nogil=True)
-def clear_near_points(
-    memory: LocalMemory,
-    sensor: Floats,
-    angle_min: float,
-    increment: float,
-    ranges: Floats,
-    nearest: float,
-    tolerance: float,
-    width: float,
-    stamp_ns: int,
-    layer: int,
-) -> None:
-    """Remove older points of a layer that are nearer than a sensor's minimum range, but would hide what it measured.
-
-    sensor: its pose (3,) in odom. ranges (n,): m, of rays from angle_min on by `increment`, rad; not finite or 0 is
-    no measurement. nearest: its minimum range, m. A point is removed if the rays that pass it within `tolerance`
-    (m) have measured something beyond it, but for single ones: anything of `width` (m) would hide what is behind it.
-    """
-    margin = tolerance + width / 2.0
-    for cell in np.ndindex(memory.hit_ns[layer].shape):
-        held_ns, held = memory.hit_ns[layer][cell], memory.hit_xy[layer][cell]
-        dx, dy = held[0] - sensor[0], held[1] - sensor[1]
-        r = math.hypot(dx, dy)
-        if held_ns == NEVER or held_ns >= stamp_ns or not margin < r < nearest:
-            continue
-        # the rays that pass the point, which must all be in the picture
-        angle = (math.atan2(dy, dx) - sensor[2] - angle_min) % (2.0 * math.pi)
-        beside = math.asin(margin / r)
-        first, last = math.floor((angle - beside) / increment), math.ceil((angle + beside) / increment)
-        if first < 0 or last >= ranges.shape[0]:
-            continue
-        # the longest gap between two that have measured something beyond it
-        gap = longest = 0
-        for i in range(first, last + 1):
-            beyond = math.isfinite(ranges[i]) and ranges[i] > r + tolerance
-            gap = 0 if beyond else gap + 1
-            longest = max(longest, gap)
-        if longest * increment * r < width:
-            memory.hit_ns[layer][cell] = NEVER
 
 
 @njit(cache=True, nogil=True)

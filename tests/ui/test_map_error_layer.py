@@ -16,7 +16,7 @@ ERRORS = Grid(np.array([[3, 7, 15], [30, 60, -1]], np.int8), 2.0, 0.0, 0.0)
 """An error of each colour, cm, and one square without."""
 
 
-RED, GREEN = pixels_where("r > g + 40 && r > b + 40"), pixels_where("g > r + 40 && g > b + 20")
+RED, BLUE = pixels_where("r > g + 40 && r > b + 40"), pixels_where("b > r + 40 && b > g + 20")
 
 
 def test_the_layer_takes_nothing_but_whole_centimetres() -> None:
@@ -32,6 +32,6 @@ def test_the_error_is_drawn_where_somebody_wants_to_see_it(page: Any) -> None:
     page.server.set_layer("map_error", ERRORS)
     with open_tab(page.url, NO_GPU) as tab:
         tab.wait_for(MAP_SHOWN)
-        red, green = tab.evaluate(RED), tab.evaluate(GREEN)
+        red, blue = tab.evaluate(RED), tab.evaluate(BLUE)
         tab.evaluate("document.querySelector('input[data-layer=map_error]').click()")
-        tab.wait_for(f"{RED} > {red} + 500 && {GREEN} > {green} + 500")
+        tab.wait_for(f"{RED} > {red} + 500 && {BLUE} > {blue} + 500")

@@ -23,10 +23,10 @@ export function costColours() {
   return table;
 }
 
-// Centimetres, from green for up to 5 to red from 40 on.
+// Centimetres, from blue for up to 5 to red from 40 on, as in the picture of `chefbot map quality`.
 export function errorColours() {
   const table = new Uint32Array(256);
-  const limits = [[5, [26, 152, 80]], [10, [145, 207, 96]], [20, [254, 224, 139]], [40, [252, 141, 89]], [101, [215, 48, 39]]];
+  const limits = [[5, [44, 123, 182]], [10, [171, 217, 233]], [20, [255, 255, 191]], [40, [253, 174, 97]], [101, [215, 25, 28]]];
   for (let error = 0; error <= 100; error++) table[error] = rgba(...limits.find(([below]) => error < below)[1], 120);
   return table;
 }

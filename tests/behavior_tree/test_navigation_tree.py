@@ -92,6 +92,20 @@ def test_each_recovery_has_its_turn_until_the_goal_fails(
     assert set(navigation.services.failures) == {(208, "No way leads there.")}
 
 
+@pytest.mark.parametrize("robot", [LIDAR, CAMERA])
+def test_what_is_remembered_is_looked_at_before_other_recoveries(robot: object) -> None:
+    def answer(pending: PendingAction) -> None:
+        if pending.what == "back up to see":
+            navigation.services.stopped_by_memory = False
+        pending.end(no_path() if pending.what == "plan" else None)
+
+    navigation = Navigation(answer, robot, NavigatorParams(recovery=RecoveryParams(rounds=1)))
+    navigation.services.stopped_by_memory = True
+    assert navigation.run(1.0) is Status.FAILURE
+    order = ROUND if robot is LIDAR else ROUND_LOOKING_AHEAD
+    assert navigation.recoveries == ["back up to see", *order[:-1]]
+
+
 def test_nothing_is_tried_against_a_goal_outside_the_map() -> None:
     navigation = Navigation(
         always(ComputePathToPose_Result(error_code=204, error_msg="It is outside the map."))
@@ -121,6 +135,26 @@ def test_an_occupied_goal_is_tried_again_each_second(at_goal: float, drives: int
     drive = ["plan", "follow"]
     assert navigation.services.names() == [*drive * drives, "face", *drive], "the robot looks at it once"
     assert navigation.recoveries == ["face"]
+
+
+def test_beside_an_occupied_goal_it_backs_up_to_see() -> None:
+    def answer(pending: PendingAction) -> None:
+        if pending.what == "follow" and navigation.services.stopped_by_memory:
+            pending.end(blocked())
+        elif pending.what == "back up to see":
+            navigation.services.stopped_by_memory = False
+            pending.end()
+        else:
+            drives_at_once(pending)
+
+    navigation = Navigation(answer, params=NavigatorParams(waiting=WaitingParams(at_goal=0.0)))
+    services = navigation.services
+    services.waits_well, services.goal_occupied = False, True
+    assert navigation.run(0.3) is Status.RUNNING and services.names() == ["plan", "follow", "face"]
+    services.stopped_by_memory = True
+    assert navigation.run(4.0) is Status.SUCCESS
+    drive = ["plan", "follow"]
+    assert services.names() == [*drive, "face", *drive, "back up to see", *drive]
 
 
 def test_a_goal_with_nothing_to_look_at_is_near_enough() -> None:

@@ -14,7 +14,8 @@ from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStampe
 from chefbot.msgs.nav2_msgs import Spin, Spin_Goal, Spin_Result
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.navigation.obstacle_facing import NOTHING_TO_SEE, SILENT, ObstacleFacingNode
+from chefbot.nodes.navigation.obstacle_facing import NOTHING_TO_SEE, ObstacleFacingNode
+from chefbot.nodes.navigation.recovery_behaviors import SILENT
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams, Out
 
@@ -67,7 +68,7 @@ def faced(point: tuple[float, float] | None, robot: SE2 | None, **planner: objec
         runner.loop.publish("tf_static", transform, "test", from_device=True)
     navigator: Any = runner.system.nodes["navigator"]
     navigator.begin()
-    runner.run(30.0)
+    runner.run(80.0)
     angles = [float(one.goal.target_yaw) for one in runner.messages("spin/_action/send_goal")]
     return angles, runner.messages("error")[-1].data
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from chefbot.msgs.nav2_msgs import ComputePathToPose_Result, FollowPath_Result
+from chefbot.msgs.nav2_msgs import BackUp_Result, ComputePathToPose_Result, FollowPath_Result
 from chefbot.msgs.nav_msgs import Path
 
 
@@ -39,7 +39,7 @@ class RecordedNavigation:
         self.begun: list[PendingAction] = []
         self.failures: list[tuple[int, str]] = []
         self.localized = self.waits_well = True
-        self.may_be_blocked = self.goal_occupied = False
+        self.may_be_blocked = self.goal_occupied = self.stopped_by_memory = False
         self._answer = answer
 
     def names(self) -> list[str]:
@@ -75,6 +75,13 @@ class RecordedNavigation:
 
     def back_up(self, distance: float, speed: float, time_allowance: float) -> PendingAction:
         return self._begin(f"back up {distance:g}")
+
+    def back_up_to_see(self) -> PendingAction:
+        if self.stopped_by_memory:
+            return self._begin("back up to see")
+        refused = PendingAction("back up to see")
+        refused.end(BackUp_Result(error_code=710, error_msg="Nothing to see."))
+        return refused
 
     def wait(self, seconds: float) -> PendingAction:
         return self._begin(f"wait {seconds:g}")

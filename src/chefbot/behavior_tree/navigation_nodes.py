@@ -51,6 +51,9 @@ class NavigationServices(Protocol):
     def back_up(self, distance: float, speed: float, time_allowance: float) -> Pending:
         """Back up; the result is a `CodedResult`."""
 
+    def back_up_to_see(self) -> Pending:
+        """Back up until the robot sees what its collision monitor remembers; the result is a `CodedResult`."""
+
     def wait(self, seconds: float) -> Pending:
         """Stand still for a time; the result has no error code."""
 
@@ -151,6 +154,17 @@ class BackUp(ServiceAction):
         """Send distance, speed and time allowance to the behavior server."""
         numbers = (self.ports.number(one) for one in ("backup_dist", "backup_speed", "time_allowance"))
         return self.services.back_up(*numbers)
+
+
+class BackUpToSee(ServiceAction):
+    """Backs up along its own track until the depth camera sees the remembered obstacle that stops the robot.
+
+    Fails at once if no such obstacle stops it.
+    """
+
+    def begin(self) -> Pending:
+        """Start to back up along the robot's track."""
+        return self.services.back_up_to_see()
 
 
 class Wait(ServiceAction):
@@ -300,6 +314,7 @@ def _recovery_nodes(services: NavigationServices) -> Catalog:
             NodePort("backup_dist", float, default="0.15", minimum=0.0),
             NodePort("backup_speed", float, default="0.025", minimum=0.0),
         ),
+        "BackUpToSee": _action(BackUpToSee, services),
         "Wait": _action(Wait, services, duration),
         "ClearCostmapAroundRobot": _action(ClearCostmapAroundRobot, services, service_name, radius),
         "ClearEntireCostmap": _action(ClearEntireCostmap, services, service_name),

@@ -132,10 +132,12 @@ class ExplorerNode(FrontierMapNode):
             driving.discard()
         if driving.done and driving.result().error_code:
             self._explorer.mark_failed(goal)
+            self._add_blockages()
         elif driving.done:
             if goal.look_around:
                 await self.spin.call(self._session.next_turn())
             await self._await_new_map()
+            self._forget_blockages()
             if self._frontier_remains(goal):
                 self._explorer.mark_failed(goal)
 

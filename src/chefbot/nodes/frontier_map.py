@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.exploration.blockages import Blockages
 from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal, Explorer
 from chefbot.exploration.session import field_of_view
 from chefbot.maths.grid import Grid
@@ -14,7 +15,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.planner import PlanningError
 from chefbot.runtime.coroutines import Future, wait_any
-from chefbot.runtime.node import In, Node
+from chefbot.runtime.node import In, Node, topic
 
 MAP_TIMEOUT = 2.5
 """Maximum time that the mapper takes to publish a new map, s."""
@@ -27,6 +28,7 @@ class FrontierMapNode(Node):
     """
 
     map: In[OccupancyGrid]
+    planner_costmap: In[OccupancyGrid] = topic("global_costmap/costmap")
 
     def start(self) -> None:
         """Create the explorer and the planner; the first map is still to come."""
@@ -34,6 +36,7 @@ class FrontierMapNode(Node):
             self.robot.inscribed_radius, field_of_view(self.robot), self.params.explorer
         )
         self._planner = GridPlanner(self.params.planner)
+        self._blockages = Blockages()
         self._new_map: Future[None] = Future()
 
     def on_map(self, _: OccupancyGrid) -> None:
@@ -58,7 +61,19 @@ class FrontierMapNode(Node):
         assert self.map.last is not None
         grid = self.map.last.grid
         robot = self.tf.lookup("map", "base_link")
-        return self._explorer.decide(grid, self._cost_to_come(grid, robot), robot)
+        return self._explorer.decide(grid, self._cost_to_come(self._blockages.on(grid), robot), robot)
+
+    def _add_blockages(self) -> None:
+        """Remember what blocks the robot here although it is not on the map."""
+        if self.map.last is not None and self.planner_costmap.last is not None:
+            robot = self.tf.lookup("map", "base_link")
+            self._blockages.add(robot, self.planner_costmap.last.grid, self.map.last.grid)
+
+    def _forget_blockages(self) -> None:
+        """Forget what has blocked the robot here and has gone."""
+        if self.planner_costmap.last is not None:
+            robot = self.tf.lookup("map", "base_link")
+            self._blockages.forget_gone(robot, self.planner_costmap.last.grid)
 
     def _cost_to_come(self, grid: Grid, robot: SE2) -> NDArray[np.float32]:
         costs = LayeredCostmap(

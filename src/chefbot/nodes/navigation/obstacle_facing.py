@@ -7,17 +7,14 @@ import math
 from chefbot.behavior.motion_errors import SPIN
 from chefbot.causes.reports import MAP, is_zone
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import PoseStamped
-from chefbot.msgs.nav2_msgs import Spin_Goal, Spin_Result
+from chefbot.msgs.nav2_msgs import Spin_Result
 from chefbot.nodes.navigation.blockage_request import BlockageRequestNode
 from chefbot.nodes.navigation.recovery_behaviors import RecoveryBehaviorsNode
-from chefbot.runtime.coroutines import Cancelled, wait_any
 from chefbot.runtime.transform_buffer import TransformError
 
 TIME_ALLOWANCE = 10.0
 """Time in which the robot faces the obstacle, s: half a turn and waiting for a sensor."""
-SILENT, PREEMPTED = "The behavior server does not answer.", "Another motion has preempted the rotation."
 NOTHING_TO_SEE = "No sensor has marked what occupies the goal."
 
 
@@ -35,12 +32,4 @@ class ObstacleFacingNode(RecoveryBehaviorsNode, BlockageRequestNode):
             return Spin_Result(error_code=SPIN.unknown, error_msg=str(error))
         obstacle = robot.between(SE2(found.point.x, found.point.y, 0.0))
         angle = math.atan2(obstacle.y, obstacle.x)
-        spinning = self.spin.call(Spin_Goal(angle, Duration.of(TIME_ALLOWANCE)))
-        await wait_any(spinning, self.sleep(2.0 * TIME_ALLOWANCE))
-        if not spinning.done:
-            spinning.discard()
-            return Spin_Result(error_code=SPIN.timeout, error_msg=SILENT)
-        try:
-            return spinning.result()
-        except Cancelled:
-            return Spin_Result(error_code=SPIN.unknown, error_msg=PREEMPTED)
+        return await self._spin_by(angle, TIME_ALLOWANCE)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Coroutine
-from typing import Any
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
 
-from chefbot.behavior.motion_errors import BACK_UP
+from chefbot.behavior.motion_errors import BACK_UP, SPIN, BehaviorErrorCodes
 from chefbot.behavior.relocalization import (
     LOST,
     YIELD_TIME,
@@ -13,6 +13,8 @@ from chefbot.behavior.relocalization import (
     Relocalization,
     RelocalizationStep,
 )
+from chefbot.control.waiting_state import WAIT_TIMEOUT
+from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
 from chefbot.msgs.nav2_msgs import BackUp, BackUp_Goal, BackUp_Result, Spin, Spin_Goal, Spin_Result
 from chefbot.msgs.std_msgs import Float64, String
@@ -22,6 +24,8 @@ from chefbot.runtime.node import In, Node, Out, topic
 
 COSTMAP_REFRESH_TIME = 1.0
 """Time that the sensors need to mark the present obstacles again, s."""
+SILENT, PREEMPTED = "The behavior server does not answer.", "Another motion has preempted this one."
+R = TypeVar("R")
 
 
 class RecoveryBehaviorsNode(Node):
@@ -70,6 +74,29 @@ class RecoveryBehaviorsNode(Node):
                 await self.sleep(YIELD_TIME)
                 step = relocalization.after_yield()
         return relocalization.fault
+
+    async def _motion_result(
+        self, motion: Future[R], allowance: float, result: Callable[[int, str], R], codes: BehaviorErrorCodes
+    ) -> R:
+        """Return the result of a motion; one with an error if it is preempted, or if the server does not answer.
+
+        allowance: time that the motion may take, s; the server may wait for a sensor as well. result: makes a result.
+        """
+        await wait_any(motion, self.sleep(allowance + WAIT_TIMEOUT))
+        if not motion.done:
+            motion.discard()
+            return result(codes.timeout, SILENT)
+        try:
+            return motion.result()
+        except Cancelled:
+            return result(codes.unknown, PREEMPTED)
+
+    async def _spin_by(self, angle: float, allowance: float) -> Spin_Result:
+        """Rotate in place by an angle (rad) within an allowance (s)."""
+        spinning = self.spin.call(Spin_Goal(angle, Duration.of(allowance)))
+        return await self._motion_result(
+            spinning, allowance, lambda code, text: Spin_Result(Duration(), code, text), SPIN
+        )
 
     async def _spin(self, goal: Spin_Goal) -> Spin_Result | None:
         """Rotate by one step; return None if another motion preempted this one."""

@@ -12,6 +12,7 @@ from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point, PoseStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.nodes.navigation.obstacle_facing import ObstacleFacingNode
+from chefbot.nodes.navigation.retreating import RetreatingNode
 from chefbot.nodes.navigation.way_waiting import HELD_UP, WayWaitingNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.transform_buffer import TransformError
@@ -22,7 +23,7 @@ AT_POSE = 0.25
 """Distance up to which the robot is at a pose, m; as the default tolerance of Nav2's goal checkers."""
 
 
-class TreeServicesNode(WayWaitingNode, ObstacleFacingNode):
+class TreeServicesNode(WayWaitingNode, ObstacleFacingNode, RetreatingNode):
     """Base class of a node whose behavior tree navigates. It keeps the last failure, and counts recoveries."""
 
     follow_path = action_client(nav2.FollowPath)
@@ -84,13 +85,17 @@ class NodeServices:
     def spin(self, angle: float, time_allowance: float) -> Pending:
         """Rotate in place by an angle, as a recovery behavior."""
         self._node._begin_recovery()
-        return self._node.spin.call(nav2.Spin_Goal(angle, Duration.of(time_allowance)))
+        return self._node._pending(self._node._spin_by(angle, time_allowance))
 
     def back_up(self, distance: float, speed: float, time_allowance: float) -> Pending:
         """Back up by a distance, as a recovery behavior."""
         self._node._begin_recovery()
         goal = nav2.BackUp_Goal(Point(-distance), speed, Duration.of(time_allowance))
         return self._node._pending(self._node._back_up(goal))
+
+    def back_up_to_see(self) -> Pending:
+        """Back up until the robot sees what its collision monitor remembers, as a recovery behavior."""
+        return self._node._pending(self._node._back_up_to_see())
 
     def wait(self, seconds: float) -> Pending:
         """Stand still for a time, as a recovery behavior."""

@@ -1,0 +1,65 @@
+"""Retreat along the robot's own track, to where its depth camera sees again what is too near for it."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import SE2
+from chefbot.robot.sensors import DepthCamera
+
+SPACING = 0.03
+"""Distance between two poses of the track, m."""
+TRACK_TIME_NS = 25_000_000_000
+"""Time for which the track is kept, ns: ground that the body covered longer ago may be taken, and the collision
+monitor does not let the robot back over it (its parameter `seen`)."""
+MAX_RETREAT = 0.6
+"""Maximum distance of a retreat, m."""
+SIGHT_MARGIN = 0.1
+"""Distance beyond the camera's minimum range from which a place is seen well, m."""
+
+
+class Retreat(NamedTuple):
+    """A retreat: first a rotation in place (rad), then backwards by a distance (m), then a rotation to the place."""
+
+    turn: float
+    distance: float
+    turn_to_place: float
+
+
+class RecentTrack:
+    """The robot's poses of the last seconds, in odom."""
+
+    def __init__(self) -> None:
+        self._poses: deque[tuple[int, SE2]] = deque()
+
+    def add(self, pose: SE2, now_ns: int) -> None:
+        """Add the present pose, unless the robot has not moved since the last one, and drop the oldest ones."""
+        if not self._poses or self._poses[-1][1].distance(pose) >= SPACING:
+            self._poses.append((now_ns, pose))
+        while self._poses and now_ns - self._poses[0][0] > TRACK_TIME_NS:
+            self._poses.popleft()
+
+    def retreat(self, robot: SE2, x: float, y: float, sight: float) -> Retreat | None:
+        """Return the shortest retreat from `robot` after which (x, y) is `sight` metres away or more.
+
+        None if the track does not lead that far, or if the place is that far away already.
+        """
+        if math.hypot(x - robot.x, y - robot.y) >= sight:
+            return None
+        for _, pose in reversed(self._poses):
+            distance = robot.distance(pose)
+            if distance > MAX_RETREAT:
+                return None
+            if math.hypot(x - pose.x, y - pose.y) >= sight:
+                ahead = math.atan2(robot.y - pose.y, robot.x - pose.x)
+                to_place = math.atan2(y - pose.y, x - pose.x)
+                return Retreat(wrap(ahead - robot.yaw), distance, wrap(to_place - ahead))
+        return None
+
+
+def sight_distance(camera: DepthCamera) -> float:
+    """Return the distance from base_link at which the camera sees a place that the robot faces, m."""
+    return camera.mount.x + camera.range_min + SIGHT_MARGIN

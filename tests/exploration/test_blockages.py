@@ -1,0 +1,85 @@
+"""Obstacles that only the planner's costmap has, where exploration failed: behind them nothing is reachable."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.exploration.blockages import REACH, Blockages
+from chefbot.maths.grid import FREE, OCCUPIED, Grid
+from chefbot.maths.se2 import SE2
+from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.params import PlannerParams
+from chefbot.robot.load import load_robot
+
+RESOLUTION, SIZE = 0.05, 120
+ROBOT = SE2(2.0, 3.0, 0.0)
+
+
+def room() -> Grid:
+    """A room of 6 x 6 m with a wall at x = 3 m, in which a mirror shows a free way at y = 3 m."""
+    cells = np.full((SIZE, SIZE), FREE, np.int8)
+    cells[[0, -1]] = cells[:, [0, -1]] = cells[:, 60] = OCCUPIED
+    cells[50:70, 60] = FREE
+    return Grid(cells, RESOLUTION, 0.0, 0.0)
+
+
+def with_mirror(grid: Grid, column: int = 60) -> Grid:
+    """The planner's costmap: the ranger has marked the mirror."""
+    cells = grid.cells.copy()
+    cells[50:70, column] = OCCUPIED
+    return Grid(cells, RESOLUTION, 0.0, 0.0)
+
+
+def reachable(grid: Grid, x: float, y: float) -> bool:
+    costs = LayeredCostmap(CostmapParams(), load_robot("chefbot_lidar").footprint)
+    costs.set_static(grid)
+    potential = GridPlanner(PlannerParams()).potential(costs.update(), ROBOT)
+    return bool(np.isfinite(potential[grid.cell(x, y)]))
+
+
+def test_what_lies_behind_a_mirror_is_not_reachable() -> None:
+    grid, blockages = room(), Blockages()
+    assert reachable(blockages.on(grid), 4.0, 3.0)
+    blockages.add(ROBOT, with_mirror(grid), grid)
+    assert not reachable(blockages.on(grid), 4.0, 3.0)
+    assert reachable(blockages.on(grid), 2.0, 5.0), "this side is free as before"
+    assert np.array_equal(grid.cells, room().cells), "the map itself is as it was"
+
+
+def test_it_is_free_again_once_the_obstacle_is_seen_gone() -> None:
+    grid, blockages = room(), Blockages()
+    blockages.add(ROBOT, with_mirror(grid), grid)
+    blockages.forget_gone(ROBOT, with_mirror(grid))
+    assert not reachable(blockages.on(grid), 4.0, 3.0)
+    blockages.forget_gone(SE2(0.5, 0.5, 0.0), grid)
+    assert not reachable(blockages.on(grid), 4.0, 3.0), "it was too far away to see that"
+    blockages.forget_gone(ROBOT, grid)
+    assert blockages.on(grid) is grid
+
+
+def test_obstacles_of_the_map_are_none() -> None:
+    grid, blockages = room(), Blockages()
+    blockages.add(ROBOT, with_mirror(room(), column=60), with_mirror(grid, column=61))
+    assert blockages.on(grid) is grid, "a cell beside a wall of the map is that wall, seen again"
+
+
+@given(st.floats(0.1, 5.9), st.floats(0.1, 5.9), st.integers(0, 2**32 - 1))
+def test_only_what_is_near_counts(x: float, y: float, seed: int) -> None:
+    grid, blockages = Grid(np.full((SIZE, SIZE), FREE, np.int8), RESOLUTION, 0.0, 0.0), Blockages()
+    marks = (np.random.default_rng(seed).random((SIZE, SIZE)) < 0.01).astype(np.int8) * OCCUPIED
+    blockages.add(SE2(x, y, 0.0), Grid(marks, RESOLUTION, 0.0, 0.0), grid)
+    rows, columns = np.indices(marks.shape)
+    distance = np.hypot(RESOLUTION * (columns + 0.5) - x, RESOLUTION * (rows + 0.5) - y)
+    expected = np.where(distance <= REACH, marks, FREE)
+    assert np.array_equal(blockages.on(grid).cells, expected)
+
+
+def test_a_map_that_has_shrunk_ignores_what_lies_outside() -> None:
+    grid, blockages = room(), Blockages()
+    blockages.add(ROBOT, with_mirror(grid), grid)
+    small = Grid(grid.cells[:40, :40], RESOLUTION, 0.0, 0.0)
+    assert np.array_equal(blockages.on(small).cells, small.cells)

@@ -11,7 +11,7 @@ from tests.support.proving_runs import a_record, tiny
 from chefbot.proving import scoreboard
 from chefbot.proving.record import RunRecord
 from chefbot.proving.scenario import Scenario
-from chefbot.proving.scenario_tasks import BuiltTask
+from chefbot.proving.scenario_tasks import BuiltTask, RunLimits
 from chefbot.proving.scoreboard import SEEDS, run_scoreboard, scoreboard_text
 from chefbot.proving.statistics import wilson
 
@@ -109,12 +109,22 @@ def test_all_scenarios_with_the_first_odd_seed_come_first(tmp_path: Path, orders
     assert list((tmp_path / "out").glob("*.csv")) or list((tmp_path / "out").glob("*.parquet"))
 
 
-def test_runs_in_real_time_come_last(
+def test_long_runs_come_late_and_those_in_real_time_last(
     tmp_path: Path, orders: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tasks = {"drive": BuiltTask(), "go": tiny().task}
-    monkeypatch.setattr(scoreboard, "load_scenario", lambda name: tiny(name=name, task=tasks[name]))
+    usual = tiny()
+    kinds = {
+        "built": {"task": BuiltTask()},
+        "explore": {"limits": RunLimits(time=3600.0)},
+        "go": {"limits": RunLimits(time=3599.0)},
+    }
+    monkeypatch.setattr(scoreboard, "built_in_scenarios", lambda: kinds)
+    monkeypatch.setattr(
+        scoreboard,
+        "load_scenario",
+        lambda name: tiny(**{"name": name, "task": usual.task, "limits": usual.limits, **kinds[name]}),
+    )
     run_scoreboard(tmp_path / "page.md", tmp_path / "out", 1.0, 1, "")
     names = [order.scenario.name for order in orders]
-    assert names == ["go"] * len(SEEDS) + ["drive"] * len(SEEDS)
-    assert [order.seed for order in orders] == 2 * SEEDS
+    assert names == [name for name in ("go", "explore", "built") for _ in SEEDS]
+    assert [order.seed for order in orders] == 3 * SEEDS

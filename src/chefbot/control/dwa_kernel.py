@@ -53,6 +53,15 @@ def cost_at(cells: NDArray[np.uint8], column: float, row: float) -> int:
 
 
 @njit(cache=True, nogil=True)
+def _ramped_step(
+    twist: tuple[float, float], target: tuple[float, float], time: float, dt: float, ramp: float
+) -> tuple[float, float]:
+    """Return distance and rotation in a step that begins at `time`, with the twist on the ramp at its midpoint."""
+    f = min(1.0, (time + dt / 2) / ramp) if ramp > 0.0 else 1.0
+    return (twist[0] + f * (target[0] - twist[0])) * dt, (twist[1] + f * (target[1] - twist[1])) * dt
+
+
+@njit(cache=True, nogil=True)
 def roll_out(
     cells: NDArray[np.uint8],
     x: float,
@@ -80,12 +89,9 @@ def roll_out(
         # the edges of a polygon must not skip a cell
         steps = max(steps, math.ceil(end * max(abs(twist[0]), abs(target[0]))))
     dt = end / steps
-    distance, time, total, max_cost, near, max_near = 0.0, 0.0, 0.0, 0, 0.0, 0.0
-    taken, blocked = 0, False
+    distance, time, total, max_cost, near, max_near, taken, blocked = 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0, False
     for _ in range(steps):
-        # twist on the ramp at the midpoint of the step
-        f = min(1.0, (time + dt / 2) / ramp) if ramp > 0.0 else 1.0
-        ds, dyaw = (twist[0] + f * (target[0] - twist[0])) * dt, (twist[1] + f * (target[1] - twist[1])) * dt
+        ds, dyaw = _ramped_step(twist, target, time, dt, ramp)
         # exact arc: chord 2 r sin(dyaw / 2) in the mean direction
         chord = ds if abs(dyaw) < 1e-9 else ds * math.sin(dyaw / 2) / (dyaw / 2)
         next_x, next_y = x + chord * math.cos(yaw + dyaw / 2), y + chord * math.sin(yaw + dyaw / 2)

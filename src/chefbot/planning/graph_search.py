@@ -90,6 +90,34 @@ def _open_list(
     return cell, link, tail, buckets + 1
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _pop(
+    slot: int, cell: NDArray[np.int32], link: NDArray[np.int32], tail: NDArray[np.int32], free: int
+) -> tuple[np.uint64, int]:
+    """Return the oldest cell of a bucket, and its entry, which becomes the first free one."""
+    entry = link[slot]
+    link[slot], link[entry] = link[entry], free
+    tail[slot] = slot if link[slot] < 0 else tail[slot]
+    return np.uint64(cell[entry]), entry
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _append(
+    n: int,
+    slot: int,
+    cell: NDArray[np.int32],
+    link: NDArray[np.int32],
+    tail: NDArray[np.int32],
+    free: int,
+    entries: int,
+) -> tuple[int, int]:
+    """Append cell n to a bucket, in entry `free` or a new one (-1); return the next free one, and their number."""
+    entry, entries = (entries, entries + 1) if free < 0 else (free, entries)
+    next_free = link[entry] if free >= 0 else -1
+    cell[entry], link[entry], link[tail[slot]], tail[slot] = n, -1, entry, entry
+    return next_free, entries
+
+
 @njit(cache=True, nogil=True)
 def _neighbour_offsets(stride: int) -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.uint64]]:
     """Return the index offsets of the neighbours, and of the two cells adjacent to each diagonal step."""
@@ -157,8 +185,7 @@ def search(
 ) -> tuple[int, int]:
     """Compute the cost-to-come `g` from `source`: A* until `goal` is final or, if `goal` < 0, Dijkstra everywhere.
 
-    g: flat, filled with inf. written: flat, gets the cells whose g was written. Returns their number, and that of
-    expansions.
+    g: flat, filled with inf. written: gets the cells whose g was written. Returns their number and the expansions.
     """
     stride, rows_per_cell = grid.stride, 1.0 / grid.stride
     # bucket width and weight of the heuristic: A* with a goal, Dijkstra without
@@ -175,10 +202,7 @@ def search(
     while n_open > 0 and (goal < 0 or g[goal] * scale >= bucket):
         slot = bucket & (buckets - 1)
         while link[slot] >= 0:
-            # pop the oldest cell of the bucket; its entry becomes free
-            entry = link[slot]
-            at, link[slot], link[entry], free = np.uint64(cell[entry]), link[entry], free, entry
-            tail[slot] = slot if link[slot] < 0 else tail[slot]
+            at, free = _pop(slot, cell, link, tail, free)
             n_open, n_expanded = n_open - 1, n_expanded + 1
             row = np.int32((np.float64(at) + 0.5) * rows_per_cell)  # a division takes longer
             column = np.int32(at) - row * np.int32(stride)
@@ -204,11 +228,7 @@ def search(
                     n_written += 1
                 elif b_new > bucket and b_new == int((g_old + h_new) * scale):
                     continue  # already open in that bucket
-                # append the cell to its bucket, in a free entry or a new one
-                entry, n_entries = (n_entries, n_entries + 1) if free < 0 else (free, n_entries)
-                free = link[entry] if free >= 0 else -1
-                slot_new = b_new & (buckets - 1)
-                cell[entry], link[entry], link[tail[slot_new]], tail[slot_new] = n, -1, entry, entry
+                free, n_entries = _append(n, b_new & (buckets - 1), cell, link, tail, free, n_entries)
                 n_open += 1
         bucket += 1
     return n_written, n_expanded

@@ -177,6 +177,61 @@ def _is_ramp(
     return gradient >= -steepest - noise * r / GRADIENT_BASE and at_front >= lowest
 
 
+class FloorProfile(NamedTuple):
+    """What the rows so far show of the floor in each bin, (bins,), lengths in m.
+
+    seen: whether floor was seen. floor_r, floor_h: distance and height of its last point, at first under the robot's
+    front. lower: number of rows below it since then. first_r, first_h: the first of them. found: whether they are a
+    drop-off.
+    """
+
+    seen: NDArray[np.bool_]
+    floor_r: NDArray[np.float64]
+    floor_h: NDArray[np.float64]
+    lower: NDArray[np.int32]
+    first_r: NDArray[np.float64]
+    first_h: NDArray[np.float64]
+    found: NDArray[np.bool_]
+
+
+@njit(cache=True, nogil=True)
+def _add_row(
+    profile: FloorProfile,
+    k: int,
+    r: float,
+    h: float,
+    mount_z: float,
+    floor: tuple[float, float, float, float],
+    edges: Floats,
+    bottom: Floats,
+) -> None:
+    """Add a row's point in bin k at a distance and a height, m, to the profile; other arguments: `find_drop_offs`."""
+    seen, floor_r, floor_h, lower, first_r, first_h, found = profile
+    tolerance, steepest, _, noise = floor
+    ray = (mount_z - h) / r
+    if ray <= steepest + MIN_RAY_MARGIN:
+        return
+    lowest = -UNSEEN_FRACTION * DROP_HEIGHT - tolerance * r
+    if seen[k]:
+        lowest = _lowest_ramp(mount_z, ray, steepest, floor_r[k], floor_h[k]) - MIN_STEP
+    is_floor = h >= lowest - noise * r
+    if not is_floor:
+        if lower[k] == 0:
+            first_r[k], first_h[k], bottom[k] = r, h, h
+            edges[k] = (mount_z - (floor_h[k] if seen[k] else 0.0)) / ray
+        lower[k] += 1
+        bottom[k] = min(bottom[k], h)
+        if seen[k]:
+            found[k] = lower[k] >= MIN_ROWS
+        elif r - first_r[k] >= GRADIENT_BASE:
+            is_floor = _is_ramp(floor, first_r[k], first_h[k], r, h)
+            found[k] = not is_floor
+    if is_floor:
+        # The floor rises by no more than the pitch of the camera: behind a doorstep it is not lower
+        floor_h[k] = min(h, floor_h[k] + tolerance * max(r - floor_r[k], 0.0)) if seen[k] else h
+        floor_r[k], seen[k], lower[k] = max(r, floor_r[k]), True, 0
+
+
 @njit(cache=True, nogil=True)
 def _complete(
     found: NDArray[np.bool_],
@@ -217,41 +272,23 @@ def find_drop_offs(
     (h, w): bin of each pixel. obstacles (bins,): distance of the nearest obstacle, m, behind which nothing is
     searched. edges, bottom, blind (bins,): filled, see `DropOffs`.
     """
-    (tolerance, steepest, front, noise), count = floor, len(edges)
+    count = len(edges)
     distance, height, pixels = np.zeros(count), np.zeros(count), np.zeros(count, np.int32)
-    # Last point of the floor in each bin, at first under the robot's front; rows below it since then, and their first
-    seen, floor_r, floor_h = np.zeros(count, np.bool_), np.full(count, front), np.zeros(count)
-    lower, first_r, first_h = np.zeros(count, np.int32), np.zeros(count), np.zeros(count)
-    found = np.zeros(count, np.bool_)
+    profile = FloorProfile(
+        np.zeros(count, np.bool_),
+        np.full(count, floor[2]),
+        np.zeros(count),
+        np.zeros(count, np.int32),
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros(count, np.bool_),
+    )
     for row in range(len(slope) - 1, -1, -1):
         if slope[row] >= 0.0:
             break
         image_row = depth[row], scale, limits, mount_z, slope[row], stretch[row], bins[row]
         _row_means(*image_row, obstacles, distance, height, pixels)
         for k in range(count):
-            if found[k] or pixels[k] == 0:
-                continue
-            r, h = distance[k], height[k]
-            ray = (mount_z - h) / r
-            if ray <= steepest + MIN_RAY_MARGIN:
-                continue
-            lowest = -UNSEEN_FRACTION * DROP_HEIGHT - tolerance * r
-            if seen[k]:
-                lowest = _lowest_ramp(mount_z, ray, steepest, floor_r[k], floor_h[k]) - MIN_STEP
-            is_floor = h >= lowest - noise * r
-            if not is_floor:
-                if lower[k] == 0:
-                    first_r[k], first_h[k], bottom[k] = r, h, h
-                    edges[k] = (mount_z - (floor_h[k] if seen[k] else 0.0)) / ray
-                lower[k] += 1
-                bottom[k] = min(bottom[k], h)
-                if seen[k]:
-                    found[k] = lower[k] >= MIN_ROWS
-                elif r - first_r[k] >= GRADIENT_BASE:
-                    is_floor = _is_ramp(floor, first_r[k], first_h[k], r, h)
-                    found[k] = not is_floor
-            if is_floor:
-                # The floor rises by no more than the pitch of the camera: behind a doorstep it is not lower
-                floor_h[k] = min(h, floor_h[k] + tolerance * max(r - floor_r[k], 0.0)) if seen[k] else h
-                floor_r[k], seen[k], lower[k] = max(r, floor_r[k]), True, 0
-    _complete(found, seen, lower, edges, bottom, blind)
+            if not profile.found[k] and pixels[k] > 0:
+                _add_row(profile, k, distance[k], height[k], mount_z, floor, edges, bottom)
+    _complete(profile.found, profile.seen, profile.lower, edges, bottom, blind)

@@ -50,7 +50,7 @@ def find_file(kind: str, name_or_path: str, built_in: dict[str, Path], error: ty
     if name_or_path.endswith((".yaml", ".yml")) or "/" in name_or_path:
         return Path(name_or_path)
     hint = name_hint(name_or_path, built_in)
-    raise error(f"no {kind} is called {name_or_path!r}{hint}; give a name or a file")
+    raise error(f"no {kind} is called {name_or_path!r}{hint}; give a name, or a file that ends in .yaml")
 
 
 def read_bytes(path: Path, kind: str, limit: int = MAX_BYTES) -> bytes:

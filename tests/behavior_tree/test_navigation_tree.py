@@ -343,3 +343,15 @@ def test_a_file_that_is_no_tree_is_refused_at_the_start(tmp_path: Path) -> None:
     large.write_bytes(b" " * (MAX_BYTES + 1))
     with pytest.raises(BehaviorTreeError, match="has more than 1000000 bytes"):
         Navigation(always(None), params=NavigatorParams(behavior_tree=str(large)))
+
+
+@pytest.mark.parametrize(("start", "request_"), [('start="{goal}"', "plan from start"), ("", "plan")])
+def test_a_path_begins_at_the_start_that_is_given(tmp_path: Path, start: str, request_: str) -> None:
+    file = tmp_path / "tree.xml"
+    file.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="T">'
+        f'<ComputePathToPose goal="{{goal}}" {start} path="{{path}}"/></BehaviorTree></root>'
+    )
+    navigation = Navigation(finds_a_path, params=NavigatorParams(behavior_tree=str(file)))
+    navigation.run(0.2)
+    assert navigation.services.names() == [request_]

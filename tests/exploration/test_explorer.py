@@ -6,7 +6,7 @@ import pytest
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.raytrace import mark_and_clear
-from chefbot.exploration.explorer import Explorer
+from chefbot.exploration.explorer import DIMINISHED, Explorer
 from chefbot.exploration.frontiers import find_frontiers, frontier_mask
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
@@ -156,6 +156,17 @@ def test_every_skipped_frontier_has_a_reason():
     decision = decide(ROOM, True, explorer)
     assert decision.goal is None
     assert "failed 2 times" in decision.skipped[0].reason
+
+
+def test_after_goals_that_show_nothing_small_gains_do_not_count():
+    explorer = Explorer(RADIUS)
+    goal = decide(ROOM, True, explorer).goal
+    while explorer._required_gain.value <= goal.gain:
+        explorer.note_gain(goal, 0.0)
+    decision = decide(ROOM, True, explorer)
+    assert decision.goal is None and decision.skipped[0].reason == DIMINISHED
+    explorer.note_gain(goal, goal.gain)
+    assert decide(ROOM, True, explorer).goal == goal
 
 
 def test_a_fully_known_map_is_done():

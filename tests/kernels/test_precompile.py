@@ -9,9 +9,14 @@ import numba
 import pytest
 from rich.console import Console
 
-from chefbot.kernels import cache_stamp
+from chefbot.kernels import cache_stamp, precompile
 from chefbot.kernels.groups import FIRST_PICTURE_GROUPS, GROUPS, kernel_files
-from chefbot.kernels.precompile import KernelCompilation, record_stamp, start_compilation
+from chefbot.kernels.precompile import (
+    KernelCompilation,
+    compile_kernels_of,
+    record_stamp,
+    start_compilation,
+)
 
 
 @pytest.mark.slow
@@ -83,3 +88,34 @@ def test_kernel_files_belong_to_compiled_kernels() -> None:
         pytest.skip("kernels are not compiled at all")
     files = kernel_files()
     assert files and all(Path(file).exists() for file in files)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "demo_is_compiled", "expected"),
+    [
+        (["chefbot.devices.keyboard:KeyboardDevice"], False, []),
+        (["chefbot.nodes.amcl:AmclNode"], False, ["localization"]),
+        (["chefbot.nodes.amcl:AmclNode"], True, []),
+        (["chefbot.nodes.graph_slam:GraphSlamNode"], True, ["graph_mapping"]),
+    ],
+)
+def test_a_launch_on_another_machine_compiles_its_own_kernels_only(
+    kinds: list[str],
+    demo_is_compiled: bool,
+    expected: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    if demo_is_compiled:
+        (tmp_path / "kernel.nbi").touch()
+        record_stamp(Console(quiet=True), {str(tmp_path / "kernel.nbi")}, cache_stamp.stamp_path())
+    compiled: list[str] = []
+
+    class Recorded(KernelCompilation):
+        def start(self) -> None:
+            compiled.extend(self._groups)
+
+    monkeypatch.setattr(precompile, "KernelCompilation", Recorded)
+    compile_kernels_of(Console(quiet=True), kinds)
+    assert compiled == expected

@@ -8,12 +8,13 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.planning.rooms import two_rooms
 from tests.support.nodes import NodeRunner
 
 from chefbot.costmap.conversions import LASER
 from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
-from chefbot.maths.costs import LETHAL
+from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_maps import KEEP_OUT, MapZone, MapZones
@@ -26,6 +27,7 @@ from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.nodes.navigation.blockage_finder import BlockageFinderNode
 from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.params import PlannerParams
 
 HERE, THERE, DOOR = SE2(1.0, 2.0, 0.0), SE2(6.5, 2.0, 0.0), 4.0
 ODOM = SE2(1.0, 2.0, 0.0)
@@ -36,6 +38,14 @@ class FinderParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """Parameters that a node with the costmap of the map must have."""
 
     costmap: CostmapParams = GLOBAL_COSTMAP
+    settings: PlannerParams = PlannerParams()
+
+
+class CustomPlanner:
+    """A planner with the one method that a plugin must have."""
+
+    def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
+        return GridPlanner().plan(costmap, start, goal)
 
 
 class Finder(BlockageFinderNode):
@@ -45,7 +55,7 @@ class Finder(BlockageFinderNode):
 
     def start(self) -> None:
         super().start()
-        self._planner = GridPlanner()
+        self._planner = CustomPlanner()
 
 
 class Rooms(NodeRunner):

@@ -104,7 +104,7 @@ def test_it_waits_before_the_doorway_and_not_in_it(floor: Floor, x: float) -> No
     assert found is not None
     search = ParkingSearch(floor.grid, RADIUS)
     costs = WayCosts(floor.layers.update(), floor.layers.static_costs())
-    place = find_waiting_place(search, floor.planner, costs, robot, found)
+    place = find_waiting_place(search, floor.planner.params, costs, robot, found)
     assert place.leaves_way_open and place.pose.x < 4.0 - 0.2
     cell = floor.grid.cell(place.pose.x, place.pose.y)
     assert search.leaves_way_open(*cell, (PERSON_WIDTH,))

@@ -23,8 +23,8 @@ from chefbot.proving import page, prove
 from chefbot.proving.prove import PAGE, ProveOptions, list_scenarios, run_prove
 from chefbot.proving.record import RunRecord
 from chefbot.proving.results_folder import GOALS_TABLE, RUNS_TABLE, ResultsFolder
-from chefbot.proving.run_order import RunOrder
-from chefbot.proving.scenario import built_in_scenarios
+from chefbot.proving.run_order import RunOrder, run_orders
+from chefbot.proving.scenario import built_in_scenarios, load_scenario
 from chefbot.storage.atomic_files import StorageError
 
 
@@ -337,3 +337,14 @@ def test_the_command_ends_with_the_exit_code(tmp_path: Path, scenario: str, runs
 
 def test_scenarios_are_completed() -> None:
     assert scenarios("deliver_") == ["deliver_any_hotel", "deliver_hotel", "deliver_hotel_camera"]
+
+
+def test_a_wrong_scheduler_is_refused_before_kernels_are_compiled(
+    scenario: str, tmp_path: Path, runs: Runs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(prove, "compile_kernels", lambda *_: pytest.fail("compiled first"))
+    with pytest.raises(UserError, match="tcp://HOST:PORT"):
+        prove.make_missing(
+            ResultsFolder(tmp_path / "out"), run_orders(load_scenario(scenario), tmp_path, [1]), {}, 1, "foo"
+        )
+    assert runs.made == []

@@ -64,8 +64,8 @@ class RecordedNavigation:
     def relocalize(self) -> PendingAction:
         return self._begin("relocalize")
 
-    def compute_path(self, goal: object) -> PendingAction:
-        return self._begin("plan")
+    def compute_path(self, goal: object, start: object) -> PendingAction:
+        return self._begin("plan" if start is None else "plan from start")
 
     def follow_path(self, path: object) -> PendingAction:
         return self._begin("follow")

@@ -39,8 +39,8 @@ class NavigationServices(Protocol):
     def relocalize(self) -> Pending:
         """Rotate in place until localization has converged; the result is a `CodedResult`."""
 
-    def compute_path(self, goal: object) -> Pending:
-        """Plan a path to a pose; the result is a `ComputePathToPose_Result`."""
+    def compute_path(self, goal: object, start: object) -> Pending:
+        """Plan a path from a pose, None for the robot's, to another; the result is a `ComputePathToPose_Result`."""
 
     def follow_path(self, path: object) -> Pending:
         """Follow a path in place of the previous one; the result is a `CodedResult`."""
@@ -107,11 +107,12 @@ class GoalAction(ServiceAction):
 
 
 class ComputePathToPose(GoalAction):
-    """Plans a path to `goal` and writes it to `path`."""
+    """Plans a path to `goal` from `start`, without it from the robot's pose, and writes it to `path`."""
 
     def begin(self) -> Pending:
         """Request a path to `goal` from the planner."""
-        return self.services.compute_path(self.ports.value("goal"))
+        start = self.ports.value("start") if "start" in self.ports.given else None
+        return self.services.compute_path(self.ports.value("goal"), start)
 
     def finish(self, result: object) -> Status:
         """Write the path, unless there is none."""

@@ -32,7 +32,7 @@ PANELS = RUN, DESIGN, OPERATE, GRAPH = (
 )
 """Panels of the help, in order."""
 WELCOME = """\
-chefbot: one file describes a differential-drive robot; its owner gets the rest.
+chefbot: design, simulate and run a differential-drive robot from one YAML file.
 
   See a robot drive:      chefbot demo
   Describe your robot:    chefbot robot design --write my_robot.yaml
@@ -53,7 +53,7 @@ class MainGroup(CommandGroup):
 
 
 app = new_group(
-    "One file describes a differential-drive robot; its owner gets the rest.",
+    "Design, simulate and run a differential-drive robot from one YAML file.",
     cls=MainGroup,
     no_args_is_help=False,
     invoke_without_command=True,
@@ -69,7 +69,7 @@ def options(
         bool, typer.Option("--version", help="Print the version and exit.", is_eager=True)
     ] = False,
 ) -> None:
-    """One file describes a differential-drive robot; its owner gets the rest."""
+    """Design, simulate and run a differential-drive robot from one YAML file."""
     if version:
         sys.stdout.write(f"{__version__}\n")
         raise typer.Exit

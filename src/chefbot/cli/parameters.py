@@ -9,7 +9,7 @@ from chefbot.cli import completion
 ROBOTS = "chefbot, chefbot_cliff, chefbot_lidar, desk, jackal, porter, or a robot file"
 WORLDS = "hotel, room, workshop, empty, a world file, or any ROS map.yaml"
 START = typer.Option(
-    help="start pose '\\[x, y, yaw]', m and rad; default: the world's, on a map the roomiest"
+    help="start pose '\\[x, y, yaw]', m and rad; default: the world's; on a map, where clearance is largest"
 )
 UNKNOWN = typer.Option(
     help="unknown cells of a map: wall, free, or auto, walls if large or at the map's edge",

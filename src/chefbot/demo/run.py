@@ -18,6 +18,7 @@ from chefbot.launcher.session import session
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import LeaderClock
 from chefbot.signals import INTERRUPTED, stop_on_signals
+from chefbot.sim.realism import check_profile
 from chefbot.sim.world.load import load_any_world, with_drawn_places
 from chefbot.sim.world.world import World
 from chefbot.storage.atomic_files import make_folder, write_atomic
@@ -29,6 +30,7 @@ TABLES = 3
 def run_demo(options: DemoOptions) -> int:
     """Run the demo; return the exit code: 0 if all was delivered without a collision, 130 after Ctrl-C, else 1."""
     speed = _speed(options.speed)
+    check_profile(options.profile)
     clock = (
         LeaderClock(min(speed or MAX_REAL_TIME_FACTOR, MAX_REAL_TIME_FACTOR)) if options.processes else None
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from chefbot.exploration.frontiers import Frontier, find_frontiers
 from chefbot.exploration.params import ExplorerParams
+from chefbot.exploration.required_gain import RequiredGain
 from chefbot.exploration.visibility import best_view, nearest_reachable, unknown_in_view
 from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
@@ -21,6 +22,8 @@ LOOK_AROUND_GAIN_RATIO = 2.0
 MIN_BLOCKED_GAIN = 4.0
 """Minimum unknown area behind a blocked passage, m^2, for which the robot checks it again."""
 UNREACHABLE = "unreachable: no path to a place that sees it"
+TOO_LITTLE = "too small: less unknown floor than the robot covers"
+DIMINISHED = "too little unknown floor, after goals that showed hardly any"
 GAIN_POWER = 0.25
 """Exponent of the gain; below 1 it favours near goals, so that no second tour is needed for small corners."""
 
@@ -28,7 +31,7 @@ GAIN_POWER = 0.25
 class ExplorationGoal(NamedTuple):
     """A viewpoint: drive to `pose`, which sees the frontier at (x, y), and turn around if `look_around`.
 
-    gain: square metres of unknown floor in view. cost: path length in metres plus the cost of turning.
+    gain: square metres of unknown floor in view. cost: path length, turning and a fixed cost per goal, m.
     blocked: no viewpoint of the frontier is reachable; the robot looks from the nearest reachable place.
     """
 
@@ -58,7 +61,7 @@ class ExplorationDecision(NamedTuple):
 
 
 class Explorer:
-    """Select the goal with the most unknown floor in view per metre of path (Gonzalez-Banos & Latombe 2002).
+    """Select the goal with the largest gain^(1/4) / cost (after Gonzalez-Banos & Latombe 2002).
 
     field_of_view: radians, of the mapping sensor, 2 pi for a lidar; its forward direction is the robot's.
     robot_radius: metres; a frontier shorter than the robot's width is not passable. When no other goal
@@ -70,7 +73,7 @@ class Explorer:
     ) -> None:
         self.params = params or ExplorerParams()
         self.min_frontier_length = 2.0 * robot_radius
-        self.min_gain = math.pi * robot_radius**2
+        self._required_gain = RequiredGain(math.pi * robot_radius**2)
         self.field_of_view = min(field_of_view, FULL_TURN)
         self._failed_goals: list[tuple[float, float]] = []
         self._blocked_viewpoints: list[SE2] = []
@@ -106,6 +109,10 @@ class Explorer:
         else:
             self._failed_goals.append((goal.x, goal.y))
 
+    def note_gain(self, goal: ExplorationGoal, shown: float) -> None:
+        """Take by how many square metres the map has grown on the way to a goal."""
+        self._required_gain.update(goal.gain, shown)
+
     def frontier_remains(self, grid: Grid, goal: ExplorationGoal) -> bool:
         """Return whether a frontier wide enough for the robot remains near the goal's frontier."""
         tolerance = self.params.same_goal_distance
@@ -133,7 +140,9 @@ class Explorer:
         if row < 0:
             return UNREACHABLE
         goal = self._goal(grid, float(cost[row, column]), pose, frontier, (row, column))
-        return goal if goal.gain >= self.min_gain else "too small: less unknown floor than the robot covers"
+        if goal.gain >= self._required_gain.value:
+            return goal
+        return DIMINISHED if goal.gain >= self._required_gain.minimum else TOO_LITTLE
 
     def _goal(
         self, grid: Grid, path_length: float, pose: SE2, frontier: Frontier, cell: tuple[int, int]
@@ -164,7 +173,7 @@ class Explorer:
         row, column = grid.cell(frontier.x, frontier.y)
         gain = self._count_unknown(grid, (row, column), 0.0, FULL_TURN) * grid.resolution**2
         cell = nearest_reachable(cost, row, column, round(self.params.view_range / grid.resolution))
-        if gain < MIN_BLOCKED_GAIN or cell is None:
+        if gain < max(MIN_BLOCKED_GAIN, self._required_gain.value) or cell is None:
             return None
         x, y = grid.centre(*cell)
         pose = SE2(x, y, math.atan2(frontier.y - y, frontier.x - x))

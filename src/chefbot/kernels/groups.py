@@ -330,7 +330,7 @@ GROUPS_OF_NODE: Mapping[str, tuple[str, ...]] = {
     "gmapping": ("mapping",),
     "graph_slam": ("graph_mapping",),
     "amcl": ("localization",),
-    "planner": ("planning",),
+    "planner": ("costs", "planning"),
     "controller": ("costs", "control"),
     "explorer": ("exploration",),
     "people_tracker": ("tracking",),

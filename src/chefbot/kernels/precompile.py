@@ -207,9 +207,22 @@ def compile_kernels(console: Console, port: int | None = None, kinds: Collection
     kinds: classes of nodes that the demo does not have, but this launch.
     """
     start_compilation(console, port).wait()
-    for group in groups_of(kinds):
+    _compile_groups(console, [group for group in groups_of(kinds) if group not in DEMO_GROUPS])
+
+
+def compile_kernels_of(console: Console, kinds: Collection[str]) -> None:
+    """Compile what nodes of these classes run, but nothing that only others of the demo run."""
+    demo_is_compiled = not _is_cold(cache_stamp.stamp_path())
+    _compile_groups(
+        console, [group for group in groups_of(kinds) if not (demo_is_compiled and group in DEMO_GROUPS)]
+    )
+
+
+def _compile_groups(console: Console, groups: Sequence[str]) -> None:
+    """Compile those of the groups that are not in the cache yet, one after the other."""
+    for group in groups:
         stamp = cache_stamp.stamp_path(group)
-        if group not in DEMO_GROUPS and _is_cold(stamp):
+        if _is_cold(stamp):
             further = KernelCompilation(console, (group,), stamp)
             further.start()
             further.wait()

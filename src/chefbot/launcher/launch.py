@@ -25,7 +25,7 @@ from chefbot.bridge.robot_time import RobotTime
 from chefbot.devices.maps.map_file import MAP_FILE_KIND, SAVED_MAP_KIND, given_map
 from chefbot.errors import UserError
 from chefbot.fleet.secure_router import ExternalEndpoints, endpoint
-from chefbot.kernels.precompile import compile_kernels
+from chefbot.kernels.precompile import compile_kernels, compile_kernels_of
 from chefbot.launcher.join import join_robot, joining_node_name, watch_robot
 from chefbot.launcher.lan_access import ALL_ADDRESSES, HOST_ARGUMENT, with_ui_address
 from chefbot.launcher.session import announce, keep_loop_alive, print_remarks, session, start
@@ -119,7 +119,9 @@ def run_launch(
     _check_nodes(launch)
     _check_map(launch)
     try:
-        compile_kernels(console, kinds={entry.kind for entry in launch.nodes.values()})
+        kinds = {entry.kind for entry in launch.nodes.values()}
+        joins = launch.clock == "robot"  # most have no algorithms, and the robot runs on another machine
+        (compile_kernels_of if joins else compile_kernels)(console, kinds=kinds)
         return min(_run_on_wire(launch, robot, endpoints, folder), 1)
     except KeyboardInterrupt:
         console.print("\nThe launch was ended.")

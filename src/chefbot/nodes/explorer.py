@@ -116,14 +116,14 @@ class ExplorerNode(FrontierMapNode):
             goal = session.process(self._decide())
             if goal is not None:
                 self._publish_status(False, session.decision, "Exploring.")
-                await self._visit(goal)
+                await self._visit(goal, self._known_area)
         if self.params.go_home:
             self._publish_status(False, session.decision, "Everything within reach is seen; going home.")
             await self._go(SE2(0.0, 0.0, 0.0))
         self._publish_status(True, session.decision, "Everything within reach is seen.")
 
-    async def _visit(self, goal: ExplorationGoal) -> None:
-        """Drive to a goal, and stop early once its frontier has been mapped on the way."""
+    async def _visit(self, goal: ExplorationGoal, known: float) -> None:
+        """Drive to a goal, and stop early once its frontier has been mapped; known: area known before, m^2."""
         driving = self._go(goal.pose)
         try:
             while not driving.done and self._frontier_remains(goal):
@@ -131,8 +131,7 @@ class ExplorerNode(FrontierMapNode):
         finally:
             driving.discard()
         if driving.done and driving.result().error_code:
-            self._explorer.mark_failed(goal)
-            self._add_blockages()
+            self._note_failed(goal)
         elif driving.done:
             if goal.look_around:
                 await self.spin.call(self._session.next_turn())
@@ -140,6 +139,7 @@ class ExplorerNode(FrontierMapNode):
             self._forget_blockages()
             if self._frontier_remains(goal):
                 self._explorer.mark_failed(goal)
+        self._explorer.note_gain(goal, self._known_area - known)
 
     def _go(self, pose: SE2) -> Future[NavigateToPose_Result]:
         stamped = PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))

@@ -56,6 +56,14 @@ class FrontierMapNode(Node):
             return True
         return self._explorer.frontier_remains(self.map.last.grid, goal)
 
+    @property
+    def _known_area(self) -> float:
+        """Area of the latest map that is known, m^2."""
+        if self.map.last is None:
+            return 0.0
+        grid = self.map.last.grid
+        return float(np.count_nonzero(grid.cells >= 0)) * grid.resolution**2
+
     def _decide(self) -> ExplorationDecision:
         """Select the next goal on the latest map."""
         assert self.map.last is not None
@@ -63,8 +71,9 @@ class FrontierMapNode(Node):
         robot = self.tf.lookup("map", "base_link")
         return self._explorer.decide(grid, self._cost_to_come(self._blockages.on(grid), robot), robot)
 
-    def _add_blockages(self) -> None:
-        """Remember what blocks the robot here although it is not on the map."""
+    def _note_failed(self, goal: ExplorationGoal) -> None:
+        """Record that a goal was not reached, and what blocks the robot here although it is not on the map."""
+        self._explorer.mark_failed(goal)
         if self.map.last is not None and self.planner_costmap.last is not None:
             robot = self.tf.lookup("map", "base_link")
             self._blockages.add(robot, self.planner_costmap.last.grid, self.map.last.grid)

@@ -36,6 +36,3 @@ class Planner(Protocol):
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Return poses (n, 3) x, y, yaw from start to goal in the costmap's frame; raise PlanningError if none."""
-
-    def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
-        """Return the cost-to-come of every cell (h, w), in metres of free driving; inf where unreachable."""

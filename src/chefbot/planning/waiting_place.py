@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.planning.blockage import Blockage, WayCosts
+from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.params import PlannerParams
 from chefbot.planning.parking import PERSON_WIDTH, ParkingSearch
-from chefbot.planning.planner import Planner, PlanningError
+from chefbot.planning.planner import PlanningError
 
 STANDOFF = 0.8
 """Length of the way that stays free before the first blocked pose, m: room for those who come out."""
@@ -37,19 +39,19 @@ class WaitingPlace(NamedTuple):
 
 
 def find_waiting_place(
-    search: ParkingSearch, planner: Planner, way_costs: WayCosts, robot: SE2, blockage: Blockage
+    search: ParkingSearch, settings: PlannerParams, way_costs: WayCosts, robot: SE2, blockage: Blockage
 ) -> WaitingPlace:
     """Return where to wait: the nearest place to the blockage on the way to it that leaves the way open.
 
     If there is none, a place beside the way from which it sees the blockage and that it gets to soon, else where it
-    is. It looks towards the blockage. search: knows the static map.
+    is. It looks towards the blockage. search: knows the static map. settings: of the planner.
     """
     costs = way_costs.marked
     view = _View(way_costs.static, blockage)
     on_way = _on_the_way(search, costs, blockage, view)
     if on_way is not None:
         return WaitingPlace(on_way, True)
-    cells = _beside(planner, costs, robot, blockage.distance, view.blocked)
+    cells = _beside(settings, costs, robot, blockage.distance, view.blocked)
     for in_view in (True, False):
         for row, column in cells.tolist():
             x, y = costs.centre(row, column)
@@ -93,14 +95,16 @@ def _on_the_way(search: ParkingSearch, costs: Costmap, blockage: Blockage, view:
     return None
 
 
-def _beside(planner: Planner, costs: Costmap, robot: SE2, distance: float, blocked: SE2) -> NDArray[np.int64]:
+def _beside(
+    settings: PlannerParams, costs: Costmap, robot: SE2, distance: float, blocked: SE2
+) -> NDArray[np.int64]:
     """Return cells (n, 2), row and column, to which the robot gets and from which it sees the blocked pose.
 
     The best are first: near to the robot, and not farther from the blocked pose than IN_SIGHT. distance: length of
     the way to that pose, m.
     """
     try:
-        potential = planner.potential(costs, robot)
+        potential = GridPlanner(settings).potential(costs, robot)
     except PlanningError:
         return np.zeros((0, 2), np.int64)
     cells = np.argwhere((potential <= LOOK_BACK + distance) & (costs.cells < INSCRIBED))

@@ -22,14 +22,19 @@ ALLOWED_FAILURES = 1000
 """Deaths of workers that a run survives: each costs its time only."""
 
 
+def check_address(address: str) -> None:
+    """Raise UserError if a scheduler's address is none; empty is for processes of this machine."""
+    if address and not ADDRESS.fullmatch(address):
+        raise UserError(f"--scheduler {address[:80]}: give an address as tcp://HOST:PORT")
+
+
 @contextmanager
 def cluster(address: str, workers: int) -> Iterator[DaskCluster]:
     """Yield a connection to the scheduler at `address`, or to `workers` processes started here if it is empty.
 
     Raises UserError without Dask, if the scheduler does not answer, or if a worker has other code.
     """
-    if address and not ADDRESS.fullmatch(address):
-        raise UserError(f"--scheduler {address[:80]}: give an address as tcp://HOST:PORT")
+    check_address(address)
     try:
         import dask
         import distributed  # noqa: F401 - so that the advice covers it

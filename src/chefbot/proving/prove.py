@@ -15,7 +15,7 @@ from rich.table import Table
 
 from chefbot.errors import ChefbotError, UserError
 from chefbot.kernels.precompile import compile_kernels
-from chefbot.proving.cluster import cluster
+from chefbot.proving.cluster import check_address, cluster
 from chefbot.proving.collect import collect
 from chefbot.proving.comparison import FigureChange, changes
 from chefbot.proving.page import page
@@ -131,6 +131,7 @@ def make_missing(
     """
     if not missing or minutes <= 0.0:
         return
+    check_address(scheduler)
     compile_kernels(console)  # once for all workers of this machine
     total = len(done) + len(missing)
     console.print(f"{total} runs, {len(done)} of them done already")

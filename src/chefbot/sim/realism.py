@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from chefbot.errors import UserError
 from chefbot.robot.as_built import AS_DRAWN, AsBuilt
 from chefbot.robot.sensors import ImuSpec
 
@@ -32,6 +33,12 @@ FRICTION_RIPPLE = 0.1  # relative amplitude of the spatial variation of friction
 FRICTION_WAVES = 3
 LOWEST_FRICTION, MAX_FRICTION_RIPPLE = 0.1, 0.9
 """Bounds for floors that are worse than real ones."""
+
+
+def check_profile(profile: str) -> None:
+    """Raise UserError if a profile's name is none."""
+    if profile not in get_args(RealismProfile):
+        raise UserError(f"--profile {profile} must be real, perfect or assembled")
 
 
 def draw_as_built(profile: RealismProfile, rng: Generator, odometry_error: float = 1.0) -> AsBuilt:

@@ -97,9 +97,9 @@ class Gmapping:
         and ranges of at least `range_max` mean no return; NaN, -inf and ranges not above 0 are invalid
         (REP-117).
 
-        Raise OdometryError if the odometry is implausible, the arrays differ in length or the map would become
-        too large. Raise it also if odometry jumps; the robot then keeps its pose in the map and the odom
-        frame is taken as reset.
+        Raise ScanError if the arrays differ in length, MapSizeError if the map would become too large, and
+        OdometryError if the odometry is implausible or jumps; after a jump the robot keeps its pose in the map
+        and the odom frame is taken as reset.
         """
         self._validate_input(angles, ranges, odom)
         if self._odom is not None and (jump := self._odom.distance(odom)) > _MAX_JUMP:

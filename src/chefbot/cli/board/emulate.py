@@ -46,13 +46,13 @@ def run_emulated_robot(robot: str, world: str, profile: str, seed: int, board: P
     the device being board or lidar. Raises UserError for invalid input.
     """
     from chefbot.sim.ports.hardware import HardwareOptions, run_hardware  # takes a second
+    from chefbot.sim.realism import check_profile
 
     if not hasattr(os, "openpty"):
         raise UserError(
             "serial ports can be emulated on Linux and macOS only; `chefbot demo --bytes` needs none"
         )
-    if profile not in ("real", "perfect", "assembled"):
-        raise UserError(f"--profile {profile} must be real, perfect or assembled")
+    check_profile(profile)
     for link in (board, lidar):
         make_folder(link.parent)
         _check_free(link)

@@ -18,7 +18,9 @@ def demo(
     headless: Annotated[bool, typer.Option("--headless", help="without the web UI")] = False,
     speed: Annotated[str, typer.Option(help="real-time factor, or max")] = "max",
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/demo"),
-    profile: Annotated[str, typer.Option(help="realism of the simulation: real or perfect")] = "real",
+    profile: Annotated[
+        str, typer.Option(help="realism of the simulation: real, perfect or assembled")
+    ] = "real",
     people: Annotated[int, typer.Option(min=0, max=50, help="number of simulated people")] = 0,
     port: Annotated[int, typer.Option(min=1, max=65535, help="port of the web UI")] = 8080,
     processes: Annotated[

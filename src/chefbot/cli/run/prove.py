@@ -18,7 +18,10 @@ def prove(
         typer.Argument(help="scenarios by name, or scenario files", autocompletion=completion.scenarios),
     ] = None,
     seeds: Annotated[
-        str | None, typer.Option(help="as 1..100, 7 or 1..9,15; odd ones judge, even ones are for tuning")
+        str | None,
+        typer.Option(
+            help="as 1..100, 7 or 1..9,15; odd seeds are held out for evaluation, even seeds are for tuning"
+        ),
     ] = None,
     robot: Annotated[str, ROBOT_OPTION] = "",
     workers: Annotated[int, typer.Option(min=0, help="processes of this machine; 0: one a core")] = 0,

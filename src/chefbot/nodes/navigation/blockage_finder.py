@@ -33,7 +33,10 @@ PEOPLE_TIMEOUT_NS = 1_000_000_000
 
 
 class BlockageFinderNode(PlannerCausesNode):
-    """Base class of a node that plans on the global costmap and finds what blocks a way."""
+    """Base class of a node that plans on the global costmap and finds what blocks a way.
+
+    Its parameters have a field `settings` of type PlannerParams.
+    """
 
     find_blockage = action_server(FindBlockage)
     _planner: Planner
@@ -66,7 +69,7 @@ class BlockageFinderNode(PlannerCausesNode):
         found = self._result(blockage, numbers[list(blockage.people)], costs)
         if not goal.find_waiting_pose:
             return found
-        waiting = find_waiting_place(self._parking_search(), self._planner, costs, robot, blockage)
+        waiting = find_waiting_place(self._parking_search(), self.params.settings, costs, robot, blockage)
         return msgspec.structs.replace(
             found,
             waiting_pose=PoseStamped(Header.of(self.now_ns, "map"), Pose.of(waiting.pose)),

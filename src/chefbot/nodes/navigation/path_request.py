@@ -23,9 +23,13 @@ class PathRequestNode(RecoveryBehaviorsNode):
     _goal_remark = ""
     """What the planner reported about a goal to which it found a path: that it is occupied."""
 
-    async def _plan(self, goal: PoseStamped) -> nav2.ComputePathToPose_Result:
-        """Return the planner's result, or an error if there is none in time."""
-        planning = self.compute_path_to_pose.call(nav2.ComputePathToPose_Goal(goal))
+    async def _plan(
+        self, goal: PoseStamped, start: PoseStamped | None = None
+    ) -> nav2.ComputePathToPose_Result:
+        """Return the planner's result, from `start` or the robot's pose, or an error if there is none in time."""
+        use_start = start is not None
+        request = nav2.ComputePathToPose_Goal(goal, start or PoseStamped(), use_start=use_start)
+        planning = self.compute_path_to_pose.call(request)
         await wait_any(planning, self.sleep(PLANNER_TIMEOUT))
         if planning.done:
             result = planning.result()

@@ -73,9 +73,9 @@ class NodeServices:
         fault = await self._node._relocalize()
         return nav2.FollowPath_Result(error_code=PATIENCE_EXCEEDED if fault else 0, error_msg=fault)
 
-    def compute_path(self, goal: object) -> Pending:
-        """Plan a path to a PoseStamped."""
-        return self._node._pending(self._node._plan(cast(PoseStamped, goal)))
+    def compute_path(self, goal: object, start: object) -> Pending:
+        """Plan a path to a PoseStamped, from another one or from the robot's pose."""
+        return self._node._pending(self._node._plan(cast(PoseStamped, goal), cast(PoseStamped | None, start)))
 
     def follow_path(self, path: object) -> Pending:
         """Follow a Path; the controller preempts the one before."""

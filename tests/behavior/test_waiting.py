@@ -36,7 +36,7 @@ def blockage(*numbers: int, extra: float = math.inf, x: float = 3.0) -> FindBloc
     return FindBlockage_Result(
         blocked=True,
         people=np.array(numbers, np.uint32),
-        way_around=around,
+        alternative_path=around,
         extra_length=extra if around else 0.0,
         point=Point(x),
     )

@@ -247,7 +247,7 @@ def blocked_by_people(waits: int) -> Answer:
     def answer(pending: PendingAction) -> None:
         if pending.what == "look":
             pending.end(next(looks, None))
-        elif pending.what == "wait for way":
+        elif pending.what == "wait for path":
             pending.end(ComputePathToPose_Result())
         elif pending.what != "follow":
             pending.end(no_path() if pending.what == "plan" else None)
@@ -261,8 +261,8 @@ def test_waiting_for_people_uses_no_recovery_up(waits: int) -> None:
     navigation.services.may_be_blocked = True
     assert navigation.run(120.0) is Status.FAILURE
     names = navigation.services.names()
-    assert names.count("wait for way") == waits and names[:3] == ["plan", "look", "wait for way"]
-    recoveries = [name for name in names if name not in ("plan", "look", "wait for way")]
+    assert names.count("wait for path") == waits and names[:3] == ["plan", "look", "wait for path"]
+    recoveries = [name for name in names if name not in ("plan", "look", "wait for path")]
     assert recoveries == 2 * ROUND
 
 
@@ -276,7 +276,7 @@ def test_a_robot_in_a_doorway_leaves_it_while_it_waits() -> None:
     navigation = Navigation(answer)
     navigation.services.may_be_blocked, navigation.services.waits_well = True, False
     assert navigation.run(1.0) is Status.RUNNING
-    assert navigation.services.names() == ["plan", "look", "wait for way", "plan", "follow"]
+    assert navigation.services.names() == ["plan", "look", "wait for path", "plan", "follow"]
     waiting, following = navigation.services.begun[2], navigation.services.begun[4]
     navigation.services.may_be_blocked = False
     waiting.end(ComputePathToPose_Result())
@@ -295,7 +295,7 @@ def test_it_stops_for_people_although_there_is_a_longer_way() -> None:
     assert navigation.services.names() == ["plan", "follow"]
     navigation.services.may_be_blocked = True
     navigation.run(1.0)
-    assert navigation.services.names()[2:] == ["plan", "look", "look", "wait for way"]
+    assert navigation.services.names()[2:] == ["plan", "look", "look", "wait for path"]
     assert navigation.services.begun[1].discarded
 
 

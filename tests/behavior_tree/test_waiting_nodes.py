@@ -28,15 +28,15 @@ class NavigationWithArguments(RecordedNavigation):
         super().__init__()
         self.arguments: list[tuple[object, ...]] = []
 
-    def find_blocked_way(
+    def find_blocked_path(
         self, goal: object, error_code: int, find_waiting_pose: bool
     ) -> PendingAction | None:
         self.arguments.append((goal, error_code, find_waiting_pose))
-        return super().find_blocked_way(goal, error_code, find_waiting_pose)
+        return super().find_blocked_path(goal, error_code, find_waiting_pose)
 
-    def wait_for_way(self, goal: object, error_code: int) -> PendingAction:
+    def wait_for_path(self, goal: object, error_code: int) -> PendingAction:
         self.arguments.append((goal, error_code))
-        return super().wait_for_way(goal, error_code)
+        return super().wait_for_path(goal, error_code)
 
     def face_obstacle(self, goal: object) -> PendingAction:
         self.arguments.append((goal,))
@@ -72,19 +72,19 @@ def tree_of(services: NavigationWithArguments, body: str) -> BehaviorTree:
 def test_a_search_requests_a_place_only_where_it_is_used(
     services: NavigationWithArguments, ports: str, arguments: tuple[object, ...]
 ) -> None:
-    tree = tree_of(services, f'<IsWayBlocked goal="{{goal}}"{ports}/>')
+    tree = tree_of(services, f'<IsPathBlocked goal="{{goal}}"{ports}/>')
     assert run(tree, 2) == "RR" and services.arguments == [arguments]
 
 
-def test_a_blocked_way_is_a_success_with_the_place_to_wait(services: NavigationWithArguments) -> None:
-    tree = tree_of(services, '<IsWayBlocked goal="{goal}" waiting_pose="{place}"/>')
+def test_a_blocked_path_is_a_success_with_the_place_to_wait(services: NavigationWithArguments) -> None:
+    tree = tree_of(services, '<IsPathBlocked goal="{goal}" waiting_pose="{place}"/>')
     assert run(tree, 1) == "R" and tree.blackboard.find("place") is None
     services.begun[-1].end(FindBlockage_Result(blocked=True, waiting_pose=PLACE))
     assert run(tree, 1) == "S" and tree.blackboard.get("place") is PLACE
 
 
 def test_a_way_not_to_wait_for_is_a_failure(services: NavigationWithArguments) -> None:
-    tree = tree_of(services, '<IsWayBlocked goal="{goal}" waiting_pose="{place}"/>')
+    tree = tree_of(services, '<IsPathBlocked goal="{goal}" waiting_pose="{place}"/>')
     run(tree, 1)
     services.begun[-1].end(None)
     assert run(tree, 1) == "F" and tree.blackboard.find("place") is None
@@ -93,7 +93,7 @@ def test_a_way_not_to_wait_for_is_a_failure(services: NavigationWithArguments) -
 
 
 def test_a_wait_ends_with_the_way_or_with_its_error(services: NavigationWithArguments) -> None:
-    body = '<WaitForWay goal="{goal}" error_code="{seen}" error_code_id="{code}" error_msg="{text}"/>'
+    body = '<WaitForPath goal="{goal}" error_code="{seen}" error_code_id="{code}" error_msg="{text}"/>'
     for result, status in (
         (ComputePathToPose_Result(), "S"),
         (ComputePathToPose_Result(error_code=208, error_msg="It is still closed."), "F"),
@@ -109,7 +109,7 @@ def test_a_wait_ends_with_the_way_or_with_its_error(services: NavigationWithArgu
 
 
 def test_a_wait_that_is_halted_is_cancelled(services: NavigationWithArguments) -> None:
-    tree = tree_of(services, '<WaitForWay goal="{goal}"/>')
+    tree = tree_of(services, '<WaitForPath goal="{goal}"/>')
     run(tree, 1)
     tree.halt()
     assert services.begun[-1].discarded and services.arguments == [(GOAL, 0)]

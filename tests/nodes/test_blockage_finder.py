@@ -137,7 +137,7 @@ def test_somebody_in_the_only_door_is_named_by_number() -> None:
     rooms.mark(IN_DOOR, radius=0.25)
     rooms.track((4, 1.0, 3.5), (7, *IN_DOOR))
     found = rooms.find()
-    assert found.blocked and found.people.tolist() == [7] and not found.way_around
+    assert found.blocked and found.people.tolist() == [7] and not found.alternative_path
     assert found.sensor == "lidar" and found.marked_at.ns == 4_000_000_000
     assert math.dist((found.point.x, found.point.y), IN_DOOR) < 0.35
     assert 2.0 < found.distance < 3.0 and found.extra_length == 0.0
@@ -150,7 +150,7 @@ def test_the_other_way_has_its_extra_length() -> None:
     rooms.mark(IN_DOOR, radius=0.25)
     rooms.track((7, *IN_DOOR))
     found = rooms.find()
-    assert found.blocked and found.way_around
+    assert found.blocked and found.alternative_path
     # over the middle of the other door, which begins 1.4 m further down
     longer = math.hypot(3.0, 1.3) + math.hypot(2.5, 1.3) - 5.5
     assert found.extra_length == pytest.approx(longer, abs=0.45)
@@ -158,7 +158,7 @@ def test_the_other_way_has_its_extra_length() -> None:
 
 def test_an_obstacle_that_closes_the_door_is_nobody() -> None:
     found = closed_door().find()
-    assert found.blocked and found.people.tolist() == [] and not found.way_around
+    assert found.blocked and found.people.tolist() == [] and not found.alternative_path
     assert not closed_door(second_door=True).find().blocked, "there is another way"
 
 

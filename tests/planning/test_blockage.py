@@ -15,7 +15,7 @@ from chefbot.maths.costs import LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.planning.blockage import Blockage, WayCosts, find_blockage
+from chefbot.planning.blockage import Blockage, PathCosts, find_blockage
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.parking import PERSON_WIDTH, ParkingSearch
 from chefbot.planning.waiting_place import STANDOFF, find_waiting_place
@@ -42,7 +42,7 @@ class Floor:
         self.layers.note_change(SE2(x, y, 0.0), radius)
 
     def blockage(self, robot: SE2 = HERE, people: object = NOBODY) -> Blockage | None:
-        costs = WayCosts(self.layers.update(), self.layers.static_costs())
+        costs = PathCosts(self.layers.update(), self.layers.static_costs())
         return find_blockage(self.planner, costs, robot, THERE, np.asarray(people, float), RADIUS)
 
 
@@ -103,7 +103,7 @@ def test_it_waits_before_the_doorway_and_not_in_it(floor: Floor, x: float) -> No
     found = floor.blockage(robot, [person, (4.4, 2.0)])
     assert found is not None
     search = ParkingSearch(floor.grid, RADIUS)
-    costs = WayCosts(floor.layers.update(), floor.layers.static_costs())
+    costs = PathCosts(floor.layers.update(), floor.layers.static_costs())
     place = find_waiting_place(search, floor.planner.params, costs, robot, found)
     assert place.leaves_way_open and place.pose.x < 4.0 - 0.2
     cell = floor.grid.cell(place.pose.x, place.pose.y)

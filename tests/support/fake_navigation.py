@@ -89,13 +89,13 @@ class RecordedNavigation:
     def clear_costmaps(self, radius: float) -> PendingAction:
         return self._begin(f"clear {radius:g}")
 
-    def find_blocked_way(
+    def find_blocked_path(
         self, goal: object, error_code: int, find_waiting_pose: bool
     ) -> PendingAction | None:
         return self._begin("look") if self.may_be_blocked else None
 
-    def wait_for_way(self, goal: object, error_code: int) -> PendingAction:
-        return self._begin("wait for way")
+    def wait_for_path(self, goal: object, error_code: int) -> PendingAction:
+        return self._begin("wait for path")
 
     def is_at(self, pose: object) -> bool:
         return self.waits_well

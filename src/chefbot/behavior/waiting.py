@@ -117,7 +117,7 @@ class WaitingPolicy:
         people = tuple(int(one) for one in found.people)
         stood = max((standing.stood(one, now) for one in people), default=0.0)
         expected = expected_remaining_wait(stood, params.typical_stay) if stood > 0.0 else WALKING_WAIT
-        detour = found.extra_length / self._speed if found.way_around else math.inf
+        detour = found.extra_length / self._speed if found.alternative_path else math.inf
         numbers = (
             Quantity("waited", self.waited(now), "s"),
             Quantity("distance", found.distance, "m"),

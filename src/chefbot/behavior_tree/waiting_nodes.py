@@ -18,13 +18,13 @@ from chefbot.msgs.chefbot_msgs import FindBlockage_Result
 class WaitingServices(NavigationServices, Protocol):
     """What the leaves of a tree that waits need in addition."""
 
-    def find_blocked_way(self, goal: object, error_code: int, find_waiting_pose: bool) -> Pending | None:
+    def find_blocked_path(self, goal: object, error_code: int, find_waiting_pose: bool) -> Pending | None:
         """Find what the robot should wait for on its way to a pose, after an error or 0 for none, and where.
 
         The result is a `FindBlockage_Result`, or None if it should not wait. None: nothing can be in the way.
         """
 
-    def wait_for_way(self, goal: object, error_code: int) -> Pending:
+    def wait_for_path(self, goal: object, error_code: int) -> Pending:
         """Wait until the way is free or another one is quicker; the result is a `CodedResult`."""
 
     def is_at(self, pose: object) -> bool:
@@ -37,7 +37,7 @@ class WaitingServices(NavigationServices, Protocol):
         """Rotate in place until the robot faces what occupies a pose; the result is a `CodedResult`."""
 
 
-class IsWayBlocked(ActionLeaf):
+class IsPathBlocked(ActionLeaf):
     """Succeeds if people or other things that may go away block the way to `goal` and waiting is what to do.
 
     It compares the expected times of waiting and of the other way. `error_code`: of the failed action, 0 for none.
@@ -51,7 +51,7 @@ class IsWayBlocked(ActionLeaf):
         """Find what blocks the way."""
         code = int(self.ports.number("error_code"))
         goal, where = self.ports.value("goal"), "waiting_pose" in self.ports.given
-        return self._services.find_blocked_way(goal, code, where)
+        return self._services.find_blocked_path(goal, code, where)
 
     def finish(self, result: object) -> Status:
         """Write the waiting pose if the way is blocked, else fail."""
@@ -61,14 +61,14 @@ class IsWayBlocked(ActionLeaf):
         return Status.SUCCESS
 
 
-class WaitForWay(GoalAction):
+class WaitForPath(GoalAction):
     """Waits until the way to `goal` is free or another one is quicker; requests to pass, and fails after a time."""
 
     services: WaitingServices
 
     def begin(self) -> Pending:
         """Start to wait for the way to `goal`."""
-        return self.services.wait_for_way(self.ports.value("goal"), int(self.ports.number("error_code")))
+        return self.services.wait_for_path(self.ports.value("goal"), int(self.ports.number("error_code")))
 
 
 class GoalReached(ConditionLeaf):
@@ -113,8 +113,8 @@ def waiting_nodes(services: WaitingServices) -> Catalog:
         return NodeType(NodeKind.ACTION, partial(make, services), (goal, error, *ports))
 
     return {
-        "IsWayBlocked": action(IsWayBlocked, NodePort("waiting_pose", object, "output", "")),
-        "WaitForWay": action(WaitForWay, *ERROR_PORTS),
+        "IsPathBlocked": action(IsPathBlocked, NodePort("waiting_pose", object, "output", "")),
+        "WaitForPath": action(WaitForPath, *ERROR_PORTS),
         "GoalReached": NodeType(NodeKind.CONDITION, partial(GoalReached, services), (goal,)),
         "IsGoalOccupied": NodeType(NodeKind.CONDITION, partial(IsGoalOccupied, services)),
         "FaceObstacle": NodeType(NodeKind.ACTION, partial(FaceObstacle, services), (goal, *ERROR_PORTS)),

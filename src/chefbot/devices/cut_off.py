@@ -39,7 +39,7 @@ def reachable(
     costs = LayeredCostmap(CostmapParams(), robot.footprint, avoid_unknown=robot.sensors.forward_sensing_only)
     costs.set_static(_with_keep_out(grid, zones))
     routes = RouteLengths(costs.update())
-    return {name for name, pose in places.items() if routes.has_way(start, pose)}
+    return {name for name, pose in places.items() if routes.has_path(start, pose)}
 
 
 def without_room(walls: Walls, robot: Robot, poses: Mapping[str, SE2]) -> set[str]:

@@ -357,7 +357,7 @@ class FindBlockage_Result(Message, frozen=True, eq=False):
     """Whether the shortest way is blocked by what may go away."""
     people: Annotated[NDArray[np.uint32], "uint32[]"] = _NOBODY
     """Numbers of the tracked people who block it; none if it is something else."""
-    way_around: Bool = False
+    alternative_path: Bool = False
     """Whether there is a way around it."""
     extra_length: Float64 = 0.0
     """How much longer that is, m."""

@@ -44,7 +44,7 @@ class Blockage(NamedTuple):
         return path_length(self.free[: self.blocked + 1])
 
 
-class WayCosts(NamedTuple):
+class PathCosts(NamedTuple):
     """The costs of all marks, and those of the static map alone; one grid."""
 
     marked: Costmap
@@ -63,7 +63,7 @@ class WayCosts(NamedTuple):
 
 
 def find_blockage(
-    planner: Planner, costs: WayCosts, robot: SE2, goal: SE2, people: Path, radius: float
+    planner: Planner, costs: PathCosts, robot: SE2, goal: SE2, people: Path, radius: float
 ) -> Blockage | None:
     """Return what blocks the way from the robot to the goal, or None: it is free, or the map itself has no way.
 

@@ -34,7 +34,7 @@ class RouteLengths:
         length = math.inf if table is None else self._lowest_near(table, a)
         return length if math.isfinite(length) else DETOUR * a.distance(b)
 
-    def has_way(self, a: SE2, b: SE2) -> bool:
+    def has_path(self, a: SE2, b: SE2) -> bool:
         """Return whether there is a way between two poses; the table of `a` is kept."""
         table = self.table(a)
         return table is not None and math.isfinite(self._lowest_near(table, b))

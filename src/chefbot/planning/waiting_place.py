@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
 from chefbot.maths.se2 import SE2
-from chefbot.planning.blockage import Blockage, WayCosts
+from chefbot.planning.blockage import Blockage, PathCosts
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.parking import PERSON_WIDTH, ParkingSearch
@@ -39,15 +39,15 @@ class WaitingPlace(NamedTuple):
 
 
 def find_waiting_place(
-    search: ParkingSearch, settings: PlannerParams, way_costs: WayCosts, robot: SE2, blockage: Blockage
+    search: ParkingSearch, settings: PlannerParams, path_costs: PathCosts, robot: SE2, blockage: Blockage
 ) -> WaitingPlace:
     """Return where to wait: the nearest place to the blockage on the way to it that leaves the way open.
 
     If there is none, a place beside the way from which it sees the blockage and that it gets to soon, else where it
     is. It looks towards the blockage. search: knows the static map. settings: of the planner.
     """
-    costs = way_costs.marked
-    view = _View(way_costs.static, blockage)
+    costs = path_costs.marked
+    view = _View(path_costs.static, blockage)
     on_way = _on_the_way(search, costs, blockage, view)
     if on_way is not None:
         return WaitingPlace(on_way, True)

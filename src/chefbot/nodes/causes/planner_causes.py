@@ -79,7 +79,7 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         at = goal if error.failure is PlanningFailure.GOAL_OCCUPIED else start
         cell, lane = nearest_lethal(costs, at.x, at.y), ""
         if error.failure is PlanningFailure.NO_VALID_PATH:
-            way = self._way_on_map(planner, start, goal)
+            way = self._path_on_map(planner, start, goal)
             cell, lane = _first_obstacle(costs, way), opposed_lane(costs, way)
         elif error.failure not in (PlanningFailure.GOAL_OCCUPIED, PlanningFailure.START_OCCUPIED):
             cell = None
@@ -93,7 +93,7 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         self, plan: NDArray[np.float64], planner: Planner, costs: Costmap, robot: SE2, goal: SE2
     ) -> None:
         """Report a zone that lies on the way that the static map alone leaves, if the plan is longer."""
-        way = self._way_on_map(planner, robot, goal)
+        way = self._path_on_map(planner, robot, goal)
         extra = path_length(plan) - path_length(way)
         place = marked_place(self._costs, _first_obstacle(costs, way), "map", self.robot)
         if not len(way) or extra < MIN_DEVIATION:
@@ -107,7 +107,7 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         numbers = (Quantity("extra length", extra, "m"),)
         self.report_once(make_report(DETOUR, "global plan", sentence, place, numbers))
 
-    def _way_on_map(self, planner: Planner, start: SE2, goal: SE2) -> NDArray[np.float64]:
+    def _path_on_map(self, planner: Planner, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Return the way (n, 3) that the static map alone leaves, without a pose if it leaves none."""
         try:
             return planner.plan(self._costs.static_costs(), start, goal)

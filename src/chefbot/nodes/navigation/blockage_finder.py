@@ -20,7 +20,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.causes.planner_causes import PlannerCausesNode
 from chefbot.nodes.causes.reports import marked_place
-from chefbot.planning.blockage import Blockage, WayCosts, find_blockage
+from chefbot.planning.blockage import Blockage, PathCosts, find_blockage
 from chefbot.planning.global_planning import RETRY_WITHOUT_FAR_MARKS
 from chefbot.planning.parking import ParkingSearch
 from chefbot.planning.planner import Planner, PlanningError
@@ -62,7 +62,7 @@ class BlockageFinderNode(PlannerCausesNode):
             return FindBlockage_Result()
         numbers, places = self._people()
         radius, pose = self.robot.circumscribed_radius, goal.goal.pose.se2
-        costs = WayCosts(self._present_costs(robot, pose), self._costs_without_marks())
+        costs = PathCosts(self._present_costs(robot, pose), self._costs_without_marks())
         blockage = find_blockage(self._planner, costs, robot, pose, places, radius)
         if blockage is None:
             return self._occupied_goal_result(costs.marked, pose)
@@ -86,7 +86,7 @@ class BlockageFinderNode(PlannerCausesNode):
         return costs
 
     def _result(
-        self, blockage: Blockage, numbers: NDArray[np.uint32], costs: WayCosts
+        self, blockage: Blockage, numbers: NDArray[np.uint32], costs: PathCosts
     ) -> FindBlockage_Result:
         """Return the result with the marked cell."""
         where = SE2.of(blockage.free[blockage.blocked])
@@ -96,7 +96,7 @@ class BlockageFinderNode(PlannerCausesNode):
         return FindBlockage_Result(
             blocked=True,
             people=numbers,
-            way_around=around,
+            alternative_path=around,
             extra_length=blockage.length - blockage.free_length if around else 0.0,
             distance=blockage.distance,
             point=Point(*(cell or where[:2])),

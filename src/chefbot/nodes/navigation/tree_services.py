@@ -12,8 +12,8 @@ from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point, PoseStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.nodes.navigation.obstacle_facing import ObstacleFacingNode
+from chefbot.nodes.navigation.path_waiting import HELD_UP, PathWaitingNode
 from chefbot.nodes.navigation.retreating import RetreatingNode
-from chefbot.nodes.navigation.way_waiting import HELD_UP, WayWaitingNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.transform_buffer import TransformError
 
@@ -23,7 +23,7 @@ AT_POSE = 0.25
 """Distance up to which the robot is at a pose, m; as the default tolerance of Nav2's goal checkers."""
 
 
-class TreeServicesNode(WayWaitingNode, ObstacleFacingNode, RetreatingNode):
+class TreeServicesNode(PathWaitingNode, ObstacleFacingNode, RetreatingNode):
     """Base class of a node whose behavior tree navigates. It keeps the last failure, and counts recoveries."""
 
     follow_path = action_client(nav2.FollowPath)
@@ -107,16 +107,16 @@ class NodeServices:
         self._node._begin_recovery()
         return self._node._pending(self._node._clear_costmaps(radius))
 
-    def find_blocked_way(self, goal: object, error_code: int, find_waiting_pose: bool) -> Pending | None:
+    def find_blocked_path(self, goal: object, error_code: int, find_waiting_pose: bool) -> Pending | None:
         """Find what the robot should wait for."""
         if not self._node._may_be_blocked(error_code):
             return None
-        finding = self._node._blocked_way(cast(PoseStamped, goal), error_code, find_waiting_pose)
+        finding = self._node._blocked_path(cast(PoseStamped, goal), error_code, find_waiting_pose)
         return self._node._pending(finding)
 
-    def wait_for_way(self, goal: object, error_code: int) -> Pending:
+    def wait_for_path(self, goal: object, error_code: int) -> Pending:
         """Wait until the way is free or another one is quicker."""
-        waiting = self._node._wait_for_way(cast(PoseStamped, goal), error_code in HELD_UP)
+        waiting = self._node._wait_for_path(cast(PoseStamped, goal), error_code in HELD_UP)
         return self._node._pending(waiting)
 
     def is_at(self, pose: object) -> bool:

@@ -25,7 +25,7 @@ from chefbot.msgs.sound_play import SoundRequest
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.navigation.blockage_request import ANSWER_TIMEOUT
-from chefbot.nodes.navigation.way_waiting import NEAR, STEP_ASIDE, WayWaitingNode
+from chefbot.nodes.navigation.path_waiting import NEAR, STEP_ASIDE, PathWaitingNode
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock
@@ -70,7 +70,7 @@ class BlockedPlanner(Node):
         return FindBlockage_Result(
             blocked=True,
             people=np.array(self.people, np.uint32),
-            way_around=self.extra_length >= 0.0,
+            alternative_path=self.extra_length >= 0.0,
             extra_length=max(self.extra_length, 0.0),
             point=Point(2.0),
             sensor="lidar",
@@ -152,7 +152,7 @@ GOAL = PoseStamped(Header.of(0, "map"), Pose.of(SE2(5.0, 0.0, 0.0)))
 AGAIN = NavigatorParams(waiting=WaitingParams(request_after=3.0, request_period=5.0))
 
 
-class Waiter(WayWaitingNode):
+class Waiter(PathWaitingNode):
     """A node that waits when a test lets it; it keeps the results and the statuses that it publishes."""
 
     params: NavigatorParams
@@ -168,10 +168,10 @@ class Waiter(WayWaitingNode):
         """Let the time of the loop go on."""
 
     def wait(self, *, held_up: bool = False) -> None:
-        self.spawn(self._keep(self._wait_for_way(GOAL, held_up)))
+        self.spawn(self._keep(self._wait_for_path(GOAL, held_up)))
 
     def look(self, error_code: int = 0) -> None:
-        self.spawn(self._keep(self._blocked_way(GOAL, error_code, False)))
+        self.spawn(self._keep(self._blocked_path(GOAL, error_code, False)))
 
     async def _keep(self, work: Any) -> None:
         self.results.append(await work)
@@ -207,7 +207,7 @@ class Way(NodeRunner):
 
     def block(self, *people: int, extra_length: float = -1.0, sensor: str = "lidar") -> None:
         self.planner.found = FindBlockage_Result(
-            blocked=True, people=np.array(people, np.uint32), way_around=extra_length >= 0.0,
+            blocked=True, people=np.array(people, np.uint32), alternative_path=extra_length >= 0.0,
             extra_length=max(extra_length, 0.0), point=Point(2.0), sensor=sensor,
         )  # fmt: skip
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chefbot.causes.blocked_way import BLOCKED, blocked_way_report
+from chefbot.causes.blocked_path import BLOCKED, blocked_path_report
 from chefbot.causes.reports import STOP
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs import Cause, FindBlockage_Result, Quantity
@@ -20,7 +20,7 @@ def report(people: tuple[int, ...], stood: float, sensor: str = "lidar") -> Caus
         sensor=sensor,
         marked_at=Time.of(5),
     )
-    return blocked_way_report(STOP, BLOCKED, "Waiting.", (Quantity("stood", stood, "s"),), found)
+    return blocked_path_report(STOP, BLOCKED, "Waiting.", (Quantity("stood", stood, "s"),), found)
 
 
 @pytest.mark.parametrize(

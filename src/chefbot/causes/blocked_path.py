@@ -9,7 +9,7 @@ BLOCKED, REQUESTED = "blocked way", "blocked way, requested to pass"
 """Names of the checks."""
 
 
-def blocked_way_report(
+def blocked_path_report(
     kind: str, check: str, sentence: str, numbers: tuple[Quantity, ...], found: FindBlockage_Result
 ) -> Cause:
     """Return the report of a decision about a blocked way: its kind, check, sentence and numbers.

@@ -7,7 +7,7 @@ from functools import cached_property
 from chefbot.behavior.pass_requests import PassRequests
 from chefbot.behavior.recovery import NavigatorParams
 from chefbot.behavior.waiting import StandingTimes, WaitDecision, WaitingPolicy, person_ahead
-from chefbot.causes.blocked_way import BLOCKED, REQUESTED, blocked_way_report
+from chefbot.causes.blocked_path import BLOCKED, REQUESTED, blocked_path_report
 from chefbot.causes.reports import DETOUR, STOP
 from chefbot.msgs.chefbot_msgs import Cause, FindBlockage_Result
 from chefbot.msgs.chefbot_people import TrackedPeople
@@ -37,7 +37,7 @@ NOTABLE_DETOUR = 1.0
 """Extra length of a way around people from which it is reported, m."""
 
 
-class WayWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
+class PathWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
     """Base class of a node that waits for blocked ways."""
 
     params: NavigatorParams
@@ -65,14 +65,14 @@ class WayWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
         """Return whether the planner may know what blocks the way after this error, 0 for none."""
         return error_code in (*BLOCKED_PATHS, *HELD_UP) or (error_code == 0 and self._standing.anybody)
 
-    async def _blocked_way(
+    async def _blocked_path(
         self, goal: PoseStamped, error_code: int, find_waiting_pose: bool
     ) -> FindBlockage_Result | None:
         """Return what the robot should wait for, or None."""
         found = await self._find_blockage(goal, find_waiting_pose=find_waiting_pose)
         self._policy.begin()
         decision = self._decide(found)
-        notable = len(found.people) and found.way_around and found.extra_length >= NOTABLE_DETOUR
+        notable = len(found.people) and found.alternative_path and found.extra_length >= NOTABLE_DETOUR
         takes_other = notable and not decision.waits
         self.report("other way", _report(DETOUR, BLOCKED, decision, found) if takes_other else None)
         if decision.waits:
@@ -80,7 +80,7 @@ class WayWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
         patient = self._requests.waited(self.now_ns) < self.params.waiting.patience
         return found if error_code in HELD_UP and patient and self._person_ahead() is not None else None
 
-    async def _wait_for_way(self, goal: PoseStamped, held_up: bool) -> ComputePathToPose_Result:
+    async def _wait_for_path(self, goal: PoseStamped, held_up: bool) -> ComputePathToPose_Result:
         """Wait until the way is free or another one is quicker; an error if it takes too long.
 
         held_up: whether a person stands in front of the robot although its plan leads past.
@@ -138,4 +138,4 @@ class WayWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
 
 
 def _report(kind: str, check: str, decision: WaitDecision, found: FindBlockage_Result) -> Cause:
-    return blocked_way_report(kind, check, decision.sentence, decision.numbers, found)
+    return blocked_path_report(kind, check, decision.sentence, decision.numbers, found)

@@ -99,7 +99,7 @@ def test_kernel_files_belong_to_compiled_kernels() -> None:
         (["chefbot.nodes.graph_slam:GraphSlamNode"], True, ["graph_mapping"]),
     ],
 )
-def test_a_launch_on_another_machine_compiles_its_own_kernels_only(
+def test_a_joined_launch_compiles_its_own_kernels_only(
     kinds: list[str],
     demo_is_compiled: bool,
     expected: list[str],

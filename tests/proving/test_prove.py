@@ -339,7 +339,7 @@ def test_scenarios_are_completed() -> None:
     assert scenarios("deliver_") == ["deliver_any_hotel", "deliver_hotel", "deliver_hotel_camera"]
 
 
-def test_a_wrong_scheduler_is_refused_before_kernels_are_compiled(
+def test_a_wrong_scheduler_is_refused_before_compiling(
     scenario: str, tmp_path: Path, runs: Runs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(prove, "compile_kernels", lambda *_: pytest.fail("compiled first"))

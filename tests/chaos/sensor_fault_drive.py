@@ -112,7 +112,7 @@ class SensorFaultDrive:
         self.run(1.0)
 
     def _keep(self, publication: Publication) -> None:
-        if publication.topic in ("cmd_vel_nav", "controller/standing", "follow_path/_action/get_result"):
+        if publication.topic in ("cmd_vel_nav", "controller/wait_reason", "follow_path/_action/get_result"):
             self.published.append(publication)
 
     def topic(self, name: str) -> list[Any]:
@@ -163,7 +163,7 @@ class SensorFaultDrive:
     @property
     def standing(self) -> str:
         """Return why the controller keeps the robot standing; empty if it does not."""
-        published = self.topic("controller/standing")
+        published = self.topic("controller/wait_reason")
         return published[-1].data if published else ""
 
     @property

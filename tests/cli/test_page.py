@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from chefbot.cli.page.commands import page_app
-from chefbot.cli.page.people import invite_person, print_people, revoke_person
+from chefbot.cli.page.users import invite_person, print_users, revoke_person
 from chefbot.devices.state_files import VARIABLE
 from chefbot.errors import ChefbotError, UserError
 from chefbot.ui.access.audit_log import AuditLog, Kind, audit_path
@@ -25,7 +25,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_group_has_a_command_for_each_step() -> None:
-    assert {command.name for command in page_app.registered_commands} == {"invite", "people", "revoke"}
+    assert {command.name for command in page_app.registered_commands} == {"invite", "users", "revoke"}
 
 
 def test_invite_prints_a_link_that_the_robot_accepts(capsys: pytest.CaptureFixture[str]) -> None:
@@ -48,7 +48,7 @@ def test_a_second_link_of_a_name_is_reported(capsys: pytest.CaptureFixture[str])
 
 
 def test_people_shows_who_was_here(capsys: pytest.CaptureFixture[str]) -> None:
-    print_people(ROBOT)
+    print_users(ROBOT)
     assert "chefbot page invite NAME" in capsys.readouterr().out
     for name in ("anna", "李"):
         invite_person(name, "waiter", ROBOT, "")
@@ -56,7 +56,7 @@ def test_people_shows_who_was_here(capsys: pytest.CaptureFixture[str]) -> None:
     log.record(Kind.COMMAND, ("anna", "waiter", "192.168.1.9"), "cancel", {})
     log.close()
     capsys.readouterr()
-    print_people("")
+    print_users("")
     anna, other = capsys.readouterr().out.splitlines()
     assert anna.startswith("anna  waiter    invited ") and f"last here {datetime.now(UTC).year}" in anna
     assert other.startswith("李    waiter    invited ") and other.endswith("not here yet")
@@ -89,4 +89,4 @@ def test_a_robot_is_named_where_there_are_several() -> None:
     for robot in (ROBOT, "desk"):
         write_address(robot, "http://192.168.1.7:8080/")
     with pytest.raises(UserError, match="name a robot"):
-        print_people("")
+        print_users("")

@@ -69,18 +69,18 @@ def test_the_file_of_a_robot_gives_that_robot(seed: int) -> None:
 
 @pytest.mark.slow
 def test_given_numbers_are_kept_and_change_no_other() -> None:
-    free, fixed = generated(7).robot, generated(7, radius=0.24, eyes=LIDAR, lidar_rate=11).robot
+    free, fixed = generated(7).robot, generated(7, radius=0.24, obstacle_sensors=LIDAR, lidar_rate=11).robot
     assert fixed.body.radius == 0.24
     assert fixed.sensors.lidar is not None and fixed.sensors.lidar.rate == 11
     assert fixed.sensors.depth_camera is None
     assert fixed.wheels.diameter == free.wheels.diameter
 
 
-@pytest.mark.parametrize("eyes", [LIDAR, CAMERA, BOTH])
-def test_the_robot_has_the_requested_sensors(eyes: int) -> None:
-    sensors = generated(5, eyes=eyes, ultrasonic=0).robot.sensors
-    assert (sensors.lidar is not None) == (eyes in (LIDAR, BOTH))
-    assert (sensors.depth_camera is not None) == (eyes in (CAMERA, BOTH))
+@pytest.mark.parametrize("kind", [LIDAR, CAMERA, BOTH])
+def test_the_robot_has_the_requested_sensors(kind: int) -> None:
+    sensors = generated(5, obstacle_sensors=kind, ultrasonic=0).robot.sensors
+    assert (sensors.lidar is not None) == (kind in (LIDAR, BOTH))
+    assert (sensors.depth_camera is not None) == (kind in (CAMERA, BOTH))
     assert sensors.ultrasonic is None
 
 
@@ -95,7 +95,7 @@ def test_every_number_is_drawn_from_its_range() -> None:
     [
         ({"radus": 0.2}, "did you mean 'radius'"),
         ({"radius": 2.0}, "from 0.16 to 0.25 m"),
-        ({"eyes": 0.5}, "a whole number from 0 to 2"),
+        ({"obstacle_sensors": 0.5}, "a whole number from 0 to 2"),
     ],
 )
 def test_a_bad_number_is_one_sentence(given: dict[str, float], message: str) -> None:

@@ -82,8 +82,8 @@ def test_housings_lie_between_two_plates_and_within_their_edge(n: dict[str, floa
 @given(DRAWN)
 def test_the_sensors_are_those_that_were_drawn(n: dict[str, float]) -> None:
     robot, sensors = plated(n), sensors_of(plated(n), n)
-    assert (sensors.lidar is not None) == (n["eyes"] in (LIDAR, BOTH))
-    assert (sensors.depth_camera is not None) == (n["eyes"] in (CAMERA, BOTH))
+    assert (sensors.lidar is not None) == (n["obstacle_sensors"] in (LIDAR, BOTH))
+    assert (sensors.depth_camera is not None) == (n["obstacle_sensors"] in (CAMERA, BOTH))
     assert (sensors.ultrasonic is not None) == bool(n["ultrasonic"])
     if sensors.lidar is not None and sensors.depth_camera is not None:
         # each has a bay of its own
@@ -98,7 +98,7 @@ def test_the_sensors_are_those_that_were_drawn(n: dict[str, float]) -> None:
 @settings(max_examples=30)
 @given(DRAWN)
 def test_the_beams_of_a_lidar_have_the_step_between_them(n: dict[str, float]) -> None:
-    lidar = sensors_of(plated(n), {**n, "eyes": LIDAR}).lidar
+    lidar = sensors_of(plated(n), {**n, "obstacle_sensors": LIDAR}).lidar
     assert lidar is not None
     full = bool(n["lidar_full_turn"])
     degrees = 360.0 if full else n["lidar_field_of_view"]

@@ -82,10 +82,19 @@ def test_demo_in_the_hotel_delivers_to_three_tables(tmp_path: Path) -> None:
 
 @pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "eyes"), [(7, 2), (9, 1), (11, 0)])
-def test_a_generated_robot_explores_and_delivers(tmp_path: Path, seed: int, eyes: int) -> None:
+@pytest.mark.parametrize(("seed", "kind"), [(7, 2), (9, 1), (11, 0)])
+def test_a_generated_robot_explores_and_delivers(tmp_path: Path, seed: int, kind: int) -> None:
     """With lidar and camera, a camera alone, and a lidar alone."""
-    arguments = ("robot", "generate", "--seed", str(seed), "--set", f"eyes={eyes}", "--out", "robot.yaml")
+    arguments = (
+        "robot",
+        "generate",
+        "--seed",
+        str(seed),
+        "--set",
+        f"obstacle_sensors={kind}",
+        "--out",
+        "robot.yaml",
+    )
     made = chefbot(*arguments, cwd=tmp_path)
     assert made.returncode == 0, made.stdout + made.stderr
     summary = demo(tmp_path, "run", "--world", "room", "--robot", "robot.yaml", "--seed", "1")

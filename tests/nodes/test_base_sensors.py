@@ -28,7 +28,7 @@ def reasons(base: BaseBench) -> list[str]:
 
 
 def standing(base: BaseBench) -> list[str]:
-    return base.texts("base/standing")
+    return base.texts("base/stop_reason")
 
 
 def health(base: BaseBench) -> tuple[int, str]:
@@ -141,7 +141,7 @@ def test_its_report_is_repeated_each_second() -> None:
     """Others can publish these topics as well; the operator sees the truth within a second."""
     base = BaseBench()
     base.run(2.0)
-    base.send("base/standing", String("nonsense"))
+    base.send("base/stop_reason", String("nonsense"))
     base.run(1.05)
     assert standing(base)[-1] == ""
     assert len(base.messages("diagnostics")) == 3

@@ -198,5 +198,5 @@ def test_a_late_joining_subscriber_receives_the_state() -> None:
     driven = BaseBench()
     driven.run(1.0, "cmd_vel_nav", 0.3)
     latched = {one.topic: one.message for one in driven.loop.latched()}
-    assert latched["base/standing"].data == driven.texts("base/standing")[-1]
+    assert latched["base/stop_reason"].data == driven.texts("base/stop_reason")[-1]
     assert latched["collision_monitor/reason"].data == driven.texts("collision_monitor/reason")[-1]

@@ -36,7 +36,7 @@ def test_motors_that_are_off_are_waited_for_without_a_contact(after: float) -> N
     robot.loop.publish("board_fault", String(FAULT), "board")
     robot.run(15.0)
     assert robot.messages("contact") == [] and robot.results("follow_path") == []
-    assert robot.messages("controller/standing")[-1].data == FAULT
+    assert robot.messages("controller/wait_reason")[-1].data == FAULT
     reports = [report for report in robot.messages("cause_reports") if FAULT in report.sentence]
     assert reports and {report.kind for report in reports} <= {"stop", "end"}
     robot.loop.publish("board_fault", String(""), "board")

@@ -159,7 +159,7 @@ def test_a_silent_lidar_stops_at_once_and_stick_has_to_be_let_go() -> None:
     assert base.speed == 0.0, "within 300 ms of the last scan, without a ramp"
     base.run(1.0, "cmd_vel_teleop", 0.3)
     assert base.speed == 0.0
-    assert base.texts("base/standing")[-1] == "The lidar has sent nothing for more than 0.3 s."
+    assert base.texts("base/stop_reason")[-1] == "The lidar has sent nothing for more than 0.3 s."
     base.run(0.4)
     base.run(1.0, "cmd_vel_teleop", 0.3)
     assert 0.0 < base.speed <= 0.0401, "let go and pushed again, the robot creeps"
@@ -171,7 +171,7 @@ def test_a_silent_lidar_stops_at_once_and_stick_has_to_be_let_go() -> None:
     assert "lidar has sent nothing" in report.sentence
     base.silent.clear()
     base.run(3.0, "cmd_vel_nav", 0.3)
-    assert base.speed == pytest.approx(0.3) and base.texts("base/standing")[-1] == ""
+    assert base.speed == pytest.approx(0.3) and base.texts("base/stop_reason")[-1] == ""
 
 
 ENCODER = (
@@ -185,7 +185,7 @@ def test_motors_that_are_off_are_the_reason_to_stand(topic: str) -> None:
     base.run(2.0, topic, 0.3)
     base.send("board_fault", String(ENCODER))
     base.run(TICK, topic, 0.3)
-    assert base.speed == 0.0 and base.texts("base/standing")[-1] == ENCODER, "at once, without a ramp"
+    assert base.speed == 0.0 and base.texts("base/stop_reason")[-1] == ENCODER, "at once, without a ramp"
     base.run(0.5 - TICK, topic, 0.3)
     assert base.texts("collision_monitor/reason")[-1] == ENCODER
     base.run(0.5)
@@ -199,7 +199,7 @@ def test_motors_that_are_off_are_the_reason_to_stand(topic: str) -> None:
     base.send("board_fault", String(""))
     base.run(2.0, topic, 0.3)
     assert base.speed == pytest.approx(0.3)
-    assert base.texts("base/standing")[-1] == base.texts("collision_monitor/reason")[-1] == ""
+    assert base.texts("base/stop_reason")[-1] == base.texts("collision_monitor/reason")[-1] == ""
 
 
 def test_a_held_stick_does_not_drive_once_the_motors_are_back() -> None:

@@ -152,12 +152,12 @@ def test_an_external_spin_is_not_interrupted() -> None:
 def test_the_reason_of_a_stop_is_published_in_the_status() -> None:
     navigation = NavigationWithGoal()
     navigation.runner.loop.publish(
-        "controller/standing", String("The lidar is gone."), "controller", latched=True
+        "controller/wait_reason", String("The lidar is gone."), "controller", latched=True
     )
     navigation.runner.run(2.5)
     status = navigation.runner.messages("navigation_status")[-1]
     assert (status.state, status.reason) == ("waiting", "The lidar is gone.")
-    navigation.runner.loop.publish("controller/standing", String(""), "controller", latched=True)
+    navigation.runner.loop.publish("controller/wait_reason", String(""), "controller", latched=True)
     navigation.runner.run(0.1)
     assert (navigation.state, navigation.runner.messages("navigation_status")[-1].reason) == ("driving", "")
 
@@ -174,7 +174,7 @@ def test_a_lost_robot_follows_no_path_but_spins(name: str) -> None:
         if item.topic == "cmd_vel_nav" and isinstance(item.message, Twist)
     ]
     assert any(twist.linear.x or twist.angular.z for twist in twists) == (name == "spin")
-    assert [reason.data for reason in robot.messages("controller/standing")] == (
+    assert [reason.data for reason in robot.messages("controller/wait_reason")] == (
         [LOST] if name == "follow_path" else []
     )
 

@@ -38,7 +38,7 @@ class BehaviorServerNode(LocalCausesNode):
     backup = action_server(nav2.BackUp)
     drive_on_heading = action_server(nav2.DriveOnHeading)
     cmd_vel_nav: Out[Twist]
-    standing: Out[String] = topic("controller/standing", latched=True)
+    standing: Out[String] = topic("controller/wait_reason", latched=True)
     remark: Out[String] = topic("controller/remark")
 
     def start(self) -> None:

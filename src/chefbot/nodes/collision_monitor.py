@@ -44,7 +44,7 @@ class CollisionMonitorNode(MotionReasonsNode):
     obstacles: In[ObstacleScan]
     ultrasonic: In[Range]
     board_fault: In[String]
-    standing: Out[String] = topic("base/standing", latched=True)
+    standing: Out[String] = topic("base/stop_reason", latched=True)
     diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:

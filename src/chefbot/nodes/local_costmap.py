@@ -36,7 +36,7 @@ class LocalCostmapNode(PeopleMarksNode):
     contact: In[PoseStamped]
     zones: In[MapZones]
     clear_costmaps: In[Float64]
-    base_standing: In[String] = topic("base/standing")
+    base_standing: In[String] = topic("base/stop_reason")
     monitor_reason: In[String] = topic("collision_monitor/reason")
     costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
     diagnostics: Out[DiagnosticArray]

@@ -34,22 +34,22 @@ def invite(
     address: Annotated[str, _ADDRESS] = "",
 ) -> None:
     """Print a link and its QR code for a person; it replaces an older link of the same name."""
-    from chefbot.cli.page.people import invite_person
+    from chefbot.cli.page.users import invite_person
 
     invite_person(name, role, robot, address)
 
 
-@page_app.command("people")
-def people(robot: Annotated[str, _ROBOT] = "") -> None:
+@page_app.command("users")
+def users(robot: Annotated[str, _ROBOT] = "") -> None:
     """List who is invited, with role, date and last command."""
-    from chefbot.cli.page.people import print_people
+    from chefbot.cli.page.users import print_users
 
-    print_people(robot)
+    print_users(robot)
 
 
 @page_app.command("revoke")
 def revoke(name: Annotated[str, _NAME], robot: Annotated[str, _ROBOT] = "") -> None:
     """Make the link of a person invalid; an open page keeps only STOP and is disconnected within 2 s."""
-    from chefbot.cli.page.people import revoke_person
+    from chefbot.cli.page.users import revoke_person
 
     revoke_person(name, robot)

@@ -35,10 +35,10 @@ def run_generate(seed: int, numbers: list[str], out: Path) -> None:
 
 def _summary(robot: Robot) -> str:
     lidar, camera = robot.sensors.lidar, robot.sensors.depth_camera
-    eyes = [f"lidar of {math.degrees(lidar.field_of_view):.0f} deg"] if lidar is not None else []
-    eyes += [f"depth camera of {math.degrees(camera.field_of_view):.0f} deg"] if camera is not None else []
+    sensors = [f"lidar of {math.degrees(lidar.field_of_view):.0f} deg"] if lidar is not None else []
+    sensors += [f"depth camera of {math.degrees(camera.field_of_view):.0f} deg"] if camera is not None else []
     return (
         f"{robot.name}: radius {robot.circumscribed_radius:.3f} m, {unloaded_mass(robot):.2f} kg and"
         f" {robot.body.payload:.2f} kg of payload, {robot.drive.max_speed:.2f} m/s; {robot.motor.title};"
-        f" {', '.join(eyes)}"
+        f" {', '.join(sensors)}"
     )

@@ -22,7 +22,7 @@ NUMBERS: Mapping[str, NumberRange] = {
     "run_time": NumberRange(1.0, 2.5, "h", "run time of one battery charge"),
     "gyro_noise": NumberRange(0.02, 0.2, "deg/s", "standard deviation of a reading of the gyro"),
     "gyro_bias": NumberRange(0.1, 0.6, "deg/s", "standard deviation of the gyro's bias at power-up"),
-    "eyes": NumberRange(0, 2, "", "0: a lidar, 1: a depth camera, 2: both", whole=True),
+    "obstacle_sensors": NumberRange(0, 2, "", "0: a lidar, 1: a depth camera, 2: both", whole=True),
     "ultrasonic": NumberRange(0, 1, "", "ultrasonic rangers at the front", whole=True),
     "sensor_bay": NumberRange(1, 2, "", "plate above which the lidar stands, else the camera", whole=True),
     "lidar_full_turn": NumberRange(
@@ -46,7 +46,7 @@ NUMBERS: Mapping[str, NumberRange] = {
     "camera_noise": NumberRange(0.001, 0.003, "1/m", "noise of a depth over its square"),
 }
 LIDAR, CAMERA, BOTH = range(3)
-"""Values of `eyes`."""
+"""Values of `obstacle_sensors`."""
 
 
 def draw_numbers(given: Mapping[str, float], rng: Generator) -> dict[str, float]:

@@ -48,12 +48,12 @@ class _Bay(NamedTuple):
 def sensors_of(robot: Robot, n: Mapping[str, float]) -> Sensors:
     """Return the sensors with the drawn numbers; `robot` has its plates already."""
     lidar_bay = int(n["sensor_bay"])
-    camera_bay = 3 - lidar_bay if n["eyes"] == BOTH else lidar_bay
+    camera_bay = 3 - lidar_bay if n["obstacle_sensors"] == BOTH else lidar_bay
     return Sensors(
         imu=_imu(robot, n),
         ultrasonic=_ultrasonic(robot) if n["ultrasonic"] else None,
-        depth_camera=_camera(robot, n, camera_bay) if n["eyes"] in (CAMERA, BOTH) else None,
-        lidar=_lidar(robot, n, lidar_bay) if n["eyes"] in (LIDAR, BOTH) else None,
+        depth_camera=_camera(robot, n, camera_bay) if n["obstacle_sensors"] in (CAMERA, BOTH) else None,
+        lidar=_lidar(robot, n, lidar_bay) if n["obstacle_sensors"] in (LIDAR, BOTH) else None,
     )
 
 

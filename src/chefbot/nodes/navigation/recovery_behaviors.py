@@ -32,7 +32,7 @@ class RecoveryBehaviorsNode(Node):
     """Base class of a node that runs recovery behaviors and knows whether localization has converged."""
 
     localization_status: In[LocalizationStatus]
-    standing: In[String] = topic("controller/standing")
+    standing: In[String] = topic("controller/wait_reason")
     monitor_reason: In[String] = topic("collision_monitor/reason")
     spin = action_client(Spin)
     backup = action_client(BackUp)

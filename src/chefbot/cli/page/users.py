@@ -40,7 +40,7 @@ def invite_person(name: str, role: str, robot: str, address: str) -> None:
         console.print(f"{robot} was not served to a network yet; start it with --lan.")
 
 
-def print_people(robot: str) -> None:
+def print_users(robot: str) -> None:
     """Print a line per invited person: name, role, time of the invitation and of the last command."""
     robot = _robot(robot)
     people = Invitations(robot).people()

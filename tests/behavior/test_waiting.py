@@ -83,6 +83,17 @@ def test_it_waits_while_that_is_shorter_than_the_other_way(stood: float, extra: 
     assert f"the other path {extra / SPEED:.0f} s longer" in decision.sentence
 
 
+def test_a_place_that_stays_blocked_is_left_for_good() -> None:
+    """A tracker may take glass for people: each of its new tracks has stood for a moment only."""
+    policy, waits = WaitingPolicy(SPEED), []
+    for now in np.arange(100.0, 200.0):
+        times = StandingTimes()
+        for seen in (now - 2.0 - now % 5.0, now):
+            times.process(people(seen, (2.0, 0.0)))
+        waits.append(policy.decide(blockage(1, extra=15.0), times, now, PARAMS).waits)
+    assert waits[0] and not any(waits[20:])
+
+
 def test_it_drives_around_people_who_walk() -> None:
     policy, times = WaitingPolicy(SPEED), StandingTimes()
     times.process(people(0.0, (2.0, 0.0), standing=False))

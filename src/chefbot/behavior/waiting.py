@@ -116,7 +116,9 @@ class WaitingPolicy:
         self._note_place(found, now)
         people = tuple(int(one) for one in found.people)
         stood = max((standing.stood(one, now) for one in people), default=0.0)
-        expected = expected_remaining_wait(stood, params.typical_stay) if stood > 0.0 else WALKING_WAIT
+        # a place that has been blocked for a while stays so, even if the tracker finds somebody new there
+        blocked = max(stood, self.waited(now))
+        expected = expected_remaining_wait(blocked, params.typical_stay) if stood > 0.0 else WALKING_WAIT
         detour = found.extra_length / self._speed if found.alternative_path else math.inf
         numbers = (
             Quantity("waited", self.waited(now), "s"),

@@ -23,6 +23,7 @@ class Algorithm(StrEnum):
 
 _MAP = typer.Argument(help="a map, NAME.yaml, or the folder of its map.yaml")
 _LOG = "a CARMEN log, .log or .log.gz, or a bag: an .mcap or .bag file, or a folder of rosbag2"
+_OTHER_LOG = f"another drive: {_LOG}"
 _SCAN_TOPIC = typer.Option(help="topic of the laser scans in a bag that has several")
 _ODOMETRY_TOPIC = typer.Option(help="topic of the odometry in a bag that has several")
 _LASER = typer.Option(
@@ -72,7 +73,7 @@ def slam(
 @map_app.command("continue")
 def continue_(
     bundle: Annotated[Path, _BUNDLE],
-    log: Annotated[Path, typer.Option(help=f"another drive: {_LOG}")],
+    log: Annotated[Path, typer.Option(help=_OTHER_LOG)],
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/continued"),
     start: Annotated[
         tuple[float, float, float] | None,

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.support.pillar_room import ANGLES, circle, ranges_at
+from tests.support.pillar_room import ANGLES, circle, mapped, ranges_at
 
 from chefbot.cli.map.start_search import MAX_UPDATES, find_start
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.slam.gmapping import Gmapping
-from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import RecordedScan
 
 BEAMS = ANGLES.astype(np.float32)
@@ -20,10 +18,7 @@ RANGE_MAX = 12.0
 
 @pytest.fixture(scope="module")
 def room() -> Grid:
-    slam = Gmapping(GmappingParams(particles=5))
-    for pose in circle(1.0):
-        slam.update(BEAMS, ranges_at(pose), pose)
-    return slam.map()
+    return mapped()
 
 
 def drive(start: SE2, turns: float) -> list[RecordedScan]:

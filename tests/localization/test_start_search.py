@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.support.pillar_room import ANGLES, circle, ranges_at
+from tests.support.pillar_room import ANGLES, circle, mapped, ranges_at
 
 from chefbot.localization.start_search import StartSearch
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
 BEAMS = ANGLES.astype(np.float32)
@@ -18,10 +17,7 @@ NOISE = GmappingParams().odometry_noise
 
 @pytest.fixture(scope="module")
 def room() -> Grid:
-    slam = Gmapping(GmappingParams(particles=5))
-    for pose in circle(1.0):
-        slam.update(BEAMS, ranges_at(pose), pose)
-    return slam.map()
+    return mapped()
 
 
 @pytest.mark.parametrize("start", [SE2(1.5, 0.3, 2.0), SE2(0.0, 0.5, -1.0), SE2(2.5, -0.8, 0.4)])

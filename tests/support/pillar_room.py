@@ -7,7 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
+from chefbot.slam.gmapping import Gmapping
+from chefbot.slam.params import GmappingParams
 
 CORNERS = (-1.0, -2.0, 5.0, 3.0)
 """Two opposite corners of the room: x and y, m."""
@@ -38,3 +41,11 @@ def circle(turns: float) -> list[SE2]:
         SE2(math.sin(angle), 1.0 - math.cos(angle), angle)
         for angle in np.arange(0.0, turns * 2 * math.pi, 0.03).tolist()
     ]
+
+
+def mapped() -> Grid:
+    """Return the map of the room that the particle filter makes on one circle."""
+    slam = Gmapping(GmappingParams(particles=5))
+    for pose in circle(1.0):
+        slam.update(ANGLES.astype(np.float32), ranges_at(pose), pose)
+    return slam.map()

@@ -12,7 +12,7 @@ class RequiredGain:
     """The minimum gain of a goal, m^2, never below `minimum`.
 
     A gap in a wall promises all the unknown space behind it and shows none. Without this the exploration of a
-    building that is mapped already goes on from gap to gap.
+    building that is mapped already continues from gap to gap.
     """
 
     def __init__(self, minimum: float) -> None:

@@ -120,8 +120,10 @@ def run_launch(
     _check_map(launch)
     try:
         kinds = {entry.kind for entry in launch.nodes.values()}
-        joins = launch.clock == "robot"  # most have no algorithms, and the robot runs on another machine
-        (compile_kernels_of if joins else compile_kernels)(console, kinds=kinds)
+        if launch.clock == "robot":  # it joins a robot, and hardly has algorithms of its own
+            compile_kernels_of(console, kinds)
+        else:
+            compile_kernels(console, kinds=kinds)
         return min(_run_on_wire(launch, robot, endpoints, folder), 1)
     except KeyboardInterrupt:
         console.print("\nThe launch was ended.")

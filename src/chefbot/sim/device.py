@@ -17,6 +17,7 @@ from chefbot.msgs.chefbot_msgs import Collision, WheelSpeeds
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import (
     Pose,
+    PoseArray,
     PoseStamped,
     PoseWithCovariance,
     Twist,
@@ -121,11 +122,11 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 class SimulatorDevice(MotorBoardNode):
     """Device node that runs physics, motor board and sensors.
 
-    `ground_truth` is for scoring and for display in the web UI; no node uses it. Wheels, IMU, ultrasonic
-    ranger and battery are connected to the motor board: their data pass as bytes through its firmware and the
-    driver's half of the serial link, at the firmware's rates. The frame `map` of the ground truth begins
-    where the robot starts, as that of a mapper does; if the world is made of the very map that localization
-    uses, it is the frame of that map.
+    `ground_truth` and `ground_truth/people` are for scoring and for display in the web UI; no node uses them.
+    Wheels, IMU, ultrasonic ranger and battery are connected to the motor board: their data pass as bytes through
+    its firmware and the driver's half of the serial link, at the firmware's rates. The frame `map` of the ground
+    truth begins where the robot starts, as that of a mapper does; if the world is made of the very map that
+    localization uses, it is the frame of that map.
     """
 
     live_params = ("picture_hz",)
@@ -140,6 +141,7 @@ class SimulatorDevice(MotorBoardNode):
     camera_info: Out[CameraInfo] = topic("camera/depth/camera_info")
     picture: Out[Image] = topic("camera/color/image_raw")
     ground_truth: Out[Odometry]
+    people_truth: Out[PoseArray] = topic("ground_truth/people")
     collision: Out[Collision]
     remark: Out[String] = topic("simulation/remark")
     doors: Out[JointState] = topic("simulation/doors", latched=True)
@@ -180,6 +182,8 @@ class SimulatorDevice(MotorBoardNode):
             self.scan.unadvertise()
         if not world.doors:
             self.doors.unadvertise()
+        if not self.simulation.people:
+            self.people_truth.unadvertise()
         description = f"robot {self.robot.name} in world {world.name}, {FAULTS[self.params.profile]}"
         self.announcement = (
             f"Simulated {description}; physics by MuJoCo, camera by rays on the CPU (needs no GL)."
@@ -313,7 +317,11 @@ class SimulatorDevice(MotorBoardNode):
         truth = self.simulation.truth()
         pose = PoseWithCovariance(Pose.of(self._origin.between(truth.pose)))
         twist = TwistWithCovariance(Twist.of(truth.v, truth.w))
-        self.ground_truth.publish(Odometry(self._header("map"), "base_link", pose, twist))
+        header = self._header("map")
+        self.ground_truth.publish(Odometry(header, "base_link", pose, twist))
+        people = tuple(Pose.of(self._origin.between(person)) for person in self.simulation.people)
+        if people:
+            self.people_truth.publish(PoseArray(header, people))
 
     def _publish_doors(self) -> None:
         """Publish the doors' openings when they have changed."""

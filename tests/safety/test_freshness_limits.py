@@ -306,3 +306,14 @@ def test_transforms_have_their_time_again_after_a_gap() -> None:
         lidar.now_ns += 100 * MS
     assert all("too seldom" in fault for fault in faults[:4]), faults
     assert "cannot be placed" in faults[4], "no data are marked for longer than the limit"
+
+
+def test_measurable_directions_are_without_bands_at_the_edges() -> None:
+    lidar = Lidar()
+    assert lidar.watch.measurable == slice(0, 0), "nothing was sent"
+    lidar.send(without(slice(0, 10)))
+    assert lidar.watch.measurable == slice(10, 100)
+    lidar.send(without(slice(80, 100)))
+    assert lidar.watch.measurable == slice(0, 100), "each band was measured once"
+    lidar.send(np.zeros(0))
+    assert lidar.watch.measurable == slice(0, 0)

@@ -34,6 +34,7 @@ from chefbot.msgs.std_msgs import Bool, Empty, Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.robot.load import load_robot
+from chefbot.robot.spec import Robot
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
@@ -88,9 +89,13 @@ class NodeRunner:
     """Nodes on a loop with simulated time that start with the messages `restored`, by topic."""
 
     def __init__(
-        self, kinds: dict[str, str], restored: dict[str, Message], params: dict[str, Any] | None = None
+        self,
+        kinds: dict[str, str],
+        restored: dict[str, Message],
+        params: dict[str, Any] | None = None,
+        robot: Robot = ROBOT,
     ) -> None:
-        self.system = NodeContainer(Loop(StepClock()), ROBOT, 1)
+        self.system = NodeContainer(Loop(StepClock()), robot, 1)
         self.published: list[Publication] = []
         self.loop = self.system.loop
         self.loop.add_observer(self.published.append)
@@ -127,14 +132,15 @@ GOALS: dict[str, tuple[Any, Any]] = {
 class StationaryRobot(NodeRunner):
     """Base, controller and navigator of a robot that does not move, whatever is commanded."""
 
-    def __init__(self) -> None:
+    def __init__(self, robot: Robot = ROBOT) -> None:
         kinds = {
             "base": "drive_base:DriveBaseNode",
             "controller": "controller:ControllerNode",
             "navigator": "navigator:NavigatorNode",
         }
         nodes = {name: f"chefbot.nodes.{kind}" for name, kind in kinds.items()}
-        super().__init__({**nodes, "sensors": "tests.nodes.clear_sensors:ClearSensorsNode"}, {})
+        nodes["sensors"] = "tests.nodes.clear_sensors:ClearSensorsNode"
+        super().__init__(nodes, {}, robot=robot)
         for parent, child in (("map", "odom"), ("odom", "base_footprint"), ("base_footprint", "base_link")):
             transform = TransformStamped.of(0, parent, child, SE2(0.0, 0.0, 0.0))
             self.loop.publish("tf_static", TFMessage((transform,)), "test")

@@ -17,13 +17,12 @@ from chefbot.control.dwa_kernel import nearest_on_path, score_twists
 from chefbot.control.dwa_params import DwaParams
 from chefbot.control.goal_checkers import GoalChecker, GoalParams
 from chefbot.control.people_cost import NOBODY, NearbyPeople
+from chefbot.control.rotation import PLANNED_BRAKING_FRACTION, rotation_rate
 from chefbot.maths.angles import wrap
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.robot.motion_limits import Limits
 
-PLANNED_BRAKING_FRACTION = 0.5
-"""Fraction of the maximum acceleration that planned braking uses; the remainder is a reserve."""
 LOOKAHEAD_DISTANCE = 0.25
 """Distance along the path to the point that the robot rotates towards, m."""
 ALIGNED_ANGLE = 0.2
@@ -115,15 +114,7 @@ class DwaController:
         return self._rotate(angle)
 
     def _rotate(self, angle: float) -> ControllerCommand:
-        """Rotate in place by `angle`, at a rate from which the base can stop in time.
-
-        The velocity limiter adds the ramp.
-        """
-        a = self.limits.angular_acceleration
-        rate = min(self.limits.angular_speed, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * a * abs(angle)))
-        w = math.copysign(rate, angle)
-        scale = self.limits.scale(0.0, w)
-        return ControllerCommand(0.0, w * scale, ControllerStatus.RUNNING)
+        return ControllerCommand(0.0, rotation_rate(angle, self.limits), ControllerStatus.RUNNING)
 
     def _brake(self, twist: tuple[float, float]) -> tuple[float, float]:
         dv, dw = (

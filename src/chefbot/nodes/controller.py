@@ -21,6 +21,7 @@ from chefbot.nodes.navigation.contacts import ContactsNode
 from chefbot.nodes.navigation.controller_params import ControllerNodeParams
 from chefbot.nodes.navigation.goal_tolerances import GoalTolerancesNode
 from chefbot.nodes.navigation.local_plan import LocalPlanNode
+from chefbot.nodes.navigation.side_looking import SideLookingNode
 from chefbot.planning.local_replanning import local_planner, remaining_length, replan_locally
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.actions import action_server
@@ -31,7 +32,7 @@ from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 
-class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, LocalPlanNode):
+class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, LocalPlanNode, SideLookingNode):
     """Serves follow_path and three motions in the frame `odom`.
 
     It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
@@ -106,6 +107,7 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, Local
         reason = self._sensor_fault(pose) or (lost if self._motion is None else "")
         if reason:
             self._follower.pause()
+            self._stop_looking()
             sentence = self._wait(reason, CONTROL_PERIOD)
             if sentence and self._following is not None:
                 self._finish_path(self._following, failed_path(FollowPathError.PATIENCE_EXCEEDED, sentence))
@@ -116,9 +118,10 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, Local
 
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
         self._place_goal(self._follower)
-        present, blind = self.cmd_vel.last or Twist(), self._sensors.blind_ahead(pose, costs)
-        twist = present.linear.x, present.angular.z
-        step = self._follower.step(pose, twist, costs, blind, self._nearby_people())
+        present, people = self.cmd_vel.last or Twist(), self._nearby_people()
+        blind = self._sensors.blind_ahead(pose, costs) or self._hidden
+        step = self._follower.step(pose, (present.linear.x, present.angular.z), costs, blind, people)
+        step = self._look_aside(step, pose, costs, people)
         self.report_step(step, self._follower, pose, costs, blind)
         self._drive(step.v, step.w)
         self._feedback(FollowPath_Feedback(remaining_length(self._follower.path, pose), step.speed))
@@ -135,6 +138,7 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, Local
 
     def _stop(self) -> None:
         self._following = None
+        self._stop_looking()
         super()._stop()
 
     def _preempt_path(self) -> None:

@@ -77,6 +77,25 @@ def camera_view(scan: ObstacleScan) -> SensorView:
     return SensorView(scan.header.stamp.ns, data, hits, measured, ~measured, False)
 
 
+def camera_directions(scan: ObstacleScan, sensor: SE2) -> NDArray[np.float64]:
+    """Return the directions (n,) of an obstacle scan in the frame of the sensor's pose, rad."""
+    angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges), dtype=np.float64)
+    return np.asarray(sensor.yaw + angles)
+
+
+def marked_directions(
+    directions: NDArray[np.float64], sensor: SE2, camera: DepthCamera, costs: Costmap
+) -> NDArray[np.bool_]:
+    """Return in which directions (n,) an obstacle is marked that may be too near for the camera to be seen.
+
+    sensor: pose of the camera. It and the directions are in the frame of the costmap.
+    """
+    distances = np.arange(0.0, _max_blind_distance(camera), costs.resolution / 2)
+    x = sensor.x + np.cos(directions)[:, None] * distances
+    y = sensor.y + np.sin(directions)[:, None] * distances
+    return np.asarray((costs.values(x, y, outside=0) == LETHAL).any(axis=1))
+
+
 def _max_blind_distance(camera: DepthCamera) -> float:
     """Return the distance within which a known obstacle may be too near to be seen, m.
 
@@ -181,20 +200,17 @@ class ObstacleSensors:
         camera = self._camera
         if camera is None or not (camera.blind() or camera.hidden_at_edge()):
             return ""
-        return _unseen(camera, self._marked_directions(pose, costs))
-
-    def _marked_directions(self, pose: SE2 | None, costs: Costmap) -> NDArray[np.bool_] | None:
-        """Return the camera's directions with a marked obstacle that may be too near to be seen."""
-        camera, scan = self._camera_spec, self._last_obstacles
         if pose is None:
-            return None
-        assert camera is not None and scan is not None
-        sensor = pose @ camera.mount.planar
-        yaws = sensor.yaw + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-        distances = np.arange(0.0, _max_blind_distance(camera), costs.resolution / 2)
-        x = sensor.x + np.cos(yaws)[:, None] * distances
-        y = sensor.y + np.sin(yaws)[:, None] * distances
-        return np.asarray((costs.values(x, y, outside=0) == LETHAL).any(axis=1))
+            return _unseen(camera, None)
+        spec, scan = self._camera_spec, self._last_obstacles
+        assert spec is not None and scan is not None
+        directions = camera_directions(scan, pose @ spec.mount.planar)
+        return _unseen(camera, marked_directions(directions, pose @ spec.mount.planar, spec, costs))
+
+    @property
+    def measurable(self) -> slice:
+        """The directions of the newest obstacle scan that the camera measures at all."""
+        return slice(0, 0) if self._camera is None else self._camera.measurable
 
     def health(self, now_ns: int, pose: SE2 | None, costs: Costmap) -> DiagnosticStatus:
         """Return the health for /diagnostics, also while the robot is idle."""

@@ -137,6 +137,13 @@ class ObstacleSensorMonitor:
         return bool((_from_edges(mute) - self._edges > EDGE_FRACTION * len(mute)).any())
 
     @property
+    def measurable(self) -> slice:
+        """The directions of the newest message without the bands at the edges that the sensor never measures."""
+        count = 0 if self._last is None else len(self._last.mute)
+        right, left = np.minimum(self._edges, count).astype(int).tolist()
+        return slice(right, max(right, count - left))
+
+    @property
     def _surfaces_vanished(self) -> bool:
         """Whether near surfaces of the previous message have vanished on all sides, which is implausible."""
         return self._last is not None and self._was_near and not self._last.met.any()

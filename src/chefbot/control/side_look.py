@@ -1,0 +1,159 @@
+"""Looks to the sides before a robot whose sensors see only ahead drives on among people.
+
+Whoever comes from the side stops beside the robot, outside the view and too near for a depth camera; the robot would
+drive off into them. It looks to both sides before it drives off after standing or rotating, and to one side when a
+person whom it saw coming near has left its view.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.control.people_cost import NOBODY, NearbyPeople
+from chefbot.control.rotation import rotation_rate
+from chefbot.control.seen_directions import SeenDirections
+from chefbot.maths.angles import wrap
+from chefbot.maths.se2 import SE2
+from chefbot.robot.motion_limits import Limits
+
+HIDDEN = "Something beside the robot is too near to be seen; the robot waits."
+SIDE = math.radians(70.0)
+"""Bearing up to which it looks to each side: somebody farther back is not before the robot that drives off."""
+STANDING_TIME, TURNED_ANGLE = 2.0, math.radians(45.0)
+"""Time for which the robot has not driven, s, and angle by which it has turned since, rad, from which somebody may
+have come to its sides."""
+PEOPLE_MEMORY = 60.0
+"""Time after the last person was seen for which people are about, s."""
+SEEN_BEFORE_STANDING, SEEN_BEFORE_PASSING = 3.0, 1.0
+"""Ages, s, up to which a side counts as seen: before driving off, and beside somebody who walks."""
+NEAR = 0.8
+"""Distance to a person's centre, less the standard deviation of the prediction, within which it looks for them, m."""
+FRONT = math.radians(100.0)
+"""Bearing beyond which a person is behind the robot, rad."""
+HIDDEN_TIME = 4.0
+"""Time for which it waits at a direction without data, s: somebody leaves, furniture that returns nothing stays."""
+MAX_TIME = 12.0
+"""Maximum time of a look, s: people who walk around the robot hide one direction after the other."""
+PAUSE = 4.0
+"""Time after a look before the next one, s."""
+INNER_VIEW = 0.65
+"""Fraction of the view in which a direction is surely seen, with the latency of the sensor while the robot turns."""
+BACK = 0.1
+"""Error of the heading at which it has turned back, rad."""
+DRIVES = 0.1
+"""Speed from which the robot has driven off, m/s."""
+STANDS = 0.02
+"""Speed below which it stands and may turn, m/s."""
+
+
+class SideView(NamedTuple):
+    """A command of a robot that looks to its sides: its turn rate, rad/s, and whether it waits for what is hidden."""
+
+    w: float
+    hidden: bool = False
+
+
+class _Look(NamedTuple):
+    """heading: to which the robot returns. low, high: directions to see, all rad in odom. since_ns: they count as
+    seen since then. began_ns: when it began."""
+
+    heading: float
+    low: float
+    high: float
+    since_ns: int
+    began_ns: int
+
+
+class SideLook:
+    """Decides when a robot looks to its sides, and commands the rotations. All poses are in odom, times in ns.
+
+    half_view: half the angle of view of its sensor, rad. period: time between two steps, s.
+    """
+
+    def __init__(self, half_view: float, limits: Limits, period: float) -> None:
+        self._half_view, self._limits, self._period = half_view, limits, period
+        self.seen = SeenDirections()
+        self._people_ns: int | None = None
+        self._drove_ns, self._drove_yaw = -(10**18), 0.0
+        self._pause_until_ns = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Stop looking: something else drives the robot."""
+        self._look: _Look | None = None
+        self._hidden_time = 0.0
+
+    def step(
+        self, pose: SE2, wanted: float, speed: float, people: NearbyPeople, now_ns: int
+    ) -> SideView | None:
+        """Return the rotation to command in place of driving forward, or None: the robot may drive.
+
+        wanted: forward speed that the controller wants, speed: the one at present, m/s. people: those around.
+        """
+        if people is not NOBODY and len(people.states):
+            self._people_ns = now_ns
+        if speed > DRIVES:
+            self._drove_ns, self._drove_yaw = now_ns, pose.yaw
+        if self._look is None and wanted > 0.0 and now_ns >= self._pause_until_ns:
+            self._look = self._needed(pose, people, now_ns)
+        if self._look is None:
+            return None
+        return self._continue(self._look, pose, speed, now_ns)
+
+    def _needed(self, pose: SE2, people: NearbyPeople, now_ns: int) -> _Look | None:
+        """Return the look that is needed before the robot drives forward, or None."""
+        about = self._people_ns is not None and now_ns - self._people_ns <= PEOPLE_MEMORY * 1e9
+        turned = abs(wrap(pose.yaw - self._drove_yaw))
+        stood = now_ns - self._drove_ns >= STANDING_TIME * 1e9 or turned >= TURNED_ANGLE
+        looks = []
+        if about and stood:
+            since_ns = now_ns - round(SEEN_BEFORE_STANDING * 1e9)
+            looks.append(_Look(pose.yaw, pose.yaw - SIDE, pose.yaw + SIDE, since_ns, now_ns))
+        side = self._side_of_unseen_person(pose, people, now_ns)
+        if side:
+            low, high = sorted((pose.yaw + side * self._half_view, pose.yaw + side * SIDE))
+            looks.append(_Look(pose.yaw, low, high, now_ns - round(SEEN_BEFORE_PASSING * 1e9), now_ns))
+        return next((look for look in looks if len(self._unseen(look))), None)
+
+    def _side_of_unseen_person(self, pose: SE2, people: NearbyPeople, now_ns: int) -> float:
+        """Return the side, 1 left and -1 right, on which somebody may be near and out of view; 0 for nobody."""
+        since_ns = now_ns - round(SEEN_BEFORE_PASSING * 1e9)
+        for x, y, _, _, variance, *_ in people.states.tolist():
+            direction = math.atan2(y - pose.y, x - pose.x)
+            nearest = math.hypot(x - pose.x, y - pose.y) - math.sqrt(max(variance, 0.0))
+            ahead = abs(wrap(direction - pose.yaw)) <= FRONT
+            if nearest <= NEAR and ahead and len(self.seen.not_seen_since(since_ns, direction, direction)):
+                return math.copysign(1.0, wrap(direction - pose.yaw))
+        return 0.0
+
+    def _unseen(self, look: _Look) -> NDArray[np.float64]:
+        return self.seen.not_seen_since(look.since_ns, look.low, look.high)
+
+    def _continue(self, look: _Look, pose: SE2, speed: float, now_ns: int) -> SideView | None:
+        """Return the next command of a look; None once all was seen and the robot is back at its heading."""
+        if speed > STANDS:
+            return SideView(0.0)
+        gives_up = self._hidden_time >= HIDDEN_TIME or now_ns - look.began_ns >= MAX_TIME * 1e9
+        offsets = [] if gives_up else [wrap(one - pose.yaw) for one in self._unseen(look).tolist()]
+        if not offsets:
+            return self._return(look, pose, now_ns)
+        nearest, in_view = min(offsets, key=abs), INNER_VIEW * self._half_view
+        if abs(nearest) <= in_view:
+            self._hidden_time += self._period
+            return SideView(0.0, hidden=True)
+        # turn on until the last direction on this side is in view
+        farthest = max(offset * math.copysign(1.0, nearest) for offset in offsets)
+        return SideView(rotation_rate(math.copysign(farthest - in_view, nearest), self._limits))
+
+    def _return(self, look: _Look, pose: SE2, now_ns: int) -> SideView | None:
+        """Return the rotation back to the heading of a look; None once the robot is there."""
+        angle = wrap(look.heading - pose.yaw)
+        if abs(angle) > BACK:
+            return SideView(rotation_rate(angle, self._limits))
+        self.reset()
+        self._pause_until_ns = now_ns + round(PAUSE * 1e9)
+        return None

@@ -28,8 +28,16 @@ def test_only_the_speed_is_a_fraction_of_the_limits(speed: float) -> None:
     assert made.limits._replace(speed=limits.speed) == limits
 
 
+@pytest.mark.parametrize(
+    ("name", "wanted", "used"), [("chefbot", 0.9, 0.5), ("chefbot", 0.3, 0.3), ("jackal", 0.9, 0.9)]
+)
+def test_a_robot_that_sees_only_ahead_drives_no_tight_arcs(name: str, wanted: float, used: float) -> None:
+    made = ControllerParams().make_dwa(load_robot(name), DwaParams(rotate_from=wanted))
+    assert made.params.rotate_from == used
+
+
 def test_the_given_settings_go_before_those_of_the_parameters() -> None:
-    settings = DwaParams(path_weight=3.0)
+    settings = DwaParams(path_weight=3.0, rotate_from=0.4)
     assert ControllerParams(settings=DwaParams(path_weight=2.0)).make_dwa(ROBOT, settings).params == settings
 
 

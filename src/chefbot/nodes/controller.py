@@ -62,8 +62,7 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, Local
 
     def _make_controller(self) -> Controller:
         make_dwa = partial(self.params.make_dwa, self.robot)
-        controller: Controller = load_plugin(self.params.plugin, make_dwa, self.params.settings)
-        return controller
+        return load_plugin(self.params.plugin, make_dwa, self.params.settings)
 
     @property
     def is_active(self) -> bool:
@@ -100,7 +99,7 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, Local
         """Publish one command while a path or a motion is active."""
         pose = self._pose()
         if not self.is_active or pose is None:
-            return  # no goal, or no odometry yet: the base stands still
+            return  # no goal, or no odometry yet
         costs = self._costs_around(pose)
         odom_ns, status = self.tf.newest_ns("odom"), self.localization_status.last
         lost = self._localization.reason(status, pose, odom_ns, self.now_ns)
@@ -120,8 +119,8 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, Local
         self._place_goal(self._follower)
         present, people = self.cmd_vel.last or Twist(), self._nearby_people()
         blind = self._sensors.blind_ahead(pose, costs) or self._hidden
-        step = self._follower.step(pose, (present.linear.x, present.angular.z), costs, blind, people)
-        step = self._look_aside(step, pose, costs, people)
+        twist = present.linear.x, present.angular.z
+        step = self._look_aside(self._follower.step(pose, twist, costs, blind, people), pose, costs, people)
         self.report_step(step, self._follower, pose, costs, blind)
         self._drive(step.v, step.w)
         self._feedback(FollowPath_Feedback(remaining_length(self._follower.path, pose), step.speed))

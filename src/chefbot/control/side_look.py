@@ -21,7 +21,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.robot.motion_limits import Limits
 
 HIDDEN = "Something beside the robot is too near to be seen; the robot waits."
-SIDE = math.radians(70.0)
+SIDE = math.radians(90.0)
 """Bearing up to which it looks to each side: somebody farther back is not before the robot that drives off."""
 STANDING_TIME, TURNED_ANGLE = 2.0, math.radians(45.0)
 """Time for which the robot has not driven, s, and angle by which it has turned since, rad, from which somebody may
@@ -32,7 +32,7 @@ SEEN_BEFORE_STANDING, SEEN_BEFORE_PASSING = 3.0, 1.0
 """Ages, s, up to which a side counts as seen: before driving off, and beside somebody who walks."""
 NEAR = 0.8
 """Distance to a person's centre, less the standard deviation of the prediction, within which it looks for them, m."""
-FRONT = math.radians(100.0)
+FRONT = math.radians(110.0)
 """Bearing beyond which a person is behind the robot, rad."""
 HIDDEN_TIME = 4.0
 """Time for which it waits at a direction without data, s: somebody leaves, furniture that returns nothing stays."""

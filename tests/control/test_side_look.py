@@ -69,6 +69,18 @@ class Robot:
         return self.time - began
 
 
+def drives() -> Robot:
+    """Return a robot at the origin that has driven there."""
+    robot = Robot()
+    robot.pose = SE2(-0.3, 0.0, 0.0)
+    robot.see()
+    robot.step(NOBODY, speed=0.3)
+    robot.pose = SE2(0.0, 0.0, 0.0)
+    robot.see()
+    robot.step(NOBODY, speed=0.3)
+    return robot
+
+
 @given(YAW)
 def test_it_looks_to_both_sides_and_comes_back(yaw: float) -> None:
     robot = Robot(yaw)
@@ -100,17 +112,25 @@ def test_people_of_a_while_ago_are_gone() -> None:
     assert robot.step(NOBODY) is None
 
 
-def test_a_robot_that_drives_has_seen_its_sides() -> None:
+@pytest.mark.parametrize(("speed", "looks"), [(0.3, False), (0.08, True)])
+def test_a_robot_that_drives_on_has_seen_its_sides(speed: float, looks: bool) -> None:
+    """A robot that creeps does not see its sides soon enough."""
     robot = Robot()
-    robot.see()
-    assert robot.step(FAR, speed=0.3) is None
+    robot.drive_off()
+    looked = False
+    for _ in range(60):
+        robot.pose = SE2(robot.pose.x + speed * PERIOD, 0.0, 0.0)
+        robot.time += PERIOD
+        robot.see()
+        looked = looked or robot.step(FAR, speed=speed) is not None
+    assert looked is looks
 
 
 @pytest.mark.parametrize("turn", [-1.0, 1.0])
 def test_after_a_turn_it_looks_to_the_other_side_only(turn: float) -> None:
     """What the view has just passed over is seen; the robot has driven until now."""
     robot = Robot()
-    robot.step(FAR, speed=0.3)
+    robot.drive_off()
     for _ in range(15):
         robot.turn(turn)
     heading = robot.pose.yaw
@@ -122,8 +142,7 @@ def test_after_a_turn_it_looks_to_the_other_side_only(turn: float) -> None:
 
 @pytest.mark.parametrize("bearing", [-60.0, -40.0, 40.0, 60.0])
 def test_it_looks_after_a_person_who_left_its_view(bearing: float) -> None:
-    robot = Robot()
-    robot.see()
+    robot = drives()
     somebody = person(bearing, 0.7)
     view = robot.step(somebody, speed=0.3)
     assert view == SideView(0.0), "it brakes before it turns"
@@ -135,14 +154,12 @@ def test_it_looks_after_a_person_who_left_its_view(bearing: float) -> None:
 
 @pytest.mark.parametrize(("bearing", "distance"), [(60.0, 2.0), (150.0, 0.6), (10.0, 0.6)])
 def test_it_drives_past_who_is_far_behind_or_in_view(bearing: float, distance: float) -> None:
-    robot = Robot()
-    robot.see()
+    robot = drives()
     assert robot.step(person(bearing, distance), speed=0.3) is None
 
 
 def test_an_uncertain_person_may_be_near() -> None:
-    robot = Robot()
-    robot.see()
+    robot = drives()
     somebody = person(-60.0, 1.5)
     somebody.states[0, 4] = 1.0
     assert robot.step(somebody, speed=0.3) is not None

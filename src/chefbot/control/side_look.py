@@ -17,14 +17,16 @@ from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.control.rotation import rotation_rate
 from chefbot.control.seen_directions import SeenDirections
 from chefbot.maths.angles import wrap
-from chefbot.maths.se2 import SE2
+from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.robot.motion_limits import Limits
 
 HIDDEN = "Something beside the robot is too near to be seen; the robot waits."
 SIDE = math.radians(90.0)
 """Bearing up to which it looks to each side: somebody farther back is not before the robot that drives off."""
+DRIVEN = 0.25
+"""Distance from which the robot has driven on, m: it sees its sides while they are still before it."""
 STANDING_TIME, TURNED_ANGLE = 2.0, math.radians(45.0)
-"""Time for which the robot has not driven, s, and angle by which it has turned since, rad, from which somebody may
+"""Time for which the robot has not driven on, s, and angle by which it has turned since, rad, from which somebody may
 have come to its sides."""
 PEOPLE_MEMORY = 60.0
 """Time after the last person was seen for which people are about, s."""
@@ -39,13 +41,11 @@ HIDDEN_TIME = 4.0
 MAX_TIME = 12.0
 """Maximum time of a look, s: people who walk around the robot hide one direction after the other."""
 PAUSE = 4.0
-"""Time after a look before the next one, s."""
+"""Time after a look before the next one in about the same direction, s."""
 INNER_VIEW = 0.65
 """Fraction of the view in which a direction is surely seen, with the latency of the sensor while the robot turns."""
 BACK = 0.1
 """Error of the heading at which it has turned back, rad."""
-DRIVES = 0.1
-"""Speed from which the robot has driven off, m/s."""
 STANDS = 0.02
 """Speed below which it stands and may turn, m/s."""
 
@@ -78,7 +78,7 @@ class SideLook:
         self._half_view, self._limits, self._period = half_view, limits, period
         self.seen = SeenDirections()
         self._people_ns: int | None = None
-        self._drove_ns, self._drove_yaw = -(10**18), 0.0
+        self._drove_ns, self._drove_to = -(10**18), IDENTITY
         self._pause_until_ns = 0
         self.reset()
 
@@ -96,9 +96,9 @@ class SideLook:
         """
         if people is not NOBODY and len(people.states):
             self._people_ns = now_ns
-        if speed > DRIVES:
-            self._drove_ns, self._drove_yaw = now_ns, pose.yaw
-        if self._look is None and wanted > 0.0 and now_ns >= self._pause_until_ns:
+        if pose.distance(self._drove_to) >= DRIVEN:
+            self._drove_ns, self._drove_to = now_ns, pose
+        if self._look is None and wanted > 0.0:
             self._look = self._needed(pose, people, now_ns)
         if self._look is None:
             return None
@@ -107,14 +107,14 @@ class SideLook:
     def _needed(self, pose: SE2, people: NearbyPeople, now_ns: int) -> _Look | None:
         """Return the look that is needed before the robot drives forward, or None."""
         about = self._people_ns is not None and now_ns - self._people_ns <= PEOPLE_MEMORY * 1e9
-        turned = abs(wrap(pose.yaw - self._drove_yaw))
+        turned = abs(wrap(pose.yaw - self._drove_to.yaw))
         stood = now_ns - self._drove_ns >= STANDING_TIME * 1e9 or turned >= TURNED_ANGLE
         looks = []
         if about and stood:
             since_ns = now_ns - round(SEEN_BEFORE_STANDING * 1e9)
             looks.append(_Look(pose.yaw, pose.yaw - SIDE, pose.yaw + SIDE, since_ns, now_ns))
         side = self._side_of_unseen_person(pose, people, now_ns)
-        if side:
+        if side and now_ns >= self._pause_until_ns:
             low, high = sorted((pose.yaw + side * self._half_view, pose.yaw + side * SIDE))
             looks.append(_Look(pose.yaw, low, high, now_ns - round(SEEN_BEFORE_PASSING * 1e9), now_ns))
         return next((look for look in looks if len(self._unseen(look))), None)
@@ -156,4 +156,5 @@ class SideLook:
             return SideView(rotation_rate(angle, self._limits))
         self.reset()
         self._pause_until_ns = now_ns + round(PAUSE * 1e9)
+        self._drove_ns, self._drove_to = self._pause_until_ns - round(STANDING_TIME * 1e9), pose
         return None

@@ -28,8 +28,8 @@ DRIVEN = 0.25
 STANDING_TIME, TURNED_ANGLE = 2.0, math.radians(45.0)
 """Time for which the robot has not driven on, s, and angle by which it has turned since, rad, from which somebody may
 have come to its sides."""
-PEOPLE_MEMORY = 60.0
-"""Time after the last person was seen for which people are about, s."""
+PEOPLE_MEMORY = 600.0
+"""Time after the last person was seen for which people are about, s: out of view they may come from anywhere."""
 SEEN_BEFORE_STANDING, SEEN_BEFORE_PASSING = 3.0, 1.0
 """Ages, s, up to which a side counts as seen: before driving off, and beside somebody who walks."""
 NEAR = 0.8

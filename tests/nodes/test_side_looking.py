@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from tests.support.nodes import StationaryRobot, send_goal_and_run
 
+from chefbot.causes.reports import STOP
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
 from chefbot.msgs.nav2_msgs import FollowPath_Goal
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
-from chefbot.nodes.navigation.side_looking import side_look_of
+from chefbot.nodes.navigation.side_looking import LOOKS, side_look_of
 from chefbot.robot.load import load_robot
 
 PATH = FollowPath_Goal(
@@ -23,25 +24,35 @@ PATH = FollowPath_Goal(
 )
 
 
-def first_commands(people: bool) -> list[Twist]:
-    """Return what a standing camera robot commands in the first second on a path straight ahead."""
+def follow_path(people: bool) -> StationaryRobot:
+    """Return a standing camera robot that has followed a path straight ahead for a second."""
     robot = StationaryRobot(load_robot("chefbot"))
     somebody = TrackedPerson(id=1, position=Point(4.0), covariance=0.01 * np.eye(4).ravel())
     header = Header.of(robot.loop.now_ns, "odom")
     robot.loop.publish("tracked_people", TrackedPeople(header, (somebody,) if people else ()), "tracker")
     send_goal_and_run(robot, "follow_path", PATH, 1.0)
+    return robot
+
+
+def commands(robot: StationaryRobot) -> list[Twist]:
     return [item for item in robot.messages("cmd_vel_nav") if isinstance(item, Twist)]
 
 
 def test_among_people_it_turns_before_it_drives() -> None:
-    commands = first_commands(people=True)
-    assert max(abs(twist.angular.z) for twist in commands) > 0.3
-    assert not any(twist.linear.x for twist in commands)
+    robot = follow_path(people=True)
+    assert max(abs(twist.angular.z) for twist in commands(robot)) > 0.3
+    assert not any(twist.linear.x for twist in commands(robot))
+
+
+def test_it_reports_why_it_turns() -> None:
+    (report,) = follow_path(people=True).messages("cause_reports")
+    assert (report.kind, report.check, report.sentence) == (STOP, "view to the sides", LOOKS)
 
 
 def test_without_people_it_drives_at_once() -> None:
-    commands = first_commands(people=False)
-    assert max(twist.linear.x for twist in commands) > 0.1
+    robot = follow_path(people=False)
+    assert max(twist.linear.x for twist in commands(robot)) > 0.1
+    assert not robot.messages("cause_reports")
 
 
 @pytest.mark.parametrize(("name", "looks"), [("chefbot", True), ("chefbot_lidar", False), ("jackal", False)])

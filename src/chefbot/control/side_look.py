@@ -20,7 +20,6 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.robot.motion_limits import Limits
 
-HIDDEN = "Something beside the robot is too near to be seen; the robot waits."
 SIDE = math.radians(90.0)
 """Bearing up to which it looks to each side: somebody farther back is not before the robot that drives off."""
 DRIVEN = 0.25

@@ -2,31 +2,43 @@
 
 from __future__ import annotations
 
+from chefbot.causes.reports import STOP, make_report
 from chefbot.control.controller_params import CONTROL_PERIOD
 from chefbot.control.path_follower import PathStep
 from chefbot.control.people_cost import NearbyPeople
-from chefbot.control.side_look import HIDDEN, SideLook
+from chefbot.control.side_look import SideLook
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.nodes.causes.reports import CauseReportsNode
 from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
 from chefbot.runtime.node import In
 from chefbot.safety.obstacle_sensors import camera_directions, camera_view, marked_directions
 
+LOOKS = "People are about: the robot looks to its sides before it drives on."
+HIDDEN = "Something beside the robot is too near to be seen; the robot waits."
+AHEAD = 0.1
+"""Yaw of the camera's mount up to which it looks ahead, rad."""
+
 
 def side_look_of(robot: Robot) -> SideLook | None:
-    """Return what decides when a robot looks to its sides; None if its lidar sees them, or if it cannot rotate in
-    place everywhere, as it is not a disc."""
+    """Return what decides when a robot looks to its sides, None if it does not.
+
+    It does not with a lidar, without a camera that looks ahead, or if it cannot rotate in place everywhere, as it is
+    not a disc.
+    """
     camera = robot.sensors.depth_camera
     if camera is None or robot.sensors.lidar is not None or robot.footprint.corners:
+        return None
+    if abs(camera.mount.yaw) > AHEAD:
         return None
     return SideLook(camera.field_of_view / 2.0, Limits.of(robot), CONTROL_PERIOD)
 
 
-class SideLookingNode(LocalCostmapNode):
+class SideLookingNode(LocalCostmapNode, CauseReportsNode):
     """Base class of a node that looks to the robot's sides before it drives forward along a path."""
 
     cmd_vel: In[Twist]
@@ -48,6 +60,7 @@ class SideLookingNode(LocalCostmapNode):
         self._hidden = ""
         if self._side_look is not None:
             self._side_look.reset()
+            self.report("side", None)
 
     def _look_aside(self, step: PathStep, pose: SE2, costs: Costmap, people: NearbyPeople) -> PathStep:
         """Return the step with the rotation of a look to the sides in place of driving forward, if one is needed."""
@@ -58,6 +71,9 @@ class SideLookingNode(LocalCostmapNode):
         present = self.cmd_vel.last or Twist()
         command = look.step(pose, step.v, present.linear.x, people, self.now_ns)
         self._hidden = HIDDEN if command is not None and command.hidden else ""
+        self.report(
+            "side", make_report(STOP, "view to the sides", self._hidden or LOOKS) if command else None
+        )
         return step if command is None else step._replace(v=0.0, w=command.w)
 
     def _note_view(self, look: SideLook, costs: Costmap) -> None:

@@ -45,14 +45,15 @@ def test_among_people_it_turns_before_it_drives() -> None:
 
 
 def test_it_reports_why_it_turns() -> None:
-    (report,) = follow_path(people=True).messages("cause_reports")
-    assert (report.kind, report.check, report.sentence) == (STOP, "view to the sides", LOOKS)
+    reports = follow_path(people=True).messages("cause_reports")
+    (looks,) = [report for report in reports if report.check == "view to the sides"]
+    assert (looks.kind, looks.sentence) == (STOP, LOOKS)
 
 
 def test_without_people_it_drives_at_once() -> None:
     robot = follow_path(people=False)
     assert max(twist.linear.x for twist in commands(robot)) > 0.1
-    assert not robot.messages("cause_reports")
+    assert "view to the sides" not in [report.check for report in robot.messages("cause_reports")]
 
 
 @pytest.mark.parametrize(("name", "looks"), [("chefbot", True), ("chefbot_lidar", False), ("jackal", False)])

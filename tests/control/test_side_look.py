@@ -165,6 +165,14 @@ def test_an_uncertain_person_may_be_near() -> None:
     assert robot.step(somebody, speed=0.3) is not None
 
 
+@pytest.mark.parametrize(("deviation", "looks"), [(0.02, False), (0.3, True)])
+def test_a_person_may_be_beyond_the_edge_of_the_view(deviation: float, looks: bool) -> None:
+    robot = drives()
+    somebody = person(20.0, 0.7)
+    somebody.states[0, 4] = deviation**2
+    assert (robot.step(somebody, speed=0.3) is not None) is looks
+
+
 def test_it_waits_for_what_is_hidden_beside_it() -> None:
     robot = Robot(hidden=(math.radians(35.0), math.radians(60.0)))
     robot.see()

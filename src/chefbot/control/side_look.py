@@ -122,11 +122,15 @@ class SideLook:
         """Return the side, 1 left and -1 right, on which somebody may be near and out of view; 0 for nobody."""
         since_ns = now_ns - round(SEEN_BEFORE_PASSING * 1e9)
         for x, y, _, _, variance, *_ in people.states.tolist():
-            direction = math.atan2(y - pose.y, x - pose.x)
-            nearest = math.hypot(x - pose.x, y - pose.y) - math.sqrt(max(variance, 0.0))
-            ahead = abs(wrap(direction - pose.yaw)) <= FRONT
-            if nearest <= NEAR and ahead and len(self.seen.not_seen_since(since_ns, direction, direction)):
-                return math.copysign(1.0, wrap(direction - pose.yaw))
+            distance, deviation = math.hypot(x - pose.x, y - pose.y), math.sqrt(max(variance, 0.0))
+            bearing = wrap(math.atan2(y - pose.y, x - pose.x) - pose.yaw)
+            if distance - deviation > NEAR or abs(bearing) > FRONT:
+                continue
+            # they may be farther to the side than predicted, beyond the edge of the view
+            outward = bearing + math.copysign(math.atan2(deviation, distance), bearing)
+            low, high = sorted((pose.yaw + bearing, pose.yaw + outward))
+            if len(self.seen.not_seen_since(since_ns, low, high)):
+                return math.copysign(1.0, bearing)
         return 0.0
 
     def _unseen(self, look: _Look) -> NDArray[np.float64]:

@@ -59,7 +59,7 @@ class Robot:
     def step(self, people: NearbyPeople, speed: float = 0.0, wanted: float = 0.3) -> SideView | None:
         return self.look.step(self.pose, wanted, speed, people, self.now_ns)
 
-    def drive_off(self, people: NearbyPeople = FAR, seconds: float = 20.0) -> float:
+    def drive_off(self, people: NearbyPeople = FAR, seconds: float = 30.0) -> float:
         """Return the time until the robot may drive forward."""
         began = self.time
         while (view := self.step(people)) is not None:
@@ -160,7 +160,7 @@ def test_it_drives_past_who_is_far_behind_or_in_view(bearing: float, distance: f
 
 def test_an_uncertain_person_may_be_near() -> None:
     robot = drives()
-    somebody = person(-60.0, 1.5)
+    somebody = person(-60.0, 1.2)
     somebody.states[0, 4] = 1.0
     assert robot.step(somebody, speed=0.3) is not None
 

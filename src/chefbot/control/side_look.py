@@ -20,27 +20,29 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.robot.motion_limits import Limits
 
-SIDE = math.radians(90.0)
+SIDE = math.radians(80.0)
 """Bearing up to which it looks to each side: somebody farther back is not before the robot that drives off."""
 DRIVEN = 0.25
 """Distance from which the robot has driven on, m: it sees its sides while they are still before it."""
 STANDING_TIME, TURNED_ANGLE = 2.0, math.radians(45.0)
-"""Time for which the robot has not driven on, s, and angle by which it has turned since, rad, from which somebody may
-have come to its sides."""
+"""Time for which the robot has not driven on, s, and angle by which it has turned since, rad, after which somebody may
+be at its sides."""
 PEOPLE_MEMORY = 600.0
 """Time after the last person was seen for which people are about, s: out of view they may come from anywhere."""
 SEEN_BEFORE_STANDING, SEEN_BEFORE_PASSING = 3.0, 1.0
 """Ages, s, up to which a side counts as seen: before driving off, and beside somebody who walks."""
 NEAR = 0.8
 """Distance to a person's centre, less the standard deviation of the prediction, within which it looks for them, m."""
+MAX_DEVIATION = 0.5
+"""Standard deviation of a prediction that counts at most, m: else it would look for everybody who has passed."""
 FRONT = math.radians(110.0)
 """Bearing beyond which a person is behind the robot, rad."""
-HIDDEN_TIME = 4.0
+HIDDEN_TIME = 6.0
 """Time for which it waits at a direction without data, s: somebody leaves, furniture that returns nothing stays."""
-MAX_TIME = 12.0
+MAX_TIME = 20.0
 """Maximum time of a look, s: people who walk around the robot hide one direction after the other."""
-PAUSE = 4.0
-"""Time after a look before the next one in about the same direction, s."""
+PAUSE, SHORT_PAUSE = 4.0, 2.0
+"""Times after a look before the next one in about the same direction, and before one after a person, s."""
 INNER_VIEW = 0.65
 """Fraction of the view in which a direction is surely seen, with the latency of the sensor while the robot turns."""
 BACK = 0.1
@@ -122,7 +124,8 @@ class SideLook:
         """Return the side, 1 left and -1 right, on which somebody may be near and out of view; 0 for nobody."""
         since_ns = now_ns - round(SEEN_BEFORE_PASSING * 1e9)
         for x, y, _, _, variance, *_ in people.states.tolist():
-            distance, deviation = math.hypot(x - pose.x, y - pose.y), math.sqrt(max(variance, 0.0))
+            distance = math.hypot(x - pose.x, y - pose.y)
+            deviation = min(math.sqrt(max(variance, 0.0)), MAX_DEVIATION)
             bearing = wrap(math.atan2(y - pose.y, x - pose.x) - pose.yaw)
             if distance - deviation > NEAR or abs(bearing) > FRONT:
                 continue
@@ -158,6 +161,6 @@ class SideLook:
         if abs(angle) > BACK:
             return SideView(rotation_rate(angle, self._limits))
         self.reset()
-        self._pause_until_ns = now_ns + round(PAUSE * 1e9)
-        self._drove_ns, self._drove_to = self._pause_until_ns - round(STANDING_TIME * 1e9), pose
+        self._pause_until_ns = now_ns + round(SHORT_PAUSE * 1e9)
+        self._drove_ns, self._drove_to = now_ns + round((PAUSE - STANDING_TIME) * 1e9), pose
         return None

@@ -25,8 +25,8 @@ SIDE = math.radians(80.0)
 DRIVEN = 0.25
 """Distance from which the robot has driven on, m: it sees its sides while they are still before it."""
 STANDING_TIME, TURNED_ANGLE = 2.0, math.radians(45.0)
-"""Time for which the robot has not driven on, s, and angle by which it has turned since, rad, after which somebody may
-be at its sides."""
+"""Time for which the robot has not driven on, s, and angle by which it has turned since, rad: somebody may be at its
+sides then."""
 PEOPLE_MEMORY = 600.0
 """Time after the last person was seen for which people are about, s: out of view they may come from anywhere."""
 SEEN_BEFORE_STANDING, SEEN_BEFORE_PASSING = 3.0, 1.0

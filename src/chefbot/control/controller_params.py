@@ -17,7 +17,7 @@ CONTROL_RATE = 10.0
 """Rate of the controller's commands, Hz."""
 CONTROL_PERIOD = 1.0 / CONTROL_RATE
 """Time between two commands, s."""
-SIGHTED_TURN = 0.5
+FORWARD_SENSING_ROTATE_FROM = 0.5
 """Heading error, rad, from which a robot that sees only ahead rotates in place at the latest: on a tight arc it would
 drive out of its view."""
 LIVE_PARAMS = (
@@ -45,6 +45,6 @@ class ControllerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         """Return the built-in controller with `settings`, within the robot's limits at the fraction `speed`."""
         limits = Limits.of(robot)
         if robot.sensors.forward_sensing_only:
-            sighted = min(settings.rotate_from, SIGHTED_TURN)
-            settings = msgspec.structs.replace(settings, rotate_from=sighted)
+            rotate_from = min(settings.rotate_from, FORWARD_SENSING_ROTATE_FROM)
+            settings = msgspec.structs.replace(settings, rotate_from=rotate_from)
         return DwaController(limits._replace(speed=limits.speed * self.speed), settings, self.goal)

@@ -41,5 +41,11 @@ class DwaParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         float, Meta(ge=0.0, le=0.95, description="fraction by which the speed is reduced next to people")
     ] = 0.6
     rotate_from: Annotated[
-        float, Meta(ge=0.2, le=3.15, description="heading error above which the robot rotates in place, rad")
+        float,
+        Meta(
+            ge=0.2,
+            le=3.15,
+            description="heading error above which the robot rotates in place, rad; at most 0.5 is used if it "
+            "senses only what is ahead",
+        ),
     ] = 0.9

@@ -22,9 +22,8 @@ NEVER = np.iinfo(np.int64).min
 class SeenDirections:
     """The time at which each direction was last seen from where the robot is, without anything hidden there since.
 
-    What it saw from elsewhere is forgotten.
-
-    Poses are in a frame that does not jump (odom), directions are angles in that frame, rad.
+    What it saw from elsewhere is forgotten. Poses are in a frame that does not jump (odom), directions are angles in
+    that frame, rad.
     """
 
     def __init__(self) -> None:

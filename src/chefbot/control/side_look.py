@@ -1,8 +1,8 @@
 """Looks to the sides before a robot whose sensors see only ahead drives on among people.
 
-Whoever comes from the side stops beside the robot, outside the view and too near for a depth camera; the robot would
-drive off into them. It looks to both sides before it drives off after standing or rotating, and to one side when a
-person whom it saw coming near has left its view.
+People who come from the side stop beside the robot, outside the view and too near for a depth camera; the robot
+would drive off into them. It looks to both sides before it drives off after standing or rotating, and to one side
+when a person whom it saw coming near has left its view.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.control.people_cost import NOBODY, NearbyPeople
+from chefbot.control.people_cost import NearbyPeople
 from chefbot.control.rotation import rotation_rate
 from chefbot.control.seen_directions import SeenDirections
 from chefbot.maths.angles import wrap
@@ -59,8 +59,11 @@ class SideView(NamedTuple):
 
 
 class _Look(NamedTuple):
-    """heading: to which the robot returns. low, high: directions to see, all rad in odom. since_ns: they count as
-    seen since then. began_ns: when it began."""
+    """A look that has begun.
+
+    heading: to which the robot returns. low, high: directions to see, all rad in odom. since_ns: they count as seen
+    since then. began_ns: when it began.
+    """
 
     heading: float
     low: float
@@ -95,7 +98,7 @@ class SideLook:
 
         wanted: forward speed that the controller wants, speed: the one at present, m/s. people: those around.
         """
-        if people is not NOBODY and len(people.states):
+        if len(people.states):
             self._people_ns = now_ns
         if pose.distance(self._drove_to) >= DRIVEN:
             self._drove_ns, self._drove_to = now_ns, pose

@@ -57,6 +57,8 @@ class Robot:
         self.see()
 
     def step(self, people: NearbyPeople, speed: float = 0.0, wanted: float = 0.3) -> SideView | None:
+        if len(people.states):
+            self.look.note_people(self.now_ns)
         return self.look.step(self.pose, wanted, speed, people, self.now_ns)
 
     def drive_off(self, people: NearbyPeople = FAR, seconds: float = 30.0) -> float:

@@ -24,12 +24,16 @@ PATH = FollowPath_Goal(
 )
 
 
-def follow_path(people: bool) -> StationaryRobot:
-    """Return a standing camera robot that has followed a path straight ahead for a second."""
+def follow_path(people: bool, standing: float = 0.0) -> StationaryRobot:
+    """Return a camera robot that has followed a path straight ahead for a second, after it stood for a time, s.
+
+    people: whether somebody is seen at the beginning.
+    """
     robot = StationaryRobot(load_robot("chefbot"))
     somebody = TrackedPerson(id=1, position=Point(4.0), covariance=0.01 * np.eye(4).ravel())
     header = Header.of(robot.loop.now_ns, "odom")
     robot.loop.publish("tracked_people", TrackedPeople(header, (somebody,) if people else ()), "tracker")
+    robot.run(standing)
     send_goal_and_run(robot, "follow_path", PATH, 1.0)
     return robot
 
@@ -42,6 +46,10 @@ def test_among_people_it_turns_before_it_drives() -> None:
     robot = follow_path(people=True)
     assert max(abs(twist.angular.z) for twist in commands(robot)) > 0.3
     assert not any(twist.linear.x for twist in commands(robot))
+
+
+def test_people_seen_while_it_stood_count_as_well() -> None:
+    assert not any(twist.linear.x for twist in commands(follow_path(people=True, standing=5.0)))
 
 
 def test_it_reports_why_it_turns() -> None:

@@ -86,6 +86,10 @@ class SideLook:
         self._pause_until_ns = 0
         self.reset()
 
+    def note_people(self, now_ns: int) -> None:
+        """Note that somebody is seen now."""
+        self._people_ns = now_ns
+
     def reset(self) -> None:
         """Stop looking: something else drives the robot."""
         self._look: _Look | None = None
@@ -98,8 +102,6 @@ class SideLook:
 
         wanted: forward speed that the controller wants, speed: the one at present, m/s. people: those around.
         """
-        if len(people.states):
-            self._people_ns = now_ns
         if pose.distance(self._drove_to) >= DRIVEN:
             self._drove_ns, self._drove_to = now_ns, pose
         if self._look is None and wanted > 0.0:

@@ -10,6 +10,7 @@ from chefbot.control.side_look import SideLook
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.chefbot_people import TrackedPeople
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.nodes.causes.reports import CauseReportsNode
 from chefbot.nodes.local_costmap import LocalCostmapNode
@@ -50,6 +51,12 @@ class SideLookingNode(LocalCostmapNode, CauseReportsNode):
         self._view: tuple[SE2, ObstacleScan] | None = None
         self._hidden = ""
         """Why the robot must not drive forward since it has looked to its sides; empty if it may."""
+
+    def on_tracked_people(self, message: TrackedPeople) -> None:
+        """Note that people are about, also while nothing drives the robot."""
+        super().on_tracked_people(message)
+        if self._side_look is not None and message.people:
+            self._side_look.note_people(self.now_ns)
 
     def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
         super()._mark_obstacles(pose, scan)

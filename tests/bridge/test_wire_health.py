@@ -37,7 +37,9 @@ def parts() -> SimpleNamespace:
     there: Any = SimpleNamespace(
         own_rosout=SimpleNamespace(log=lambda *_: None), own=own, foreign_publishers=lambda _: []
     )
-    inbox: Any = SimpleNamespace(publish=lambda _, message: published.append(message.status[0]))
+    inbox: Any = SimpleNamespace(
+        publish=lambda topic, message: published.append(message.status[0]) if topic == "diagnostics" else None
+    )
     health = WireHealth(tally, graph, there, inbox)  # type: ignore[arg-type]
     return SimpleNamespace(health=health, tally=tally, graph=graph, published=published)
 

@@ -141,3 +141,18 @@ def test_a_local_module_named_xacro_is_not_executed(tmp_path: Path, monkeypatch:
     monkeypatch.chdir(tmp_path)
     assert [branch.link for branch in check_given(Path("a.xacro"))] == ["2"]
     assert not (tmp_path / "sentinel").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ('<xacro:include filename="none.xacro"/>', "No such file or directory: .*none.xacro$"),
+        ("<link name=\"${'\\ud800'}\"/>", "half of a surrogate pair"),
+    ],
+)
+def test_an_error_is_named_once(tmp_path: Path, content: str, sentence: str) -> None:
+    path = tmp_path / "a.xacro"
+    path.write_text(f'<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="a">{content}</robot>')
+    with pytest.raises(UserError, match=sentence) as caught:
+        expanded(path)
+    assert str(caught.value).count("No such file") <= 1

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from tests.devices.emulated import Cable
 from tests.support.waiting import PATIENCE
 
+from chefbot.board.link_health import NEUTRAL_REQUIRED
 from chefbot.board.messages import MotionLine, StatusLine
 from chefbot.board.status_codes import LATCHED, BoardFlag
 from chefbot.devices.motor_board import BoardParams, MotorBoardDevice
@@ -115,12 +116,12 @@ def drive(driven: Driven, cable: Cable, speed: float = 0.2) -> int:
 
 
 def push(driven: Driven, cable: Cable, speed: float, reached: Callable[[], bool]) -> None:
-    """As a person does: lets go where the board asks for it, as it does after a pause of a busy computer."""
+    """As a person does: lets go where board or driver ask for it, as they do after a pause of a busy computer."""
 
     def trying() -> bool:
         motion = cable.newest(MotionLine)
         waits = isinstance(motion, MotionLine) and motion.flags & BoardFlag.NEUTRAL_FIRST
-        driven.speed = 0.0 if waits else speed
+        driven.speed = 0.0 if waits or NEUTRAL_REQUIRED[1:] in driven.health else speed
         return reached()
 
     driven.until(trying, f"{speed} m/s")

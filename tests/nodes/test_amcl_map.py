@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner
@@ -85,3 +86,22 @@ def test_only_another_map_is_taken(changed: bool) -> None:
     hall.send("map", OccupancyGrid.of(Header.of(1, "map"), room(margin=10 if changed else 0)))
     hall.scan()
     assert (hall.node._amcl.field is not field) == changed
+
+
+@pytest.mark.parametrize(
+    ("frame", "x", "reason"),
+    [
+        ("nonsense", 3.0, "its frame is nonsense, not map"),
+        ("map", 900.0, "900.00, 2.00 m lies outside the map"),
+    ],
+)
+def test_a_pose_that_is_not_on_the_map_is_ignored(frame: str, x: float, reason: str) -> None:
+    hall = Hall()
+    hall.send("initialpose", initial_pose(hall.loop.now_ns, POSE))
+    hall.scan()
+    wrong = initial_pose(hall.loop.now_ns, SE2(x, POSE.y, 0.0))
+    header = Header.of(hall.loop.now_ns, frame)
+    hall.send("initialpose", msgspec.structs.replace(wrong, header=header))
+    hall.scan()
+    assert hall.node._amcl.pose.distance(POSE) < 0.5
+    assert hall.messages("scan/remark")[-1].data == f"The given pose is ignored: {reason}."  # type: ignore[attr-defined]

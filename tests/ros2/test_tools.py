@@ -18,15 +18,17 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.support.messages import all_messages, instances_of
-from tests.support.waiting import PATIENCE
+from tests.support.waiting import PATIENCE, wait_for
 
 from chefbot.cli.app import main
 from chefbot.msgs import rcl_interfaces as rcl
-from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.geometry_msgs import PoseStamped, Twist
 from chefbot.msgs.idl.definition import Description, FieldDescription, describe, type_hash
 from chefbot.msgs.idl.message import Float64, Message, Uint8
 from chefbot.msgs.nav2_msgs import NavigateToPose
 from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.rosgraph_msgs import Clock
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.type_description_interfaces import (
@@ -36,7 +38,7 @@ from chefbot.msgs.type_description_interfaces import (
 )
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
-from chefbot.ros2.rmw.qos import SENSOR_DATA, TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.qos import CLOCK, SENSOR_DATA, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.ros2.tools.common import ToolError
 from chefbot.ros2.tools.graph import write_graph
@@ -209,6 +211,27 @@ def test_topic_pub_publishes_messages(verb: Callable, base: RmwNode) -> None:
     assert code == 2 and "'linear'" in errors
     code, _, errors = verb("topic", "pub", "/nobody", "{data: x}", "--once")
     assert code == 2 and "its type must be given" in errors
+
+
+@pytest.mark.slow
+def test_now_is_the_time_of_a_simulated_robot(verb: Callable, base: RmwNode) -> None:
+    received: list[PoseStamped] = []
+    base.subscription("deep/goal_pose", PoseStamped, received.append)
+    clock, stop = base.publisher("clock", Clock, CLOCK), threading.Event()
+
+    def publish() -> None:
+        while not stop.wait(0.02):
+            clock.publish(Clock(Time.of(12_500_000_000)))
+
+    thread = threading.Thread(target=publish)
+    thread.start()
+    try:
+        assert verb("topic", "pub", "/r/deep/goal_pose", "{header: {stamp: now}}", "--once")[0] == 0
+    finally:
+        stop.set()
+        thread.join()
+    wait_for(lambda: received)
+    assert received[0].header.stamp.ns == 12_500_000_000
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from msgspec import Meta
 
 from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Float64, String
 from chefbot.runtime.actions import action_client, action_server
 from chefbot.runtime.node import Device, In, Node, NoParams, Out, every, topic
@@ -115,3 +116,15 @@ class Guest(Node):
 
     async def order(self, dishes: tuple[str, ...]) -> None:
         self.results.append(await self.deliver.call(Deliver_Goal(dishes)))
+
+
+class MapServer(Node):
+    """Publishes a map."""
+
+    map: Out[OccupancyGrid] = topic(latched=True)
+
+
+class MapUser(Node):
+    """Needs a map."""
+
+    map: In[OccupancyGrid]

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.maths.se2 import SE2
-from chefbot.slam.carmen import CarmenLogError, beam_angles, parse
+from chefbot.slam.carmen import CarmenLogError, beam_angles, parse, without_cut_line
 from chefbot.slam.recorded_scan import NO_RETURN, RecordedOdometry, RecordedScan
 
 ODOM = "ODOM 1.5 -2 0.25 0 0 0 976052857.5 host 12.25"
@@ -50,7 +50,6 @@ def test_beams_start_at_minus_90_degrees(n: int, last: float, step: float) -> No
         "FLASER 0 1 1 1 1 1 1 1 h 1",
         "FLASER 99999999999999999999 1",
         SCAN.replace("FLASER 3", "FLASER 4"),
-        SCAN.replace("2.5", "nan"),
         SCAN.replace("2.1", "1e30"),
         SCAN.replace("81.83", "x"),
         ODOM.replace("1.5", "inf"),
@@ -67,6 +66,21 @@ def test_beams_start_at_minus_90_degrees(n: int, last: float, step: float) -> No
 def test_a_broken_line_is_reported_with_its_number(line: str) -> None:
     with pytest.raises(CarmenLogError, match=r"line 3 of the CARMEN log"):
         list(parse([ODOM, SCAN if line.startswith("FLASER") else ODOM, line]))
+
+
+def test_inf_is_no_return_and_nan_is_invalid() -> None:
+    (scan,) = parse(SCAN.replace("2.5", "nan").replace("81.83", "inf"))
+    assert isinstance(scan, RecordedScan)
+    assert scan.ranges.tolist() == [1.0, 0.0, NO_RETURN]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_a_last_line_that_was_cut_off_is_left_out(end: str) -> None:
+    whole = f"{ODOM}{end}{SCAN}{end}"
+    assert without_cut_line(whole) == (whole, "")
+    assert without_cut_line(whole + ODOM) == (whole + ODOM, "")
+    text, note = without_cut_line(whole + ODOM[:12])
+    assert text == whole and note.startswith("The last line of the log is cut off")
 
 
 def test_a_robotlaser_line_brings_its_angles_and_maximum_range() -> None:

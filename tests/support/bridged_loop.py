@@ -29,6 +29,8 @@ NODES = {
     "guest": "Guest",
     "wheels": "Wheels",
     "base": "Base",
+    "map_server": "MapServer",
+    "map_user": "MapUser",
 }
 
 

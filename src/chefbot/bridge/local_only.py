@@ -1,9 +1,11 @@
-"""Commands that bypass the emergency stop and the speed limits: only from the robot's own processes."""
+"""Messages that count only from the robot's own processes: commands of wheels, and maps that the launch publishes."""
 
 from __future__ import annotations
 
+from chefbot.msgs.chefbot_maps import MapZones, Places
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.idl.message import Message
+from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.graph import Endpoint, Graph
 from chefbot.runtime.node_container import PARAMS_TOPIC
@@ -12,6 +14,8 @@ LOCAL_ONLY_TYPES: tuple[type[Message], ...] = (WheelSpeeds,)
 """Message types that the motor board obeys at once. All others may come from anyone on the wire: commands
 such as /cmd_vel_teleop and goals go through the drive base, which enforces the emergency stop and the limits;
 measurements may come from external drivers."""
+MAP_TYPES: tuple[type[Message], ...] = (OccupancyGrid, MapZones, Places)
+"""Types of the map, its zones and places: where the launch publishes them, two sources would contradict."""
 LOCAL_TOPICS = frozenset(
     {"process_lost", "process_back", "board_connected", "board_fault", "battery/stored_log", PARAMS_TOPIC}
 )
@@ -42,15 +46,25 @@ class LocalProcessFilter:
 
         `topic` is fully qualified.
         """
+        self._check(topic, gid, "drive by cmd_vel_teleop", or_unknown=False)
+
+    def check_map(self, topic: str, gid: bytes) -> None:
+        """Raise RmwError if publisher `gid` of a map is known to be in no process of the robot.
+
+        A latched message of the robot's own map server may come before the server is known.
+        """
+        self._check(topic, gid, "stop one of them", or_unknown=True)
+
+    def _check(self, topic: str, gid: bytes, advice: str, *, or_unknown: bool) -> None:
         if gid in self._accepted_gids:
             return
         publishers = self._publishers(topic)
         sender = next((publisher.node for publisher in publishers if publisher.gid == gid), None)
+        if sender is None and or_unknown:
+            return
         if sender is None or sender.zid not in self._own_sessions():
             sender_name = "an unknown publisher" if sender is None else sender.full_name
-            raise RmwError(
-                f"{sender_name} may not publish this: only the robot's own launch; drive by cmd_vel_teleop"
-            )
+            raise RmwError(f"{sender_name} may not publish this: only the robot's own launch; {advice}")
         self._accepted_gids.add(gid)
 
     def foreign_publishers(self, topic: str) -> list[str]:

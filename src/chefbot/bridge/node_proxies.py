@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from chefbot.bridge.bridged_actions import ActionClientBridge, ActionServerBridge
 from chefbot.bridge.inbox import WIRE_PUBLISHER, Inbox
-from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS, LocalProcessFilter
+from chefbot.bridge.local_only import LOCAL_ONLY_TYPES, LOCAL_TOPICS, MAP_TYPES, LocalProcessFilter
 from chefbot.bridge.parameters import ParameterServices, to_value
 from chefbot.bridge.ports import LaunchPorts, Ports, Topic
 from chefbot.bridge.rosout import Rosout
@@ -118,6 +118,7 @@ class NodeProxies:
         self._actions: dict[str, ActionServerBridge | ActionClientBridge] = {}
         self._subscriptions: dict[str, _SharedSubscription] = {}
         self._launch = LaunchPorts(LATCHED_BY_CONVENTION)
+        self._own_latched: frozenset[str] = frozenset()
         self._process_filter = LocalProcessFilter(wire.graph, self._namespace)
         self.own = self._add(self._own_name)
         self.own_rosout = self._rosout[self._own_name] = Rosout(self.own)
@@ -140,6 +141,7 @@ class NodeProxies:
         self._actions.clear()
         self._subscriptions.clear()
         self._launch = launch._replace(latched=launch.latched | LATCHED_BY_CONVENTION)
+        self._own_latched = launch.latched
         served = {name for _, ports in described for name, _ in ports.action_servers}
         for node, ports in described:
             self._add_proxy(node, ports, served)
@@ -246,8 +248,10 @@ class NodeProxies:
 
     def _subscribe_once(self, node: RmwNode, topic: Topic, latched: bool) -> _SharedSubscription:
         callback, qos = partial(self._on_message, topic.name, latched), _subscription_qos(topic, latched)
-        if topic.kind in LOCAL_ONLY_TYPES:
-            filtered = partial(self._on_inner_message, topic, callback)
+        own_map = topic.kind in MAP_TYPES and topic.name in self._own_latched
+        if topic.kind in LOCAL_ONLY_TYPES or own_map:
+            accept = self._process_filter.check_map if own_map else self._process_filter.check
+            filtered = partial(self._on_filtered_message, topic, accept, callback)
             subscription = node.raw_subscription(topic.name, InterfaceType.of(topic.kind), filtered, qos)
         else:
             subscription = node.subscription(topic.name, topic.kind, callback, qos)
@@ -263,11 +267,16 @@ class NodeProxies:
             check_stamp(message, self._system.loop.now_ns)
         self._inbox.publish(name, message, latched=latched)
 
-    def _on_inner_message(
-        self, topic: Topic, callback: Callable[[Message], None], data: bytes, attachment: Attachment
+    def _on_filtered_message(
+        self,
+        topic: Topic,
+        accept: Callable[[str, bytes], None],
+        callback: Callable[[Message], None],
+        data: bytes,
+        attachment: Attachment,
     ) -> None:
-        """Post a received message to the loop if it comes from a process of this robot."""
-        self._process_filter.check(resolve(topic.name, self._namespace), attachment.gid)
+        """Post a received message to the loop if its publisher may send it; `accept` raises RmwError if not."""
+        accept(resolve(topic.name, self._namespace), attachment.gid)
         callback(topic.kind.from_cdr(data))
 
     def _add_action_client(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from datetime import UTC, datetime
 
 from chefbot.bridge.inbox import Inbox
@@ -51,6 +52,7 @@ class WireHealth:
         self._reported_losses: list[str] = []
         self._mismatches: list[str] = []
         self._reported_foreign: set[str] = set()
+        self._remarked: set[str] = set()
 
     def check_graph(self) -> None:
         """Find mismatched endpoints after a change of the graph; takes milliseconds."""
@@ -83,8 +85,17 @@ class WireHealth:
         for reason in [*(reason for reason in counts if reason not in self._reported[0]), *mismatches]:
             if reason not in self._reported[1]:
                 self._rosout.log(LOG_WARN, reason, now_ns)
+        self._remark(reason for reason in counts if not reason.endswith(QUEUE_FULL))
         self._reported = (counts, mismatches)
         self._inbox.publish("diagnostics", message)
+
+    def _remark(self, rejections: Iterable[str]) -> None:
+        """Publish the first rejection of each topic in the loop, for who looks at the launch's output only."""
+        for reason in rejections:
+            topic = reason.partition(":")[0]
+            if topic not in self._remarked and len(self._remarked) < MAX_VALUES:
+                self._remarked.add(topic)
+                self._inbox.publish("wire/remark", String(f"Warning: message rejected: {reason}."))
 
     def _recent_losses(self, counts: dict[str, int], now_ns: int) -> list[str]:
         """Return the reasons whose counts have increased within RECENT_NS."""

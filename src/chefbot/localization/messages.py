@@ -25,6 +25,19 @@ def pose_message(amcl: Amcl, stamp_ns: int) -> PoseWithCovarianceStamped:
     return PoseWithCovarianceStamped(Header.of(stamp_ns, "map"), pose)
 
 
+def why_not_on_map(message: PoseWithCovarianceStamped, grid: Grid | None = None) -> str:
+    """Return why an initial pose is no pose on the map, or an empty string; without a grid its frame is checked only.
+
+    An empty frame is the map's.
+    """
+    frame, pose = message.header.frame_id, message.pose.pose.se2
+    if frame not in ("", "map"):
+        return f"its frame is {frame}, not map"
+    if grid is None or grid.contains(pose.x, pose.y):
+        return ""
+    return f"{pose.x:.2f}, {pose.y:.2f} m lies outside the map"
+
+
 def status_message(amcl: Amcl, stamp_ns: int) -> LocalizationStatus:
     """Return whether the filter has converged, its confidence and its standard deviations (m, rad)."""
     spread = position_spread(amcl.covariance)

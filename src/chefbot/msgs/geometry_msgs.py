@@ -31,13 +31,15 @@ def unit_quaternion(q: Any) -> str:
     squared_norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     if abs(squared_norm - 1.0) <= QUATERNION_TOLERANCE:
         return ""
-    return f"its norm is {math.sqrt(squared_norm):.3g} and not 1"
+    return f"norm is {math.sqrt(squared_norm):.3g} and not 1"
 
 
 def distinct_frames(transform: Any) -> str:
     """Require that the transform joins two different frames with names."""
     parent, child = transform.header.frame_id, transform.child_frame_id
-    return "" if parent and child and parent != child else f"it joins the frames {parent!r} and {child!r}"
+    if parent and child and parent != child:
+        return ""
+    return f"header.frame_id and child_frame_id are {parent!r} and {child!r}, not two frames"
 
 
 class Vector3(Message, frozen=True, eq=False):

@@ -6,7 +6,13 @@ import msgspec
 import numpy as np
 
 from chefbot.localization.amcl import Amcl
-from chefbot.localization.messages import particle_cloud, pose_message, same_grid, status_message
+from chefbot.localization.messages import (
+    particle_cloud,
+    pose_message,
+    same_grid,
+    status_message,
+    why_not_on_map,
+)
 from chefbot.localization.params import AmclParams
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
@@ -14,7 +20,7 @@ from chefbot.msgs.geometry_msgs import PoseWithCovarianceStamped, TransformStamp
 from chefbot.msgs.nav2_msgs import ParticleCloud
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.msgs.std_msgs import Empty
+from chefbot.msgs.std_msgs import Empty, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.scans.scan_listener import ScanListenerNode
 from chefbot.runtime.node import In, Out, every, restored, topic
@@ -66,7 +72,11 @@ class AmclNode(ScanListenerNode):
         self._current_map = message
 
     def on_initialpose(self, message: PoseWithCovarianceStamped) -> None:
-        """Set the initial pose with its covariance."""
+        """Set the initial pose with its covariance; it must be a pose on the map."""
+        reason = why_not_on_map(message, None if self.map.last is None else self.map.last.grid)
+        if reason:
+            self.scan_remark.publish(String(f"The given pose is ignored: {reason}."))
+            return
         self._initial_pose = message
         if self._amcl is not None:
             self._set_initial_pose(message)

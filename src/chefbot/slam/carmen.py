@@ -56,6 +56,20 @@ def parse(log: str | Iterable[str]) -> Iterator[RecordedOdometry | RecordedScan]
             raise CarmenLogError(f"line {number} of the CARMEN log: {e}; cut or repair the line") from e
 
 
+def without_cut_line(text: str) -> tuple[str, str]:
+    """Return a log without a last line that was cut off, as by a crash of the logger, and a sentence about that.
+
+    The sentence is empty for a complete log.
+    """
+    last = text[max(text.rfind("\n"), text.rfind("\r")) + 1 :]
+    try:
+        for _ in parse([last]):
+            pass
+    except CarmenLogError:
+        return text[: len(text) - len(last)], "The last line of the log is cut off; it is left out."
+    return text, ""
+
+
 def _lines(text: str) -> Iterator[str]:
     """Yield the lines one at a time: a list of them would need many times the memory of the text."""
     return (line[0] for line in _LINE.finditer(text))
@@ -136,10 +150,11 @@ def _check_length(kind: str, n: int, fields: list[str], expected: int) -> None:
 
 
 def _ranges(fields: list[str], max_range: float) -> NDArray[np.float32]:
-    """Return the ranges, m; those from the maximum range on are no returns."""
-    ranges = np.array([_number(w) for w in fields])
-    if np.abs(ranges).max() > _MAX_RANGE:
-        raise CarmenLogError(f"a range of {np.abs(ranges).max():g} m is implausibly long")
+    """Return the ranges, m; those from the maximum range on are no returns, `nan` is an invalid one (REP-117)."""
+    ranges = np.nan_to_num([_float(w) for w in fields], nan=0.0, posinf=NO_RETURN, neginf=-NO_RETURN)
+    finite = np.abs(ranges[np.isfinite(ranges)])
+    if finite.size and finite.max() > _MAX_RANGE:
+        raise CarmenLogError(f"a range of {finite.max():g} m is implausibly long")
     return np.where(ranges >= max_range, NO_RETURN, ranges).astype(np.float32)
 
 
@@ -158,11 +173,15 @@ def _pose(fields: list[str]) -> SE2:
     return SE2(x, y, yaw)
 
 
-def _number(field: str) -> float:
+def _float(field: str) -> float:
     try:
-        value = float(field)
+        return float(field)
     except ValueError:
         raise CarmenLogError(f"{field[:40]!r} is not a number") from None
+
+
+def _number(field: str) -> float:
+    value = _float(field)
     if not math.isfinite(value):
         raise CarmenLogError(f"{field[:40]} is not a finite number")
     return value

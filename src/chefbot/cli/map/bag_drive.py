@@ -28,7 +28,7 @@ from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.reader import BagMessage, BagTopic, read_bag
 from chefbot.ros2.bag.rosbags_reader import RosbagsBag, needs_rosbags
 from chefbot.scan.deskewing import deskewed, knot_times
-from chefbot.slam.carmen import parse
+from chefbot.slam.carmen import parse, without_cut_line
 from chefbot.slam.offline import laser_scans
 from chefbot.slam.recorded_scan import NO_RETURN, RecordedScan
 from chefbot.storage.atomic_files import StorageError
@@ -122,7 +122,9 @@ def read_log(path: Path, choice: BagChoice) -> BagDrive:
     """Read the scans of a bag or a CARMEN log. Raises UserError, CarmenLogError or BagError if it has none."""
     if is_bag(path):
         return read_drive(path, choice)
-    return BagDrive(laser_scans(parse(read_text(path))), [])
+    text, cut_file = read_text(path)
+    text, cut_line = without_cut_line(text)
+    return BagDrive(laser_scans(parse(text)), [note for note in (cut_file, cut_line) if note])
 
 
 def read_drive(path: Path, choice: BagChoice) -> BagDrive:

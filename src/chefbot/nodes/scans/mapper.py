@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
+from chefbot.localization.messages import why_not_on_map
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
 from chefbot.msgs.geometry_msgs import PoseWithCovarianceStamped, TransformStamped
@@ -73,15 +74,14 @@ class MapperNode(ScanListenerNode):
 
     def on_initialpose(self, message: PoseWithCovarianceStamped) -> None:
         """Continue the map of earlier drives from this pose of the robot at the next scan."""
-        frame = message.header.frame_id
         if self._earlier is None:
             reason = "a mapper takes a pose only for a map that it continues, before it has found the robot"
-        elif frame not in ("", "map"):
-            reason = f"its frame is {frame}, not map"
+        else:
+            reason = why_not_on_map(message)
+        if reason:
+            self.scan_remark.publish(String(f"The given pose is ignored: {reason}."))
         else:
             self._given = message.pose.pose.se2
-            return
-        self.scan_remark.publish(String(f"The given pose is ignored: {reason}."))
 
     def process_scan(self, scan: LaserScan, odom: SE2) -> None:
         """Update the map with a scan; publish map->odom."""

@@ -23,7 +23,10 @@ def map_log(
     task: MapLogTask, seed: int, folder: Path
 ) -> tuple[dict[str, float], list[tuple[float, float, float]]]:
     """Return the figures of mapping the log, and the path as rows (time s, x m, y m) in the map frame."""
-    records = list(parse(read_text(folder / task.log)))
+    text, missing = read_text(folder / task.log)
+    if missing:
+        raise UserError(f"log {task.log}: {missing}")
+    records = list(parse(text))
     params = GmappingParams(particles=task.particles, seed=seed, max_range=task.max_range)
     try:
         result = run_log(records, params)

@@ -10,7 +10,6 @@ from threading import Event
 from typing import Any
 
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
-from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.editions import older_editions
 from chefbot.msgs.idl.message import Message
@@ -34,6 +33,7 @@ from chefbot.ros2.tools.common import (
     type_and_values,
     type_name,
 )
+from chefbot.ros2.tools.robot_clock import RobotClock
 
 SERVED_WAIT, CANCEL_WAIT = 2.0, 5.0
 """Maximum time to find the server, and for a canceled goal to finish, s."""
@@ -59,7 +59,8 @@ def run_send(name: str, arguments: Sequence[str], quiet: bool) -> int:
         action = _action(named)
         if type_given and type_name(type_given, "action") != action.ros_name:
             raise ToolError(f"action {named.name} is a {action.ros_name}, not a {type_given}")
-        goal = message_from_dict(action.goal, values, f"values for {named.name}", Time.of(time.time_ns()))
+        clock = RobotClock(node, named.name)
+        goal = message_from_dict(action.goal, values, f"values for {named.name}", clock.now())
         client = ActionClient(node, named.name, action)
         deadline = time.monotonic() + SERVED_WAIT
         while not client.served and time.monotonic() < deadline:

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 
 from chefbot.errors import name_hint
-from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.idl.yaml_conversion import message_from_dict
@@ -29,6 +28,7 @@ from chefbot.ros2.tools.common import (
     type_name,
 )
 from chefbot.ros2.tools.remote_types import definition_of
+from chefbot.ros2.tools.robot_clock import RobotClock
 from chefbot.ros2.tools.topic_info import without_tools
 
 MATCH_TIMEOUT = 2.0
@@ -46,7 +46,7 @@ def run_pub(topic: str, arguments: Sequence[str], rate: float, once: bool) -> No
     with graph_node("pub") as node, stop_event() as stop:
         name = full_name(topic)
         kind, wire_type = _message_type(node, name, type_given)
-        make = _maker(kind, values, name)
+        make = _maker(kind, values, name, RobotClock(node, name))
         make()
         publisher = node.raw_publisher(name, wire_type, _publisher_qos(node.wire.graph, name))
         _await_subscribers(node.wire.graph, name, publisher)
@@ -60,8 +60,8 @@ def run_pub(topic: str, arguments: Sequence[str], rate: float, once: bool) -> No
         console.print(f"published {count} on {name}")
 
 
-def _maker(kind: type[Message], plain: object, name: str) -> Callable[[], Message]:
-    return lambda: message_from_dict(kind, plain, f"values for {name}", Time.of(time.time_ns()))
+def _maker(kind: type[Message], plain: object, name: str, clock: RobotClock) -> Callable[[], Message]:
+    return lambda: message_from_dict(kind, plain, f"values for {name}", clock.now())
 
 
 def _message_type(node: RmwNode, name: str, type_given: str) -> tuple[type[Message], InterfaceType]:

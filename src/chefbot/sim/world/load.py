@@ -100,12 +100,23 @@ def parse_start_pose(text: str) -> SE2 | None:
     data = parse_yaml(text.encode(), where)
     if not isinstance(data, list) or len(data) != 3:
         raise UserError(f"{where} must be three numbers in brackets, start:='[x, y, yaw]' (metres, radians)")
-    numbers = [value for value in data if isinstance(value, (int, float)) and not isinstance(value, bool)]
-    if len(numbers) != 3 or not all(math.isfinite(value) and abs(value) < 1e7 for value in numbers):
+    # YAML takes 1e0 for a text, as it has no dot
+    numbers = [_number_of(value) for value in data]
+    if not all(math.isfinite(value) and abs(value) < 1e7 for value in numbers):
         raise UserError(f"{where} must be three finite numbers in metres and radians")
     if abs(numbers[2]) > 2.0 * math.pi:
         raise UserError(f"{where} turns by {numbers[2]:g} rad, more than once about: the yaw is in radians")
-    return SE2(*map(float, numbers))
+    return SE2(*numbers)
+
+
+def _number_of(value: object) -> float:
+    """Return a number of YAML, NaN for anything else."""
+    try:
+        return (
+            float(value) if isinstance(value, (int, float, str)) and not isinstance(value, bool) else math.nan
+        )
+    except (ValueError, OverflowError):
+        return math.nan
 
 
 def unknown_cells(text: str) -> UnknownCells:

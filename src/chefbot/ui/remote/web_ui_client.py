@@ -148,7 +148,7 @@ def _connect(url: str) -> BlockingWebSocket:
     except OSError as error:
         raise UserError(
             f"no robot runs at {url} with a web UI: {error.strerror or error}; start one with `chefbot launch` "
-            "(with headless:=true it has no web UI), or give the address of its web UI"
+            "(with headless:=true it has no web UI), or name the address of its web UI with `--page`"
         ) from None
     url_host = f"[{host}]" if ":" in host else host
     try:

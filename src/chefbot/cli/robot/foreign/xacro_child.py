@@ -204,9 +204,11 @@ def _sentence(error: Exception) -> str:
     if isinstance(cause, RecursionError):
         return "a macro or an include calls itself without end"
     unnamed = type(cause).__name__ if cause is not None and not str(cause) else ""
+    # xacro writes the message of some causes twice
+    text = str(cause) if cause is not None and str(error).count(str(cause)) == 2 else str(error)
     files = xacro.filestack or []
     place = f" (in {files[-1]})" if len(files) > 1 else ""
-    return " ".join((f"{unnamed} {error}".strip() or type(error).__name__).split()) + place
+    return " ".join((f"{unnamed} {text}".strip() or type(error).__name__).split()) + place
 
 
 class FilesOfParent:
@@ -255,6 +257,9 @@ def main() -> None:
         data = expand(Path(order["path"]), files).encode()
     except UserError as error:
         files.send({"fail": str(error)[:1000]})
+        return
+    except UnicodeEncodeError:
+        files.send({"fail": "its text has half of a surrogate pair, which no character has"})
         return
     files.send({"urdf": len(data)}, data)
 

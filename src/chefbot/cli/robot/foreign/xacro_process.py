@@ -25,7 +25,7 @@ EXPANSION_SECONDS, CPU_SECONDS = 20.0, 10
 """Limits of the time of a whole expansion, and of its computing."""
 EXPANSION_BYTES = 400_000_000
 """Limit of the memory that an expansion may allocate: a recursive macro would otherwise exhaust it."""
-MAX_URDF_BYTES, MAX_LINE_BYTES, MAX_SENTENCE = 50_000_000, 100_000, 500
+MAX_URDF_BYTES, MAX_LINE_BYTES, MAX_SENTENCE = 50_000_000, 100_000, 300
 CHILD = "chefbot.cli.robot.foreign.xacro_child"
 """Module of the process. It is run with -P, so that a file xacro.py in the current folder is not imported."""
 

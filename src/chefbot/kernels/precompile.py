@@ -52,7 +52,7 @@ class KernelCompilation:
         self._files: set[str] = set()
         self._lock = threading.Lock()
         self._workers: list[threading.Thread] = []
-        self._announced = False
+        self._announced, self._printed = False, 0
         self.page_opened = False
 
     def start(self) -> None:
@@ -72,17 +72,24 @@ class KernelCompilation:
         missing = [group for group in self._groups if not groups or group in groups]
         if not self._is_compiling(missing):
             return
-        if not self._console.is_terminal and not self._announced:  # where no progress is shown
+        if not self._console.is_terminal and not self._announced:  # where no bar is shown
             self._announced = True
             self._console.print("Compiling kernels, once after an installation: this takes some minutes.")
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
         with Progress(*columns, console=self._console, transient=True) as bar:
             task = bar.add_task("compiling kernels", total=len(self._groups))
             while self._is_compiling(missing):
+                self._print_progress()
                 bar.update(task, description=self._sentence(), completed=len(self._done))
                 show(views.ProgressView(text=self._sentence(), done=len(self._done), total=len(self._groups)))
                 time.sleep(POLL_PERIOD)
         show(views.ProgressView(text=self._sentence(), done=len(self._done), total=len(self._groups)))
+
+    def _print_progress(self) -> None:
+        """Print how many groups are compiled whenever another one is, where no bar is shown."""
+        if not self._console.is_terminal and len(self._done) > self._printed:
+            self._printed = len(self._done)
+            self._console.print(f"  {self._printed} of {len(self._groups)} groups of kernels")
 
     def _is_compiling(self, groups: Sequence[str]) -> bool:
         return not self._done.issuperset(groups) and any(worker.is_alive() for worker in self._workers)

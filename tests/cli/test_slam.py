@@ -80,7 +80,8 @@ def test_a_full_disk_leaves_all_old_results(
     ("text", "sentence"),
     [
         ("ODOM 0 0 0 0 0 0 0 host 0", r"room\.log: the log holds no FLASER line"),
-        ("FLASER 2 1 1 0 0 0 9e9 0 0 0 host 0", r"room\.log: line 1 of the CARMEN log"),
+        ("FLASER 2 1 1 0", r"room\.log: the log holds no FLASER line"),
+        ("FLASER 2 1 1 0 0 0 9e9 0 0 0 host 0\n", r"room\.log: line 1 of the CARMEN log"),
     ],
 )
 def test_a_log_that_cannot_be_mapped_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ import pytest
 from tests.support.ros_graph import graph_of, node, token
 
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_SUCCEEDED
+from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.sensor_msgs import LaserScan
@@ -165,11 +166,12 @@ def test_a_service_without_a_server_is_one_sentence(monkeypatch: pytest.MonkeyPa
 
 
 def test_published_values_are_checked_and_complete() -> None:
-    make = topic_pub._maker(Twist, {"linear": {"x": 0.25}}, "/cmd_vel")
+    clock: Any = SimpleNamespace(now=lambda: Time.of(1))
+    make = topic_pub._maker(Twist, {"linear": {"x": 0.25}}, "/cmd_vel", clock)
     message = make()
     assert isinstance(message, Twist) and message.linear.x == 0.25 and message.angular.z == 0.0
     with pytest.raises(InvalidMessageError, match="/cmd_vel"):
-        topic_pub._maker(Twist, {"linaer": {}}, "/cmd_vel")()
+        topic_pub._maker(Twist, {"linaer": {}}, "/cmd_vel", clock)()
 
 
 def test_bag_info_lists_topics_with_rates() -> None:

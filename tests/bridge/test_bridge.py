@@ -7,7 +7,6 @@ import time
 from pathlib import Path
 
 import msgspec
-import numpy as np
 import pytest
 from tests.support.bridged_loop import launch_of, ready_client, running
 from tests.support.waiting import PATIENCE, in_time, wait_for
@@ -17,12 +16,10 @@ from chefbot.bridge.bridged_actions import ABORTED_WITHOUT_REASON
 from chefbot.bridge.inbox import WIRE_PUBLISHER
 from chefbot.errors import UserError
 from chefbot.fleet.secure_router import ExternalEndpoints
-from chefbot.maths.grid import Grid
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
-from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result, WheelSpeeds
+from chefbot.msgs.chefbot_msgs import Deliver, Deliver_Goal, Deliver_Result
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import Twist
-from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.rcl_interfaces import (
     DOUBLE,
     DescribeParameters,
@@ -39,7 +36,7 @@ from chefbot.msgs.rcl_interfaces import (
     SetParameters_Request,
 )
 from chefbot.msgs.rosgraph_msgs import Clock
-from chefbot.msgs.std_msgs import Float64, Header, String
+from chefbot.msgs.std_msgs import Float64, String
 from chefbot.ros2.rmw.action_client import ActionClient
 from chefbot.ros2.rmw.action_server import ActionServer
 from chefbot.ros2.rmw.attachment import Attachment
@@ -146,57 +143,6 @@ def test_a_cmd_vel_publisher_is_named_the_right_topic_once(port: int) -> None:
         wait_for(lambda: remarks)
         wait_for(lambda: len(one.wire.graph.topics()) >= looked)
         assert remarks == [f"Warning: {sentence}."]
-
-
-def test_the_wheels_follow_local_processes_only(port: int) -> None:
-    with running(port, "wheels") as one:
-        obeyed = one.subscribe("/obeyed", Float64)
-        stranger = one.outsider.publisher("/wheel_speeds", WheelSpeeds)
-        wait_for(
-            lambda: (
-                stranger.has_subscribers
-                and one.bridge._proxies.publishers["wheels", "obeyed"].has_subscribers
-            )
-        )
-        refused = "/wheel_speeds: /outsider may not publish this"
-
-        def is_refused() -> bool:
-            stranger.publish(
-                WheelSpeeds(left=1.0)
-            )  # a first message may be lost on the way to a subscriber just found
-            return any(reason.startswith(refused) for reason in one.wire.rejected.counts())
-
-        wait_for(is_refused)
-        with (
-            RmwContext(port=port, router=False) as other,
-            RmwNode(other, "chefbot_drive"),
-            RmwNode(other, "base") as node,
-        ):
-            base = node.publisher("/wheel_speeds", WheelSpeeds)
-            wait_for(lambda: base.has_subscribers)
-
-            def is_obeyed() -> bool:
-                base.publish(WheelSpeeds(left=2.0))  # its token may come after its first messages
-                return not obeyed.empty()
-
-            wait_for(is_obeyed)
-        assert obeyed.get().data == 2.0
-
-
-def test_a_second_map_is_refused_with_a_remark(port: int) -> None:
-    with running(port, "map_server", "map_user") as one:
-        remarks: list[str] = []
-        one.system.loop.add_observer(
-            lambda one: remarks.append(one.message.data) if one.topic == "wire/remark" else None
-        )
-        stranger = one.outsider.publisher("/map", OccupancyGrid, TRANSIENT_LOCAL_QOS)
-        wait_for(lambda: stranger.has_subscribers)
-        stranger.publish(
-            OccupancyGrid.of(Header.of(0, "map"), Grid(np.zeros((2, 2), np.int8), 0.05, 0.0, 0.0))
-        )
-        sentence = "/map: /outsider may not publish this: only the robot's own launch; stop one of them"
-        wait_for(lambda: remarks)
-        assert remarks == [f"Warning: message rejected: {sentence}."]
 
 
 def test_a_late_node_receives_latched_external_messages(port: int) -> None:

@@ -152,9 +152,8 @@ def _check_length(kind: str, n: int, fields: list[str], expected: int) -> None:
 def _ranges(fields: list[str], max_range: float) -> NDArray[np.float32]:
     """Return the ranges, m; those from the maximum range on are no returns, `nan` is an invalid one (REP-117)."""
     ranges = np.nan_to_num([_float(w) for w in fields], nan=0.0, posinf=NO_RETURN, neginf=-NO_RETURN)
-    finite = np.abs(ranges[np.isfinite(ranges)])
-    if finite.size and finite.max() > _MAX_RANGE:
-        raise CarmenLogError(f"a range of {finite.max():g} m is implausibly long")
+    if np.abs(ranges).max() > _MAX_RANGE:
+        raise CarmenLogError(f"a range of {np.abs(ranges).max():g} m is implausibly long")
     return np.where(ranges >= max_range, NO_RETURN, ranges).astype(np.float32)
 
 

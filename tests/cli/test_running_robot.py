@@ -74,6 +74,23 @@ def test_a_refused_order_is_reported() -> None:
                 order_delivery(["2"], robot.url, wait)
 
 
+def test_an_order_for_which_the_battery_is_too_low_is_reported() -> None:
+    with fake_robot("flat") as robot:
+        robot.show_places()
+        robot.show_waiting_for_order()
+        with pytest.raises(UserError, match=r"not ordered: Table_2 refused: the battery is at 4 %"):
+            order_delivery(["2"], robot.url, wait=False)
+
+
+@pytest.mark.slow
+def test_an_order_behind_another_one_is_accepted(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot("behind") as robot:
+        robot.show_places()
+        robot.show_waiting_for_order()
+        assert order_delivery(["2"], robot.url, wait=False) == 0
+    assert capsys.readouterr().out == "ordered: table_2\n"
+
+
 def test_an_unknown_table_is_refused_with_the_nearest_name() -> None:
     with fake_robot() as robot:
         robot.show_places()

@@ -227,6 +227,22 @@ def test_a_robot_that_is_to_stand_is_not_limited() -> None:
     assert reports.kinds == [STOP, "end"]
 
 
+def test_why_commands_of_an_operator_do_not_count_is_reported() -> None:
+    reports = Reports("Base")
+    for refusal in ["Let go of the controls."] * 3 + [""] * 8:
+        reports.node.report_limit((0.0, 0.0), (0.0, 0.0), FREE, "", POSE, refusal)
+        reports.after(0.1)
+    begin, end = reports.after(0.0)
+    assert (begin.kind, begin.check, begin.sentence) == (STOP, CONDITION, "Let go of the controls.")
+    assert end.kind == "end"
+
+
+def test_a_fault_of_a_sensor_comes_before_held_controls() -> None:
+    reports = Reports("Base")
+    reports.node.report_limit((0.0, 0.0), (0.0, 0.0), FREE, "The lidar is silent.", POSE, "Let go.")
+    assert reports.after(0.0)[0].sentence == "The lidar is silent."
+
+
 def test_a_reason_is_published_when_it_changes() -> None:
     reports = Reports("Base")
     for sentence in ("", "Stopped: a.", "Stopped: a.", "Stopped: b.", ""):

@@ -20,6 +20,7 @@ from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import Image
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.proving.observers import (
+    FILE_TOPICS,
     NEAR_MISS,
     MessageHash,
     OdometryDrift,
@@ -27,7 +28,6 @@ from chefbot.proving.observers import (
     WrongClaims,
 )
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.node_container import LAUNCH_TOPIC
 
 SECOND = 1_000_000_000
 RADIUS = 0.2
@@ -146,8 +146,9 @@ def test_the_hash_depends_on_topic_time_content_and_order() -> None:
     assert hash_of(MESSAGES) == hash_of(list(MESSAGES))
 
 
-def test_images_and_the_launch_are_not_in_the_hash() -> None:
-    others = [publication("camera", Image()), publication(LAUNCH_TOPIC, String("/home/somebody"))]
+def test_images_and_names_of_files_are_not_in_the_hash() -> None:
+    files = [publication(topic, String("/home/somebody")) for topic in FILE_TOPICS]
+    others = [publication("camera", Image()), *files]
     assert hash_of([*others, *MESSAGES]) == hash_of(MESSAGES)
 
 

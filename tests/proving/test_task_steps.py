@@ -18,7 +18,7 @@ from chefbot.msgs.geometry_msgs import PoseStamped, Twist
 from chefbot.proving.scenario_tasks import DeliverTask, DriveRandomlyTask, ExploreTask, GoTask
 from chefbot.proving.simulated_run import TaskFailedError
 from chefbot.proving.tasks.deliver import deliver
-from chefbot.proving.tasks.drive import COMMAND_PERIOD, SEGMENT, TURN, drive_randomly
+from chefbot.proving.tasks.drive import COMMAND_PERIOD, RELEASE_TIME, SEGMENT, TURN, drive_randomly
 from chefbot.proving.tasks.explore import explore, map_figures
 from chefbot.proving.tasks.go import drive_to, go
 from chefbot.robot.motion_limits import Limits
@@ -169,9 +169,14 @@ def test_random_commands_stay_within_the_limits(seed: int) -> None:
     assert run.time == pytest.approx(20.0, abs=COMMAND_PERIOD)
     assert len(sent) == pytest.approx(20.0 / COMMAND_PERIOD, abs=2)
     assert all(0.0 <= v <= limits.speed and abs(w) <= limits.angular_speed for v, w in sent)
-    lengths = [len(list(group)) for group in _runs(sent)]
-    assert all(count * COMMAND_PERIOD <= SEGMENT[1] + 2 * COMMAND_PERIOD for count in lengths)
-    assert all(count * COMMAND_PERIOD >= SEGMENT[0] - COMMAND_PERIOD for count in lengths[:-1])
+    groups = _runs(sent)
+    lengths = [len(group) * COMMAND_PERIOD for group in groups if any(group[0])]
+    assert all(length <= SEGMENT[1] + 2 * COMMAND_PERIOD for length in lengths)
+    assert all(length >= SEGMENT[0] - COMMAND_PERIOD for length in lengths[:-1])
+    # the driver lets go of the controls before each speed
+    assert not any(any(group[0]) for group in groups[::2])
+    releases = [len(group) * COMMAND_PERIOD for group in groups[:-1:2]]
+    assert all(length == pytest.approx(RELEASE_TIME, abs=1.01 * COMMAND_PERIOD) for length in releases)
 
 
 def _runs(sent: list[tuple[float, float]]) -> list[list[tuple[float, float]]]:
@@ -190,7 +195,7 @@ def test_a_careful_driver_turns_away_from_what_is_ahead(careful: bool) -> None:
     run.scorer.last_ground_truth = SE2(1.0, 0.0, math.pi / 2)
     run.safety.clearance = lambda pose: 0.1 if pose.y > 0.5 else 9.0
     drive_randomly(run)
-    turns = {(v, abs(w)) for v, w in commands(run)}
+    turns = {(v, abs(w)) for v, w in commands(run) if v or w}
     assert (turns == {(0.0, TURN)}) == careful
 
 

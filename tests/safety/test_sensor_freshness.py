@@ -100,7 +100,13 @@ def test_a_healthy_sensor_never_stops_the_robot(noise: float, quantum: float, sp
 def test_silence_is_reported_within_three_periods_and_a_tick(bench: Bench) -> None:
     faults = bench.run(1.0, period_ms=0)
     assert not any(faults[:3]) and all(faults[3:])
-    assert "lidar has sent nothing" in faults[-1]
+    assert all("lidar has sent nothing" in fault for fault in faults[3:])
+
+
+def test_silence_after_data_with_latency_is_no_lateness(bench: Bench) -> None:
+    bench.run(1.0, age_ms=80.0)
+    faults = [fault for fault in bench.run(1.0, period_ms=0) if fault]
+    assert faults and all("has sent nothing" in fault for fault in faults)
 
 
 @pytest.mark.parametrize(("period_ms", "stands"), [(167.0, False), (330.0, True)])

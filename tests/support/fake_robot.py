@@ -6,6 +6,7 @@ import queue
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -28,10 +29,11 @@ STEP = 0.15
 
 
 class FakeRobot:
-    """A robot whose delivery ends as `fate`: "home", "failed", "cancelled", "behind", "refused" or
+    """A robot whose delivery ends as `fate`: "home", "failed", "cancelled", "behind", "refused", "flat" or
     "unreachable".
 
-    "behind" means that it waits for another order, which fails; "unreachable", that each goal fails at once.
+    "behind" means that it waits for another order, which fails; "flat", that the battery does not suffice for the
+    order; "unreachable", that each goal fails at once.
     """
 
     def __init__(self, fate: str = "home") -> None:
@@ -86,10 +88,13 @@ class FakeRobot:
             self._threads[-1].start()
 
     def _deliver(self, tables: list[str]) -> None:
+        if self.fate == "flat":
+            self._show("failed", "Table_2 refused: the battery is at 4 % and has to be charged.")
+            return
         if self.fate == "behind":
             for state in ("driving", "failed"):
                 self._show(state, "table_9 was not reached.", orders=(tuple(tables),))
-        self._show("driving", "On the way to kitchen.")
+        self._show("driving", "On the way to kitchen.", order_id="fake 1", queue=tuple(tables))
         for count, table in enumerate(tables):
             if self.fate == "cancelled" and count == 1:
                 self._show("idle", "The delivery was cancelled.", tables[:count])
@@ -113,9 +118,9 @@ class FakeRobot:
         state: str,
         sentence: str,
         delivered: list[str] | None = None,
-        orders: tuple[tuple[str, ...], ...] = (),
+        **fields: Any,
     ) -> None:
-        view = DeliveryView(state=state, step=sentence, delivered=tuple(delivered or ()), orders=orders)
+        view = DeliveryView(state=state, step=sentence, delivered=tuple(delivered or ()), **fields)
         self.server.set_layer("delivery", view)
         self._stopping.wait(STEP)
 

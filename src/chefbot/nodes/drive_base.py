@@ -111,8 +111,9 @@ class DriveBaseNode(EmergencyStopNode):
         refuses = self._commands.refuses(CommandSource.TELEOP, now_ns) and not self._stop.active
         cliff = self._cliffs.reason(command.v, now_ns) if command.v else ""
         limited = limited_text(checked.limit, commanded, left)
-        self.explain(self._verdict.fault or limited or cliff or (HELD if refuses else ""))
-        self.report_limit(commanded, left, checked, self._verdict.fault or cliff, self._pose()[0])
+        held = HELD if refuses else ""
+        self.explain(self._verdict.fault or limited or cliff or held)
+        self.report_limit(commanded, left, checked, self._verdict.fault or cliff, self._pose()[0], held)
 
     def discard_commands(self) -> None:
         """Discard all commands and stop, at once."""

@@ -33,10 +33,14 @@ WRONG_POSE = 1.0
 PATH_PERIOD_NS = 500_000_000
 
 
+FILE_TOPICS = (LAUNCH_TOPIC, "map_recorder/folder", "map_recorder/remark")
+"""Topics whose messages name files of one machine."""
+
+
 class MessageHash:
     """Hash of all messages of a run: equal runs have equal hashes.
 
-    Without images, and without the launch, which names files of one machine.
+    Without images, and without what names files of one machine: the launch, and the folder of the recorded drives.
     """
 
     def __init__(self) -> None:
@@ -44,7 +48,7 @@ class MessageHash:
 
     def __call__(self, publication: Publication) -> None:
         """Add a publication with its topic and time."""
-        if isinstance(publication.message, IMAGES) or publication.topic == LAUNCH_TOPIC:
+        if isinstance(publication.message, IMAGES) or publication.topic in FILE_TOPICS:
             return
         self._digest.update(f"{publication.topic} {publication.time_ns}\0".encode())
         self._digest.update(publication.message.to_cdr())

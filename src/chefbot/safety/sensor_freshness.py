@@ -157,7 +157,8 @@ class ObstacleSensorMonitor:
 
     def _find_fault(self, last: SensorView, now_ns: int, pose: SE2 | None) -> str:
         limit = self.limit_ns
-        if now_ns - self._received_ns > limit:
+        delayed = self._received_ns - last.stamp_ns > limit
+        if now_ns - self._received_ns > limit or (now_ns - last.stamp_ns > limit and not delayed):
             return f"The {self.title} has sent nothing for {self._limit_text}."
         if last.stamp_ns - now_ns > CLOCK_TOLERANCE_NS:
             return f"The {self.title}'s data are stamped in the future: compare its computer's clock with this one's."

@@ -11,7 +11,7 @@ from chefbot.causes.reports import STOP
 from chefbot.causes.sentences import EFFECT_NAMES
 from chefbot.cli import running_robot
 from chefbot.cli.parameters import WEB_UI
-from chefbot.cli.running_robot import await_refusal, find_shown_place, known_places
+from chefbot.cli.running_robot import find_shown_place, known_places
 from chefbot.errors import UserError
 from chefbot.ui.commands import Choose, Deliver, Loaded, NotTaken, OperatorCommand, Taken
 from chefbot.ui.remote.web_ui_client import WebUiClient
@@ -43,12 +43,36 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
                 "that has a file of named places beside it"
             )
         names = [find_shown_place(robot, table, places) for table in tables]
+        before = robot.latest["delivery"]
         robot.send(Deliver(names))
         if wait:
             return _follow_delivery(robot, names)
-        await_refusal(robot)
+        if not _await_acceptance(robot, before, names):
+            raise UserError(f"not ordered: {robot.latest['delivery']['step']}")
         console.print(f"ordered: {', '.join(names)}")
         return 0
+
+
+def _await_acceptance(robot: WebUiClient, before: Mapping[str, Any], names: list[str]) -> bool:
+    """Return whether an order begins, or is queued, after the delivery was as `before`."""
+    ended = lambda: _is_accepted(robot.latest["delivery"], before, names) or _has_failed(robot, before)  # noqa: E731
+    robot.wait_until(ended, running_robot.RESPONSE_TIMEOUT)
+    return _is_accepted(robot.latest["delivery"], before, names)
+
+
+def _is_accepted(delivery: Mapping[str, Any], before: Mapping[str, Any], names: list[str]) -> bool:
+    begun = delivery["order_id"] not in ("", before["order_id"]) and _is_served(delivery, names)
+    return begun or delivery["orders"].count(names) > before["orders"].count(names)
+
+
+def _has_failed(robot: WebUiClient, before: Mapping[str, Any]) -> bool:
+    delivery = robot.latest["delivery"]
+    return delivery["state"] == "failed" and delivery != before
+
+
+def _is_served(delivery: Mapping[str, Any], names: Sequence[str]) -> bool:
+    """Return whether a delivery that has begun has all of these places."""
+    return {*names} <= {delivery["place"], *delivery["queue"], *delivery["delivered"]}
 
 
 def confirm_step(answer: str, page: str) -> int:
@@ -98,7 +122,7 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
         if robot.receive() != "delivery":
             continue
         delivery = robot.latest["delivery"]
-        begun = begun or {*names} <= {delivery["place"], *delivery["queue"], *delivery["delivered"]}
+        begun = begun or _is_served(delivery, names)
         if names in delivery["orders"] and not begun:
             printed = _print_once(f"Behind other orders: {delivery['step']}", printed)
             busy = True

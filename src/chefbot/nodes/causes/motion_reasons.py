@@ -43,12 +43,17 @@ class MotionReasonsNode(CauseReportsNode):
         checked: CheckedTwist,
         fault: str,
         pose: SE2 | None,
+        refusal: str = "",
     ) -> None:
         """Report what limits a commanded twist (m/s, rad/s) to what is left of it, if anything does.
 
-        fault: of a sensor, a sentence, or empty. pose: of the robot in odom.
+        fault: of a sensor, a sentence, or empty. pose: of the robot in odom. refusal: why an operator's commands do
+        not count, a sentence, or empty.
         """
         amount = abs(commanded[0]) + abs(commanded[1])
+        if refusal and not amount:
+            self.report("motion", make_report(STOP, CONDITION, fault or refusal))
+            return
         fraction = min(1.0, (abs(left[0]) + abs(left[1])) / amount) if amount else 1.0
         limited = checked.fraction < NOTABLE
         if fraction >= NOTABLE or not (fault or limited):

@@ -13,6 +13,9 @@ COMMAND_PERIOD = 0.1
 """Time between two commands, s."""
 SEGMENT = (1.0, 4.0)
 """Range of the time that a speed is kept, s."""
+RELEASE_TIME = 0.3
+"""Time for which the driver lets go of the controls between two speeds, s: after a stop for a sensor the robot
+waits for that."""
 LOOK_AHEAD = 0.8
 """Distance that a careful driver keeps free ahead, m."""
 CLEARANCE = 0.15
@@ -31,14 +34,20 @@ def drive_randomly(run: SimulatedRun) -> None:
     ends = min(wanted, run.scenario.limits.time)
     while run.time < ends:
         v, w = run.rng.uniform(0.0, limits.speed), run.rng.uniform(-1.0, 1.0) * min(limits.angular_speed, 1.5)
+        released = run.time + RELEASE_TIME
+        while run.time < min(released, ends):
+            _command(run, Twist())
         segment_ends = run.time + run.rng.uniform(*SEGMENT)
         while run.time < min(segment_ends, ends):
             blocked = task.careful and _is_blocked(run)
-            command = Twist.of(0.0, math.copysign(TURN, w)) if blocked else Twist.of(v, w)
-            run.publish("cmd_vel_teleop", command)
-            run.run_for(COMMAND_PERIOD)
+            _command(run, Twist.of(0.0, math.copysign(TURN, w)) if blocked else Twist.of(v, w))
     if ends < wanted:
         raise TaskFailedError(f"the drive was not over after {ends:.0f} s")
+
+
+def _command(run: SimulatedRun, command: Twist) -> None:
+    run.publish("cmd_vel_teleop", command)
+    run.run_for(COMMAND_PERIOD)
 
 
 def _is_blocked(run: SimulatedRun) -> bool:

@@ -23,6 +23,7 @@ from chefbot.safety.obstacle_sensors import (
     OK_MESSAGE,
     SCATTERED,
     ObstacleSensors,
+    camera_directions,
     camera_view,
     laser_view,
 )
@@ -114,6 +115,23 @@ def test_direction_camera_without_obstacle_and_floor_has_no_data() -> None:
     assert view.mute[:4].tolist() == [False, True, False, False]
     assert camera_view(obstacles(9, math.inf, 0.8)).measured.all(), "floor at the robot's feet"
     assert view.stamp_ns == 9 and view.data.shape == (BINS, 3) and view.near is False
+
+
+def test_directions_of_the_camera_turn_with_it() -> None:
+    directions = camera_directions(obstacles(0), SE2(3.0, 1.0, 2.0))
+    assert directions[[0, -1]].tolist() == pytest.approx([2.0 + FIRST, 2.0 + FIRST + (BINS - 1) * STEP])
+
+
+def test_measurable_directions_are_those_of_the_camera() -> None:
+    sensors = ObstacleSensors(ROBOT)
+    assert sensors.measurable == slice(0, 0), "nothing was sent"
+    message = obstacles(PERIOD_NS)
+    message.ranges[:10], message.clear_to[:10] = np.inf, 0.0
+    sensors.process_obstacles(message, PERIOD_NS, STANDING)
+    assert sensors.measurable == slice(10, BINS)
+    lidar_alone = ObstacleSensors(with_sensors(depth_camera=None))
+    run(lidar_alone, 2)
+    assert lidar_alone.measurable == slice(0, 0)
 
 
 def test_a_silent_lidar_is_a_fault_until_it_has_sent_some_scans() -> None:

@@ -227,6 +227,33 @@ def test_only_a_later_ray_removes() -> None:
     assert len(found(one)) == 0
 
 
+@pytest.mark.parametrize(
+    ("bearing", "spacing", "left"), [(0.03, 0.02, True), (0.07, 0.02, False), (0.03, 0.2, False)]
+)
+def test_a_ray_that_grazes_the_cell_beside_a_point_leaves_it(
+    bearing: float, spacing: float, left: bool
+) -> None:
+    """The point may be an edge; rays that are farther apart than it is from them show all that can be shown."""
+    one = memory()
+    mark(one, 0.55, 0.05)
+    angles = at(bearing, bearing - spacing)
+    clear_rays(one, ORIGIN, angles, at(0.0, 0.0), at(0.9, 0.9), 2, ALL_LAYERS, BOTH)
+    assert (len(found(one)) == 1) == left
+    assert is_seen(one, 0.55, 0.05), "the ground in the cell is seen all the same"
+
+
+@given(st.floats(0.3, 0.9), st.floats(-3.1, 3.1), st.floats(0.002, 0.1), st.floats(0.0, 1.0))
+def test_rays_all_around_leave_no_point_that_was_there(
+    r: float, bearing: float, spacing: float, phase: float
+) -> None:
+    one = memory()
+    mark(one, r * math.cos(bearing), r * math.sin(bearing))
+    angles = np.arange(-math.pi, math.pi, spacing) + phase * spacing
+    free = np.full(angles.shape, 0.95)
+    clear_rays(one, ORIGIN, angles, np.zeros_like(angles), free, 2, ALL_LAYERS, BOTH)
+    assert found(one, reach=1.0).shape[0] == 0
+
+
 def test_a_ray_that_is_not_a_number_does_not_end_the_others() -> None:
     one = memory()
     mark(one, 0.55, 0.05)

@@ -24,6 +24,8 @@ LAYERS = 3
 GROUND, VIEW = range(2)
 """How ground was seen: the floor itself; or only the space above it, in a sensor's view that nothing reaches into."""
 NEVER = np.int64(-1)
+GRAZING = 0.2
+"""Cells beside a ray, or the distance to the next ray if that is more, within which it clears points."""
 MAX_POINTS = 4096
 """Maximum number of remembered points that one check looks at; the others are farther away."""
 
@@ -69,29 +71,39 @@ def clear_rays(
     """Remove older points of some layers along rays (n,) that were free from `starts` to `ends`, m from the sensor.
 
     sensor: its pose (3,) in odom. layers (3,): those that the rays clear. shows (2,): how the rays show the
-    ground below them, `GROUND` and `VIEW`.
+    ground below them, `GROUND` and `VIEW`. Each cell that a ray crosses counts (Amanatides and Woo 1987).
     """
     n, resolution = memory.seen_ns.shape[1], memory.resolution
     reach = (n // 2 - 1) * resolution
+    spacing = abs(angles[1] - angles[0]) if angles.shape[0] > 1 else math.inf
     for i in range(angles.shape[0]):
         c, s = math.cos(sensor[2] + angles[i]), math.sin(sensor[2] + angles[i])
         start, end = max(starts[i], 0.0), min(ends[i], reach)
         if not start <= end:  # nothing within reach, or NaN
             continue
-        for k in range(int((end - start) / resolution) + 1):
-            r = start + k * resolution
-            column, row = (
-                math.floor((sensor[0] + r * c) / resolution),
-                math.floor((sensor[1] + r * s) / resolution),
-            )
+        column = math.floor((sensor[0] + start * c) / resolution)
+        row = math.floor((sensor[1] + start * s) / resolution)
+        r = start
+        while r <= end:
             u, t = column % n, row % n
             for layer in range(LAYERS):
-                if layers[layer] and memory.hit_ns[layer, t, u] < stamp_ns:
+                if not layers[layer] or not NEVER < memory.hit_ns[layer, t, u] < stamp_ns:
+                    continue
+                # a ray that passes beside a point in its cell shows nothing about it: it may be the edge of a surface
+                dx, dy = memory.hit_xy[layer, t, u, 0] - sensor[0], memory.hit_xy[layer, t, u, 1] - sensor[1]
+                if abs(dy * c - dx * s) <= max(GRAZING * resolution, spacing * r):
                     memory.hit_ns[layer, t, u] = NEVER
             for kind in range(2):
                 if shows[kind] and memory.seen_ns[kind, t, u] < stamp_ns:
                     memory.seen_ns[kind, t, u] = stamp_ns
                     memory.seen_cell[kind, t, u, 0], memory.seen_cell[kind, t, u, 1] = column, row
+            # the next cell is behind the nearer of the two edges that the ray leaves this one by
+            to_column = ((column + (c > 0.0)) * resolution - sensor[0]) / c if c else math.inf
+            to_row = ((row + (s > 0.0)) * resolution - sensor[1]) / s if s else math.inf
+            if to_column < to_row:
+                r, column = to_column, column + (1 if c > 0.0 else -1)
+            else:
+                r, row = to_row, row + (1 if s > 0.0 else -1)
 
 
 @njit(cache=True, nogil=True)

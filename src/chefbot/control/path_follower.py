@@ -156,6 +156,11 @@ class PathFollower:
         )
         return step
 
+    @property
+    def is_blocked(self) -> bool:
+        """Whether the last cycle had no command, though the end is not reached."""
+        return self._blocked_time > 0.0
+
     def _track(self, path: NDArray[np.float64], *, same_goal: bool) -> None:
         self.path = path
         self._controller.set_path(path, same_goal=same_goal)

@@ -19,7 +19,7 @@ from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.ranger_marks import LASTING
 from chefbot.costmap.sensor_marks import SensorMarks, shifted
 from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
-from chefbot.maths.costs import FREE, LETHAL, UNKNOWN, Costmap
+from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.footprint import Footprint
 from chefbot.maths.grid import Grid
 from chefbot.maths.lanes import NO_LANES
@@ -28,6 +28,8 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.idl.message import Message
 
 _NO_FLOOR = np.empty(0)
+NARROW_SCALING_FACTOR = 30.0
+"""Exponential decay of the cost with distance in a narrow passage, 1/m: the middle costs noticeably less."""
 DECAY_PERIOD = 1.0
 """Time between two searches for marks that have decayed, s."""
 
@@ -324,6 +326,28 @@ class LayeredCostmap:
     def costs_without_marks(self) -> Costmap:
         """Return the costs as `update` does, but without the marks of any sensor: of the map and its zones."""
         return self._costs_of({})
+
+    def narrow_costs(
+        self, margin: float, people: NDArray[np.float64], radius: float, *, marks: bool = True
+    ) -> Costmap:
+        """Return the costs as `update` does, but with passages open through which the body may just fit.
+
+        margin: distance from the body to the middle of occupied cells, m; below 0 where an obstacle may cover a part
+        of its cell only. None is open beside people (n, 2), m, from whom the robot's centre stays at `radius` metres.
+        marks: whether those of the sensors count.
+        """
+        inscribed = max(self._robot.inscribed_radius + margin, 0.0)
+        reach = max(self.params.inflation_radius, inscribed)
+        usual = self.cost_table
+        self.cost_table = cost_table(self.resolution, inscribed, reach, NARROW_SCALING_FACTOR)
+        try:
+            costs = self._costs_of(self.sources if marks else {})
+        finally:
+            self.cost_table = usual
+        for x, y in people.tolist():
+            beside = self._disk_mask(SE2(x, y, 0.0), radius)
+            costs.cells[beside & (costs.cells < INSCRIBED)] = INSCRIBED
+        return replace(costs, footprint=self._robot.polygon(margin))
 
     def _costs_of(self, marks: dict[str, SensorMarks]) -> Costmap:
         """Return the costs of all layers with other marks than the present ones."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from chefbot.control.controller import Controller
-from chefbot.control.controller_params import CONTROL_PERIOD, CONTROL_RATE, LIVE_PARAMS, LOCAL_PLAN_RATE
+from chefbot.control.controller_params import CONTROL_PERIOD, CONTROL_RATE, LIVE_PARAMS
 from chefbot.control.final_approach import FinalApproach
 from chefbot.control.localization_watch import LocalizationWatch
 from chefbot.control.path_follower import FollowPathError, PathFollower, failed_path
@@ -21,6 +21,7 @@ from chefbot.nodes.navigation.contacts import ContactsNode
 from chefbot.nodes.navigation.controller_params import ControllerNodeParams
 from chefbot.nodes.navigation.goal_tolerances import GoalTolerancesNode
 from chefbot.nodes.navigation.local_plan import LocalPlanNode
+from chefbot.nodes.navigation.narrow_passages import NarrowPassagesNode
 from chefbot.nodes.navigation.side_looking import SideLookingNode
 from chefbot.planning.local_replanning import local_planner, remaining_length, replan_locally
 from chefbot.robot.motion_limits import Limits
@@ -32,7 +33,9 @@ from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.emergency_stop import REFUSED, is_pressed
 
 
-class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, LocalPlanNode, SideLookingNode):
+class ControllerNode(
+    BehaviorServerNode, ContactsNode, GoalTolerancesNode, LocalPlanNode, NarrowPassagesNode, SideLookingNode
+):
     """Serves follow_path and three motions in the frame `odom`.
 
     It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
@@ -118,9 +121,11 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, Local
     def _step_path(self, following: Future[FollowPath_Result], pose: SE2, costs: Costmap) -> None:
         self._place_goal(self._follower)
         present, people = self.cmd_vel.last or Twist(), self._nearby_people()
+        costs = self._passage_costs(self._follower, pose, costs, people)
         blind = self._sensors.blind_ahead(pose, costs) or self._hidden
         twist = present.linear.x, present.angular.z
-        step = self._look_aside(self._follower.step(pose, twist, costs, blind, people), pose, costs, people)
+        step = self._creep(self._follower.step(pose, twist, costs, blind, people))
+        step = self._look_aside(step, pose, costs, people)
         self.report_step(step, self._follower, pose, costs, blind)
         self._drive(step.v, step.w)
         self._feedback(FollowPath_Feedback(remaining_length(self._follower.path, pose), step.speed))
@@ -142,9 +147,3 @@ class ControllerNode(BehaviorServerNode, ContactsNode, GoalTolerancesNode, Local
 
     def _preempt_path(self) -> None:
         self.follow_path.preempt()
-
-    @every(hz=LOCAL_PLAN_RATE)
-    def publish_local_plan(self) -> None:
-        """Publish the controller's trajectories for display while a path is followed."""
-        if self._following is not None:
-            self._publish_plan(self._follower, self.params.settings.sim_time)

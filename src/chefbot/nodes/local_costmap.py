@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+from functools import partial
 from typing import Any
 
-from chefbot.costmap.conversions import DROP_OFFS, LASER, costmap_message
+from chefbot.costmap.conversions import LASER, costmap_message
+from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
@@ -12,10 +15,11 @@ from chefbot.msgs.chefbot_maps import MapZones
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import PoseStamped
+from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header, String
-from chefbot.nodes.navigation.costmap_layers import make_costmap
+from chefbot.nodes.navigation.costmap_layers import make_costmap, move_with_robot
 from chefbot.nodes.navigation.people_marks import PeopleMarksNode
 from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.runtime.node import In, Out, every, topic
@@ -63,7 +67,7 @@ class LocalCostmapNode(PeopleMarksNode):
 
     def _mark_laser(self, scan: LaserScan, pose: SE2) -> None:
         self._costs.set_time(scan.header.stamp.ns / 1e9)
-        self._costs.process(scan, pose)
+        self._mark(scan, pose)
         self._sensors.note_scan_marked(scan.header.stamp.ns)
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
@@ -74,24 +78,26 @@ class LocalCostmapNode(PeopleMarksNode):
 
     def _mark_obstacles(self, pose: SE2, scan: ObstacleScan) -> None:
         self._costs.set_time(scan.header.stamp.ns / 1e9)
-        self._costs.process(scan, pose)
+        self._mark(scan, pose)
         self._sensors.note_obstacles_marked(scan.header.stamp.ns)
 
     def on_ultrasonic(self, echo: Range) -> None:
         """Update the ranger's layer with an echo."""
-        place = lambda pose: self._costs.process(echo, pose)  # noqa: E731
-        self.tf.on_available("odom", echo.header.frame_id, echo.header.stamp.ns, place)
+        self.tf.on_available("odom", echo.header.frame_id, echo.header.stamp.ns, partial(self._mark, echo))
 
     def on_contact(self, contact: PoseStamped) -> None:
         """Mark what the robot has touched."""
-        place = lambda pose: self._costs.process(contact, pose)  # noqa: E731
-        self.tf.on_available("odom", contact.header.frame_id, contact.header.stamp.ns, place)
+        header = contact.header
+        self.tf.on_available("odom", header.frame_id, header.stamp.ns, partial(self._mark, contact))
+
+    def _mark(self, message: Message, pose: SE2) -> None:
+        """Mark and clear with a measurement from `pose` in odom."""
+        self._costs.process(message, pose)
 
     def on_clear_costmaps(self, radius: Float64) -> None:
         """Clear the laser layer around the robot; the next scan marks again what is still there.
 
-        The layers of a camera, and of a lidar that scans a part of a turn, stay until a beam clears them: they do not
-        see what is near or beside them, and the robot would back up into it.
+        Layers of sensors that do not see all around stay: the robot would back up into what is beside it.
         """
         pose, lidar = self._pose(), self.robot.sensors.lidar
         if pose is not None and (lidar is None or lidar.full_turn):
@@ -99,10 +105,9 @@ class LocalCostmapNode(PeopleMarksNode):
 
     def _pose(self) -> SE2 | None:
         """Return the robot's pose in odom, None before the first odometry."""
-        try:
+        with contextlib.suppress(TransformError):
             return self.tf.lookup("odom", "base_link")
-        except TransformError:
-            return None
+        return None
 
     def _sensor_fault(self, pose: SE2) -> str:
         """Return why the robot must stand still, by the monitors here or by those of the base; or an empty string."""
@@ -120,21 +125,16 @@ class LocalCostmapNode(PeopleMarksNode):
 
     def _costs_around(self, pose: SE2) -> Costmap:
         """Move the costmap to the robot and return its costs."""
-        self._costs.set_time(self.now_ns / 1e9)
-        self._costs.move_to(*pose[:2])
-        self._place_zones()
-        self._costs.clear_footprint(pose, keep=(DROP_OFFS,))  # its edge may be over one
-        if self._costs.has_layer(DROP_OFFS):
-            self._costs.clear_around(pose, self._costs.resolution, DROP_OFFS)
+        self._follow(self._costs, pose)
         return self._costs.update()
 
-    def _place_zones(self) -> None:
-        """Place the zones of the map where localization has them now; without it there are none to obey."""
-        try:
+    def _follow(self, costs: LayeredCostmap, pose: SE2) -> None:
+        """Move a rolling costmap to the robot, with the zones of the map where localization has them now."""
+        costs.set_time(self.now_ns / 1e9)
+        move_with_robot(costs, pose)
+        with contextlib.suppress(TransformError):  # without localization there are no zones to obey
             if self.zones.last is not None:
-                self._costs.process(self.zones.last, self.tf.lookup("odom", "map"))
-        except TransformError:
-            return
+                costs.process(self.zones.last, self.tf.lookup("odom", "map"))
 
     @every(hz=1)
     def publish_health(self) -> None:

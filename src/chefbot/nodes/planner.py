@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import msgspec
@@ -10,14 +11,22 @@ from numpy.typing import NDArray
 
 from chefbot.costmap.conversions import DROP_OFFS
 from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
+from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.navigation.blockage_finder import BlockageFinderNode
 from chefbot.nodes.navigation.goal_pose import GoalError, goal_in_map
-from chefbot.planning.global_planning import ERROR_CODES, NO_TRANSFORM, RETRY_WITHOUT_FAR_MARKS
+from chefbot.nodes.navigation.narrow_passages import distance_from_people, fits_narrow_passages
+from chefbot.planning.global_planning import (
+    ERROR_CODES,
+    NO_TRANSFORM,
+    RETRY_THROUGH_NARROW_PASSAGES,
+    RETRY_WITHOUT_FAR_MARKS,
+)
 from chefbot.planning.grid_planner import GridPlanner
+from chefbot.planning.narrow_passages import is_map_narrow
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Planner, PlanningError
 from chefbot.runtime.actions import action_server
@@ -100,6 +109,20 @@ class PlannerNode(BlockageFinderNode):
             await self.sleep(FIRST_POSE_PERIOD)
 
     def _find_path(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
+        """Plan around all marks or, if the map has no other way, through narrow passages. Raises PlanningError."""
+        try:
+            return self._plan_around_marks(robot, start, goal)
+        except PlanningError as error:
+            may_be_narrow = error.failure in RETRY_THROUGH_NARROW_PASSAGES and fits_narrow_passages(
+                self.robot
+            )
+            if not (may_be_narrow and is_map_narrow(self._planner, self._costs_without_marks(), start, goal)):
+                raise
+            with contextlib.suppress(PlanningError):
+                return self._planner.plan(self._narrow_costs(), start, goal)
+            raise
+
+    def _plan_around_marks(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Plan around all marks and, if that fails, without those out of sensor range, which may have left.
 
         Marks that are too far away to be seen again count as long as there is another path. Raises PlanningError.
@@ -110,3 +133,14 @@ class PlannerNode(BlockageFinderNode):
             if error.failure not in RETRY_WITHOUT_FAR_MARKS:
                 raise
             return self._planner.plan(self._costs.costs_without_far_marks(robot), start, goal)
+
+    def _narrow_costs(self) -> Costmap:
+        """Return the costs of the map with narrow passages open, but none beside people.
+
+        Marks do not count: in cells of the map a single wrong one closes a passage. The controller sees what is
+        there.
+        """
+        margin = -0.5 * self._costs.resolution
+        return self._costs.narrow_costs(
+            margin, self._people()[1], distance_from_people(self.robot), marks=False
+        )

@@ -15,3 +15,5 @@ ERROR_CODES = {
 """Error codes of nav2_msgs/action/ComputePathToPose."""
 RETRY_WITHOUT_FAR_MARKS = (PlanningFailure.NO_VALID_PATH, PlanningFailure.GOAL_OCCUPIED)
 """Failures after which planning is repeated without obstacles out of sensor range, which may have left."""
+RETRY_THROUGH_NARROW_PASSAGES = (PlanningFailure.NO_VALID_PATH, PlanningFailure.START_OCCUPIED)
+"""Failures after which planning is repeated through passages in which the body just fits."""

@@ -57,6 +57,13 @@ def replan_locally(
     return np.concatenate([detour, remaining[rejoin + 1 :]])
 
 
+def collides_within(path: NDArray[np.float64], pose: SE2, costmap: Costmap, distance: float) -> bool:
+    """Return whether a path (n, 3) collides within a distance along it from the pose, m."""
+    remaining = _remaining(path, pose)
+    length = _arc_length(remaining)
+    return bool((_collisions(remaining, length, costmap) & (length <= distance)).any())
+
+
 def remaining_length(path: NDArray[np.float64], pose: SE2) -> float:
     """Return the length (m) of the path (n, 3), n >= 1, from its pose nearest to `pose` to its end."""
     return float(_arc_length(_remaining(path, pose))[-1])

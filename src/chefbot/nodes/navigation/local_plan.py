@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 from chefbot.control.controller import ComparedTwists
+from chefbot.control.controller_params import LOCAL_PLAN_RATE
 from chefbot.control.path_follower import PathFollower
 from chefbot.msgs.chefbot_navigation import TrajectoryCandidates
 from chefbot.msgs.geometry_msgs import Pose, Twist
+from chefbot.msgs.nav2_msgs import FollowPath_Result
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.navigation.controller_params import ControllerNodeParams
 from chefbot.robot.motion_limits import Limits
-from chefbot.runtime.node import Node, Out
+from chefbot.runtime.coroutines import Future
+from chefbot.runtime.node import Node, Out, every
 
 
 class LocalPlanNode(Node):
     """Base class of a node that publishes what its controller plans in the frame `odom`."""
 
+    params: ControllerNodeParams
     local_plan: Out[Path]
     trajectory_candidates: Out[TrajectoryCandidates]
+    _follower: PathFollower
+    _following: Future[FollowPath_Result] | None
 
-    def _publish_plan(self, follower: PathFollower, duration: float) -> None:
-        """Publish the chosen trajectory (s) and the candidates of the latest cycle; nothing before the first."""
+    @every(hz=LOCAL_PLAN_RATE)
+    def publish_local_plan(self) -> None:
+        """Publish the chosen trajectory and the candidates of the latest cycle while a path is followed."""
+        if self._following is None:
+            return
         header = Header.of(self.now_ns, "odom")
-        trajectory = follower.trajectory(Limits.of(self.robot), duration)
+        trajectory = self._follower.trajectory(Limits.of(self.robot), self.params.settings.sim_time)
         if trajectory is not None:
             self.local_plan.publish(Path.of(header, trajectory))
-            self.trajectory_candidates.publish(candidates_message(header, follower.candidates()))
+            self.trajectory_candidates.publish(candidates_message(header, self._follower.candidates()))
 
 
 def candidates_message(header: Header, candidates: ComparedTwists | None) -> TrajectoryCandidates:

@@ -1,0 +1,29 @@
+"""Whether a map leaves a robot only passages in which its body just fits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.ndimage
+
+from chefbot.maths.costs import INSCRIBED, Costmap
+from chefbot.maths.se2 import SE2
+from chefbot.planning.planner import Planner, PlanningError
+
+
+def is_map_narrow(planner: Planner, costs: Costmap, start: SE2, goal: SE2) -> bool:
+    """Return whether the start is in a narrow passage, or no wider way leads from there to the goal.
+
+    costs: of the map, without the marks of sensors: what closes a wider way is marked, and may leave. A way is wide
+    if it is open with one more cell on each side: a sensor may mark a wall a cell beside its place on the map.
+    """
+    if costs.at(start.x, start.y) >= INSCRIBED:
+        return True
+    beside = scipy.ndimage.binary_dilation(costs.cells >= INSCRIBED)
+    wide = replace(costs, cells=np.where(beside, np.maximum(costs.cells, INSCRIBED), costs.cells))
+    try:
+        planner.plan(wide, start, goal)
+    except PlanningError:
+        return True
+    return False

@@ -1,0 +1,67 @@
+"""Costs with narrow passages open: what the body fits through is open, what it does not is closed."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import CostmapParams
+from chefbot.maths.costs import INSCRIBED
+from chefbot.maths.footprint import disc
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
+
+RADIUS = 0.15
+HALF_CELL = 0.025
+NOBODY = np.empty((0, 2))
+
+
+def wall_with_gap(width: float, offset: float) -> LayeredCostmap:
+    """Return the costs of a wall along x at y = 0, whose gap begins at x = offset, m; cells that it touches."""
+    cells = np.zeros((60, 80), np.int8)
+    edges = -2.0 + 0.05 * np.arange(81)
+    touched = (edges[:-1] < offset) | (edges[1:] > offset + width)
+    cells[29:31, touched] = 100
+    costs = LayeredCostmap(CostmapParams(), disc(RADIUS))
+    costs.set_static(Grid(cells, 0.05, -2.0, -1.5))
+    return costs
+
+
+def is_open(cells: np.ndarray) -> bool:
+    """Return whether the robot's centre can be in some cell of the wall's rows."""
+    return bool((cells[29:31] < INSCRIBED).all(axis=0).any())
+
+
+@given(st.floats(-0.5, 0.5))
+def test_a_gap_of_the_body_and_ten_centimetres_is_open(offset: float) -> None:
+    costs = wall_with_gap(2.0 * RADIUS + 0.1, offset)
+    assert is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5).cells)
+    assert not is_open(costs.update().cells)
+
+
+@given(st.floats(-0.5, 0.5))
+def test_a_gap_that_is_smaller_than_the_body_is_closed(offset: float) -> None:
+    assert not is_open(wall_with_gap(2.0 * RADIUS - 0.1, offset).narrow_costs(-HALF_CELL, NOBODY, 0.5).cells)
+
+
+def test_beside_people_nothing_is_opened() -> None:
+    costs = wall_with_gap(0.45, 0.0)
+    beside = costs.narrow_costs(-HALF_CELL, np.array([[0.3, 0.4]]), 0.6)
+    assert not is_open(beside.cells)
+    assert is_open(costs.narrow_costs(-HALF_CELL, np.array([[1.5, 0.4]]), 0.6).cells)
+
+
+def test_the_usual_costs_stay_as_they_were() -> None:
+    costs = wall_with_gap(0.45, 0.0)
+    before = costs.update().cells.copy()
+    costs.narrow_costs(-HALF_CELL, NOBODY, 0.5)
+    assert np.array_equal(costs.update().cells, before)
+
+
+def test_marks_of_sensors_count_only_if_wanted() -> None:
+    costs = wall_with_gap(0.45, 0.0)
+    costs.mark_and_clear("laser", SE2(0.225, -1.0, np.pi / 2), np.array([0.0]), np.array([1.0]))
+    assert not is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5).cells)
+    assert is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, marks=False).cells)

@@ -27,6 +27,7 @@ MAX_WAITING = 100
 
 
 Guard = Callable[[Callable[[SE2], None]], Callable[[SE2], None]]
+_Route = tuple[tuple[str, ...], tuple[str, ...]]
 
 
 class TransformError(ChefbotError):
@@ -109,6 +110,8 @@ class TransformBuffer:
         """Create an empty buffer; `guard` wraps each action so that its exception does not affect others."""
         self._guard = guard
         self._edges: dict[str, _Edge] = {}
+        self._routes: dict[tuple[str, str], _Route] = {}
+        """The routes looked up since the tree has changed."""
         self._pending: list[_PendingRequest] = []
 
     def add_transforms(self, message: TFMessage, static: bool, now_ns: int | None = None) -> None:
@@ -158,6 +161,7 @@ class TransformBuffer:
             if child in self._ancestors(parent):
                 return f"{parent} hangs below {child}, it cannot carry it"
             edge = self._edges[child] = _Edge(parent, static)
+            self._routes.clear()
         pose = SE2(
             stamped.transform.translation.x, stamped.transform.translation.y, stamped.transform.rotation.yaw
         )
@@ -199,13 +203,12 @@ class TransformBuffer:
 
     def lookup(self, target: str, source: str, stamp_ns: int | None = None) -> SE2:
         """Return `target_T_source` at a time, or the latest one; TransformError if it is not available."""
-        above_target = self._ancestors(target)
-        for frame in self._ancestors(source):
-            if frame in above_target:
-                # by way of the lowest common ancestor: inverse(common_T_target) @ common_T_source
-                common_T_target = self._chain(target, frame, stamp_ns)
-                return common_T_target.inverse() @ self._chain(source, frame, stamp_ns)
-        raise TransformError(f"no chain of transforms joins {target} and {source}")
+        above_target, above_source = self._route(target, source)
+        if not above_target:
+            return self._chain(above_source, stamp_ns)
+        # by way of the lowest common ancestor: inverse(common_T_target) @ common_T_source
+        common_T_target = self._chain(above_target, stamp_ns)
+        return common_T_target.inverse() @ self._chain(above_source, stamp_ns)
 
     def newest_ns(self, child: str) -> int | None:
         """Return the stamp of the newest transform of a moving frame, ns; None for a static or an unknown one."""
@@ -217,18 +220,26 @@ class TransformBuffer:
 
         It is that of the oldest of the chain's newest transforms. TransformError if no chain joins them.
         """
-        above_source, above_target = self._ancestors(source), self._ancestors(target)
-        common = next((frame for frame in above_source if frame in above_target), None)
-        if common is None:
-            raise TransformError(f"no chain of transforms joins {target} and {source}")
-        below = above_source[: above_source.index(common)] + above_target[: above_target.index(common)]
-        edges = [self._edges[frame] for frame in below]
+        edges = [self._edges[frame] for frames in self._route(target, source) for frame in frames]
         return min((edge.stamps[-1] for edge in edges if not edge.static), default=None)
 
     def clear(self) -> None:
         """Clear pending requests and dynamic transforms, as after a restart."""
         self._pending.clear()
         self._edges = {child: edge for child, edge in self._edges.items() if edge.static}
+        self._routes.clear()
+
+    def _route(self, target: str, source: str) -> _Route:
+        """Return the frames below the lowest common ancestor of two, upwards from each of them."""
+        route = self._routes.get((target, source))
+        if route is None:
+            above_target, above_source = self._ancestors(target), self._ancestors(source)
+            common = next((frame for frame in above_source if frame in above_target), None)
+            if common is None:
+                raise TransformError(f"no chain of transforms joins {target} and {source}")
+            below = [frames[: frames.index(common)] for frames in (above_target, above_source)]
+            route = self._routes[target, source] = tuple(below[0]), tuple(below[1])
+        return route
 
     def _ancestors(self, frame: str) -> list[str]:
         """Return the frame and all its ancestors up to the root."""
@@ -239,11 +250,11 @@ class TransformBuffer:
                 raise TransformError(f"the transforms above {frame} run in a circle")
         return chain
 
-    def _chain(self, frame: str, ancestor: str, stamp_ns: int | None) -> SE2:
-        """Return `ancestor_T_frame`; only the edges between the two need to cover the time."""
-        pose = IDENTITY
-        while frame != ancestor:
-            edge = self._edges[frame]
-            pose = edge.at(stamp_ns, frame) @ pose
-            frame = edge.parent
+    def _chain(self, frames: tuple[str, ...], stamp_ns: int | None) -> SE2:
+        """Return the pose of the first frame in the parent of the last; only these edges need to cover the time."""
+        if not frames:
+            return IDENTITY
+        pose = self._edges[frames[0]].at(stamp_ns, frames[0])
+        for frame in frames[1:]:
+            pose = self._edges[frame].at(stamp_ns, frame) @ pose
         return pose

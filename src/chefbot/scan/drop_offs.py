@@ -197,39 +197,44 @@ class FloorProfile(NamedTuple):
 @njit(cache=True, nogil=True)
 def _add_row(
     profile: FloorProfile,
-    k: int,
-    r: float,
-    h: float,
+    distance: NDArray[np.float64],
+    height: NDArray[np.float64],
+    pixels: NDArray[np.int32],
     mount_z: float,
     floor: tuple[float, float, float, float],
     edges: Floats,
     bottom: Floats,
 ) -> None:
-    """Add a row's point in bin k at a distance and a height, m, to the profile; other arguments: `find_drop_offs`."""
+    """Add a row's points, (bins,), to the profile; arguments as of `_row_means` and `find_drop_offs`."""
+    # all bins in one call: passing the arrays takes longer than the work on a bin
     seen, floor_r, floor_h, lower, first_r, first_h, found = profile
     tolerance, steepest, _, noise = floor
-    ray = (mount_z - h) / r
-    if ray <= steepest + MIN_RAY_MARGIN:
-        return
-    lowest = -UNSEEN_FRACTION * DROP_HEIGHT - tolerance * r
-    if seen[k]:
-        lowest = _lowest_ramp(mount_z, ray, steepest, floor_r[k], floor_h[k]) - MIN_STEP
-    is_floor = h >= lowest - noise * r
-    if not is_floor:
-        if lower[k] == 0:
-            first_r[k], first_h[k], bottom[k] = r, h, h
-            edges[k] = (mount_z - (floor_h[k] if seen[k] else 0.0)) / ray
-        lower[k] += 1
-        bottom[k] = min(bottom[k], h)
+    for k in range(len(edges)):
+        if found[k] or pixels[k] == 0:
+            continue
+        r, h = distance[k], height[k]
+        ray = (mount_z - h) / r
+        if ray <= steepest + MIN_RAY_MARGIN:
+            continue
+        lowest = -UNSEEN_FRACTION * DROP_HEIGHT - tolerance * r
         if seen[k]:
-            found[k] = lower[k] >= MIN_ROWS
-        elif r - first_r[k] >= GRADIENT_BASE:
-            is_floor = _is_ramp(floor, first_r[k], first_h[k], r, h)
-            found[k] = not is_floor
-    if is_floor:
-        # The floor rises by no more than the pitch of the camera: behind a doorstep it is not lower
-        floor_h[k] = min(h, floor_h[k] + tolerance * max(r - floor_r[k], 0.0)) if seen[k] else h
-        floor_r[k], seen[k], lower[k] = max(r, floor_r[k]), True, 0
+            lowest = _lowest_ramp(mount_z, ray, steepest, floor_r[k], floor_h[k]) - MIN_STEP
+        is_floor = h >= lowest - noise * r
+        if not is_floor:
+            if lower[k] == 0:
+                first_r[k], first_h[k], bottom[k] = r, h, h
+                edges[k] = (mount_z - (floor_h[k] if seen[k] else 0.0)) / ray
+            lower[k] += 1
+            bottom[k] = min(bottom[k], h)
+            if seen[k]:
+                found[k] = lower[k] >= MIN_ROWS
+            elif r - first_r[k] >= GRADIENT_BASE:
+                is_floor = _is_ramp(floor, first_r[k], first_h[k], r, h)
+                found[k] = not is_floor
+        if is_floor:
+            # The floor rises by no more than the pitch of the camera: behind a doorstep it is not lower
+            floor_h[k] = min(h, floor_h[k] + tolerance * max(r - floor_r[k], 0.0)) if seen[k] else h
+            floor_r[k], seen[k], lower[k] = max(r, floor_r[k]), True, 0
 
 
 @njit(cache=True, nogil=True)
@@ -288,7 +293,5 @@ def find_drop_offs(
             break
         image_row = depth[row], scale, limits, mount_z, slope[row], stretch[row], bins[row]
         _row_means(*image_row, obstacles, distance, height, pixels)
-        for k in range(count):
-            if not profile.found[k] and pixels[k] > 0:
-                _add_row(profile, k, distance[k], height[k], mount_z, floor, edges, bottom)
+        _add_row(profile, distance, height, pixels, mount_z, floor, edges, bottom)
     _complete(profile.found, profile.seen, profile.lower, edges, bottom, blind)

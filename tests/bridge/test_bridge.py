@@ -52,11 +52,7 @@ def test_node_topics_are_bridged_in_both_directions(port: int) -> None:
     with running(port, "doubler") as one:
         double = one.subscribe("/double", Float64)
         count = one.outsider.publisher("/count", Float64)
-        wait_for(
-            lambda: (
-                count.has_subscribers and one.bridge._proxies.publishers["doubler", "double"].has_subscribers
-            )
-        )
+        one.wait_until_joined(count, "doubler", "double")
         count.publish(Float64(21.0))
         assert double.get(timeout=PATIENCE).data == 42.0
 
@@ -102,11 +98,7 @@ def test_invalid_messages_are_reported_and_not_delivered(port: int) -> None:
         logs = one.subscribe("/rosout", Log, ROSOUT)
         count = one.outsider.publisher("/count", Float64)
         key = topic_key(0, "/count", InterfaceType.of(Float64))
-        wait_for(
-            lambda: (
-                count.has_subscribers and one.bridge._proxies.publishers["doubler", "double"].has_subscribers
-            )
-        )
+        one.wait_until_joined(count, "doubler", "double")
         count.publish(Float64(float("nan")))
         one.outside.session.put(key, b"\0\1\0\0abc", attachment=Attachment(1, 1, b"\0" * 16).pack())
         one.outside.session.put(key, Float64(1.0).to_cdr())

@@ -19,12 +19,7 @@ def test_the_wheels_follow_local_processes_only(port: int) -> None:
     with running(port, "wheels") as one:
         obeyed = one.subscribe("/obeyed", Float64)
         stranger = one.outsider.publisher("/wheel_speeds", WheelSpeeds)
-        wait_for(
-            lambda: (
-                stranger.has_subscribers
-                and one.bridge._proxies.publishers["wheels", "obeyed"].has_subscribers
-            )
-        )
+        one.wait_until_joined(stranger, "wheels", "obeyed")
         refused = "/wheel_speeds: /outsider may not publish this"
 
         def is_refused() -> bool:

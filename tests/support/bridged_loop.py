@@ -13,6 +13,7 @@ from chefbot.bridge.bridge import Bridge
 from chefbot.msgs.idl.service import Service
 from chefbot.robot.load import load_robot
 from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.publisher import Publisher
 from chefbot.ros2.rmw.service import Client
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.clock import PacedClock
@@ -69,6 +70,11 @@ class BridgedLoop:
         self.outside.close()
         self.bridge.close()
         self.wire.close()
+
+    def wait_until_joined(self, publisher: Publisher[Any], node: str, topic: str) -> None:
+        """Wait until a publisher outside has subscribers, and the topic of a node has some outside."""
+        proxies = self.bridge._proxies.publishers
+        wait_for(lambda: publisher.has_subscribers and proxies[node, topic].has_subscribers)
 
     def subscribe(self, topic: str, kind: type, *qos: object) -> queue.Queue:
         received: queue.Queue = queue.Queue()

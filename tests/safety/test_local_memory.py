@@ -242,7 +242,8 @@ def test_a_ray_that_grazes_the_cell_beside_a_point_leaves_it(
     assert is_seen(one, 0.55, 0.05), "the ground in the cell is seen all the same"
 
 
-@given(st.floats(0.3, 0.9), st.floats(-3.1, 3.1), st.floats(0.002, 0.1), st.floats(0.0, 1.0))
+@settings(deadline=None)
+@given(st.floats(0.3, 0.9), st.floats(-3.1, 3.1), st.floats(0.02, 0.1), st.floats(0.0, 1.0))
 def test_rays_all_around_leave_no_point_that_was_there(
     r: float, bearing: float, spacing: float, phase: float
 ) -> None:

@@ -75,7 +75,7 @@ def clear_rays(
     """
     n, resolution = memory.seen_ns.shape[1], memory.resolution
     reach = (n // 2 - 1) * resolution
-    spacing = abs(angles[1] - angles[0]) if angles.shape[0] > 1 else math.inf
+    spacing = abs(angles[1] - angles[0]) if angles.shape[0] > 1 else math.tau  # the next ray is itself
     for i in range(angles.shape[0]):
         c, s = math.cos(sensor[2] + angles[i]), math.sin(sensor[2] + angles[i])
         start, end = max(starts[i], 0.0), min(ends[i], reach)

@@ -35,7 +35,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "chefbot.safety.sensor_freshness": _safety("sensor_freshness", "freshness_limits"),
     "chefbot.safety.obstacle_sensors": _safety("obstacle_sensors", "lidar_scatter"),
     "chefbot.safety.contact_time": _safety("contact_time", "contact_edges"),
-    "chefbot.safety.local_memory": _safety("local_memory", "memory_limits"),
+    "chefbot.safety.local_memory": _safety("local_memory", "memory_limits", "ray_clearing"),
     "chefbot.safety.collision_monitor": _safety("collision_monitor", "monitor_limits", "monitor_scans"),
     "chefbot.nodes.emergency_stop": _nodes("base_stop"),
     "chefbot.nodes.drive_base": _nodes("drive_base", "base_stop", "zones"),

@@ -36,7 +36,7 @@ def text_console() -> tuple[Console, io.StringIO]:
 
 def test_a_failed_run_is_printed_with_its_last_line(watch: Watch) -> None:
     console, out = text_console()
-    with run_progress(console, 3, 0) as shown:
+    with run_progress(console, 3, []) as shown:
         shown.add(a_record(1))
         assert out.getvalue() == ""
         shown.add(
@@ -47,13 +47,21 @@ def test_a_failed_run_is_printed_with_its_last_line(watch: Watch) -> None:
 
 def test_without_a_terminal_a_line_is_printed_now_and_then(watch: Watch) -> None:
     console, out = text_console()
-    with run_progress(console, 10, 0) as shown:
+    with run_progress(console, 10, []) as shown:
         for seed in range(1, 9):
             watch.now += LINE_PERIOD / 3.5
             shown.add(a_record(seed, success=seed != 2))
     lines = [line for line in out.getvalue().splitlines() if "runs" in line]
     assert [line.split(",")[0] for line in lines] == ["4 of 10 runs", "8 of 10 runs"]
     assert all("1 failed" in line for line in lines)
+
+
+def test_failures_of_an_earlier_session_count(watch: Watch) -> None:
+    console, out = text_console()
+    with run_progress(console, 10, [a_record(1, success=False), a_record(3)]) as shown:
+        watch.now += 2 * LINE_PERIOD
+        shown.add(a_record(5))
+    assert out.getvalue().startswith("3 of 10 runs, 1 failed, ")
 
 
 @pytest.mark.parametrize(
@@ -69,7 +77,7 @@ def test_the_time_left_is_that_of_the_runs_made_now(
     watch: Watch, done, made, seconds: float, left: str
 ) -> None:
     console, _ = text_console()
-    with run_progress(console, 10, done) as shown:
+    with run_progress(console, 10, [a_record(-seed) for seed in range(done)]) as shown:
         assert shown.remaining() == "", "nothing is known before the first run"
         watch.now += seconds
         for seed in range(made):
@@ -80,7 +88,7 @@ def test_the_time_left_is_that_of_the_runs_made_now(
 def test_a_terminal_shows_a_bar(watch: Watch) -> None:
     out = io.StringIO()
     console = Console(file=out, width=100, force_terminal=True)
-    with run_progress(console, 7, 2) as shown:
+    with run_progress(console, 7, [a_record(3), a_record(5)]) as shown:
         watch.now += 2 * LINE_PERIOD
         shown.add(a_record(1))
         shown._bar.refresh()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -18,11 +18,11 @@ LINE_PERIOD = 30.0
 class RunProgress:
     """Counts runs that are done and prints what is left."""
 
-    def __init__(self, console: Console, total: int, done: int, bar: Progress) -> None:
-        self._console, self._total, self._done, self._bar = console, total, done, bar
-        self._began, self._first_done, self._printed = time.monotonic(), done, time.monotonic()
-        self._failed = 0
-        self._task = bar.add_task("runs", total=total, completed=done, left="")
+    def __init__(self, console: Console, total: int, done: Collection[RunRecord], bar: Progress) -> None:
+        self._console, self._total, self._done, self._bar = console, total, len(done), bar
+        self._began, self._first_done, self._printed = time.monotonic(), len(done), time.monotonic()
+        self._failed = sum(not record.success for record in done)
+        self._task = bar.add_task("runs", total=total, completed=len(done), left="")
 
     def add(self, record: RunRecord) -> None:
         """Count a run; print a failed one."""
@@ -48,7 +48,7 @@ class RunProgress:
 
 
 @contextmanager
-def run_progress(console: Console, total: int, done: int) -> Iterator[RunProgress]:
+def run_progress(console: Console, total: int, done: Collection[RunRecord]) -> Iterator[RunProgress]:
     """Yield the progress of `total` runs, of which `done` are done already."""
     columns = (
         TextColumn("{task.description}"),

@@ -134,14 +134,15 @@ def make_missing(
     check_address(scheduler)
     compile_kernels(console)  # once for all workers of this machine
     total = len(done) + len(missing)
-    console.print(f"{total} runs, {len(done)} of them done already")
+    last = "" if math.isinf(minutes) else f"; after {minutes:g} min no other begins"
+    console.print(f"{total} runs, {len(done)} of them done already{last}")
     workers = min(workers or os.cpu_count() or 1, len(missing))
     batch = len(missing) if math.isinf(minutes) else BATCH * workers
     began_ns = wall_ns()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # `kill` keeps what is done, as Ctrl-C does
     try:
         with (
-            run_progress(console, total, len(done)) as progress,
+            run_progress(console, total, done.values()) as progress,
             cluster(scheduler, workers) as connected,
         ):
 

@@ -1,7 +1,7 @@
 """How often the kept reasons of stops and detours agree with the simulator's truth: what stood there, and when.
 
 Drives through generated offices among people of all kinds who also open and close doors, with boxes dropped on the
-way. A reason agrees if something that can touch the robot stood within 0.12 m of its place when the mark was made,
+path. A reason agrees if something that can touch the robot stood within 0.12 m of its place when the mark was made,
 and is on the map or not, as the reason states. The guess beside it takes the same distance in a random direction and
 draws whether the map has it as often as the reasons of the run say so.
 

@@ -28,11 +28,11 @@ def main() -> None:
     cells = inflate(office(400, rng), cost_table(RESOLUTION, INSCRIBED_RADIUS, 0.55, 10.0))
     costmap, planner = Costmap(cells, RESOLUTION, 0.0, 0.0), GridPlanner()
     free = np.argwhere(cells == 0)
-    ways = []
-    while len(ways) < POSES:
+    paths = []
+    while len(paths) < POSES:
         a, b = (SE2(*costmap.centre(*(int(i) for i in free[rng.integers(len(free))])), 0.0) for _ in range(2))
         try:
-            ways.append(planner.plan(costmap, a, b))
+            paths.append(planner.plan(costmap, a, b))
         except PlanningError:
             continue  # two rooms without a door between them: draw again
     print(f"one core of {os.cpu_count()}; CPU ms per command, median over {POSES} poses (min, max)")
@@ -41,7 +41,7 @@ def main() -> None:
             Limits.of(load_robot("chefbot")), DwaParams(v_samples=v, w_samples=w, sim_time=1.7)
         )
         times = []
-        for path in ways:
+        for path in paths:
             pose = SE2.of(path[0])
             r, c = costmap.cell(pose.x, pose.y)
             top, left = max(0, r - 50), max(0, c - 50)

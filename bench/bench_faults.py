@@ -1,6 +1,6 @@
 """What the robot does when a fault occurs: it explores a world, and in each run one fault lasts for a while.
 
-For each fault: collisions, the way driven during the fault and after it, exceptions of nodes, and the texts with
+For each fault: collisions, the distance driven during the fault and after it, exceptions of nodes, and the texts with
 which the robot names the fault.
 
 Run: python bench/bench_faults.py [WORD ...]   (only faults of these words)
@@ -96,7 +96,7 @@ class FaultRecord:
         if time >= AT:
             self.texts.setdefault(text, round(time, 1))
 
-    def way(self, begin: float, end: float) -> float:
+    def distance(self, begin: float, end: float) -> float:
         """Return the distance driven in [begin, end), m."""
         poses = [pose for time, pose in self.poses if begin <= time < end]
         return sum(a.distance(b) for a, b in pairwise(poses))
@@ -118,9 +118,12 @@ def run(events: list[Any]) -> None:
     system.launch(inject(load_launch("explore", arguments), events))
     system.loop.run(until_ns=round(END * 1e9))
     counts = dict(system.faults.counts) if system.faults else {}
-    ways = [record.way(*span) for span in ((0.0, AT), (AT, UNTIL), (UNTIL, END))]
+    distances = [record.distance(*span) for span in ((0.0, AT), (AT, UNTIL), (UNTIL, END))]
     print(
-        "   way before, during, after:", *(f"{way:.2f} m" for way in ways), "| collisions", record.collisions
+        "   distance before, during, after:",
+        *(f"{distance:.2f} m" for distance in distances),
+        "| collisions",
+        record.collisions,
     )
     for text, time in record.texts.items():
         print(f"   {time:5.1f} s {text}")

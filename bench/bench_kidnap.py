@@ -51,7 +51,7 @@ class BlindDrive:
         self.unaware, self.states = 0.0, dict[str, float]()
 
     def __call__(self, publication: Publication) -> None:
-        """Add the way since the last ground truth."""
+        """Add the distance driven since the last ground truth."""
         message = publication.message
         if isinstance(message, LocalizationStatus):
             if self._localized and not message.localized:

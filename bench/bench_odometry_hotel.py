@@ -55,7 +55,7 @@ class Sensed(NamedTuple):
     truth: SE2
 
 
-def way(rng: np.random.Generator, costmap: Costmap, start: SE2) -> Iterator[NDArray[np.float64]]:
+def random_paths(rng: np.random.Generator, costmap: Costmap, start: SE2) -> Iterator[NDArray[np.float64]]:
     """Return paths from table to table."""
     tables = [name for name in WORLD.places if name.startswith("table")]
     planner, here = GridPlanner(), start
@@ -73,7 +73,7 @@ def drive(seed: int) -> tuple[Simulation, list[Sensed]]:
     costs.set_static(ground_truth_map(WORLD, ROBOT))
     costmap, limits = costs.update(), Limits.of(ROBOT)
     board, dwa, limiter = SimulatedBoard(ROBOT, sim), DwaController(limits), VelocityLimiter(limits)
-    paths, start = way(np.random.default_rng(seed), costmap, sim.truth().pose), sim.truth().pose
+    paths, start = random_paths(np.random.default_rng(seed), costmap, sim.truth().pose), sim.truth().pose
     sensed, gone, twist, last, tick = [], 0.0, (0.0, 0.0), start, 0
     while gone < METRES:
         tick += 1

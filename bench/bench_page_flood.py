@@ -1,4 +1,4 @@
-"""Floods of the web UI from other processes: the base's command rate, STOP's way, and a new operator's way in.
+"""Floods of the web UI from other processes: the base's command rate, STOP's delay, and a new operator's access.
 
 A launch with a drive base in wall time and its web UI at the network is attacked by processes of their own, without
 a token and with one. For each attack: the rate of wheel commands at a subscriber and the gaps between them, the time

@@ -100,7 +100,7 @@ def main() -> None:
         for n in range(ROUNDS + 2):
             for run in runs.values():
                 run.second()
-                if n < 2:  # kernels, first ways
+                if n < 2:  # kernels, first paths
                     run.seconds.clear()
                     run.people_seconds.clear()
         print_table(robot, runs)

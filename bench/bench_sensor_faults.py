@@ -30,7 +30,7 @@ FAULTS = ("stop", "freeze")
 def main() -> None:
     """Print a line for each robot, sensor and fault."""
     places, seed = (int(one) for one in [*sys.argv[1:], *("20", "1")[len(sys.argv) - 1 :]])
-    ways = straight_free_starts("hotel", places, seed)
+    starts = straight_free_starts("hotel", places, seed)
     print(
         f"{'robot':14}{'sensor':8}{'fault':8}{'hits':>6}{'fastest, m/s':>14}{'stands after, s':>17}{'named':>8}"
     )
@@ -38,8 +38,8 @@ def main() -> None:
         for sensor in sensors_of(robot):
             for fault in FAULTS:
                 runs = [
-                    drive_with_fault(robot, way, fault, sensor, box_offset(place), seed + place)
-                    for place, way in enumerate(ways)
+                    drive_with_fault(robot, start, fault, sensor, box_offset(place), seed + place)
+                    for place, start in enumerate(starts)
                 ]
                 hits = sum(run.contact > CONTACT for run in runs)
                 named = sum(TITLES[sensor] in run.description for run in runs)

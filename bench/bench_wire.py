@@ -137,7 +137,7 @@ class Pair:
 
 def round_trips(pair: Pair, send: Callable[[], None], count: int, hz: float) -> tuple[float, float, float]:
     """Return half of the round trip, p50 and p99, us, and the processor time of one way, us."""
-    ways: list[float] = []
+    times: list[float] = []
     for index in range(count + WARMING):
         if index == WARMING:
             before = pair.used()
@@ -145,10 +145,10 @@ def round_trips(pair: Pair, send: Callable[[], None], count: int, hz: float) -> 
         while not pair.answered(send):  # a crowded machine drops pictures
             began = time.perf_counter_ns()
         took = time.perf_counter_ns() - began
-        ways.append(took / 2e3)
+        times.append(took / 2e3)
         time.sleep(max(0.0, 1.0 / hz - took / 1e9))
     cpu = (pair.used() - before) / count / 2 * 1e6
-    p50, p99 = np.percentile(ways[WARMING:], [50, 99])
+    p50, p99 = np.percentile(times[WARMING:], [50, 99])
     return float(p50), float(p99), cpu
 
 

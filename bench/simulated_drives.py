@@ -60,14 +60,14 @@ def _poses(world: World, true_map: Grid, rng: np.random.Generator, length: float
     yield here
     goals = [*(place for _ in range(2) for place in rng.permutation(sorted(world.places))), "home"]
     for name in goals:
-        for pose in _way(costmap, here, world.places[str(name)]):
+        for pose in _driven_poses(costmap, here, world.places[str(name)]):
             gone, here = gone + here.distance(pose), pose
             yield pose
             if gone > length:
                 return
 
 
-def _way(costmap: Costmap, here: SE2, goal: SE2) -> Iterator[SE2]:
+def _driven_poses(costmap: Costmap, here: SE2, goal: SE2) -> Iterator[SE2]:
     """Yield poses along the planned path: turns on the spot, then straight ahead."""
     try:
         path = GridPlanner().plan(costmap, here, goal)

@@ -87,20 +87,20 @@ class Canvas:
 
 
 def frame(canvas: Canvas, found: dict[str, Track], time: float, radius: float) -> Image.Image:
-    """Draw map, scan, plan, driven way and robot at one time."""
+    """Draw map, scan, plan, driven path and robot at one time."""
     image = canvas.background(found["map"].latest(time).grid)
     pen = ImageDraw.Draw(image, "RGBA")
     pose: SE2 = found["ground_truth"].latest(time).pose.pose.se2
     _draw_scan(pen, canvas, found["scan"].latest(time), pose)
     poses = found["ground_truth"]
-    way = np.array(
+    path = np.array(
         [
             [m.pose.pose.se2.x, m.pose.pose.se2.y]
             for m in poses.messages[: bisect_right(poses.times, time) : 5]
         ]
     )
-    if len(way) > 1:
-        pen.line(canvas.pixels(way), fill=(*TRAIL, 150), width=3)
+    if len(path) > 1:
+        pen.line(canvas.pixels(path), fill=(*TRAIL, 150), width=3)
     plan = found["plan"].latest(time)
     if plan is not None and len(plan.poses) > 1:
         pen.line(

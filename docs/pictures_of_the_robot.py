@@ -153,19 +153,19 @@ def odometry() -> None:
             rows.append([tick * 0.02, *sim.truth().pose, *a.pose, *b.pose])
             covariance.append([math.sqrt(np.trace(e.covariance[:2, :2])) for e in (a, b)])
     data, sigma = np.array(rows), np.array(covariance)
-    figure, (way, error) = canvas(2, 9.0, 3.5)
+    figure, (path, error) = canvas(2, 9.0, 3.5)
     for axes_column, colour, label in ((4, ORANGE, "wheels alone"), (7, GREEN, "wheels and gyro")):
-        way.plot(data[:, axes_column], data[:, axes_column + 1], color=colour, lw=1, label=label)
+        path.plot(data[:, axes_column], data[:, axes_column + 1], color=colour, lw=1, label=label)
         off = np.hypot(*(data[:, axes_column : axes_column + 2] - data[:, 1:3]).T)
         error.plot(data[:, 0], off, color=colour, label=f"{label}: error")
         error.plot(
             data[:, 0], sigma[:, axes_column // 7], color=colour, ls=":", label="its own standard deviation"
         )
-    way.plot(data[:, 1], data[:, 2], color=BLUE, lw=1, label="truth")
-    way.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    way.set_title(f"{0.3 * data[-1, 0]:.0f} m in figures of eight", fontsize=10)
+    path.plot(data[:, 1], data[:, 2], color=BLUE, lw=1, label="truth")
+    path.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    path.set_title(f"{0.3 * data[-1, 0]:.0f} m in figures of eight", fontsize=10)
     error.set(xlabel="time [s]", ylabel="position error [m]", ylim=(0, None))
-    for axes in (way, error):
+    for axes in (path, error):
         axes.legend(fontsize=8)
     write(figure, "odometry")
 

@@ -146,7 +146,7 @@ def planning() -> None:
         axes.plot(path[:, 0], path[:, 1], color=BLUE, lw=1.6)
         draw_robot(axes, places["kitchen"], robot.circumscribed_radius)
         axes.plot(*places["table_8"][:2], "*", color=GREEN, ms=11)
-    whole.set_title("costs of the map, and the way from the kitchen to table 8", fontsize=10)
+    whole.set_title("costs of the map, and the path from the kitchen to table 8", fontsize=10)
     part.set(xlim=(3.0, 9.5), ylim=(0.5, 5.5))
     part.set_title("a part of it: it keeps away where there is room", fontsize=10)
     write(figure, "planning")
@@ -213,7 +213,7 @@ def hotel() -> None:
     figure, (left, right) = canvas(2, 11.0, 4.9)
     draw_grid(left, plan, "the hotel, and how the robot drove to map it")
     left.plot(*poses[mapping, :2].T, color=BLUE, lw=0.9)
-    draw_grid(right, load_map(folder / "map.yaml"), "the map that it made, and its way to three tables")
+    draw_grid(right, load_map(folder / "map.yaml"), "the map that it made, and its path to three tables")
     right.plot(*poses[~mapping, :2].T, color=ORANGE, lw=1.2)
     stops = {s.place for _, s in said("chefbot", "delivery_status", DeliveryStatus) if s.state == "waiting"}
     for name, pose in load_places(folder / "map.places.yaml").items():

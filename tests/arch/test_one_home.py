@@ -318,14 +318,14 @@ def test_simulated_drive_follows_the_wheel_diameter(robots) -> None:
     from chefbot.sim.simulation import Simulation
     from chefbot.sim.world.world import load_world
 
-    ways, ticks = [], []
+    distances, ticks = [], []
     for robot in robots:
         sim = Simulation(robot, load_world("empty"), profile="perfect", seed=1)
         start, board = sim.truth().pose, SimulatedBoard(robot, sim)
         for step in range(1, 151):
             board.command(*wheel_speeds(0.3, 0.0, robot))
             board.run_until(step * 20_000_000)
-        ways.append(sim.truth().pose.distance(start))
+        distances.append(sim.truth().pose.distance(start))
         ticks.append(sum(sim.wheel_ticks()) / 2)
-    assert ways == [pytest.approx(0.3 * 3.0 - 0.3**2 / (2 * max_acceleration(robots[0])), rel=0.03)] * 2
+    assert distances == [pytest.approx(0.3 * 3.0 - 0.3**2 / (2 * max_acceleration(robots[0])), rel=0.03)] * 2
     assert ticks[0] / ticks[1] == pytest.approx(AFTER / BEFORE, rel=0.01)

@@ -78,9 +78,9 @@ def test_the_description_names_the_voltage_fault_and_the_range() -> None:
 def test_consumption_is_learnt_with_a_measured_current(standing: float, per_metre: float) -> None:
     estimator = ConsumptionEstimator(PRIOR)
     for i in range(60):
-        way = 60.0 * (i % 3)
-        energy = standing * 300.0 + per_metre * way
-        estimator.add(Window(300.0, 4.0 * way, way, energy, by_current=True), 0.02 * energy)
+        distance = 60.0 * (i % 3)
+        energy = standing * 300.0 + per_metre * distance
+        estimator.add(Window(300.0, 4.0 * distance, distance, energy, by_current=True), 0.02 * energy)
     assert estimator.value.standing == pytest.approx(standing, rel=0.05)
     assert estimator.value.per_metre == pytest.approx(per_metre, rel=0.15)
     assert estimator.value.seconds_per_metre == pytest.approx(4.0, rel=0.05)

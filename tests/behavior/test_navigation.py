@@ -91,7 +91,7 @@ def test_feedback_is_never_closer_than_its_period(pauses: list[int]) -> None:
 
 
 @pytest.mark.parametrize(("speed", "remaining"), [(0.5, 4.0), (0.0, 0.0)])
-def test_feedback_estimates_the_rest_of_the_way(speed: float, remaining: float) -> None:
+def test_feedback_estimates_the_rest_of_the_path(speed: float, remaining: float) -> None:
     progress = NavigationProgress()
     progress.restart(1_000_000_000)
     progress.process(FollowPath_Feedback(2.0, speed), 3_000_000_000)

@@ -1,4 +1,4 @@
-"""Waiting or the other way: expected times, standing people, patience."""
+"""Waiting or the other path: expected times, standing people, patience."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_standing_ends_with_a_step_but_not_with_a_turn() -> None:
 @pytest.mark.parametrize(
     ("stood", "extra", "waits"), [(2.0, 12.0, True), (2.0, 5.0, False), (30.0, 12.0, False)]
 )
-def test_it_waits_while_that_is_shorter_than_the_other_way(stood: float, extra: float, waits: bool) -> None:
+def test_it_waits_while_that_is_shorter_than_the_other_path(stood: float, extra: float, waits: bool) -> None:
     decision = WaitingPolicy(SPEED).decide(blockage(1, extra=extra), standing(stood), stood, PARAMS)
     assert decision.waits == waits and not decision.gives_up
     numbers = {one.name: one.value for one in decision.numbers}
@@ -109,7 +109,7 @@ def test_it_does_not_give_up_on_people_before_its_patience() -> None:
     assert decision.gives_up and "300 s" in decision.sentence
 
 
-def test_another_place_and_a_free_way_restart_patience() -> None:
+def test_another_place_and_a_free_path_restart_patience() -> None:
     policy, times = WaitingPolicy(SPEED), StandingTimes()
     policy.decide(blockage(1), times, 0.0, PARAMS)
     policy.decide(blockage(1), times, 100.0 - FORGOTTEN / 2, PARAMS)

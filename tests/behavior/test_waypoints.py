@@ -41,7 +41,7 @@ def test_missed_waypoints_are_reported_once(outcomes: list[bool], count: int) ->
     for reached in outcomes:
         if not reached:
             missed.add(run.index)
-        if not (run.reached() if reached else run.missed(208, "no way")):
+        if not (run.reached() if reached else run.missed(208, "no path")):
             break
     result = run.result(stopped=False)
     assert {one.waypoint_index for one in result.missed_waypoints} == missed
@@ -50,8 +50,8 @@ def test_missed_waypoints_are_reported_once(outcomes: list[bool], count: int) ->
 
 def test_a_round_without_any_waypoint_is_the_last() -> None:
     run = WaypointRun(poses(2), 0, ENDLESS)
-    assert run.reached() and run.missed(208, "no way") and run.loop == 1
-    assert run.missed(208, "no way") and not run.missed(208, "the door is closed")
+    assert run.reached() and run.missed(208, "no path") and run.loop == 1
+    assert run.missed(208, "no path") and not run.missed(208, "the door is closed")
     result = run.result(stopped=False)
     assert result.error_code == UNKNOWN and "the door is closed" in result.error_msg
 
@@ -88,10 +88,10 @@ def test_a_pose_beyond_a_wall_is_not_passed() -> None:
     assert run.passes(SE2(-0.3, 0.0, 0.0), path_length=0.3)
 
 
-def test_statuses_of_a_pose_without_a_way() -> None:
+def test_statuses_of_a_pose_without_a_path() -> None:
     run = PosesToPass(poses(4), 0.5)
     assert run.passes(SE2(0.0, 0.0, 0.0), 0.0) and run.distance_after() == 2.0
-    ended = [one.waypoint_status for one in run.statuses(208, "no way", ended=True)]
+    ended = [one.waypoint_status for one in run.statuses(208, "no path", ended=True)]
     assert ended == [COMPLETED, FAILED, SKIPPED, SKIPPED]
     driving = [one.waypoint_status for one in run.statuses(ended=False)]
     assert driving == [COMPLETED, PENDING, PENDING, PENDING]

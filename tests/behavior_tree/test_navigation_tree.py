@@ -89,7 +89,7 @@ def test_each_recovery_has_its_turn_until_the_goal_fails(
     assert navigation.run(1.0) is Status.FAILURE
     assert navigation.recoveries == rounds * order
     assert navigation.services.names().count("plan") == rounds * len(order) + 1
-    assert set(navigation.services.failures) == {(208, "No way leads there.")}
+    assert set(navigation.services.failures) == {(208, "No path leads there.")}
 
 
 @pytest.mark.parametrize("robot", [LIDAR, CAMERA])
@@ -281,11 +281,11 @@ def test_a_robot_in_a_doorway_leaves_it_while_it_waits() -> None:
     navigation.services.may_be_blocked = False
     waiting.end(ComputePathToPose_Result())
     navigation.run(0.5)
-    assert following.discarded, "the way is free: it does not drive to the waiting pose any more"
+    assert following.discarded, "the path is free: it does not drive to the waiting pose any more"
     assert navigation.services.names()[5:] == ["plan", "follow"]
 
 
-def test_it_stops_for_people_although_there_is_a_longer_way() -> None:
+def test_it_stops_for_people_although_there_is_a_longer_path() -> None:
     def answer(pending: PendingAction) -> None:
         if pending.what in ("look", "plan"):
             pending.end(in_the_way() if pending.what == "look" else path_found())

@@ -1,4 +1,4 @@
-"""Leaves that wait for a blocked way: what they ask for, and what they make of the answers."""
+"""Leaves that wait for a blocked path: what they ask for, and what they make of the answers."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_a_blocked_path_is_a_success_with_the_place_to_wait(services: Navigation
     assert run(tree, 1) == "S" and tree.blackboard.get("place") is PLACE
 
 
-def test_a_way_not_to_wait_for_is_a_failure(services: NavigationWithArguments) -> None:
+def test_a_path_not_to_wait_for_is_a_failure(services: NavigationWithArguments) -> None:
     tree = tree_of(services, '<IsPathBlocked goal="{goal}" waiting_pose="{place}"/>')
     run(tree, 1)
     services.begun[-1].end(None)
@@ -92,7 +92,7 @@ def test_a_way_not_to_wait_for_is_a_failure(services: NavigationWithArguments) -
     assert run(tree, 1) == "F" and services.names() == ["look"], "where nothing can be, nobody looks"
 
 
-def test_a_wait_ends_with_the_way_or_with_its_error(services: NavigationWithArguments) -> None:
+def test_a_wait_ends_with_the_path_or_with_its_error(services: NavigationWithArguments) -> None:
     body = '<WaitForPath goal="{goal}" error_code="{seen}" error_code_id="{code}" error_msg="{text}"/>'
     for result, status in (
         (ComputePathToPose_Result(), "S"),

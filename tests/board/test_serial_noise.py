@@ -26,8 +26,8 @@ class Pose(NamedTuple):
 
     def moved(self, left: float, right: float) -> Pose:
         """After the wheels have rolled so far, on an arc."""
-        turn, way = (right - left) / SEPARATION, (left + right) / 2.0
-        chord = way * (math.sin(turn / 2.0) / (turn / 2.0) if turn else 1.0)
+        turn, arc = (right - left) / SEPARATION, (left + right) / 2.0
+        chord = arc * (math.sin(turn / 2.0) / (turn / 2.0) if turn else 1.0)
         heading = self.yaw + turn / 2.0
         return Pose(self.x + chord * math.cos(heading), self.y + chord * math.sin(heading), self.yaw + turn)
 

@@ -273,7 +273,7 @@ def test_ranges_outside_the_limits_are_infinite(distance: float) -> None:
         assert measured == math.copysign(math.inf, distance - sonar.range_min)
 
 
-def test_an_echo_is_half_the_way_of_sound() -> None:
+def test_an_echo_is_half_the_path_of_sound() -> None:
     (message,) = SensorConverter(ROBOT).messages(received(EchoLine(0, 0, 5831), 0, 0))
     assert isinstance(message, Range)
     assert message.range == pytest.approx(5831e-6 * SPEED_OF_SOUND / 2, rel=1e-6)

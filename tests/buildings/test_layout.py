@@ -1,4 +1,4 @@
-"""Rooms tile the floor, every room has a way to every other one, and walls stand where two rooms meet."""
+"""Rooms tile the floor, every room has a path to every other one, and walls stand where two rooms meet."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ def test_rooms_do_not_overlap(kind: str, seed: int) -> None:
 
 
 @given(st.sampled_from(sorted(FLOOR_PLANS)), st.integers(0, 200))
-def test_every_room_has_a_way_to_every_other(kind: str, seed: int) -> None:
+def test_every_room_has_a_path_to_every_other(kind: str, seed: int) -> None:
     rooms = rooms_of(kind, seed)
     sides = shared_sides(rooms)
     chosen = connecting_sides(rooms, sides, 0.8, 0.0, np.random.default_rng(seed))
-    ways = [*chosen, *(side for side in sides if is_open(side, rooms))]
+    passages = [*chosen, *(side for side in sides if is_open(side, rooms))]
     reached, grown = {next(i for i, room in enumerate(rooms) if room.use is not Use.SOLID)}, True
     while grown:
-        more = {n for side in ways for n in (side.a, side.b) if reached & {side.a, side.b}}
+        more = {n for side in passages for n in (side.a, side.b) if reached & {side.a, side.b}}
         grown = not more <= reached
         reached |= more
     assert reached == {i for i, room in enumerate(rooms) if room.use is not Use.SOLID}
@@ -100,7 +100,7 @@ def test_walls_have_a_gap_at_a_doorway_and_the_leaf_fits_it() -> None:
     middle = around(4.0, one.centre, 0.05, 0.8)
     assert not any(floor.intersects(_box(middle)) for floor in solid)
     assert floor_of_door(leaf).area == pytest.approx(0.9 * leaf.thickness, rel=1e-3)
-    assert floor_of_door(leaf).intersects(_box(middle)), "closed, it bars the way"
+    assert floor_of_door(leaf).intersects(_box(middle)), "closed, it bars the doorway"
     assert not any(floor.buffer(-0.03).intersects(floor_of_door(leaf)) for floor in solid)
 
 

@@ -22,7 +22,7 @@ SIDE = 2.0
 
 
 class Driven(NamedTuple):
-    """The robot's way, and what was measured on it."""
+    """The robot's path, and what was measured on it."""
 
     track: Track
     drive: CalibrationDrive
@@ -41,10 +41,10 @@ def homewards(track: Track, turn: int) -> None:
     """To the place and the heading at which a square that way begins, as the walls show."""
     target = SE2(0.0, 0.0, 0.0 if turn > 0 else math.pi / 2)
     for _ in range(2):
-        way = track.pose.between(target)
-        if math.hypot(way.x, way.y) > 0.03:
-            track.go(0.0, math.atan2(way.y, way.x))
-            track.go(math.hypot(way.x, way.y), 0.0)
+        step = track.pose.between(target)
+        if math.hypot(step.x, step.y) > 0.03:
+            track.go(0.0, math.atan2(step.y, step.x))
+            track.go(math.hypot(step.x, step.y), 0.0)
         track.go(0.0, track.pose.between(target).yaw)
 
 

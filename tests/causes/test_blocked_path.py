@@ -1,4 +1,4 @@
-"""The report of a blocked way: its place is an obstacle or a standing person, not somebody who walks."""
+"""The report of a blocked path: its place is an obstacle or a standing person, not somebody who walks."""
 
 from __future__ import annotations
 
@@ -37,5 +37,5 @@ def test_a_located_report_has_cell_sensor_and_time_of_the_mark() -> None:
     assert (found.kind, found.check, found.numbers[0].value) == (STOP, BLOCKED, 4.0)
 
 
-def test_a_way_without_a_mark_has_no_place() -> None:
+def test_a_path_without_a_mark_has_no_place() -> None:
     assert not report((), 0.0, sensor="").located

@@ -149,8 +149,8 @@ def test_a_long_run_takes_no_more_memory() -> None:
 
 
 def test_what_two_sentences_share_stands_once() -> None:
-    assert joined("Recovery 1: no way.", "No way. The lidar.") == "Recovery 1: no way. The lidar."
-    assert joined("Not served", "No way.") == "Not served. No way."
+    assert joined("Recovery 1: no path.", "No path. The lidar.") == "Recovery 1: no path. The lidar."
+    assert joined("Not served", "No path.") == "Not served. No path."
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_what_two_sentences_share_stands_once() -> None:
 def test_a_name_keeps_its_capitals_after_a_colon(name: str) -> None:
     assert after_colon(name) == name
     assert after_colon("A person stands there.") == "a person stands there."
-    assert after_colon("The way is blocked.") == "the way is blocked."
+    assert after_colon("The path is blocked.") == "the path is blocked."
 
 
 def test_a_zone_is_named_and_is_no_obstacle_of_the_map() -> None:

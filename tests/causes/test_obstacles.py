@@ -65,7 +65,7 @@ def test_unknown_cells_do_not_block() -> None:
     assert blocked_index(costs, straight(1.0)) is None
 
 
-def test_only_the_way_ahead_counts() -> None:
+def test_only_the_path_ahead_counts() -> None:
     ahead = remaining(straight(1.0), SE2(2.0, 1.0, 0.0), 1.0)
     assert ahead[0, 0] == pytest.approx(2.0) and ahead[-1, 0] == pytest.approx(3.0, abs=0.06)
 

@@ -44,7 +44,7 @@ def test_each_recovery_begins_and_ends_once() -> None:
 
 def test_an_aborted_goal_is_a_failure_but_a_cancelled_one_is_not() -> None:
     statuses = StatusReports()
-    aborted = navigation(statuses, ("driving", 0, ""), ("idle", 8, "No way."), ("idle", 8, "No way."))
+    aborted = navigation(statuses, ("driving", 0, ""), ("idle", 8, "No path."), ("idle", 8, "No path."))
     assert aborted == [[], [(FAILURE, "navigator", "goal aborted")], []]
     cancelled = navigation(statuses, ("driving", 0, ""), ("idle", 0, CANCELLED), ("driving", 0, ""))
     at_once = [(STOP, "navigator", "cancelled goal"), (END, "navigator", "cancelled goal")]
@@ -92,11 +92,13 @@ def test_a_battery_that_sends_the_robot_home_is_reported_once() -> None:
 
 def test_each_place_that_is_skipped_is_a_failure() -> None:
     statuses = StatusReports()
-    one = DeliveryStatus(state="driving", skipped_reasons=("table 3: no way.",))
+    one = DeliveryStatus(state="driving", skipped_reasons=("table 3: no path.",))
     (skipped,) = statuses.delivery(one, 1)
-    assert (skipped.kind, skipped.sentence) == (FAILURE, "table 3: no way.")
+    assert (skipped.kind, skipped.sentence) == (FAILURE, "table 3: no path.")
     assert statuses.delivery(one, 2) == []
-    failed = DeliveryStatus(state="failed", skipped_reasons=("table 3: no way.",), description="No way home.")
+    failed = DeliveryStatus(
+        state="failed", skipped_reasons=("table 3: no path.",), description="No path home."
+    )
     assert facts(statuses.delivery(failed, 3)) == [(FAILURE, "delivery", "delivery")]
     assert statuses.delivery(DeliveryStatus(state="loading"), 4) == []  # a new round has none yet
 

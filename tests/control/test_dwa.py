@@ -45,12 +45,12 @@ def clearance(cells, pose):
 
 
 def drive(cells, start, goal, seconds=90.0):
-    """(status, end, way, least clearance, speeds)."""
+    """(status, end, distance driven, least clearance, speeds)."""
     costmap = costs_of(cells)
     path = GridPlanner().plan(costmap, start, goal)
     dwa, limiter, pose, now = DwaController(LIMITS), VelocityLimiter(LIMITS), start, (0.0, 0.0)
     dwa.set_path(path)
-    way, min_clearance, speeds = 0.0, np.inf, []
+    driven, min_clearance, speeds = 0.0, np.inf, []
     for _ in range(round(seconds / PERIOD)):
         v, w, status = dwa.command(pose, now, costmap)
         if status is ControllerStatus.REACHED and now == (0.0, 0.0):
@@ -60,9 +60,9 @@ def drive(cells, start, goal, seconds=90.0):
             turn = SE2(0.0, 0.0, now[1] * PERIOD / 10)
             pose = pose @ turn @ SE2(now[0] * PERIOD / 5, 0.0, 0.0) @ turn
             min_clearance = min(min_clearance, clearance(cells, pose))
-        way += now[0] * PERIOD
+        driven += now[0] * PERIOD
         speeds.append(now[0])
-    return status, pose, way, min_clearance, np.array(speeds), path_length(path)
+    return status, pose, driven, min_clearance, np.array(speeds), path_length(path)
 
 
 @pytest.mark.parametrize(
@@ -77,12 +77,12 @@ def drive(cells, start, goal, seconds=90.0):
     ids=["open floor", "door of 0.9 m", "passage of 0.8 m", "around a box", "U-turn in a dead end"],
 )
 def test_dwa_reaches_the_goal_without_contact_or_stops(walls, start, goal):
-    status, pose, way, min_clearance, speeds, planned = drive(world(*walls), SE2(*start), SE2(*goal))
+    status, pose, driven, min_clearance, speeds, planned = drive(world(*walls), SE2(*start), SE2(*goal))
     assert status is ControllerStatus.REACHED
     assert pose.distance(SE2(*goal)) < 0.15
     assert abs(pose.yaw - goal[2]) < 0.15
     assert min_clearance > 0.03
-    assert way < 1.1 * planned + 0.2
+    assert driven < 1.1 * planned + 0.2
     moving = speeds > 0.01
     assert (moving[:-1] & ~moving[1:]).sum() <= 2
 

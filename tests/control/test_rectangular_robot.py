@@ -53,18 +53,18 @@ def costs_of(cells: NDArray[np.int8]) -> Costmap:
     return costs.update()
 
 
-def gap(cells: NDArray[np.int8], way: list[SE2]) -> float:
-    """Return the smallest distance between the polygon on its way and the occupied squares, m; 0 if they meet."""
+def gap(cells: NDArray[np.int8], driven: list[SE2]) -> float:
+    """Return the smallest distance between the polygon on its path and the occupied squares, m; 0 if they meet."""
     near = [(row, column) for row, column in np.argwhere(cells >= 65)]
     walls = unary_union([box(c * CELL, r * CELL, (c + 1) * CELL, (r + 1) * CELL) for r, c in near])
-    return min(Polygon(pose.apply(FOOTPRINT.polygon())).distance(walls) for pose in way)
+    return min(Polygon(pose.apply(FOOTPRINT.polygon())).distance(walls) for pose in driven)
 
 
 def drive(cells: NDArray[np.int8], start: SE2, goal: SE2) -> tuple[ControllerStatus, list[SE2]]:
     costmap = costs_of(cells)
     dwa, limiter, pose, now = DwaController(LIMITS), VelocityLimiter(LIMITS), start, (0.0, 0.0)
     dwa.set_path(GridPlanner().plan(costmap, start, goal))
-    way = [start]
+    driven = [start]
     for _ in range(600):
         v, w, status = dwa.command(pose, now, costmap)
         if status is ControllerStatus.REACHED and now == (0.0, 0.0):
@@ -73,8 +73,8 @@ def drive(cells: NDArray[np.int8], start: SE2, goal: SE2) -> tuple[ControllerSta
         for _ in range(5):
             turn = SE2(0.0, 0.0, now[1] * PERIOD / 10)
             pose = pose @ turn @ SE2(now[0] * PERIOD / 5, 0.0, 0.0) @ turn
-            way.append(pose)
-    return status, way
+            driven.append(pose)
+    return status, driven
 
 
 @pytest.mark.parametrize("width", [11, 12, 14, 18])
@@ -82,10 +82,10 @@ def drive(cells: NDArray[np.int8], start: SE2, goal: SE2) -> tuple[ControllerSta
 def test_it_passes_a_doorway_that_its_disc_would_not(width: int) -> None:
     """From 55 cm on: its width of 43 cm and 12 cm; the disc around it needs 67 cm and more."""
     cells, goal = with_door(width), SE2(4.6, 4.4, 1.0)
-    status, way = drive(cells, SE2(1.2, 1.5, 0.5), goal)
+    status, driven = drive(cells, SE2(1.2, 1.5, 0.5), goal)
     assert status is ControllerStatus.REACHED
-    assert way[-1].distance(goal) < 0.15
-    assert gap(cells, way) > 0.0
+    assert driven[-1].distance(goal) < 0.15
+    assert gap(cells, driven) > 0.0
 
 
 def test_its_circumscribed_disc_does_not_pass_there() -> None:

@@ -50,8 +50,8 @@ class Corridor:
             self.show(metres, level)
 
     def length(self, stops: tuple[Stop, ...]) -> float:
-        way = [self.x, *(PLACES[s] if isinstance(s, str) else s.pose.position.x for s in stops)]
-        return sum(abs(b - a) for a, b in pairwise(way))
+        route = [self.x, *(PLACES[s] if isinstance(s, str) else s.pose.position.x for s in stops)]
+        return sum(abs(b - a) for a, b in pairwise(route))
 
     def show(self, metres: float, level: str = "ok") -> None:
         self.time += 1.0
@@ -86,7 +86,7 @@ def test_without_a_battery_monitor_every_order_is_accepted() -> None:
 
 
 @pytest.mark.parametrize(("metres", "accepted"), [(60.0 * MARGIN + 1.0, True), (60.0 * MARGIN - 1.0, False)])
-def test_an_order_needs_energy_for_the_way_there_and_home(metres: float, accepted: bool) -> None:
+def test_an_order_needs_energy_for_the_drive_there_and_home(metres: float, accepted: bool) -> None:
     one = Corridor(metres)
     one.round.order(Order(("table_3",), "a"))
     assert (one.round.leg is not None) == accepted
@@ -104,7 +104,7 @@ def test_people_at_the_stops_cost_energy_too() -> None:
     assert not forecast.suffices(PlannedRoute(("home",), 10))
 
 
-def test_an_unknown_way_is_not_refused() -> None:
+def test_an_unknown_route_is_not_refused() -> None:
     forecast = EnergyForecast(lambda _: math.nan, STOP_TIME)
     forecast.battery = battery(0.0)
     assert forecast.suffices(PlannedRoute(("home",), 0))
@@ -132,7 +132,7 @@ def test_a_low_robot_refuses_until_it_is_charged() -> None:
     assert one.now == ("driving", "kitchen")
 
 
-def test_an_errand_needs_energy_for_the_way_home() -> None:
+def test_an_errand_needs_energy_for_the_drive_home() -> None:
     one = Corridor(25.0)
     with pytest.raises(OrderError, match="energy for about 19 m, the round needs 20 m"):
         one.round.go(Errand("", pose(10.0), "now"))
@@ -262,7 +262,7 @@ class Served(RuleBasedStateMachine):
             self.one.round.taken()
 
     @invariant()
-    def the_energy_is_enough_for_the_way_home(self) -> None:
+    def the_energy_is_enough_for_the_drive_home(self) -> None:
         assert self.metres > 0.0 or abs(self.one.x) <= PARKING + 0.5 or not self.one.round.in_progress
 
 

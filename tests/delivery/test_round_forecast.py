@@ -41,7 +41,7 @@ def test_each_stop_is_behind_the_one_before(legs: list[tuple[float, float]], pac
     assert stops[-1].distance == pytest.approx(sum(leg for leg, _ in legs), rel=1e-5, abs=1e-5)
 
 
-def test_a_stop_costs_its_way_and_the_stops_before() -> None:
+def test_a_stop_costs_its_leg_and_the_stops_before() -> None:
     one, two = forecast_stops(("a", "b"), (10.0, 5.0), (0.0, 60.0), Pace(4.0, BATTERY, 10_000.0))
     assert (one.distance, one.time) == (10.0, 40.0) and (two.distance, two.time) == (15.0, 120.0)
     assert one.charge == pytest.approx(0.8 - (40 * 10 + 10 * 20) / 10_000)

@@ -21,7 +21,7 @@ def lengths(seed: int, stops: int) -> Lengths:
     return rng.uniform(0, 50, stops), rng.uniform(0, 50, (stops, stops)), rng.uniform(0, 50, stops)
 
 
-def way(order: tuple[int, ...] | list[int], known: Lengths) -> float:
+def route_length(order: tuple[int, ...] | list[int], known: Lengths) -> float:
     first, between, last = known
     return float(first[order[0]] + sum(between[a, b] for a, b in itertools.pairwise(order)) + last[order[-1]])
 
@@ -31,8 +31,8 @@ def test_no_other_order_is_shorter(seed: int, stops: int) -> None:
     known = lengths(seed, stops)
     order = shortest_order(*known)
     assert sorted(order) == list(range(stops))
-    shortest = min(way(other, known) for other in itertools.permutations(range(stops)))
-    assert way(order, known) == pytest.approx(shortest)
+    shortest = min(route_length(other, known) for other in itertools.permutations(range(stops)))
+    assert route_length(order, known) == pytest.approx(shortest)
 
 
 def test_stops_along_a_corridor_are_served_on_the_way() -> None:
@@ -46,4 +46,4 @@ def test_the_largest_round_is_sorted() -> None:
     order = shortest_order(*known)
     assert sorted(order) == list(range(MAX_STOPS))
     swapped = [[*order[:i], order[i + 1], order[i], *order[i + 2 :]] for i in range(MAX_STOPS - 1)]
-    assert all(way(order, known) <= way(other, known) for other in swapped)
+    assert all(route_length(order, known) <= route_length(other, known) for other in swapped)

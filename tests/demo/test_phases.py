@@ -178,8 +178,8 @@ def test_a_lidar_localizes_globally_and_a_camera_by_a_click(tmp_path: Path) -> N
     [
         ([], f"the deliveries were not done after {DELIVERY_TIMEOUT:.0f} s"),
         (
-            [delivered("failed", description="the way to the kitchen is blocked")],
-            "the way to the kitchen is blocked",
+            [delivered("failed", description="the path to the kitchen is blocked")],
+            "the path to the kitchen is blocked",
         ),
         ([delivered("idle", 0.5)], f"the deliveries were not done after {DELIVERY_TIMEOUT:.0f} s"),
     ],

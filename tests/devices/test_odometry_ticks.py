@@ -1,4 +1,4 @@
-"""Ticks that are made from a base's odometry: what wheels on the same way would count."""
+"""Ticks that are made from a base's odometry: what wheels on the same path would count."""
 
 from __future__ import annotations
 

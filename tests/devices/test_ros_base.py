@@ -77,7 +77,7 @@ class Base:
         return status.level, status.message
 
 
-def test_it_is_driven_and_its_way_becomes_ticks() -> None:
+def test_it_is_driven_and_its_path_becomes_ticks() -> None:
     base = Base(robot_with())
     base.run(1.0)
     assert base.messages("board_connected")[-1].data is True

@@ -29,7 +29,7 @@ pytestmark = pytest.mark.slow
 ROBOT = load_robot("chefbot_lidar")
 SECOND = 1_000_000_000
 WEST, EAST = SE2(1.2, 3.2, 0.0), SE2(7.8, 3.2, math.pi)
-"""Both ends of the ring; the southern corridor is the shorter way between them."""
+"""Both ends of the ring; the southern corridor is the shorter path between them."""
 SOUTH, NORTH = (
     [(4.0, -0.2), (5.0, -0.2), (5.0, 2.4), (4.0, 2.4)],
     [(3.5, 4.6), (5.5, 4.6), (5.5, 7.2), (3.5, 7.2)],

@@ -106,13 +106,13 @@ def test_example_planner_moves_between_adjacent_free_cells(
     )
     free[start] = free[goal] = True
     came = own_planner.wave(free, goal, start)
-    way = own_planner.walk_down(came, start)
-    if not way:
+    path = own_planner.walk_down(came, start)
+    if not path:
         assert came[start] < 0
         return
-    assert way[0] == start and way[-1] == goal
-    assert all(free[cell] for cell in way)
-    assert all(max(abs(a[0] - b[0]), abs(a[1] - b[1])) == 1 for a, b in itertools.pairwise(way))
+    assert path[0] == start and path[-1] == goal
+    assert all(free[cell] for cell in path)
+    assert all(max(abs(a[0] - b[0]), abs(a[1] - b[1])) == 1 for a, b in itertools.pairwise(path))
 
 
 def test_example_planner_path_joins_robot_and_goal(own_planner: ModuleType) -> None:

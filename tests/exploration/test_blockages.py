@@ -20,7 +20,7 @@ ROBOT = SE2(2.0, 3.0, 0.0)
 
 
 def room() -> Grid:
-    """A room of 6 x 6 m with a wall at x = 3 m, in which a mirror shows a free way at y = 3 m."""
+    """A room of 6 x 6 m with a wall at x = 3 m, in which a mirror shows a free passage at y = 3 m."""
     cells = np.full((SIZE, SIZE), FREE, np.int8)
     cells[[0, -1]] = cells[:, [0, -1]] = cells[:, 60] = OCCUPIED
     cells[50:70, 60] = FREE

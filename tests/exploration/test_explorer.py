@@ -72,7 +72,7 @@ class Mapper:
 def explore(field, reach, start):
     """(metres driven, turns about, the map, what is left) of a robot that follows its paths exactly."""
     mapper, explorer, planner = Mapper(hotel(), field, reach), Explorer(RADIUS, field), GridPlanner()
-    pose, way, turns, goal = start, 0.0, 1, None
+    pose, driven, turns, goal = start, 0.0, 1, None
     for k in range(12):
         mapper.look(SE2(pose.x, pose.y, pose.yaw + k * math.pi / 6))
     for _ in range(150):
@@ -82,7 +82,7 @@ def explore(field, reach, start):
         decision = explorer.decide(mapper.grid(), planner.potential(costmap, pose), pose)
         last, goal = goal, decision.goal
         if goal is None:
-            return way, turns, mapper, decision.skipped
+            return driven, turns, mapper, decision.skipped
         if last is not None and math.hypot(goal.x - last.x, goal.y - last.y) < 0.3:
             explorer.mark_failed(goal)
         path = planner.plan(costmap, pose, goal.pose)
@@ -91,7 +91,7 @@ def explore(field, reach, start):
         for k in range(12 if goal.look_around else 1):
             mapper.look(goal.pose @ SE2(0.0, 0.0, k * math.pi / 6))
         turns += goal.look_around
-        pose, way = goal.pose, way + path_length(path)
+        pose, driven = goal.pose, driven + path_length(path)
     raise AssertionError("it never ends")
 
 
@@ -102,10 +102,10 @@ def explore(field, reach, start):
 )
 @pytest.mark.slow
 def test_the_hotel_is_explored_fully(field, reach, longest):
-    way, _, mapper, left = explore(field, reach, SE2(7.5, 6.0, 0.0))
+    driven, _, mapper, left = explore(field, reach, SE2(7.5, 6.0, 0.0))
     free = hotel() == 0
     assert (mapper.known[free] != 255).mean() > 0.99
-    assert way < longest
+    assert driven < longest
     assert all(one.reason for one in left)
 
 

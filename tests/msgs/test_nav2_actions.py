@@ -59,7 +59,7 @@ def test_missed_waypoints_have_another_type_in_jazzy() -> None:
     jazzy, _ = older_editions("nav2_msgs/action/FollowWaypoints")
     (missed, *_) = fields_of(jazzy.result)
     assert missed.message is not None and ros_type(missed.message) == "nav2_msgs/msg/MissedWaypoint"
-    result = FollowWaypoints_Result((WaypointStatus(FAILED, 2, POSE, 208, "no way"),), 603, "one was missed")
+    result = FollowWaypoints_Result((WaypointStatus(FAILED, 2, POSE, 208, "no path"),), 603, "one was missed")
     theirs = convert(result, jazzy.result)
     back = convert(jazzy.result.from_cdr(theirs.to_cdr()), FollowWaypoints_Result)
     (one,) = back.missed_waypoints

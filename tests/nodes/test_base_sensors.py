@@ -186,7 +186,7 @@ def test_an_old_pose_makes_it_brake_earlier() -> None:
 
 
 def test_an_age_of_the_pose_counts_for_a_second_at_most() -> None:
-    """A pose of an hour ago, or of the future, is a fault of its own; it is no way that the robot has driven."""
+    """A pose of an hour ago, or of the future, is a fault of its own; it is no distance that the robot has driven."""
     base = BaseBench(monitor=NO_SENSORS)
     base.silent |= {"lidar", "depth camera"}
     latencies = []

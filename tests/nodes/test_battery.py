@@ -79,7 +79,7 @@ def test_odd_voltages_end_in_no_exception(voltage: float) -> None:
     assert 0.0 <= status.charge <= 1.0 and status.energy >= 0.0
 
 
-def test_the_way_of_the_odometry_is_counted() -> None:
+def test_the_distance_of_the_odometry_is_counted() -> None:
     robot = Monitored()
     robot.show(0.9, 60.0, speed=0.3)
     use = robot.system.nodes["battery"]._monitor._gauge.use
@@ -185,7 +185,7 @@ def test_an_order_beyond_the_energy_is_refused_in_a_sentence() -> None:
     assert "a" in robot.now.accepted and not robot.system.nodes["navigator"].goals
     robot.battery(9.0)
     robot.publish("order", Order(("table 2",), "b"))
-    assert robot.now.state == "driving", "the way is 6 m, with its margin 7.8 m"
+    assert robot.now.state == "driving", "the route is 6 m, with its margin 7.8 m"
 
 
 def test_an_errand_beyond_the_energy_is_a_remark() -> None:

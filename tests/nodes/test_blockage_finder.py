@@ -1,4 +1,4 @@
-"""The action that finds what blocks a way: people or an obstacle, the length of another way, and where to wait."""
+"""The action that finds what blocks a path: people or an obstacle, the length of another path, and where to wait."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def closed_door(**rooms: bool) -> Rooms:
     return found
 
 
-def test_a_free_way_is_not_blocked() -> None:
+def test_a_free_path_is_not_blocked() -> None:
     rooms = Rooms()
     rooms.send_map()
     rooms.track((7, 1.0, 3.5))
@@ -144,7 +144,7 @@ def test_somebody_in_the_only_door_is_named_by_number() -> None:
     assert found.waiting_pose.header.frame_id == "", "none was requested"
 
 
-def test_the_other_way_has_its_extra_length() -> None:
+def test_the_other_path_has_its_extra_length() -> None:
     rooms = Rooms(second_door=True)
     rooms.send_map()
     rooms.mark(IN_DOOR, radius=0.25)
@@ -159,7 +159,7 @@ def test_the_other_way_has_its_extra_length() -> None:
 def test_an_obstacle_that_closes_the_door_is_nobody() -> None:
     found = closed_door().find()
     assert found.blocked and found.people.tolist() == [] and not found.alternative_path
-    assert not closed_door(second_door=True).find().blocked, "there is another way"
+    assert not closed_door(second_door=True).find().blocked, "there is another path"
 
 
 @pytest.mark.parametrize(
@@ -188,7 +188,7 @@ def test_the_place_to_wait_is_before_the_door_and_looks_at_it() -> None:
     assert abs(math.atan2(2.0 - at.y, DOOR - at.x) - at.yaw) < 0.3
 
 
-def test_marks_out_of_sight_do_not_close_the_way() -> None:
+def test_marks_out_of_sight_do_not_close_the_path() -> None:
     """The door was seen closed from near, and the robot is far from it now."""
     rooms = closed_door()
     assert rooms.find().blocked
@@ -211,7 +211,7 @@ def test_a_new_map_and_new_zones_count_at_once() -> None:
     corners = tuple(Point(x, y) for x, y in ((3.5, 0.0), (4.5, 0.0), (4.5, 4.0), (3.5, 4.0)))
     header = Header.of(0, "map")
     rooms.send("zones", MapZones(header, (MapZone("works", KEEP_OUT, corners),)))
-    assert not rooms.find().blocked, "without the person no way leads there, either"
+    assert not rooms.find().blocked, "without the person no path leads there, either"
     rooms.send("zones", MapZones(header))
     assert rooms.find().blocked
     walled = two_rooms(door=1.0)
@@ -221,7 +221,7 @@ def test_a_new_map_and_new_zones_count_at_once() -> None:
     assert not rooms.find(where=True).blocked
 
 
-def test_what_occupies_the_goal_is_found_beside_a_free_way() -> None:
+def test_what_occupies_the_goal_is_found_beside_a_free_path() -> None:
     rooms = Rooms()
     rooms.send_map()
     assert not rooms.find().goal_occupied

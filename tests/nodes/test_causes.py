@@ -32,7 +32,7 @@ def test_statuses_become_causes_with_one_number_each() -> None:
     runner.loop.publish("stop_status", EmergencyStopStatus(active=True, description="Pressed."), "base")
     runner.run(2.0)
     runner.loop.publish("stop_status", EmergencyStopStatus(), "base")
-    for state, reason in (("driving", ""), ("idle", "No way.")):
+    for state, reason in (("driving", ""), ("idle", "No path.")):
         runner.loop.publish("navigation_status", NavigationStatus(state=state, reason=reason), "navigator")
     runner.run(0.1)
     causes = runner.messages("causes")
@@ -43,7 +43,7 @@ def test_statuses_become_causes_with_one_number_each() -> None:
     ]
     assert [cause.id for cause in causes] == [1, 1, 2]
     assert causes[1].numbers[0].name == "duration"
-    assert causes[2].sentence.startswith("The goal was aborted: no way.")
+    assert causes[2].sentence.startswith("The goal was aborted: no path.")
 
 
 def ring(runner: NodeRunner, distance: float, seconds: float) -> None:
@@ -93,7 +93,7 @@ def plan_to(runner: NodeRunner, x: float, y: float) -> None:
     runner.run(0.2)
 
 
-def test_a_planner_without_a_way_names_what_closes_it() -> None:
+def test_a_planner_without_a_path_names_what_closes_it() -> None:
     kinds_of_nodes = {
         "planner": "chefbot.nodes.planner:PlannerNode",
         "causes": "chefbot.nodes.causes.chains:CausesNode",

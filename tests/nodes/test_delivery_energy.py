@@ -1,4 +1,4 @@
-"""What a delivery round knows of its ways: their lengths over the stops, and the nearest place to park."""
+"""What a delivery round knows of its routes: their lengths over the stops, and the nearest place to park."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ROBOT_POSE = SE2(1.0, 2.0, 0.0)
 PLACES = {"home": SE2(1.0, 1.0, 0.0), "table_1": SE2(3.0, 2.0, 0.0), "table_2": SE2(6.0, 2.0, 0.0)}
 
 
-class Ways(DeliveryEnergyNode):
+class RoutesOnly(DeliveryEnergyNode):
     """The base class alone."""
 
     params: DeliveryParams
@@ -34,8 +34,8 @@ class Floor(NodeRunner):
     """Two rooms with a door, the robot in the left one, and three places."""
 
     def __init__(self) -> None:
-        super().__init__({"ways": f"{__name__}:Ways"}, {})
-        self.node: Any = self.system.nodes["ways"]
+        super().__init__({"routes": f"{__name__}:RoutesOnly"}, {})
+        self.node: Any = self.system.nodes["routes"]
 
     def send(self, topic: str, message: Any) -> None:
         self.loop.publish(topic, message, "test", from_device=True)
@@ -64,7 +64,7 @@ def floor() -> Floor:
     return Floor().send_map().send_places(**PLACES).localize()
 
 
-def test_a_way_leads_from_the_robot_over_all_stops(floor: Floor) -> None:
+def test_a_route_leads_from_the_robot_over_all_stops(floor: Floor) -> None:
     assert floor.length("table_1") == pytest.approx(2.0, rel=0.1)
     assert floor.length("table_2") == pytest.approx(5.0, rel=0.1)
     assert floor.length("table_1", "table_2") == pytest.approx(2.0 + 3.0, rel=0.1)
@@ -76,14 +76,14 @@ def test_a_stop_may_be_a_pose(floor: Floor) -> None:
     assert floor.length(pose, "table_1") == floor.length("table_2", "table_1")
 
 
-def test_a_way_follows_the_rooms(floor: Floor) -> None:
+def test_a_route_follows_the_rooms(floor: Floor) -> None:
     """From one side of the wall to the other it leads down to the door, and near walls it costs more."""
     floor.send_places(table_1=SE2(4.7, 3.4, 0.0)).localize(SE2(3.3, 3.4, 0.0))
     around = 2.0 * math.hypot(0.7, 1.0)
     assert around <= floor.length("table_1") <= 1.7 * around
 
 
-def test_no_stop_is_no_way(floor: Floor) -> None:
+def test_no_stop_is_no_route(floor: Floor) -> None:
     assert floor.length() == 0.0
 
 
@@ -95,14 +95,14 @@ def test_without_map_pose_or_place_the_length_is_not_known() -> None:
     assert floor.length("table_1") > 0.0
 
 
-def test_ways_are_those_of_the_latest_map(floor: Floor) -> None:
+def test_routes_are_those_of_the_latest_map(floor: Floor) -> None:
     before = floor.length("table_2")
     floor.send_map(walled(8.0, 4.0))
     assert floor.length("table_2") == pytest.approx(5.0, rel=0.02) and before >= floor.length("table_2")
     closed = two_rooms(door=1.0)
     closed.cells[:, 80:84] = 100
     floor.send_map(closed)
-    assert floor.length("table_2") == pytest.approx(1.5 * 5.0), "half as much again where no way is known"
+    assert floor.length("table_2") == pytest.approx(1.5 * 5.0), "half as much again where no path is known"
 
 
 def test_a_parking_place_is_at_a_wall_and_the_nearest(floor: Floor) -> None:

@@ -10,7 +10,7 @@ import pytest
 from tests.nodes.test_delivery import DeliveryRunner
 from tests.planning.rooms import RESOLUTION, WALL, walled
 
-from chefbot.delivery.status_messages import QUEUE_CHANGED, WAY_NOT_KNOWN
+from chefbot.delivery.status_messages import QUEUE_CHANGED, ROUTES_NOT_KNOWN
 from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import BatteryStatus, Order, Place, Places, RoundForecast
@@ -62,16 +62,16 @@ class Restaurant(DeliveryRunner):
         return [remark.data for remark in self.messages("delivery/remark")]
 
 
-def test_the_forecast_has_the_way_over_all_stops() -> None:
+def test_the_forecast_has_the_route_over_all_stops() -> None:
     restaurant = Restaurant(stop_time=50.0).order("table_5", "table_9")
     restaurant.until("loading", "kitchen")
     restaurant.put("kitchen")
     forecast = restaurant.forecast
     assert [stop.place for stop in forecast.stops] == ["table_5", "table_9", "home"]
     assert forecast.order_id == "a" and forecast.header.frame_id == "map"
-    ways = [stop.distance for stop in forecast.stops]
-    assert ways == pytest.approx([4.0, 8.0, 8.0 + math.hypot(7.5, 1.0)], abs=0.2)
-    pace = (forecast.stops[1].time - forecast.stops[0].time - 50.0) / (ways[1] - ways[0])
+    distances = [stop.distance for stop in forecast.stops]
+    assert distances == pytest.approx([4.0, 8.0, 8.0 + math.hypot(7.5, 1.0)], abs=0.2)
+    pace = (forecast.stops[1].time - forecast.stops[0].time - 50.0) / (distances[1] - distances[0])
     assert 1.0 < pace < 10.0, "50 s at the table, and some seconds a metre"
     assert all(stop.charge == -1.0 for stop in forecast.stops)
 
@@ -112,7 +112,7 @@ def test_the_battery_is_forecast_from_its_status() -> None:
     assert 0.8 > charges[0] > charges[1] > charges[2] > 0.5
 
 
-def test_the_ways_are_those_of_the_latest_map() -> None:
+def test_the_routes_are_those_of_the_latest_map() -> None:
     restaurant = Restaurant().order("table_5", "table_9")
     restaurant.until("loading", "kitchen")
     restaurant.put("kitchen")
@@ -159,6 +159,6 @@ def test_what_cannot_be_sorted_is_refused_with_a_reason() -> None:
     restaurant.publish("round_shortest", String("a"))
     restaurant.order(*(f"table_{x}" for x in range(2, 16)))
     restaurant.publish("round_shortest", String("a"))
-    assert restaurant.remarks()[0] == WAY_NOT_KNOWN and "12 tables" in restaurant.remarks()[1]
+    assert restaurant.remarks()[0] == ROUTES_NOT_KNOWN and "12 tables" in restaurant.remarks()[1]
     assert restaurant.now.queue == tuple(f"table_{x}" for x in range(2, 16))
     restaurant.publish("loaded", Empty())

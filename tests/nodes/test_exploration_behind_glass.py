@@ -62,7 +62,7 @@ class Glazed(Node):
         if pose.x < GLASS:
             return NavigateToPose_Result()
         self.failed.append(pose)
-        return NavigateToPose_Result(208, "No way leads there.")
+        return NavigateToPose_Result(208, "No path leads there.")
 
 
 def explored(*, glass_on_costmap: bool) -> tuple[list[SE2], bool]:

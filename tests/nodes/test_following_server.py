@@ -45,7 +45,7 @@ class StraightDriver(Node):
     ) -> nav2.ComputePathToPose_Result:
         await self.sleep(0.05)
         if not self.finds_paths:
-            return nav2.ComputePathToPose_Result(error_code=208, error_msg="no way leads there")
+            return nav2.ComputePathToPose_Result(error_code=208, error_msg="no path leads there")
         return nav2.ComputePathToPose_Result(Path(goal.goal.header, (goal.goal,)))
 
     async def on_follow_path(self, goal: nav2.FollowPath_Goal, _: Any) -> nav2.FollowPath_Result:
@@ -215,7 +215,7 @@ def test_a_robot_without_path_or_pose_aborts_with_a_reason(monkeypatch: pytest.M
     robot.send()
     robot.walk(lambda _: (3.0, 0.0), 20.0)
     assert robot.outcome.result.error_code == FAILED_TO_CONTROL
-    assert robot.outcome.result.error_msg == "no way leads there"
+    assert robot.outcome.result.error_msg == "no path leads there"
     robot.system.transforms.clear()
     robot.send()
     robot.run(0.5)

@@ -1,4 +1,4 @@
-"""Plans through passages in which the body just fits: only where the map has no wider way, and with a lidar only."""
+"""Plans through passages in which the body just fits: only where the map has no wider path, and with a lidar only."""
 
 from __future__ import annotations
 
@@ -66,15 +66,15 @@ class Room:
         return float(path[np.argmin(np.abs(path[:, 0])), 1])
 
 
-def test_a_narrow_passage_that_is_the_only_way_is_taken() -> None:
+def test_a_narrow_passage_that_is_the_only_path_is_taken() -> None:
     assert Room(near=NARROW_WIDTH).crosses_at() == pytest.approx(0.0, abs=0.05)
 
 
-def test_a_wider_way_is_preferred_though_it_is_longer() -> None:
+def test_a_wider_path_is_preferred_though_it_is_longer() -> None:
     assert Room(near=NARROW_WIDTH, far=CLEAR_WIDTH).crosses_at() == pytest.approx(2.0, abs=0.3)
 
 
-def test_what_closes_the_wider_way_may_leave() -> None:
+def test_what_closes_the_wider_path_may_leave() -> None:
     room = Room(near=NARROW_WIDTH, far=CLEAR_WIDTH)
     room.close_far_gap()
     assert room.plan().error_code != 0

@@ -1,4 +1,4 @@
-"""A navigator whose way is blocked: it waits, requests to pass, and goes on when the way is free."""
+"""A navigator whose path is blocked: it waits, requests to pass, and goes on when the path is free."""
 
 from __future__ import annotations
 
@@ -134,14 +134,14 @@ def test_it_gives_up_after_its_patience_and_not_before(
 
 
 @pytest.mark.parametrize(("extra_length", "waits"), [(2.0, False), (12.0, True)])
-def test_the_quicker_of_two_ways_is_chosen_with_its_numbers(
+def test_the_quicker_of_two_paths_is_chosen_with_its_numbers(
     extra_length: float, waits: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(BlockedPlanner, "follows", 20.0)
     items = published(8.0, monkeypatch, free=100.0, extra_length=extra_length)
     assert any(one.state == "waiting" for one in statuses(items)) == waits
     causes = [one.message for one in items if isinstance(one.message, Cause)]
-    decided = [one for one in causes if one.check == "blocked way" and one.kind in ("stop", "detour")][-1]
+    decided = [one for one in causes if one.check == "blocked path" and one.kind in ("stop", "detour")][-1]
     assert decided.kind == ("stop" if waits else "detour")
     assert {"waited", "stood", "expected wait", "detour"} <= {one.name for one in decided.numbers}
 
@@ -180,7 +180,7 @@ class Waiter(PathWaitingNode):
         self.states.append((state, reason))
 
 
-class Ways(Node):
+class PathPlanner(Node):
     """A planner that finds what a test sets in the way."""
 
     params: NoParams
@@ -191,11 +191,11 @@ class Ways(Node):
         return self.found
 
 
-class Way(NodeRunner):
+class PathAhead(NodeRunner):
     """A robot at the origin of odom, which looks along x, and a planner that knows what is in its way."""
 
     def __init__(self, *, planner: bool = True, params: NavigatorParams | None = None) -> None:
-        nodes = {"waiter": f"{__name__}:Waiter"} | ({"planner": f"{__name__}:Ways"} if planner else {})
+        nodes = {"waiter": f"{__name__}:Waiter"} | ({"planner": f"{__name__}:PathPlanner"} if planner else {})
         super().__init__(nodes, {})
         self.waiter: Any = self.system.nodes["waiter"]
         self.planner: Any = self.system.nodes.get("planner")
@@ -246,20 +246,20 @@ class Way(NodeRunner):
     ],
 )
 def test_only_some_errors_may_be_people_in_the_way(code: int, alone: bool, among_people: bool) -> None:
-    way = Way()
-    assert way.waiter._may_be_blocked(code) == alone
-    way.stand(9.0, 0.1)
-    assert way.waiter._may_be_blocked(code) == among_people
+    path = PathAhead()
+    assert path.waiter._may_be_blocked(code) == alone
+    path.stand(9.0, 0.1)
+    assert path.waiter._may_be_blocked(code) == among_people
 
 
 def test_a_planner_that_does_not_answer_finds_nothing() -> None:
-    way = Way(planner=False)
-    way.waiter.look()
-    way.run(ANSWER_TIMEOUT - 0.2)
-    assert way.waiter.results == []
-    way.run(0.4)
-    assert way.waiter.results == [None]
-    assert len(way.messages("find_blockage/_action/cancel_goal")) == 1
+    path = PathAhead(planner=False)
+    path.waiter.look()
+    path.run(ANSWER_TIMEOUT - 0.2)
+    assert path.waiter.results == []
+    path.run(0.4)
+    assert path.waiter.results == [None]
+    assert len(path.messages("find_blockage/_action/cancel_goal")) == 1
 
 
 @pytest.mark.parametrize(("error", "x", "waits"), [
@@ -267,92 +267,92 @@ def test_a_planner_that_does_not_answer_finds_nothing() -> None:
     (208, NEAR - 0.1, False),
 ])  # fmt: skip
 def test_somebody_before_a_held_up_robot_is_waited_for(error: int, x: float, waits: bool) -> None:
-    way = Way()
-    way.stand(x, 0.1)
-    way.waiter.look(error)
-    way.run(0.1)
-    assert (way.waiter.results[0] is not None) == waits, "although the plan is free"
+    path = PathAhead()
+    path.stand(x, 0.1)
+    path.waiter.look(error)
+    path.run(0.1)
+    assert (path.waiter.results[0] is not None) == waits, "although the plan is free"
 
 
 def test_a_step_aside_is_waited_for_some_seconds() -> None:
-    way = Way()
-    way.stand(0.8, 0.1)
-    way.waiter.wait(held_up=True)
-    way.stand(0.8, STEP_ASIDE - 0.5)
-    assert way.waiter.results == []
-    assert ("waiting", "Person 3 stands in front of the robot. Waiting.") in way.waiter.states
-    way.stand(0.8, 2.0)
-    assert way.waiter.results[0].error_code == 0, "then it tries to go on"
+    path = PathAhead()
+    path.stand(0.8, 0.1)
+    path.waiter.wait(held_up=True)
+    path.stand(0.8, STEP_ASIDE - 0.5)
+    assert path.waiter.results == []
+    assert ("waiting", "Person 3 stands in front of the robot. Waiting.") in path.waiter.states
+    path.stand(0.8, 2.0)
+    assert path.waiter.results[0].error_code == 0, "then it tries to go on"
 
 
-def test_the_wait_ends_with_the_way_and_its_causes() -> None:
-    way = Way()
-    way.block(3)
-    way.stand(2.0, 1.5)
-    way.waiter.wait()
-    way.stand(2.0, 2.5)
-    assert way.waiter.results == [] and [one.check for one in way.causes] == ["blocked way"]
-    way.free()
-    way.stand(2.0, 1.1)
-    assert way.waiter.results[0].error_code == 0
-    assert [one.kind for one in way.messages("cause_reports")][-1] == "end"
-    assert way.waiter.states[0] == ("driving", ""), "a recovery behavior is over"
+def test_the_wait_ends_with_the_path_and_its_causes() -> None:
+    path = PathAhead()
+    path.block(3)
+    path.stand(2.0, 1.5)
+    path.waiter.wait()
+    path.stand(2.0, 2.5)
+    assert path.waiter.results == [] and [one.check for one in path.causes] == ["blocked path"]
+    path.free()
+    path.stand(2.0, 1.1)
+    assert path.waiter.results[0].error_code == 0
+    assert [one.kind for one in path.messages("cause_reports")][-1] == "end"
+    assert path.waiter.states[0] == ("driving", ""), "a recovery behavior is over"
 
 
-def test_a_wait_without_another_way_ends_with_the_patience() -> None:
+def test_a_wait_without_another_path_ends_with_the_patience() -> None:
     params = NavigatorParams(waiting=WaitingParams(patience=10.0))
-    way = Way(params=params)
-    way.block(3)
-    way.waiter.wait()
-    way.stand(2.0, 9.5)
-    assert way.waiter.results == []
-    way.stand(2.0, 2.0)
-    (result,) = way.waiter.results
+    path = PathAhead(params=params)
+    path.block(3)
+    path.waiter.wait()
+    path.stand(2.0, 9.5)
+    assert path.waiter.results == []
+    path.stand(2.0, 2.0)
+    (result,) = path.waiter.results
     assert result.error_code == NO_PATH and "there is no other path" in result.error_msg
 
 
 def test_requests_are_repeated_at_their_period() -> None:
-    way = Way(params=AGAIN)
-    way.block(3)
-    way.stand(2.0, 1.5)
-    way.waiter.wait()
-    way.stand(2.0, 15.0)
-    assert way.requested == pytest.approx([4.5, 9.5, 14.5], abs=0.15)
-    assert [one.check for one in way.causes] == ["blocked way", "blocked way, requested to pass"]
-    assert "Request: “May I pass, please?”" in way.waiter.states[-1][1]
+    path = PathAhead(params=AGAIN)
+    path.block(3)
+    path.stand(2.0, 1.5)
+    path.waiter.wait()
+    path.stand(2.0, 15.0)
+    assert path.requested == pytest.approx([4.5, 9.5, 14.5], abs=0.15)
+    assert [one.check for one in path.causes] == ["blocked path", "blocked path, requested to pass"]
+    assert "Request: “May I pass, please?”" in path.waiter.states[-1][1]
 
 
 def test_without_a_text_nothing_is_requested() -> None:
-    way = Way(params=NavigatorParams(waiting=WaitingParams(request="", request_after=0.0)))
-    way.block(3)
-    way.waiter.wait()
-    way.stand(2.0, 5.0)
-    assert way.requested == [] and "Request" not in way.waiter.states[-1][1]
+    path = PathAhead(params=NavigatorParams(waiting=WaitingParams(request="", request_after=0.0)))
+    path.block(3)
+    path.waiter.wait()
+    path.stand(2.0, 5.0)
+    assert path.requested == [] and "Request" not in path.waiter.states[-1][1]
 
 
 @pytest.mark.parametrize(("pause", "requests"), [(4.0, 1), (12.0, 0)])
 def test_waits_that_follow_closely_count_as_one(pause: float, requests: int) -> None:
-    way = Way(params=AGAIN)
-    way.block(3)
-    way.waiter.wait()
-    way.stand(2.0, 2.0)
-    way.free()
-    way.stand(2.0, pause)
-    way.block(3)
-    way.waiter.wait()
-    way.stand(2.0, 1.5)
-    assert len(way.requested) == requests, "the first wait was 2 s, the request comes after 3 s"
+    path = PathAhead(params=AGAIN)
+    path.block(3)
+    path.waiter.wait()
+    path.stand(2.0, 2.0)
+    path.free()
+    path.stand(2.0, pause)
+    path.block(3)
+    path.waiter.wait()
+    path.stand(2.0, 1.5)
+    assert len(path.requested) == requests, "the first wait was 2 s, the request comes after 3 s"
 
 
-def test_the_other_way_around_people_is_a_cause_if_it_is_long() -> None:
+def test_the_other_path_around_people_is_a_cause_if_it_is_long() -> None:
     for extra_length, notable in ((0.9, False), (1.1, True)):
-        way = Way()
-        way.stand(2.0, 20.0)
-        way.block(3, extra_length=extra_length)
-        way.waiter.look()
-        way.run(0.1)
-        assert way.waiter.results == [None]
-        assert [one.kind for one in way.causes] == (["detour"] if notable else [])
+        path = PathAhead()
+        path.stand(2.0, 20.0)
+        path.block(3, extra_length=extra_length)
+        path.waiter.look()
+        path.run(0.1)
+        assert path.waiter.results == [None]
+        assert [one.kind for one in path.causes] == (["detour"] if notable else [])
 
 
 @pytest.mark.parametrize(
@@ -367,11 +367,11 @@ def test_the_other_way_around_people_is_a_cause_if_it_is_long() -> None:
 def test_a_cause_names_the_cell_unless_somebody_walks_there(
     people: tuple[int, ...], standing: bool, sensor: str, located: bool
 ) -> None:
-    way = Way()
-    way.stand(2.0, 3.0, standing=standing)
-    way.block(*people, sensor=sensor)
-    way.waiter.wait()
-    way.run(0.2)
-    (cause,) = way.causes
+    path = PathAhead()
+    path.stand(2.0, 3.0, standing=standing)
+    path.block(*people, sensor=sensor)
+    path.waiter.wait()
+    path.run(0.2)
+    (cause,) = path.causes
     assert cause.kind == "stop" and cause.located == located
     assert not located or (cause.sensor, cause.header.frame_id, cause.point.x) == ("lidar", "map", 2.0)

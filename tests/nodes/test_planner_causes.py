@@ -1,4 +1,4 @@
-"""What a node that plans reports: detours, occupied goals, and the obstacle, zone or lane that closes a way."""
+"""What a node that plans reports: detours, occupied goals, and the obstacle, zone or lane that closes a path."""
 # ruff: noqa: ARG002 (a planner with the interface of all)
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def line(*poses: SE2) -> Path:
 
 
 def around(away: float) -> Path:
-    """Return a way that leads from START to GOAL past a point that far beside the straight one."""
+    """Return a path that leads from START to GOAL past a point that far beside the straight one."""
     return line(START, SE2(3.0, 2.0 + away, 0.0), GOAL)
 
 
@@ -155,7 +155,7 @@ def test_other_plans_are_no_detours(away: float, marked: bool, goal: SE2) -> Non
 BUFFET = zone("buffet", KEEP_OUT, (2.5, 1.5, 3.5, 2.5))
 
 
-def test_a_zone_on_the_straight_way_is_reported_once_for_a_goal() -> None:
+def test_a_zone_on_the_straight_path_is_reported_once_for_a_goal() -> None:
     hall = Hall(BUFFET)
     for _ in range(2):
         (cause,) = hall.plan(around(1.5))
@@ -174,15 +174,15 @@ def test_half_a_metre_more_is_notable(away: float, reported: bool) -> None:
     assert bool(Hall(BUFFET).plan(around(away))) == reported
 
 
-def test_zones_beside_the_way_and_closed_maps_are_no_cause() -> None:
+def test_zones_beside_the_path_and_closed_maps_are_no_cause() -> None:
     assert Hall(zone("corner", KEEP_OUT, (0.2, 0.2, 0.6, 0.6))).plan(around(1.5)) == []
-    assert Hall(BUFFET).plan(around(1.5), closed=True) == [], "the map itself has no other way"
+    assert Hall(BUFFET).plan(around(1.5), closed=True) == [], "the map itself has no other path"
     hall = Hall(zone("corner", KEEP_OUT, (0.2, 0.2, 0.6, 0.6)))
     hall.mark(3.02, 2.02)
     assert hall.plan(around(1.5)) == [], "what a sensor has marked is no zone"
 
 
-def test_a_lane_against_the_straight_way_is_named() -> None:
+def test_a_lane_against_the_straight_path_is_named() -> None:
     west = zone("exit", ONE_WAY, (2.5, 1.0, 3.5, 3.0), math.pi)
     (cause,) = Hall(west).plan(around(1.5))
     assert cause.sentence.endswith("longer because of the one-way lane exit.") and not cause.located
@@ -244,7 +244,7 @@ def test_outside_the_map_no_obstacle_is_named(failure: PlanningFailure) -> None:
     assert not hall.fail(failure).located
 
 
-def test_without_a_way_the_first_obstacle_on_the_maps_is_named() -> None:
+def test_without_a_path_the_first_obstacle_on_the_maps_is_named() -> None:
     hall = Hall()
     hall.mark(4.02, 2.02)
     hall.mark(3.02, 2.02)
@@ -254,7 +254,7 @@ def test_without_a_way_the_first_obstacle_on_the_maps_is_named() -> None:
     assert not hall.fail(PlanningFailure.NO_VALID_PATH, closed=True).located, "the map has none either"
 
 
-def test_a_lane_is_named_where_no_obstacle_closes_the_way() -> None:
+def test_a_lane_is_named_where_no_obstacle_closes_the_path() -> None:
     west = zone("exit", ONE_WAY, (2.5, 1.0, 3.5, 3.0), math.pi)
     hall = Hall(west)
     sentence = hall.fail(PlanningFailure.NO_VALID_PATH).sentence

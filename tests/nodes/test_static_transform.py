@@ -35,7 +35,7 @@ def test_the_transform_is_published_with_the_present_time() -> None:
     assert one.messages("tf_static") == [], "/tf_static belongs to the robot's own frames"
 
 
-def test_the_inverse_way_through_the_tree_is_the_inverse() -> None:
+def test_the_inverse_path_through_the_tree_is_the_inverse() -> None:
     one = runner(frame="map", child="odom", x=1.0, y=-2.0, yaw=0.5)
     one.run(0.2)
     there = one.system.transforms.lookup("odom", "map")

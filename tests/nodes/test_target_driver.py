@@ -53,7 +53,7 @@ class Servers(Node):
         self.planned.append(goal.goal.pose.se2)
         await self.sleep(0.1)
         if self.plan_error:
-            return nav2.ComputePathToPose_Result(error_code=self.plan_error, error_msg="No way.")
+            return nav2.ComputePathToPose_Result(error_code=self.plan_error, error_msg="No path.")
         return nav2.ComputePathToPose_Result(Path(goal.goal.header, (goal.goal,)))
 
     async def on_follow_path(self, goal: nav2.FollowPath_Goal, _: Any) -> nav2.FollowPath_Result:
@@ -146,7 +146,7 @@ def test_it_tries_again_until_its_patience_ends(errors: dict[str, int]) -> None:
     drive.to(NEAR, PATIENCE - 2.0)
     assert drive.driver._fault == "" and len(drive.servers.planned) > 4
     drive.to(NEAR, 8.0)
-    assert drive.driver._fault == ("No way." if "plan_error" in errors else "Stuck.")
+    assert drive.driver._fault == ("No path." if "plan_error" in errors else "Stuck.")
 
 
 def test_a_path_that_was_followed_restores_the_patience() -> None:
@@ -157,7 +157,7 @@ def test_a_path_that_was_followed_restores_the_patience() -> None:
     assert drive.driver._fault == ""
     drive.servers.plan_error = 208
     drive.to(FAR, PATIENCE + 4.0)
-    assert drive.driver._fault == "No way."
+    assert drive.driver._fault == "No path."
 
 
 def test_standing_cancels_the_plan_or_the_path() -> None:

@@ -28,7 +28,7 @@ SPEED = 0.5
 
 
 class LineNavigator(Node):
-    """Drives along x at SPEED; to negative x no way leads, and beyond 100 m the emergency stop is pressed."""
+    """Drives along x at SPEED; to negative x no path leads, and beyond 100 m the emergency stop is pressed."""
 
     params: NoParams
     navigate_to_pose = action_server(nav2.NavigateToPose)
@@ -43,7 +43,7 @@ class LineNavigator(Node):
         target = goal.pose.pose.position.x
         self.goals.append(target)
         if target < 0.0:
-            return nav2.NavigateToPose_Result(208, "no way leads there")
+            return nav2.NavigateToPose_Result(208, "no path leads there")
         if target > 100.0:
             return nav2.NavigateToPose_Result(106, REFUSED)
         while self.x != target:
@@ -107,7 +107,7 @@ def test_a_missed_waypoint_is_reported_and_the_next_one_follows() -> None:
     (missed,) = outcome.result.missed_waypoints
     assert outcome.status == STATUS_SUCCEEDED and outcome.result.error_code == 0
     assert (missed.waypoint_index, missed.waypoint_status, missed.error_code) == (1, nav2.FAILED, 208)
-    assert missed.error_msg == "no way leads there"
+    assert missed.error_msg == "no path leads there"
 
 
 def test_stop_on_failure_ends_at_a_missed_waypoint() -> None:
@@ -193,7 +193,7 @@ def test_poses_are_driven_through_without_a_stop() -> None:
 @pytest.mark.parametrize(
     ("poses", "code"),
     [([], 9100), ([pose(1.0, "cloud")], 202), ([pose(math.nan)], 204), ([pose(-1.0)], 208)],
-    ids=["none", "unknown frame", "not a number", "no way"],
+    ids=["none", "unknown frame", "not a number", "no path"],
 )
 def test_poses_without_a_path_abort_with_a_reason(poses: list[PoseStamped], code: int) -> None:
     nodes = runner()

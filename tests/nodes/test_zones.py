@@ -152,7 +152,7 @@ def test_a_plan_leads_round_a_keep_out_zone_and_names_it() -> None:
     assert len([one for one in runner.messages("cause_reports") if one.kind == "detour"]) == 1
 
 
-def test_without_a_way_the_zone_is_named() -> None:
+def test_without_a_path_the_zone_is_named() -> None:
     runner = planner(zone("buffet", KEEP_OUT, SOUTH), zone("stairs", KEEP_OUT, NORTH))
     assert plan(runner, EAST).error_code == 208
     (cause,) = [one for one in runner.messages("cause_reports") if one.kind == "failure"]
@@ -166,7 +166,7 @@ def test_a_goal_in_a_keep_out_zone_fails_with_its_name() -> None:
     assert cause.sensor == "keep-out zone buffet"
 
 
-def test_a_lane_that_closes_the_way_is_named() -> None:
+def test_a_lane_that_closes_the_path_is_named() -> None:
     west = 3.14159265
     runner = planner(zone("exit", ONE_WAY, SOUTH, direction=west), zone("stairs", KEEP_OUT, NORTH))
     assert plan(runner, EAST).error_code == 208

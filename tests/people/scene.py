@@ -56,7 +56,7 @@ def observe(discs: list[Disc], rng: np.random.Generator | None = None) -> Observ
 
 
 class Walk:
-    """A tracker that watches people on straight ways, each (x, y, vx, vy); time in seconds."""
+    """A tracker that watches people on straight paths, each (x, y, vx, vy); time in seconds."""
 
     def __init__(
         self, tracker: PeopleTracker, people: list[tuple[float, float, float, float]], seed: int = 1

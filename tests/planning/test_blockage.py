@@ -1,4 +1,4 @@
-"""What blocks a way: people, an obstacle that may go away, or the map itself; and where to wait."""
+"""What blocks a path: people, an obstacle that may go away, or the map itself; and where to wait."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ def floor() -> Floor:
     return Floor(two_rooms(door=1.0))
 
 
-def test_a_free_way_is_not_blocked_by_people_beside_it(floor: Floor) -> None:
+def test_a_free_path_is_not_blocked_by_people_beside_it(floor: Floor) -> None:
     assert floor.blockage() is None
     floor.mark(1.0, 3.5)
     assert floor.blockage(people=[(1.0, 3.5)]) is None
 
 
-def test_people_in_the_only_door_block_the_way(floor: Floor) -> None:
+def test_people_in_the_only_door_block_the_path(floor: Floor) -> None:
     places = [(3.6, 2.0), (4.4, 2.0), (1.0, 3.6)]
     for place in places:
         floor.mark(*place)
@@ -67,7 +67,7 @@ def test_people_in_the_only_door_block_the_way(floor: Floor) -> None:
     assert 3.6 - 0.8 < 1.0 + found.distance < 3.6
 
 
-def test_a_closed_door_blocks_the_way_but_is_nobody(floor: Floor) -> None:
+def test_a_closed_door_blocks_the_path_but_is_nobody(floor: Floor) -> None:
     for y in np.arange(1.5, 2.55, 0.1):
         floor.mark(4.0, float(y), 0.1)
     found = floor.blockage(people=[(1.0, 3.5)])
@@ -82,7 +82,7 @@ def test_a_wall_of_the_map_is_no_blockage() -> None:
     assert closed.blockage() is None
 
 
-def test_the_other_way_is_compared_with_the_blocked_one(floor: Floor) -> None:
+def test_the_other_path_is_compared_with_the_blocked_one(floor: Floor) -> None:
     cells = floor.grid.cells.copy()
     rows = slice(*(int((y - floor.grid.origin_y) / floor.grid.resolution) for y in (0.2, 1.0)))
     columns = slice(*(int((x - floor.grid.origin_x) / floor.grid.resolution) for x in (3.6, 4.4)))
@@ -105,9 +105,9 @@ def test_it_waits_before_the_doorway_and_not_in_it(floor: Floor, x: float) -> No
     search = ParkingSearch(floor.grid, RADIUS)
     costs = PathCosts(floor.layers.update(), floor.layers.static_costs())
     place = find_waiting_place(search, floor.planner.params, costs, robot, found)
-    assert place.leaves_way_open and place.pose.x < 4.0 - 0.2
+    assert place.leaves_room_to_pass and place.pose.x < 4.0 - 0.2
     cell = floor.grid.cell(place.pose.x, place.pose.y)
-    assert search.leaves_way_open(*cell, (PERSON_WIDTH,))
+    assert search.leaves_room_to_pass(*cell, (PERSON_WIDTH,))
     blocked = found.free[found.blocked]
     line = np.linspace((place.pose.x, place.pose.y), blocked[:2], 100)
     assert (floor.grid.values(line[:, 0], line[:, 1], outside=0) == 0).all(), (

@@ -1,4 +1,4 @@
-"""Which maps leave a narrow way only: the width that counts as wide, and a start within a passage."""
+"""Which maps leave a narrow path only: the width that counts as wide, and a start within a passage."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def with_gap(cells: int) -> Costmap:
 
 
 @pytest.mark.parametrize(("cells", "narrow"), [(0, True), (1, True), (2, True), (3, False), (10, False)])
-def test_a_way_is_wide_if_a_cell_on_each_side_may_be_marked(cells: int, narrow: bool) -> None:
+def test_a_path_is_wide_if_a_cell_on_each_side_may_be_marked(cells: int, narrow: bool) -> None:
     costs = with_gap(cells)
     before = costs.cells.copy()
     assert is_map_narrow(GridPlanner(), costs, START, GOAL) == narrow

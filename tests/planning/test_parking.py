@@ -28,8 +28,8 @@ def test_a_robot_near_the_door_parks_beside_it_not_in_it(x: float) -> None:
     assert place is not None
     in_door = abs(place.pose.x - 4.0) < 0.6 and abs(place.pose.y - 2.0) < 0.5
     assert not in_door
-    assert not search.leaves_way_open(*grid.cell(4.0, 2.0)), "the middle of the doorway"
-    assert not search.leaves_way_open(*grid.cell(4.0, 1.5 + RADIUS + WALL_GAP)), "the edge of the doorway"
+    assert not search.leaves_room_to_pass(*grid.cell(4.0, 2.0)), "the middle of the doorway"
+    assert not search.leaves_room_to_pass(*grid.cell(4.0, 1.5 + RADIUS + WALL_GAP)), "the edge of the doorway"
 
 
 @pytest.mark.parametrize(("width", "parks"), [(0.8, False), (1.1, False), (1.8, True)])

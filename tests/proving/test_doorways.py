@@ -195,7 +195,7 @@ def test_a_goal_that_ends_before_the_patience_is_given_up(
 ) -> None:
     passage = blocked()
     passage.stand(waits)
-    passage.publish("navigation_status", NavigationStatus(state="idle", reason="the way is blocked"))
+    passage.publish("navigation_status", NavigationStatus(state="idle", reason="the path is blocked"))
     passage.publish("navigation_status", NavigationStatus(state="driving"))
     passage.run.time += 1000.0
     passage.publish("navigation_status", NavigationStatus(state="idle"))

@@ -58,12 +58,12 @@ def test_a_goal_is_sent_in_the_map_and_timed() -> None:
 
 
 def test_a_goal_that_was_missed_is_named_with_its_reason() -> None:
-    run = FakeRun(GoTask(goals=3), PLACES, missed={"b": "no way leads there"})
+    run = FakeRun(GoTask(goals=3), PLACES, missed={"b": "no path leads there"})
     with pytest.raises(TaskFailedError, match=r"^not reached: b$"):
         go(run)
     by_place = {goal.place: goal for goal in run.goals}
     assert len(by_place) == 3, "the others are driven to nevertheless"
-    assert not by_place["b"].reached and by_place["b"].reason == "no way leads there"
+    assert not by_place["b"].reached and by_place["b"].reason == "no path leads there"
     assert by_place["b"].distance > ARRIVAL_TOLERANCE
 
 

@@ -30,7 +30,7 @@ from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.session import RmwContext
 
 POSES = tuple(PoseStamped(Header.of(0, "map"), Pose.of(SE2(float(x), 0.0, 0.0))) for x in range(3))
-MISSED = (WaypointStatus(FAILED, 2, POSES[2], 208, "no way"),)
+MISSED = (WaypointStatus(FAILED, 2, POSES[2], 208, "no path"),)
 CASES = {
     "follow_waypoints": (
         FollowWaypoints,
@@ -40,7 +40,7 @@ CASES = {
     "navigate_through_poses": (
         NavigateThroughPoses,
         NavigateThroughPoses_Feedback(number_of_poses_remaining=3, waypoint_statuses=MISSED),
-        NavigateThroughPoses_Result(208, "no way", MISSED),
+        NavigateThroughPoses_Result(208, "no path", MISSED),
     ),
 }
 

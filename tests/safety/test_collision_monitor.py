@@ -114,9 +114,9 @@ def test_the_fraction_stops_before_the_obstacle(robot: Robot, speed: float) -> N
     for gap in (0.05, 0.1, 0.3, 1.0):
         fraction = seeing(robot, (front + gap, 0.0)).check(v, 0.0, IDENTITY, SECOND, LATENCY).fraction
         f = fraction * v
-        way = f * LATENCY + f * f / (2 * PLANNED_BRAKING_FRACTION * limits.acceleration)
-        assert way <= gap - 0.02 + 1e-6
-        assert fraction == 1.0 or way >= gap - 0.02 - 0.021
+        needed = f * LATENCY + f * f / (2 * PLANNED_BRAKING_FRACTION * limits.acceleration)
+        assert needed <= gap - 0.02 + 1e-6
+        assert fraction == 1.0 or needed >= gap - 0.02 - 0.021
 
 
 def test_a_robot_beside_a_wall_drives_slowly_when_it_is_near() -> None:
@@ -226,7 +226,7 @@ def test_over_ground_that_was_never_seen_a_robot_creeps() -> None:
 
 
 @pytest.mark.parametrize("distance", [0.1, 0.02, -math.inf, math.nan])
-def test_the_ultrasonic_ranger_stops_the_way_ahead(distance: float) -> None:
+def test_the_ultrasonic_ranger_stops_the_drive_ahead(distance: float) -> None:
     one = having_looked_around()
     one.process_echo(Range(Header.of(SECOND, "ultrasonic_link"), 0, 0.5, 0.02, 4.0, distance))
     found = one.check(0.35, 0.0, IDENTITY, SECOND, LATENCY)

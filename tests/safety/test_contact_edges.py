@@ -1,4 +1,4 @@
-"""Where the closed form of the time until contact is delicate: at the skin, on straight ways, on the spot."""
+"""Where the closed form of the time until contact is delicate: at the skin, on straight paths, on the spot."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_robot_that_stands_touches_nothing(x: float) -> None:
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_straight_ways_worked_out_by_hand(sign: float) -> None:
+def test_straight_paths_worked_out_by_hand(sign: float) -> None:
     """The chord of a disc at 0.09 m beside its middle is 0.12 m long on each side."""
     for w in (0.0, 1e-6, -1e-6):
         assert disc_contact(sign * 0.62, 0.09, sign * 0.5, w, RADIUS) == pytest.approx(1.0, abs=1e-4)
@@ -68,7 +68,7 @@ def test_straight_ways_worked_out_by_hand(sign: float) -> None:
     assert polygon_contact(0.8, 0.05, -0.5, 0.0, SQUARE) == math.inf
 
 
-def test_a_slanted_edge_is_met_where_the_way_crosses_it() -> None:
+def test_a_slanted_edge_is_met_where_the_path_crosses_it() -> None:
     """A nose from 0.2 m at the sides to 0.4 m in the middle: beside the middle by half of it, 0.3 m."""
     nose = np.array([[-0.2, -0.2], [0.2, -0.2], [0.4, 0.0], [0.2, 0.2], [-0.2, 0.2]])
     for y in (0.1, -0.1):
@@ -80,15 +80,15 @@ def test_a_slanted_edge_is_met_where_the_way_crosses_it() -> None:
 @pytest.mark.parametrize("v", [0.1, 1.0, 3.0])
 @pytest.mark.parametrize(("curvature", "bends"), [(0.9e-4, False), (1e-4, True), (1.5e-4, True)])
 def test_a_tenth_of_a_millimetre_per_metre_is_no_curve(v: float, curvature: float, bends: bool) -> None:
-    """On a metre a curve of 1e-4 / m leads 0.05 mm to the side, where a post is that a straight way misses."""
+    """On a metre a curve of 1e-4 / m leads 0.05 mm to the side, where a post is that a straight path misses."""
     beside = 0.00002
     assert (disc_contact(1.0, RADIUS + beside, v, curvature * v * 1.0000001, RADIUS) < 2.0 / v) == bends
     assert (disc_contact(1.0, -RADIUS - beside, v, -curvature * v * 1.0000001, RADIUS) < 2.0 / v) == bends
     assert (polygon_contact(1.3, 0.1 + beside, v, curvature * v * 1.0000001, SQUARE) < 2.0 / v) == bends
 
 
-def test_the_limit_of_a_straight_way_itself() -> None:
-    """Without a motion a way is straight, not a turn about a point."""
+def test_the_limit_of_a_straight_path_itself() -> None:
+    """Without a motion a path is straight, not a turn about a point."""
     assert disc_contact(1.0, RADIUS + 0.00002, 1.0, 1e-4, RADIUS) < math.inf
     assert polygon_contact(1.3, 0.1 + 0.00002, 1.0, 1e-4, SQUARE) == math.inf
     assert polygon_contact(1.0, 0.0, 0.0, 0.0, SQUARE) == math.inf
@@ -100,7 +100,7 @@ FRONT_AT_ZERO = np.array([[-0.5, -0.25], [0.0, -0.25], [0.0, 0.25], [-0.5, 0.25]
 
 @pytest.mark.parametrize(("gap", "touches"), [(0.9e-6, True), (1e-6, True), (1.5e-6, False)])
 def test_a_micrometre_is_contact(gap: float, touches: bool) -> None:
-    """Beyond it the way that is left counts."""
+    """Beyond it the distance that is left counts."""
     time = polygon_contact(gap, 0.0, 0.5, 0.0, FRONT_AT_ZERO)
     assert time == (0.0 if touches else pytest.approx(gap / 0.5))
     time = disc_contact(1.0 + gap, 0.0, 0.5, 0.0, 1.0)
@@ -123,7 +123,7 @@ def test_from_a_micrometre_per_second_on_a_robot_moves(v: float, moves: bool) ->
 
 
 def test_what_a_disc_grazes_is_free_and_a_flat_front_meets_it() -> None:
-    """In numbers that binary fractions hold: beside a straight way, outside of a circle, and at a flat front."""
+    """In numbers that binary fractions hold: beside a straight path, outside of a circle, and at a flat front."""
     assert disc_contact(1.0, 0.25, 0.5, 0.0, 0.25) == math.inf == disc_contact(1.0, -0.25, 0.5, 0.0, 0.25)
     assert disc_contact(0.75, 0.5, 0.5, 1.0, 0.25) == math.inf
     flat = np.array([[0.25, -0.25], [0.5, -0.25], [0.5, 0.25], [0.25, 0.25]])

@@ -41,16 +41,16 @@ def test_closed_form_agrees_with_small_steps(seed: int) -> None:
     for _ in range(60):
         v, w = rng.uniform(-1.0, 1.0), float(rng.choice([0.0, 1e-9, rng.uniform(-2.0, 2.0)]))
         x, y = rng.uniform(-1.5, 1.5, 2)
-        way = points_in_base(x, y, v, w)
+        path = points_in_base(x, y, v, w)
         for inner, outer, found in (
             (
-                np.hypot(*way.T) < RADIUS - 0.003,
-                np.hypot(*way.T) < RADIUS + 0.003,
+                np.hypot(*path.T) < RADIUS - 0.003,
+                np.hypot(*path.T) < RADIUS + 0.003,
                 disc_contact(x, y, v, w, RADIUS),
             ),
             (
-                inside(way, POLYGON * 0.985),
-                inside(way, POLYGON * 1.015),
+                inside(path, POLYGON * 0.985),
+                inside(path, POLYGON * 1.015),
                 polygon_contact(x, y, v, w, POLYGON),
             ),
         ):

@@ -369,7 +369,7 @@ def test_a_robot_that_stands_stays_on_its_ground() -> None:
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, -2.5])
 @pytest.mark.parametrize(("v", "expected"), [(0.5, 1.0), (-0.5, 1.2), (-0.25, 2.4)])
-def test_straight_ways_end_with_the_seen_ground(yaw: float, v: float, expected: float) -> None:
+def test_straight_paths_end_with_the_seen_ground(yaw: float, v: float, expected: float) -> None:
     """From 0.4 m before or 0.3 m behind the axle to 0.9 m away; a step is a cell."""
     time = free_time(seen_disc(), v, 0.0, RECTANGLE, at(0.0, 0.0, yaw), 5.0)
     assert time == pytest.approx(expected, abs=0.25 / abs(v) * 0.6)

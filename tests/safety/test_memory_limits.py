@@ -225,7 +225,7 @@ def seen_at_random(rng: np.random.Generator, pose: Floats) -> LocalMemory:
 
 @pytest.mark.parametrize("seed", range(1, 200, 2))
 def test_the_time_on_seen_ground_is_that_of_the_exact_arc(seed: int) -> None:
-    """A point of the body, looked at a cell of its way apart, against the circle about the centre of rotation."""
+    """A point of the body, looked at a cell of its path apart, against the circle about the centre of rotation."""
     rng = np.random.default_rng(seed)
     pose = np.array([*rng.uniform(-2.0, 2.0, 2), rng.uniform(-3.0, 3.0)])
     point = rng.uniform(-0.4, 0.4, 2)

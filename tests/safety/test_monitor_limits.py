@@ -64,7 +64,7 @@ def test_a_ranger_looks_where_it_is_mounted(yaw: float, v: float) -> None:
 
 
 def test_a_ranger_may_look_to_one_side() -> None:
-    """Before the robot on its left, 35 degrees from ahead: in the way of a curve to the left only."""
+    """Before the robot on its left, 35 degrees from ahead: on the path of a curve to the left only."""
     one = monitor(ranger_at(0.1, 0.03, math.radians(35.0), 0.1))
     one.process_echo(echo(0.2))
     left = one.check(0.3, 1.5, IDENTITY, SECOND, LATENCY)
@@ -86,7 +86,7 @@ def test_an_echo_counts_at_its_distance_and_with_its_age() -> None:
     assert found.point == ("ultrasonic ranger", pytest.approx(0.28), pytest.approx(0.0), pytest.approx(0.25))
 
 
-def test_an_echo_ends_no_turn_and_no_slow_way() -> None:
+def test_an_echo_ends_no_turn_and_no_slow_drive() -> None:
     """A disc that rotates in place comes no nearer; 0.03 m before the margin are enough at 0.1 m/s."""
     one = monitor(LIDAR)
     one.process_echo(echo(0.09))
@@ -107,7 +107,7 @@ def test_a_narrow_cone_has_narrow_edges() -> None:
 
 
 def test_the_whole_cone_of_a_ranger_may_hold_the_surface() -> None:
-    """A cone of 80 degrees: its edges, 0.18 m to the sides, are beside a straight way and on that of a curve."""
+    """A cone of 80 degrees: its edges, 0.18 m to the sides, are beside a straight path and on that of a curve."""
     one = monitor(ranger_at(0.0, 0.0, 0.0, math.radians(80.0)))
     one.process_echo(echo(0.28))
     for w in (3.0, -3.0):  # on a circle of 0.1 m the body passes the middle of the cone, but not its edge
@@ -172,19 +172,19 @@ def test_backing_ends_two_cells_before_unseen_ground() -> None:
 @pytest.mark.parametrize("v", [-0.01, -0.02, -0.04, -0.1])
 @pytest.mark.parametrize("w", [0.0, 0.05, 0.5, -0.5])
 def test_a_slow_robot_does_not_back_step_by_step(v: float, w: float) -> None:
-    """The ground below it counts as seen; if it looked no farther than it brakes, it made its own way behind it."""
+    """The ground below it counts as seen; if it looked no farther than it brakes, it made its own path behind it."""
     for yaw in np.arange(0.1, 6.0, 0.4):
-        one, pose, way = monitor(CAMERA), SE2(0.013, -0.007, float(yaw)), 0.0
+        one, pose, driven = monitor(CAMERA), SE2(0.013, -0.007, float(yaw)), 0.0
         for k in range(60):
             fraction = one.check(v, w, pose, SECOND + k * 50 * MS, LATENCY).fraction
             pose = pose @ SE2(0.05 * fraction * v, 0.0, 0.05 * fraction * w)
-            way += 0.05 * fraction * abs(v)
-        assert way < 0.25 * one.zones.resolution
+            driven += 0.05 * fraction * abs(v)
+        assert driven < 0.25 * one.zones.resolution
 
 
 @pytest.mark.parametrize(("gap", "free"), [(2, True), (3, False)])
 def test_two_cells_between_rays_may_be_unseen(gap: int, free: bool) -> None:
-    """Behind the robot a strip across its way was not seen; a strip narrower than three points does not matter."""
+    """Behind the robot a strip across its path was not seen; a strip narrower than three points does not matter."""
     one = monitor(CAMERA)
     cell, seen = one.zones.resolution, one._memory
     n = seen.seen_ns.shape[1]
@@ -199,7 +199,7 @@ def test_two_cells_between_rays_may_be_unseen(gap: int, free: bool) -> None:
 
 @pytest.mark.parametrize(("gap", "free"), [(5, True), (8, False)])
 def test_ahead_half_the_width_may_be_unseen_of_late(gap: int, free: bool) -> None:
-    """A strip across the way that was seen once is new ground again for a robot as wide as twelve cells."""
+    """A strip across the path that was seen once is new ground again for a robot as wide as twelve cells."""
     one = monitor(CAMERA)
     cell, seen = one.zones.resolution, one._memory
     n = seen.seen_ns.shape[1]

@@ -83,8 +83,8 @@ def test_the_fastest_point_of_the_body_is_a_corner() -> None:
 
 def test_what_matters_lies_within_latency_and_braking() -> None:
     zones = Zones.of(DISC, 0.01, 0.02)
-    way = 0.2 * (0.1 + 0.2 / (0.6 * zones.limits.acceleration))
-    assert zones.reach_of(0.2, 0.0, 0.1) == pytest.approx(DISC.circumscribed_radius + 0.02 + way)
+    distance = 0.2 * (0.1 + 0.2 / (0.6 * zones.limits.acceleration))
+    assert zones.reach_of(0.2, 0.0, 0.1) == pytest.approx(DISC.circumscribed_radius + 0.02 + distance)
     assert zones.reach_of(0.35, 0.0, 30.0) == zones.reach
 
 
@@ -101,11 +101,11 @@ def test_a_triangle_and_a_short_side_are_outlined() -> None:
 
 @given(st.floats(0.001, 100.0), st.floats(0.0, 0.5), st.floats(0.0, 5.0))
 def test_the_safe_fraction_uses_all_the_free_time(free: float, latency: float, braking: float) -> None:
-    """f T + f^2 t_b / 2 is the way of a fraction of the twist in units of the whole twist's speed."""
+    """f T + f^2 t_b / 2 is the distance of a fraction of the twist in units of the whole twist's speed."""
     f = safe_fraction(free, latency, braking)
-    way = f * latency + f * f * braking / 2.0
-    assert 0.0 < f <= 1.0 and way <= free * (1 + 1e-6) + 1e-9
-    assert f == 1.0 or way >= free * (1 - 1e-6) - 1e-9
+    distance = f * latency + f * f * braking / 2.0
+    assert 0.0 < f <= 1.0 and distance <= free * (1 + 1e-6) + 1e-9
+    assert f == 1.0 or distance >= free * (1 - 1e-6) - 1e-9
 
 
 @pytest.mark.parametrize(

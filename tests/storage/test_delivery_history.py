@@ -45,7 +45,7 @@ def test_a_round_is_read_as_it_was_noted(history: DeliveryHistory) -> None:
     assert half.loaded and half.ended is None and [stop.outcome for stop in half.stops] == ["", "", ""]
     for place, outcome in (
         ("table_1", "taken"),
-        ("table_2", "no way"),
+        ("table_2", "no path"),
         ("table_1", "nobody"),
         ("table_9", "x"),
     ):
@@ -57,7 +57,7 @@ def test_a_round_is_read_as_it_was_noted(history: DeliveryHistory) -> None:
     assert (read.ordered_by, read.simulated, read.outcome) == ("anna", True, "At home.")
     assert [(stop.place, stop.outcome) for stop in read.stops] == [
         ("table_1", "taken"),
-        ("table_2", "no way"),
+        ("table_2", "no path"),
         ("table_1", "nobody"),
     ]
     assert read.ended and read.ended.endswith("+00:00") and all(stop.at for stop in read.stops)

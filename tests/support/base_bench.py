@@ -32,7 +32,7 @@ BEAMS, BINS = 360, 160
 class BaseBench:
     """A drive base on a loop with simulated time.
 
-    `wall`: distance along x in odom of a wall across the way ahead. `silent`: names of sensors that send nothing.
+    `wall`: distance along x in odom of a wall across the path ahead. `silent`: names of sensors that send nothing.
     `lag`: ticks by which the robot follows its commands later. Without `sensors` nothing but commands arrives.
     """
 

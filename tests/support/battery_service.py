@@ -37,8 +37,8 @@ OPEN, CLOSED = 8.0 * 3600.0, 22.0 * 3600.0
 """Hours of service, s after midnight."""
 CHARGER = 0.5
 """Current of the charger as a multiple of the capacity per hour."""
-PARKING_WAY = 4.0
-"""Way to the nearest parking place from anywhere, m."""
+PARKING_DISTANCE = 4.0
+"""Distance to the nearest parking place from anywhere, m."""
 FLAT = ((0.0, 0.0), (0.05, 0.25), (0.1, 0.38), (0.2, 0.5), (0.9, 0.62), (0.97, 0.7), (1.0, 1.0))
 """Share of the voltage range by charge of a LiFePO4 pack."""
 
@@ -186,7 +186,7 @@ class Service:
         return round(lies.get(conditions.fault, true), 3)
 
     def _move(self) -> tuple[float, float]:
-        """Drive, wait for people or stand; return the way (m) and the time in motion (s) of this step."""
+        """Drive, wait for people or stand; return the distance (m) and the time in motion (s) of this step."""
         one, leg = self._round, self._round.leg
         if self._is_dead or self._is_charging:
             return 0.0, 0.0
@@ -252,12 +252,12 @@ class Service:
         self._round.cancel()
         self._charging_at = self._time + 3600.0
 
-    # -- ways
+    # -- distances
 
     def _distance_to(self, place: str) -> float:
-        """Return the way from the robot to a place, back or on along the present leg."""
+        """Return the distance from the robot to a place, back or on along the present leg."""
         if place == PARKING_PLACE:
-            return PARKING_WAY
+            return PARKING_DISTANCE
         if self._leg_number < 0:
             return self._between(self._at, place)
         left = max(0.0, self._leg_length - self._driven)
@@ -265,7 +265,7 @@ class Service:
 
     def _between(self, a: str, b: str) -> float:
         if PARKING_PLACE in (a, b):
-            return PARKING_WAY + self._places["home"].distance(self._places["kitchen"])
+            return PARKING_DISTANCE + self._places["home"].distance(self._places["kitchen"])
         return 1.3 * self._places[a].distance(self._places[b])
 
     def _length(self, stops: tuple[Stop, ...]) -> float:
@@ -275,7 +275,7 @@ class Service:
 
     def _park(self) -> tuple[PoseStamped, float]:
         self.counts["parked"] += 1
-        return PoseStamped(Header.of(0, "map"), Pose.of(SE2(0.0, 0.0, 0.0))), PARKING_WAY
+        return PoseStamped(Header.of(0, "map"), Pose.of(SE2(0.0, 0.0, 0.0))), PARKING_DISTANCE
 
     def _on_end(self, outcome: OrderOutcome) -> None:
         if outcome.code == BATTERY_TOO_LOW:

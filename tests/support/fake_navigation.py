@@ -112,7 +112,7 @@ def path_found() -> ComputePathToPose_Result:
 
 
 def no_path() -> ComputePathToPose_Result:
-    return ComputePathToPose_Result(error_code=208, error_msg="No way leads there.")
+    return ComputePathToPose_Result(error_code=208, error_msg="No path leads there.")
 
 
 def blocked() -> FollowPath_Result:

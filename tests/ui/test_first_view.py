@@ -181,7 +181,7 @@ def test_a_round_is_changed_by_its_chips(page: Any, tab: Tab) -> None:
 
 
 def test_missed_tables_are_ordered_again_by_one_tap(page: Any, tab: Tab) -> None:
-    taken, missed = RecordedStop("table_1", "taken", NOON), RecordedStop("table_2", "<i>no way</i>", NOON)
+    taken, missed = RecordedStop("table_1", "taken", NOON), RecordedStop("table_2", "<i>no path</i>", NOON)
     rounds = (RecordedRound("anna", False, NOON, NOON, NOON, "", (taken, missed)),)
     page.server.set_layer("history", rounds)
     page.server.set_layer("delivery", DeliveryView(state="failed", step="Failed.", unserved=("table_2",)))
@@ -190,7 +190,7 @@ def test_missed_tables_are_ordered_again_by_one_tap(page: Any, tab: Tab) -> None
     tab.evaluate("document.getElementById('again').click()")
     assert page.next_command() == Deliver(["table_2"])
     listed = tab.evaluate("document.getElementById('history').textContent")
-    assert listed.endswith(", anna: Table 1 taken; Table 2 <i>no way</i>")
+    assert listed.endswith(", anna: Table 1 taken; Table 2 <i>no path</i>")
     page.server.set_layer("delivery", DeliveryView(state="loading", round_active=True))
     tab.wait_for("document.getElementById('again').hidden")
 

@@ -80,8 +80,8 @@ def test_a_note_cannot_control_a_terminal(nodes: NodeRunner) -> None:
 
 def test_a_failure_is_saved_with_what_follows(nodes: NodeRunner) -> None:
     device(nodes)._saves_failures = True
-    failed(nodes, "No way to table 3.")
-    failed(nodes, "No way to table 4.")
+    failed(nodes, "No path to table 3.")
+    failed(nodes, "No path to table 4.")
     failed(nodes, "Slower.", kind="slow")
     nodes.run(1.0)
     assert files(nodes) == []
@@ -89,12 +89,12 @@ def test_a_failure_is_saved_with_what_follows(nodes: NodeRunner) -> None:
     nodes.run(3.0)
     (path,) = files(nodes)
     incident = read_incident(path)
-    assert incident is not None and (incident.sentence, incident.by) == ("No way to table 3.", "")
+    assert incident is not None and (incident.sentence, incident.by) == ("No path to table 3.", "")
     assert "chatter" in [message.topic for message in read_log(path).messages]
 
 
 def test_a_failure_is_not_saved_unless_that_is_set(nodes: NodeRunner) -> None:
-    failed(nodes, "No way to table 3.")
+    failed(nodes, "No path to table 3.")
     nodes.run(10.0)
     assert files(nodes) == []
 

@@ -223,7 +223,7 @@ def serving(page: Any) -> Any:
     )  # fmt: skip
     stops = [("table_1", 8.0), ("table_2", 15.0), ("home", 30.0)]
     forecast = tuple(
-        RoundStopView(place=place, distance=way, time=60.0, battery=80.0) for place, way in stops
+        RoundStopView(place=place, distance=distance, time=60.0, battery=80.0) for place, distance in stops
     )
     page.server.set_layer("forecast", forecast)
     warnings = ("The lidar has sent nothing for more than 0.3 s.",)

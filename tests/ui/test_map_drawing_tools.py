@@ -39,9 +39,9 @@ def test_strokes_are_previewed_taken_back_and_saved(edited: Any) -> None:
         assert first[-1][0] > ax and first[-1][1] == pytest.approx(ay) and second[0][1] < ay
         assert (preview.brush, preview.width) == ("wall", 0.1)
         edited.server.set_layer(
-            "edit", MapEditResult(preview.id, description="No way from the robot to: bar.")
+            "edit", MapEditResult(preview.id, description="No path from the robot to: bar.")
         )
-        tab.wait_for(f"{text_of('drawing-effects')} === 'No way from the robot to: bar.'")
+        tab.wait_for(f"{text_of('drawing-effects')} === 'No path from the robot to: bar.'")
         tab.evaluate("document.getElementById('stroke-back').click()")
         tab.evaluate("document.getElementById('brush-value').value = 'free'")
         tab.evaluate("document.getElementById('drawing-save').click()")

@@ -67,9 +67,9 @@ def test_the_effect_of_a_zone_is_shown_before_it_is_saved(edited: Any) -> None:
         (ax, ay), (bx, by), (cx, cy) = preview.corners
         assert ax < bx == pytest.approx(cx) and ay == pytest.approx(by) and cy < by
         edited.server.set_layer(
-            "edit", MapEditResult(preview.id, description="No way from the robot to: table_2.")
+            "edit", MapEditResult(preview.id, description="No path from the robot to: table_2.")
         )
-        tab.wait_for(f"{text_of('zone-effects')} === 'No way from the robot to: 窗边 二.'")
+        tab.wait_for(f"{text_of('zone-effects')} === 'No path from the robot to: 窗边 二.'")
         tab.evaluate("document.getElementById('zone-save').click()")
         saved = edited.next_command()
         assert isinstance(saved, do.PutZone) and saved.corners == preview.corners and not saved.preview

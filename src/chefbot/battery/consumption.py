@@ -50,7 +50,7 @@ class Consumption(NamedTuple):
 
 
 class Window(NamedTuple):
-    """A part of the log: its duration and the time in motion (s), the way driven (m), and the energy used (J).
+    """A part of the log: its duration and the time in motion (s), the distance driven (m), and the energy used (J).
 
     by_current: whether the energy was measured by the current, not by the fall of the voltage.
     """

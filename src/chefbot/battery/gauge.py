@@ -32,7 +32,7 @@ STANDING_TIME, RELAXATION_TIME = 180.0, 60.0
 """Time that a robot has to stand before a rise is accepted, s, and its first part, in which the voltage recovers from
 the load of the drive and nothing is concluded from it."""
 STANDING_DISTANCE = 0.02
-"""Way in that time up to which a robot stands, m: noise of the odometry."""
+"""Distance driven in that time up to which a robot stands, m: noise of the odometry."""
 FROZEN_USE = 0.015
 """Share of the charge that is used while the voltage shows the same number, from which it is frozen."""
 VERIFIED_USE = 0.03
@@ -53,7 +53,7 @@ TOO_LOW = "The battery's voltage is lower than its use explains ({:.0f} %, not {
 class Reading(NamedTuple):
     """A measurement: time (s), voltage (V), current drawn (A, NaN where not measured).
 
-    distance: way since the last reading, m. moving: time in motion since then, s. charging: as the board reports it.
+    distance: driven since the last reading, m. moving: time in motion since then, s. charging: reported by the board.
     """
 
     time: float
@@ -95,7 +95,7 @@ class ChargeGauge:
         self._last: Reading | None = None
         self._recent = _RecentCharge()
         self._has_risen = False
-        self._way = 0.0
+        self._distance = 0.0
         self._frozen = EnergyUse()
         self.is_frozen = False
         self._consumption = Consumption(0.0, 0.0, 1.0)
@@ -170,8 +170,8 @@ class ChargeGauge:
         if self._anchor is None:
             self._set_first_anchor()
         self._check_frozen(reading, previous, use)
-        self._way += reading.distance
-        self._recent.add(reading.time, self._way, self._quick)
+        self._distance += reading.distance
+        self._recent.add(reading.time, self._distance, self._quick)
         self._check_charging(reading)
         self._confirm()
 
@@ -232,7 +232,7 @@ class ChargeGauge:
 
 
 class EnergyUse(NamedTuple):
-    """Time, time in motion (s), way (m) and measured energy (J, NaN where the current is not measured)."""
+    """Time and time in motion (s), distance driven (m), measured energy (J; NaN where no current is measured)."""
 
     duration: float = 0.0
     moving: float = 0.0
@@ -250,7 +250,7 @@ class EnergyUse(NamedTuple):
 
 
 class _RecentCharge:
-    """Way and measured charge of the last STANDING_TIME seconds."""
+    """Distance driven and measured charge of the last STANDING_TIME seconds."""
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, float, float]] = deque()
@@ -264,9 +264,9 @@ class _RecentCharge:
             return 0.0
         return 60.0 * (settled[-1][2] - settled[0][2]) / (settled[-1][0] - settled[0][0])
 
-    def add(self, time: float, way: float, charge: float) -> None:
+    def add(self, time: float, distance: float, charge: float) -> None:
         """Add a sample and drop those that are too old."""
-        self._samples.append((time, way, charge))
+        self._samples.append((time, distance, charge))
         while len(self._samples) > 2 and time - self._samples[1][0] >= STANDING_TIME:
             self._samples.popleft()
 
@@ -281,7 +281,7 @@ class _RecentCharge:
 
     @property
     def distance(self) -> float:
-        """Way between the first and the last sample, m."""
+        """Distance driven between the first and the last sample, m."""
         return self._samples[-1][1] - self._samples[0][1]
 
     @property

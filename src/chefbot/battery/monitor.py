@@ -54,7 +54,7 @@ class BatteryAssessment(NamedTuple):
 
     @property
     def range(self) -> float:
-        """Way that the energy is enough for, m."""
+        """Distance that the energy is enough for, m."""
         return self.energy / self.consumption.driving
 
 

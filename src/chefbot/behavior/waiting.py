@@ -1,4 +1,4 @@
-"""Whether a robot whose way is blocked waits, takes another way or gives up, by comparing expected times."""
+"""Whether a robot whose path is blocked waits, takes another path or gives up, by comparing expected times."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class WaitingPolicy:
         detour: float,
         numbers: tuple[Quantity, ...],
     ) -> WaitDecision:
-        """Compare the times of waiting and of the other way; the robot does not wait for people who walk."""
+        """Compare the times of waiting and of the other path; the robot does not wait for people who walk."""
         waits = bool(people) and stood > 0.0 and expected < detour
         chosen = "waiting" if waits else "taking the other path"
         text = (
@@ -164,7 +164,7 @@ class WaitingPolicy:
         return WaitDecision(waits=True, sentence=text, numbers=numbers)
 
     def _note_place(self, found: FindBlockage_Result, now: float) -> None:
-        """Restart the time of waiting at a blockage elsewhere, or after a free way."""
+        """Restart the time of waiting at a blockage elsewhere, or after a free path."""
         place = found.point.x, found.point.y
         if math.dist(place, self._place) > SAME_PLACE or now - self._seen > FORGOTTEN:
             self._began = now

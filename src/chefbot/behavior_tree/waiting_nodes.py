@@ -1,4 +1,4 @@
-"""Leaves that wait for a blocked way."""
+"""Leaves that wait for a blocked path."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class WaitingServices(NavigationServices, Protocol):
         """
 
     def wait_for_path(self, goal: object, error_code: int) -> Pending:
-        """Wait until the way is free or another one is quicker; the result is a `CodedResult`."""
+        """Wait until the path is free or another one is quicker; the result is a `CodedResult`."""
 
     def is_at(self, pose: object) -> bool:
         """Return whether the robot is at a pose."""
@@ -38,9 +38,9 @@ class WaitingServices(NavigationServices, Protocol):
 
 
 class IsPathBlocked(ActionLeaf):
-    """Succeeds if people or other things that may go away block the way to `goal` and waiting is what to do.
+    """Succeeds if people or other things that may go away block the path to `goal` and waiting is what to do.
 
-    It compares the expected times of waiting and of the other way. `error_code`: of the failed action, 0 for none.
+    It compares the expected times of waiting and of the other path. `error_code`: of the failed action, 0 for none.
     """
 
     def __init__(self, services: WaitingServices, name: str, ports: NodePorts) -> None:
@@ -48,13 +48,13 @@ class IsPathBlocked(ActionLeaf):
         self._services = services
 
     def begin(self) -> Pending | None:
-        """Find what blocks the way."""
+        """Find what blocks the path."""
         code = int(self.ports.number("error_code"))
         goal, where = self.ports.value("goal"), "waiting_pose" in self.ports.given
         return self._services.find_blocked_path(goal, code, where)
 
     def finish(self, result: object) -> Status:
-        """Write the waiting pose if the way is blocked, else fail."""
+        """Write the waiting pose if the path is blocked, else fail."""
         if not isinstance(result, FindBlockage_Result):
             return Status.FAILURE
         self.ports.write("waiting_pose", result.waiting_pose)
@@ -62,12 +62,12 @@ class IsPathBlocked(ActionLeaf):
 
 
 class WaitForPath(GoalAction):
-    """Waits until the way to `goal` is free or another one is quicker; requests to pass, and fails after a time."""
+    """Waits until the path to `goal` is free or another one is quicker; requests to pass, and fails after a time."""
 
     services: WaitingServices
 
     def begin(self) -> Pending:
-        """Start to wait for the way to `goal`."""
+        """Start to wait for the path to `goal`."""
         return self.services.wait_for_path(self.ports.value("goal"), int(self.ports.number("error_code")))
 
 

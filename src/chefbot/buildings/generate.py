@@ -82,7 +82,7 @@ def generate(kind: str, seed: int, given: Mapping[str, float], radius: float) ->
         if {"home", "kitchen"} <= spec.places.keys() and len(spec.places) >= 2 + FEWEST_TABLES:
             return _from_home(spec)
     raise BuildingError(
-        f"no building of kind {kind} with seed {seed} leaves a robot of {radius:.2f} m radius a way from home to the"
+        f"no building of kind {kind} with seed {seed} leaves a robot of {radius:.2f} m radius a path from home to the"
         " kitchen and a table; give it more room"
     )
 

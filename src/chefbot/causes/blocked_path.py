@@ -1,18 +1,18 @@
-"""The report of a blocked way: what the robot decided, and the obstacle in the way."""
+"""The report of a blocked path: what the robot decided, and the obstacle in the way."""
 
 from __future__ import annotations
 
 from chefbot.causes.reports import MarkedPlace, make_report
 from chefbot.msgs.chefbot_msgs import Cause, FindBlockage_Result, Quantity
 
-BLOCKED, REQUESTED = "blocked way", "blocked way, requested to pass"
+BLOCKED, REQUESTED = "blocked path", "blocked path, requested to pass"
 """Names of the checks."""
 
 
 def blocked_path_report(
     kind: str, check: str, sentence: str, numbers: tuple[Quantity, ...], found: FindBlockage_Result
 ) -> Cause:
-    """Return the report of a decision about a blocked way: its kind, check, sentence and numbers.
+    """Return the report of a decision about a blocked path: its kind, check, sentence and numbers.
 
     Its place is the cell in the way, unless that is somebody who walks.
     """

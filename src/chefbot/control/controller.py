@@ -18,7 +18,7 @@ class ControllerStatus(Enum):
 
     RUNNING = "following the path"
     REACHED = "the goal is reached"
-    BLOCKED = "every way on would touch something"
+    BLOCKED = "every trajectory would touch something"
     NO_PATH = "there is no path to follow"
 
 

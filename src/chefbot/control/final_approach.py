@@ -48,10 +48,10 @@ class Phase(Enum):
 class FinalApproach:
     """Reaches a goal within given tolerances, without the manoeuvres of a controller that misses the point.
 
-    It turns to the point, drives straight to it at creeping speed, forwards or a short way backwards, turns to the
-    goal's heading, and stands before it reports REACHED. If the pose estimate has moved out of tolerance meanwhile,
-    it begins again. It is active only while the robot's centre may be anywhere on the straight way to the point;
-    otherwise the controller of the path continues.
+    It turns to the point, drives straight to it at creeping speed, forwards or a short distance backwards, turns to
+    the goal's heading, and stands before it reports REACHED. If the pose estimate has moved out of tolerance
+    meanwhile, it begins again. It is active only while the robot's centre may be anywhere on the straight line to the
+    point; otherwise the controller of the path continues.
     """
 
     def __init__(self, limits: Limits, period: float) -> None:
@@ -71,7 +71,7 @@ class FinalApproach:
         return self._tolerance is not None
 
     def is_active(self, pose: SE2, goal: SE2, costmap: Costmap) -> bool:
-        """Return whether the robot is in the final approach: near the goal, with a free straight way to it."""
+        """Return whether the robot is in the final approach: near the goal, with a free straight path to it."""
         near = pose.distance(goal) <= (END if self._active else BEGIN)
         self._active = self.is_wanted and near and _is_free(costmap, pose, goal)
         return self._active

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from chefbot.costmap.layered_costmap import LayeredCostmap
 
 OTHER_COST = 84
-"""Minimum cost outside preferred zones: with the planner's default `cost_weight` a way there costs twice as much."""
+"""Minimum cost outside preferred zones: with the planner's default `cost_weight` a path there costs twice as much."""
 SAME_PLACE = 0.25
 """Motion of the zones in the costmap's frame, in cells, up to which they are not drawn again."""
 

@@ -17,11 +17,11 @@ GO_ON_MARGIN, NO_MARGIN = 1.1, 1.0
 """Factors on the energy of what was begun: less than for an order, so that noise does not end it just before its end.
 The energy for parking is not part of what is planned with."""
 AT_HOME = 1.0
-"""Way to the home place below which the robot is there, m."""
+"""Length of the path to the home place below which the robot is there, m."""
 RETRY_TIME = 60.0
 """Time after which a robot that did not get home or to its parking place tries again, s."""
 Park = Callable[[], tuple[PoseStamped, float] | None]
-"""Returns the nearest place to park and the way to it, m; None where there is none."""
+"""Returns the nearest place to park and the length of the path to it, m; None where there is none."""
 
 
 class BatteryRefusalError(OrderError):
@@ -33,7 +33,7 @@ class BatteryRefusalError(OrderError):
 class BatteryRound(DeliveryRound):
     """The delivery state machine with another input, the status of the battery.
 
-    An order is accepted if the energy is enough for all accepted orders and the way home. Below the level `return`
+    An order is accepted if the energy is enough for all accepted orders and the drive home. Below the level `return`
     the robot finishes what it carries as far as the energy is enough, and goes home. If that is not possible it
     parks. Nothing moves by itself during an emergency stop or while the round waits for the operator's choice.
     """
@@ -86,7 +86,7 @@ class BatteryRound(DeliveryRound):
         return tables
 
     def go(self, errand: Errand) -> None:
-        """Start an errand, if the energy is enough for it and the way home; else raise OrderError."""
+        """Start an errand, if the energy is enough for it and the drive home; else raise OrderError."""
         route = PlannedRoute((errand.pose, self.home), 0)
         if self.in_progress and errand.when == "after":
             route = self._remaining() + route
@@ -116,11 +116,11 @@ class BatteryRound(DeliveryRound):
         return (*stops_left(status, status.queue[:tables], self.trays, self.kitchen), self.home)
 
     def _remaining(self, tables: int | None = None) -> PlannedRoute:
-        """Return the way over what is left, and at how many places it waits, the present one included."""
+        """Return the route over what is left, and at how many places it waits, the present one included."""
         stops = self.stops_left(tables)
         return PlannedRoute(stops, len(stops) - 1 + (self.status.state in ("loading", "waiting")))
 
-    # -- the way home
+    # -- the drive home
 
     def on_battery(self, battery: BatteryStatus, time: float) -> None:
         """Process the status of the battery at a time (s): go on, leave out tables, go home or park."""

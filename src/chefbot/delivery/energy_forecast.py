@@ -1,4 +1,4 @@
-"""Whether the battery is enough for a way and its stops."""
+"""Whether the battery is enough for a route and its stops."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from chefbot.msgs.chefbot_msgs import BatteryStatus
 from chefbot.msgs.geometry_msgs import PoseStamped
 
 MARGIN = 1.3
-"""Factor on the energy of a way: people to wait for, detours, retries."""
+"""Factor on the energy of a route: people to wait for, detours, retries."""
 Stop = str | PoseStamped
 """A place by its name on the map, or a pose."""
 Length = Callable[[tuple[Stop, ...]], float]
-"""Returns the length of the way from the robot over all stops, m; NaN where that is not known."""
+"""Returns the length of the route from the robot over all stops, m; NaN where that is not known."""
 
 
 class PlannedRoute(NamedTuple):
-    """The way from the robot over all stops, and the number of those at which it waits for people."""
+    """The route from the robot over all stops, and the number of those at which it waits for people."""
 
     stops: tuple[Stop, ...]
     waits: int
@@ -28,9 +28,9 @@ class PlannedRoute(NamedTuple):
 
 
 class EnergyForecast:
-    """Compares ways with the latest status of the battery; without a battery monitor everything suffices.
+    """Compares routes with the latest status of the battery; without a battery monitor everything suffices.
 
-    length: of ways from the robot. stop_time: time that people take at a stop on average, s.
+    length: of routes from the robot. stop_time: time that people take at a stop on average, s.
     """
 
     def __init__(self, length: Length, stop_time: float) -> None:
@@ -43,7 +43,7 @@ class EnergyForecast:
         return self.battery is not None and self.battery.level in ("return", "park")
 
     def reach(self, waits: int = 0, margin: float = MARGIN) -> float:
-        """Return the way that the energy is enough for, m, with a number of stops."""
+        """Return the distance that the energy is enough for, m, with a number of stops."""
         if self.battery is None:
             return math.inf
         battery = self.battery

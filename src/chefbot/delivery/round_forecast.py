@@ -1,4 +1,4 @@
-"""When a round reaches its stops, by the lengths of its ways and the time that people take."""
+"""When a round reaches its stops, by the lengths of its legs and the time that people take."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from chefbot.msgs.chefbot_msgs import BatteryStatus, DeliveryStatus, RoundStop
 NEWEST_SHARE = 0.3
 """Share of the newest stop in the average time of a stop."""
 PRIOR_LENGTH, MEMORY = 10.0, 100.0
-"""Way that the prior counts for, and way after which a drive counts half, m."""
+"""Distance that the prior counts for, and distance after which a drive counts half, m."""
 
 
 class StopTimes:
@@ -83,7 +83,7 @@ class Pace(NamedTuple):
     full_energy: float
 
     def charge_after(self, distance: float, time: float) -> float:
-        """Return the charge (0..1) after a way (m) in a time (s); -1 without a battery monitor."""
+        """Return the charge (0..1) after a distance (m) driven in a time (s); -1 without a battery monitor."""
         if self.battery is None:
             return -1.0
         used = self.battery.standing_power * time + self.battery.energy_per_metre * distance
@@ -95,7 +95,7 @@ def forecast_stops(
 ) -> tuple[RoundStop, ...]:
     """Return the forecast of each stop.
 
-    legs: length of the way to each stop from the one before, m. waits: time before each way begins, s.
+    legs: length of the path to each stop from the one before, m. waits: time before each leg begins, s.
     """
     distance = time = 0.0
     forecast: list[RoundStop] = []

@@ -17,13 +17,13 @@ QUEUE_CHANGED = "The round has changed meanwhile; look at it and change it again
 TOO_MANY_TO_SORT = (
     "The shortest order is computed for up to {} tables; leave some out, or sort them yourself."
 )
-WAY_NOT_KNOWN = "The ways between the tables that are left are not known yet."
+ROUTES_NOT_KNOWN = "The routes between the tables that are left are not known yet."
 NOTHING_LEFT = "The round has no table left to serve."
 ERRAND_ENDED = "The drive was ended."
 ROUND_WAITS = "The round waits. Choose:"
 NO_PLACE = "The order names no place."
 LOW_BATTERY = "The battery is low."
-PARKING = "The battery is not enough for the way home; the robot parks."
+PARKING = "The battery is not enough for the drive home; the robot parks."
 PARKED = "Parked with a low battery. Charge it, then send the robot home."
 PARKING_PLACE = "a parking place"
 MEANWHILE = " The round waits."
@@ -101,7 +101,7 @@ def ended(left: Sequence[str]) -> str:
 
 
 def refused(tables: Sequence[str], reach: float, length: float) -> str:
-    """Return the refusal of an order whose way (m) is longer than the battery reaches (m)."""
+    """Return the refusal of an order whose route (m) is longer than the battery reaches (m)."""
     return (
         f"{_sentence_start(tables)} refused: the battery has energy for about {reach:.0f} m, "
         f"the round needs {length:.0f} m."

@@ -49,7 +49,7 @@ def trip_is_over(status: DeliveryStatus) -> bool:
 
 
 def stops_left(status: DeliveryStatus, queue: Sequence[str], trays: int, kitchen: str) -> tuple[str, ...]:
-    """Return the places that the robot still drives to in its round to serve a queue, without the way home."""
+    """Return the places that the robot still drives to in its round to serve a queue, without the drive home."""
     here = (status.place,) if status.state == "driving" else ()
     count = carried(status, queue)
     later = with_kitchen(queue[count:], trays, kitchen)

@@ -19,7 +19,7 @@ from chefbot.robot.spec import Robot
 
 
 class Walls(NamedTuple):
-    """What closes ways: the map, and its keep-out zones; the other zones make no place unreachable."""
+    """What closes paths: the map, and its keep-out zones; the other zones make no place unreachable."""
 
     grid: Grid
     zones: Iterable[MapZone]

@@ -15,7 +15,7 @@ SLACK = 0.02
 
 
 class OdometryTicks:
-    """Turns poses into the ticks that the wheels of the robot file would count on the same way.
+    """Turns poses into the ticks that the wheels of the robot file would count on the same path.
 
     So odometry, calibration and fault detection are those of every robot. A pose that the robot cannot have reached
     is that of a base that has begun again: the ticks continue from there.

@@ -1,4 +1,4 @@
-"""Simple polygons on a grid of cells: which cells lie inside or are touched, and where a straight way enters."""
+"""Simple polygons on a grid of cells: which cells lie inside or are touched, and where a straight line enters."""
 
 from __future__ import annotations
 

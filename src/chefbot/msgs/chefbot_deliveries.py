@@ -8,7 +8,7 @@ from chefbot.msgs.std_msgs import Header
 
 
 class RoundStop(Message, frozen=True, eq=False):
-    """A stop that is left of a round: the way to it (m) and the time until the arrival (s), over the stops before."""
+    """A stop that is left of a round: distance to it (m) and time until the arrival (s), over the stops before."""
 
     ROS_PACKAGE = "chefbot_msgs"
 

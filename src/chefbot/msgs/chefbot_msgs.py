@@ -252,7 +252,7 @@ class NavigationStatus(Message, frozen=True, eq=False):
 
     header: Header = Header()
     state: String = ""
-    """idle, driving, recovering, waiting (for a sensor, or for a way that is blocked: `reason` names it)"""
+    """idle, driving, recovering, waiting (for a sensor, or for a path that is blocked: `reason` names it)"""
     recoveries: Uint32 = 0
     reason: String = ""
 
@@ -343,7 +343,7 @@ class Deliver_Feedback(Message, frozen=True, eq=False):
 
 
 class FindBlockage_Goal(Message, frozen=True, eq=False):
-    """Find what blocks the way to a pose."""
+    """Find what blocks the path to a pose."""
 
     goal: PoseStamped = PoseStamped()
     find_waiting_pose: Bool = False
@@ -351,18 +351,18 @@ class FindBlockage_Goal(Message, frozen=True, eq=False):
 
 
 class FindBlockage_Result(Message, frozen=True, eq=False):
-    """What blocks the way, tracked people or something that is not on the map; all in the frame map."""
+    """What blocks the path, tracked people or something that is not on the map; all in the frame map."""
 
     blocked: Bool = False
-    """Whether the shortest way is blocked by what may go away."""
+    """Whether the shortest path is blocked by what may go away."""
     people: Annotated[NDArray[np.uint32], "uint32[]"] = _NOBODY
     """Numbers of the tracked people who block it; none if it is something else."""
     alternative_path: Bool = False
-    """Whether there is a way around it."""
+    """Whether there is a path around it."""
     extra_length: Float64 = 0.0
     """How much longer that is, m."""
     distance: Float64 = 0.0
-    """Length of the free way up to it, m."""
+    """Length of the free path up to it, m."""
     point: Point = Point()
     """The marked cell that blocks it, m."""
     sensor: String = ""
@@ -371,7 +371,7 @@ class FindBlockage_Result(Message, frozen=True, eq=False):
     waiting_pose: PoseStamped = PoseStamped()
     """Where to wait, if that was requested: people can pass the robot there, if there is such a place."""
     goal_occupied: Bool = False
-    """Whether the goal is occupied; if the way to it is free, point, sensor and marked_at are of what is there."""
+    """Whether the goal is occupied; if the path to it is free, point, sensor and marked_at are of what is there."""
 
 
 class FindBlockage_Feedback(Message, frozen=True, eq=False):

@@ -67,7 +67,7 @@ class BatteryMonitorNode(Node):
         return BatteryMonitor(pack, self.params, prior_consumption(self.robot), known, continued=continued)
 
     def on_odom(self, odom: Odometry) -> None:
-        """Add the way and the time in motion since the last odometry."""
+        """Add the distance and the time in motion since the last odometry."""
         stamp, twist = odom.header.stamp.ns, odom.twist.twist
         previous, self._odom_ns = self._odom_ns, stamp
         duration = min(1.0, max(0.0, (stamp - previous) / 1e9)) if previous is not None else 0.0

@@ -93,8 +93,8 @@ class DeliveryNode(DeliveryForecastNode):
         self._apply_event(lambda: self._round.change_queue(order.id, order.places))
 
     def on_round_shortest(self, order_id: String) -> None:
-        """Put the tables of the round with this id into the order of the shortest way."""
-        self._apply_event(lambda: self._shorten_way(order_id.data))
+        """Put the tables of the round with this id into the order of the shortest route."""
+        self._apply_event(lambda: self._shorten_route(order_id.data))
 
     def on_errand(self, errand: msgs.Errand) -> None:
         """Drive to another place on request of the operator."""

@@ -109,7 +109,7 @@ class PlannerNode(BlockageFinderNode):
             await self.sleep(FIRST_POSE_PERIOD)
 
     def _find_path(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
-        """Plan around all marks or, if the map has no other way, through narrow passages. Raises PlanningError."""
+        """Plan around all marks or, if the map has no other path, through narrow passages. Raises PlanningError."""
         try:
             return self._plan_around_marks(robot, start, goal)
         except PlanningError as error:

@@ -1,4 +1,4 @@
-"""What blocks the way to a goal: people, or something that is not on the map; and how long the way is without it."""
+"""What blocks the path to a goal: people, or something not on the map; and how long the path is without it."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ BODY = 0.4
 BESIDE = 0.25
 """Distance from a body to the robot's edge up to which a person is in its way, m."""
 NOTABLE = 0.3
-"""Extra length of a way from which another one is blocked, m: less is the noise of two searches."""
+"""Extra length of a path from which another one is blocked, m: less is the noise of two searches."""
 
 Path = NDArray[np.float64]
 
 
 class Blockage(NamedTuple):
-    """What blocks the way to a goal.
+    """What blocks the path to a goal.
 
-    length: of the way around it, m, infinite if there is none. free: the way (n, 3) that would be free without it,
-    and `free_length`, m. people: indices of the people on that way, none if it is something else. blocked: index of
-    the first pose of that way that is blocked.
+    length: of the path around it, m, infinite if there is none. free: the path (n, 3) that would be free without it,
+    and `free_length`, m. people: indices of the people on that path, none if it is something else. blocked: index of
+    the first pose of that path that is blocked.
     """
 
     length: float
@@ -40,7 +40,7 @@ class Blockage(NamedTuple):
 
     @property
     def distance(self) -> float:
-        """Length of the way up to the blocked pose, m."""
+        """Length of the path up to the blocked pose, m."""
         return path_length(self.free[: self.blocked + 1])
 
 
@@ -65,7 +65,7 @@ class PathCosts(NamedTuple):
 def find_blockage(
     planner: Planner, costs: PathCosts, robot: SE2, goal: SE2, people: Path, radius: float
 ) -> Blockage | None:
-    """Return what blocks the way from the robot to the goal, or None: it is free, or the map itself has no way.
+    """Return what blocks the path from the robot to the goal, or None: it is free, or the map itself has no path.
 
     people: their positions (n, 2). radius: of the robot. All in the frame of the costs, m.
     """
@@ -83,7 +83,7 @@ def find_blockage(
 
 
 def _blockage(costs: Costmap, free: Path, length: float, people: Path, radius: float) -> Blockage | None:
-    """Return the blockage of a way that is free without some marks; None if it is hardly shorter than the other."""
+    """Return the blockage of a path that is free without some marks; None if it is hardly shorter than the other."""
     free_length = path_length(free)
     if length - free_length < NOTABLE:
         return None

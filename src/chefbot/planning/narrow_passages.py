@@ -13,9 +13,9 @@ from chefbot.planning.planner import Planner, PlanningError
 
 
 def is_map_narrow(planner: Planner, costs: Costmap, start: SE2, goal: SE2) -> bool:
-    """Return whether the start is in a narrow passage, or no wider way leads from there to the goal.
+    """Return whether the start is in a narrow passage, or no wider path leads from there to the goal.
 
-    costs: of the map, without the marks of sensors: what closes a wider way is marked, and may leave. A way is wide
+    costs: of the map, without the marks of sensors: what closes a wider path is marked, and may leave. A path is wide
     if it is open with one more cell on each side: a sensor may mark a wall a cell beside its place on the map.
     """
     if costs.at(start.x, start.y) >= INSCRIBED:

@@ -1,8 +1,8 @@
 """Places where a robot can stand for a long time without blocking people, on an occupancy grid.
 
-A parking place lies at a wall, away from the places where people are served, and the way past it stays open: where
-people of a given width could walk between two sides of it before, they still can. That test finds doorways, narrow
-corridors and the gaps between tables alike, without a width that would define them.
+A parking place lies at a wall, away from the places where people are served, and the passage beside it stays open:
+where people of a given width could walk between two sides of it before, they still can. That test finds doorways,
+narrow corridors and the gaps between tables alike, without a width that would define them.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ PLACE_DISTANCE = 0.5
 SMALLEST_SIDE = 0.02
 """Area from which a part of the floor is a side where somebody may come from, m^2."""
 SURROUNDINGS = 0.6
-"""Width of the ring around the robot and the people beside it in which the way past is looked for, m."""
+"""Width of the ring around the robot and the people beside it in which the passage is looked for, m."""
 MAX_TESTS = 5000
 
 
 class ParkingPlace(NamedTuple):
-    """A place to park: its pose, and the length of the way to it, m."""
+    """A place to park: its pose, and the length of the path to it, m."""
 
     pose: SE2
     length: float
@@ -56,17 +56,17 @@ class ParkingSearch:
         self._allowed &= ~_near(kept_free, radius + PLACE_DISTANCE, grid)
 
     def nearest(self, lengths: NDArray[np.float32]) -> ParkingPlace | None:
-        """Return the nearest place by the lengths (h, w) of the ways, inf where there is none; None without one.
+        """Return the nearest place by the lengths (h, w) of the paths, inf where there is none; None without one.
 
         The robot looks away from the wall, so that it sees people approach.
         """
         for row, column in self._candidates(lengths):
-            if self.leaves_way_open(row, column):
+            if self.leaves_room_to_pass(row, column):
                 pose = SE2(*self._grid.centre(row, column), self._away_from_wall(row, column))
                 return ParkingPlace(pose, float(lengths[row, column]))
         return None
 
-    def leaves_way_open(self, row: int, column: int, widths: tuple[float, ...] = PASSING_WIDTHS) -> bool:
+    def leaves_room_to_pass(self, row: int, column: int, widths: tuple[float, ...] = PASSING_WIDTHS) -> bool:
         """Return whether people of these widths (m) pass a robot on this cell, wherever they could without it."""
         return all(self._is_passable(row, column, width / 2.0) for width in widths)
 

@@ -20,7 +20,7 @@ class PlanningFailure(Enum):
     GOAL_OUTSIDE_MAP = "the goal lies outside the map"
     START_OCCUPIED = "the robot stands inside an obstacle and no free cell is near enough to escape to"
     GOAL_OCCUPIED = "the goal and everything within tolerance of it is occupied or unknown"
-    NO_VALID_PATH = "no way leads from the start to the goal or to anything within tolerance of it"
+    NO_VALID_PATH = "no path leads from the start to the goal or to anything within tolerance of it"
 
 
 class PlanningError(ChefbotError):

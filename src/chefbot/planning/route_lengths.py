@@ -1,4 +1,4 @@
-"""Lengths of ways on the map: safe upper bounds from cost-to-come tables that are kept for each place, and paths."""
+"""Lengths of routes on the map: safe upper bounds from cost-to-come tables that are kept per place, and paths."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from chefbot.planning.planner import PlanningError
 TOLERANCE = 0.6
 """Distance from a pose within which the nearest reachable cell counts, m: tables are within the inflation."""
 DETOUR = 1.5
-"""Ratio of a way to the straight line where the map shows no way: a door that is closed on it, an unmapped room."""
+"""Ratio of a path to the straight line where the map shows no path: a door that is closed on it, an unmapped room."""
 
 
 class RouteLengths:
     """Lengths on a costmap of the map without obstacles that may leave.
 
-    A length is the cost-to-come of the planner in metres: near walls it is more than the way, never less.
+    A length is the cost-to-come of the planner in metres: near walls it is more than the path, never less.
     """
 
     def __init__(self, costmap: Costmap, planner: GridPlanner | None = None) -> None:
@@ -29,13 +29,13 @@ class RouteLengths:
         self._tables: dict[SE2, NDArray[np.float32] | None] = {}
 
     def between(self, a: SE2, b: SE2) -> float:
-        """Return an upper bound of the length of the way between two poses, m; the table of `b` is kept."""
+        """Return an upper bound of the length of the path between two poses, m; the table of `b` is kept."""
         table = self.table(b)
         length = math.inf if table is None else self._lowest_near(table, a)
         return length if math.isfinite(length) else DETOUR * a.distance(b)
 
     def has_path(self, a: SE2, b: SE2) -> bool:
-        """Return whether there is a way between two poses; the table of `a` is kept."""
+        """Return whether there is a path between two poses; the table of `a` is kept."""
         table = self.table(a)
         return table is not None and math.isfinite(self._lowest_near(table, b))
 
@@ -47,7 +47,7 @@ class RouteLengths:
             return DETOUR * a.distance(b)
 
     def table(self, pose: SE2) -> NDArray[np.float32] | None:
-        """Return the lengths (h, w) from a pose to all cells, inf where there is no way; None outside the map."""
+        """Return the lengths (h, w) from a pose to all cells, inf where there is no path; None outside the map."""
         if pose not in self._tables:
             try:
                 self._tables[pose] = self._planner.potential(self._costmap, pose).copy()

@@ -1,4 +1,4 @@
-"""Where a robot waits for a blocked way: before doorways and narrow places, where people can pass it."""
+"""Where a robot waits for a blocked path: before doorways and narrow places, where people can pass it."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from chefbot.planning.parking import PERSON_WIDTH, ParkingSearch
 from chefbot.planning.planner import PlanningError
 
 STANDOFF = 0.8
-"""Length of the way that stays free before the first blocked pose, m: room for those who come out."""
+"""Length of the path that stays free before the first blocked pose, m: room for those who come out."""
 LOOK_BACK = 4.0
-"""Length of the way up to which the robot drives back to make room, m."""
+"""Length of the path up to which the robot drives back to make room, m."""
 APART, IN_SIGHT = 1.0, 2.0
 """Distances of such a place from the blocked pose, m: at least, and up to which its sensors see when it is free."""
 BEYOND = 0.8
-"""Length of the way behind the blocked pose that it is to see as well, m: who has left the doorway may be there."""
+"""Length of the path behind the blocked pose that it is to see as well, m: who has left the doorway may be there."""
 FAR_WEIGHT = 2.0
 """Metres of driving that one metre nearer to the blocked pose is worth, beyond IN_SIGHT."""
 SPACING = 0.2
-"""Distance between two places on the way that are tried, m."""
+"""Distance between two places on the path that are tried, m."""
 MAX_TRIALS = 200
 
 
@@ -35,34 +35,34 @@ class WaitingPlace(NamedTuple):
     """The pose to wait at, and whether people can pass the robot there."""
 
     pose: SE2
-    leaves_way_open: bool
+    leaves_room_to_pass: bool
 
 
 def find_waiting_place(
     search: ParkingSearch, settings: PlannerParams, path_costs: PathCosts, robot: SE2, blockage: Blockage
 ) -> WaitingPlace:
-    """Return where to wait: the nearest place to the blockage on the way to it that leaves the way open.
+    """Return where to wait: the nearest place to the blockage on the path to it that leaves room to pass.
 
-    If there is none, a place beside the way from which it sees the blockage and that it gets to soon, else where it
+    If there is none, a place beside the path from which it sees the blockage and that it gets to soon, else where it
     is. It looks towards the blockage. search: knows the static map. settings: of the planner.
     """
     costs = path_costs.marked
     view = _View(path_costs.static, blockage)
-    on_way = _on_the_way(search, costs, blockage, view)
-    if on_way is not None:
-        return WaitingPlace(on_way, True)
+    on_path = _on_the_path(search, costs, blockage, view)
+    if on_path is not None:
+        return WaitingPlace(on_path, True)
     cells = _beside(settings, costs, robot, blockage.distance, view.blocked)
     for in_view in (True, False):
         for row, column in cells.tolist():
             x, y = costs.centre(row, column)
-            if view.has(x, y) == in_view and search.leaves_way_open(row, column, (PERSON_WIDTH,)):
+            if view.has(x, y) == in_view and search.leaves_room_to_pass(row, column, (PERSON_WIDTH,)):
                 heading = math.atan2(view.blocked.y - y, view.blocked.x - x)
                 return WaitingPlace(SE2(x, y, heading), True)
     return WaitingPlace(robot, False)
 
 
 class _View:
-    """What can be seen of the blocked pose, and of the way behind it, past the obstacles of the map."""
+    """What can be seen of the blocked pose, and of the path behind it, past the obstacles of the map."""
 
     def __init__(self, static: Costmap, blockage: Blockage) -> None:
         self.blocked = SE2.of(blockage.free[blockage.blocked])
@@ -81,8 +81,8 @@ class _View:
         return not bool((along == LETHAL).any())
 
 
-def _on_the_way(search: ParkingSearch, costs: Costmap, blockage: Blockage, view: _View) -> SE2 | None:
-    """Return the last place before the blockage that leaves the way open and from which the blockage is seen."""
+def _on_the_path(search: ParkingSearch, costs: Costmap, blockage: Blockage, view: _View) -> SE2 | None:
+    """Return the last place before the blockage that leaves room to pass and from which the blockage is seen."""
     free = blockage.free
     length = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(free[:, :2], axis=0).T))))
     last = length[blockage.blocked] - STANDOFF
@@ -90,7 +90,7 @@ def _on_the_way(search: ParkingSearch, costs: Costmap, blockage: Blockage, view:
         pose = SE2.of(free[int(np.searchsorted(length, s))])
         cell = costs.cell(pose.x, pose.y)
         fits = costs.at(pose.x, pose.y) < INSCRIBED and view.has(pose.x, pose.y)
-        if fits and search.leaves_way_open(*cell, (PERSON_WIDTH,)):
+        if fits and search.leaves_room_to_pass(*cell, (PERSON_WIDTH,)):
             return pose
     return None
 
@@ -101,7 +101,7 @@ def _beside(
     """Return cells (n, 2), row and column, to which the robot gets and from which it sees the blocked pose.
 
     The best are first: near to the robot, and not farther from the blocked pose than IN_SIGHT. distance: length of
-    the way to that pose, m.
+    the path to that pose, m.
     """
     try:
         potential = GridPlanner(settings).potential(costs, robot)

@@ -23,7 +23,7 @@ from chefbot.sim.world.shapes import SimulatedShape, clearance
 
 TOLERANCE = 0.12
 """Distance from a place within which something must have stood there, m: half the diagonal of a cell, the noise of
-the sensors, and the way of the robot during a measurement."""
+the sensors, and the distance that the robot drives during a measurement."""
 PERIOD_NS = 40_000_000
 """Time between two snapshots of the truth, ns."""
 KEPT_SNAPSHOTS = 2000

@@ -168,7 +168,7 @@ class CollisionMonitor:
         fraction, index = self._fraction(v, w, stop_time, self.params.margin, latency), stop
         careful = self._fraction(v, w, slow_time, self.params.margin, latency)
         if careful < fraction:
-            # near obstacles beside the way only the slow speed is left
+            # near obstacles beside the path only the slow speed is left
             fraction, index = max(careful, min(fraction, self._slow_fraction(v, w))), slow
         if fraction >= 1.0:
             return FREE

@@ -17,7 +17,7 @@ from chefbot.sim.simulation import Simulation
 
 Floats = NDArray[np.float64]
 MAX_STEP = 0.01
-"""Way of the robot during which all rays have one origin, m, about the noise of a range."""
+"""Distance that the robot drives while all rays have one origin, m, about the noise of a range."""
 CARRIED = 1.0
 """Distance between two poses beyond which the robot was carried from one to the other, m: no ray is between."""
 POSES = 4
@@ -71,12 +71,12 @@ class TurningLidar:
         rotated = rays @ r0.T + part[:, None] * (rays @ (r1 - r0).T)
         rotated /= np.sqrt(np.einsum("ij,ij->i", rotated, rotated))[:, None]
         scene, ranges = self._simulation.ray_scene(), np.empty(len(rays))
-        begin, way = p0 + r0 @ caster.mount_position, (p1 - p0) + (r1 - r0) @ caster.mount_position
+        begin, travel = p0 + r0 @ caster.mount_position, (p1 - p0) + (r1 - r0) @ caster.mount_position
         # rays of nearly the same time have one origin
-        steps = 1 + int(math.hypot(*way) * abs(part[-1] - part[0]) / MAX_STEP)
+        steps = 1 + int(math.hypot(*travel) * abs(part[-1] - part[0]) / MAX_STEP)
         for step in range(steps):
             chosen = slice(len(rays) * step // steps, len(rays) * (step + 1) // steps)
-            origin = begin + part[(chosen.start + chosen.stop) // 2] * way
+            origin = begin + part[(chosen.start + chosen.stop) // 2] * travel
             ranges[chosen] = caster.light_along(scene, origin, rotated[chosen])
         ranges = np.minimum(ranges, own)
         if self._simulation.profile != "perfect":

@@ -94,7 +94,7 @@ class RayCaster:
         """Return (n,) distances that laser light measures, m, inf for none, with base_link at `base`.
 
         Light passes glass and is reflected by mirrors. Glass returns a beam that hits it at a right angle. A beam
-        that a mirror reflects measures the length of the way to what it meets then.
+        that a mirror reflects measures the length of the path to what it meets then.
         """
         return self._cast(scene, base, math.cos(MAX_GLASS_ANGLE))[0]
 

@@ -143,7 +143,7 @@ def test_a_preview_names_what_a_wall_cuts_off(path: Path) -> None:
     assert result_of(runner, MapEdit("a", places=(BAR,))).applied
     wall = MapStroke((Point(0.0, 2.5, 0.0), Point(5.0, 2.5, 0.0)), 0.1, 100)
     result = result_of(runner, MapEdit("b", strokes=(wall,), preview=True))
-    assert (result.applied, result.description) == (False, "No way from the robot to: bar.")
+    assert (result.applied, result.description) == (False, "No path from the robot to: bar.")
     trapped = MapStroke((Point(2.0, 3.0, 0.0),), 0.3, 100)
     assert (
         "stands in a wall then"

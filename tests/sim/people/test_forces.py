@@ -38,7 +38,7 @@ from chefbot.sim.people.walkers import Surroundings, walkers_at
 
 LAMBDA, GAMMA, N_SLOW, N_TURN, A = 2.0, 0.35, 3.0, 2.0, 4.5
 """Parameters that Moussaid et al. 2009 measured; A in m/s^2."""
-WAY, SPEED = st.floats(-4.0, 4.0), st.floats(-2.0, 2.0)
+OFFSET, SPEED = st.floats(-4.0, 4.0), st.floats(-2.0, 2.0)
 FRAME = np.array([0.0, 0.0, 0.05])
 RADIUS = 0.22
 
@@ -46,7 +46,7 @@ RADIUS = 0.22
 def measured(d: complex, v: complex) -> complex:
     """Return the acceleration by Moussaid et al. 2009, equations (1) to (4), with complex numbers as vectors.
 
-    d: way to the other. v: own velocity minus that of the other.
+    d: vector to the other. v: own velocity minus that of the other.
     """
     e = d / abs(d)
     interaction_vector = LAMBDA * v + e
@@ -72,7 +72,7 @@ def rotated(pairs, angle: float) -> np.ndarray:
 
 
 @settings(max_examples=40)
-@given(WAY, WAY, SPEED, SPEED)
+@given(OFFSET, OFFSET, SPEED, SPEED)
 def test_two_people_react_as_was_measured(dx, dy, vx, vy) -> None:
     d, v = complex(dx, dy), complex(vx, vy)
     assume(abs(d) > 0.1)
@@ -85,7 +85,7 @@ def test_two_people_react_as_was_measured(dx, dy, vx, vy) -> None:
 
 
 @settings(max_examples=40)
-@given(WAY, WAY, SPEED, SPEED, st.floats(-math.pi, math.pi))
+@given(OFFSET, OFFSET, SPEED, SPEED, st.floats(-math.pi, math.pi))
 def test_a_reaction_turns_with_the_scene_and_is_bounded(dx, dy, vx, vy, angle: float) -> None:
     d, v = rotated([(dx, dy), (vx, vy)], angle)
     force, turned = interaction(dx, dy, vx, vy), interaction(*d, *v)
@@ -108,7 +108,7 @@ def test_who_walks_away_is_hardly_felt() -> None:
 
 
 @settings(max_examples=60)
-@given(WAY, WAY, SPEED, SPEED)
+@given(OFFSET, OFFSET, SPEED, SPEED)
 def test_what_is_faint_near_by_is_a_fiftieth_of_the_strength(dx, dy, vx, vy) -> None:
     distance = math.hypot(dx, dy)
     if distance > INTERACTION_DISTANCE:
@@ -155,11 +155,11 @@ def test_the_force_of_people_is_the_sum_of_those_seen() -> None:
 def robot_force(seen, sight: float = 3.0, boxes=(), at=(1.0, 2.0)) -> tuple[float, float]:
     """Return the force on somebody who stands and looks along x, by a robot (x, y, vx, vy)."""
     w = walkers_at(np.array([at]), np.array([[1.0, 0.0]]))
-    none, ways = np.zeros((0, 4)), np.zeros((1, 2, 2), np.int32)
+    none, costs = np.zeros((0, 4)), np.zeros((1, 2, 2), np.int32)
     s = Surroundings(
         room(boxes=boxes),
         FRAME,
-        ways,
+        costs,
         FRAME,
         none,
         np.zeros((0, 3)),

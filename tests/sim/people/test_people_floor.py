@@ -14,7 +14,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.sim.people.floor import (
     MARGIN,
     MAX_DESTINATIONS,
-    MAX_WAY_CELLS,
+    MAX_PATH_CELLS,
     REACH,
     STEP_HEIGHT,
     PeopleFloor,
@@ -88,47 +88,47 @@ def test_where_nobody_fits_there_is_no_floor() -> None:
 
 @given(PLACES, PLACES)
 @settings(max_examples=40)
-def test_ways_in_the_open_are_little_longer_than_straight(start, end) -> None:
+def test_paths_in_the_open_are_little_longer_than_straight(start, end) -> None:
     floor = floor_of(room(6.0, 6.0))
-    length, straight = floor.way_to(floor.add_destination(*end), *start), math.dist(start, end)
+    length, straight = floor.path_length(floor.add_destination(*end), *start), math.dist(start, end)
     assert straight - 0.35 <= length
     if min(*start, *end) > 1.0 and max(*start, *end) < 5.0:
         assert length <= 1.09 * straight + 0.2
 
 
-def test_a_way_leads_through_the_doorway() -> None:
+def test_a_path_leads_through_the_doorway() -> None:
     floor = floor_of(two_rooms(), TWO_ROOMS)
     number = floor.add_destination(7.0, 0.6)
     by_doorway = math.dist((1.0, 0.6), (4.0, 2.0)) + math.dist((4.0, 2.0), (7.0, 0.6))
-    assert by_doorway - 0.3 <= floor.way_to(number, 1.0, 0.6) <= 1.5 * by_doorway
+    assert by_doorway - 0.3 <= floor.path_length(number, 1.0, 0.6) <= 1.5 * by_doorway
     assert floor.destination(number) == (7.0, 0.6)
 
 
-def test_a_closed_door_leaves_no_way_until_it_opens() -> None:
+def test_a_closed_door_leaves_no_path_until_it_opens() -> None:
     floor = floor_of(two_rooms(), TWO_ROOMS)
     number = floor.add_destination(7.0, 2.0)
-    before = floor.way_to(number, 1.0, 2.0)
+    before = floor.path_length(number, 1.0, 2.0)
     floor.obstruct(CLOSED)
-    assert floor.way_to(number, 1.0, 2.0) == math.inf
-    assert floor.way_to(number, 6.0, 2.0) < 1.5
+    assert floor.path_length(number, 1.0, 2.0) == math.inf
+    assert floor.path_length(number, 6.0, 2.0) < 1.5
     assert floor.free(4.0, 2.0) > 0.3, "what moves is not among the solids"
     floor.obstruct(np.empty((0, 7)))
-    assert floor.way_to(number, 1.0, 2.0) == before
+    assert floor.path_length(number, 1.0, 2.0) == before
 
 
 def test_a_solid_that_is_put_down_stays() -> None:
     floor = floor_of(two_rooms(), TWO_ROOMS)
     number = floor.add_destination(7.0, 2.0)
-    assert floor.way_to(number, 1.0, 2.0) < math.inf
+    assert floor.path_length(number, 1.0, 2.0) < math.inf
     floor.add([wall("shut", 4.0, 1.5, 4.0, 2.5)])
     floor.obstruct(np.empty((0, 7)))
-    assert floor.way_to(number, 1.0, 2.0) == math.inf
+    assert floor.path_length(number, 1.0, 2.0) == math.inf
     assert not floor.in_sight(1.0, 2.0, 7.0, 2.0)
 
 
-def test_no_way_leads_to_where_nobody_fits(square: PeopleFloor) -> None:
+def test_no_path_leads_to_where_nobody_fits(square: PeopleFloor) -> None:
     inside_wall, outside = square.add_destination(0.0, 3.0), square.add_destination(20.0, 3.0)
-    assert square.way_to(inside_wall, 3.0, 3.0) == square.way_to(outside, 3.0, 3.0) == math.inf
+    assert square.path_length(inside_wall, 3.0, 3.0) == square.path_length(outside, 3.0, 3.0) == math.inf
 
 
 def test_destinations_are_numbered_and_bounded() -> None:
@@ -181,9 +181,9 @@ def test_round_and_turned_solids_are_as_large_as_they_are(
 
 def test_a_hall_has_larger_cells_and_a_field_only_the_start() -> None:
     small, hall, field = (floor_of([], (0.0, 0.0, side, side)) for side in (20.0, 80.0, 900.0))
-    assert small.way_frame[2] == 0.1
-    assert 0.1 < hall.way_frame[2] < 0.2 and hall.ways[0].size <= 1.01 * MAX_WAY_CELLS
-    assert field.way_frame[2] == pytest.approx(0.2) and field.ways[0].size <= 1.01 * MAX_WAY_CELLS
+    assert small.path_frame[2] == 0.1
+    assert 0.1 < hall.path_frame[2] < 0.2 and hall.path_costs[0].size <= 1.01 * MAX_PATH_CELLS
+    assert field.path_frame[2] == pytest.approx(0.2) and field.path_costs[0].size <= 1.01 * MAX_PATH_CELLS
     assert field.fits(5.0, 5.0) and not field.fits(800.0, 800.0)
     corner = floor_of([], (0.0, 0.0, 900.0, 900.0), (5.0, 700.0))
     assert corner.fits(5.0, 700.0) and not corner.fits(5.0, 5.0) and not corner.fits(700.0, 700.0)

@@ -138,7 +138,7 @@ def test_destinations_are_far_if_there_are_such() -> None:
     for _ in range(60):
         drawn.append(person._draw_destination())
     on_route = {number for number, _ in one.people.route_ends}
-    lengths = [one.people.floor.way_to(number, 1.1, 1.0) for number, _ in drawn]
+    lengths = [one.people.floor.path_length(number, 1.1, 1.0) for number, _ in drawn]
     assert min(lengths) > ARRIVED and sum(length > NEAR for length in lengths) >= 57, "but for bad luck"
     assert all(pace == (0.3 if number in on_route else person.pace) for number, pace in drawn)
     share = sum(number in on_route for number, _ in drawn) / 60
@@ -150,7 +150,7 @@ def test_in_a_small_room_a_near_destination_will_do() -> None:
     one.put(0, 0.6, 0.6)
     for _ in range(20):
         number, _ = person_of(one)._draw_destination()
-        assert number is None or ARRIVED < one.people.floor.way_to(number, 0.6, 0.6) <= NEAR
+        assert number is None or ARRIVED < one.people.floor.path_length(number, 0.6, 0.6) <= NEAR
 
 
 def test_an_interruption_ends_what_somebody_is_at() -> None:

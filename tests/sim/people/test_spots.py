@@ -39,7 +39,7 @@ def test_directions_go_all_around_in_order() -> None:
 def test_the_passage_between_two_rooms_is_a_doorway(gap: float) -> None:
     (spot,) = doorways(floor_of(two_rooms(gap)), rng(), 5)
     assert (spot.x, spot.y) == (pytest.approx(4.0, abs=0.15), pytest.approx(2.0, abs=0.1))
-    assert abs(spot.ux) == pytest.approx(1.0, abs=0.12), "the way through leads along x"
+    assert abs(spot.ux) == pytest.approx(1.0, abs=0.12), "the passage leads along x"
     assert math.hypot(spot.ux, spot.uy) == pytest.approx(1.0)
 
 

@@ -112,7 +112,7 @@ def test_people_react_to_the_robot_but_see_it_late() -> None:
         return scene.run(6.0, (-0.5, 0.0))[:, 0]
 
     straight, early, late = walk(False, 0.0), walk(True, 0.0), walk(True, 2.0)
-    evaded = [np.argmax(np.abs(way[:, 1] - straight[:, 1]) > 0.1) for way in (early, late)]
+    evaded = [np.argmax(np.abs(path[:, 1] - straight[:, 1]) > 0.1) for path in (early, late)]
     assert 0 < evaded[0] < evaded[1]
     assert np.abs(straight[:, 1] - 1.5).max() < 0.1
 

@@ -89,7 +89,7 @@ def test_a_false_closure_is_taken_back_when_others_contradict() -> None:
     assert graph.origins == pytest.approx(graph.chain, abs=1e-3)
 
 
-def test_covariances_grow_along_the_way_until_a_closure() -> None:
+def test_covariances_grow_along_the_path_until_a_closure() -> None:
     graph = straight_graph(24)
     near, far = graph.relative_covariances(0, [2, 20])
     assert 0.0 < near[0, 0] < far[0, 0]

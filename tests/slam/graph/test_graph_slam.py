@@ -166,7 +166,7 @@ def test_between_scans_the_pose_follows_odometry(ring, angles, drive) -> None:
 
 
 @pytest.mark.parametrize("far", [math.inf, 25.0, 30.0])
-def test_without_any_return_the_way_is_that_of_odometry(angles, far: float) -> None:
+def test_without_any_return_the_path_is_that_of_odometry(angles, far: float) -> None:
     slam = GraphSlam(GraphSlamParams(submap_travel=1.0), initial=SE2(1.0, -2.0, 0.5))
     odom = [SE2(0.3 * k, 0.1 * k, 0.2 * k) for k in range(12)]
     for pose in odom:

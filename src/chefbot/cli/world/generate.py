@@ -23,7 +23,7 @@ from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 
 FINE_RESOLUTION = 0.01
-"""Size of the cells on which a way through narrow gaps is searched, if larger ones show none, m."""
+"""Size of the cells on which a path through narrow gaps is searched, if larger ones show none, m."""
 console = Console(highlight=False)
 
 

@@ -1,4 +1,4 @@
-"""Floor, clearance and the wheels' way through the base plate."""
+"""Floor, clearance and the wheels' openings in the base plate."""
 
 from __future__ import annotations
 

@@ -23,12 +23,12 @@ def side_effects(robot: Robot, change: MapChange, start: SE2 | None) -> str:
     found = check_zones(after.zones, after.grid, after.poses()).warnings
     sentences = [sentence for sentence in found if sentence not in known]
     if start is not None and (after.zones != before.zones or after.grid is not before.grid):
-        sentences += _effects_on_ways(robot, change, start, " ".join(sentences))
+        sentences += _effects_on_paths(robot, change, start, " ".join(sentences))
     return " ".join(sentences)
 
 
-def _effects_on_ways(robot: Robot, change: MapChange, start: SE2, reported: str) -> Iterator[str]:
-    """Yield what happens to a robot at `start` and to its ways; places that `reported` names are left out."""
+def _effects_on_paths(robot: Robot, change: MapChange, start: SE2, reported: str) -> Iterator[str]:
+    """Yield what happens to a robot at `start` and to its paths; places that `reported` names are left out."""
     before, after = change
     if _new_without_room(robot, change, {"robot": start}):
         yield "The robot stands in a wall then, or too near to one."
@@ -40,7 +40,7 @@ def _effects_on_ways(robot: Robot, change: MapChange, start: SE2, reported: str)
     walls = (Walls(before.grid, before.zones), Walls(after.grid, after.zones))
     lost = cut_off(robot, start, after.poses(), *walls)
     if outside := [name for name in lost if f" {name} " not in reported]:
-        yield f"No way from the robot to: {', '.join(outside)}."
+        yield f"No path from the robot to: {', '.join(outside)}."
     if narrow := sorted(_new_without_room(robot, change, after.poses()) - set(outside)):
         yield f"Too near to a wall for the robot: {', '.join(narrow)}."
 

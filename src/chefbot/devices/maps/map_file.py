@@ -89,7 +89,7 @@ class MapFileDevice(Device):
         self._edits.shutdown(cancel_futures=True)
 
     def on_map_edit(self, edit: MapEdit) -> None:
-        """Apply a change of the map; a search for ways and the disk may take a while, so in a thread."""
+        """Apply a change of the map; a search for paths and the disk may take a while, so in a thread."""
         if self._waiting >= MAX_WAITING:
             count = len(self._editor.versions)
             self.map_edit_result.publish(MapEditResult(edit.id, description=TOO_MANY, undoable=count))
@@ -107,7 +107,7 @@ class MapFileDevice(Device):
                 rotation = self._editor.undo()
             else:
                 change = self._editor.changed(edit)
-                # places and zones turn with the walls, so that no way is closed
+                # places and zones turn with the walls, so that no path is closed
                 effects = TURNED if edit.rotation else side_effects(self.robot, change, pose)
             if not (edit.undo or edit.preview):
                 self._editor.apply(edit)

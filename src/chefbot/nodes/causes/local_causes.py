@@ -32,7 +32,7 @@ from chefbot.runtime.node import In
 from chefbot.safety.speed_limit import fraction_within
 
 SLOW_FRACTION = 0.6
-"""Fraction of the speed that the way to the goal allows below which the controller drives slowly."""
+"""Fraction of the speed that the distance to the goal allows below which the controller drives slowly."""
 SLOW_DELAY_NS = 500_000_000
 """Time for which it must drive slowly before that is reported, ns: it begins and turns slowly, too."""
 NOTABLE_COST = 100
@@ -76,7 +76,7 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
     def report_step(
         self, step: PathStep, follower: PathFollower, pose: SE2, costs: Costmap, blind: str
     ) -> None:
-        """Report what a cycle of path following met: nothing admissible, slow ways, a blocked path."""
+        """Report what a cycle of path following met: nothing admissible, slow driving, a blocked path."""
         if step.result is not None and step.result.error_code == FollowPathError.STUCK:
             self.report_once(make_report(STOP, "progress", step.result.error_msg))
         blocked = step.status is ControllerStatus.BLOCKED or bool(blind and step.speed > 0.0)

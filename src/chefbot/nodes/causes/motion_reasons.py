@@ -16,7 +16,7 @@ from chefbot.safety.monitor_text import STOPPED, ReasonKeeper, SensedPoint
 NOTABLE = 0.9
 """Fraction of the commanded motion from which less is not a slow-down worth a report."""
 MONITOR, CONDITION = "collision monitor", "sensor data"
-"""Checks: an obstacle or unseen ground on the way of the twist; a fault of a sensor."""
+"""Checks: an obstacle or unseen ground on the path of the twist; a fault of a sensor."""
 
 
 class MotionReasonsNode(CauseReportsNode):

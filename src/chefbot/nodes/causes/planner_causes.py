@@ -74,13 +74,13 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         return sentence
 
     def report_failure(self, error: PlanningError, planner: Planner, start: SE2, goal: SE2) -> None:
-        """Report that there is no plan, and the obstacle that closes the way or covers the goal."""
+        """Report that there is no plan, and the obstacle that closes the path or covers the goal."""
         costs = self._costs.update()
         at = goal if error.failure is PlanningFailure.GOAL_OCCUPIED else start
         cell, lane = nearest_lethal(costs, at.x, at.y), ""
         if error.failure is PlanningFailure.NO_VALID_PATH:
-            way = self._path_on_map(planner, start, goal)
-            cell, lane = _first_obstacle(costs, way), opposed_lane(costs, way)
+            path = self._path_on_map(planner, start, goal)
+            cell, lane = _first_obstacle(costs, path), opposed_lane(costs, path)
         elif error.failure not in (PlanningFailure.GOAL_OCCUPIED, PlanningFailure.START_OCCUPIED):
             cell = None
         place = marked_place(self._costs, cell, "map", self.robot)
@@ -92,14 +92,14 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
     def _report_zone_detour(
         self, plan: NDArray[np.float64], planner: Planner, costs: Costmap, robot: SE2, goal: SE2
     ) -> None:
-        """Report a zone that lies on the way that the static map alone leaves, if the plan is longer."""
-        way = self._path_on_map(planner, robot, goal)
-        extra = path_length(plan) - path_length(way)
-        place = marked_place(self._costs, _first_obstacle(costs, way), "map", self.robot)
-        if not len(way) or extra < MIN_DEVIATION:
+        """Report a zone that lies on the path that the static map alone leaves, if the plan is longer."""
+        path = self._path_on_map(planner, robot, goal)
+        extra = path_length(plan) - path_length(path)
+        place = marked_place(self._costs, _first_obstacle(costs, path), "map", self.robot)
+        if not len(path) or extra < MIN_DEVIATION:
             return
         place = place if place is not None and is_zone(place.sensor) else None
-        lane = opposed_lane(costs, way)
+        lane = opposed_lane(costs, path)
         if place is None and not lane:
             return
         title = f"one-way lane {lane}" if place is None else place.sensor
@@ -108,14 +108,16 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         self.report_once(make_report(DETOUR, "global plan", sentence, place, numbers))
 
     def _path_on_map(self, planner: Planner, start: SE2, goal: SE2) -> NDArray[np.float64]:
-        """Return the way (n, 3) that the static map alone leaves, without a pose if it leaves none."""
+        """Return the path (n, 3) that the static map alone leaves, without a pose if it leaves none."""
         try:
             return planner.plan(self._costs.static_costs(), start, goal)
         except PlanningError:
             return np.zeros((0, 3))
 
 
-def _first_obstacle(costs: Costmap, way: NDArray[np.float64]) -> CellCentre | None:
-    """Return the first obstacle on a way (n, 3), None if there is none."""
-    blocked = blocked_index(costs, way) if len(way) else None
-    return None if blocked is None else nearest_lethal(costs, float(way[blocked, 0]), float(way[blocked, 1]))
+def _first_obstacle(costs: Costmap, path: NDArray[np.float64]) -> CellCentre | None:
+    """Return the first obstacle on a path (n, 3), None if there is none."""
+    blocked = blocked_index(costs, path) if len(path) else None
+    return (
+        None if blocked is None else nearest_lethal(costs, float(path[blocked, 0]), float(path[blocked, 1]))
+    )

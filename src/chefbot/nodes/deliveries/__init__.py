@@ -1,1 +1,1 @@
-"""The parts of the delivery node: energy of its ways, its round, and the forecast of its stops."""
+"""The parts of the delivery node: energy of its routes, its round, and the forecast of its stops."""

@@ -1,4 +1,4 @@
-"""What a delivery round knows of its ways: their lengths on the map, and the nearest place to park."""
+"""What a delivery round knows of its routes: their lengths on the map, and the nearest place to park."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from chefbot.storage.places import find_place
 
 
 class DeliveryEnergyNode(Node):
-    """Base class of a node that compares ways with the energy of the battery."""
+    """Base class of a node that compares routes with the energy of the battery."""
 
     # not `trays`: which food is on board depends on it
     live_params = ("kitchen", "home", "loading_time", "taking_time", "stop_time")
@@ -34,13 +34,13 @@ class DeliveryEnergyNode(Node):
     battery_status: In[BatteryStatus]
 
     def start(self) -> None:
-        """Start without ways, until the first map."""
+        """Start without lengths of routes, until the first map."""
         self._routes: RouteLengths | None = None
         self._parking: ParkingSearch | None = None
         self._forecast = EnergyForecast(self._length, self.params.stop_time)
 
     def on_map(self, _: OccupancyGrid) -> None:
-        """Measure the ways again on the next request."""
+        """Measure the routes again on the next request."""
         self._routes = self._parking = None
 
     def on_places(self, _: Places) -> None:
@@ -48,11 +48,11 @@ class DeliveryEnergyNode(Node):
         self._parking = None
 
     def _length(self, stops: tuple[Stop, ...]) -> float:
-        """Return an upper bound of the way from the robot over the stops, m; NaN without a map or a pose."""
-        routes, way = self._route_lengths(), self._way(stops)
-        return sum(routes.between(a, b) for a, b in pairwise(way)) if routes and way else math.nan
+        """Return an upper bound of the route from the robot over the stops, m; NaN without a map or a pose."""
+        lengths, route = self._route_lengths(), self._route(stops)
+        return sum(lengths.between(a, b) for a, b in pairwise(route)) if lengths and route else math.nan
 
-    def _way(self, stops: tuple[Stop, ...]) -> tuple[SE2, ...]:
+    def _route(self, stops: tuple[Stop, ...]) -> tuple[SE2, ...]:
         """Return the poses of the robot and of the stops; empty if one of them is not known."""
         robot, poses = self._robot_pose(), self._poses()
         known = [stop if isinstance(stop, PoseStamped) else poses.get(stop) for stop in stops]
@@ -61,7 +61,7 @@ class DeliveryEnergyNode(Node):
         return (robot, *(pose.pose.se2 for pose in known if pose is not None))
 
     def _parking_place(self) -> tuple[PoseStamped, float] | None:
-        """Return the nearest place to park and the way to it, m."""
+        """Return the nearest place to park and the length of the path to it, m."""
         routes, robot = self._route_lengths(), self._robot_pose()
         if routes is None or robot is None or self.map.last is None:
             return None

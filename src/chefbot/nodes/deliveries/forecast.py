@@ -37,7 +37,7 @@ class DeliveryForecastNode(DeliveryRoundNode):
         self._lengths: dict[tuple[SE2, SE2], float] = {}
 
     def on_map(self, message: OccupancyGrid) -> None:
-        """Plan the ways again on the next request."""
+        """Plan the paths again on the next request."""
         super().on_map(message)
         self._lengths.clear()
 
@@ -73,20 +73,20 @@ class DeliveryForecastNode(DeliveryRoundNode):
 
     def _leg_lengths(self, stops: tuple[str, ...]) -> list[float]:
         """Return the length of the path to each stop from the one before, m; NaN without a map or a pose."""
-        way, routes = self._way(stops), self._route_lengths()
-        if not stops or not way or routes is None:
+        route, lengths = self._route(stops), self._route_lengths()
+        if not stops or not route or lengths is None:
             return [math.nan] * len(stops)
-        first, *others = pairwise(way)
+        first, *others = pairwise(route)
         for pair in others:
             if pair not in self._lengths:
-                self._lengths[pair] = routes.path_length(*pair)
-        return [routes.path_length(*first), *(self._lengths[pair] for pair in others)]
+                self._lengths[pair] = lengths.path_length(*pair)
+        return [lengths.path_length(*first), *(self._lengths[pair] for pair in others)]
 
     @property
     def _pace(self) -> Pace:
         return Pace(self._drive_times.seconds_per_metre, self._forecast.battery, self._full_energy)
 
-    def _shorten_way(self, order_id: str) -> None:
+    def _shorten_route(self, order_id: str) -> None:
         """Put the tables of the queue into the shortest order; OrderError where that is not possible."""
         status, poses, routes = self._round.status, self._poses(), self._route_lengths()
         queue = status.queue
@@ -94,7 +94,7 @@ class DeliveryForecastNode(DeliveryRoundNode):
             raise OrderError(status_messages.TOO_MANY_TO_SORT.format(MAX_STOPS))
         places = (status.place, *queue, self.params.home)
         if routes is None or not queue or not poses.keys() >= {*places}:
-            raise OrderError(status_messages.WAY_NOT_KNOWN)
+            raise OrderError(status_messages.ROUTES_NOT_KNOWN)
         start, *tables, home = (poses[place].pose.se2 for place in places)
         first = np.array([routes.between(start, table) for table in tables])
         between = np.array([[routes.between(a, b) for b in tables] for a in tables])

@@ -1,4 +1,4 @@
-"""Finds what blocks the way to a goal, and where to wait until it is gone."""
+"""Finds what blocks the path to a goal, and where to wait until it is gone."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PEOPLE_TIMEOUT_NS = 1_000_000_000
 
 
 class BlockageFinderNode(PlannerCausesNode):
-    """Base class of a node that plans on the global costmap and finds what blocks a way.
+    """Base class of a node that plans on the global costmap and finds what blocks a path.
 
     Its parameters have a field `settings` of type PlannerParams.
     """
@@ -53,7 +53,7 @@ class BlockageFinderNode(PlannerCausesNode):
         self._unmarked = None
 
     async def on_find_blockage(self, goal: FindBlockage_Goal, _: Any) -> FindBlockage_Result:
-        """Return what blocks the way to the goal; nothing if the robot is not localized, or without a map."""
+        """Return what blocks the path to the goal; nothing if the robot is not localized, or without a map."""
         try:
             robot = self.tf.lookup("map", "base_link")
         except TransformError:
@@ -76,7 +76,7 @@ class BlockageFinderNode(PlannerCausesNode):
         )
 
     def _present_costs(self, robot: SE2, goal: SE2) -> Costmap:
-        """Return the costs that a plan to the goal is made on: without far marks if these close the way."""
+        """Return the costs that a plan to the goal is made on: without far marks if these close the path."""
         costs = self._costs.update()
         try:
             self._planner.plan(costs, robot, goal)
@@ -105,7 +105,7 @@ class BlockageFinderNode(PlannerCausesNode):
         )
 
     def _occupied_goal_result(self, costs: Costmap, goal: SE2) -> FindBlockage_Result:
-        """Return the obstacle that occupies the goal at the end of a free way; nothing if none does."""
+        """Return the obstacle that occupies the goal at the end of a free path; nothing if none does."""
         occupied = INSCRIBED <= costs.at(goal.x, goal.y) < UNKNOWN
         cell = nearest_lethal(costs, goal.x, goal.y) if occupied else None
         mark = marked_place(self._costs, cell, "map", self.robot)

@@ -1,4 +1,4 @@
-"""Narrow passages: the robot creeps through where its body just fits, if there is no other way."""
+"""Narrow passages: the robot creeps through where its body just fits, if there is no other path."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class NarrowPassagesNode(LocalCostmapNode, CauseReportsNode):
     def _passage_costs(
         self, follower: PathFollower, pose: SE2, usual: Costmap, people: NearbyPeople
     ) -> Costmap:
-        """Return the costs to follow a path on: with narrow passages open where that is the only way."""
+        """Return the costs to follow a path on: with narrow passages open where that is the only path."""
         if not fits_narrow_passages(self.robot):
             return usual
         narrow = partial(self._narrow_costs, pose, people)

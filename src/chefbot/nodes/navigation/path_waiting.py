@@ -1,4 +1,4 @@
-"""Waits for a way that is blocked: reports why, requests to pass, and compares waiting with the other way."""
+"""Waits for a path that is blocked: reports why, requests to pass, and compares waiting with the other path."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from chefbot.runtime.transform_buffer import TransformError
 NO_VALID_PATH = 208
 """Error code of nav2_msgs/action/ComputePathToPose."""
 BLOCKED_PATHS = (205, 206, 208)
-"""Error codes of ComputePathToPose of ways that people may block: start or goal occupied, no valid path."""
+"""Error codes of ComputePathToPose for paths that people may block: start or goal occupied, no valid path."""
 HELD_UP = (105, 106)
 """Error codes of FollowPath of a robot that something near holds up: no progress, no valid control."""
 NEAR = 1.3
@@ -32,13 +32,13 @@ NEAR = 1.3
 STEP_ASIDE = 6.0
 """Time for which the robot waits for a person before it although its plan leads past, s."""
 PERIOD = 1.0
-"""Time between two checks whether the way is free, s."""
+"""Time between two checks whether the path is free, s."""
 NOTABLE_DETOUR = 1.0
-"""Extra length of a way around people from which it is reported, m."""
+"""Extra length of a path around people from which it is reported, m."""
 
 
 class PathWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
-    """Base class of a node that waits for blocked ways."""
+    """Base class of a node that waits for blocked paths."""
 
     params: NavigatorParams
     tracked_people: In[TrackedPeople]
@@ -62,7 +62,7 @@ class PathWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
         self._standing.process(message)
 
     def _may_be_blocked(self, error_code: int) -> bool:
-        """Return whether the planner may know what blocks the way after this error, 0 for none."""
+        """Return whether the planner may know what blocks the path after this error, 0 for none."""
         return error_code in (*BLOCKED_PATHS, *HELD_UP) or (error_code == 0 and self._standing.anybody)
 
     async def _blocked_path(
@@ -74,14 +74,14 @@ class PathWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
         decision = self._decide(found)
         notable = len(found.people) and found.alternative_path and found.extra_length >= NOTABLE_DETOUR
         takes_other = notable and not decision.waits
-        self.report("other way", _report(DETOUR, BLOCKED, decision, found) if takes_other else None)
+        self.report("other path", _report(DETOUR, BLOCKED, decision, found) if takes_other else None)
         if decision.waits:
             return found
         patient = self._requests.waited(self.now_ns) < self.params.waiting.patience
         return found if error_code in HELD_UP and patient and self._person_ahead() is not None else None
 
     async def _wait_for_path(self, goal: PoseStamped, held_up: bool) -> ComputePathToPose_Result:
-        """Wait until the way is free or another one is quicker; an error if it takes too long.
+        """Wait until the path is free or another one is quicker; an error if it takes too long.
 
         held_up: whether a person stands in front of the robot although its plan leads past.
         """
@@ -104,7 +104,9 @@ class PathWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
                 self._requests.wait(self.now_ns)
                 requested = self._request()
                 decision = decision._replace(sentence=f"{decision.sentence} {requested}".rstrip())
-                self.report("way", _report(STOP, REQUESTED if requested else BLOCKED, decision, found))
+                self.report(
+                    "blocked path", _report(STOP, REQUESTED if requested else BLOCKED, decision, found)
+                )
                 self._publish_status("waiting", decision.sentence)
                 await self.sleep(PERIOD)
         finally:

@@ -115,7 +115,7 @@ class NodeServices:
         return self._node._pending(finding)
 
     def wait_for_path(self, goal: object, error_code: int) -> Pending:
-        """Wait until the way is free or another one is quicker."""
+        """Wait until the path is free or another one is quicker."""
         waiting = self._node._wait_for_path(cast(PoseStamped, goal), error_code in HELD_UP)
         return self._node._pending(waiting)
 

@@ -27,7 +27,7 @@ from chefbot.sim.world.world import World
 STANDING, GOAL_TIMEOUT = 4.0, 180.0
 """Time after which the robot stands, and time for one goal, s."""
 MIN_DRIVE = 3.0
-"""Way that the robot must have driven before its return to the start counts, m."""
+"""Distance that the robot must have driven before its return to the start counts, m."""
 
 
 class BuiltRun(NamedTuple):

@@ -51,7 +51,7 @@ def _command(run: SimulatedRun, command: Twist) -> None:
 
 
 def _is_blocked(run: SimulatedRun) -> bool:
-    """Return whether something is ahead, or beside the way ahead, by the ground truth."""
+    """Return whether something is ahead, or beside the path ahead, by the ground truth."""
     assert run.safety.simulation is not None
     pose = run.safety.simulation.truth().pose
     ahead = (pose @ type(pose)(distance, 0.0, 0.0) for distance in (0.3, LOOK_AHEAD))

@@ -52,7 +52,7 @@ class Passage(NamedTuple):
 
 
 def draw_passage(world: World, robot: Robot, seed: int) -> Passage:
-    """Return a passage through a door that is the only way, drawn by the seed. Raises UserError if there is none."""
+    """Return a passage through a door without a path around it, drawn by the seed, or raise UserError."""
     rng = np.random.default_rng([seed, 0xD002])
     floor = reachable(world, robot)
     sided = []
@@ -63,7 +63,7 @@ def draw_passage(world: World, robot: Robot, seed: int) -> Passage:
         if all(sides):
             sided.append((door, sides, closed))
     if not sided:
-        raise UserError(f"world {world.name} has no door with places on both sides and no way around it")
+        raise UserError(f"world {world.name} has no door with places on both sides and no path around it")
     door, sides, closed = sided[int(rng.integers(len(sided)))]
     one, other = (sides[i] for i in rng.permutation(2))
     start, goal = (_near_place(world, door, names, rng) for names in (one, other))

@@ -53,11 +53,11 @@ class MovableChair:
 
     def advance(self, duration: float, others: Sequence[OccupiedCircle]) -> bool:
         """Move towards the target unless somebody is in the way; return whether the chair moved."""
-        way = self.target - self.out
-        if way == 0.0:
+        remaining = self.target - self.out
+        if remaining == 0.0:
             return False
         travel = PULL_SPEED * duration
-        out = self.target if abs(way) <= travel else self.out + math.copysign(travel, way)
+        out = self.target if abs(remaining) <= travel else self.out + math.copysign(travel, remaining)
         after, before = self.home @ SE2(-out, 0.0, 0.0), self.pose
         for x, y, radius in others:
             gap = math.hypot(after.x - x, after.y - y) - CHAIR_RADIUS - radius

@@ -20,7 +20,7 @@ ROBOT_GAP, SHY_GAP = 0.025, 0.16
 BRAKING_TIME = 0.4
 """Time constant with which a person who avoids the robot brakes before it, s."""
 LARGEST_STEP = 0.2
-"""Bound of the way of a person in a step, m."""
+"""Bound of the distance that a person walks in a step, m."""
 
 
 @njit(cache=True, nogil=True)

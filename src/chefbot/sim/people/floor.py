@@ -1,4 +1,4 @@
-"""The floor of a world at a person's height: where people fit, ways between destinations, doorways and corners."""
+"""The floor of a world at a person's height: where people fit, paths between destinations, doorways and corners."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from chefbot.sim.people.distance_field import (
     line_is_clear,
     lower_to_boxes,
 )
-from chefbot.sim.people.ways import UNREACHABLE, spread, way_length, way_weights
+from chefbot.sim.people.navigation_functions import UNREACHABLE, path_cost, spread, step_weights
 from chefbot.sim.world.furniture import PERSON_HEIGHT, PERSON_RADIUS
 from chefbot.sim.world.shapes import BOX, SimulatedShape
 
-WAY_CELL = 0.1
+PATH_CELL = 0.1
 """Side of the cells of the navigation functions, m, in a world that is not large."""
 FINER = 2
 """Cells of the distance field along the side of one of these."""
-MAX_WAY_CELLS = 250_000
+MAX_PATH_CELLS = 250_000
 """Cells of a navigation function; in larger worlds they are larger, up to twice, and people stay near the start."""
 REACH = 1.5
 """Metres up to which distances to obstacles are computed."""
 STEP_HEIGHT = 0.03
 """Height up to which people step over an obstacle, m."""
 MARGIN = 0.03
-"""Metres that ways keep to obstacles beyond the radius of a person."""
+"""Metres that paths keep to obstacles beyond the radius of a person."""
 DIGITS = 9
 """Decimal places of lengths in metres that people see of obstacles."""
 MAX_DESTINATIONS = 96
@@ -53,11 +53,11 @@ class PeopleFloor:
     def __init__(self, solids: Sequence[SimulatedShape], bounds: Bounds, start: Point) -> None:
         x0, y0, x1, y1, cell = _region(bounds, start)
         height, width = math.ceil((y1 - y0) / cell), math.ceil((x1 - x0) / cell)
-        self.start, self.way_frame = start, np.array([x0, y0, cell])
+        self.start, self.path_frame = start, np.array([x0, y0, cell])
         self.frame = np.array([x0, y0, cell / FINER])
         self.distance: Field = np.full((FINER * height, FINER * width), REACH, np.float32)
         self._weights = np.zeros((height, width), np.int32)
-        self.ways: NDArray[np.int32] = np.zeros((MAX_DESTINATIONS, height, width), np.int32)
+        self.path_costs: NDArray[np.int32] = np.zeros((MAX_DESTINATIONS, height, width), np.int32)
         self._destinations: list[Point] = []
         self._known = np.zeros(MAX_DESTINATIONS, np.bool_)
         lower_to_boxes(self.distance, self.frame, _border(self.frame, self.distance.shape), REACH)
@@ -76,28 +76,28 @@ class PeopleFloor:
             return cells
         row, column = self.cell(*self.start)
         nearest = cells[int(np.argmin((cells[:, 0] - row) ** 2 + (cells[:, 1] - column) ** 2))]
-        way = np.empty_like(self._weights)
-        spread(self._weights, int(nearest[0]), int(nearest[1]), way)
-        return np.argwhere(way < UNREACHABLE)
+        costs = np.empty_like(self._weights)
+        spread(self._weights, int(nearest[0]), int(nearest[1]), costs)
+        return np.argwhere(costs < UNREACHABLE)
 
     def obstruct(self, boxes: Floats) -> None:
-        """Make the ways avoid what stands in them now: boxes (n, 7) as in `lower_to_boxes`."""
+        """Make the paths avoid what stands in them now: boxes (n, 7) as in `lower_to_boxes`."""
         distance = self.distance
         if len(boxes):
             distance = distance.copy()
             lower_to_boxes(distance, self.frame, boxes, REACH)
         radius = PERSON_RADIUS + MARGIN
-        way_weights(distance, self.frame, self.way_frame, radius, self._weights)
+        step_weights(distance, self.frame, self.path_frame, radius, self._weights)
         self._known[:] = False
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Return row and column of the way cell that contains a point; it may lie outside the grid."""
-        x0, y0, cell = self.way_frame.tolist()
+        """Return row and column of the coarse cell that contains a point; it may lie outside the grid."""
+        x0, y0, cell = self.path_frame.tolist()
         return math.floor((y - y0) / cell), math.floor((x - x0) / cell)
 
     def point(self, cell: NDArray[np.int64]) -> Point:
         """Return the centre of a cell, m."""
-        x0, y0, side = self.way_frame.tolist()
+        x0, y0, side = self.path_frame.tolist()
         return x0 + (int(cell[1]) + 0.5) * side, y0 + (int(cell[0]) + 0.5) * side
 
     def draw_point(self, rng: Generator) -> Point:
@@ -137,29 +137,29 @@ class PeopleFloor:
         """Return the point of a destination."""
         return self._destinations[number]
 
-    def way_to(self, number: int, x: float, y: float) -> float:
-        """Return the length of the way from (x, y) to a destination, m, longer along walls; inf if there is none."""
+    def path_length(self, number: int, x: float, y: float) -> float:
+        """Return the length of the path from (x, y) to a destination, m, longer along walls; inf if there is none."""
         if not self._known[number]:
-            self._compute_way(number)
-        cost = int(way_length(self.ways[number], self.way_frame, x, y))
-        return math.inf if cost >= UNREACHABLE else cost * float(self.way_frame[2]) / 10.0
+            self._compute_path_costs(number)
+        cost = int(path_cost(self.path_costs[number], self.path_frame, x, y))
+        return math.inf if cost >= UNREACHABLE else cost * float(self.path_frame[2]) / 10.0
 
-    def _compute_way(self, number: int) -> None:
+    def _compute_path_costs(self, number: int) -> None:
         self._known[number] = True
         row, column = self.cell(*self._destinations[number])
         if self.fits(*self._destinations[number]):
-            spread(self._weights, row, column, self.ways[number])
+            spread(self._weights, row, column, self.path_costs[number])
         else:
-            self.ways[number] = UNREACHABLE
+            self.path_costs[number] = UNREACHABLE
 
 
 def _region(bounds: Bounds, start: Point) -> tuple[float, float, float, float, float]:
     """Return the rectangle in which people walk and the side of its cells, m."""
     x0, y0, x1, y1 = bounds
     area = (x1 - x0) * (y1 - y0)
-    cell = min(max(WAY_CELL, math.sqrt(area / MAX_WAY_CELLS)), 2.0 * WAY_CELL)
-    half = 0.5 * cell * math.sqrt(MAX_WAY_CELLS)
-    if area > MAX_WAY_CELLS * cell * cell:
+    cell = min(max(PATH_CELL, math.sqrt(area / MAX_PATH_CELLS)), 2.0 * PATH_CELL)
+    half = 0.5 * cell * math.sqrt(MAX_PATH_CELLS)
+    if area > MAX_PATH_CELLS * cell * cell:
         x0, x1 = max(x0, start[0] - half), min(x1, start[0] + half)
         y0, y1 = max(y0, start[1] - half), min(y1, start[1] + half)
     return x0, y0, x1, y1, cell

@@ -49,7 +49,7 @@ INTERACTION_DISTANCE, FAINT = 4.0, 4.0
 def interaction(dx: float, dy: float, vx: float, vy: float) -> tuple[float, float]:
     """Return the acceleration that another person causes (Moussaid 2009).
 
-    dx, dy: way to the other. vx, vy: own velocity minus that of the other.
+    dx, dy: vector to the other. vx, vy: own velocity minus that of the other.
     """
     d = max(math.sqrt(dx * dx + dy * dy), 1e-6)
     ex, ey = dx / d, dy / d

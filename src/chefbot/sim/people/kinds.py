@@ -59,7 +59,7 @@ class Talker(SimulatedPerson):
         if not spots:
             return
         place, number = spots[int(self.rng.integers(len(spots)))]
-        if math.isfinite(self.scene.floor.way_to(number, *self.at)):
+        if math.isfinite(self.scene.floor.path_length(number, *self.at)):
             self.meeting = place
             if self.partner is not None:
                 self.partner.meeting = place

@@ -17,8 +17,8 @@ from chefbot.sim.people.forces import (
     force_of_walls,
     look_at_each_other,
 )
+from chefbot.sim.people.navigation_functions import next_point
 from chefbot.sim.people.walkers import STAND, WALK, Surroundings, Walkers
-from chefbot.sim.people.ways import next_point
 from chefbot.sim.world.furniture import PERSON_RADIUS
 
 MAX_SPEED_FACTOR = 1.3
@@ -28,9 +28,9 @@ ARRIVAL_TIME = 0.5
 FORCE_STEPS = 2
 """Steps for which a force is kept."""
 LOOK_STEPS, NEAR_COURSE = 6, 0.3
-"""Steps after which people look for their way again; distance to its next point at which they do at once, m."""
+"""Steps after which people look for their path again; distance to its next point at which they do at once, m."""
 TURNING = 0.25
-"""Share of the way to the direction of motion that the heading makes in a step."""
+"""Share of the angle to the direction of motion by which the heading turns in a step."""
 STUCK_SHARE = 0.15
 """Share of the wanted speed below which a person does not get on."""
 
@@ -39,7 +39,7 @@ STUCK_SHARE = 0.15
 def step(w: Walkers, s: Surroundings, duration: float, number: int) -> None:
     """Advance all people by `duration` s. People who overlap nothing before do not overlap anything after.
 
-    number: count of the steps before; people look for their way in turn.
+    number: count of the steps before; people look for their path in turn.
     """
     n = len(w.pace)
     wanted, near = np.zeros((n, 2)), np.empty(n, np.int64)
@@ -47,7 +47,7 @@ def step(w: Walkers, s: Surroundings, duration: float, number: int) -> None:
     # Forces from the same instant, of half of the people in each step.
     for i in range(n):
         if w.mode[i] != STAND:
-            _look_for_way(w, s, i, (number + i) % LOOK_STEPS == 0)
+            _look_for_path(w, s, i, (number + i) % LOOK_STEPS == 0)
             if (number + i) % FORCE_STEPS == 0:
                 w.force[i] = _force(w, s, i)
             wanted[i] = _wanted_velocity(w, i, duration)
@@ -64,15 +64,15 @@ def step(w: Walkers, s: Surroundings, duration: float, number: int) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _look_for_way(w: Walkers, s: Surroundings, i: int, due: bool) -> None:
-    """Find the next point of the way of person i if it is due or near the last one."""
+def _look_for_path(w: Walkers, s: Surroundings, i: int, due: bool) -> None:
+    """Find the next point on the path of person i if it is due or near the last one."""
     if w.mode[i] != WALK:
         w.course[i] = w.aim[i]
         return
     dx, dy = w.course[i, 0] - w.position[i, 0], w.course[i, 1] - w.position[i, 1]
     if due or dx * dx + dy * dy < NEAR_COURSE * NEAR_COURSE:
-        x, y, way = w.position[i, 0], w.position[i, 1], s.ways[w.destination[i]]
-        px, py = next_point(way, s.way_frame, s.distance, s.frame, x, y, PERSON_RADIUS)
+        x, y, costs = w.position[i, 0], w.position[i, 1], s.path_costs[w.destination[i]]
+        px, py = next_point(costs, s.path_frame, s.distance, s.frame, x, y, PERSON_RADIUS)
         w.course[i, 0], w.course[i, 1] = px, py
 
 
@@ -108,14 +108,14 @@ def _wanted_velocity(w: Walkers, i: int, duration: float) -> tuple[float, float]
 
 @njit(cache=True, nogil=True)
 def _course(w: Walkers, i: int) -> tuple[float, float, float]:
-    """Return the unit vector to the next point of the way and the speed there."""
+    """Return the unit vector to the next point of the path and the speed there."""
     x, y = w.position[i, 0], w.position[i, 1]
     dx, dy = w.course[i, 0] - x, w.course[i, 1] - y
     distance = math.sqrt(dx * dx + dy * dy)
     if distance < 1e-3:
         return 0.0, 0.0, 0.0
-    way_left = math.sqrt((w.aim[i, 0] - x) ** 2 + (w.aim[i, 1] - y) ** 2)
-    return dx / distance, dy / distance, min(w.pace[i], way_left / ARRIVAL_TIME)
+    distance_left = math.sqrt((w.aim[i, 0] - x) ** 2 + (w.aim[i, 1] - y) ** 2)
+    return dx / distance, dy / distance, min(w.pace[i], distance_left / ARRIVAL_TIME)
 
 
 @njit(cache=True, nogil=True)

@@ -31,7 +31,7 @@ DESTINATIONS, ROUTE_ENDS, SPOTS, CHAIRS, DOORS = 16, 20, 10, 20, 10
 """Most destinations anywhere and on routes, doorways or corners, chairs and doors that people go to."""
 CHAIRS_PER_PERSON = 3
 SETTLING_UPDATES = 10
-"""Updates for which doors and chairs rest before ways lead round them."""
+"""Updates for which doors and chairs rest before paths lead round them."""
 MOVING = 0.05
 """Speed from which people take the robot as moving, m/s."""
 
@@ -220,7 +220,7 @@ class SimulatedPeople:
         return [(chair.pose.x, chair.pose.y, CHAIR_RADIUS) for chair in self.movable]
 
     def _look_at_movers(self) -> None:
-        """Take the positions of doors and chairs; ways lead round them as soon as they rest."""
+        """Take the positions of doors and chairs; paths lead round them as soon as they rest."""
         state = (*(door.open for door in self._doors), *(chair.out for chair in self.movable))
         if state != self._state:
             self._state, self._state_since = state, self._updates
@@ -228,9 +228,9 @@ class SimulatedPeople:
         if state != self._settled and self._updates - self._state_since >= SETTLING_UPDATES:
             self._settled = state
             self.floor.obstruct(self._boxes_of_movers())
-            on_the_way = self.walkers.mode == WALK
-            for number in np.unique(self.walkers.destination[on_the_way]).tolist():
-                self.floor.way_to(number, 0.0, 0.0)
+            walking = self.walkers.mode == WALK
+            for number in np.unique(self.walkers.destination[walking]).tolist():
+                self.floor.path_length(number, 0.0, 0.0)
 
     def _look_around(self) -> Surroundings:
         floor = self.floor
@@ -238,8 +238,8 @@ class SimulatedPeople:
         return Surroundings(
             floor.distance,
             floor.frame,
-            floor.ways,
-            floor.way_frame,
+            floor.path_costs,
+            floor.path_frame,
             np.round(leaves, DIGITS),
             np.round(discs, DIGITS),
             self._robot_row,

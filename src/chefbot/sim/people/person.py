@@ -27,7 +27,7 @@ STEP_ASIDE = (0.6, 1.4)
 ARRIVED = 0.35
 """Distance to a destination at which people have arrived, m."""
 NEAR = 2.0
-"""Least length of the way to a destination, m, if there is one so far away."""
+"""Least length of the path to a destination, m, if there is one so far away."""
 ROUTE_SHARE = 0.7
 """Share of the destinations that lie on the routes of the world file."""
 
@@ -111,7 +111,7 @@ class SimulatedPerson:
     def travel(self, destination: int, pace: float | None = None, within: float = ARRIVED) -> Trying:
         """Walk to a destination; return whether it was reached."""
         attempts = 0
-        while attempts < 3 and math.isfinite(self.scene.floor.way_to(destination, *self.at)):
+        while attempts < 3 and math.isfinite(self.scene.floor.path_length(destination, *self.at)):
             self._set_out(destination, pace)
             while self.walkers.stuck[self.number] <= self._patience:
                 yield
@@ -167,7 +167,7 @@ class SimulatedPerson:
             on_route = bool(scene.route_ends) and float(self.rng.uniform()) < ROUTE_SHARE
             numbers = scene.route_ends if on_route else scene.anywhere
             number, pace = numbers[int(self.rng.integers(len(numbers)))]
-            length = scene.floor.way_to(number, *self.at)
+            length = scene.floor.path_length(number, *self.at)
             if NEAR < length < math.inf:
                 return number, min(self.pace, pace)
             if ARRIVED < length < NEAR:

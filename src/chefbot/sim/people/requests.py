@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 BLOCK_DISTANCE = 0.4
 """Metres that somebody who blocks the robot leaves to it."""
 PLACES = ((0.4, 0.0), (-0.4, 0.0), (0.95, 0.3), (-0.95, -0.3), (0.95, -0.4), (-0.95, 0.4))
-"""Where people stand in a doorway, the first comers first: along the way through it and across it, m."""
+"""Where people stand in a doorway, the first comers first: along the passage through it and across it, m."""
 AT_PLACE = 0.12
 """Distance up to which somebody stands at a place, m."""
 BEFORE = 1.5

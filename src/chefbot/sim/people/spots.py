@@ -97,7 +97,7 @@ def hiding_places(floor: PeopleFloor, rng: Generator, count: int) -> list[Hiding
 
 
 def door_sides(floor: PeopleFloor, doors: Sequence[MovingDoor]) -> list[tuple[MovingDoor, float, float]]:
-    """Return each door with a point before it, clear of the way of its leaf, if there is one on the floor."""
+    """Return each door with a point before it, clear of the swing of its leaf, if there is one on the floor."""
     sides = []
     for moving in doors:
         door = moving.door
@@ -112,7 +112,7 @@ def door_sides(floor: PeopleFloor, doors: Sequence[MovingDoor]) -> list[tuple[Mo
 
 
 def _points(floor: PeopleFloor) -> Floats:
-    x0, y0, cell = floor.way_frame.tolist()
+    x0, y0, cell = floor.path_frame.tolist()
     return np.column_stack([x0 + (floor.cells[:, 1] + 0.5) * cell, y0 + (floor.cells[:, 0] + 0.5) * cell])
 
 

@@ -16,7 +16,7 @@ class Walkers(NamedTuple):
     """State of n people; metres, seconds and radians in the map frame.
 
     position, velocity, force, heading: (n, 2); force is an acceleration, heading a unit vector.
-    aim: (n, 2) the point that a person goes to or, standing, looks at. course: (n, 2) the next point on the way.
+    aim: (n, 2) the point that a person goes to or, standing, looks at. course: (n, 2) the next point on the path.
     pace: (n,) speed that each wants to walk. mode: (n,) STAND, WALK or APPROACH.
     destination: (n,) number of the navigation function of a person who walks.
     group: (n,) number of the group, -1 for none. shy: (n,) whether a person avoids the robot.
@@ -41,16 +41,16 @@ class Walkers(NamedTuple):
 class Surroundings(NamedTuple):
     """What people move in; metres and seconds in the map frame.
 
-    distance: (h, w) to the nearest obstacle that never moves, on a grid with `frame` (3,). ways: (k, H, W)
-    navigation functions on a coarser grid with `way_frame` (3,), tenths of a cell of way to each destination. leaves:
+    distance: (h, w) to the nearest obstacle that never moves, on a grid with `frame` (3,). path_costs: (k, H, W)
+    navigation functions on a coarser grid with `path_frame` (3,), tenths of a cell to each destination. leaves:
     (m, 4) ends of the door leaves. discs: (c, 3) x, y, radius of the chairs that can be moved. robot: (3,) x, y and
     radius. seen: (4,) position and velocity of the robot as people see it. sight: distance within which they see it.
     """
 
     distance: NDArray[np.float32]
     frame: Floats
-    ways: NDArray[np.int32]
-    way_frame: Floats
+    path_costs: NDArray[np.int32]
+    path_frame: Floats
     leaves: Floats
     discs: Floats
     robot: Floats

@@ -15,7 +15,7 @@ GAP = 0.03  # m that a leaf keeps to a person or the robot
 
 
 def closed_middle(door: Door) -> SE2:
-    """Return the middle of the opening that a door closes, x along the way through it, in the world frame."""
+    """Return the middle of the opening that a door closes, x along the passage through it, in the world frame."""
     return door_pose(door, 0.0) @ SE2(0.5 * door.width, 0.0, 0.5 * math.pi)
 
 
@@ -55,8 +55,8 @@ class MovingDoor:
 
     def _open_after(self, travel: float) -> float:
         """Return the opening after a travel of at most `travel`, 0..1: exactly the target once it is reached."""
-        way = self.target - self.open
-        return self.target if abs(way) <= travel else self.open + math.copysign(travel, way)
+        remaining = self.target - self.open
+        return self.target if abs(remaining) <= travel else self.open + math.copysign(travel, remaining)
 
 
 def _hits(next_leaf: SimulatedShape, leaf: SimulatedShape, other: OccupiedCircle) -> bool:

@@ -85,7 +85,7 @@ class FreeFloor:
     def reachable_near(self, start: SE2, x: float, y: float) -> tuple[SE2, float]:
         """Return the pose (yaw 0) nearest to a point that the robot gets to from `start`, and their distance, m.
 
-        The way may be as narrow as the robot.
+        The path may be as narrow as the robot.
         """
         pose = self._nearest(self._reached(start), x, y)
         return pose, math.hypot(pose.x - x, pose.y - y)

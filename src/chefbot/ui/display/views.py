@@ -240,7 +240,7 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class RoundStopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A stop that is left of a round: way to it (m), time until the arrival (s), charge then (percent)."""
+    """A stop that is left of a round: distance to it (m), time until the arrival (s), charge then (percent)."""
 
     place: str
     distance: float

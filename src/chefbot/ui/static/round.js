@@ -50,7 +50,7 @@ export class RoundCard {
       const item = document.createElement("li"), label = document.createElement("span");
       label.textContent = title(name);
       const when = document.createElement("small");
-      when.title = tr("Way, time and battery on arrival");
+      when.title = tr("Distance, time and battery on arrival");
       const earlier = chip("↑", tr("Serve {place} earlier", { place: title(name) }), () => this.changeQueue(moved(queue, i)));
       const leave = chip("×", tr("Leave out {place}", { place: title(name) }), () => this.changeQueue(queue.filter((_, k) => k !== i)));
       earlier.disabled = i === 0;
@@ -59,7 +59,7 @@ export class RoundCard {
     }));
   }
 
-  // Under the step: the way to the next stop, and when the robot is home. On each chip: when that table is reached.
+  // Under the step: the distance to the next stop, and when the robot is home. On each chip: when that table is reached.
   showForecast(forecast) {
     this.forecast = forecast;
     const { queue = [], state = "", place = "", round_active: active = false } = this.value ?? {};
@@ -134,7 +134,7 @@ export class RoundCard {
   }
 }
 
-// Way, time and, where it is known, charge of the battery at the end of a round.
+// Distance, time and, where it is known, charge of the battery at the end of a round.
 function homeAgain(home) {
   const values = { metres: metres(home.distance), time: time(home.time), battery: charge(home)[0] };
   return home.battery === null ? tr("Home again: {metres}, about {time}.", values)

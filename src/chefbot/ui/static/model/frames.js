@@ -72,8 +72,8 @@ export class FrameTree {
     for (const [name, position] of Object.entries(positions ?? {})) {
       const joint = this.joints.get(name);
       if (!joint) continue;
-      const from = joint.position ?? 0, way = position - from;
-      const short = joint.kind === PRISMATIC ? way : Math.atan2(Math.sin(way), Math.cos(way));
+      const from = joint.position ?? 0, travel = position - from;
+      const short = joint.kind === PRISMATIC ? travel : Math.atan2(Math.sin(travel), Math.cos(travel));
       this.glides.to(`joint ${name}`, (share) => this.move(name, from + share * short));
     }
   }

@@ -1,4 +1,4 @@
-"""Navigation functions: the length of the way to a destination from everywhere on the floor."""
+"""Navigation functions: the length of the path to a destination from everywhere on the floor."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ ROOM = 0.6
 NARROW_FACTOR = 3.0
 """Cost of a step where a person just fits, relative to one in the open."""
 LOOKAHEAD = 12
-"""Cells of the way that a person looks ahead for a shortcut."""
+"""Cells of the path that a person looks ahead for a shortcut."""
 
 
 @njit(cache=True, nogil=True)
-def way_weights(
-    field: Field, frame: Floats, way_frame: Floats, radius: float, out: NDArray[np.int32]
+def step_weights(
+    field: Field, frame: Floats, path_frame: Floats, radius: float, out: NDArray[np.int32]
 ) -> None:
     """Write the cost of a straight step into each cell (H, W), 0 where a person of `radius` metres does not fit."""
     for row in range(out.shape[0]):
         for column in range(out.shape[1]):
-            x = way_frame[0] + (column + 0.5) * way_frame[2]
-            y = way_frame[1] + (row + 0.5) * way_frame[2]
+            x = path_frame[0] + (column + 0.5) * path_frame[2]
+            y = path_frame[1] + (row + 0.5) * path_frame[2]
             free = distance_at(field, frame, x, y)
             if free < radius:
                 out[row, column] = 0
@@ -40,7 +40,7 @@ def way_weights(
 
 @njit(cache=True, nogil=True)
 def spread(weights: NDArray[np.int32], row: int, column: int, out: NDArray[np.int32]) -> None:
-    """Write the cost of the cheapest way from each cell (H, W) to the cell (row, column).
+    """Write the cost of the cheapest path from each cell (H, W) to the cell (row, column).
 
     Label correcting with a queue (Bellman 1958): whole numbers, so that the result does not depend on the order.
     """
@@ -72,32 +72,38 @@ def spread(weights: NDArray[np.int32], row: int, column: int, out: NDArray[np.in
 
 
 @njit(cache=True, nogil=True)
-def way_length(way: NDArray[np.int32], way_frame: Floats, x: float, y: float) -> int:
-    """Return the cost of the way from (x, y), from the best of the cells around; UNREACHABLE if there is none."""
-    row, column = _cell(way_frame, x, y)
+def path_cost(costs: NDArray[np.int32], path_frame: Floats, x: float, y: float) -> int:
+    """Return the cost of the path from (x, y), from the best of the cells around; UNREACHABLE if there is none."""
+    row, column = _cell(path_frame, x, y)
     best = UNREACHABLE
-    for r in range(max(row - 1, 0), min(row + 2, way.shape[0])):
-        for c in range(max(column - 1, 0), min(column + 2, way.shape[1])):
-            best = min(best, way[r, c])
+    for r in range(max(row - 1, 0), min(row + 2, costs.shape[0])):
+        for c in range(max(column - 1, 0), min(column + 2, costs.shape[1])):
+            best = min(best, costs[r, c])
     return best
 
 
 @njit(cache=True, nogil=True)
 def next_point(
-    way: NDArray[np.int32], way_frame: Floats, field: Field, frame: Floats, x: float, y: float, radius: float
+    costs: NDArray[np.int32],
+    path_frame: Floats,
+    field: Field,
+    frame: Floats,
+    x: float,
+    y: float,
+    radius: float,
 ) -> tuple[float, float]:
-    """Return the farthest point of the way from (x, y) that can be walked to straight on; (x, y) if there is none."""
+    """Return the farthest point of the path from (x, y) that can be walked to straight; (x, y) if there is none."""
     rows, columns = np.empty(LOOKAHEAD, np.int64), np.empty(LOOKAHEAD, np.int64)
-    row, column = _cell(way_frame, x, y)
+    row, column = _cell(path_frame, x, y)
     # Steepest descent of the navigation function.
     count = 0
     here = UNREACHABLE
     while count < LOOKAHEAD:
         best, br, bc = here, row, column
-        for r in range(max(row - 1, 0), min(row + 2, way.shape[0])):
-            for c in range(max(column - 1, 0), min(column + 2, way.shape[1])):
-                if way[r, c] < best:
-                    best, br, bc = way[r, c], r, c
+        for r in range(max(row - 1, 0), min(row + 2, costs.shape[0])):
+            for c in range(max(column - 1, 0), min(column + 2, costs.shape[1])):
+                if costs[r, c] < best:
+                    best, br, bc = costs[r, c], r, c
         if best >= here:
             break
         here, row, column = best, br, bc
@@ -105,15 +111,18 @@ def next_point(
         count += 1
     # The farthest cell in sight, else the next one.
     for k in range(count - 1, -1, -1):
-        px = way_frame[0] + (columns[k] + 0.5) * way_frame[2]
-        py = way_frame[1] + (rows[k] + 0.5) * way_frame[2]
+        px = path_frame[0] + (columns[k] + 0.5) * path_frame[2]
+        py = path_frame[1] + (rows[k] + 0.5) * path_frame[2]
         if k == 0 or line_is_clear(field, frame, x, y, px, py, radius):
             return px, py
     return x, y
 
 
 @njit(cache=True, nogil=True)
-def _cell(way_frame: Floats, x: float, y: float) -> tuple[int, int]:
+def _cell(path_frame: Floats, x: float, y: float) -> tuple[int, int]:
     """Return row and column of the cell that contains a point."""
-    row, column = math.floor((y - way_frame[1]) / way_frame[2]), math.floor((x - way_frame[0]) / way_frame[2])
+    row, column = (
+        math.floor((y - path_frame[1]) / path_frame[2]),
+        math.floor((x - path_frame[0]) / path_frame[2]),
+    )
     return row, column

@@ -59,7 +59,7 @@ def scenario_of(robot: str, people: int) -> Scenario:
 
 
 class DroppedBoxes:
-    """Drops a box before the robot from time to time, as an operator does on the page."""
+    """Drops a box before the robot from time to time, as an operator does in the web UI."""
 
     def __init__(self, run: SimulatedRun) -> None:
         self._run, self._next = run, BOX_PERIOD

@@ -3,12 +3,12 @@
 A launch with a drive base in wall time and its web UI at the network is attacked by processes of their own, without
 a token and with one. For each attack: the rate of wheel commands at a subscriber and the gaps between them, the time
 from STOP in a browser that is connected to the base's confirmation, the time until a new operator with a token gets
-in (at another address than the attacker, and at the same), and the CPU time of the page's and the base's process.
+in (at another address than the attacker, and at the same), and the CPU time of the web UI's and the base's process.
 All but the last are wall times, which other load prolongs.
 
 Run: python bench/bench_page_flood.py [SECONDS] [in_base]
 
-`in_base` serves the page in the process of the base, for comparison.
+`in_base` serves the web UI in the process of the base, for comparison.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def slow_headers(host: str, port: int) -> None:
 
 
 def http_flood(host: str, port: int, cookie: str = "") -> None:
-    """Request the page as fast as possible, each time on a new connection."""
+    """Request the web UI as fast as possible, each time on a new connection."""
     headers = f"Host: {host}:{port}\r\n" + (f"Cookie: {cookie}\r\n" if cookie else "")
     request = f"GET / HTTP/1.1\r\n{headers}\r\n".encode()
     while True:
@@ -168,7 +168,7 @@ def attack(name: str, host: str, port: int) -> Iterator[None]:
 
 
 class Operator:
-    """A browser that is connected before the attack; it reads, and pings as the page does."""
+    """A browser that is connected before the attack; it reads, and pings as the web UI does."""
 
     def __init__(self, host: str, port: int) -> None:
         self._stack = ExitStack()
@@ -245,7 +245,7 @@ def _open_at_last(host: str, port: int) -> AbstractContextManager[ClientConnecti
 
 
 def new_operator(host: str, port: int) -> float | None:
-    """Return the seconds until a new browser with a token has the page and a first layer; None after PATIENCE."""
+    """Return the seconds until a new browser with a token has the web UI and a first layer; None after PATIENCE."""
     began = time.monotonic()
     while time.monotonic() - began < PATIENCE:
         with suppress(OSError, TimeoutError, Exception):
@@ -322,7 +322,7 @@ def main() -> None:
             for name in ATTACKS:
                 print(measure(name, launch, node, (host, port), seconds), flush=True)
             lost = re.findall(r"process page .*", launch.stop())
-            print(f"remarks about the page's process: {lost or 'none'}")
+            print(f"remarks about the web UI's process: {lost or 'none'}")
 
 
 def _serves(host: str, port: int) -> bool:

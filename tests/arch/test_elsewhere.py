@@ -55,7 +55,7 @@ def test_emulating_a_board_names_the_supported_systems(tmp_path: Path) -> None:
 def test_keyboard_and_gamepad_name_the_supported_systems(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("chefbot.devices.terminal.termios", None)
     with pytest.raises(
-        UserError, match="terminals of Linux and macOS only; drive with the keys on the robot's page"
+        UserError, match="terminals of Linux and macOS only; drive with the keys in the robot's web UI"
     ):
         Terminal(lambda _: None, lambda: None)
     monkeypatch.setattr("chefbot.devices.input_events.fcntl", None)

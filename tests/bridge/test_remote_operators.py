@@ -1,4 +1,4 @@
-"""Page, keyboard and mapping on another machine than the robot, as a person starts them."""
+"""Web UI, keyboard and mapping on another machine than the robot, as a person starts them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def until(condition: Callable[[], bool]) -> None:
 
 
 def place_of(page: Machine) -> tuple[float, float, float]:
-    """x, y, speed as the page shows them; it shows none while its transforms are too old on a busy computer."""
+    """x, y, speed as the web UI shows them; it shows none while its transforms are too old on a busy computer."""
     robot = wait_for(lambda: page.request("now robot"))
     assert isinstance(robot, dict)
     return robot["x"], robot["y"], robot["v"]
@@ -73,7 +73,7 @@ def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     page = network.page_user("alice")
     for layer in ("map", "scan", "robot", "status", "fixed_frames", "description"):
         assert page.request(f"see {layer}"), layer
-    assert "kitchen" in str(page.request("see places"))  # published once, before the page was there
+    assert "kitchen" in str(page.request("see places"))  # published once, before the web UI was there
 
     driven = drive_off(page)
     page.send(f"drive -{HELD} 0 4")

@@ -58,7 +58,7 @@ def test_a_burst_is_a_warning_for_a_while_then_only_counted(parts: SimpleNamespa
 
 
 def test_the_message_names_what_is_lost_now_and_not_how_often(parts: SimpleNamespace) -> None:
-    """A sentence that changed each second would move the page on which it is read."""
+    """A sentence that changed each second would move the web UI in which it is read."""
     for second in range(8):
         parts.tally.add("/tf: not of its type")
         parts.health.publish(second * SECOND)

@@ -58,9 +58,9 @@ def test_lost_localization_is_its_own_root() -> None:
 
 def test_the_emergency_stop_begins_and_ends() -> None:
     statuses = StatusReports()
-    active = EmergencyStopStatus(active=True, description="Pressed on the page.")
+    active = EmergencyStopStatus(active=True, description="Pressed in the web UI.")
     (begun,) = statuses.emergency_stop(active, 5)
-    assert begun.sentence == "Emergency stop: pressed on the page." and begun.header.stamp.ns == 5
+    assert begun.sentence == "Emergency stop: pressed in the web UI." and begun.header.stamp.ns == 5
     assert statuses.emergency_stop(active, 6) == []
     assert facts(statuses.emergency_stop(EmergencyStopStatus(), 7)) == [(END, "base", "emergency stop")]
     assert statuses.emergency_stop(EmergencyStopStatus(), 8) == []

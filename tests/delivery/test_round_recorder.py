@@ -14,7 +14,7 @@ from chefbot.ui.missions.round_recorder import NOT_SERVED, TAKEN, RoundRecorder
 
 
 class Recorded:
-    """A round whose every status is recorded, as the page does that shows it."""
+    """A round whose every status is recorded, as the web UI does that shows it."""
 
     def __init__(self, path: Path) -> None:
         self.history = DeliveryHistory(path)

@@ -1,4 +1,4 @@
-"""A robot whose programs end while it is stopped, however they end, starts stopped; any page releases it."""
+"""A robot whose programs end while it is stopped, however they end, starts stopped; any browser releases it."""
 
 from __future__ import annotations
 

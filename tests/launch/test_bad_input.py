@@ -141,7 +141,7 @@ def test_home_paths_are_expanded_after_an_equals_sign(
 
 
 def test_port_page_and_board_port_keep_one_meaning_each() -> None:
-    """port:= is where the page is served, page:= the address of one that runs, board_port:= the motor board."""
+    """port:= is where the web UI is served, page:= the address of one that runs, board_port:= the motor board."""
     for name in built_in_launches():
         args, nodes = load_launch(name).args, load_launch(name).nodes
         assert isinstance(args.get("port", 0), int), name
@@ -167,7 +167,7 @@ def test_launch_without_a_name_lists_the_launches(
 
 
 def test_a_failed_start_leaves_the_port_free(tmp_path: Path) -> None:
-    """The page was up when the map turned out to be missing."""
+    """The web UI was up when the map turned out to be missing."""
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
     arguments = [f"port:={port}", f"map_file:={tmp_path}/none.yaml", "world:=room", "duration:=0.1"]

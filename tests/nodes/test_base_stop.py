@@ -189,7 +189,7 @@ def test_during_a_stop_no_command_reaches_the_wheels() -> None:
 
 
 def test_a_late_joining_subscriber_receives_the_state() -> None:
-    """A page that is opened while the robot stands gets the stop, its cause and the reason at once."""
+    """A web UI that is opened while the robot stands gets the stop, its cause and the reason at once."""
     base = bench()
     base.send("stop_request", Bool(True))
     base.run(1.0)

@@ -1,4 +1,4 @@
-"""Tests of the roles of the web UI: each command has one, the robot checks it, the page offers what it may do."""
+"""Tests of the roles of the web UI: each command has one, the robot checks it, the web UI offers what it may do."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CONTROLS = {
     "incident-box": "manager",
     "inspect-box": "engineer",
 }
-"""Elements of the page, and the role from which on they are offered."""
+"""Elements of the web UI, and the role from which on they are offered."""
 OFFERED = "document.getElementById('%s').checkVisibility()"
 
 

@@ -1,4 +1,4 @@
-"""Tests in Chromium that the page calls a person by sound, vibration and notification, only where that was chosen."""
+"""Tests in Chromium that the web UI calls a person by sound, vibration and notification, only where chosen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page's list of causes: what it is given, and what an operator sees of it."""
+"""The web UI's list of causes: what it is given, and what an operator sees of it."""
 
 from __future__ import annotations
 

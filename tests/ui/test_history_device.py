@@ -1,4 +1,4 @@
-"""The web UI's device with its history: a damaged file is a remark, never a page that does not start."""
+"""The web UI's device with its history: a damaged file is a remark, never a web UI that does not start."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ def test_numbers_can_be_pressed_while_they_change(tab: Tab, page: Any) -> None:
 
 
 def command_of(page: Any, kind: type[OperatorCommand]) -> Any:
-    """The next command of a kind that the page sends."""
+    """The next command of a kind that the web UI sends."""
     while not isinstance(command := page.next_command(), kind):
         pass
     return command

@@ -1,4 +1,4 @@
-"""Tests an invited person's phone: the link is kept, the page opens without the robot, and reports a revoked link."""
+"""Tests an invited person's phone: it keeps the link, opens without the robot, and a revoked link is reported."""
 
 from __future__ import annotations
 

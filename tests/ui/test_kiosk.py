@@ -29,7 +29,7 @@ WRONG_AT_ONCE = """new Promise((done) => {
   }).observe(form, { attributes: true });
   document.getElementById('kiosk-leave').click();
 })"""
-"""A wrong PIN in the very moment in which the page wants it, before the robot has answered the next ping."""
+"""A wrong PIN in the very moment in which the web UI wants it, before the robot has answered the next ping."""
 LEFT = "!document.body.classList.contains('kiosk')"
 
 

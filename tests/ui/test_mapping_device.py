@@ -54,7 +54,7 @@ def device(nodes: NodeRunner) -> Any:
 def outcome(
     nodes: NodeRunner, name: str, newest: OccupancyGrid | None = MAP, *, replace: bool = False
 ) -> str:
-    """Save a map and return what the page then shows."""
+    """Save a map and return what the web UI then shows."""
     before = device(nodes)._mapping.requests
     device(nodes)._execute_mapping(do.SaveMap(name, replace), newest, {"bar": SE2(0.5, 0.5, 0.0)})
 

@@ -1,4 +1,4 @@
-"""Tests that mapping is begun, dropped and saved on the page."""
+"""Tests that mapping is begun, dropped and saved in the web UI."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests in Chromium what the page reports after a lost connection: about the last command, and about a restart."""
+"""Tests in Chromium what the web UI reports after a lost connection: about the last command, and about a restart."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def tab(page: Any, network: FaultyNetwork) -> Iterator[Tab]:
 def press_cancel_while(
     tab: Tab, network: FaultyNetwork, mode: str, arrived: Callable[[], Any] = list
 ) -> None:
-    """Press Cancel on a link with a fault, and let the link recover once the page has noticed it.
+    """Press Cancel on a link with a fault, and let the link recover once the web UI has noticed it.
 
     arrived: waits until the robot's computer has received the command, if it does.
     """
@@ -82,7 +82,7 @@ def test_a_command_that_was_lost_stays_reported(page: Any, network: FaultyNetwor
 def test_a_restart_is_reported_with_the_tables_not_served(
     page: Any, network: FaultyNetwork, tab: Tab, has_the_round: bool
 ) -> None:
-    """If only the page's process was restarted, the robot goes on with the round."""
+    """If only the web UI's process was restarted, the robot goes on with the round."""
     on_the_way = DeliveryView(
         state="driving",
         place="table_1",

@@ -49,7 +49,7 @@ def talk(nodes: NodeRunner, text: str) -> None:
 
 
 def end(nodes: NodeRunner) -> IncidentsView:
-    """End the recording, and return what the page then shows."""
+    """End the recording, and return what the web UI then shows."""
 
     def ended() -> bool:
         nodes.run(0.1)

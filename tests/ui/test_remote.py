@@ -87,7 +87,7 @@ def test_a_robot_shutdown_is_reported() -> None:
     "url", ["", "http://", "ftp://127.0.0.1", "http://127.0.0.1:99999", "http://[::1", "a b://"]
 )
 def test_an_invalid_address_is_rejected(url: str) -> None:
-    with pytest.raises(UserError, match="not the address of a page"):
+    with pytest.raises(UserError, match="not the address of a web UI"):
         WebUiClient(url)
 
 

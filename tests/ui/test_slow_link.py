@@ -1,4 +1,4 @@
-"""Tests in Chromium that on a slow link nothing old queues up, and that the page shows how old its view is."""
+"""Tests in Chromium that on a slow link nothing old queues up, and that the web UI shows how old its view is."""
 
 from __future__ import annotations
 

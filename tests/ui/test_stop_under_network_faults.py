@@ -38,7 +38,7 @@ class Phone:
         self.tab.wait_for(f"{STOP} === 'STOP' && !document.body.classList.contains('offline')")
 
     def press(self, fault: str) -> None:
-        """Press STOP under a fault and check what the page shows at once, during the fault and after it."""
+        """Press STOP under a fault and check what the web UI shows at once, during the fault and after it."""
         before, _, after = fault.partition(" ")
         if fault in ("hole before", "late", "reset while late"):
             self.network.mode, self.network.delay = ("hole", 0.0) if before == "hole" else ("late", 0.5)
@@ -100,7 +100,7 @@ def test_a_withdrawn_press_does_not_count_when_it_arrives(phone: Phone) -> None:
 
 
 def test_a_slow_connection_is_given_up_without_an_error(phone: Phone) -> None:
-    """An answer after 4 s is too late for the page, which tries again; another one may be accepted by then."""
+    """An answer after 4 s is too late for the web UI, which tries again; another one may be accepted by then."""
     phone.network.mode, phone.network.delay = "late", 4.0
     before = phone.network.accepted
     phone.network.reset()

@@ -77,12 +77,12 @@ class Terminal:
 def _handle_of_stdin() -> int:
     if termios is None:
         raise UserError(
-            "the keyboard is read in terminals of Linux and macOS only; drive with the keys on the robot's page"
+            "the keyboard is read in terminals of Linux and macOS only; drive with the keys in the robot's web UI"
         )
     if sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
         raise UserError(
             "the keyboard needs a terminal, but the standard input is none; start it in a terminal window, "
-            "or drive with the keys or the joystick on the robot's page"
+            "or drive with the keys or the joystick in the robot's web UI"
         )
     return sys.stdin.fileno()
 

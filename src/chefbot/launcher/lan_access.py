@@ -32,7 +32,7 @@ def with_ui_address(launch: Launch, address: str) -> Launch:
 
 
 def _check_address(address: str) -> None:
-    """Raise UserError unless this machine has the address: the page's own process would fail repeatedly."""
+    """Raise UserError unless this machine has the address: the web UI's own process would fail repeatedly."""
     family = socket.AF_INET6 if ":" in address else socket.AF_INET
     try:
         socket.create_server((address, 0), family=family).close()

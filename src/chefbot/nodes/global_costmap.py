@@ -106,7 +106,7 @@ class GlobalCostmapNode(PeopleMarksNode):
             self._costs.clear()  # not localized: all marks are unreliable
 
     def on_clicked_point(self, clicked: PointStamped) -> None:
-        """Publish the cost of the cell at a point, and what marked it: RViz's "Publish Point", or the page."""
+        """Publish the cost of the cell at a point, and what marked it: RViz's "Publish Point", or the web UI."""
         try:
             point = self.tf.lookup("map", clicked.header.frame_id) @ SE2(
                 clicked.point.x, clicked.point.y, 0.0

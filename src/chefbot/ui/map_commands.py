@@ -100,7 +100,7 @@ class ResetMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="re
 
 
 class SaveMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="save_map"):
-    """Save the map under a name on the computer that serves the page; `replace` one of the same name."""
+    """Save the map under a name on the computer that serves the web UI; `replace` one of the same name."""
 
     name: Annotated[
         str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,40}$", description="letters, digits, _ and -")

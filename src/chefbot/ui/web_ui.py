@@ -60,7 +60,7 @@ REPEAT_HZ = 5
 class WebUiDevice(NavigationDevice):
     """One web UI for everything; its publications are recorded, so a replay executes the same clicks."""
 
-    # A flood may delay the page; remote driving ends by the base's own command timeout, which is shorter.
+    # A flood may delay the web UI; remote driving ends by the base's own command timeout, which is shorter.
     max_silence = 0.5
     params: WebUiParams
     map: In[OccupancyGrid]

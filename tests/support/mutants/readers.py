@@ -116,7 +116,7 @@ def scenario(path: Path) -> object:
 
 
 def places(path: Path) -> object:
-    """As the page reads and writes the places of a map."""
+    """As the web UI reads and writes the places of a map."""
     known = load_places(path)
     save_places(path, dict(list(known.items())[1:]))
     return load_places(path)

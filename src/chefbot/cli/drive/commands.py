@@ -89,7 +89,7 @@ def patrol(
 @drive_app.command("follow")
 def follow(
     person: Annotated[
-        int, typer.Argument(min=0, help="number of the person on the page; 0: the nearest one ahead")
+        int, typer.Argument(min=0, help="number of the person in the web UI; 0: the nearest one ahead")
     ] = 0,
     page: Annotated[str, PAGE] = WEB_UI,
 ) -> None:

@@ -21,7 +21,7 @@ _ROBOT = typer.Option(
     help="robot name or file; default: the only one that was served to a network", show_default=False
 )
 _ADDRESS = typer.Option(
-    help="where the person opens the page, as https://robot.example.org; default: where it was served last",
+    help="where the person opens the web UI, as https://robot.example.org; default: where it was served last",
     show_default=False,
 )
 
@@ -49,7 +49,7 @@ def users(robot: Annotated[str, _ROBOT] = "") -> None:
 
 @page_app.command("revoke")
 def revoke(name: Annotated[str, _NAME], robot: Annotated[str, _ROBOT] = "") -> None:
-    """Make the link of a person invalid; an open page keeps only STOP and is disconnected within 2 s."""
+    """Make the link of a person invalid; a browser with it keeps only STOP and is disconnected within 2 s."""
     from chefbot.cli.page.users import revoke_person
 
     revoke_person(name, robot)

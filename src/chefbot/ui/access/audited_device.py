@@ -42,7 +42,7 @@ class AuditedDevice(Device):
         self.audit.record(Kind.COMMAND, NETWORK, "parameter", msgspec.json.decode(message.data))
 
     def _warn(self, sentence: str) -> None:
-        """Publish a warning, and keep it for the page; thread-safe, and once for each sentence."""
+        """Publish a warning, and keep it for the web UI; thread-safe, and once for each sentence."""
         self.post(lambda: self._keep_warning(sentence))
 
     def _keep_warning(self, sentence: str) -> None:

@@ -11,7 +11,7 @@ from chefbot.ui.web_ui_params import WebUiParams
 
 NOT_ENCRYPTED = (
     "Warning: not encrypted. Anyone who reads this network's traffic can read the token and drive the robot; "
-    "set the page's parameter `certificate`, or use a network whose users you trust."
+    "set the web UI's parameter `certificate`, or use a network whose users you trust."
 )
 
 

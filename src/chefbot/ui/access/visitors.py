@@ -13,7 +13,7 @@ from chefbot.errors import UserError
 
 SECRET_VARIABLE = "CHEFBOT_PAGE_SECRET"
 """Environment variable with the secret that signs tokens. The launch sets it for its own processes, so that a token
-outlives the page's process; set for the launch, tokens outlive the launch."""
+outlives the web UI's process; set for the launch, tokens outlive the launch."""
 MIN_SECRET = 20
 """Minimum length of a secret that the user sets, characters."""
 SIGNATURE_LENGTH = 22
@@ -71,6 +71,6 @@ class TokenKey:
 
 
 def share_secret() -> None:
-    """Set the secret of this launch for processes that it starts: a page that is started again accepts the tokens
+    """Set the secret of this launch for processes that it starts: a web UI that starts again accepts the tokens
     that it issued before."""
     os.environ.setdefault(SECRET_VARIABLE, secrets.token_urlsafe(32))

@@ -1,1 +1,1 @@
-"""Changes of the places and zones of the map on the page."""
+"""Changes of the places and zones of the map in the web UI."""

@@ -1,4 +1,4 @@
-"""Base of the web UI's device: mapping from the page, by exploration or by hand, and maps that are saved."""
+"""Base of the web UI's device: mapping from the browser, by exploration or by hand, and maps that are saved."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NO_MAP = "There is no map yet; drive the robot around, or let it explore."
 
 
 def maps_folder() -> Path:
-    """Return the folder of the maps that were saved on the page."""
+    """Return the folder of the maps that were saved in the web UI."""
     return state_folder() / "maps"
 
 

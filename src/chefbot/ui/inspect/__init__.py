@@ -1,1 +1,1 @@
-"""The ROS graph on the page: topics with rates, values and plots."""
+"""The ROS graph in the web UI: topics with rates, values and plots."""

@@ -29,7 +29,7 @@ REPEAT_NS = 5_000_000_000
 class RemoteDriveParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the remote drive: the web UI's address."""
 
-    page: Annotated[str, Meta(min_length=1, description="address of the running robot's page")]
+    page: Annotated[str, Meta(min_length=1, description="address of the running robot's web UI")]
 
 
 class RemoteDriveDevice(Device):

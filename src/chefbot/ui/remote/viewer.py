@@ -15,9 +15,9 @@ from chefbot.ui.remote.web_ui_client import WebUiClient
 class ViewerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the web UI's viewer."""
 
-    page: Annotated[str, Meta(min_length=1, description="address of the running robot's page")]
+    page: Annotated[str, Meta(min_length=1, description="address of the running robot's web UI")]
     headless: Annotated[bool, Meta(description="only look whether a robot runs there")] = False
-    view: Annotated[Literal["2d", "3d"], Meta(description="what the page shows first")] = "2d"
+    view: Annotated[Literal["2d", "3d"], Meta(description="what the web UI shows first")] = "2d"
 
 
 class ViewerDevice(Device):

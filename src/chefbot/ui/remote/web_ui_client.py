@@ -116,7 +116,7 @@ def decode(frame: str | bytes) -> tuple[str, Any]:
     try:
         return _decode_text(frame) if isinstance(frame, str) else _decode_bulk(frame)
     except (KeyError, TypeError, msgspec.MsgspecError, zlib.error) as error:
-        raise ValueError(f"not a frame of the page: {error}") from None
+        raise ValueError(f"not a frame of the web UI: {error}") from None
 
 
 def _decode_text(frame: str) -> tuple[str, Any]:
@@ -186,7 +186,7 @@ def _address(url: str) -> tuple[str, int, str, bool]:
     except ValueError:
         host, port = None, 0
     if not host or parts.scheme not in ("http", "https"):
-        raise UserError(f"{url!r} is not the address of a page; write it like http://127.0.0.1:8080")
+        raise UserError(f"{url!r} is not the address of a web UI; write it like http://127.0.0.1:8080")
     return host, port, parse_qs(parts.query).get("token", [""])[0], parts.scheme == "https"
 
 

@@ -23,7 +23,7 @@ import { Tools } from "./tools.js";
 import { View } from "./view.js";
 import { whereSentence } from "./where.js";
 
-const STALE = 2000;                      // milliseconds without data before the page reports it
+const STALE = 2000;                      // milliseconds without data before the web UI reports it
 const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
 const NEEDED = ["shape", "map", "robot", "goal", "labels", "places", "zones", "mapping", "edit", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback", "cell"];
@@ -206,7 +206,7 @@ function forget() {
   for (const layer of data.keys()) if (!OF_THE_ROBOT.has(layer)) take(layer, null);
 }
 
-// If only the page's process was restarted, the robot still has the round.
+// If only the web UI's process was restarted, the robot still has the round.
 function reportLostRound(delivery) {
   if (!unserved || !delivery) return;
   if (!delivery.round_active && !delivery.orders.length) {
@@ -304,7 +304,7 @@ $("language").replaceChildren(...Object.entries(LANGUAGES).map(([code, name]) =>
 $("language").onchange = () => {
   if (choose($("language").value)) return;
   $("language").value = language;
-  showNotice(tr("This browser keeps no settings, so the page follows the browser's language."));
+  showNotice(tr("This browser keeps no settings, so the web UI follows the browser's language."));
 };
 if (loadError) showNotice(loadError, true);
 $("where").onclick = () => { $("where-text").textContent = whereSentence(data); };

@@ -1,11 +1,11 @@
-// The page in the reader's language. A message is identified by its English text; a catalogue of `languages/` has the
-// translations of the page's texts, of the robot's sentences, and of names. {names} in braces stand for what changes.
+// The web UI in the reader's language. A message is identified by its English text; a catalogue of `languages/` has the
+// translations of the web UI's texts, of the robot's sentences, and of names. {names} in braces stand for what changes.
 const KEY = "chefbot-language";
 export const LANGUAGES = { en: "English", de: "Deutsch", fr: "Français", es: "Español", ar: "العربية", zh: "中文" };
 const RIGHT_TO_LEFT = new Set(["ar"]);
 const ATTRIBUTES = ["aria-label", "title", "placeholder"];
 const PATIENCE = 3000;                   // milliseconds for a catalogue to arrive
-const LONGEST = 500;                     // characters: comparing longer texts could keep the page from STOP
+const LONGEST = 500;                     // characters: comparing longer texts could keep the web UI from STOP
 const DEPTH = 3;                         // of sentences within sentences
 const LONG = new Set(["reason", "trays"]);   // what stands for sentences or a list; other {names} end with theirs
 
@@ -16,7 +16,7 @@ const sentences = patterns(robot, (name) => (LONG.has(name) ? ".+" : "(?:(?![.?!
 const namePatterns = patterns(names, () => "\\S+");
 let labels = {}, labelled = null;        // what the owner calls places, by name; the names in a sentence
 
-// A text of the page, with values in place of its {names}.
+// A text of the web UI, with values in place of its {names}.
 export function tr(message, values = {}) {
   return filled(page[message] ?? message, (name) => values[name]);
 }
@@ -89,7 +89,7 @@ function isolated(value) { return RIGHT_TO_LEFT.has(language) ? `\u2068${value}\
 function lower(text) { return text.replace(/^./u, (letter) => letter.toLowerCase()); }
 function capital(text) { return text.replace(/^./u, (letter) => letter.toUpperCase()); }
 
-// A catalogue that does not arrive costs the translation, not the page: STOP soon works in English.
+// A catalogue that does not arrive costs the translation, not the web UI: STOP soon works in English.
 async function load() {
   try {
     const answer = await fetch(`languages/${language}.json`, { signal: AbortSignal.timeout(PATIENCE) });
@@ -101,7 +101,7 @@ async function load() {
   }
 }
 
-// A browser that blocks cookies refuses this, too; the page then follows the browser's languages.
+// A browser that blocks cookies refuses this, too; the web UI then follows the browser's languages.
 function recall() {
   try { return supported(localStorage.getItem(KEY)); } catch { return null; }
 }

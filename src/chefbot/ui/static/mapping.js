@@ -1,4 +1,4 @@
-// Mapping from the page: exploration, an empty map, and saving under a name.
+// Mapping from the web UI: exploration, an empty map, and saving under a name.
 import { tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);

@@ -1,4 +1,4 @@
-// Keeps the page on the device, so that it opens without the robot and shows that the robot does not answer.
+// Keeps the web UI on the device, so that it opens without the robot and shows that the robot does not answer.
 const KEPT = "page";                     // name of the cache, also in worker.js
 const LOCAL = /^(localhost|127\..*|\[::1\])$/;    // there, another program may use the same address tomorrow
 

@@ -8,7 +8,7 @@ const TRIPS = 20, SLOW = 3;              // timeout as a multiple of the longest
 const UNREPORTED = new Set(["drive", "ping", "stop", "withdraw", "show", "received", "inspect"]);   // the loss of these is not reported
 
 export class Link extends EventTarget {
-  // `layers()` lists what the page shows; nothing else is sent.
+  // `layers()` lists what the web UI shows; nothing else is sent.
   constructor(url, layers) {
     super();
     this.url = url;
@@ -157,7 +157,7 @@ export class Link extends EventTarget {
     if (text && data.startsWith('{"layer":"stop"')) { take(JSON.parse(data)); return; }
     const decoded = decode(data);
     this.order = this.order.then(async () => take(await decoded))
-      .catch((error) => this.emit("refused", tr("The page could not read a message of the robot: {error}", { error: error.message })));
+      .catch((error) => this.emit("refused", tr("The web UI could not read a message of the robot: {error}", { error: error.message })));
   }
 
   emit(kind, detail) { this.dispatchEvent(new CustomEvent(kind, { detail })); }

@@ -1,4 +1,4 @@
-// The page's half of the format that chefbot/ui/protocol.py describes.
+// The web UI's half of the format that chefbot/ui/protocol.py describes.
 
 export async function decode(data) {
   if (typeof data === "string") return JSON.parse(data);

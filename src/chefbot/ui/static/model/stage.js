@@ -60,7 +60,7 @@ export class Stage {
     this.paintGround();
   }
 
-  // The page's own colours, for light and for dark.
+  // The web UI's own colours, for light and for dark.
   paintGround() {
     const colour = (name) => new Color(getComputedStyle(document.documentElement).getPropertyValue(name).trim());
     const back = colour("--ground");

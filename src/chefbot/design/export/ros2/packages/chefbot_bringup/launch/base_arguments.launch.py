@@ -39,7 +39,7 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 "headless",
                 default_value="false",
-                description="without the web page",
+                description="without the web UI",
                 choices=["true", "false"],
             ),
         ]

@@ -1,4 +1,4 @@
-"""Tests an invited person's phone: it keeps the link, opens without the robot, and a revoked link is reported."""
+"""An invited person's phone: it keeps the link, shows the web UI without the robot, and reports a revoked link."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ def with_encoder_ambiguity(
     """Return the travel with the uncertainty of a wheel that may have a dead encoder.
 
     If the encoder is dead the robot moves as far as the other wheel rolls; if the other wheel spins it stays.
-    The mean is the middle, with half the travel as standard deviation, fully correlated along the way: from D
+    The mean is the middle, with half the travel as standard deviation, fully correlated along the path: from D
     to D + d the variance grows by ((D + d)^2 - D^2) / 4, for both wheels alike.
     """
     before, after = ticks_before * body.metres_per_tick, (ticks_before + ticks) * body.metres_per_tick

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from functools import partial
 
 import msgspec
@@ -14,10 +15,12 @@ from chefbot.control.narrow_passage import NarrowPassage
 from chefbot.control.path_follower import PathFollower, PathStep
 from chefbot.control.people_cost import NearbyPeople
 from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.unseen_walls import unseen_walls
 from chefbot.maths.costs import LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.idl.message import Message
+from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.nodes.causes.reports import CauseReportsNode
 from chefbot.nodes.local_costmap import LocalCostmapNode
@@ -25,6 +28,8 @@ from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.people.trails import BODY_RADIUS
 from chefbot.planning.local_replanning import collides_within, local_planner, replan_locally
 from chefbot.robot.spec import Robot
+from chefbot.runtime.node import In
+from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.collision_monitor import CollisionMonitor
 from chefbot.safety.params import CollisionMonitorParams
 from chefbot.safety.zones import CREEP_SPEED
@@ -54,6 +59,8 @@ def distance_from_people(robot: Robot) -> float:
 
 class NarrowPassagesNode(LocalCostmapNode, CauseReportsNode):
     """Base class of a node that drives through narrow passages on a finer costmap of what is around."""
+
+    map: In[OccupancyGrid]
 
     def start(self) -> None:
         """Start on the usual costs."""
@@ -98,8 +105,16 @@ class NarrowPassagesNode(LocalCostmapNode, CauseReportsNode):
         assert self._fine is not None, "it has been filled since the path was blocked"
         costs, memory = self._fine
         self._follow(costs, pose)
-        _mark_only(costs, pose.apply(memory.points(pose, self.now_ns, REACH)))
+        points = memory.points(pose, self.now_ns, REACH)
+        _mark_only(costs, pose.apply(np.concatenate([points, self._unseen_walls(points)])))
         return costs.narrow_costs(MARGIN, people.states[:, :2], distance_from_people(self.robot))
+
+    def _unseen_walls(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the points (n, 2) of walls of the map where the sensors see none, in base_link."""
+        with contextlib.suppress(TransformError):  # without localization there is no map
+            if self.map.last is not None:
+                return unseen_walls(self.map.last.grid, self.tf.lookup("map", "base_link"), REACH, points)
+        return np.empty((0, 2))
 
     def _creep(self, step: PathStep) -> PathStep:
         """Return the step at the speed for a narrow passage, while the robot is in one; on the same arc."""

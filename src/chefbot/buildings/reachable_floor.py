@@ -12,9 +12,9 @@ from chefbot.buildings.world_file import Door, Wall
 
 PLACE_MARGIN = 0.15
 """Room that a place leaves around the robot, m."""
-PASSAGE_MARGIN, NARROW_MARGIN = 0.08, 0.02
+PASSAGE_MARGIN, NARROW_MARGIN = 0.08, 0.0245
 """Room that the narrowest passage leaves on both sides of the robot, m: so much that a grid of 5 cm shows it, and
-in a building of narrow gaps."""
+in a building of narrow gaps half of the smallest `gap` less a rounding, also beside the leaf of a door."""
 
 
 class ReachableFloor:

@@ -18,6 +18,7 @@ from chefbot.proving.run_order import RunOrder, code_hash, run_orders
 from chefbot.proving.scenario import Building
 from chefbot.proving.scenario_tasks import Bounds, DriveRandomlyTask, MapLogTask, RunLimits
 from chefbot.proving.worker import check_code
+from chefbot.sim.faults.events import SensorFreeze
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 
@@ -50,6 +51,13 @@ def test_all_that_a_result_depends_on_is_in_the_key() -> None:
     ]
     keys = {tiny_orders([1], **change)[0].key for change in changes}
     assert len(keys | {KEY}) == len(changes) + 1
+
+
+def test_a_fault_of_a_sensor_that_the_robot_lacks_is_refused() -> None:
+    fault = SensorFreeze(sensor="lidar", at=3.0)
+    assert tiny_orders([1], robot="chefbot_lidar", faults=(fault,))
+    with pytest.raises(UserError, match="lidar is impossible: robot chefbot has no lidar"):
+        tiny_orders([1], robot="chefbot", faults=(fault,))
 
 
 def test_every_field_of_a_scenario_was_thought_of() -> None:

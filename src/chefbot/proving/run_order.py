@@ -19,6 +19,7 @@ from chefbot.proving.scenario_tasks import DeliverTask, MapLogTask
 from chefbot.robot.catalogue import load_catalogue
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.spec import Robot
+from chefbot.sim.faults.simulated_robot import check_robot_has
 from chefbot.sim.world.load import is_map, load_any_world, with_drawn_places
 from chefbot.sim.world.world import World, built_in_worlds
 from chefbot.storage.places import places_path
@@ -59,7 +60,8 @@ def code_hash() -> str:
 def run_orders(scenario: Scenario, base: Path, seeds: list[int], record: bool = False) -> list[RunOrder]:
     """Return the runs of a scenario, with the files that it names; relative ones lie in the folder `base`.
 
-    Raises UserError for a file that is missing or invalid: it is found here and not on a worker.
+    Raises UserError for a file that is missing or invalid, and for a fault of a sensor that the robot lacks: both are
+    found here and not on a worker.
     """
     orders: list[RunOrder] = []
     for seed in seeds:
@@ -68,6 +70,8 @@ def run_orders(scenario: Scenario, base: Path, seeds: list[int], record: bool = 
             robot, packed, files = first.robot, first.scenario, first.files
         else:
             robot = robot_of(scenario, base, seed)
+            for event in scenario.faults:
+                check_robot_has(robot, event)
             packed, files = _packed(scenario, robot, base)
         key = _key(packed, robot, files, seed)
         orders.append(

@@ -60,8 +60,10 @@ def test_the_usual_costs_stay_as_they_were() -> None:
     assert np.array_equal(costs.update().cells, before)
 
 
-def test_marks_of_sensors_count_only_if_wanted() -> None:
+def test_marks_of_sensors_count_only_where_wanted() -> None:
     costs = wall_with_gap(0.45, 0.0)
     costs.mark_and_clear("laser", SE2(0.225, -1.0, np.pi / 2), np.array([0.0]), np.array([1.0]))
     assert not is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5).cells)
-    assert is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, marks=False).cells)
+    wall = np.zeros(costs.shape, np.bool_)
+    assert is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, wall).cells)
+    assert not is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, ~wall).cells)

@@ -43,11 +43,11 @@ class Room:
         self.nodes.loop.publish(topic, message, "test", from_device=True)
         self.nodes.run(0.05)
 
-    def close_far_gap(self) -> None:
-        """See something in the gap at y = 2, from the robot."""
-        angles = np.arctan2(np.array([2.0]), 1.5)
+    def see(self, x: float, y: float) -> None:
+        """See something at a point of the map, from the robot."""
+        angles = np.arctan2([y - START.y], x - START.x)
         header = Header.of(self.nodes.loop.now_ns, "base_link")
-        ranges = np.hypot([1.5], [2.0]).astype(np.float32)
+        ranges = np.hypot([x - START.x], [y - START.y]).astype(np.float32)
         self.send("scan", LaserScan(header, angles[0], angles[0], 0.01, 0.0, 0.1, 0.1, 8.0, ranges))
 
     def plan(self) -> Any:
@@ -60,10 +60,10 @@ class Room:
         self.nodes.run(1.0)
         return self.nodes.messages("compute_path_to_pose/_action/get_result")[-1].result
 
-    def crosses_at(self) -> float:
-        """Return the y at which the path to the other side crosses the wall, m."""
+    def crosses_at(self, x: float = 0.0) -> float:
+        """Return the y at which the path to the other side crosses the wall, or another x, m."""
         path = np.array([pose.pose.se2 for pose in self.plan().path.poses])
-        return float(path[np.argmin(np.abs(path[:, 0])), 1])
+        return float(path[np.argmin(np.abs(path[:, 0] - x)), 1])
 
 
 def test_a_narrow_passage_that_is_the_only_path_is_taken() -> None:
@@ -76,8 +76,17 @@ def test_a_wider_path_is_preferred_though_it_is_longer() -> None:
 
 def test_what_closes_the_wider_path_may_leave() -> None:
     room = Room(near=NARROW_WIDTH, far=CLEAR_WIDTH)
-    room.close_far_gap()
+    room.see(0.0, 2.0)
     assert room.plan().error_code != 0
+
+
+def test_a_mark_in_the_passage_does_not_count_one_before_it_does() -> None:
+    room = Room(near=NARROW_WIDTH)
+    room.see(0.0, 0.025)
+    assert room.crosses_at() == pytest.approx(0.0, abs=0.05)
+    room.see(-0.8, 0.0)
+    assert room.crosses_at() == pytest.approx(0.0, abs=0.05)
+    assert abs(room.crosses_at(-0.8)) > 0.12
 
 
 @pytest.mark.parametrize(("robot", "width"), [("chefbot_lidar", CLOSED_WIDTH), ("chefbot", NARROW_WIDTH)])

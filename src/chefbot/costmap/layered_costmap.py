@@ -105,12 +105,8 @@ class LayeredCostmap:
         """Set or replace the static map; the sensors' marks are kept, to the nearest cell."""
         cells = np.where(grid.cells < 0, UNKNOWN, FREE).astype(np.uint8)
         cells[grid.cells >= self.params.occupied_threshold] = LETHAL
-        old, old_x, old_y, same_resolution = (
-            self.sources,
-            self.origin_x,
-            self.origin_y,
-            self.resolution == grid.resolution,
-        )
+        old, old_x, old_y = self.sources, self.origin_x, self.origin_y
+        same_resolution = self.resolution == grid.resolution
         self._reset_layers(grid.resolution, grid.origin_x, grid.origin_y, grid.height, grid.width)
         self.static = cells
         if same_resolution:
@@ -320,34 +316,41 @@ class LayeredCostmap:
 
     def costs_without_far_marks(self, pose: SE2) -> Costmap:
         """Return the costs as `update` does, but without marks beyond the marking range of the pose."""
-        near = self._disk_mask(pose, self.params.marking_range)
-        return self._costs_of({name: marks.only(near) for name, marks in self.sources.items()})
+        return self._costs_of(self._marks_in(self._disk_mask(pose, self.params.marking_range)))
 
     def costs_without_marks(self) -> Costmap:
         """Return the costs as `update` does, but without the marks of any sensor: of the map and its zones."""
         return self._costs_of({})
 
     def narrow_costs(
-        self, margin: float, people: NDArray[np.float64], radius: float, *, marks: bool = True
+        self,
+        margin: float,
+        people: NDArray[np.float64],
+        radius: float,
+        counted: NDArray[np.bool_] | None = None,
     ) -> Costmap:
         """Return the costs as `update` does, but with passages open through which the body may just fit.
 
         margin: distance from the body to the middle of occupied cells, m; below 0 where an obstacle may cover a part
         of its cell only. None is open beside people (n, 2), m, from whom the robot's centre stays at `radius` metres.
-        marks: whether those of the sensors count.
+        counted: the cells (h, w) in which marks of sensors count, None for all.
         """
         inscribed = max(self._robot.inscribed_radius + margin, 0.0)
         reach = max(self.params.inflation_radius, inscribed)
         usual = self.cost_table
         self.cost_table = cost_table(self.resolution, inscribed, reach, NARROW_SCALING_FACTOR)
         try:
-            costs = self._costs_of(self.sources if marks else {})
+            costs = self._costs_of(self.sources if counted is None else self._marks_in(counted))
         finally:
             self.cost_table = usual
         for x, y in people.tolist():
             beside = self._disk_mask(SE2(x, y, 0.0), radius)
             costs.cells[beside & (costs.cells < INSCRIBED)] = INSCRIBED
         return replace(costs, footprint=self._robot.polygon(margin))
+
+    def _marks_in(self, where: NDArray[np.bool_]) -> dict[str, SensorMarks]:
+        """Return the marks of all sensors in the cells `where` (h, w)."""
+        return {name: marks.only(where) for name, marks in self.sources.items()}
 
     def _costs_of(self, marks: dict[str, SensorMarks]) -> Costmap:
         """Return the costs of all layers with other marks than the present ones."""

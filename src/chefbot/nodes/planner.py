@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chefbot.costmap.conversions import DROP_OFFS
 from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
-from chefbot.maths.costs import Costmap
+from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result
 from chefbot.msgs.nav_msgs import Path
@@ -137,10 +137,11 @@ class PlannerNode(BlockageFinderNode):
     def _narrow_costs(self) -> Costmap:
         """Return the costs of the map with narrow passages open, but none beside people.
 
-        Marks do not count: in cells of the map a single wrong one closes a passage. The controller sees what is
-        there.
+        Marks count where the map has room: in a narrow passage a single wrong one closes the path, and the controller
+        sees what is there.
         """
+        with_room = self._costs_without_marks().cells < INSCRIBED
         margin = -0.5 * self._costs.resolution
         return self._costs.narrow_costs(
-            margin, self._people()[1], distance_from_people(self.robot), marks=False
+            margin, self._people()[1], distance_from_people(self.robot), with_room
         )

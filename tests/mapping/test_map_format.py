@@ -105,6 +105,17 @@ def test_thresholds_are_exact():
     assert values(decode(pgm([0, 89, 90, 205, 206, 255]))) == [[100, 100, -1, -1, 0, 0]]
 
 
+@pytest.mark.parametrize("white", [255, 65535])
+def test_map_savers_grey_is_unknown_whatever_the_threshold(white):
+    """With the free_thresh that Nav2's map_saver writes, its own grey would be free."""
+    yaml, scale = YAML.replace(b"0.196", b"0.25"), white // 255
+    row = [level * scale for level in (0, 204, 205, 206, 254)]
+    assert values(decode(pgm(row, white), yaml=yaml)) == [[100, 0, -1, 0, 0]]
+    # of other tools' images, without map_saver's white, the threshold decides
+    assert values(decode(pgm([205 * scale, white], white), yaml=yaml)) == [[0, 0]]
+    assert values(decode(pgm([205, 254]), b"mode: scale\n", yaml=yaml)) == [[0, 0]]
+
+
 def test_negate_inverts_the_image():
     yaml = YAML.replace(b"negate: 0", b"negate: 1")
     assert values(decode(pgm([0, 49, 50, 165, 166, 255]), yaml=yaml)) == [[0, 0, -1, -1, 100, 100]]

@@ -34,6 +34,7 @@ class Runs:
     def __init__(self) -> None:
         self.made: list[int] = []
         self.fail: set[int] = set()
+        self.reason = ""
         self.figures: dict[str, float] = {"time": 60.0}
         self.error: BaseException | None = None
         self.after = 10**9
@@ -46,6 +47,8 @@ class Runs:
             self.made.append(order.seed)
             ok = order.seed not in self.fail
             record = a_record(order.seed, success=ok, key=order.key, scenario=order.scenario.name)
+            if not ok and self.reason:
+                record = msgspec.structs.replace(record, failure=self.reason)
             add(with_figures(record, self.figures), b"log" if order.record else b"")
 
 
@@ -191,10 +194,23 @@ def test_a_missed_claim_gives_exit_code_1(
     assert runs.made == [1, 2, 3, 4], "a claim changes no run"
 
 
-def test_even_seeds_neither_keep_nor_miss_a_claim(tmp_path: Path, scenario: str, runs: Runs) -> None:
+def test_even_seeds_neither_keep_nor_miss_a_claim(
+    tmp_path: Path, scenario: str, runs: Runs, capsys: pytest.CaptureFixture[str]
+) -> None:
     Path(scenario).write_text(DRIVE + "claim: 1.0\n")
     runs.fail = {2, 4}
     assert run_prove(options(tmp_path / "out", scenario)) == 0
+    assert run_prove(options(tmp_path / "even", scenario, seeds="2,4")) == 0
+    assert "tiny claims 100% success: not judged without odd seeds" in capsys.readouterr().out
+
+
+def test_a_run_that_could_not_begin_gives_exit_code_1(
+    tmp_path: Path, scenario: str, runs: Runs, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also with even seeds: it is no failure of the robot."""
+    runs.fail, runs.reason = {4}, "it cannot run: no node is called [plannner]"
+    assert run_prove(options(tmp_path / "out", scenario, seeds="2,4")) == 1
+    assert "1 of 2 runs could not begin: no node is called [plannner]" in capsys.readouterr().out
 
 
 def test_the_summary_keeps_odd_and_even_seeds_apart(

@@ -14,7 +14,13 @@ from chefbot.errors import UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.proving import run_order
-from chefbot.proving.run_order import RunOrder, code_hash, run_orders
+from chefbot.proving.run_order import (
+    RunOrder,
+    code_hash,
+    run_orders,
+    with_absolute_paths,
+    with_relative_paths,
+)
 from chefbot.proving.scenario import Building
 from chefbot.proving.scenario_tasks import Bounds, DriveRandomlyTask, MapLogTask, RunLimits
 from chefbot.proving.worker import check_code
@@ -51,6 +57,18 @@ def test_all_that_a_result_depends_on_is_in_the_key() -> None:
     ]
     keys = {tiny_orders([1], **change)[0].key for change in changes}
     assert len(keys | {KEY}) == len(changes) + 1
+
+
+def test_files_move_with_the_scenario_that_names_them(tmp_path: Path) -> None:
+    log = MapLogTask(log="logs/one.log", relations="logs/one.relations")
+    scenario = tiny(world="maps/a.yaml", robot="mine.yaml", task=log)
+    absolute = with_absolute_paths(scenario, tmp_path)
+    assert absolute.world == str(tmp_path / "maps/a.yaml") and absolute.robot == str(tmp_path / "mine.yaml")
+    below = with_relative_paths(absolute, tmp_path / "regressions")
+    assert (below.world, below.robot) == ("../maps/a.yaml", "../mine.yaml")
+    assert below.task == MapLogTask(log="../logs/one.log", relations="../logs/one.relations")
+    assert with_absolute_paths(below, tmp_path / "regressions").world != below.world
+    assert with_relative_paths(with_absolute_paths(tiny(), tmp_path), tmp_path) == tiny(), "names stay names"
 
 
 def test_a_fault_of_a_sensor_that_the_robot_lacks_is_refused() -> None:

@@ -193,8 +193,8 @@ def decode_map(description: MapDescription, image: bytes, where: str) -> Grid:
 def _cells(picture: MapImage, description: MapDescription) -> NDArray[np.int8]:
     """Return the cell values of an image by table lookup, since it has few levels, top row first.
 
-    As in map_server and in Nav2 up to Jazzy: in trinary mode opacity counts as a fourth colour channel; in
-    scale mode a pixel that is not opaque is unknown; raw mode ignores opacity and negate.
+    As in map_server and in Nav2 up to Jazzy, except for map_saver's unknown: in trinary mode opacity counts as a
+    fourth colour channel; in scale mode a pixel that is not opaque is unknown; raw mode ignores opacity and negate.
     """
     levels, white, opacity = picture.levels, picture.white, picture.opacity
     if (
@@ -202,9 +202,20 @@ def _cells(picture: MapImage, description: MapDescription) -> NDArray[np.int8]:
     ):  # colours are sums of three channels of 255 then
         levels, white = levels + opacity, white + 255
     cells = _table(description, white)[levels]
+    if description.mode == "trinary" and not description.negate:
+        cells[_unknown_of_map_saver(levels, white)] = UNKNOWN
     if description.mode == "scale" and opacity is not None:
         cells[opacity < 255] = UNKNOWN
     return cells
+
+
+def _unknown_of_map_saver(levels: NDArray[Any], white: int) -> NDArray[np.bool_]:
+    """Return which pixels are map_saver's unknown: its grey, in an image that has its white.
+
+    Up to Jazzy, Nav2's map_saver writes a free_thresh of 0.25, by which this grey would be free.
+    """
+    scale = white // 255  # 257 for 16 bits, 0 for an image of fewer greys
+    return (levels == GREY * scale) & (scale > 0) & (levels == WHITE * scale).any()
 
 
 def _table(description: MapDescription, white: int) -> NDArray[np.int8]:

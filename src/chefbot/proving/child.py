@@ -14,7 +14,7 @@ from pathlib import Path
 import msgspec
 
 from chefbot.errors import ChefbotError
-from chefbot.proving.record import LENGTH_BYTES, RECORD_NAME
+from chefbot.proving.record import CANNOT_RUN, LENGTH_BYTES, RECORD_NAME
 from chefbot.proving.run import make_run
 from chefbot.proving.run_order import RunOrder, crashed
 from chefbot.storage.atomic_files import write_atomic
@@ -31,7 +31,7 @@ def main() -> int:
     try:
         record = make_run(order, folder)
     except ChefbotError as error:
-        record = crashed(order, f"it cannot run: {error}")
+        record = crashed(order, f"{CANNOT_RUN}{error}")
     except Exception:
         record = crashed(order, "".join(traceback.format_exc().splitlines(keepends=True)[-TRACEBACK_LINES:]))
     write_atomic(folder / RECORD_NAME, msgspec.json.encode(record))

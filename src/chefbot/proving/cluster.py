@@ -11,6 +11,7 @@ from typing import Any
 
 from chefbot.errors import UserError
 from chefbot.proving.run_order import code_hash
+from chefbot.proving.worker import dask_setup
 
 ADDRESS = re.compile(r"(tcp|tls|ws|wss)://(\[[^\]]+\]|[^:/]+):\d{1,5}")
 CONNECT_TIMEOUT = "15s"
@@ -69,6 +70,7 @@ def _local_cluster(workers: int) -> Any:
             # Without a dashboard Dask still serves port 8787, of which there is one for all proofs of a machine
             scheduler_kwargs={"dashboard": False, "dashboard_address": "localhost:0"},
             silence_logs=logging.CRITICAL,
+            preload=[dask_setup.__module__],
         )
     except (OSError, RuntimeError) as error:
         raise UserError(f"the {workers} workers could not be started: {error}") from None

@@ -20,7 +20,7 @@ from chefbot.proving.collect import collect
 from chefbot.proving.comparison import FigureChange, changes
 from chefbot.proving.page import page
 from chefbot.proving.progress import run_progress
-from chefbot.proving.record import RunRecord
+from chefbot.proving.record import CANNOT_RUN, RunRecord
 from chefbot.proving.results_folder import Request, ResultsFolder, write_tables
 from chefbot.proving.run_order import RunOrder, run_orders
 from chefbot.proving.scenario import Scenario, built_in_scenarios, is_judging, load_scenario, parse_seeds
@@ -78,7 +78,8 @@ def run_prove(options: ProveOptions) -> int:
         pairs = max(change.difference.pairs for change in differences)
         console.print(f"{pairs} runs compared with {options.against}: nothing changed significantly")
     console.print(f"page in {options.out / PAGE}, tables beside it")
-    return int(claims_missed(request.scenarios, made) or any(change.is_worse for change in differences))
+    missed = claims_missed(request.scenarios, made) or any_that_could_not_run(made)
+    return int(missed or any(change.is_worse for change in differences))
 
 
 def orders_of(request: Request, record: bool) -> list[RunOrder]:
@@ -208,6 +209,10 @@ def claims_missed(scenarios: Sequence[Scenario], made: Sequence[RunRecord]) -> b
     missed = False
     for scenario in scenarios:
         judged = [r.success for r in made if r.scenario == scenario.name and is_judging(r.seed)]
+        if scenario.claim and not judged:
+            console.print(
+                f"{scenario.name} claims {scenario.claim:.0%} success: not judged without odd seeds"
+            )
         if judged and sum(judged) / len(judged) < scenario.claim:
             console.print(
                 f"[red]claim missed[/]: {scenario.name} claims {scenario.claim:.0%} success, {sum(judged)} of"
@@ -215,6 +220,15 @@ def claims_missed(scenarios: Sequence[Scenario], made: Sequence[RunRecord]) -> b
             )
             missed = True
     return missed
+
+
+def any_that_could_not_run(made: Sequence[RunRecord]) -> bool:
+    """Return whether a run could not begin, which is no failure of the robot; print how many, and why."""
+    reasons = [record.failure for record in made if record.failure.startswith(CANNOT_RUN)]
+    if reasons:
+        console.print(f"[red]{len(reasons)} of {len(made)} runs could not begin[/]: ", end="")
+        console.print(reasons[0].removeprefix(CANNOT_RUN), markup=False)
+    return bool(reasons)
 
 
 def _done(results: ResultsFolder, order: RunOrder, needs_log: bool) -> RunRecord | None:

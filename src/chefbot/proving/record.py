@@ -14,6 +14,8 @@ LIBRARIES = ("numpy", "numba", "llvmlite", "mujoco-core", "scipy")
 """Libraries that the results of a run can depend on."""
 RECORD_NAME, LOG_NAME = "record.json", "run.mcap"
 """Files in the folder of a run."""
+CANNOT_RUN = "it cannot run: "
+"""Beginning of the failure of a run that could not begin."""
 LENGTH_BYTES = 8
 """Bytes of an order's length, big-endian, before the order itself in MessagePack, as a run's process reads it."""
 

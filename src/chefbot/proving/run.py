@@ -146,6 +146,8 @@ def _simulate(order: RunOrder, folder: Path) -> Outcome:
         except TaskFailedError as error:
             failure = str(error)
         faults = system.faults.counts if system.faults else {}
+    if failure and run.time >= scenario.limits.time:
+        failure += f" (the limit of {scenario.limits.time:g} s was reached)"
     fault = run.fault or next(iter(faults), "")
     return Outcome(f"a node failed: {fault}" if fault else failure, figures_of(run), run)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+import os
+from collections.abc import Callable, Container, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -131,16 +132,24 @@ def _packed(scenario: Scenario, robot: Robot, base: Path) -> tuple[Scenario, dic
 
 def with_absolute_paths(scenario: Scenario, base: Path) -> Scenario:
     """Return the scenario with its files, which lie in the folder `base`, named from anywhere."""
-    base = base.resolve()
-    world, task = scenario.world, scenario.task
-    if isinstance(world, str):
-        world = str(_resolved(world, built_in_worlds(), base))
+    folder = base.resolve()
+    return _with_renamed_files(scenario, lambda name: str(folder / name))
+
+
+def with_relative_paths(scenario: Scenario, folder: Path) -> Scenario:
+    """Return a scenario of absolute paths for a file in `folder`, so that both can move together."""
+    return _with_renamed_files(scenario, lambda name: os.path.relpath(name, folder.resolve()))
+
+
+def _with_renamed_files(scenario: Scenario, rename: Callable[[str], str]) -> Scenario:
+    world, task, robot = scenario.world, scenario.task, scenario.robot
+    if isinstance(world, str) and not _is_name(world, built_in_worlds()):
+        world = rename(world)
     if isinstance(task, MapLogTask):
-        relations = str(base / task.relations) if task.relations else ""
-        task = msgspec.structs.replace(task, log=str(base / task.log), relations=relations)
-    robot = scenario.robot
-    if isinstance(robot, str):
-        robot = str(_resolved(robot, built_in_robots(), base))
+        relations = rename(task.relations) if task.relations else ""
+        task = msgspec.structs.replace(task, log=rename(task.log), relations=relations)
+    if isinstance(robot, str) and not _is_name(robot, built_in_robots()):
+        robot = rename(robot)
     return msgspec.structs.replace(scenario, world=world, task=task, robot=robot)
 
 
@@ -159,8 +168,11 @@ def _check_places(scenario: Scenario, world: World, robot: Robot) -> None:
 
 def _resolved(name: str, built_in: Mapping[str, Path], base: Path) -> Path:
     """Return the path of a file, relative to the folder `base`; a name stays as it is."""
-    is_name = name in built_in or not (name.endswith((".yaml", ".yml")) or "/" in name)
-    return Path(name) if is_name else base / name
+    return Path(name) if _is_name(name, built_in) else base / name
+
+
+def _is_name(name: str, built_in: Container[str]) -> bool:
+    return name in built_in or not (name.endswith((".yaml", ".yml")) or "/" in name)
 
 
 def _add(files: dict[str, bytes], path: Path, name: str) -> str:

@@ -14,7 +14,7 @@ from chefbot.errors import UserError
 from chefbot.kernels.precompile import compile_kernels
 from chefbot.proving.record import RunRecord
 from chefbot.proving.reductions import REDUCERS, Reduction
-from chefbot.proving.run_order import run_orders, with_absolute_paths
+from chefbot.proving.run_order import run_orders, with_absolute_paths, with_relative_paths
 from chefbot.proving.scenario import Scenario, load_scenario
 from chefbot.proving.worker import make_run_in_process
 from chefbot.storage.atomic_files import write_into_folder
@@ -41,7 +41,7 @@ def run_shrink(run: str, out: Path) -> int:
     console.print(f"{original.name}, seed {seed}: {first.failure}", markup=False)
     small, record, runs = shrink(original, first, lambda scenario: _made(scenario, seed), _report)
     path = out / f"{original.name}_{seed}.yaml"
-    write_into_folder(path, regression_text(small, record, seed).encode())
+    write_into_folder(path, regression_text(with_relative_paths(small, out), record, seed).encode())
     console.print(f"{runs} runs; {path} still fails: {record.failure}", markup=False)
     return 0
 

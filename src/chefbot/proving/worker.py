@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import msgspec
 
@@ -31,6 +31,14 @@ class RunResult(NamedTuple):
 
     record: bytes
     log: bytes = b""
+
+
+def dask_setup(_: Any) -> None:
+    """Leave Ctrl-C, which reaches all processes of a terminal, to the first one, which ends its workers.
+
+    Dask calls it when a worker of this machine starts.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def make_run_in_process(packed: bytes) -> RunResult:

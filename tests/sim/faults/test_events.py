@@ -27,7 +27,7 @@ BAD = [
     ({"at": 1, "fault": "freeze", "sensr": "lidar"}, r"'\[0\].sensr' \(did you mean 'sensor'\?\)"),
     ({"at": 1, "fault": "freeze"}, "'.*sensor' is missing"),
     ({"at": -1, "fault": "weak"}, r"\[0\].at: -1 must be at least 0"),
-    ({"at": 5, "until": 4, "fault": "weak"}, "until 4 s must be after at 5 s"),
+    ({"at": 5, "until": 4, "fault": "weak"}, "`until` is 4 s, but must be later than `at`, 5 s"),
     ({"at": 5, "until": 9, "fault": "bump"}, "unknown key '.*until'"),
     ({"at": 1, "fault": "slow"}, "either node or link"),
     ({"at": 1, "fault": "slow", "node": "a", "link": "b"}, "either node or link"),

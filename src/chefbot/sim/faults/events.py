@@ -44,7 +44,7 @@ class LastingFault(InjectedFault, frozen=True, kw_only=True, forbid_unknown_fiel
     def __post_init__(self) -> None:
         """Raise ValueError if the fault ends before it begins."""
         if self.until is not None and self.until <= self.at:
-            raise ValueError(f"until {self.until:g} s must be after at {self.at:g} s")
+            raise ValueError(f"`until` is {self.until:g} s, but must be later than `at`, {self.at:g} s")
 
 
 class SensorStop(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="stop"):

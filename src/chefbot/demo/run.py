@@ -14,6 +14,7 @@ from chefbot.demo.report import write_report
 from chefbot.demo.summary import DemoResult, summarize
 from chefbot.errors import UserError
 from chefbot.kernels.precompile import start_compilation
+from chefbot.launcher.design_errors import print_design_errors
 from chefbot.launcher.session import session
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import LeaderClock
@@ -35,6 +36,7 @@ def run_demo(options: DemoOptions) -> int:
         LeaderClock(min(speed or MAX_REAL_TIME_FACTOR, MAX_REAL_TIME_FACTOR)) if options.processes else None
     )
     robot = load_robot(options.robot)
+    print_design_errors(console, options.robot, robot)
     world = load_any_world(options.world, robot, options.start, options.unknown)
     world = with_drawn_places(world, robot, options.seed)
     tables = chosen_tables(world, options.seed)

@@ -26,6 +26,7 @@ from chefbot.devices.maps.map_file import MAP_FILE_KIND, SAVED_MAP_KIND, given_m
 from chefbot.errors import UserError
 from chefbot.fleet.secure_router import ExternalEndpoints, endpoint
 from chefbot.kernels.precompile import compile_kernels, compile_kernels_of
+from chefbot.launcher.design_errors import print_design_errors
 from chefbot.launcher.join import join_robot, joining_node_name, watch_robot
 from chefbot.launcher.lan_access import ALL_ADDRESSES, HOST_ARGUMENT, with_ui_address
 from chefbot.launcher.session import announce, keep_loop_alive, print_remarks, session, start
@@ -113,6 +114,7 @@ def run_launch(
     folder = find_launch(name).parent.resolve()
     sys.path.append(str(folder))  # user node classes are beside the launch file
     robot = load_robot(str(launch.args["robot"]))
+    print_design_errors(console, str(launch.args["robot"]), robot)
     # Before minutes are spent on kernels:
     if launch.clock == "simulation":
         _check_world(launch, robot)

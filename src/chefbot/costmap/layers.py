@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from chefbot.costmap.conversions import ObstacleMarking, mark_laser, mark_obstacles
 from chefbot.costmap.inflation import inflate
 from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
-from chefbot.costmap.ranger_marks import LASTING, contact_radius, mark_contact, mark_range
+from chefbot.costmap.ranger_marks import CONTACT, LASTING, RANGER, contact_radius, mark_contact, mark_range
 from chefbot.costmap.update_window import CellWindow
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN
 from chefbot.maths.se2 import SE2
@@ -92,11 +92,11 @@ class RangeSensorLayer(CostmapLayer):
 
     def update_costs(self, costs: LayeredCostmap, cells: NDArray[np.uint8], window: CellWindow) -> None:
         """Merge the marks of ranger and contact into the window."""
-        merge_sources(costs, LASTING, cells, window)
+        merge_sources(costs, (RANGER, CONTACT), cells, window)
 
     def marks(self, costs: LayeredCostmap, row: int, column: int) -> list[CellMark]:
         """Name the sources that have marked the cell."""
-        return source_marks(costs, LASTING, row, column)
+        return source_marks(costs, (RANGER, CONTACT), row, column)
 
 
 class InflationLayer(CostmapLayer):

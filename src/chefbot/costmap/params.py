@@ -14,6 +14,7 @@ LIVE_PARAMS = ("padding", "inflation_radius", "cost_scaling_factor", "marking_ra
 LAYERS = (
     "chefbot.costmap.layers:StaticLayer",
     "chefbot.costmap.layers:ObstacleLayer",
+    "chefbot.costmap.glass_layer:GlassLayer",
     "chefbot.costmap.layers:RangeSensorLayer",
     "chefbot.costmap.zone_layers:KeepOutLayer",
     "chefbot.costmap.layers:InflationLayer",
@@ -52,6 +53,6 @@ class CostmapParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 GLOBAL_COSTMAP = CostmapParams(decay_time=60.0)
 """The planner's costmap: of what is near enough to be seen it forgets what the local costmap forgets."""
-LOCAL_COSTMAP = CostmapParams(track_unknown=False, decay_time=60.0, layers=LAYERS[:5])
+LOCAL_COSTMAP = CostmapParams(track_unknown=False, decay_time=60.0, layers=LAYERS[:6])
 """The local costmap: unknown space is free, because a camera sees little at once; the planner has the map. A mark
 lasts as long as the collision monitor remembers a measurement: the two must agree on what is in the way."""

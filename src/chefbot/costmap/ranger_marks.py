@@ -22,10 +22,11 @@ from chefbot.robot.spec import Robot
 if TYPE_CHECKING:
     from chefbot.costmap.layered_costmap import LayeredCostmap
 
-RANGER, CONTACT = "ranger", "contact"
-"""Sources of marks: obstacles of the ranger's echoes, and obstacles that the robot has touched."""
-LASTING = (RANGER, CONTACT)
-"""Sources of obstacles that other sensors may not see: only the ranger clears them, and the robot where it stands."""
+RANGER, CONTACT, GLASS = "ranger", "contact", "glass"
+"""Sources of marks: obstacles of the ranger's echoes, obstacles that the robot has touched, and glass that returned
+beams of the lidar."""
+LASTING = (RANGER, CONTACT, GLASS)
+"""Sources of obstacles that other sensors may not see: beams of the lidar and recovery behaviors leave them."""
 MARKING_RANGE = 1.0
 """Maximum distance of an echo that marks, m; beyond, its arc is too wide to distinguish a doorway from a wall."""
 DECAY_RANGE = 1.2

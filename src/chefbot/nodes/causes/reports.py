@@ -67,4 +67,6 @@ def marking_sensor(source: str, robot: Robot) -> str:
         return CONTACT
     if source == ranger_marks.RANGER:
         return RANGER
+    if source == ranger_marks.GLASS:
+        return LIDAR
     return LIDAR if source == LASER and robot.sensors.lidar is not None else CAMERA

@@ -1,0 +1,164 @@
+"""Walls of glass, which a lidar measures at a right angle only, in the scans of a moving robot and in its costmap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from chefbot.costmap.conversions import LASER
+from chefbot.costmap.glass_detection import GlassDetector, GlassPoints
+from chefbot.costmap.layer import LayerSettings
+from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.params import LOCAL_COSTMAP
+from chefbot.costmap.ranger_marks import GLASS
+from chefbot.maths.costs import LETHAL
+from chefbot.maths.footprint import disc
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.sensor_msgs import LaserScan
+from chefbot.msgs.std_msgs import Header
+from chefbot.robot.load import load_robot
+from chefbot.runtime.plugins import load_plugin
+
+Floats = NDArray[np.float64]
+ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)
+PERIOD, NOISE, FAR = 0.15, 0.01, 5.0
+SEEN = math.radians(5.0)
+"""Angle of incidence up to which glass returns a beam."""
+
+
+def wall(pose: SE2, x: float, *, glass: bool, start: float = -math.inf, end: float = math.inf) -> Floats:
+    """Return the ranges (360,) to a wall at `x` in the world, from y = start to y = end."""
+    bearings = ANGLES + pose.yaw
+    with np.errstate(divide="ignore"):
+        ranges = (x - pose.x) / np.cos(bearings)
+    y = pose.y + ranges * np.sin(bearings)
+    hit = (ranges > 0.0) & (y >= start) & (y <= end)
+    if glass:
+        hit &= np.abs(np.cos(bearings)) >= math.cos(SEEN)
+    return np.where(hit, ranges, np.inf)
+
+
+def post(pose: SE2, x: float, y: float, radius: float) -> Floats:
+    """Return the ranges (360,) to a round post."""
+    away = SE2(pose.x, pose.y, pose.yaw).inverse().apply(np.array([[x, y]]))[0]
+    middle = away[0] * np.cos(ANGLES) + away[1] * np.sin(ANGLES)
+    inside = radius**2 - (away @ away - middle**2)
+    return np.where((inside > 0.0) & (middle > 0.0), middle - np.sqrt(np.maximum(inside, 0.0)), np.inf)
+
+
+def drive(speed: float, distance: float = 1.0, yaw: float = math.pi / 2.0) -> Iterator[SE2]:
+    """Yield the poses at each scan of a drive along y."""
+    for step in range(round(distance / (speed * PERIOD))):
+        yield SE2(0.0, speed * PERIOD * step, yaw)
+
+
+def detect(scans: list[tuple[SE2, Floats]], seed: int = 0) -> list[GlassPoints]:
+    """Return all glass that a detector finds in scans with noise, in a room with walls at x = -FAR and FAR."""
+    rng, detector, found = np.random.default_rng(seed), GlassDetector(), []
+    for step, (pose, ranges) in enumerate(scans):
+        room = np.minimum(wall(pose, FAR, glass=False), wall(pose, -FAR, glass=False))
+        noisy = np.minimum(ranges, room) + rng.normal(0.0, NOISE, len(ANGLES))
+        found += detector.process(pose, ANGLES, noisy, step * PERIOD)
+    return found
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    x=st.floats(0.4, 2.0),
+    speed=st.floats(0.1, 0.5),
+    yaw=st.floats(-2.5, 2.5),
+    side=st.sampled_from([-1.0, 1.0]),
+    seed=st.integers(0, 1000),
+)
+def test_glass_beside_a_drive_is_found(x: float, speed: float, yaw: float, side: float, seed: int) -> None:
+    foot = (0.0 if side > 0.0 else math.pi) - yaw
+    if abs(math.remainder(foot - math.pi, math.tau)) < 0.3:
+        return  # behind the first and the last beam
+    scans = [(pose, wall(pose, side * x, glass=True)) for pose in drive(speed, 1.2, yaw)]
+    points = np.vstack([glass.points for glass in detect(scans, seed)])
+    assert np.abs(points[:, 0] - side * x).max() < 5.0 * NOISE
+    assert points[:, 1].min() < 0.3 and points[:, 1].max() > 0.8  # all that the robot has passed
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.05, 0.1, 0.2])
+@pytest.mark.parametrize("x", [0.5, 1.0, 1.8])
+def test_posts_and_legs_are_no_glass(radius: float, x: float) -> None:
+    places = [(x, y) for y in (-0.5, 0.0, 0.6, 1.1, 1.9)]
+    scans = [
+        (pose, np.min([post(pose, *place, radius) for place in places], axis=0)) for pose in drive(0.3, 2.0)
+    ]
+    assert not detect(scans)
+
+
+@pytest.mark.parametrize("speed", [0.15, 0.5])
+def test_opaque_walls_and_pillars_are_no_glass(speed: float) -> None:
+    for start, end in ((-0.3, 3.0), (0.4, 0.7), (0.2, 0.9)):
+        scans = [(pose, wall(pose, 1.0, glass=False, start=start, end=end)) for pose in drive(speed, 1.6)]
+        assert not detect(scans)
+
+
+@pytest.mark.parametrize("walk", [-1.0, -0.3, 0.0, 0.7, 1.2])
+def test_people_who_pass_are_no_glass(walk: float) -> None:
+    """All but those who keep abreast of the robot, whose marks a beam at a right angle clears."""
+    scans = [
+        (pose, post(pose, 1.2, 0.5 + walk * PERIOD * step, 0.15)) for step, pose in enumerate(drive(0.3, 1.5))
+    ]
+    assert not detect(scans)
+
+
+def costmap() -> LayeredCostmap:
+    given = LayerSettings(LOCAL_COSTMAP, load_robot("chefbot_lidar"))
+    layers = [load_plugin(name, object, given) for name in LOCAL_COSTMAP.layers]
+    return LayeredCostmap(LOCAL_COSTMAP, disc(0.15), rolling=True, layers=layers)
+
+
+def show(costs: LayeredCostmap, scans: list[tuple[SE2, Floats]], start: float = 0.0) -> None:
+    """Pass scans without noise to a costmap, of a room with walls at x = -FAR and FAR."""
+    for step, (pose, ranges) in enumerate(scans):
+        room = np.minimum(wall(pose, FAR, glass=False), wall(pose, -FAR, glass=False))
+        stamp = round((start + step * PERIOD) * 1e9)
+        scan = LaserScan(
+            header=Header(Time.of(stamp), "lidar"),
+            angle_min=-math.pi,
+            angle_max=math.pi,
+            angle_increment=math.tau / len(ANGLES),
+            range_min=0.1,
+            range_max=12.0,
+            ranges=np.minimum(ranges, room).astype(np.float32),
+        )
+        costs.process(scan, pose)
+
+
+def test_a_costmap_keeps_glass_that_beams_pass() -> None:
+    costs = costmap()
+    show(costs, [(pose, wall(pose, 0.8, glass=True, end=1.3)) for pose in drive(0.3, 1.0)])
+    here = SE2(0.0, 1.6, math.pi / 2.0)  # past the end of the glass: all beams pass what was measured
+    show(costs, [(here, wall(here, 0.8, glass=True, end=1.3))] * 20, start=10.0)
+    along = [costs.update().at(0.81, y) == LETHAL for y in np.arange(0.05, 0.9, 0.05)]
+    assert all(along)
+    assert LETHAL not in costs.layer(LASER)  # which is why the layer of the laser is not enough
+
+
+def test_glass_that_has_left_is_cleared_at_a_right_angle() -> None:
+    costs = costmap()
+    show(costs, [(pose, wall(pose, 0.8, glass=True)) for pose in drive(0.3, 1.0)])
+    assert costs.update().at(0.81, 0.5) == LETHAL
+    poses = [SE2(0.0, pose.y - 0.2, pose.yaw) for pose in drive(0.1, 1.5)]
+    show(costs, [(pose, wall(pose, FAR, glass=False)) for pose in poses], start=10.0)
+    assert LETHAL not in costs.layer(GLASS)
+    assert costs.update().at(0.81, 0.5) != LETHAL
+
+
+def test_a_robot_without_lidar_finds_no_glass() -> None:
+    given = LayerSettings(LOCAL_COSTMAP, load_robot("chefbot"))
+    layers = [load_plugin(name, object, given) for name in LOCAL_COSTMAP.layers]
+    costs = LayeredCostmap(LOCAL_COSTMAP, disc(0.15), rolling=True, layers=layers)
+    show(costs, [(pose, wall(pose, 0.8, glass=True)) for pose in drive(0.3, 1.0)])
+    assert not costs.has_layer(GLASS)

@@ -14,10 +14,10 @@ from typer.testing import CliRunner
 
 from chefbot.buildings.parameters import COMMON, KINDS
 from chefbot.cli.app import app, main
-from chefbot.cli.plural import number_of
 from chefbot.cli.world.draw import picture
 from chefbot.cli.world.kinds import list_kinds
 from chefbot.maths.grid import FREE, OCCUPIED
+from chefbot.plural import number_of
 from chefbot.robot.load import load_robot
 from chefbot.sim.world.load import load_any_world
 from chefbot.sim.world.world import load_world

@@ -86,7 +86,7 @@ def test_built_in_scenarios_try_every_simulated_task() -> None:
         (BASE + "criteria: {colisions: {max: 0}}\n", "no figure 'colisions' .did you mean 'collisions'"),
         (BASE + "criteria: {collisions: {}}\n", "criteria: collisions needs a min"),
         (BASE + "criteria: {explored: {min: 0.9, max: 0.1}}\n", "criteria: explored needs a min"),
-        (BASE + "criteria: {collisions: {most: 0}}\n", "unknown key 'criteria.collisions.most'"),
+        (BASE + "criteria: {collisions: {most: 0}}\n", "criteria: collisions: unknown key 'most'"),
         (BASE + "world: {kind: offfice}\n", "world: there is no kind of building 'offfice'"),
         (BASE + "world: {kind: office, numbers: {widht: 9}}\n", "world: .*has no number 'widht'"),
         (BASE + "world: {kind: office, numbers: {width: 9000}}\n", "world: width"),
@@ -270,3 +270,10 @@ def test_a_scenario_kept_with_results_is_the_same_run(tmp_path: Path) -> None:
     assert again.world == str(here / "plan.yaml")
     keys = [run_orders(one, base, [1])[0].key for one, base in ((scenario, here), (again, kept.parent))]
     assert keys[0] == keys[1]
+
+
+@pytest.mark.parametrize("bounds", ["3", "{max: true}", "{min: []}"])
+def test_a_wrong_bound_is_named_with_its_figure(bounds: str) -> None:
+    text = f"name: x\ntask: {{type: go}}\ncriteria: {{collisions: {{max: 0}}, time: {bounds}}}\n"
+    with pytest.raises(ChefbotError, match="criteria: time: "):
+        parse_scenario(text.encode(), "scenario x")

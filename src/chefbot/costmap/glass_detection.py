@@ -8,6 +8,7 @@ wall, as points of nothing else do: what stands stays where it is.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -31,8 +32,8 @@ MAX_MOTION = 0.2
 """Maximum distance between the middles of a reflection in two scans, m."""
 MAX_GAP = 1.0
 """Time without a reflection after which its track ends, s."""
-TRACK_LENGTH = 30
-"""Number of reflections that a track keeps."""
+TRACK_LENGTH, SPACING = 30, 0.02
+"""Number of reflections that a track keeps, and the minimum distance between the middles of two, m."""
 MIN_REFLECTIONS, MIN_TRAVEL = 5, 0.25
 """Minimum number of reflections of a glass wall, and of the distance over which they slid, m."""
 MAX_RESIDUAL = 0.02
@@ -58,19 +59,17 @@ class GlassPoints(NamedTuple):
 class _Track:
     """A reflection followed from scan to scan."""
 
-    def __init__(self) -> None:
-        self.reflections: list[Reflection] = []
-        self.sensors: list[tuple[float, float]] = []
-        self.time = 0.0
-        self.confirmed = False
+    def __init__(self, reflection: Reflection, sensor: SE2, time: float) -> None:
+        self.middle, self.time, self.confirmed = reflection.middle, time, False
+        self.reflections, self.sensors = [reflection], [(sensor.x, sensor.y)]
 
-    def add(self, reflection: Reflection, sensor: SE2, time: float) -> None:
+    def add(self, reflection: Reflection, sensor: SE2, time: float) -> GlassPoints | None:
+        """Return the points of glass that a reflection adds, all of the track once it is confirmed."""
+        self.middle, self.time = reflection.middle, time
+        if _distance(reflection, self.reflections[-1].middle) < SPACING:
+            return None
         self.reflections = [*self.reflections[1 - TRACK_LENGTH :], reflection]
         self.sensors = [*self.sensors[1 - TRACK_LENGTH :], (sensor.x, sensor.y)]
-        self.time = time
-
-    def new_glass(self) -> GlassPoints | None:
-        """Return the points of glass that the newest reflection adds: all of the track once it is confirmed first."""
         normal = _glass_normal(np.array([r.middle for r in self.reflections]), np.array(self.sensors))
         if normal is None:
             return None
@@ -94,20 +93,21 @@ class GlassDetector:
         self._tracks = [track for track in self._tracks if abs(time - track.time) <= MAX_GAP]
         for reflection in reflections(sensor, angles, ranges):
             track = self._track_of(reflection, time)
-            track.add(reflection, sensor, time)
-            glass = track.new_glass()
+            if track is None:
+                self._tracks.append(_Track(reflection, sensor, time))
+                continue
+            glass = track.add(reflection, sensor, time)
             if glass is not None:
                 found.append(glass)
         return found
 
-    def _track_of(self, reflection: Reflection, time: float) -> _Track:
-        """Return the track that a reflection continues, a new one if it continues none."""
-        for track in self._tracks:
-            moved = reflection.middle - track.reflections[-1].middle
-            if track.time < time and np.hypot(*moved) <= MAX_MOTION:
-                return track
-        self._tracks.append(_Track())
-        return self._tracks[-1]
+    def _track_of(self, reflection: Reflection, time: float) -> _Track | None:
+        """Return the nearest track that a reflection continues, None if it continues none."""
+        open_tracks = [track for track in self._tracks if track.time < time]
+        nearest = min(open_tracks, key=lambda track: _distance(reflection, track.middle), default=None)
+        if nearest is None or _distance(reflection, nearest.middle) > MAX_MOTION:
+            return None
+        return nearest
 
 
 def reflections(sensor: SE2, angles: Floats, ranges: Floats) -> list[Reflection]:
@@ -128,6 +128,10 @@ def reflections(sensor: SE2, angles: Floats, ranges: Floats) -> list[Reflection]
         if is_free and farthest <= MAX_DISTANCE and abs(angles[last] - angles[first]) <= MAX_WIDTH:
             found.append(_reflection(sensor, angles[first : last + 1], ranges[first : last + 1]))
     return found
+
+
+def _distance(reflection: Reflection, point: Floats) -> float:
+    return math.hypot(*(reflection.middle - point))
 
 
 def _reflection(sensor: SE2, angles: Floats, ranges: Floats) -> Reflection:

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from chefbot.errors import ChefbotError
+from chefbot.plural import number_of
 from chefbot.proving.cluster import DaskCluster
 from chefbot.proving.record import RunRecord
 from chefbot.proving.run_order import RunOrder
@@ -38,7 +39,8 @@ def collect(cluster: DaskCluster, orders: Iterable[RunOrder], add: Collected) ->
         attempts = 1 if len(remaining) < before else attempts + 1
         if attempts > MAX_ATTEMPTS:
             raise LostRunError(
-                f"{len(remaining)} runs have no result after {MAX_ATTEMPTS} attempts; check {cluster.address}"
+                f"{number_of(len(remaining), 'run')} without a result after {MAX_ATTEMPTS} attempts; "
+                f"check {cluster.address}"
             )
 
 

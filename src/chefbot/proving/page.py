@@ -10,6 +10,7 @@ from pathlib import Path
 from statistics import median
 
 from chefbot import __version__
+from chefbot.plural import number_of
 from chefbot.proving.comparison import FigureChange
 from chefbot.proving.figures import FIGURES
 from chefbot.proving.pictures import distributions, path_picture
@@ -38,7 +39,7 @@ def page(
 ) -> str:
     """Return the page. out: folder of the results, for the command that makes a run again."""
     done = len(records)
-    title = f"{', '.join(one.name for one in scenarios)[:200]}: {done} runs"
+    title = f"{', '.join(one.name for one in scenarios)[:200]}: {number_of(done, 'run')}"
     made = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     body = [_summary(scenarios, records)]
     if changes:

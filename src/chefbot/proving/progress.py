@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from chefbot.plural import number_of
 from chefbot.proving.record import RunRecord
 
 LINE_PERIOD = 30.0
@@ -35,7 +36,7 @@ class RunProgress:
         if not self._console.is_terminal and time.monotonic() - self._printed > LINE_PERIOD:
             self._printed = time.monotonic()
             self._console.print(
-                f"{self._done} of {self._total} runs, {self._failed} failed, {self.remaining()}"
+                f"{self._done} of {number_of(self._total, 'run')}, {self._failed} failed, {self.remaining()}"
             )
 
     def remaining(self) -> str:

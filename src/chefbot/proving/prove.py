@@ -15,6 +15,7 @@ from rich.table import Table
 
 from chefbot.errors import ChefbotError, UserError
 from chefbot.kernels.precompile import compile_kernels
+from chefbot.plural import number_of
 from chefbot.proving.cluster import check_address, cluster
 from chefbot.proving.collect import collect
 from chefbot.proving.comparison import FigureChange, changes
@@ -76,7 +77,9 @@ def run_prove(options: ProveOptions) -> int:
     print_summary(request.scenarios, made, differences)
     if old and not any(change.is_better or change.is_worse for change in differences):
         pairs = max(change.difference.pairs for change in differences)
-        console.print(f"{pairs} runs compared with {options.against}: nothing changed significantly")
+        console.print(
+            f"{number_of(pairs, 'run')} compared with {options.against}: nothing changed significantly"
+        )
     console.print(f"page in {options.out / PAGE}, tables beside it")
     missed = claims_missed(request.scenarios, made) or any_that_could_not_run(made)
     return int(missed or any(change.is_worse for change in differences))
@@ -136,7 +139,7 @@ def make_missing(
     compile_kernels(console)  # once for all workers of this machine
     total = len(done) + len(missing)
     last = "" if math.isinf(minutes) else f"; after {minutes:g} min no other begins"
-    console.print(f"{total} runs, {len(done)} of them done already{last}")
+    console.print(f"{number_of(total, 'run')}, {len(done)} of them done already{last}")
     workers = min(workers or os.cpu_count() or 1, len(missing))
     batch = len(missing) if math.isinf(minutes) else BATCH * workers
     began_ns = wall_ns()
@@ -162,7 +165,8 @@ def make_missing(
                 raise
     except KeyboardInterrupt:
         console.print(
-            f"{len(done)} of {total} runs are done and kept; `chefbot prove --resume --out {results.folder}` resumes"
+            f"{len(done)} of {number_of(total, 'run')} are done and kept; "
+            f"`chefbot prove --resume --out {results.folder}` resumes"
         )
         raise
 
@@ -216,7 +220,7 @@ def claims_missed(scenarios: Sequence[Scenario], made: Sequence[RunRecord]) -> b
         if judged and sum(judged) / len(judged) < scenario.claim:
             console.print(
                 f"[red]claim missed[/]: {scenario.name} claims {scenario.claim:.0%} success, {sum(judged)} of"
-                f" {len(judged)} judged runs succeeded"
+                f" {number_of(len(judged), 'judged run')} succeeded"
             )
             missed = True
     return missed
@@ -226,7 +230,7 @@ def any_that_could_not_run(made: Sequence[RunRecord]) -> bool:
     """Return whether a run could not begin, which is no failure of the robot; print how many, and why."""
     reasons = [record.failure for record in made if record.failure.startswith(CANNOT_RUN)]
     if reasons:
-        console.print(f"[red]{len(reasons)} of {len(made)} runs could not begin[/]: ", end="")
+        console.print(f"[red]{len(reasons)} of {number_of(len(made), 'run')} could not begin[/]: ", end="")
         console.print(reasons[0].removeprefix(CANNOT_RUN), markup=False)
     return bool(reasons)
 

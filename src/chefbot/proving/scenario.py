@@ -104,11 +104,19 @@ def parse_scenario(data: bytes, where: str) -> Scenario:
     """Parse a scenario from YAML text; `where` begins every error message."""
     content = parse_yaml(data, where)
     check_kind(content, SCENARIO, where, UserError)
+    _check_criteria(content, where)
     scenario = build(content, Scenario, where)
     if isinstance(scenario.task, MapLogTask) and "criteria" not in content:
         scenario = msgspec.structs.replace(scenario, criteria={})  # a log has no collisions
     _check(scenario, where)
     return scenario
+
+
+def _check_criteria(content: object, where: str) -> None:
+    """Name the figure whose bounds are wrong, which the validation of the whole does not."""
+    criteria = content.get("criteria") if isinstance(content, dict) else None
+    for figure, bounds in criteria.items() if isinstance(criteria, dict) else ():
+        build(bounds, Bounds, f"{where}: criteria: {figure}")
 
 
 def _check(scenario: Scenario, where: str) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from rich.console import Console
 
 from chefbot import __version__
+from chefbot.plural import number_of
 from chefbot.proving.prove import make_missing
 from chefbot.proving.record import RunRecord
 from chefbot.proving.results_folder import Request, ResultsFolder, write_tables
@@ -47,7 +48,7 @@ def run_scoreboard(page: Path, out: Path, minutes: float, workers: int, schedule
     if made:
         write_tables(out, made)
     write_into_folder(page, scoreboard_text(scenarios, made).encode())
-    console.print(f"{len(made)} of {len(orders)} runs; scoreboard in {page}")
+    console.print(f"{len(made)} of {number_of(len(orders), 'run')}; scoreboard in {page}")
     return 0
 
 

@@ -12,6 +12,7 @@ from rich.console import Console
 from chefbot.config_text import plain_sections, yaml_text
 from chefbot.errors import UserError
 from chefbot.kernels.precompile import compile_kernels
+from chefbot.plural import number_of
 from chefbot.proving.record import RunRecord
 from chefbot.proving.reductions import REDUCERS, Reduction
 from chefbot.proving.run_order import run_orders, with_absolute_paths, with_relative_paths
@@ -42,7 +43,7 @@ def run_shrink(run: str, out: Path) -> int:
     small, record, runs = shrink(original, first, lambda scenario: _made(scenario, seed), _report)
     path = out / f"{original.name}_{seed}.yaml"
     write_into_folder(path, regression_text(with_relative_paths(small, out), record, seed).encode())
-    console.print(f"{runs} runs; {path} still fails: {record.failure}", markup=False)
+    console.print(f"{number_of(runs, 'run')}; {path} still fails: {record.failure}", markup=False)
     return 0
 
 

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import chefbot
 from chefbot.cli.parameters import WEB_UI
-from chefbot.cli.plural import number_of
 from chefbot.devices.state_files import VARIABLE, state_folder
 from chefbot.errors import ChefbotError
+from chefbot.plural import number_of
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places, places_path
 from chefbot.storage.zones import load_zones, zones_path

@@ -23,11 +23,11 @@ from chefbot.cli.doctor.computer import (
     power_lines,
     web_ui_lines,
 )
-from chefbot.cli.plural import number_of
 from chefbot.errors import ChefbotError
 from chefbot.fleet.keyring import Keyring, keys_folder
 from chefbot.fleet.membership_watch import MembershipWatch
 from chefbot.kernels.cache_stamp import is_complete, stamp_path
+from chefbot.plural import number_of
 from chefbot.ros2.tools.health import graph_lines
 
 TOOLS = {

@@ -10,8 +10,8 @@ from pathlib import Path
 from rich.console import Console
 
 from chefbot.cli.drive.recorded_robot import existing_history, local_time
-from chefbot.cli.plural import number_of
 from chefbot.delivery.status_messages import display_name
+from chefbot.plural import number_of
 from chefbot.storage.atomic_files import write_into_folder
 from chefbot.storage.delivery_history import RecordedRound, read_history
 

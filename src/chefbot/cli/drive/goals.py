@@ -10,7 +10,6 @@ from uuid import uuid4
 from rich.console import Console
 
 from chefbot.cli import running_robot
-from chefbot.cli.plural import number_of
 from chefbot.cli.running_robot import (
     await_failure,
     await_refusal,
@@ -20,6 +19,7 @@ from chefbot.cli.running_robot import (
 )
 from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN
 from chefbot.errors import UserError
+from chefbot.plural import number_of
 from chefbot.ui.command_types import When
 from chefbot.ui.commands import Cancel, Follow, Goal, GoPlace, OperatorCommand, Patrol, Resume, Stop
 from chefbot.ui.remote.web_ui_client import WebUiClient

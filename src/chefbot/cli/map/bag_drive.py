@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.cli.map.laser_mount import LaserMount, laser_mount, turned_upright
-from chefbot.cli.plural import number_of
 from chefbot.config import ConfigError
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.se2 import SE2
@@ -24,6 +23,7 @@ from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.plural import number_of
 from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.reader import BagMessage, BagTopic, read_bag
 from chefbot.ros2.bag.rosbags_reader import RosbagsBag, needs_rosbags

@@ -9,12 +9,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from chefbot.cli.plural import number_of
 from chefbot.devices.maps.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.msgs.chefbot_maps import MapEdit
 from chefbot.msgs.geometry_msgs import Point
+from chefbot.plural import number_of
 from chefbot.slam.params import GmappingParams
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map, map_in

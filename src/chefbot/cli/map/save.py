@@ -8,10 +8,10 @@ from pathlib import Path
 from rich.console import Console
 
 from chefbot.cli import running_robot
-from chefbot.cli.plural import number_of
 from chefbot.cli.running_robot import known_places
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
+from chefbot.plural import number_of
 from chefbot.storage.new_map import save_new_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui.commands import MapSaved

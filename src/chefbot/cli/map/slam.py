@@ -12,7 +12,7 @@ from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, naming_log, read_l
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_pictures import QUALITY_PICTURE
 from chefbot.cli.map.slam_report import report_page
-from chefbot.cli.plural import number_of
+from chefbot.plural import number_of
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum

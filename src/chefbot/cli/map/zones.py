@@ -9,9 +9,9 @@ from pathlib import Path
 import msgspec
 from rich.console import Console
 
-from chefbot.cli.plural import number_of
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_maps import MapZones
+from chefbot.plural import number_of
 from chefbot.storage.atomic_files import make_folder, write_atomic
 from chefbot.storage.map_files import load_map, map_in, save_map
 from chefbot.storage.zones import load_zones, zones_path

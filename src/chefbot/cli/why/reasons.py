@@ -10,9 +10,9 @@ from rich.console import Console
 
 from chefbot.causes.history import CauseSpan, distinct_spans
 from chefbot.causes.sentences import effect_word
-from chefbot.cli.plural import number_of
 from chefbot.cli.why.picture import write_picture
 from chefbot.cli.why.run_log import RunCauses, find_log, read_run
+from chefbot.plural import number_of
 
 console = Console(highlight=False, markup=False, soft_wrap=True)
 CLOCK_JUMP_NS = 1_000_000_000

@@ -12,8 +12,8 @@ import numpy as np
 from rich.console import Console
 
 from chefbot.cli.launch_arguments import hints_at_options, with_options
-from chefbot.cli.plural import number_of
 from chefbot.errors import UserError
+from chefbot.plural import number_of
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot

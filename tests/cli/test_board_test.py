@@ -71,6 +71,7 @@ def run(
     return bring_up.run_board_test(robot, str(board.path), out, write, seconds=60.0, attempts=40)
 
 
+@pytest.mark.rotated("board test")
 @pytest.mark.slow
 def test_a_board_that_is_right_passes(
     emulated: Emulator, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -84,6 +85,7 @@ def test_a_board_that_is_right_passes(
     assert (tmp_path / "step.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.rotated("board test")
 @pytest.mark.slow
 def test_mistakes_are_named_and_measures_are_written(
     emulated: Emulator, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -12,25 +12,27 @@ import pytest
 from tests.firmware.host_board import make, need
 
 
-@pytest.mark.rotated("firmware under sanitizers")
+@pytest.mark.rotated("firmware checks")
 def test_unit_tests_pass_under_sanitizers() -> None:
     need("make", "g++")
     assert re.search(r"\d+ tests, 0 failed", make("unit"))
 
 
+@pytest.mark.rotated("firmware checks")
 @pytest.mark.slow
 def test_the_library_compiles_without_a_warning() -> None:
     need("make", "g++")
     make("host")
 
 
+@pytest.mark.rotated("firmware checks")
 @pytest.mark.slow
 def test_safety_code_is_fully_covered() -> None:
     need("make", "g++", "gcov")
     assert "100.0 % of lines, 100.0 % of branches" in make("coverage")
 
 
-@pytest.mark.rotated("firmware under sanitizers")
+@pytest.mark.rotated("firmware checks")
 @pytest.mark.slow
 @pytest.mark.parametrize("millions", [2, pytest.param(10, marks=pytest.mark.long)])
 def test_millions_of_fuzzed_bytes_do_no_harm(millions: int) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from chefbot.costmap.conversions import LASER
 from chefbot.costmap.glass_detection import GlassDetector, GlassPoints
+from chefbot.costmap.glass_layer import GlassLayer
 from chefbot.costmap.layer import LayerSettings
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LOCAL_COSTMAP
@@ -118,34 +119,24 @@ def test_people_who_pass_are_no_glass(walk: float) -> None:
     assert not detect(scans)
 
 
-def costmap() -> LayeredCostmap:
-    given = LayerSettings(LOCAL_COSTMAP, load_robot("chefbot_lidar"))
+def costmap(robot: str = "chefbot_lidar") -> LayeredCostmap:
+    given = LayerSettings(LOCAL_COSTMAP, load_robot(robot))
     layers = [load_plugin(name, object, given) for name in LOCAL_COSTMAP.layers]
+    assert any(isinstance(layer, GlassLayer) for layer in layers)
     return LayeredCostmap(LOCAL_COSTMAP, disc(0.15), rolling=True, layers=layers)
 
 
-def show(costs: LayeredCostmap, scans: list[tuple[SE2, Floats]], start: float = 0.0) -> None:
+def show(costs: LayeredCostmap, scans: list[tuple[SE2, Floats]], start: int = 0) -> None:
     """Pass scans without noise to a costmap, of a room with walls at x = -FAR and FAR."""
     for step, (pose, ranges) in enumerate(scans):
-        room = np.minimum(wall(pose, FAR, glass=False), wall(pose, -FAR, glass=False))
-        stamp = round((start + step * PERIOD) * 1e9)
-        scan = LaserScan(
-            header=Header(Time.of(stamp), "lidar"),
-            angle_min=-math.pi,
-            angle_max=math.pi,
-            angle_increment=math.tau / len(ANGLES),
-            range_min=0.1,
-            range_max=12.0,
-            ranges=np.minimum(ranges, room).astype(np.float32),
-        )
-        costs.process(scan, pose)
+        costs.process(scan_of(pose, ranges, start + step), pose)
 
 
 def test_a_costmap_keeps_glass_that_beams_pass() -> None:
     costs = costmap()
     show(costs, [(pose, wall(pose, 0.8, glass=True, end=1.3)) for pose in drive(0.3, 1.0)])
     here = SE2(0.0, 1.6, math.pi / 2.0)  # past the end of the glass: all beams pass what was measured
-    show(costs, [(here, wall(here, 0.8, glass=True, end=1.3))] * 20, start=10.0)
+    show(costs, [(here, wall(here, 0.8, glass=True, end=1.3))] * 20, start=100)
     along = [costs.update().at(0.81, y) == LETHAL for y in np.arange(0.05, 0.9, 0.05)]
     assert all(along)
     assert LETHAL not in costs.layer(LASER)  # which is why the layer of the laser is not enough
@@ -156,14 +147,43 @@ def test_glass_that_has_left_is_cleared_at_a_right_angle() -> None:
     show(costs, [(pose, wall(pose, 0.8, glass=True)) for pose in drive(0.3, 1.0)])
     assert costs.update().at(0.81, 0.5) == LETHAL
     poses = [SE2(0.0, pose.y - 0.2, pose.yaw) for pose in drive(0.1, 1.5)]
-    show(costs, [(pose, wall(pose, FAR, glass=False)) for pose in poses], start=10.0)
+    show(costs, [(pose, wall(pose, FAR, glass=False)) for pose in poses], start=100)
     assert LETHAL not in costs.layer(GLASS)
     assert costs.update().at(0.81, 0.5) != LETHAL
 
 
 def test_a_robot_without_lidar_finds_no_glass() -> None:
-    given = LayerSettings(LOCAL_COSTMAP, load_robot("chefbot"))
-    layers = [load_plugin(name, object, given) for name in LOCAL_COSTMAP.layers]
-    costs = LayeredCostmap(LOCAL_COSTMAP, disc(0.15), rolling=True, layers=layers)
+    costs = costmap("chefbot")
     show(costs, [(pose, wall(pose, 0.8, glass=True)) for pose in drive(0.3, 1.0)])
     assert not costs.has_layer(GLASS)
+
+
+def scan_of(pose: SE2, ranges: Floats, step: int) -> LaserScan:
+    """Return a scan in a room with walls at x = -FAR and FAR."""
+    room = np.minimum(wall(pose, FAR, glass=False), wall(pose, -FAR, glass=False))
+    return LaserScan(
+        header=Header(Time.of(round(step * PERIOD * 1e9)), "lidar"),
+        angle_min=-math.pi,
+        angle_max=math.pi,
+        angle_increment=math.tau / len(ANGLES),
+        range_min=0.1,
+        range_max=12.0,
+        ranges=np.minimum(ranges, room).astype(np.float32),
+    )
+
+
+def test_a_mapper_gets_no_beams_of_glass() -> None:
+    detector = GlassDetector()
+    for step, pose in enumerate(drive(0.3, 1.0)):
+        scan = scan_of(pose, wall(pose, 0.8, glass=True), step)
+        rest = detector.without_glass(pose, scan)
+    glass = scan.ranges < 0.9
+    assert glass.any() and np.isnan(rest.ranges[glass]).all()
+    assert np.array_equal(rest.ranges[~glass], scan.ranges[~glass])
+
+
+def test_a_mapper_gets_all_beams_of_posts() -> None:
+    detector = GlassDetector()
+    for step, pose in enumerate(drive(0.3, 1.0)):
+        scan = scan_of(pose, post(pose, 0.8, 0.5, 0.1), step)
+        assert detector.without_glass(pose, scan) is scan

@@ -11,10 +11,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.sensor_msgs import LaserScan
 
 Floats = NDArray[np.float64]
 
@@ -43,8 +45,9 @@ MAX_INCIDENCE, FOOT_MARGIN = 0.05, 0.03
 
 
 class Reflection(NamedTuple):
-    """Neighbouring points of a scan with free space on both sides: points (n, 2), and their middle (2,), m."""
+    """Neighbouring points of a scan with free space on both sides: points (n, 2) and their middle (2,), m."""
 
+    beams: slice
     points: Floats
     middle: Floats
 
@@ -71,25 +74,43 @@ class _Track:
         self.reflections = [*self.reflections[1 - TRACK_LENGTH :], reflection]
         self.sensors = [*self.sensors[1 - TRACK_LENGTH :], (sensor.x, sensor.y)]
         normal = _glass_normal(np.array([r.middle for r in self.reflections]), np.array(self.sensors))
+        new = self.reflections[-1:] if self.confirmed else self.reflections
+        self.confirmed = normal is not None
         if normal is None:
             return None
-        new = self.reflections[-1:] if self.confirmed else self.reflections
-        self.confirmed = True
         return GlassPoints(np.vstack([r.points for r in new]), normal)
 
 
 class GlassDetector:
-    """Finds walls of glass in the scans of a moving lidar."""
+    """Finds walls of glass in the scans of a moving lidar.
+
+    beams: those of the newest scan that glass has returned.
+    """
 
     def __init__(self) -> None:
+        self.beams: list[slice] = []
         self._tracks: list[_Track] = []
+
+    def process_scan(self, sensor: SE2, scan: LaserScan) -> list[GlassPoints]:
+        """Return what a scan adds to the walls of glass, in the frame of the sensor's pose."""
+        return self.process(sensor, *beams_of(scan), scan.header.stamp.ns / 1e9)
+
+    def without_glass(self, sensor: SE2, scan: LaserScan) -> LaserScan:
+        """Return a scan without the beams that glass returns: they move with the robot, as if it stood."""
+        self.process_scan(sensor, scan)
+        if not self.beams:
+            return scan
+        ranges = scan.ranges.copy()
+        for beams in self.beams:
+            ranges[beams] = np.nan
+        return msgspec.structs.replace(scan, ranges=ranges)
 
     def process(self, sensor: SE2, angles: Floats, ranges: Floats, time: float) -> list[GlassPoints]:
         """Return what a scan adds to the walls of glass, in the frame of the sensor's pose.
 
         angles, ranges: (n,) rad, m; a range of inf is no return, NaN is invalid. time: of the scan, s.
         """
-        found = []
+        found, self.beams = [], []
         self._tracks = [track for track in self._tracks if abs(time - track.time) <= MAX_GAP]
         for reflection in reflections(sensor, angles, ranges):
             track = self._track_of(reflection, time)
@@ -97,6 +118,8 @@ class GlassDetector:
                 self._tracks.append(_Track(reflection, sensor, time))
                 continue
             glass = track.add(reflection, sensor, time)
+            if track.confirmed:
+                self.beams.append(reflection.beams)
             if glass is not None:
                 found.append(glass)
         return found
@@ -108,6 +131,14 @@ class GlassDetector:
         if nearest is None or _distance(reflection, nearest.middle) > MAX_MOTION:
             return None
         return nearest
+
+
+def beams_of(scan: LaserScan) -> tuple[Floats, Floats]:
+    """Return angles and ranges (n,), rad and m, of a scan: inf is no return, NaN is invalid."""
+    ranges = scan.ranges.astype(np.float64)
+    ranges[ranges >= scan.range_max] = np.inf
+    ranges[ranges < scan.range_min] = np.nan
+    return scan.angles.astype(np.float64), ranges
 
 
 def reflections(sensor: SE2, angles: Floats, ranges: Floats) -> list[Reflection]:
@@ -126,7 +157,7 @@ def reflections(sensor: SE2, angles: Floats, ranges: Floats) -> list[Reflection]
         farthest = ranges[first : last + 1].max()
         is_free = min(ranges[first - 1], ranges[last + 1]) >= farthest + MIN_DEPTH  # false for NaN
         if is_free and farthest <= MAX_DISTANCE and abs(angles[last] - angles[first]) <= MAX_WIDTH:
-            found.append(_reflection(sensor, angles[first : last + 1], ranges[first : last + 1]))
+            found.append(_reflection(sensor, angles, ranges, slice(first, last + 1)))
     return found
 
 
@@ -134,9 +165,10 @@ def _distance(reflection: Reflection, point: Floats) -> float:
     return math.hypot(*(reflection.middle - point))
 
 
-def _reflection(sensor: SE2, angles: Floats, ranges: Floats) -> Reflection:
-    points = sensor.apply(np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)]))
-    return Reflection(points, points.mean(axis=0))
+def _reflection(sensor: SE2, angles: Floats, ranges: Floats, beams: slice) -> Reflection:
+    directions = np.column_stack([np.cos(angles[beams]), np.sin(angles[beams])])
+    points = sensor.apply(ranges[beams, None] * directions)
+    return Reflection(beams, points, points.mean(axis=0))
 
 
 def _glass_normal(middles: Floats, sensors: Floats) -> float | None:

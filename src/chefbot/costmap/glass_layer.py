@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.costmap.glass_detection import MAX_DISTANCE, GlassDetector
+from chefbot.costmap.glass_detection import MAX_DISTANCE, GlassDetector, beams_of
 from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
 from chefbot.costmap.layers import merge_sources, source_marks
 from chefbot.costmap.ranger_marks import GLASS
@@ -44,13 +44,10 @@ class GlassLayer(CostmapLayer):
         """Mark the glass that a scan shows, and clear what its beams pass at a right angle."""
         if not (self._has_lidar and isinstance(message, LaserScan)):
             return
-        ranges = message.ranges.astype(np.float64)
-        ranges[ranges >= message.range_max] = np.inf
-        ranges[ranges < message.range_min] = np.nan
-        angles, time = message.angles.astype(np.float64), message.header.stamp.ns / 1e9
+        glass_points = self._detector.process_scan(frame, message)
         if len(self._marks):
-            self._clear(costs, frame, angles, ranges)
-        for glass in self._detector.process(frame, angles, ranges, time):
+            self._clear(costs, frame, *beams_of(message))
+        for glass in glass_points:
             self._mark(costs, frame, glass.points, glass.normal)
 
     def update_costs(self, costs: LayeredCostmap, cells: NDArray[np.uint8], window: CellWindow) -> None:

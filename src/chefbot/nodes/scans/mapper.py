@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
+from chefbot.costmap.glass_detection import GlassDetector
 from chefbot.localization.messages import why_not_on_map
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
@@ -58,6 +59,7 @@ class MapperNode(ScanListenerNode):
         """Build the map that is continued; another one begins at the first scan, with the laser's mount."""
         super().start()
         self._slam: Slam | None = None
+        self._glass = GlassDetector()
         self._earlier: ContinuedMap | None = None
         self._changed = self._looking = False
         self._given: SE2 | None = None
@@ -96,6 +98,7 @@ class MapperNode(ScanListenerNode):
             self._slam = self.new_slam(settings, laser, odom)
         if self._earlier is not None and not self._find_robot(self._earlier, laser, scan, odom):
             return
+        scan = self._glass.without_glass(odom @ laser, scan)
         used = self._slam.update(scan.angles, scan.ranges, odom, scan.range_max)
         self._changed |= used
         transform = TransformStamped.of(scan.header.stamp.ns, "map", "odom", self._slam.map_T_odom)
@@ -111,8 +114,6 @@ class MapperNode(ScanListenerNode):
             if self.params.publish_drive:
                 self.map_trajectory.publish(trajectory_of(header, self._slam))
             self.map.publish(OccupancyGrid.of(header, self._slam.map()))
-
-    # -- of each mapper
 
     @abstractmethod
     def settings(self) -> MapperParams:

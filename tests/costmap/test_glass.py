@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.support.glass_scans import ANGLES, FAR, PERIOD, drive, post, scan_of, wall
 
 from chefbot.costmap.conversions import LASER
 from chefbot.costmap.glass_detection import GlassDetector, GlassPoints
@@ -21,74 +21,47 @@ from chefbot.costmap.ranger_marks import GLASS
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
 from chefbot.runtime.plugins import load_plugin
 
 Floats = NDArray[np.float64]
-ANGLES = np.linspace(-math.pi, math.pi, 360, endpoint=False)
-PERIOD, NOISE, FAR = 0.15, 0.01, 5.0
-SEEN = math.radians(5.0)
-"""Angle of incidence up to which glass returns a beam."""
+NOISE = 0.01
 
 
-def wall(pose: SE2, x: float, *, glass: bool, start: float = -math.inf, end: float = math.inf) -> Floats:
-    """Return the ranges (360,) to a wall at `x` in the world, from y = start to y = end."""
-    bearings = ANGLES + pose.yaw
-    with np.errstate(divide="ignore"):
-        ranges = (x - pose.x) / np.cos(bearings)
-    y = pose.y + ranges * np.sin(bearings)
-    hit = (ranges > 0.0) & (y >= start) & (y <= end)
-    if glass:
-        hit &= np.abs(np.cos(bearings)) >= math.cos(SEEN)
-    return np.where(hit, ranges, np.inf)
+def detect(
+    scans: list[tuple[SE2, Floats]], seed: int = 0, period: float = PERIOD, holes: float = 0.0
+) -> list[GlassPoints]:
+    """Return all glass that a detector finds in scans with noise, in a room with walls at x = -FAR and FAR.
 
-
-def post(pose: SE2, x: float, y: float, radius: float) -> Floats:
-    """Return the ranges (360,) to a round post."""
-    away = SE2(pose.x, pose.y, pose.yaw).inverse().apply(np.array([[x, y]]))[0]
-    middle = away[0] * np.cos(ANGLES) + away[1] * np.sin(ANGLES)
-    inside = radius**2 - (away @ away - middle**2)
-    return np.where((inside > 0.0) & (middle > 0.0), middle - np.sqrt(np.maximum(inside, 0.0)), np.inf)
-
-
-def drive(
-    speed: float, distance: float = 1.0, yaw: float = math.pi / 2.0, period: float = PERIOD
-) -> Iterator[SE2]:
-    """Yield the poses at each scan of a drive along y."""
-    for step in range(round(distance / (speed * period))):
-        yield SE2(0.0, speed * period * step, yaw)
-
-
-def detect(scans: list[tuple[SE2, Floats]], seed: int = 0, period: float = PERIOD) -> list[GlassPoints]:
-    """Return all glass that a detector finds in scans with noise, in a room with walls at x = -FAR and FAR."""
+    holes: share of the beams that are invalid, as in a scan without skew.
+    """
     rng, detector, found = np.random.default_rng(seed), GlassDetector(), []
     for step, (pose, ranges) in enumerate(scans):
         room = np.minimum(wall(pose, FAR, glass=False), wall(pose, -FAR, glass=False))
         noisy = np.minimum(ranges, room) + rng.normal(0.0, NOISE, len(ANGLES))
+        noisy[rng.random(len(ANGLES)) < holes] = np.nan
         found += detector.process(pose, ANGLES, noisy, step * period)
     return found
 
 
 @settings(deadline=None, max_examples=40)
 @given(
-    x=st.floats(0.4, 2.0),
+    x=st.floats(0.4, 3.0),
     period=st.sampled_from([0.02, 0.1, 0.15]),
     speed=st.floats(0.1, 0.5),
     yaw=st.floats(-2.5, 2.5),
     side=st.sampled_from([-1.0, 1.0]),
     seed=st.integers(0, 1000),
+    holes=st.sampled_from([0.0, 0.1]),
 )
 def test_glass_beside_a_drive_is_found(
-    x: float, period: float, speed: float, yaw: float, side: float, seed: int
+    x: float, period: float, speed: float, yaw: float, side: float, seed: int, holes: float
 ) -> None:
     foot = (0.0 if side > 0.0 else math.pi) - yaw
     if abs(math.remainder(foot - math.pi, math.tau)) < 0.3:
         return  # behind the first and the last beam
     scans = [(pose, wall(pose, side * x, glass=True)) for pose in drive(speed, 1.2, yaw, period)]
-    points = np.vstack([glass.points for glass in detect(scans, seed, period)])
+    points = np.vstack([glass.points for glass in detect(scans, seed, period, holes)])
     assert np.abs(points[:, 0] - side * x).max() < 5.0 * NOISE
     assert points[:, 1].min() < 0.3 and points[:, 1].max() > 0.8  # all that the robot has passed
 
@@ -117,6 +90,16 @@ def test_people_who_pass_are_no_glass(walk: float) -> None:
         (pose, post(pose, 1.2, 0.5 + walk * PERIOD * step, 0.15)) for step, pose in enumerate(drive(0.3, 1.5))
     ]
     assert not detect(scans)
+
+
+@pytest.mark.parametrize("x", [0.8, 2.0, 3.5])
+@pytest.mark.parametrize("walk", [0.2, 0.8, -1.2])
+def test_people_who_pass_a_robot_that_stands_are_no_glass(x: float, walk: float) -> None:
+    pose = SE2(0.0, 0.0, math.pi / 2.0)
+    steps = range(round(1.6 / abs(walk) / PERIOD))
+    assert not detect(
+        [(pose, post(pose, x, walk * PERIOD * step - 0.8 * np.sign(walk), 0.15)) for step in steps]
+    )
 
 
 def costmap(robot: str = "chefbot_lidar") -> LayeredCostmap:
@@ -156,20 +139,6 @@ def test_a_robot_without_lidar_finds_no_glass() -> None:
     costs = costmap("chefbot")
     show(costs, [(pose, wall(pose, 0.8, glass=True)) for pose in drive(0.3, 1.0)])
     assert not costs.has_layer(GLASS)
-
-
-def scan_of(pose: SE2, ranges: Floats, step: int) -> LaserScan:
-    """Return a scan in a room with walls at x = -FAR and FAR."""
-    room = np.minimum(wall(pose, FAR, glass=False), wall(pose, -FAR, glass=False))
-    return LaserScan(
-        header=Header(Time.of(round(step * PERIOD * 1e9)), "lidar"),
-        angle_min=-math.pi,
-        angle_max=math.pi,
-        angle_increment=math.tau / len(ANGLES),
-        range_min=0.1,
-        range_max=12.0,
-        ranges=np.minimum(ranges, room).astype(np.float32),
-    )
 
 
 def test_a_mapper_gets_no_beams_of_glass() -> None:

@@ -9,47 +9,51 @@ wall, as points of nothing else do: what stands stays where it is.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.costmap.reflections import find_reflections
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.sensor_msgs import LaserScan
 
 Floats = NDArray[np.float64]
 
-MAX_STEP = 0.1
-"""Maximum difference between the ranges of neighbouring points of one reflection, m."""
-MIN_DEPTH = 0.3
-"""Minimum distance from a reflection to what the beams beside it measure, m."""
-MIN_POINTS = 3
-"""Minimum number of points of a reflection."""
-MAX_WIDTH = 0.5
-"""Maximum angle that a reflection takes up, rad: wider ones are seen at other angles, too."""
-MAX_DISTANCE = 3.0
-"""Maximum distance of a reflection, m."""
 MAX_MOTION = 0.2
 """Maximum distance between the middles of a reflection in two scans, m."""
 MAX_GAP = 1.0
 """Time without a reflection after which its track ends, s."""
 TRACK_LENGTH, SPACING = 30, 0.02
-"""Number of reflections that a track keeps, and the minimum distance between the middles of two, m."""
+"""Number of reflections that a track keeps, and the minimum distance between the middles of two, m, or rad as seen by
+the sensor if that is more."""
 MIN_REFLECTIONS, MIN_TRAVEL = 5, 0.25
 """Minimum number of reflections of a glass wall, and of the distance over which they slid, m."""
+MIN_ANGLE = 0.1
+"""Minimum angle over which they slid, as seen by the sensor, rad."""
 MAX_RESIDUAL = 0.02
 """Maximum standard deviation of the middles of reflections from a straight line, m."""
+MAX_SLIP = 0.4
+"""Maximum difference between the motions of reflections and of the sensor along the wall, share of the former."""
 MAX_INCIDENCE, FOOT_MARGIN = 0.05, 0.03
 """Maximum distance of a middle from the foot of the perpendicular: by the distance of the sensor, rad; added, m."""
+KNOWN_WALLS = 200
+"""Number of points of glass walls that are remembered."""
+WALL_SPACING, WALL_LENGTH, WALL_DEPTH = 0.3, 1.0, 0.06
+"""Distance between such points, and how far from one a reflection is of the same wall, along it and across, m."""
 
 
 class Reflection(NamedTuple):
-    """Neighbouring points of a scan with free space on both sides: points (n, 2) and their middle (2,), m."""
+    """Neighbouring points of a scan with free space on both sides.
+
+    beams: their numbers. points: (n, 2), middle: (2,) of them, sensor: (2,), m.
+    """
 
     beams: slice
     points: Floats
     middle: Floats
+    sensor: Floats
 
 
 class GlassPoints(NamedTuple):
@@ -62,23 +66,37 @@ class GlassPoints(NamedTuple):
 class _Track:
     """A reflection followed from scan to scan."""
 
-    def __init__(self, reflection: Reflection, sensor: SE2, time: float) -> None:
-        self.middle, self.time, self.confirmed = reflection.middle, time, False
-        self.reflections, self.sensors = [reflection], [(sensor.x, sensor.y)]
-
-    def add(self, reflection: Reflection, sensor: SE2, time: float) -> GlassPoints | None:
-        """Return the points of glass that a reflection adds, all of the track once it is confirmed."""
+    def __init__(self, reflection: Reflection, time: float) -> None:
         self.middle, self.time = reflection.middle, time
-        if _distance(reflection, self.reflections[-1].middle) < SPACING:
-            return None
+        self.reflections = [reflection]
+
+    def add(self, reflection: Reflection, time: float) -> bool:
+        """Add a reflection; return whether it has moved."""
+        self.middle, self.time = reflection.middle, time
+        spacing = SPACING * max(1.0, math.dist(reflection.middle, reflection.sensor))
+        if math.dist(reflection.middle, self.reflections[-1].middle) < spacing:
+            return False
         self.reflections = [*self.reflections[1 - TRACK_LENGTH :], reflection]
-        self.sensors = [*self.sensors[1 - TRACK_LENGTH :], (sensor.x, sensor.y)]
-        normal = _glass_normal(np.array([r.middle for r in self.reflections]), np.array(self.sensors))
-        new = self.reflections[-1:] if self.confirmed else self.reflections
-        self.confirmed = normal is not None
-        if normal is None:
+        return True
+
+    def normal(self) -> float | None:
+        """Return the normal of the glass wall that the reflections are of, rad, or None.
+
+        Their middles lie on a line and move as the sensor does, each at the foot of its perpendicular.
+        """
+        if len(self.reflections) < MIN_REFLECTIONS:
             return None
-        return GlassPoints(np.vstack([r.points for r in new]), normal)
+        middles = np.array([reflection.middle for reflection in self.reflections])
+        centred = middles - middles.mean(axis=0)
+        # the line of least squares: its direction is the eigenvector of the larger eigenvalue
+        variances, axes = np.linalg.eigh(centred.T @ centred / len(middles))
+        away = (middles - np.array([reflection.sensor for reflection in self.reflections])) @ axes
+        travel, slip = np.ptp(centred @ axes[:, 1]), np.ptp(away[:, 1])
+        min_travel = max(MIN_TRAVEL, MIN_ANGLE * abs(away[-1, 0]))
+        if variances[0] > MAX_RESIDUAL**2 or travel < min_travel or slip > MAX_SLIP * travel:
+            return None
+        normal = math.atan2(axes[1, 0], axes[0, 0])
+        return normal if all(_is_at_foot(reflection, normal) for reflection in self.reflections) else None
 
 
 class GlassDetector:
@@ -90,20 +108,25 @@ class GlassDetector:
     def __init__(self) -> None:
         self.beams: list[slice] = []
         self._tracks: list[_Track] = []
+        self._walls: Floats = np.zeros((0, 3))
+        """Points of known walls of glass, x and y, m, and the normals there, rad."""
 
-    def process_scan(self, sensor: SE2, scan: LaserScan) -> list[GlassPoints]:
-        """Return what a scan adds to the walls of glass, in the frame of the sensor's pose."""
-        return self.process(sensor, *beams_of(scan), scan.header.stamp.ns / 1e9)
+    def without_glass(self, sensor: SE2, scan: LaserScan, replacement: float = math.nan) -> LaserScan:
+        """Return a scan without the beams that glass returns: they move with the robot, as if it stood.
 
-    def without_glass(self, sensor: SE2, scan: LaserScan) -> LaserScan:
-        """Return a scan without the beams that glass returns: they move with the robot, as if it stood."""
+        replacement: their range, NaN for unknown, or inf for no return.
+        """
         self.process_scan(sensor, scan)
         if not self.beams:
             return scan
         ranges = scan.ranges.copy()
         for beams in self.beams:
-            ranges[beams] = np.nan
+            ranges[beams] = replacement
         return msgspec.structs.replace(scan, ranges=ranges)
+
+    def process_scan(self, sensor: SE2, scan: LaserScan) -> list[GlassPoints]:
+        """Return what a scan adds to the walls of glass, in the frame of the sensor's pose."""
+        return self.process(sensor, *beams_of(scan), scan.header.stamp.ns / 1e9)
 
     def process(self, sensor: SE2, angles: Floats, ranges: Floats, time: float) -> list[GlassPoints]:
         """Return what a scan adds to the walls of glass, in the frame of the sensor's pose.
@@ -112,25 +135,51 @@ class GlassDetector:
         """
         found, self.beams = [], []
         self._tracks = [track for track in self._tracks if abs(time - track.time) <= MAX_GAP]
-        for reflection in reflections(sensor, angles, ranges):
-            track = self._track_of(reflection, time)
-            if track is None:
-                self._tracks.append(_Track(reflection, sensor, time))
-                continue
-            glass = track.add(reflection, sensor, time)
-            if track.confirmed:
-                self.beams.append(reflection.beams)
+        for first, last in find_reflections(angles, ranges).tolist():
+            reflection = _reflection(sensor, angles, ranges, slice(first, last))
+            glass = self._glass_of(reflection, time)
             if glass is not None:
+                self.beams.append(reflection.beams)
+                self._remember(reflection, glass.normal)
                 found.append(glass)
         return found
+
+    def _glass_of(self, reflection: Reflection, time: float) -> GlassPoints | None:
+        """Return the points that a reflection adds to a wall of glass, all of its track if the wall is new."""
+        track, moved = self._track_of(reflection, time), True
+        if track is None:
+            track = _Track(reflection, time)
+            self._tracks.append(track)
+        else:
+            moved = track.add(reflection, time)
+        known = self._known_normal(reflection)
+        if known is not None:
+            return GlassPoints(reflection.points, known)
+        normal = track.normal() if moved else None
+        return (
+            None if normal is None else GlassPoints(np.vstack([r.points for r in track.reflections]), normal)
+        )
 
     def _track_of(self, reflection: Reflection, time: float) -> _Track | None:
         """Return the nearest track that a reflection continues, None if it continues none."""
         open_tracks = [track for track in self._tracks if track.time < time]
-        nearest = min(open_tracks, key=lambda track: _distance(reflection, track.middle), default=None)
-        if nearest is None or _distance(reflection, nearest.middle) > MAX_MOTION:
+        nearest = min(open_tracks, key=lambda track: math.dist(reflection.middle, track.middle), default=None)
+        if nearest is None or math.dist(reflection.middle, nearest.middle) > MAX_MOTION:
             return None
         return nearest
+
+    def _known_normal(self, reflection: Reflection) -> float | None:
+        """Return the normal of the known wall that a reflection is of, rad, None if it is of none."""
+        along, across = _components(reflection.middle - self._walls[:, :2], self._walls[:, 2])
+        for normal in self._walls[(along <= WALL_LENGTH) & (across <= WALL_DEPTH), 2].tolist():
+            if _is_at_foot(reflection, normal):
+                return float(normal)
+        return None
+
+    def _remember(self, reflection: Reflection, normal: float) -> None:
+        away = self._walls[:, :2] - reflection.middle
+        if (np.hypot(away[:, 0], away[:, 1]) > WALL_SPACING).all():
+            self._walls = np.vstack([self._walls[1 - KNOWN_WALLS :], [*reflection.middle, normal]])
 
 
 def beams_of(scan: LaserScan) -> tuple[Floats, Floats]:
@@ -141,52 +190,20 @@ def beams_of(scan: LaserScan) -> tuple[Floats, Floats]:
     return scan.angles.astype(np.float64), ranges
 
 
-def reflections(sensor: SE2, angles: Floats, ranges: Floats) -> list[Reflection]:
-    """Return the reflections in a scan (n,), rad, m, that may be glass, in the frame of the sensor's pose.
-
-    One that lies across the first and the last beam is not found.
-    """
-    with np.errstate(invalid="ignore"):
-        connected = np.abs(np.diff(ranges)) <= MAX_STEP  # false for inf and NaN
-    edges = np.diff(connected.astype(np.int8), prepend=0, append=0)
-    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    long = ends - starts + 1 >= MIN_POINTS
-    inside = (starts > 0) & (ends < len(ranges) - 1) & long
-    found = []
-    for first, last in zip(starts[inside].tolist(), ends[inside].tolist(), strict=True):
-        farthest = ranges[first : last + 1].max()
-        is_free = min(ranges[first - 1], ranges[last + 1]) >= farthest + MIN_DEPTH  # false for NaN
-        if is_free and farthest <= MAX_DISTANCE and abs(angles[last] - angles[first]) <= MAX_WIDTH:
-            found.append(_reflection(sensor, angles, ranges, slice(first, last + 1)))
-    return found
-
-
-def _distance(reflection: Reflection, point: Floats) -> float:
-    return math.hypot(*(reflection.middle - point))
-
-
 def _reflection(sensor: SE2, angles: Floats, ranges: Floats, beams: slice) -> Reflection:
-    directions = np.column_stack([np.cos(angles[beams]), np.sin(angles[beams])])
-    points = sensor.apply(ranges[beams, None] * directions)
-    return Reflection(beams, points, points.mean(axis=0))
+    valid = ~np.isnan(ranges[beams])
+    bearings, distances = angles[beams][valid], ranges[beams][valid]
+    points = sensor.apply(np.column_stack([distances * np.cos(bearings), distances * np.sin(bearings)]))
+    return Reflection(beams, points, points.mean(axis=0), np.array([sensor.x, sensor.y]))
 
 
-def _glass_normal(middles: Floats, sensors: Floats) -> float | None:
-    """Return the normal of the glass wall, rad, whose reflections had their middles (n, 2) seen from (n, 2), or None.
+def _is_at_foot(reflection: Reflection, normal: float) -> bool:
+    """Return whether a reflection is at the foot of the perpendicular from its sensor to a wall, normal in rad."""
+    from_foot, distance = _components(reflection.middle - reflection.sensor, normal)
+    return bool(from_foot <= MAX_INCIDENCE * distance + FOOT_MARGIN)
 
-    The middles lie on a line, and each at the foot of the perpendicular from its sensor.
-    """
-    if len(middles) < MIN_REFLECTIONS:
-        return None
-    centred = middles - middles.mean(axis=0)
-    # the line of least squares: its direction is the eigenvector of the larger eigenvalue
-    variances, axes = np.linalg.eigh(centred.T @ centred / len(middles))
-    along = axes[:, 1]
-    travel = np.ptp(centred @ along)
-    if travel < MIN_TRAVEL or variances[0] > MAX_RESIDUAL**2:
-        return None
-    from_foot = np.abs((middles - sensors) @ along)
-    distance = np.abs((middles - sensors) @ axes[:, 0])
-    if (from_foot > MAX_INCIDENCE * distance + FOOT_MARGIN).any():
-        return None
-    return float(np.arctan2(axes[1, 0], axes[0, 0]))
+
+def _components(vectors: Floats, normals: Floats | float) -> tuple[Any, Any]:
+    """Return the amounts of vectors (..., 2) along walls with normals (...), rad, and across them."""
+    x, y, c, s = vectors[..., 0], vectors[..., 1], np.cos(normals), np.sin(normals)
+    return abs(c * y - s * x), abs(c * x + s * y)

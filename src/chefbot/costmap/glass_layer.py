@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.costmap.glass_detection import MAX_DISTANCE, GlassDetector, beams_of
+from chefbot.costmap.glass_detection import GlassDetector, beams_of
 from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
 from chefbot.costmap.layers import merge_sources, source_marks
 from chefbot.costmap.ranger_marks import GLASS
+from chefbot.costmap.reflections import MAX_DISTANCE
 from chefbot.costmap.update_window import CellWindow
 from chefbot.maths.costs import LETHAL, UNKNOWN
 from chefbot.maths.se2 import SE2

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+from chefbot.costmap.glass_detection import GlassDetector
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.chefbot_people import TrackedPeople
@@ -42,6 +45,7 @@ class PeopleTrackerNode(Node):
     def start(self) -> None:
         """Create the tracker, which has no tracks yet."""
         self._tracker = PeopleTracker(self.params)
+        self._glass = GlassDetector()
         self._has_lidar = self.robot.sensors.lidar is not None
 
     def on_map(self, message: OccupancyGrid) -> None:
@@ -51,9 +55,12 @@ class PeopleTrackerNode(Node):
     def on_scan(self, scan: LaserScan) -> None:
         """Track people in a scan of a lidar; without one the obstacle scans of the depth camera are used."""
         if self._has_lidar:
-            stamp = scan.header.stamp.ns
-            update = lambda still, pose: self._update(observe_scan(still, pose), stamp, publish=True)  # noqa: E731
-            when_deskewed(self.tf, scan, scan.header.frame_id, update)
+            when_deskewed(self.tf, scan, scan.header.frame_id, self._track_in_scan)
+
+    def _track_in_scan(self, scan: LaserScan, pose: SE2) -> None:
+        """Track people in a scan without skew; what glass returns moves along with the robot, and is nobody."""
+        observation = observe_scan(self._glass.without_glass(pose, scan, math.inf), pose)
+        self._update(observation, scan.header.stamp.ns, publish=True)
 
     def on_obstacles(self, scan: ObstacleScan) -> None:
         """Track people in an obstacle scan."""

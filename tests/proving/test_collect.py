@@ -204,7 +204,7 @@ def test_runs_that_are_lost_again_and_again_are_given_up(monkeypatch: pytest.Mon
     monkeypatch.setattr("distributed.as_completed", lambda futures, **_: iter(futures))
     lost: Any = LostClient()
     with pytest.raises(
-        LostRunError, match=f"5 runs have no result after {MAX_ATTEMPTS} attempts; check tcp://lost:1"
+        LostRunError, match=f"5 runs without a result after {MAX_ATTEMPTS} attempts; check tcp://lost:1"
     ):
         collect(lost, ORDERS, lambda *_: None)
     assert lost.connections == MAX_ATTEMPTS

@@ -70,7 +70,9 @@ class Show:
         layers = "robot,delivery,playback,status"
         address = f"{self.url.replace('http', 'ws')}live?layers={layers}"
         self._open = ExitStack()
-        self.browser = self._open.enter_context(connect(address, open_timeout=PATIENCE, max_size=None))
+        self.browser = self._open.enter_context(
+            connect(address, open_timeout=PATIENCE, close_timeout=1.0, max_size=None)
+        )
         self.latest: dict[str, Any] = {}
 
     def send(self, **command: Any) -> None:

@@ -34,6 +34,7 @@ def worst_error(slam: GraphSlam, truth, used) -> float:
     )
 
 
+@pytest.mark.rotated("recordings")
 @pytest.mark.slow
 def test_a_drive_round_a_ring_closes(ring, drive, odometry, angles) -> None:
     truth = drive(2)

@@ -12,7 +12,7 @@ from shapely.geometry import LinearRing, box
 
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.footprint import Footprint, disc
-from chefbot.maths.footprint_collision import lethal_on_edges, lethal_while_rotating
+from chefbot.maths.footprint_collision import lethal_on_edges
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import built_in_robots, load_robot
 
@@ -57,21 +57,37 @@ def test_an_edge_crosses_no_wall_unseen(pose: SE2, column: int) -> None:
 
 
 @given(POSES, st.floats(-6.0, 6.0), st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1)))
-def test_a_rotation_collides_if_a_heading_of_it_does(pose: SE2, angle: float, cell: tuple[int, int]) -> None:
+def test_a_rotation_towards_a_cell_comes_nearer(pose: SE2, angle: float, cell: tuple[int, int]) -> None:
     costs = costmap([cell])
-    headings = [SE2(pose.x, pose.y, pose.yaw + angle * k / 300) for k in range(1, 301)]
-    deepest = max(overlap(heading, cell) for heading in headings[::10])
-    if deepest > 2.0 * CELL:
-        assert costs.lethal_while_rotating(pose, angle) > 0
+    headings = [SE2(pose.x, pose.y, pose.yaw + angle * k / 30) for k in range(1, 31)]
+    if overlap(pose, cell) == 0.0 and max(overlap(heading, cell) for heading in headings) > 2.0 * CELL:
+        assert costs.comes_nearer_by_rotating(pose, angle)
     x, y = (cell[1] + 0.5) * CELL - pose.x, (cell[0] + 0.5) * CELL - pose.y
     if math.hypot(x, y) > JACKAL.circumscribed_radius + CELL:
-        assert costs.lethal_while_rotating(pose, angle) == 0
+        assert not costs.comes_nearer_by_rotating(pose, angle)
+
+
+@given(POSES, st.lists(st.floats(-0.2, 0.2), min_size=1, max_size=6), st.floats(-0.03, 0.03))
+def test_what_is_ahead_never_keeps_a_robot_from_backing_up(
+    pose: SE2, beside: list[float], depth: float
+) -> None:
+    marks = pose.apply(np.array([[CORNERS[:, 0].max() + depth, y] for y in beside]))
+    costs = costmap([(int(y // CELL), int(x // CELL)) for x, y in marks])
+    backwards = [pose @ SE2(-0.02 * k, 0.0, 0.0) for k in range(15)]
+    assert not costs.comes_nearer(backwards)
+
+
+@given(POSES, st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1)), st.floats(-0.6, 0.6))
+def test_a_cell_that_comes_under_an_edge_is_met(pose: SE2, cell: tuple[int, int], distance: float) -> None:
+    poses = [pose @ SE2(distance * k / 30, 0.0, 0.0) for k in range(31)]
+    if overlap(pose, cell) == 0.0 and max(overlap(at, cell) for at in poses) > 1.5 * CELL:
+        assert costmap([cell]).comes_nearer(poses)
 
 
 def test_a_disc_has_no_edges() -> None:
     costs = Costmap(np.full((SIDE, SIDE), LETHAL, np.uint8), CELL, 0.0, 0.0, disc(0.2).polygon(0.02))
     assert costs.lethal_on_footprint(SE2(1.0, 1.0, 0.3)) == 0
-    assert costs.lethal_while_rotating(SE2(1.0, 1.0, 0.3), 3.0) == 0
+    assert not costs.comes_nearer_by_rotating(SE2(1.0, 1.0, 0.3), 3.0)
 
 
 def test_padding_moves_every_edge_outwards() -> None:
@@ -99,10 +115,10 @@ def test_the_jackal_has_the_size_of_its_data_sheet() -> None:
 
 
 def test_many_turns_are_checked_as_one() -> None:
-    pose, turn = SE2(1.0, 1.0, 0.3), 2.0 * math.pi
-    costs = costmap([(SIDE // 2, column) for column in range(SIDE)])
-    assert costs.lethal_while_rotating(pose, 1e12) == costs.lethal_while_rotating(pose, turn)
-    assert costs.lethal_while_rotating(pose, -1e12) == costs.lethal_while_rotating(pose, -turn)
+    pose = SE2(1.0, 1.0, 0.3)
+    for cells in ([], [(SIDE // 2, column) for column in range(SIDE)]):
+        assert costmap(cells).comes_nearer_by_rotating(pose, 1e12) is bool(cells)
+        assert costmap(cells).comes_nearer_by_rotating(pose, -1e12) is bool(cells)
 
 
 ODD = st.integers(-700, 700).map(lambda k: 0.0137 * k + 0.00123)
@@ -143,31 +159,4 @@ def test_a_costmap_and_a_robot_turned_together_collide_alike(
 ) -> None:
     turned = np.ascontiguousarray(np.rot90(cells, -1))  # a quarter counter-clockwise: rows count upwards
     found = lethal_on_edges(turned, cells.shape[0] - y, x, yaw + math.pi / 2, corners)
-    assert found == lethal_on_edges(cells, x, y, yaw, corners)
-
-
-@settings(max_examples=40)
-@given(st.floats(-math.pi, math.pi), st.floats(0.1, 6.0), st.floats(0.05, 0.95), st.floats(1.0, 14.0))
-def test_what_an_arm_sweeps_over_is_found(yaw: float, angle: float, share: float, radius: float) -> None:
-    arm, middle = np.array([[0.0, 0.0], [15.0, 0.0]]), 20.5
-    for sign in (1, -1):
-        cells = np.zeros((41, 41), np.uint8)
-        at = yaw + sign * share * angle
-        cells[math.floor(middle + radius * math.sin(at)), math.floor(middle + radius * math.cos(at))] = LETHAL
-        row, column = np.argwhere(cells == LETHAL)[0]
-        to_cell = math.atan2(row + 0.5 - middle, column + 0.5 - middle)
-        passed = sign * (to_cell - yaw) % (2.0 * math.pi)
-        if passed <= angle:  # over the centre of the cell
-            assert lethal_while_rotating(cells, middle, middle, yaw, sign * angle, arm) > 0
-        width = 0.75 / math.hypot(row + 0.5 - middle, column + 0.5 - middle)
-        if angle + width < passed < 2.0 * math.pi - width:
-            assert lethal_while_rotating(cells, middle, middle, yaw, sign * angle, arm) == 0
-
-
-@settings(max_examples=40)
-@given(GRIDS, ODD, ODD, ODD, POLYGONS)
-def test_a_rotation_by_nothing_is_the_pose_itself(
-    cells: np.ndarray, x: float, y: float, yaw: float, corners: np.ndarray
-) -> None:
-    found = lethal_while_rotating(cells, x, y, yaw, 0.0, corners)
     assert found == lethal_on_edges(cells, x, y, yaw, corners)

@@ -47,18 +47,15 @@ def free_ahead(costmap: Costmap, pose: SE2, distance: float) -> bool:
     """Return whether the robot can drive straight by `distance` metres (negative: backwards) without a collision.
 
     From within the inscribed zone it may drive as long as it meets no lethal cell and does not enter that zone again.
-    Unknown cells are not free. The edges of a polygonal footprint must not meet more lethal cells than before.
+    Unknown cells are not free. A polygonal footprint may move away from what it touches, and along it.
     """
     steps = max(1, math.ceil(abs(distance) / (costmap.resolution / 2)))
-    previous, touched = costmap.at(pose.x, pose.y), costmap.lethal_on_footprint(pose)
-    for i in range(1, steps + 1):
-        d = distance * i / steps
-        ahead = SE2(pose.x + d * math.cos(pose.yaw), pose.y + d * math.sin(pose.yaw), pose.yaw)
+    poses = [pose @ SE2(distance * i / steps, 0.0, 0.0) for i in range(steps + 1)]
+    if costmap.comes_nearer(poses):
+        return False
+    previous = costmap.at(pose.x, pose.y)
+    for ahead in poses[1:]:
         cost = costmap.at(ahead.x, ahead.y)
-        meets = costmap.lethal_on_footprint(ahead)
-        if meets > touched:
-            return False
-        touched = meets
         if cost >= LETHAL or (cost >= INSCRIBED and previous < INSCRIBED):
             return False
         previous = cost

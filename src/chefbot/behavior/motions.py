@@ -49,7 +49,7 @@ class Spin:
         rate = max(rate, MIN_TURN_RATE)
         braking = rate * rate / (2.0 * PLANNED_BRAKING_FRACTION * self.turn_acceleration) + rate * dt
         check_angle = math.copysign(min(abs(remaining), braking + ANGLE_MARGIN), remaining)
-        if costmap.lethal_while_rotating(pose, check_angle) > costmap.lethal_on_footprint(pose):
+        if costmap.comes_nearer_by_rotating(pose, check_angle):
             return BehaviorStep(0.0, 0.0, BehaviorProgress.BLOCKED)
         return BehaviorStep(0.0, math.copysign(rate, remaining), BehaviorProgress.RUNNING)
 

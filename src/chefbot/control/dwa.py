@@ -187,4 +187,4 @@ def _can_rotate(pose: SE2, angle: float, costmap: Costmap) -> bool:
 
     The other way round is not an alternative: in more than half a turn the four corners sweep the same ring.
     """
-    return costmap.lethal_while_rotating(pose, angle) <= costmap.lethal_on_footprint(pose)
+    return not costmap.comes_nearer_by_rotating(pose, angle)

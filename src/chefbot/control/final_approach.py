@@ -122,7 +122,7 @@ class FinalApproach:
         self, pose: SE2, twist: tuple[float, float], angle: float, costmap: Costmap
     ) -> ControllerCommand:
         """Turn in place by an angle, at a rate from which the base stops in time."""
-        if costmap.lethal_while_rotating(pose, angle) > costmap.lethal_on_footprint(pose):
+        if costmap.comes_nearer_by_rotating(pose, angle):
             return ControllerCommand(0.0, 0.0, ControllerStatus.BLOCKED)
         rest = max(abs(angle) - abs(twist[1]) * LATENCY, 0.0)
         fastest = math.sqrt(2.0 * BRAKING * self._limits.angular_acceleration * rest)
@@ -134,10 +134,10 @@ class FinalApproach:
 def _is_free(costmap: Costmap, pose: SE2, goal: SE2) -> bool:
     """Return whether the robot's centre may be anywhere between the pose and the goal; the start may be inscribed."""
     count = max(2, math.ceil(2.0 * pose.distance(goal) / costmap.resolution))
-    for share in np.linspace(0.0, 1.0, count)[1:]:
-        x, y = pose.x + share * (goal.x - pose.x), pose.y + share * (goal.y - pose.y)
-        if costmap.at(x, y) >= INSCRIBED and costmap.at(pose.x, pose.y) < INSCRIBED:
-            return False
-        if costmap.lethal_on_footprint(SE2(x, y, pose.yaw)) > costmap.lethal_on_footprint(pose):
-            return False
-    return True
+    poses = [
+        SE2(pose.x + share * (goal.x - pose.x), pose.y + share * (goal.y - pose.y), pose.yaw)
+        for share in np.linspace(0.0, 1.0, count)
+    ]
+    starts_inscribed = costmap.at(pose.x, pose.y) >= INSCRIBED
+    enters = any(costmap.at(ahead.x, ahead.y) >= INSCRIBED for ahead in poses[1:]) and not starts_inscribed
+    return not (enters or costmap.comes_nearer(poses))

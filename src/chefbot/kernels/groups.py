@@ -231,9 +231,11 @@ def control() -> None:
         "planner", "controller", "navigator", robot="desk"
     )  # it has no depth camera to wait for
     _navigate(bench)
-    costmap = Costmap(np.zeros((9, 9), np.uint8), CELL, 0.0, 0.0)
+    costmap = Costmap(
+        np.zeros((9, 9), np.uint8), CELL, 0.0, 0.0, np.array([[0.1, 0.0], [0.0, 0.1], [-0.1, 0.0]])
+    )
     costmap.lethal_on_footprint(SE2(0.2, 0.2, 0.0))
-    costmap.lethal_while_rotating(SE2(0.2, 0.2, 0.0), 1.0)
+    costmap.comes_nearer_by_rotating(SE2(0.2, 0.2, 0.0), 1.0)
     costliest_person(NearbyPeople(np.zeros((1, 7)), 0.4), np.zeros((2, 3)), TIME_STEP)
 
 

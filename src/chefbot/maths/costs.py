@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.maths.cell_grid import CellGrid
-from chefbot.maths.footprint_collision import lethal_on_edges, lethal_while_rotating
+from chefbot.maths.footprint_collision import comes_nearer, lethal_on_edges
 from chefbot.maths.lanes import NO_LANES, OneWayLanes
 from chefbot.maths.se2 import SE2
 
@@ -37,11 +39,28 @@ class Costmap(CellGrid):
         x, y = (pose.x - self.origin_x) / self.resolution, (pose.y - self.origin_y) / self.resolution
         return int(lethal_on_edges(self.cells, x, y, pose.yaw, self.footprint / self.resolution))
 
-    def lethal_while_rotating(self, pose: SE2, angle: float) -> int:
-        """Return the largest `lethal_on_footprint` while the robot rotates in place at `pose` by `angle`, rad."""
-        x, y = (pose.x - self.origin_x) / self.resolution, (pose.y - self.origin_y) / self.resolution
-        corners = self.footprint / self.resolution
-        return int(lethal_while_rotating(self.cells, x, y, pose.yaw, angle, corners))
+    def comes_nearer(self, poses: Sequence[SE2]) -> bool:
+        """Return whether the robot touches an obstacle at a pose and is nearer to it than at the first one.
+
+        A disc does not: the costs of the cells suffice for it.
+        """
+        in_cells = np.array(poses) - np.array([self.origin_x, self.origin_y, 0.0])
+        in_cells[:, :2] /= self.resolution
+        return bool(comes_nearer(self.cells, in_cells, self.footprint / self.resolution))
+
+    def comes_nearer_by_rotating(self, pose: SE2, angle: float) -> bool:
+        """Return whether the robot comes nearer to an obstacle that it touches while it rotates in place.
+
+        angle: rad; more than one turn sweeps no more than one.
+        """
+        if not len(self.footprint):
+            return False
+        angle = math.copysign(min(abs(angle), math.tau), angle)
+        arm = float(np.hypot(self.footprint[:, 0], self.footprint[:, 1]).max())
+        steps = max(1, math.ceil(abs(angle) * arm / (self.resolution / 2.0)))
+        return self.comes_nearer(
+            [SE2(pose.x, pose.y, pose.yaw + angle * k / steps) for k in range(steps + 1)]
+        )
 
     def at(self, x: float, y: float) -> int:
         """Return the cost at the point; UNKNOWN outside the costmap."""

@@ -14,7 +14,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 LETHAL_COST = 254
-TURN = 2.0 * math.pi
+TOUCHING, SLIP = 0.5, 0.02
+"""Distance of the middle of a cell from a footprint that touches it, and by how much it may decrease, cells."""
 SAMPLES_PER_CELL = 2.0
 """Points per cell along an edge; a corner of a cell that is missed is less than a quarter of a cell deep."""
 
@@ -44,18 +45,48 @@ def lethal_on_edges(
 
 
 @njit(cache=True, nogil=True)
-def lethal_while_rotating(
-    cells: NDArray[np.uint8], x: float, y: float, yaw: float, angle: float, corners: NDArray[np.float64]
-) -> int:
-    """Return the largest number of `lethal_on_edges` while the robot rotates in place from `yaw` by `angle`, rad.
+def comes_nearer(cells: NDArray[np.uint8], poses: NDArray[np.float64], corners: NDArray[np.float64]) -> bool:
+    """Return whether the footprint touches a lethal cell at a pose (n, 3) and is nearer to it than at the first one.
 
-    Its farthest corner moves by at most half a cell between two checks. More than a turn is checked as one turn.
+    A robot that touches something may move away from it, and along it. x, y and the corners (m, 2) of the convex
+    footprint, counter-clockwise, are in cells. False for a disc, which has no corners.
     """
-    radius, largest = 0.0, 0
-    angle = min(max(angle, -TURN), TURN)
-    for i in range(corners.shape[0]):
-        radius = max(radius, math.hypot(corners[i, 0], corners[i, 1]))
-    steps = max(1, math.ceil(abs(angle) * radius * SAMPLES_PER_CELL))
-    for k in range(1, steps + 1):
-        largest = max(largest, lethal_on_edges(cells, x, y, yaw + angle * k / steps, corners))
+    if not len(corners):
+        return False
+    reach = TOUCHING
+    for k in range(len(corners)):
+        reach = max(reach, math.hypot(corners[k, 0], corners[k, 1]) + TOUCHING)
+    # the window of the cells that any pose may touch
+    top, bottom = poses[:, 1].min() - reach, poses[:, 1].max() + reach
+    left, right = poses[:, 0].min() - reach, poses[:, 0].max() + reach
+    for row in range(max(math.floor(top), 0), min(math.ceil(bottom), cells.shape[0])):
+        for column in range(max(math.floor(left), 0), min(math.ceil(right), cells.shape[1])):
+            if cells[row, column] != LETHAL_COST:
+                continue
+            before = _clearance(row, column, poses[0], corners)
+            if before < -TOUCHING:
+                continue  # no edge touches it: it is under the robot
+            allowed = min(before, TOUCHING) - SLIP
+            for i in range(1, len(poses)):
+                if _clearance(row, column, poses[i], corners) < allowed:
+                    return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _clearance(row: int, column: int, pose: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
+    """Return the distance of the middle of a cell from a convex footprint, in cells, negative inside.
+
+    Beside a corner it is the distance from the line of an edge, which is less.
+    """
+    x, y = column + 0.5 - pose[0], row + 0.5 - pose[1]
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    px, py = cos * x + sin * y, cos * y - sin * x
+    largest, n = -math.inf, corners.shape[0]
+    for i in range(n):
+        ax, ay = corners[i]
+        bx, by = corners[(i + 1) % n]
+        length = math.hypot(bx - ax, by - ay)
+        # to the right of an edge is outside
+        largest = max(largest, ((by - ay) * (px - ax) - (bx - ax) * (py - ay)) / length)
     return largest

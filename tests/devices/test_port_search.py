@@ -104,6 +104,12 @@ def test_of_two_lidars_the_owner_must_name_one(plugged: Callable[[str, str], Any
     assert "name the port" in reasons and reasons.count("there is a lidar") == 1
 
 
+def test_of_two_boards_the_owner_must_name_one(plugged: Callable[[str, str], Any]) -> None:
+    plugged("board", "a"), plugged("board", "b")
+    reasons = found(BOARD)
+    assert "name the port" in reasons and reasons.count("there is a motor board") == 1
+
+
 @pytest.mark.slow
 def test_a_lidar_in_place_of_the_board_is_recognized(plugged: Callable[[str, str], Any]) -> None:
     lidar = plugged("ld19", "a")

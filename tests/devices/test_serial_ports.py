@@ -71,6 +71,19 @@ def test_a_renumbered_device_is_found_by_its_usb_identity(monkeypatch: pytest.Mo
     assert find_same_device(plain) == plain and plain.identity is None
 
 
+def test_of_equal_adapters_the_one_at_the_path_is_meant(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    here, there, link = (tmp_path / name for name in ("ttyUSB1", "ttyUSB0", "board"))
+    here.touch(), there.touch(), link.symlink_to(here)
+    equal = [ARDUINO._replace(path=str(path.resolve())) for path in (there, here)]
+    monkeypatch.setattr(serial_ports.list_ports, "comports", lambda: listed(*equal))
+    assert find_same_device(port_at(str(link))) == ARDUINO._replace(path=str(link))
+    assert find_same_device(equal[1]) == equal[1]
+    elsewhere = ARDUINO._replace(path=str(tmp_path / "ttyUSB7"))
+    assert find_same_device(elsewhere) == elsewhere, "either may be it"
+
+
 def test_a_link_to_a_port_keeps_its_own_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     target, link = tmp_path / "ttyACM0", tmp_path / "board"
     target.touch()

@@ -35,10 +35,15 @@ MAX_COMMAND_AGE_NS = 200_000_000
 """Maximum age of a wheel speed command by its stamp, ns; an older one is dropped."""
 SEARCH_TIMEOUT_NS = 6_000_000_000
 """Timeout after the start to find the board, ns; later it may be disconnected for any time."""
+RIVALS_NS = 1_000_000_000
+"""Time for which a second board is looked for: it may still be in its boot loader, ns."""
 
 
 BOARD: SerialDevice[str] = SerialDevice(
-    "motor board", open_port, lambda _, now_ns, __: ProtocolProbe(os.getpid(), now_ns)
+    "motor board",
+    open_port,
+    lambda _, now_ns, __: ProtocolProbe(os.getpid(), now_ns),
+    rivals_ns=RIVALS_NS,
 )
 
 

@@ -60,12 +60,18 @@ def port_at(path: str) -> Port:
 
 def find_same_device(device: Port) -> Port:
     """Return the port where `device` is connected now: after a renumbering its path may belong to another
-    device."""
+    device.
+
+    Some adapters all have the same serial number: then it is the one at the same path, which may be a symbolic link,
+    and with none there nobody knows.
+    """
     if device.identity is None:
         return device
     same = [port for port in ports() if port.identity == device.identity]
-    # some adapters all have the same serial number: then the one at the same path
-    return next((port for port in same if port.path == device.path), same[0] if same else device)
+    resolved = str(Path(device.path).resolve())
+    if any(port.path == resolved for port in same):
+        return device
+    return same[0] if len(same) == 1 else device
 
 
 def open_port(path: str) -> serial.Serial:

@@ -15,8 +15,8 @@ RESET = struct.pack("ii", 1, 0)
 class FaultyNetwork:
     """A TCP proxy to a local port.
 
-    mode: "pass", "late" (by `delay` seconds), "slow", "hole" (all data are lost) or "answers lost".
-    rate: of a slow link, bytes/s. accepted: number of connections that browsers have opened.
+    mode: "pass", "late" (by `delay` seconds), "slow", "hole" (all data are lost), "answers lost" or "refused".
+    rate: of a slow link, bytes/s. accepted: number of connections that browsers have opened, refused ones included.
     """
 
     def __init__(self, port: int) -> None:
@@ -44,6 +44,10 @@ class FaultyNetwork:
         with contextlib.suppress(OSError):
             while True:
                 browser = self._listener.accept()[0]
+                if self.mode == "refused":
+                    browser.close()
+                    self.accepted += 1
+                    continue
                 server = socket.create_connection(("127.0.0.1", self.target))
                 self._pairs.append((browser, server))
                 self.accepted += 1

@@ -61,6 +61,9 @@ def test_the_page_calls_for_what_is_new_and_only_if_chosen(page: Any, tab: Tab) 
     assert given_after(tab, "window.given.length > 2") == ALERT
     page.server.set_layer("status", StatusView(battery=19.0, failures=1, reason="A door is closed."))
     assert given_after(tab, "window.given.length > 2") == ALERT
+    untaken = DeliveryView(state="idle", unserved=("table_2",), step="Nobody took the food.")
+    page.server.set_layer("delivery", untaken)
+    assert given_after(tab, "window.given.length > 2") == ALERT, "a round that ends with food on the tray"
     assert tab.errors() == []
 
 

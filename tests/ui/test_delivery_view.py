@@ -24,8 +24,9 @@ def test_the_view_follows_the_status(state: str, hold: str, loaded: bool) -> Non
     view = delivery_view(status, "")
     assert (view.state, view.place, view.queue, view.step) == (state, "table_1", ("table_2",), "text")
     assert view.round_active == (state in status_messages.IN_ROUND)
-    assert bool(view.choices) == (hold == "choice") == (view.waits_for == "choice")
-    assert ("kitchen" in view.choices) == (hold == "choice" and loaded and state in ("driving", "waiting"))
+    assert (hold == "choice") == (view.waits_for == "choice") == ("end" in view.choices)
+    brings_back = loaded and state in ("driving", "waiting") if hold == "choice" else state == "waiting"
+    assert ("kitchen" in view.choices) == brings_back
 
 
 def test_an_unanswered_order_replaces_the_description() -> None:

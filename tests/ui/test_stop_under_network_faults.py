@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import time
 from collections.abc import Iterator
 from urllib.parse import urlsplit
 
@@ -127,3 +128,23 @@ def test_escape_is_stop_anywhere_on_the_page(phone: Phone) -> None:
         phone.tab.call("Input.dispatchKeyEvent", type="keyUp", key="Escape", code="Escape")
         phone.tab.wait_for(f"{STOP} === 'STOPPED'")
         phone.release()
+
+
+def time_of_attempts(network: FaultyNetwork, count: int) -> float:
+    """Return the time until the browser has tried that often to connect, s."""
+    start, before = time.monotonic(), network.accepted
+    wait_for(lambda: network.accepted >= before + count)
+    return time.monotonic() - start
+
+
+def test_a_press_does_not_wait_for_the_next_attempt_to_connect(phone: Phone) -> None:
+    phone.network.mode = "refused"
+    phone.network.reset()
+    phone.tab.wait_for("document.body.classList.contains('offline')")
+    time_of_attempts(phone.network, 10)  # the pauses are long by now
+    usual = time_of_attempts(phone.network, 4)
+    phone.tab.evaluate("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown')), 0")
+    assert time_of_attempts(phone.network, 4) < 0.6 * usual
+    phone.network.mode = "pass"
+    phone.tab.wait_for(f"{STOP} === 'STOPPED' && !({ALARM})")
+    assert phone.stopped

@@ -34,7 +34,7 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
         state=status.state,
         place=status.place,
         waits_for="choice" if choice else CONFIRMATION.get(status.state, ""),
-        choices=_choices(status) if choice else (),
+        choices=_choices(status),
         round_active=status.state in IN_ROUND,
         delivered=status.delivered,
         missed=status.skipped_reasons,
@@ -67,6 +67,9 @@ def _unserved(status: DeliveryStatus) -> tuple[str, ...]:
 
 
 def _choices(status: DeliveryStatus) -> tuple[str, ...]:
+    """Return how the round may continue; where nobody takes the food, it may go back."""
+    if status.hold_reason != "choice":
+        return ("kitchen",) if status.state == "waiting" else ()
     under_way = status.loaded and status.state in ("driving", "waiting")  # else the kitchen is next anyway
     return ("go_on", "kitchen", "end") if under_way else ("go_on", "end")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
+from chefbot.causes.statuses import NO_FAILURE
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
@@ -166,7 +167,7 @@ class WebUiDevice(NavigationDevice):
     def on_navigation_status(self, message: NavigationStatus) -> None:
         """Clear the goal when the navigator is idle, and count it if it failed, so that the operator notices."""
         if message.state == "idle":
-            self._failures += bool(message.reason)
+            self._failures += message.reason not in NO_FAILURE
             for layer in ("goal", "path", "local_path", "local_costmap", "candidates"):
                 self._server.set_layer(layer, None)
 

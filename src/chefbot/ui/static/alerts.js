@@ -9,6 +9,7 @@ export class Alerts {
   constructor(box) {
     this.box = box;
     this.waits = null;                   // null: nothing received yet, so nothing is new
+    this.inRound = false;
     this.battery = null;
     this.audio = null;
     box.checked = recall() === "on";
@@ -34,6 +35,9 @@ export class Alerts {
     const waits = value?.waits_for ?? "", before = this.waits;
     this.waits = `${waits} ${value?.place ?? ""}`;
     if (before !== null && waits && this.waits !== before) this.give(translated(value.step));
+    const ended = this.inRound && !value?.round_active;
+    this.inRound = Boolean(value?.round_active);
+    if (ended && value?.unserved.length) this.give(translated(value.step));
   }
 
   status(value) {
@@ -48,9 +52,15 @@ export class Alerts {
     if (!this.box.checked) return;
     this.sound();
     if (navigator.userActivation?.hasBeenActive ?? true) navigator.vibrate?.(VIBRATION);
-    if (document.hidden && "Notification" in window && Notification.permission === "granted") {
-      new Notification("Chefbot", { body: sentence, icon: "icon.svg", tag: "chefbot" });
-    }
+    if (document.hidden && "Notification" in window && Notification.permission === "granted") this.notify(sentence);
+  }
+
+  // Chrome on Android shows notifications of a service worker only.
+  async notify(sentence) {
+    const options = { body: sentence, icon: "icon.svg", tag: "chefbot", renotify: true };
+    const worker = await navigator.serviceWorker?.getRegistration();
+    if (worker?.active) await worker.showNotification("Chefbot", options);
+    else new Notification("Chefbot", options);
   }
 
   sound() {

@@ -6,6 +6,7 @@ import { RoundCard } from "./round.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
+const TABLE = /^table/, SERVED = /^(table|room)/;    // names of places by their kind
 const SHORT_TIME = { dateStyle: "short", timeStyle: "medium" };
 const PICTURES = { map: tr("Map at that moment"), camera: tr("Camera at that moment") };
 const orDash = (value, format) => (value === null || value === undefined ? "–" : format(value));
@@ -72,9 +73,8 @@ export class Panels {
     const names = JSON.stringify(list.map((place) => place.name));
     if (names === this.names) return;
     this.names = names;
-    const isTable = (place) => place.name.startsWith("table");
-    $("tables").replaceChildren(...list.filter(isTable).map(({ name }) => button(title(name), name, () => this.toggle(name))));
-    $("places").replaceChildren(...list.filter((place) => !isTable(place))
+    $("tables").replaceChildren(...list.filter(({ name }) => SERVED.test(name)).map(({ name }) => button(title(name), name, () => this.toggle(name))));
+    $("places").replaceChildren(...list.filter(({ name }) => !TABLE.test(name))
       .map(({ name }) => button(title(name), name, () => this.round.go({ do: "go_place", name }, title(name)))));
     this.choose(this.chosen.filter((name) => list.some((place) => place.name === name)));
   }

@@ -3,7 +3,7 @@ import { tr } from "./language.js";
 import { decode } from "./wire.js";
 
 const FIRST_RETRY = 100, LAST_RETRY = 2000;
-const PING = 250, SILENCE = 700, OPENING = 3000;         // milliseconds
+const PING = 250, SILENCE = 700, OPENING = 3000, HURRIED = 2000;         // milliseconds
 const TRIPS = 20, SLOW = 3;              // timeout as a multiple of the longest recent round trip
 const UNREPORTED = new Set(["drive", "ping", "stop", "withdraw", "show", "received", "inspect"]);   // the loss of these is not reported
 
@@ -21,6 +21,8 @@ export class Link extends EventTarget {
     this.unsure = [];                    // commands that are not acknowledged, each with the ping after it
     this.doubtful = [];                  // such commands of connections that were lost
     this.page = crypto.getRandomValues(new Uint32Array(4)).join("-");
+    this.pause = null;                   // timer of the pause before the next attempt
+    this.hurriedAt = -Infinity;          // when a press of the emergency stop waited for a connection
     this.server = "";                    // name of the robot's server, another one after a restart
     this.watched = performance.now();
     this.connect();
@@ -86,6 +88,7 @@ export class Link extends EventTarget {
   }
 
   timeout() {
+    if (!this.open && performance.now() - this.hurriedAt < HURRIED) return HURRIED;
     if (!this.open || !this.trips.length) return OPENING;
     return Math.max(SILENCE, SLOW * Math.max(...this.trips));
   }
@@ -124,8 +127,20 @@ export class Link extends EventTarget {
     this.unsure = [];
     this.emit("down", lost);
     if (!this.opened) this.askWhy();
-    setTimeout(() => this.connect(), this.retry);
+    this.pause = setTimeout(() => this.endPause(), this.retry);
     this.retry = Math.min(2 * this.retry, LAST_RETRY);
+  }
+
+  endPause() {
+    clearTimeout(this.pause);
+    this.pause = null;
+    this.connect();
+  }
+
+  // A press of the emergency stop does not wait for the end of a pause.
+  hurry() {
+    this.hurriedAt = performance.now();
+    if (this.pause !== null) this.endPause();
   }
 
   // What was sent before the last ping that the robot received has arrived, although its answer was lost.
@@ -164,7 +179,10 @@ export class Link extends EventTarget {
 
   // Return whether the command was sent. A drive command that would be delayed is dropped.
   send(command) {
-    if (!this.open) return false;
+    if (!this.open) {
+      if (command.do === "stop") this.hurry();
+      return false;
+    }
     if (command.do === "drive" && (command.v || command.w) && this.socket.bufferedAmount > 0) return false;
     this.socket.send(JSON.stringify(command));
     if (!UNREPORTED.has(command.do)) {

@@ -5,6 +5,10 @@ const FILE = /\.(js|css|svg|json|png)$/; // recordings and pictures of the robot
 
 self.addEventListener("install", () => self.skipWaiting());
 self.addEventListener("activate", (event) => event.waitUntil(self.clients.claim()));
+self.addEventListener("notificationclick", (event) => {
+  event.notification.close();
+  event.waitUntil(show());
+});
 self.addEventListener("fetch", (event) => {
   const { request } = event, path = new URL(request.url).pathname;
   const opens = request.mode === "navigate" && path === "/";
@@ -28,4 +32,10 @@ async function answer(request, path) {
 function inTime(promise) {
   const late = new Promise((_, reject) => setTimeout(() => reject(new Error("no answer in time")), PATIENCE));
   return Promise.race([promise, late]);
+}
+
+// The page that is open, else a new one.
+async function show() {
+  const [page] = await self.clients.matchAll({ type: "window" });
+  return page ? page.focus() : self.clients.openWindow("./");
 }

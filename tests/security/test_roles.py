@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from typing import Any
 
 import httpx
 import pytest
 from tests.security.test_strangers import Site, refusal
-from tests.support.waiting import wait_for
+from tests.support.waiting import PATIENCE, wait_for
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
 from chefbot.ui import commands as do
-from chefbot.ui.access.roles import NEEDED_ROLE, ONLY_VIEW, ROLES, may
+from chefbot.ui.access.roles import LAYER_ROLE, NEEDED_ROLE, ONLY_VIEW, ROLES, hidden_layers, may
 from chefbot.ui.access.roles import refusal as refusal_by_role
 from chefbot.ui.access.visitors import Role, Visitor
-from chefbot.ui.display.views import DeliveryView
+from chefbot.ui.display.views import DeliveryView, IncidentsView
+from chefbot.ui.layers import LAYERS
 
 SERVES, DRIVES, CHANGES = do.Deliver(("table_1",)), do.Drive(0.1, 0.0), do.DropBox(1.0, 2.0)
 ALLOWED: dict[Role, int] = {"guest": 0, "waiter": 1, "manager": 2, "engineer": 3}
@@ -70,6 +72,30 @@ def test_the_robot_checks_the_role_of_each_command(site: Site, role: Role) -> No
     ])  # fmt: skip
     browser.send('{"do":"stop","id":"a"}')
     wait_for(lambda: do.Stop("a") in site.commands)
+
+
+@pytest.mark.parametrize("asks", [True, False])
+@pytest.mark.parametrize("role", ROLES)
+def test_a_layer_is_sent_to_those_who_may_see_it(site: Site, role: Role, asks: bool) -> None:
+    browser = site.browser(Visitor("anna", role))
+    if asks:
+        browser.send('{"do":"show","layers":["log","incidents","history","places"]}')
+    site.server.set_layer("log", ())
+    site.server.set_layer("incidents", IncidentsView())
+    site.server.set_layer("history", ())
+    site.server.set_layer("places", {"kitchen": (1.0, 2.0, 0.0)})
+    received: set[str] = set()
+    expected = {"log", "incidents", "history", "places"} - hidden_layers(role)
+    while not expected <= received:
+        received.add(json.loads(browser.recv(timeout=PATIENCE)).get("layer", ""))
+    site.server.set_layer("places", {"kitchen": (1.0, 3.0, 0.0)})
+    while '"y":3' not in (text := str(browser.recv(timeout=PATIENCE))).replace(" ", ""):
+        received.add(json.loads(text).get("layer", ""))
+    assert not received & hidden_layers(role)
+
+
+def test_layers_with_a_role_exist() -> None:
+    assert set(LAYER_ROLE) <= set(LAYERS)
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Mapping
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from chefbot.ui import protocol
+from chefbot.ui.access.roles import hidden_layers
 from chefbot.ui.access.visitors import Visitor
 from chefbot.ui.outbox import Outbox
 
@@ -34,7 +35,7 @@ class BrowserConnection:
         self.only_stop = False
         """Whether it has no full place (see `places`) and gets few layers."""
         self.disconnected = asyncio.Event()
-        self._outbox = Outbox()
+        self._outbox = Outbox(hidden_layers(visitor.role))
         self._pending_answers: deque[str] = deque(maxlen=8)
         self._pong = ""
         self._wake = asyncio.Event()

@@ -20,7 +20,9 @@ class Outbox:
     arrive. The limit holds from the first `received` on: simple programs do not count.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, hidden: frozenset[str] = frozenset()) -> None:
+        """hidden: layers that this browser never gets."""
+        self._hidden = hidden
         self._shown: frozenset[str] | None = None
         self._only_stop = False
         self._changed: dict[str, None] = {}
@@ -82,6 +84,7 @@ class Outbox:
         return not self._counts or sum(self._under_way) + size <= MAX_UNDER_WAY
 
     def _wanted(self, layer: str) -> bool:
-        return layer in STOP_LAYERS or not (
-            self._only_stop or (self._shown is not None and layer not in self._shown)
-        )
+        if layer in STOP_LAYERS:
+            return True
+        shown = self._shown is None or layer in self._shown
+        return shown and not self._only_stop and layer not in self._hidden

@@ -35,6 +35,14 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
     ),
 }  # fmt: skip
 """The role that a command needs."""
+LAYER_ROLE: dict[str, Role] = {
+    # pictures of people, and who did what
+    **dict.fromkeys(("camera", "depth", "history", "causes"), "waiter"),
+    "incidents": "manager",
+    # the ROS graph
+    **dict.fromkeys(("graph", "values", "parameters", "log", "cell"), "engineer"),
+}
+"""The role that a layer needs; everybody sees the others."""
 SEES_RECORDINGS: Role = "manager"
 """The role that files of incidents and pictures of causes need: they may show people."""
 ONLY_VIEW = "This link shows the robot and can press STOP; ask for the link of a waiter"
@@ -49,6 +57,11 @@ TITLES: dict[Role, str] = {
 def may(role: Role, needed: Role) -> bool:
     """Return whether a role may do what another one needs to be."""
     return ROLES.index(role) >= ROLES.index(needed)
+
+
+def hidden_layers(role: Role) -> frozenset[str]:
+    """Return the layers that are not sent to a role."""
+    return frozenset(layer for layer, needed in LAYER_ROLE.items() if not may(role, needed))
 
 
 def refusal(role: Role, command: do.OperatorCommand) -> str:

@@ -14,6 +14,7 @@ from serial.tools import list_ports
 
 from chefbot.cli.board import ports
 from chefbot.cli.board.ports import BOARDS, serial_port_lines
+from chefbot.devices import serial_ports
 from chefbot.devices.serial_ports import BOARD_VENDORS
 
 RULE = re.compile(r'ATTRS\{idVendor\}=="([0-9a-f]{4})", ATTRS\{idProduct\}=="([0-9a-f]{4})"')
@@ -135,3 +136,22 @@ def test_the_lines_are_printed_as_they_are(plugged: Any, capsys: pytest.CaptureF
     plugged(STRANGER, text="[red]odd[/red]")
     ports.print_serial_ports()
     assert "[red]odd[/red]" in capsys.readouterr().out
+
+
+def test_each_port_has_a_name_that_lasts(
+    plugged: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """By its device or, of equal adapters, by its socket; udev links one of them only by device."""
+    first, second, third = plugged(ARDUINO, CLONE, CLONE)
+    for link, path in (
+        ("by-id/arduino", first),
+        ("by-id/clone", second),
+        ("by-path/1", second),
+        ("by-path/2", third),
+    ):
+        (tmp_path / link).parent.mkdir(exist_ok=True)
+        (tmp_path / link).symlink_to(path)
+    monkeypatch.setattr(serial_ports, "SERIAL_LINKS", tmp_path)
+    lines = [line for line in serial_port_lines() if "open it" in line]
+    named = [line.split("always ")[1].removeprefix(f"{tmp_path}/") for line in lines]
+    assert named == ["by-id/arduino", "by-path/1", "by-path/2"]

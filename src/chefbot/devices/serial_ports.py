@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +14,8 @@ BAUD = 115200
 """Baud rate of the protocol."""
 READ_TIMEOUT = 0.05
 """Read timeout, s; a reading thread may take so long to end."""
+SERIAL_LINKS = Path("/dev/serial")
+"""Folder of udev's links to serial ports."""
 BOARD_VENDORS = {
     0x2341: "Arduino",
     0x2A03: "Arduino",
@@ -47,6 +50,17 @@ def ports() -> list[Port]:
     ]
     connected = [port for port in listed if port.vendor is not None or port.description != "n/a"]
     return sorted(connected, key=lambda port: (port.vendor not in BOARD_VENDORS, port.path))
+
+
+def lasting_path(port: Port, connected: Sequence[Port]) -> str:
+    """Return a link of udev to a port that lasts when it is plugged in again, empty if there is none.
+
+    connected: all ports. The link names the device or, where two have the same identity, the USB socket.
+    """
+    is_alone = sum(other.identity == port.identity for other in connected) == 1
+    folder = SERIAL_LINKS / ("by-id" if is_alone else "by-path")
+    links = sorted(folder.iterdir()) if folder.is_dir() else []
+    return next((str(link) for link in links if str(link.resolve()) == port.path), "")
 
 
 def port_at(path: str) -> Port:

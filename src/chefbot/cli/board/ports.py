@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from chefbot.devices.serial_ports import BOARD_VENDORS, Port, ports
+from chefbot.devices.serial_ports import BOARD_VENDORS, Port, lasting_path, ports
 
 try:
     import grp
@@ -41,10 +41,18 @@ def serial_port_lines(*, rule_without_port: bool = True) -> list[str]:
     found = ports()
     if not found:
         return ["serial ports: no device is plugged in", *(_rule([]) if rule_without_port else [])]
-    lines = [f"  {port.path}: {port.description}{_vendor(port)}; {_permission(port.path)}" for port in found]
+    lines = [
+        f"  {port.path}: {port.description}{_vendor(port)}; {_permission(port.path)}{_lasting(port, found)}"
+        for port in found
+    ]
     boards = [port for port in found if port.vendor in BOARD_VENDORS]
     needs_rule = not boards or any(not _may_open(port.path) for port in found)
     return ["serial ports:", *lines, *(_rule(boards) if needs_rule else [])]
+
+
+def _lasting(port: Port, found: list[Port]) -> str:
+    link = lasting_path(port, found)
+    return f"; always {link}" if link else ""
 
 
 def _vendor(port: Port) -> str:

@@ -117,6 +117,16 @@ def test_an_occupied_start_is_rejected_with_a_free_pose(start: SE2, sentence: st
     assert world_from_map("halls", halls(), RADIUS, suggested).start == suggested
 
 
+def test_a_home_in_a_wall_is_named_as_a_place() -> None:
+    in_wall = SE2(2.05, 4.0, 0.0)
+    with pytest.raises(
+        UserError, match=r"map halls: the place home in .*places.yaml \(2\.05, 4\.00\) lies in a wall"
+    ):
+        world_from_map("halls", halls(), RADIUS, places={"home": in_wall})
+    with pytest.raises(UserError, match=r"map halls: the start \(2\.05, 4\.00\) lies in a wall"):
+        world_from_map("halls", halls(), RADIUS, start=in_wall, places={"home": in_wall})
+
+
 def test_a_map_without_free_space_is_rejected() -> None:
     for cells in (OCCUPIED, UNKNOWN):
         with pytest.raises(UserError, match="no free floor"):

@@ -48,7 +48,9 @@ class StatusReports:
         found = None
         if status.state == "recovering":
             count = Quantity("recoveries", status.recoveries, "")
-            text = f"Recovery {status.recoveries}: {after_colon(status.reason)}"
+            text = status.reason
+            if status.recoveries:  # relocalization is none
+                text = f"Recovery {status.recoveries}: {after_colon(status.reason)}"
             check = "localization" if status.reason.startswith("Localization") else "recovery"
             found = make_report(STOP, check, text, numbers=(count,))
         reports += self._change("navigator", found, now_ns)

@@ -55,10 +55,12 @@ def world_from_map(
     floor, places = FreeFloor(grid, radius, unknown == "free"), places or {}
     reason = "as requested" if start else "the place home"
     home, note = _start_pose(floor, start or places.get("home"), reason, name)
+    is_place = start is None and "home" in places
+    what = f"the place home in {places_path(Path(name))}" if is_place else "the start"
     places = {**places, "home": home}
     bounds = _bounds(grid)
     solids = (*walls.boxes, *_border(bounds), ceiling_shape(bounds, CEILING_HEIGHT))
-    _check_start(floor, solids, home, name)
+    _check_start(floor, solids, home, f"map {name}: {what} ({home.x:.2f}, {home.y:.2f})")
     if len(places) > 1:
         _check_places(walls, radius, places, name)
     return World(Path(name).stem, solids, (), (), NOBODY, places, bounds, floor, note)
@@ -164,20 +166,16 @@ def _start_pose(floor: FreeFloor, requested: SE2 | None, note: str, name: str) -
     return home, f"{reason}; another one by start:='[x, y, yaw]'"
 
 
-def _check_start(floor: FreeFloor, solids: tuple[SimulatedShape, ...], start: SE2, name: str) -> None:
-    """Raise UserError, with the nearest free pose, for a start off the map or in a wall."""
+def _check_start(floor: FreeFloor, solids: tuple[SimulatedShape, ...], start: SE2, at: str) -> None:
+    """Raise UserError, with the nearest free pose, for a start off the map or in a wall; `at` begins its sentence."""
     grid = floor.grid
     if not grid.contains(start.x, start.y):
         x0, y0, x1, y1 = _bounds(grid)
         spans = f"x {x0:.2f} to {x1:.2f} and y {y0:.2f} to {y1:.2f} m"
-        raise UserError(
-            f"{_at_start(name, start)} lies off the map, which spans {spans}{_suggestion(floor, start)}"
-        )
+        raise UserError(f"{at} lies off the map, which spans {spans}{_suggestion(floor, start)}")
     if clearance(solids, start.x, start.y, *ROBOT_SPACE) < floor.radius:
         robot = f"a robot of {floor.radius:.2f} m radius"
-        raise UserError(
-            f"{_at_start(name, start)} lies in a wall or too near to one for {robot}{_suggestion(floor, start)}"
-        )
+        raise UserError(f"{at} lies in a wall or too near to one for {robot}{_suggestion(floor, start)}")
 
 
 def _check_places(walls: MapWalls, radius: float, places: dict[str, SE2], name: str) -> None:
@@ -195,10 +193,6 @@ def _check_places(walls: MapWalls, radius: float, places: dict[str, SE2], name: 
         if distance_m > radius:
             start = f"the start ({home.x:.2f}, {home.y:.2f})"
             raise UserError(f"{at} lies in a free area that the robot does not get to from {start}; {move}")
-
-
-def _at_start(name: str, start: SE2) -> str:
-    return f"map {name}: the start ({start.x:.2f}, {start.y:.2f})"
 
 
 def _suggestion(floor: FreeFloor, start: SE2) -> str:

@@ -41,7 +41,15 @@ def candidates_at(places, sensor: SE2 = IDENTITY, width: float = 0.15, **flags) 
     zeros = np.zeros(m)
     numbers = np.arange(m)
     segments = Segments(
-        10 * numbers, 10 * numbers + 3, centre, distance, zeros + width, zeros + 4.0, zeros + 1.0, zeros > 0
+        10 * numbers,
+        10 * numbers + 3,
+        centre,
+        distance,
+        zeros + width,
+        zeros + 4.0,
+        zeros + 1.0,
+        zeros > 0,
+        zeros > 0,
     )
     names = ("broad", "leg", "body", "novel", "stays", "on_map", "on_floor")
     given = {name: np.broadcast_to(np.array(flags.get(name, False)), m).copy() for name in names}

@@ -40,8 +40,9 @@ MAX_INCIDENCE, FOOT_MARGIN = 0.05, 0.03
 """Maximum distance of a middle from the foot of the perpendicular: by the distance of the sensor, rad; added, m."""
 KNOWN_WALLS = 200
 """Number of points of glass walls that are remembered."""
-WALL_SPACING, WALL_LENGTH, WALL_DEPTH = 0.3, 1.0, 0.06
-"""Distance between such points, and how far from one a reflection is of the same wall, along it and across, m."""
+WALL_SPACING, WALL_LENGTH, WALL_DEPTH = 0.3, 1.0, 0.2
+"""Distance between such points, and how far from one a reflection is of the same wall, along it and across, m: a wall
+may be known from its other side."""
 
 
 class Reflection(NamedTuple):

@@ -28,7 +28,7 @@ class Segments(NamedTuple):
     first, last: (m,) numbers of their beams. centre: (m, 2) mean of the returns, in the tracking frame, m. range:
     (m,) of the centre from the sensor, m. width: (m,) distance of the ends, m. returns: (m,) their number. upright:
     (m,) share of the returns that may belong to a person by their height. hidden: (m,) whether something nearer hides
-    an end.
+    an end. through_gap: (m,) whether something nearer hides both ends.
     """
 
     first: NDArray[np.int64]
@@ -39,6 +39,7 @@ class Segments(NamedTuple):
     returns: Floats
     upright: Floats
     hidden: NDArray[np.bool_]
+    through_gap: NDArray[np.bool_]
 
     @property
     def size(self) -> int:
@@ -56,6 +57,7 @@ class Segments(NamedTuple):
             self.returns[mask],
             self.upright[mask],
             self.hidden[mask],
+            self.through_gap[mask],
         )
 
 
@@ -71,8 +73,8 @@ def _segment(
 ) -> int:
     """Write first and last beam (m, 2) and features (m, 5) of the segments, and return their number.
 
-    limits: JUMP, JUMP_BEAMS, OCCLUSION. features: mean x and y, width, share of upright returns, 1 for a
-    hidden end.
+    limits: JUMP, JUMP_BEAMS, OCCLUSION. features: mean x and y, width, share of upright returns, number
+    of hidden ends.
     """
     n, m, first = len(ranges), 0, -1
     for i in range(n + 1):
@@ -96,7 +98,7 @@ def _segment(
             # A nearer return beside an end hides what may be behind it.
             before = first > 0 and ranges[first - 1] < ranges[first] - limits[2]
             after = last < n - 1 and ranges[last + 1] < ranges[last] - limits[2]
-            features[m, 4] = 1.0 if before or after else 0.0
+            features[m, 4] = (1.0 if before else 0.0) + (1.0 if after else 0.0)
             m += 1
         if ends:
             first = -1
@@ -122,4 +124,4 @@ def find_segments(observation: Observation) -> Segments:
     x, y, width, upright, hidden = features[:m].T
     distance = np.hypot(x - observation.sensor.x, y - observation.sensor.y)
     centre, count = np.column_stack([x, y]), (last - first + 1).astype(np.float64)
-    return Segments(first, last, centre, distance, width, count, upright, hidden > 0.5)
+    return Segments(first, last, centre, distance, width, count, upright, hidden > 0.5, hidden > 1.5)

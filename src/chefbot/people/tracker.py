@@ -189,6 +189,8 @@ class PeopleTracker:
     def _may_be_person(self, candidates: Candidates, group: NDArray[np.int64], seen: Measurement) -> bool:
         if any(track.state.distance(seen.x, seen.y) < MIN_DISTANCE for track in self.tracks):
             return False
+        if bool(candidates.segments.through_gap[group].all()):
+            return False  # a piece of a wall behind a door moves as the robot does
         return seen.pair or seen.novel or seen.body or seen.leg or not bool(candidates.stays[group].any())
 
     def _end_and_confirm(self) -> None:

@@ -51,7 +51,7 @@ def candidates_at(places, sensor: SE2 = IDENTITY, width: float = 0.15, **flags) 
         zeros > 0,
         zeros > 0,
     )
-    names = ("broad", "leg", "body", "novel", "stays", "on_map", "on_floor")
+    names = ("broad", "leg", "body", "apart", "novel", "stays", "on_map", "on_floor")
     given = {name: np.broadcast_to(np.array(flags.get(name, False)), m).copy() for name in names}
     return Candidates(segments, position, **given)
 

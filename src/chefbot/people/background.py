@@ -20,8 +20,8 @@ CELL = 0.1
 """Side of a cell, m."""
 CELLS = 256
 """Cells of a side; what is farther away than their length shares a cell and replaces it."""
-FREE_MARGIN = 0.2
-"""Distance before a return from which on a beam shows nothing, m."""
+FREE_MARGIN, MAX_FREE_MARGIN = 0.2, 2.0
+"""Distance before a return from which on a beam shows nothing, m: at a right angle, and at the smallest angle."""
 HIT_TIME = 0.5
 """Time after a return for which beams through the cell do not count, s: they pass beside what stands in it."""
 MAX_STATIC, STATIC = 100, 10
@@ -40,6 +40,25 @@ def _cell_of(keys: NDArray[np.int64], x: float, y: float) -> tuple[int, int, int
     n = keys.shape[0]
     r, c = math.floor(y / CELL), math.floor(x / CELL)
     return r % n, c % n, (r << 32) ^ (c & 0xFFFFFFFF)
+
+
+@njit(cache=True, nogil=True)
+def _free_margin(bearing: Floats, ranges: Floats, i: int) -> float:
+    """Return the distance before return i from which on its beam shows nothing, m.
+
+    A beam that meets a wall at a small angle passes through its cells before: the margin grows with the distance of
+    neighbouring returns, which is r dtheta at a right angle, and r dtheta / sin(angle) at another one.
+    """
+    if not ranges[i] < np.inf:
+        return FREE_MARGIN
+    step = np.inf
+    for k in (i - 1, i + 1):
+        if 0 <= k < len(ranges) and ranges[k] < np.inf:
+            turn = bearing[k] - bearing[i]
+            # law of cosines, between the two returns
+            square = ranges[i] ** 2 + ranges[k] ** 2 - 2.0 * ranges[i] * ranges[k] * math.cos(turn)
+            step = min(step, math.sqrt(max(square, 0.0)) / max(ranges[i] * abs(turn), 1e-6))
+    return min(max(FREE_MARGIN * step, FREE_MARGIN), MAX_FREE_MARGIN) if step < np.inf else FREE_MARGIN
 
 
 @njit(cache=True, nogil=True)
@@ -77,7 +96,7 @@ def _update(
         hit_at[r, c] = now
     # Free floor along the beams.
     for i in range(len(ranges)):
-        last = min(end[i], limit) - FREE_MARGIN
+        last = min(end[i], limit) - _free_margin(bearing, ranges, i)
         ux, uy = math.cos(bearing[i]), math.sin(bearing[i])
         distance = max(start[i], CELL)
         while distance < last:

@@ -43,8 +43,9 @@ class Candidates(NamedTuple):
 
     segments: their features. position: (m, 2) estimated centre of the leg or body in the tracking frame, m. broad:
     (m,) wider than the legs of furniture. leg: (m,) as wide as a leg. body: (m,) as wide as both legs, from so far
-    that they are not seen apart. novel: (m,) where nothing was before. stays: (m,) where returns have stayed. on_map:
-    (m,) on an obstacle of the map. on_floor: (m,) on floor that is free in the map.
+    that they are not seen apart. apart: (m,) not one of many pieces of a wall. novel: (m,) where nothing was before.
+    stays: (m,) where returns have stayed. on_map: (m,) on an obstacle of the map. on_floor: (m,) on floor that is free
+    in the map.
     """
 
     segments: Segments
@@ -52,6 +53,7 @@ class Candidates(NamedTuple):
     broad: NDArray[np.bool_]
     leg: NDArray[np.bool_]
     body: NDArray[np.bool_]
+    apart: NDArray[np.bool_]
     novel: NDArray[np.bool_]
     stays: NDArray[np.bool_]
     on_map: NDArray[np.bool_]
@@ -70,6 +72,7 @@ class Candidates(NamedTuple):
             self.broad[chosen],
             self.leg[chosen],
             self.body[chosen],
+            self.apart[chosen],
             self.novel[chosen],
             self.stays[chosen],
             self.on_map[chosen],
@@ -119,7 +122,16 @@ def find_candidates(
     on_map, on_floor = background.on_map(kept.centre, map_T_frame, margin)
     novel = was_free & ~stays & (on_floor | (not background.has_map))
     return Candidates(
-        kept, _behind(observation.sensor, kept, LEG_DEPTH), broad, leg, body, novel, stays, on_map, on_floor
+        kept,
+        _behind(observation.sensor, kept, LEG_DEPTH),
+        broad,
+        leg,
+        body,
+        apart,
+        novel,
+        stays,
+        on_map,
+        on_floor,
     )
 
 

@@ -191,7 +191,8 @@ class PeopleTracker:
             return False
         if bool(candidates.segments.through_gap[group].all()):
             return False  # a piece of a wall behind a door moves as the robot does
-        return seen.pair or seen.novel or seen.body or seen.leg or not bool(candidates.stays[group].any())
+        has_come = bool((candidates.apart & ~candidates.stays)[group].all())
+        return seen.pair or seen.novel or seen.body or seen.leg or has_come
 
     def _end_and_confirm(self) -> None:
         kept: list[PersonTrack] = []

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.support.glass_scans import PERIOD, post, scan_of, wall
+from tests.support.glass_scans import ANGLES, PERIOD, post, scan_of, wall
 
 from chefbot.maths.se2 import SE2
 from chefbot.people.observation import observe_scan

@@ -44,8 +44,8 @@ class Candidates(NamedTuple):
     segments: their features. position: (m, 2) estimated centre of the leg or body in the tracking frame, m. broad:
     (m,) wider than the legs of furniture. leg: (m,) as wide as a leg. body: (m,) as wide as both legs, from so far
     that they are not seen apart. apart: (m,) not one of many pieces of a wall. novel: (m,) where nothing was before.
-    stays: (m,) where returns have stayed. on_map: (m,) on an obstacle of the map. on_floor: (m,) on floor that is free
-    in the map.
+    stays: (m,) where returns have stayed. on_map: (m,) on an obstacle of the map. on_floor: (m,) on free floor
+    of the map.
     """
 
     segments: Segments

@@ -1,7 +1,7 @@
 // Curves of numbers in messages over the last half minute: pause, and values under the cursor.
 const SPAN = 30;                         // seconds shown
 export const CURVES = 8;                 // at once
-const HUES = ["#0f766e", "#b91c1c", "#1d4ed8", "#b45309", "#7c3aed", "#be185d", "#4d7c0f", "#0e7490"];
+const colour = (i) => `--curve-${i}`;     // of the style sheet, for light and dark
 const LEFT = 56, BOTTOM = 18, TOP = 8;   // pixels around the curves
 
 export class Curves {
@@ -62,8 +62,9 @@ export class Curves {
     const x = (time) => LEFT + (width - LEFT) * (1 - (now - time) / SPAN);
     const y = (value) => TOP + (height - TOP - BOTTOM) * (0.5 - (value - middle) / (2 * half));
     this.axes(context, width, [middle - half, middle, middle + half].map((value) => [value, y(value)]), height);
+    const style = getComputedStyle(canvas);
     [...this.series.values()].forEach((points, i) => {
-      context.strokeStyle = HUES[i];
+      context.strokeStyle = style.getPropertyValue(colour(i));
       context.lineWidth = 1.5;
       context.beginPath();
       for (const [time, value] of points) context.lineTo(x(time), y(value));
@@ -92,7 +93,7 @@ export class Curves {
     }
     this.note.replaceChildren(...[...this.series].map(([key, points], i) => {
       const line = document.createElement("span"), value = points.findLast(([at]) => at <= time)?.[1];
-      line.style.color = HUES[i];
+      line.style.color = `var(${colour(i)})`;
       line.textContent = `${key}: ${value === undefined ? "–" : value.toPrecision(6)}`;
       return line;
     }));

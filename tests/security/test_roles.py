@@ -27,6 +27,7 @@ CONTROLS = {
     "deliver": "waiter",
     "cancel": "waiter",
     "stick": "manager",
+    "is-at-box": "manager",
     "tools": "manager",
     "incident-box": "manager",
     "inspect-box": "engineer",

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
+from chefbot.ui.commands import InitialPose
 from chefbot.ui.display.views import RobotView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
@@ -43,3 +44,15 @@ def test_the_sentence_names_place_goal_distance_and_time(page: Any) -> None:
                 page.server.set_layer(layer, value)
             shown = "(document.getElementById('where').click(), document.getElementById('where-text').textContent)"
             tab.wait_for(f"{shown} === '{sentence}'")
+
+
+def test_the_pose_of_a_place_is_chosen_from_a_list(page: Any) -> None:
+    with open_tab(page.url, NO_GPU) as tab:
+        page.server.set_layer("places", {"table_4": (5.0, 1.0, 0.5), "kitchen": (0.0, 0.0, 0.0)})
+        tab.wait_for("document.querySelectorAll('#is-at option').length === 3")
+        tab.evaluate(
+            "(() => { const list = document.getElementById('is-at'); list.value = 'table_4';"
+            " list.dispatchEvent(new Event('change')); return list.value; })()"
+        )
+        assert page.next_command() == InitialPose(5.0, 1.0, 0.5)
+        assert tab.evaluate("document.getElementById('is-at').value") == "", "it can be chosen again"

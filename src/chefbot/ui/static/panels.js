@@ -18,6 +18,7 @@ export class Panels {
     this.chosen = [];
     this.ordered = null;                 // order sent, delivery status not received since
     this.names = "";
+    this.list = [];                      // places with their poses
     this.doors = "";
     this.plot = new ErrorPlot($("plot"));
     this.wire();
@@ -27,6 +28,7 @@ export class Panels {
     $("cancel").onclick = () => this.send({ do: "cancel" });
     $("deliver").onclick = () => this.deliver();
     $("patrol").onclick = () => this.send({ do: "patrol", places: this.chosen, rounds: 0 }) && this.choose([]);
+    $("is-at").onchange = () => this.standsAt($("is-at").value);
     $("follow_me").onclick = () => this.send({ do: "follow" });
     for (const tab of document.querySelectorAll("[data-tab]")) tab.onclick = () => this.open(tab.dataset.tab);
     byArrows($("tabs"), "[data-tab]");
@@ -70,6 +72,7 @@ export class Panels {
   }
 
   places(list) {
+    this.list = list;
     const names = JSON.stringify(list.map((place) => place.name));
     if (names === this.names) return;
     this.names = names;
@@ -77,6 +80,14 @@ export class Panels {
     $("places").replaceChildren(...list.filter(({ name }) => !TABLE.test(name))
       .map(({ name }) => button(title(name), name, () => this.round.go({ do: "go_place", name }, title(name)))));
     this.choose(this.chosen.filter((name) => list.some((place) => place.name === name)));
+    $("is-at").replaceChildren(new Option("–", ""), ...list.map(({ name }) => new Option(title(name), name)));
+  }
+
+  // Localization starts from the pose of a place.
+  standsAt(name) {
+    $("is-at").value = "";
+    const place = this.list.find((one) => one.name === name);
+    if (place) this.send({ do: "initial_pose", x: place.x, y: place.y, yaw: place.yaw });
   }
 
   // The same places may have other labels now.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -21,6 +22,7 @@ from chefbot.costmap.ranger_marks import GLASS
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.robot.load import load_robot
 from chefbot.runtime.plugins import load_plugin
 
@@ -156,3 +158,33 @@ def test_a_mapper_gets_all_beams_of_posts() -> None:
     for step, pose in enumerate(drive(0.3, 1.0)):
         scan = scan_of(pose, post(pose, 0.8, 0.5, 0.1), step)
         assert detector.without_glass(pose, scan) is scan
+
+
+@pytest.mark.parametrize("beams", [0, 1, 2])
+def test_a_scan_with_hardly_a_beam_clears_nothing(beams: int) -> None:
+    costs = costmap()
+    show(costs, [(pose, wall(pose, 0.8, glass=True)) for pose in drive(0.3, 1.0)])
+    marked = int((costs.layer(GLASS) == LETHAL).sum())
+    scan = scan_of(SE2(0.0, 0.5, 0.0), np.full(len(ANGLES), math.inf), 100)
+    for increment in (0.0, 0.1):
+        few = msgspec.structs.replace(scan, angle_increment=increment, ranges=scan.ranges[:beams])
+        costs.process(few, SE2(0.0, 0.5, 0.0))
+    assert int((costs.layer(GLASS) == LETHAL).sum()) == marked > 0
+
+
+def test_a_lidar_that_turns_clockwise_finds_and_clears_glass() -> None:
+    costs = costmap()
+
+    def reversed_scan(pose: SE2, ranges: Floats, step: int) -> LaserScan:
+        scan = scan_of(pose, ranges, step)
+        turned = {"angle_min": float(scan.angles[-1]), "angle_max": float(scan.angles[0])}
+        turned |= {"angle_increment": -scan.angle_increment, "ranges": scan.ranges[::-1].copy()}
+        return msgspec.structs.replace(scan, **turned)
+
+    for step, pose in enumerate(drive(0.3, 1.0)):
+        costs.process(reversed_scan(pose, wall(pose, 0.8, glass=True), step), pose)
+    assert costs.update().at(0.81, 0.5) == LETHAL
+    for step, pose in enumerate(drive(0.1, 1.5)):
+        before = SE2(0.0, pose.y - 0.2, pose.yaw)
+        costs.process(reversed_scan(before, np.full(len(ANGLES), math.inf), 100 + step), before)
+    assert LETHAL not in costs.layer(GLASS)

@@ -99,12 +99,15 @@ def _cells(
 
 def _are_passed(marks: Floats, sensor: SE2, angles: Floats, ranges: Floats) -> NDArray[np.bool_]:
     """Return which marks (n, 4) a beam at nearly a right angle has passed, and the beams beside it, too."""
+    step = (angles[-1] - angles[0]) / (len(angles) - 1) if len(angles) > 1 else 0.0
+    if step == 0.0:
+        return np.zeros(len(marks), np.bool_)
     away = marks[:, :2] - np.array([sensor.x, sensor.y])
     distance, bearing = np.hypot(away[:, 0], away[:, 1]), np.arctan2(away[:, 1], away[:, 0])
     is_normal = np.abs(np.sin(bearing - marks[:, 2])) <= CLEARING_INCIDENCE
     is_normal &= distance <= MAX_DISTANCE
-    step = (angles[-1] - angles[0]) / (len(angles) - 1)
-    beam = np.round(np.mod(bearing - sensor.yaw - angles[0], 2.0 * np.pi) / step).astype(np.int64)
+    turn = np.mod(np.sign(step) * (bearing - sensor.yaw - angles[0]), 2.0 * np.pi)  # clockwise lidars, too
+    beam = np.round(turn / abs(step)).astype(np.int64)
     passed = is_normal & (beam >= 1) & (beam < len(angles) - 1)
     for i in (-1, 0, 1):
         near = ranges[np.clip(beam + i, 0, len(ranges) - 1)]

@@ -75,11 +75,11 @@ def test_the_robot_checks_the_role_of_each_command(site: Site, role: Role) -> No
     wait_for(lambda: do.Stop("a") in site.commands)
 
 
-@pytest.mark.parametrize("asks", [True, False])
+@pytest.mark.parametrize("chooses", [True, False])
 @pytest.mark.parametrize("role", ROLES)
-def test_a_layer_is_sent_to_those_who_may_see_it(site: Site, role: Role, asks: bool) -> None:
+def test_a_layer_is_sent_to_those_who_may_see_it(site: Site, role: Role, chooses: bool) -> None:
     browser = site.browser(Visitor("anna", role))
-    if asks:
+    if chooses:
         browser.send('{"do":"show","layers":["log","incidents","history","places"]}')
     site.server.set_layer("log", ())
     site.server.set_layer("incidents", IncidentsView())

@@ -16,7 +16,7 @@ from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
 from chefbot.costmap.layers import InflationLayer, StaticLayer, built_in_layers
 from chefbot.costmap.master_costmap import MasterCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.ranger_marks import LASTING
+from chefbot.costmap.ranger_marks import GLASS, LASTING
 from chefbot.costmap.sensor_marks import SensorMarks, shifted
 from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
 from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN, Costmap
@@ -319,8 +319,8 @@ class LayeredCostmap:
         return self._costs_of(self._marks_in(self._disk_mask(pose, self.params.marking_range)))
 
     def costs_without_marks(self) -> Costmap:
-        """Return the costs as `update` does, but without the marks of any sensor: of the map and its zones."""
-        return self._costs_of({})
+        """Return the costs of the map, its zones and walls of glass, which last as long, without other marks."""
+        return self._costs_of({name: marks for name, marks in self.sources.items() if name == GLASS})
 
     def narrow_costs(
         self,

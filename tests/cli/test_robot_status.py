@@ -11,7 +11,7 @@ from chefbot.cli.drive import status as drive_status
 from chefbot.cli.drive.status import place_sentence, show_status
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
-from chefbot.ui.display.views import DeliveryView, RobotView, RoundStopView, StatusView
+from chefbot.ui.display.views import DeliveryView, RobotView, RoundStopView, StatusView, WaitingOrderView
 
 
 @pytest.fixture(autouse=True)
@@ -24,9 +24,8 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     with fake_robot() as robot:
         robot.show_places()
         robot.server.set_layer("robot", RobotView(x=2.0, y=1.1, yaw=math.pi / 2, v=0.25))
-        on_the_way = DeliveryView(
-            step="Driving to table 3.", queue=("table_2",), orders=(("table_1", "table_3"),)
-        )
+        later = WaitingOrderView(id="b", places=("table_1", "table_3"))
+        on_the_way = DeliveryView(step="Driving to table 3.", queue=("table_2",), orders=(later,))
         robot.server.set_layer("delivery", on_the_way)
         warnings = ("Board: low battery [1]", "Lidar: late")
         known = StatusView(

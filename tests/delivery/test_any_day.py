@@ -97,13 +97,23 @@ class AnyDay(RuleBasedStateMachine):
         before, queue = self.state, self.state.queue
         places = [queue[i] for i in turns if i < len(queue)][:kept] + (["moon"] if seen == "moon" else [])
         try:
-            self.round.change_queue(before.order_id + ("" if seen == "now" else "x"), places)
+            self.round.change_queue(f"{before.order_id or '-'}{'' if seen == 'now' else 'x'}", places)
         except OrderError:
             assert self.state is before
         else:
             assert seen == "now" and Counter(self.state.queue) == Counter(places)
             assert before.on_trays or self.state.queue == tuple(places)
             assert self.state.delivered == before.delivered
+
+    @precondition(lambda self: self.state.pending_orders)
+    @rule(which=st.integers(0, 3), left=st.integers(0, 2))
+    def a_waiting_order_is_shortened_or_cancelled(self, which: int, left: int) -> None:
+        orders = self.state.pending_orders
+        order = orders[which % len(orders)]
+        outcomes, standing = len(self.outcomes), self.round.leg is None
+        self.round.change_queue(order.id, order.places[:left])
+        assert (len(self.outcomes) > outcomes) == (not order.places[:left])
+        assert self.round.leg is None or not standing, "an order that is dropped moves nothing"
 
     @rule()
     def somebody_else_sends_it_away(self) -> None:
@@ -162,13 +172,15 @@ class AnyDay(RuleBasedStateMachine):
 
     @invariant()
     def a_robot_that_stands_reports_what_it_waits_for(self) -> None:
-        waits = self.state.state in ("idle", "failed", "loading", "waiting") or self.state.hold_reason
+        standing = ("idle", "failed", "loading", "waiting", "unloading")
+        waits = self.state.state in standing or self.state.hold_reason
         assert self.round.leg or (waits and self.state.description)
         assert not (
             self.round.in_progress and not self.round.leg and not self.state.hold_reason
         ) or self.state.state in (
             "loading",
             "waiting",
+            "unloading",
         )
 
     @invariant()
@@ -180,6 +192,14 @@ class AnyDay(RuleBasedStateMachine):
             assert f"tray {status.on_trays.index(status.place) + 1}" in status.description or (
                 len(status.on_trays) == 1 or status.hold_reason
             )
+
+    @invariant()
+    def food_that_nobody_took_goes_back(self) -> None:
+        status = self.state
+        if status.state == "returning":
+            assert status.place == ("kitchen" if status.untaken else "home")
+        assert status.untaken or status.state != "unloading"
+        assert not status.untaken or self.round.in_progress
 
     @invariant()
     def what_is_left_of_a_round_begins_with_its_drive(self) -> None:

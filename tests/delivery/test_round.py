@@ -54,6 +54,9 @@ def test_round_leaves_kitchen_and_table_after_confirmation() -> None:
     one.taken()
     assert waiter.now == ("driving", "table_2", "") and one.status.delivered == ("table_1",)
     one.arrived("a box is in the way")
+    assert waiter.now == ("returning", "kitchen", "")
+    one.arrived()
+    one.taken()
     assert waiter.now == ("returning", "home", "")
     one.arrived()
     assert one.status.state == "failed" and "table 2 was not reached" in one.status.description
@@ -64,9 +67,76 @@ def test_round_leaves_kitchen_and_table_after_confirmation() -> None:
 
 def test_food_that_is_not_picked_up_is_not_delivered() -> None:
     waiter = Waiter().at("table_1", ("table_1", "table_2"))
-    waiter.round.skip()
+    one = waiter.round
+    one.skip()
     assert waiter.now == ("driving", "table_2", "")
-    assert waiter.round.status.delivered == () and "nobody took" in waiter.round.status.skipped_reasons[0]
+    assert one.status.delivered == () and "nobody took" in one.status.skipped_reasons[0]
+    one.arrived()
+    one.taken()
+    assert waiter.now == ("returning", "kitchen", ""), "the food of table 1 goes back"
+    one.arrived()
+    assert waiter.now == ("unloading", "kitchen", "") and "of table 1" in one.status.description
+    one.skip()
+    one.loaded()
+    assert waiter.now == ("unloading", "kitchen", "")
+    one.taken()
+    assert waiter.now == ("returning", "home", "") and one.status.delivered == ("table_2",)
+
+
+def test_a_stop_on_the_way_back_with_food_offers_to_go_on() -> None:
+    waiter = Waiter().at("table_1", ("table_1",))
+    one = waiter.round
+    one.skip()
+    one.stop(True)
+    one.stop(False)
+    assert "go on to kitchen, or end the round" in one.status.description
+    one.choose("go_on")
+    assert waiter.now == ("returning", "kitchen", "")
+    one.arrived()
+    one.on_diverted()
+    one.choose("go_on")
+    assert waiter.now == ("returning", "kitchen", ""), "somebody sent it away before it was unloaded"
+    one.arrived("the door is closed")
+    assert waiter.now == ("returning", "home", ""), "it does not try again and again"
+
+
+def test_food_of_an_earlier_trip_is_unloaded_before_the_next() -> None:
+    waiter = Waiter()
+    one = waiter.round
+    one.trays = 1
+    one.order(Order(("table_1", "table_2"), "a"))
+    one.arrived()
+    one.loaded()
+    one.arrived()
+    one.skip()
+    assert waiter.now == ("driving", "kitchen", "")
+    one.arrived()
+    assert "Unload the food that nobody took, of table 1. Load the food for table 2" in one.status.description
+    one.loaded()
+    assert one.status.untaken == ()
+
+
+def test_a_waiting_order_is_shortened_and_cancelled() -> None:
+    waiter = Waiter().at("table_1", ("table_1",), ("table_2", "table_3"), ("table_3",))
+    one = waiter.round
+    one.change_queue("order 1", ("table_3",))
+    with pytest.raises(OrderError, match="has changed meanwhile"):
+        one.change_queue("order 1", ("table_2",))
+    one.change_queue("order 2", ())
+    assert [(order.id, order.places) for order in one.status.pending_orders] == [("order 1", ("table_3",))]
+    assert waiter.outcomes == [OrderOutcome("order 2", (), ENDED_BY_PERSON, "The delivery was cancelled.")]
+    assert waiter.now == ("waiting", "table_1", ""), "the round goes on"
+
+
+def test_a_robot_held_for_a_cancelled_order_is_free_again() -> None:
+    waiter = Waiter()
+    one = waiter.round
+    one.stop(True)
+    one.order(Order(("table_1",), "a"))
+    one.stop(False)
+    assert waiter.now == ("idle", "", "choice")
+    one.change_queue("a", ())
+    assert waiter.now == ("idle", "", "") and one.leg is None and waiter.outcomes[0].order_id == "a"
 
 
 @pytest.mark.parametrize("choice", ["go_on", "kitchen", "end"])
@@ -227,7 +297,9 @@ def test_tables_are_served_in_another_order_and_left_out() -> None:
     one.change_queue("a", ())
     one.arrived()
     one.taken()
-    assert waiter.now == ("returning", "home", "")
+    assert waiter.now == ("returning", "kitchen", "") and one.status.untaken == ("table_2", "table_1")
+    one.arrived()
+    one.taken()
     one.arrived()
     assert waiter.outcomes[0].delivered == ("table_3",) and len(one.status.skipped_reasons) == 3
 

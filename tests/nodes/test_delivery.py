@@ -69,7 +69,7 @@ class DeliveryRunner(NodeRunner):
         for _ in range(100):
             if (self.now.state, self.now.place) == (state, place):
                 return
-            press = {"loading": "loaded", "waiting": "taken"}.get(self.now.state)
+            press = {"loading": "loaded", "waiting": "taken", "unloading": "taken"}.get(self.now.state)
             if press:
                 self.publish(press, Empty())
             self.run(0.1)
@@ -172,7 +172,7 @@ def test_a_changed_queue_is_driven_unless_it_is_outdated() -> None:
     assert [one.data for one in runner.messages("delivery/remark")] == [QUEUE_CHANGED] * 2
     runner.publish("round_queue", Order(("table_1",), runner.now.order_id))
     runner.until("failed", "")
-    assert runner.reached == ["kitchen", "table_1", "table_1", "home"]
+    assert runner.reached == ["kitchen", "table_1", "table_1", "kitchen", "home"]
     assert runner.now.skipped_reasons == ("table 2: it was taken out of the round",)
 
 

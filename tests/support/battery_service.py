@@ -215,13 +215,13 @@ class Service:
     def _wait_for_people(self) -> None:
         self._wait -= STEP
         state = self._round.status.state
-        if self._wait > 0.0 or state not in ("loading", "waiting"):
+        if self._wait > 0.0 or state not in ("loading", "waiting", "unloading"):
             return
         if state == "loading":
             self._round.loaded()
         else:
             self._round.taken()
-            self.counts["tables served"] += 1
+            self.counts["tables served"] += state == "waiting"
 
     def _staff(self) -> None:
         """Charge a robot that stands at home or parked with a low battery, after a while; unplug it when full."""

@@ -14,7 +14,7 @@ import numpy as np
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui.commands import Deliver, Follow, Goal, Loaded, OperatorCommand, Patrol
-from chefbot.ui.display.views import CauseView, DeliveryView, StatusView
+from chefbot.ui.display.views import CauseView, DeliveryView, StatusView, WaitingOrderView
 from chefbot.ui.server import WebUiServer
 
 PLACES = {
@@ -92,8 +92,9 @@ class FakeRobot:
             self._show("failed", "Table_2 refused: the battery is at 4 % and has to be charged.")
             return
         if self.fate == "behind":
+            order = WaitingOrderView(id="b", places=tuple(tables))
             for state in ("driving", "failed"):
-                self._show(state, "table_9 was not reached.", orders=(tuple(tables),))
+                self._show(state, "table_9 was not reached.", orders=(order,))
         self._show("driving", "On the way to kitchen.", order_id="fake 1", queue=tuple(tables))
         for count, table in enumerate(tables):
             if self.fate == "cancelled" and count == 1:

@@ -76,7 +76,7 @@ class FakeStaff(Node):
     taken: Out[Empty]
 
     def on_delivery_status(self, status: DeliveryStatus) -> None:
-        if status.state in ("loading", "waiting"):
+        if status.state in ("loading", "waiting", "unloading"):
             self.spawn(self._confirm(status))
 
     async def _confirm(self, status: DeliveryStatus) -> None:

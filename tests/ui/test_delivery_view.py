@@ -11,9 +11,10 @@ from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
 from chefbot.ui import commands as do
 from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
+from chefbot.ui.display.views import WaitingOrderView
 
 PLACES = ("home", "kitchen", "table_1", "table_2")
-STATES = ("idle", "loading", "driving", "waiting", "returning", "errand", "failed")
+STATES = ("idle", "loading", "driving", "waiting", "returning", "unloading", "errand", "failed")
 
 
 @given(st.sampled_from(STATES), st.sampled_from(["", "stop", "errand", "choice"]), st.booleans())
@@ -32,7 +33,8 @@ def test_the_view_follows_the_status(state: str, hold: str, loaded: bool) -> Non
 def test_an_unanswered_order_replaces_the_description() -> None:
     status = DeliveryStatus(description="text", pending_orders=(Order(("table_1", "table_2"), "a"),))
     view = delivery_view(status, "The order was not accepted.")
-    assert view.step == "The order was not accepted." and view.orders == (("table_1", "table_2"),)
+    assert view.step == "The order was not accepted."
+    assert view.orders == (WaitingOrderView(id="a", places=("table_1", "table_2")),)
 
 
 def test_only_the_round_that_was_seen_is_changed() -> None:
@@ -41,6 +43,16 @@ def test_only_the_round_that_was_seen_is_changed() -> None:
     validate_command(do.ChangeQueue([], "a"), PLACES, status)
     for order_id, place in (("b", "table_2"), ("a", "table_1"), ("a", "moon")):
         command = do.ChangeQueue([place], order_id)
+        with pytest.raises(UserError, match="has changed meanwhile"):
+            validate_command(command, PLACES, status)
+
+
+def test_a_waiting_order_is_changed_by_its_id() -> None:
+    orders = (Order(("table_1", "table_2"), "b"), Order(("table_2",), ""))
+    status = DeliveryStatus(state="driving", queue=("table_2",), order_id="a", pending_orders=orders)
+    for tables in ([], ["table_2"]):
+        validate_command(do.ChangeQueue(tables, "b"), PLACES, status)
+    for command in (do.ChangeQueue(["kitchen"], "b"), do.ChangeQueue([], ""), do.ShortestOrder("b")):
         with pytest.raises(UserError, match="has changed meanwhile"):
             validate_command(command, PLACES, status)
 
@@ -58,16 +70,22 @@ def test_tables_that_were_given_up_can_be_ordered_again(state: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "state"),
-    [(do.Loaded(), "loading"), (do.Taken("table_1"), "waiting"), (do.NotTaken(), "waiting")],
+    ("command", "states"),
+    [
+        (do.Loaded(), ("loading",)),
+        (do.Taken("table_1"), ("waiting", "unloading")),
+        (do.NotTaken(), ("waiting",)),
+    ],
 )
-def test_a_confirmation_is_valid_in_its_state_and_place_only(command: do.OperatorCommand, state: str) -> None:
+def test_a_confirmation_is_valid_in_its_state_and_place_only(
+    command: do.OperatorCommand, states: tuple[str, ...]
+) -> None:
     for other in STATES:
         status = DeliveryStatus(state=other, place="table_1", description="Idle.")
-        if other == state:
+        if other in states:
             validate_command(command, PLACES, status)
         else:
-            waits = other in ("loading", "waiting")
+            waits = other in ("loading", "waiting", "unloading")
             problem = (
                 "waits for another confirmation: Idle" if waits else "No confirmation is expected now: Idle"
             )
@@ -75,7 +93,7 @@ def test_a_confirmation_is_valid_in_its_state_and_place_only(command: do.Operato
                 validate_command(command, PLACES, status)
     late = type(command)("table_2")  # type: ignore[call-arg]
     with pytest.raises(UserError, match="has left table 2"):
-        validate_command(late, PLACES, DeliveryStatus(state=state, place="table_1"))
+        validate_command(late, PLACES, DeliveryStatus(state=states[0], place="table_1"))
 
 
 def test_unknown_places_are_rejected() -> None:

@@ -123,6 +123,8 @@ def delivery_sentences() -> Iterator[str]:
     waits = DeliveryStatus(queue=("table_1", "table_2"), place="table_1", on_trays=("table_2", "table_1"))
     for trays in (0, 2):
         yield status_messages.load(waits, trays)
+    food_back = DeliveryStatus(queue=("table_1",), untaken=("table_2", "table_3"))
+    yield from (status_messages.load(food_back, 0), status_messages.unload(food_back))
     yield status_messages.take(waits)
     yield status_messages.take(DeliveryStatus(place="table_1"))
     yield status_messages.not_reached("table_1", "No progress: the robot is stuck.")

@@ -12,7 +12,7 @@ from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 from tests.ui.faulty_network import FaultyNetwork
 
 from chefbot.ui.commands import Cancel, Deliver
-from chefbot.ui.display.views import DeliveryView
+from chefbot.ui.display.views import DeliveryView, WaitingOrderView
 from chefbot.ui.server import WebUiServer
 
 pytestmark = [pytest.mark.slow, needs_chromium]
@@ -89,10 +89,10 @@ def test_a_restart_is_reported_with_the_tables_not_served(
         step="On the way.",
         loaded=True,
         round_active=True,
-        orders=(("table_2",),),
+        orders=(WaitingOrderView(id="b", places=("table_2",)),),
     )
     page.server.set_layer("delivery", on_the_way)
-    tab.wait_for("document.getElementById('round-rest').textContent.includes('Table 2')")
+    tab.wait_for("document.getElementById('orders').textContent.includes('Table 2')")
     restarted = WebUiServer(0, "127.0.0.1", lambda command, _: page.commands.put(command))
     after = on_the_way if has_the_round else DeliveryView(step="Waiting for an order.", state="idle")
     restarted.set_layer("delivery", after)

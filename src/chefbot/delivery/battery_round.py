@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 from chefbot.delivery import status_messages
 from chefbot.delivery.energy_forecast import EnergyForecast, PlannedRoute
-from chefbot.delivery.mission import DeliveryRound, Resolve
+from chefbot.delivery.mission import DeliveryRound
 from chefbot.delivery.round_outcome import BATTERY_TOO_LOW, OrderError, OrderOutcome
+from chefbot.delivery.round_state import Resolve
 from chefbot.delivery.trays import stops_left, with_kitchen
 from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import BatteryStatus, Errand, Order
@@ -112,13 +113,15 @@ class BatteryRound(DeliveryRound):
         """Return the places that are left, home at last; with all tables of the queue, or the first few."""
         status = self.status
         if status.state not in ("loading", "driving", "waiting"):
-            return (self.home,)
+            food_back = (self.kitchen,) if status.state == "returning" and status.untaken else ()
+            return (*food_back, self.home)
         return (*stops_left(status, status.queue[:tables], self.trays, self.kitchen), self.home)
 
     def _remaining(self, tables: int | None = None) -> PlannedRoute:
         """Return the route over what is left, and at how many places it waits, the present one included."""
         stops = self.stops_left(tables)
-        return PlannedRoute(stops, len(stops) - 1 + (self.status.state in ("loading", "waiting")))
+        at_stop = self.status.state in ("loading", "waiting", "unloading")
+        return PlannedRoute(stops, len(stops) - 1 + at_stop)
 
     # -- the drive home
 
@@ -131,13 +134,17 @@ class BatteryRound(DeliveryRound):
             self._check_standing(time)
         elif not self._forecast.suffices(PlannedRoute((self.home,), 0), NO_MARGIN):
             self._park_or_go_home()
-        elif self.status.state != "returning":
+        elif not self._is_going_home:
             self._check_round()
 
     @property
     def _is_parking(self) -> bool:
         errands = self.status.errands
         return self.status.state == "errand" and errands[0].name == status_messages.PARKING_PLACE
+
+    @property
+    def _is_going_home(self) -> bool:
+        return self.status.state == "returning" and not self.status.untaken
 
     def _check_standing(self, time: float) -> None:
         """Send a robot home that stands elsewhere without an order, once its battery is low."""
@@ -189,7 +196,7 @@ class BatteryRound(DeliveryRound):
                 self._add_missed(status_messages.battery_skipped(table))
         else:
             self._update_status(order_id="", places=(), delivered=(), skipped_reasons=())
-        self._update_status(queue=(), errands=(), hold_reason="")
+        self._update_status(queue=(), untaken=(), errands=(), hold_reason="")
         self._drive("returning", self.home)
         self._update_status(
             description=f"{status_messages.LOW_BATTERY} {status_messages.on_the_way(self.home)}"
@@ -200,7 +207,7 @@ class BatteryRound(DeliveryRound):
         place = self._park()
         home = self._forecast.length((self.home,))
         if place is None or home <= place[1]:
-            if self.status.state != "returning":
+            if not self._is_going_home:
                 self._go_home()
             return
         if self.in_progress:

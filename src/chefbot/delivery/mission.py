@@ -2,66 +2,33 @@
 
 Events from people move the round on; the emergency stop and errands hold it. `DeliveryStatus` is the complete state,
 so that a restarted process continues from the last message. Food counts as delivered when a person presses "Taken"
-(or a timer set by the owner does), never by driving on.
+(or a timer set by the owner does), never by driving on. Food that nobody took goes back to the kitchen.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import msgspec
 
 from chefbot.delivery import status_messages
-from chefbot.delivery.round_outcome import (
-    ENDED_BY_PERSON,
-    NOT_REACHED,
-    DriveRequest,
-    OrderError,
-    OrderOutcome,
-)
+from chefbot.delivery.round_outcome import ENDED_BY_PERSON, NOT_REACHED, OrderError, OrderOutcome
+from chefbot.delivery.round_state import RoundState
 from chefbot.delivery.status_messages import IN_ROUND, STANDING
-from chefbot.delivery.trays import loaded_first, take_from_tray, trip_is_over
+from chefbot.delivery.trays import loaded_first, on_board, take_from_tray, trip_is_over
 from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 
 MAX_ACCEPTED_IDS = 16
 """Number of accepted order ids kept, so that a repeated request is not served again."""
-Resolve = Callable[[tuple[str, ...]], tuple[str, ...]]
 
 
-class DeliveryRound:
+class DeliveryRound(RoundState):
     """The delivery state machine: every method is an event, `status` and `leg` are the outputs.
 
     `resolve` converts the places of an order to names on the map and raises a ChefbotError for an unknown one.
     """
-
-    def __init__(
-        self, kitchen: str, home: str, resolve: Resolve, on_end: Callable[[OrderOutcome], None]
-    ) -> None:
-        self.kitchen, self.home = kitchen, home
-        self.status = DeliveryStatus(state="idle", description=status_messages.WAITING)
-        self.stopped = False
-        self.trays = 0
-        """Number of trays, each with the food of one table; 0: the food of all tables fits on the robot."""
-        self._resolve, self._on_end = resolve, on_end
-        self.number = 0
-        """Number of drives so far."""
-
-    @property
-    def leg(self) -> DriveRequest | None:
-        """The current drive, or None to stand still."""
-        status = self.status
-        if status.hold_reason == "errand" or (status.state == "errand" and not status.hold_reason):
-            return DriveRequest(self.number, status.errands[0].name, status.errands[0].pose)
-        driving = not status.hold_reason and status.state in ("driving", "returning")
-        return DriveRequest(self.number, status.place, None) if driving else None
-
-    @property
-    def in_progress(self) -> bool:
-        """Whether a round is in progress."""
-        return self.status.state in IN_ROUND
 
     # -- orders
 
@@ -107,27 +74,30 @@ class DeliveryRound:
         if self.in_progress and self.status.order_id == order_id:
             self._end_round(status_messages.CANCELLED)
         else:
-            kept = tuple(waiting for waiting in self.status.pending_orders if waiting.id != order_id)
-            self._update_status(pending_orders=kept)
+            self._drop_waiting_order(order_id, status_messages.CANCELLED)
 
     # -- buttons at the robot
 
     def loaded(self) -> None:
         """Start the deliveries: the food is on the tray."""
         if self.status.state == "loading":
-            self._update_status(loaded=True, on_trays=self.status.queue[: self.trays])
+            self._update_status(loaded=True, on_trays=self.status.queue[: self.trays], untaken=())
             self._go_to_next_place()
 
     def taken(self) -> None:
-        """Count the table as served: the guest has taken the food."""
+        """Count the table as served: the guest has taken the food; in the kitchen it is what nobody took."""
         if self.status.state == "waiting":
             self._update_status(delivered=(*self.status.delivered, self.status.place))
             self._leave_table()
+        elif self.status.state == "unloading":
+            self._update_status(untaken=())
+            self._go_to_next_place()
 
     def skip(self) -> None:
         """Skip the table, where nobody takes the food, and continue to the next place."""
         if self.status.state == "waiting":
             self._add_missed(status_messages.not_taken(self.status.place))
+            self._keep_food((self.status.place,))
             self._leave_table()
 
     # -- emergency stop, errands, and the operator's choice after them
@@ -188,13 +158,19 @@ class DeliveryRound:
     def change_queue(self, order_id: str, places: Sequence[str]) -> None:
         """Serve the tables after the current one in this order, and leave out those that are missing in it.
 
-        Raises OrderError if this round does not have them to serve: the operator saw an older state.
+        The id may be that of a waiting order, which is cancelled if no table is left. Raises OrderError if the order
+        does not have these tables to serve: the operator saw an older state.
         """
+        if order_id and order_id in [waiting.id for waiting in self.status.pending_orders]:
+            self._change_waiting_order(order_id, tuple(places))
+            return
         left, wanted = Counter(self.status.queue), Counter(places)
         if not self.in_progress or order_id != self.status.order_id or wanted - left:
             raise OrderError(status_messages.QUEUE_CHANGED)
-        for place in (left - wanted).elements():
+        left_out = tuple((left - wanted).elements())
+        for place in left_out:
             self._add_missed(status_messages.left_out(place))
+        self._keep_food(on_board(self.status, left_out))
         self._update_status(queue=loaded_first(self.status, places))
         if not places and not self.status.loaded:
             self._end_round(status_messages.NOTHING_LEFT)
@@ -224,14 +200,27 @@ class DeliveryRound:
 
     def _handle_arrival(self, *, reached: bool) -> None:
         if self.status.state == "returning":
-            self._complete_round()
+            self._handle_return(reached=reached)
         elif not reached:
-            self._update_status(queue=self.status.queue if self.status.loaded else ())
+            if self.status.loaded:
+                self._keep_food((self.status.place,))
+            else:
+                self._update_status(queue=())
             self._leave_table()
         elif not self.status.loaded:
             self._update_status(state="loading", description=status_messages.load(self.status, self.trays))
         else:
             self._update_status(state="waiting", description=status_messages.take(self.status))
+
+    def _handle_return(self, *, reached: bool) -> None:
+        """Wait in the kitchen until the food is unloaded, go home if it was not reached, or end the round at home."""
+        if not self.status.untaken:
+            self._complete_round()
+        elif reached:
+            self._update_status(state="unloading", description=status_messages.unload(self.status))
+        else:
+            self._update_status(untaken=())
+            self._go_to_next_place()
 
     def _leave_table(self) -> None:
         place = self.status.place
@@ -239,7 +228,10 @@ class DeliveryRound:
         self._update_status(on_trays=take_from_tray(self.status.on_trays, place))
 
     def _go_to_next_place(self) -> None:
-        """Drive to the next table, to the kitchen to load again, or home; if an errand waits the round ends here."""
+        """Drive to the next table, to the kitchen with what is on board or to load again, or home.
+
+        If an errand waits the round ends here.
+        """
         if trip_is_over(self.status):
             self._update_status(loaded=False, on_trays=())
             self._drive("driving", self.kitchen)
@@ -247,31 +239,12 @@ class DeliveryRound:
             place, *rest = self.status.queue
             self._update_status(queue=tuple(rest))
             self._drive("driving", place)
+        elif self.status.untaken:
+            self._drive("returning", self.kitchen)
         elif self.status.errands and not self.status.hold_reason:
             self._complete_round()
         else:
             self._drive("returning", self.home)
-
-    def _drive(self, state: str, place: str) -> None:
-        self.number += 1
-        held = self.status.hold_reason
-        description = self.status.description if held else status_messages.on_the_way(place)
-        self._update_status(state=state, place=place, description=description)
-        if held:
-            self._update_held_sentence()
-
-    def _resume_drive(self) -> None:
-        """Start the drive to the current place again, after the round was held."""
-        self.number += 1
-        if self.status.state in ("loading", "waiting"):
-            self._update_status(state="driving")
-        if self.in_progress:
-            self._update_status(description=status_messages.on_the_way(self.status.place))
-
-    def _leave_place(self) -> None:
-        """Note that the robot left its place: food cannot be loaded or taken there."""
-        if self.status.state in ("loading", "waiting"):
-            self._update_status(state="driving")
 
     def _go_now(self, errand: Errand) -> None:
         self._drop_current_errand()
@@ -307,27 +280,6 @@ class DeliveryRound:
             self._update_status(errands=())
             self._set_standing("idle", status_messages.ERRAND_ENDED)
 
-    def _wait_for_choice(self, reason: str) -> None:
-        self._update_status(hold_reason="choice", description=status_messages.choose(self.status, reason))
-
-    def _update_held_sentence(self) -> None:
-        """Update the sentence of a held round after its state has advanced."""
-        if self.status.hold_reason == "stop":
-            self._update_status(description=self._held_sentence())
-        elif self.status.hold_reason == "choice":
-            self._wait_for_choice("")
-
-    def _held_sentence(self) -> str:
-        return status_messages.stopped(self.status) if self.in_progress else status_messages.ORDER_KEPT
-
-    def _add_missed(self, sentence: str) -> None:
-        self._update_status(skipped_reasons=(*self.status.skipped_reasons, sentence))
-
-    def _unserved_tables(self) -> tuple[str, ...]:
-        """Return the tables that have not received their food."""
-        serving = self.status.state in ("driving", "waiting") and self.status.loaded
-        return (self.status.place, *self.status.queue) if serving else self.status.queue
-
     def _complete_round(self) -> None:
         """End the round and report its outcome."""
         missed = self.status.skipped_reasons
@@ -338,20 +290,6 @@ class DeliveryRound:
         """End the round on request; the robot stands, and waiting orders need a choice if the round was held."""
         self._drop_round(sentence)
         self._start_waiting_work(sentence, failed=False)
-
-    def _drop_round(self, sentence: str) -> None:
-        for table in self._unserved_tables():
-            self._add_missed(status_messages.not_served(table))
-        self._report_round_end(sentence, ENDED_BY_PERSON)
-
-    def _report_round_end(self, sentence: str, code: int) -> None:
-        status = self.status
-        self._set_standing("failed" if code == NOT_REACHED else "idle", sentence or status_messages.AT_HOME)
-        self._on_end(OrderOutcome(status.order_id, status.delivered, code, sentence))
-
-    def _set_standing(self, state: str, sentence: str) -> None:
-        standing: dict[str, Any] = {"place": "", "queue": (), "order_id": "", "loaded": False, "on_trays": ()}
-        self._update_status(state=state, description=sentence, **standing)
 
     def _start_waiting_work(self, sentence: str, *, failed: bool) -> None:
         """Start what is waiting: an errand, an order, or nothing."""
@@ -371,6 +309,26 @@ class DeliveryRound:
         self._update_status(pending_orders=tuple(rest))
         self._on_end(OrderOutcome(first.id, (), ENDED_BY_PERSON, status_messages.ended(first.places)))
         self._start_waiting_work(status_messages.ended(first.places), failed=False)
+
+    def _change_waiting_order(self, order_id: str, places: tuple[str, ...]) -> None:
+        """Replace the tables of a waiting order by these, which are some of them; without one it is cancelled."""
+        (order,) = (waiting for waiting in self.status.pending_orders if waiting.id == order_id)
+        if Counter(places) - Counter(order.places):
+            raise OrderError(status_messages.QUEUE_CHANGED)
+        if not places:
+            self._drop_waiting_order(order_id, status_messages.CANCELLED)
+            self._on_end(OrderOutcome(order_id, (), ENDED_BY_PERSON, status_messages.CANCELLED))
+            return
+        changed = msgspec.structs.replace(order, places=places)
+        orders = (changed if waiting is order else waiting for waiting in self.status.pending_orders)
+        self._update_status(pending_orders=tuple(orders))
+
+    def _drop_waiting_order(self, order_id: str, sentence: str) -> None:
+        """Drop a waiting order; a robot that was held for nothing else waits for an order again."""
+        kept = tuple(waiting for waiting in self.status.pending_orders if waiting.id != order_id)
+        self._update_status(pending_orders=kept)
+        if not kept and self.status.hold_reason and self.status.state in STANDING:
+            self._start_waiting_work(sentence, failed=False)
 
     def _start_next_order(self) -> None:
         """Start the next order; orders with unknown places fail at once."""
@@ -395,6 +353,3 @@ class DeliveryRound:
             return self._resolve(order.places)
         except ChefbotError as error:
             raise OrderError(f"On this map {error}.") from None
-
-    def _update_status(self, **changes: Any) -> None:
-        self.status = msgspec.structs.replace(self.status, **changes)

@@ -41,7 +41,7 @@ class StopTimes:
 
     def rest(self, now: float) -> float:
         """Return the expected rest of the present stop, s; 0 while the robot drives."""
-        if self._state not in ("loading", "waiting"):
+        if self._state not in ("loading", "waiting", "unloading"):
             return 0.0
         return max(0.0, self.expected(at_kitchen=self._state == "loading") - (now - self._since))
 

@@ -29,7 +29,7 @@ PARKING_PLACE = "a parking place"
 MEANWHILE = " The round waits."
 ERRAND_NEEDS_WHEN = "a round is under way; say when to drive there: now, after it, or instead of it"
 STANDING = ("idle", "failed")
-IN_ROUND = ("loading", "driving", "waiting", "returning")
+IN_ROUND = ("loading", "driving", "waiting", "returning", "unloading")
 """States without a drive, and of a round; in the state `errand` the robot drives without food on request."""
 
 
@@ -61,10 +61,20 @@ left_out = _about("{}: it was taken out of the round")
 def load(status: DeliveryStatus, trays: int) -> str:
     """Return the message in the kitchen, with the tables to load for, on which tray if there are several."""
     tables = status.queue[: trays or None]
+    back = f"{_food_back(status)} " if status.untaken else ""
     if trays < 2:
-        return f"In the kitchen. Load the food for {join_names(tables)}, then press 'Loaded'."
+        return f"In the kitchen. {back}Load the food for {join_names(tables)}, then press 'Loaded'."
     loads = "; ".join(f"tray {number}: {display_name(table)}" for number, table in enumerate(tables, 1))
-    return f"In the kitchen. Load {loads}. Then press 'Loaded'."
+    return f"In the kitchen. {back}Load {loads}. Then press 'Loaded'."
+
+
+def unload(status: DeliveryStatus) -> str:
+    """Return the message in the kitchen at the end of a round, with the tables whose food nobody took."""
+    return f"In the kitchen. {_food_back(status)} Then press 'Taken'."
+
+
+def _food_back(status: DeliveryStatus) -> str:
+    return f"Unload the food that nobody took, of {join_names(status.untaken)}."
 
 
 def take(status: DeliveryStatus) -> str:
@@ -88,7 +98,7 @@ def choose(status: DeliveryStatus, reason: str) -> str:
     """Return the message while the round waits for the operator's choice."""
     if status.state not in IN_ROUND:
         options = "begin with the next order, or drop it"
-    elif status.state == "returning" or not status.loaded:
+    elif status.state in ("returning", "unloading") or not status.loaded:
         options = f"go on to {display_name(status.place)}, or end the round"
     else:
         options = f"go on to {display_name(status.place)}, go back to the kitchen, or end the round"

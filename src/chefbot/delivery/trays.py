@@ -43,18 +43,29 @@ def carried(status: DeliveryStatus, queue: Sequence[str]) -> int:
     return len(queue)
 
 
+def on_board(status: DeliveryStatus, tables: Sequence[str]) -> tuple[str, ...]:
+    """Return those of some tables of the queue whose food is on the robot."""
+    if not status.loaded or not status.on_trays:
+        return tuple(tables) if status.loaded else ()
+    return tuple((_food_for_queue(status) & Counter(tables)).elements())
+
+
 def trip_is_over(status: DeliveryStatus) -> bool:
     """Return whether the robot has to load again before it can serve the tables that are left."""
     return bool(status.queue) and status.loaded and not carried(status, status.queue)
 
 
 def stops_left(status: DeliveryStatus, queue: Sequence[str], trays: int, kitchen: str) -> tuple[str, ...]:
-    """Return the places that the robot still drives to in its round to serve a queue, without the drive home."""
+    """Return the places that the robot still drives to in its round to serve a queue, without the drive home.
+
+    Food that nobody took goes back to the kitchen at the end, or when the robot loads there again.
+    """
     here = (status.place,) if status.state == "driving" else ()
     count = carried(status, queue)
     later = with_kitchen(queue[count:], trays, kitchen)
     if status.loaded:
-        return (*here, *queue[:count], *later)
+        food_back = (kitchen,) if status.untaken and not later else ()
+        return (*here, *queue[:count], *later, *food_back)
     return (*here, *later[1:])  # it is in the kitchen, or drives there
 
 

@@ -8,7 +8,11 @@ from chefbot.runtime.loop import DEVICE, Loop, Publication
 
 SECOND = 1_000_000_000
 """One second in nanoseconds."""
-PRESSES = {"loading": ("loaded", 3 * SECOND), "waiting": ("taken", 5 * SECOND)}
+PRESSES = {
+    "loading": ("loaded", 3 * SECOND),
+    "waiting": ("taken", 5 * SECOND),
+    "unloading": ("taken", 5 * SECOND),
+}
 """Button that a person presses in a state, and its delay after the robot's arrival, ns of the robot's time."""
 
 

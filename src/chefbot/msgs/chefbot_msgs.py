@@ -168,7 +168,7 @@ class DeliveryStatus(Message, frozen=True, eq=False):
 
     header: Header = Header()
     state: String = ""
-    """idle, loading, driving, waiting, returning, errand, failed"""
+    """idle, loading, driving, waiting, returning, unloading, errand, failed"""
     place: String = ""
     queue: StringArray = ()
     """Places of the current round still to be served after `place`."""
@@ -194,6 +194,8 @@ class DeliveryStatus(Message, frozen=True, eq=False):
     """Places of the current round, or of the last one, as they were ordered."""
     on_trays: StringArray = ()
     """Places to be served from the trays, by tray, "" for none; empty if the robot carries all food at once."""
+    untaken: StringArray = ()
+    """Places whose food nobody took and is still on the robot, which returns it to the kitchen."""
 
 
 class EmergencyStopStatus(Message, frozen=True, eq=False):

@@ -88,7 +88,7 @@ class Choose(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="choo
 class ChangeQueue(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="queue"):
     """Serve the tables that are left in this order, without those that are missing in it.
 
-    `order`: id of the round that the operator saw.
+    `order`: id of the round that the operator saw, or of an order that waits; without a table that one is cancelled.
     """
 
     tables: Annotated[list[Name], msgspec.Meta(max_length=32)]

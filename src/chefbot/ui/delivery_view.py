@@ -10,14 +10,18 @@ from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, IN_ROUND, QUEUE_
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
 from chefbot.ui import commands as do
-from chefbot.ui.display.views import DeliveryView, RoundStopView
+from chefbot.ui.display.views import DeliveryView, RoundStopView, WaitingOrderView
 
-CONFIRMATION = {"loading": "loaded", "waiting": "taken"}
+CONFIRMATION = {"loading": "loaded", "waiting": "taken", "unloading": "taken"}
 """What a person has to confirm, by state of the mission."""
 TIME_STEP = 10.0
 """Step of the times of a forecast, s."""
-CONFIRMATION_STATE = {do.Loaded: "loading", do.Taken: "waiting", do.NotTaken: "waiting"}
-"""State of the mission in which a confirmation is valid."""
+CONFIRMATION_STATES = {
+    do.Loaded: ("loading",),
+    do.Taken: ("waiting", "unloading"),
+    do.NotTaken: ("waiting",),
+}
+"""States of the mission in which a confirmation is valid."""
 
 KITCHEN, HOME = DeliveryParams().kitchen, DeliveryParams().home
 """Names of the places that deliveries need, unless a launch file gives others."""
@@ -40,7 +44,7 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
         missed=status.skipped_reasons,
         loaded=status.loaded,
         unserved=_unserved(status),
-        orders=tuple(order.places for order in status.pending_orders),
+        orders=tuple(WaitingOrderView(id=order.id, places=order.places) for order in status.pending_orders),
         errands=tuple(errand.name for errand in status.errands),
     )
 
@@ -60,7 +64,7 @@ def forecast_views(message: RoundForecast) -> tuple[RoundStopView, ...]:
 
 def _unserved(status: DeliveryStatus) -> tuple[str, ...]:
     """Return the tables that the robot has given up, once no food is on its way to others."""
-    if status.state in IN_ROUND and status.state != "returning":
+    if status.state in IN_ROUND and status.state not in ("returning", "unloading"):
         return ()
     settled = {*status.delivered, *(place for order in status.pending_orders for place in order.places)}
     return tuple(place for place in status.places if place not in settled)
@@ -91,8 +95,19 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         _check_confirmation(command, status)
     if isinstance(command, do.ChangeQueue | do.ShortestOrder):
         tables = command.tables if isinstance(command, do.ChangeQueue) else ()
-        if command.order != status.order_id or Counter(tables) - Counter(status.queue):
+        if Counter(tables) - Counter(_tables_of(command, status)):
             raise UserError(QUEUE_CHANGED)
+
+
+def _tables_of(command: do.ChangeQueue | do.ShortestOrder, status: DeliveryStatus) -> tuple[str, ...]:
+    """Return the tables that the round of a command still has to serve; a waiting order may be changed, too."""
+    if command.order == status.order_id:
+        return status.queue
+    if isinstance(command, do.ChangeQueue) and command.order:
+        for order in status.pending_orders:
+            if order.id == command.order:
+                return order.places
+    raise UserError(QUEUE_CHANGED)
 
 
 def _check_deletion(name: str, status: DeliveryStatus) -> None:
@@ -113,7 +128,7 @@ def _place_names(command: do.OperatorCommand) -> tuple[str, ...]:
 
 def _check_confirmation(command: do.Loaded | do.Taken | do.NotTaken, status: DeliveryStatus) -> None:
     """A confirmation that is received late must not count for the next place."""
-    if status.state != CONFIRMATION_STATE[type(command)]:
+    if status.state not in CONFIRMATION_STATES[type(command)]:
         waits = status.state in CONFIRMATION
         problem = (
             "The delivery waits for another confirmation" if waits else "No confirmation is expected now"

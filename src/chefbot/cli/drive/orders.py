@@ -62,7 +62,12 @@ def _await_acceptance(robot: WebUiClient, before: Mapping[str, Any], names: list
 
 def _is_accepted(delivery: Mapping[str, Any], before: Mapping[str, Any], names: list[str]) -> bool:
     begun = delivery["order_id"] not in ("", before["order_id"]) and _is_served(delivery, names)
-    return begun or delivery["orders"].count(names) > before["orders"].count(names)
+    return begun or _waiting(delivery).count(names) > _waiting(before).count(names)
+
+
+def _waiting(delivery: Mapping[str, Any]) -> list[list[str]]:
+    """Return the places of each order that waits."""
+    return [order["places"] for order in delivery["orders"]]
 
 
 def _has_failed(robot: WebUiClient, before: Mapping[str, Any]) -> bool:
@@ -106,7 +111,8 @@ def _delivery(robot: WebUiClient, page: str) -> Any:
 def _print_answers(delivery: Mapping[str, Any], page: str) -> None:
     """Print the commands that confirm what the delivery waits for."""
     choices = [choice.replace("_", "-") for choice in delivery["choices"]]
-    answers = {"loaded": ["loaded"], "taken": ["taken", "not-taken"], "choice": choices}
+    at_table = ["taken", "not-taken"] if delivery["state"] == "waiting" else ["taken"]
+    answers = {"loaded": ["loaded"], "taken": at_table, "choice": choices}
     option = "" if page == WEB_UI else f" --page '{page}'"
     for answer in answers.get(delivery["waits_for"], []):
         console.print(f"  chefbot drive confirm {answer}{option}")
@@ -123,7 +129,7 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
             continue
         delivery = robot.latest["delivery"]
         begun = begun or _is_served(delivery, names)
-        if names in delivery["orders"] and not begun:
+        if names in _waiting(delivery) and not begun:
             printed = _print_once(f"Behind other orders: {delivery['step']}", printed)
             busy = True
             continue

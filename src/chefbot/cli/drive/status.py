@@ -62,7 +62,7 @@ def _delivery(delivery: dict[str, Any], forecast: list[dict[str, Any]]) -> Itera
     elif queue := delivery.get("queue"):
         yield "still to serve", join_names(queue)
     for order in delivery.get("orders", ()):
-        yield "ordered next", join_names(order)
+        yield "ordered next", join_names(order["places"])
 
 
 def _stop(stop: dict[str, Any]) -> str:

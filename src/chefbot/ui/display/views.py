@@ -208,6 +208,13 @@ class StopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Time of the last press, nanoseconds, as text: JavaScript's numbers have too few digits."""
 
 
+class WaitingOrderView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An order that waits for the current round; `id` is empty for one that cannot be changed."""
+
+    id: str
+    places: tuple[str, ...]
+
+
 class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The delivery mission: tables still to serve, the current step as a sentence, and what a person has to
     confirm."""
@@ -235,8 +242,8 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """Why tables of this order were not served, a sentence each."""
     unserved: tuple[str, ...] = ()
     """Tables of the last order that were not served and are not ordered again."""
-    orders: tuple[tuple[str, ...], ...] = ()
-    """Tables of the queued orders."""
+    orders: tuple[WaitingOrderView, ...] = ()
+    """Orders that wait, in the order in which they begin."""
 
 
 class RoundStopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

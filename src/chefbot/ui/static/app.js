@@ -12,6 +12,7 @@ import { Kiosk } from "./kiosk.js";
 import { Labels } from "./labels.js";
 import { LANGUAGES, choose, language, loadError, setLabels, tr, translated } from "./language.js";
 import { PAINTERS, QUIET, SWITCHES, arrow, ruler, scaleBar } from "./layers.js";
+import { MapCursor } from "./map_cursor.js";
 import { MapEdit } from "./map_edit.js";
 import { keepOnDevice } from "./offline.js";
 import { Panels } from "./panels.js";
@@ -50,6 +51,7 @@ const playback = new Playback(send);
 const alerts = new Alerts($("alerts"));
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"), draw);
 inspect = new Inspect((command) => link.open && link.send(command), () => link.show());
+const cursor = new MapCursor(view, tools, data, { whole: fit, zoomed: () => { whole = false; }, lookAway });
 const mapEdit = new MapEdit(send, (tool) => tools.choose(tool), () => data.get("robot"), () => view.refresh());
 solid = new Solid({
   data, hidden, tools, showNotice, following: () => following,
@@ -96,6 +98,7 @@ function paint(context) {
     if (value && !hidden.has(layer)) painter(context, view, value, data);
   }
   mapEdit.paint(context, view);
+  cursor.paint(context, view);
   if (tools.drag && tools.view === view && tools.tool.id === "measure") ruler(context, view, tools.drag);
   else if (tools.drag && tools.view === view && !tools.tool.draws) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
   scaleBar(context, view, NARROW.matches ? 62 : 18);

@@ -38,7 +38,7 @@ export class Kiosk {
     const { waits_for: waits = "", place = "", state = "", step = "" } = delivery ?? {};
     this.press = waits;
     const confirms = waits === "loaded" || waits === "taken";
-    const heading = waits === "taken" ? tr("{place}: your food", { place: title(place) }) : TITLES[waits] ?? STATES[state] ?? tr("No delivery");
+    const heading = waits === "taken" && state === "waiting" ? tr("{place}: your food", { place: title(place) }) : TITLES[waits] ?? STATES[state] ?? tr("No delivery");
     $("kiosk-title").textContent = this.stopped ? tr("Stopped") : heading;
     $("kiosk-text").textContent = waits === "choice" ? "" : translated(step);
     $("kiosk-confirm").hidden = !confirms;
@@ -85,5 +85,5 @@ export class Kiosk {
 const PRESSES = { loaded: tr("Loaded"), taken: tr("Taken") };
 const TITLES = { loaded: tr("Load the food"), choice: tr("Please call the staff") };
 const STATES = {
-  driving: tr("On the way"), returning: tr("On the way back"), errand: tr("On the way"), failed: tr("Please call the staff"),
+  unloading: tr("Unload the food"), driving: tr("On the way"), returning: tr("On the way back"), errand: tr("On the way"), failed: tr("Please call the staff"),
 };

@@ -9,7 +9,7 @@ export class RoundCard {
   constructor(send) {
     this.send = send;
     this.value = null;
-    this.queue = "[]";
+    this.queue = this.orders = "[]";
     this.forecast = [];                  // stops that are left, with metres, seconds and battery
     this.stopped = false;                // by the emergency stop
     for (const press of ["loaded", "taken", "not_taken"]) {
@@ -28,13 +28,15 @@ export class RoundCard {
     text("step", translated(value?.step) || tr("No delivery."));
     text("round-rest", this.rest(value));
     $("loaded").hidden = waits !== "loaded";
-    $("taken").hidden = $("not_taken").hidden = waits !== "taken";
+    $("taken").hidden = waits !== "taken";
+    $("not_taken").hidden = value?.state !== "waiting" || waits !== "taken";
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
     text("go_on", value?.place ? tr("Go on to {place}", { place: next }) : tr("Begin with {place}", { place: next }));
     text("end", value?.round_active ? tr("End the round") : tr("Cancel the next order"));
     $("again").hidden = !value?.unserved.length;
     text("again", tr("Order {places} again", { places: names(value?.unserved) }));
     this.showQueue(value?.queue ?? []);
+    this.showOrders(value?.orders ?? []);
     $("shortest").hidden = (value?.queue ?? []).length < 2;
     this.showForecast(this.forecast);
     document.body.classList.toggle("waits", Boolean(waits));
@@ -55,6 +57,21 @@ export class RoundCard {
       const leave = chip("×", tr("Leave out {place}", { place: title(name) }), () => this.changeQueue(queue.filter((_, k) => k !== i)));
       earlier.disabled = i === 0;
       item.append(label, when, earlier, leave);
+      return item;
+    }));
+  }
+
+  // The orders that wait for the round, each with a button to cancel it.
+  showOrders(orders) {
+    const state = JSON.stringify(orders);
+    if (state === this.orders) return;
+    this.orders = state;
+    $("orders").replaceChildren(...orders.map(({ id, places }) => {
+      const item = document.createElement("li"), label = document.createElement("span");
+      label.textContent = tr("Then: {places}", { places: names(places) });
+      const cancel = chip("×", tr("Cancel the order: {places}", { places: names(places) }), () => this.send({ do: "queue", tables: [], order: id }));
+      cancel.hidden = !id;
+      item.append(label, cancel);
       return item;
     }));
   }
@@ -103,15 +120,13 @@ export class RoundCard {
   unserved() {
     const { state = "", place = "", loaded = false, queue = [], orders = [] } = this.value ?? {};
     const next = loaded && (state === "driving" || state === "waiting") ? [place] : [];
-    return names([...next, ...queue, ...orders.flat()]);
+    return names([...next, ...queue, ...orders.flatMap(({ places }) => places)]);
   }
 
   rest(value) {
-    const orders = (value?.orders ?? []).map(names).join("; ");
     return [
       value?.delivered.length && tr("Taken at: {places}.", { places: names(value.delivered) }),
       value?.errands.length && tr("Then to: {places}.", { places: names(value.errands.map((name) => name || "a point on the map")) }),
-      orders && tr("Ordered after that: {places}.", { places: orders }),
       ...(value?.missed ?? []).map((why) => tr("Not served: {reason}.", { reason: translated(why).replace(/[.。]\u2069*$/, "") })),
     ].filter(Boolean).join(" ");
   }

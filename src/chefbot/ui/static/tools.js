@@ -7,13 +7,13 @@ export const TOOLS = [
   { id: "look", label: tr("Look"), hint: "" },
   { id: "goal", label: tr("Go there"), hint: tr("Press the goal position and drag in the goal direction.") },
   { id: "initial_pose", label: tr("I am here"), hint: tr("Press the robot's position and drag in its direction.") },
-  { id: "measure", label: tr("Measure"), hint: tr("Press a point and drag to another one."), stays: true },
+  { id: "measure", label: tr("Measure"), hint: tr("Press a point and drag to another one."), stays: true, drags: true },
   { id: "inspect_cell", label: tr("Cell"), hint: tr("Press a cell of the global costmap."), stays: true },
   { id: "drop_box", label: tr("Box"), hint: tr("Press the position of the box."), simulation: true },
   { id: "kidnap", label: tr("Kidnap"), hint: tr("Press the new position of the robot and drag in its new direction."), simulation: true },
   { id: "place", label: "", hint: tr("Press the position of the place and drag in the direction in which the robot shall stand."), panel: true },
-  { id: "brush", label: "", hint: tr("Press and drag to draw on the map."), panel: true, stays: true, draws: true },
-  { id: "crop", label: "", hint: tr("Press a corner of what is to be kept and drag to the opposite one."), panel: true, stays: true, draws: true },
+  { id: "brush", label: "", hint: tr("Press and drag to draw on the map."), panel: true, stays: true, drags: true, draws: true },
+  { id: "crop", label: "", hint: tr("Press a corner of what is to be kept and drag to the opposite one."), panel: true, stays: true, drags: true, draws: true },
   { id: "corner", label: "", hint: tr("Press the corners of the zone one after the other."), panel: true, stays: true },
 ];
 const POINTS = new Set(["drop_box", "inspect_cell"]);                    // without a direction
@@ -63,6 +63,9 @@ export class Tools {
     TOOLS.forEach((tool, i) => { if (tool.simulation) this.buttons[i].hidden = !simulation; });
   }
 
+  // Whether a press of the tool has a direction.
+  get directed() { return !POINTS.has(this.tool.id) && !this.tool.stays && this.tool.id !== "look"; }
+
   // What came of a press, instead of the hint.
   answer(id, sentence) { if (this.tool.id === id) document.getElementById("hint").textContent = sentence; }
 
@@ -83,13 +86,18 @@ export class Tools {
 
   down(event, view) {
     if (event.button > 0 || (view.rest && this.tool.id === "look")) return;
+    view.canvas.setPointerCapture(event.pointerId);
+    this.pointers.set(event.pointerId, view.at(event));
+    this.press(view, view.at(event));
+  }
+
+  // Press the tool at a pixel of a view.
+  press(view, start) {
+    const onFloor = view.metres(...start);
     this.view = view;
-    this.view.canvas.setPointerCapture(event.pointerId);
-    this.pointers.set(event.pointerId, this.view.at(event));
-    const start = this.view.at(event), onFloor = this.view.metres(...start);
-    this.drag = this.pointers.size === 1 && this.tool.id !== "look" && onFloor ? { start, end: start, points: [onFloor] } : null;
+    this.drag = this.pointers.size < 2 && this.tool.id !== "look" && onFloor ? { start, end: start, points: [onFloor] } : null;
     this.drawOn();
-    this.view.refresh();
+    view.refresh();
   }
 
   move(event) {
@@ -126,6 +134,10 @@ export class Tools {
 
   up(event) {
     this.pointers.delete(event.pointerId);
+    this.release();
+  }
+
+  release() {
     if (!this.drag) return;
     if (this.tool.draws) {
       this.draw(this.tool.id, null);

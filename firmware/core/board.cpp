@@ -65,6 +65,7 @@ void Board::watch() {
     if (command_age_ < COMMAND_STEPS) ++command_age_;
     if (!session_.is_open() || command_age_ == COMMAND_STEPS) fresh_ = false;
     const SafetyInputs in = {hal_estop(port_),
+                             hal_driver_fault(port_),
                              hal_battery_mv(port_),
                              {now_.duty[LEFT], now_.duty[RIGHT]},
                              {wheels_[LEFT].speed(), wheels_[RIGHT].speed()}};
@@ -93,6 +94,7 @@ void Board::hold_still() {
     apply(0, 0);
     const bool lets_go = !static_cast<uint8_t>(robot_->hold);
     if (lets_go && brake_ > 0 && --brake_ == 0) hal_drivers(port_, false);
+    if (safety_.driver_fault()) hal_drivers(port_, false);  // at once, which also takes the fault back
 }
 
 void Board::apply(int16_t left, int16_t right) {

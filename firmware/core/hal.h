@@ -20,6 +20,8 @@ void hal_unlock(void *port, uint8_t before);
 void hal_motor(void *port, uint8_t wheel, int16_t duty);
 // False: the driver lets the motors turn freely. Must be false from reset on.
 void hal_drivers(void *port, bool on);
+// True while a driver holds the enable line low that hal_drivers(true) has released; false for drivers without EN/DIAG.
+bool hal_driver_fault(void *port);
 
 // True while the normally closed circuit is open.
 bool hal_estop(void *port);

@@ -24,6 +24,7 @@ struct RobotConstants {
     int32_t sonar_period;          // control steps between two pings; 0: no sensor
     int32_t cliff_sensors;         // connected to the first inputs; 0: none
     int32_t hold;                  // 1: the motors stay shorted at rest; 0: after a second the wheels turn freely
+    int32_t enable_diag;           // 1: the drivers' enable is pulled up, and low while one of them has a fault (EN/DIAG)
 };
 
 const uint8_t ROBOT_CONSTANTS = sizeof(RobotConstants) / sizeof(int32_t);
@@ -42,7 +43,7 @@ inline bool plausible(const RobotConstants &r) {
            r.no_load <= SPEED_BOUND && r.lag >= 0 && r.lag <= 2000 && r.battery_stop >= 0 &&
            r.battery_low >= r.battery_stop && r.battery_low <= 40000 && r.imu_period >= 1 && r.imu_period <= 100 &&
            r.sonar_period >= 0 && r.sonar_period <= 1000 && r.cliff_sensors >= 0 && r.cliff_sensors <= CLIFF_INPUTS &&
-           (r.hold == 0 || r.hold == 1);
+           (r.hold == 0 || r.hold == 1) && (r.enable_diag == 0 || r.enable_diag == 1);
 }
 
 }  // namespace chefbot

@@ -58,6 +58,9 @@ void Safety::start(const RobotConstants &robot) {
 void Safety::update(const SafetyInputs &in) {
     pressed_ = in.estop;
     if (pressed_) flags_ |= ESTOP_INPUT;
+    const bool low = in.driver_fault;
+    if (low & driver_low_) flags_ |= DRIVER_FAULT;  // a spike is shorter than a step
+    driver_low_ = low;
     battery_.update(in.battery_mv, &flags_);
     watch_wheel(LEFT, in);
     watch_wheel(RIGHT, in);

@@ -48,7 +48,7 @@ class BatteryWatch {
 };
 
 struct SafetyInputs {
-    bool estop;
+    bool estop, driver_fault;
     uint16_t battery_mv;
     int16_t duty[2];
     int16_t speed[2];  // ticks/s
@@ -64,6 +64,7 @@ class Safety {
 
     Flags flags() const { return flags_; }
     bool latched() const { return flags_ & LATCHED; }
+    bool driver_fault() const { return flags_ & DRIVER_FAULT; }
     bool at_once() const { return flags_ & AT_ONCE; }
     uint16_t battery_mv() const { return battery_.mv(); }
 
@@ -75,6 +76,7 @@ class Safety {
     int16_t no_load_ = 0;
     Flags flags_ = 0;
     bool pressed_ = false;
+    bool driver_low_ = false;  // in the last step
 };
 
 }  // namespace chefbot

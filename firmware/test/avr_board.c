@@ -6,7 +6,8 @@
 //
 // With a boot loader every reset begins there, as the fuses of a Mega are set, and time starts at power-on.
 // Commands: `tx HEX`, `turn WHEEL N` (quarter steps, spread over the next 6 ms), `imu AX AY AZ T
-// GX GY GZ`, `imu_answers 0|1`, `battery MV`, `echo US` (-1 no sensor, 0 no echo), `estop 0|1`, `reset`, `run US`.
+// GX GY GZ`, `imu_answers 0|1`, `battery MV`, `echo US` (-1 no sensor, 0 no echo), `estop 0|1`, `driver_fault 0|1`, `reset`,
+// `run US`.
 // `run` answers `DUTY_LEFT DUTY_RIGHT DRIVERS STEPS LONGEST_STEP_CYCLES RESETS HEX`, where HEX are the bytes that the board sent (or -).
 // All others answer `ok`. Time starts 3 ms after the first control step, or at power-on.
 #include <stdint.h>
@@ -178,10 +179,20 @@ static void on_busy(struct avr_irq_t *irq, uint32_t value, void *param) {
     }
 }
 
-static int drivers(void) { return avr->data[0x22] >> 4 & 1; }
-
 enum { INA_INB_PWM, DIR_PWM, TWO_PWM };
 static int inputs;  // of the motor drivers
+static int enable_diag, driver_fault;
+
+// EN/DIAG is released as an input, and must never be an output that is high.
+static int drivers(void) {
+    const int high = avr->data[0x22] >> 4 & 1, is_output = avr->data[0x21] >> 4 & 1;
+    if (!enable_diag) return is_output && high;
+    if (is_output && high) {
+        fprintf(stderr, "avr_board: EN/DIAG is driven high\n");
+        exit(4);
+    }
+    return !is_output && !driver_fault;
+}
 static const int PWM_TOP = 800, NEITHER = 9999;
 
 static int compare(int address) { return avr->data[address] | avr->data[address + 1] << 8; }
@@ -205,7 +216,8 @@ static int duty(int wheel) {
 
 // From the environment, `driver.inputs` of the robot file.
 static void read_inputs(void) {
-    const char *name = getenv("CHEFBOT_DRIVER_INPUTS");
+    const char *name = getenv("CHEFBOT_DRIVER_INPUTS"), *diag = getenv("CHEFBOT_ENABLE_DIAG");
+    enable_diag = diag && *diag == '1';
     if (!name) return;
     inputs = !strcmp(name, "dir_pwm") ? DIR_PWM : !strcmp(name, "two_pwm") ? TWO_PWM : INA_INB_PWM;
 }
@@ -230,13 +242,27 @@ static void connect(void) {
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), on_adc, NULL);
 }
 
+static int estop;
+
+static void hold_port_a(void) {
+    hold('A', enable_diag << 4 | 1 << 6, !driver_fault << 4 | estop << 6);
+    if (enable_diag) pin('A', 4, !driver_fault);
+    pin('A', 6, estop);
+}
+
 static void press_estop(int pressed) {
-    hold('A', 1 << 6, pressed << 6);
-    pin('A', 6, pressed);
+    estop = pressed;
+    hold_port_a();
+}
+
+static void fail_driver(int fault) {
+    driver_fault = fault;
+    hold_port_a();
 }
 
 static void surroundings(void) {
-    press_estop(0);
+    estop = driver_fault = 0;
+    hold_port_a();
     hold('E', 3 << 4, 0);
     hold('D', 3 << 2, 0);
     pin('L', 0, 0);
@@ -341,6 +367,7 @@ static void obey(char *line) {
     else if (sscanf(line, "battery %ld", &a) == 1) battery_mv = (int)a;
     else if (sscanf(line, "echo %ld", &a) == 1) echo_us = (int)a;
     else if (sscanf(line, "estop %ld", &a) == 1) press_estop(a != 0);
+    else if (sscanf(line, "driver_fault %ld", &a) == 1) fail_driver(a != 0);
     else if (!strcmp(line, "reset\n")) restart();
     else {
         fprintf(stderr, "avr_board: unknown command: %s", line);

@@ -14,7 +14,7 @@
 
 // Rounded numbers near the Chefbot's, so that expectations can be worked out by hand.
 inline chefbot::RobotConstants example_robot() {
-    chefbot::RobotConstants robot = {0x12345678, 8400000, 10000, 9600, 8000, 12800, 25600, 11200, 130, 11000, 11600, 2, 10, 0, 0};
+    chefbot::RobotConstants robot = {0x12345678, 8400000, 10000, 9600, 8000, 12800, 25600, 11200, 130, 11000, 11600, 2, 10, 0, 0, 0};
     return robot;
 }
 

@@ -10,8 +10,9 @@ const { Simulator, LogLevel, ConsoleLogger, USBCDC } = require(process.env.RP204
 
 // `driver.inputs` and `board.pins` of the robot file.
 const INPUTS = process.env.CHEFBOT_DRIVER_INPUTS ?? 'ina_inb_pwm', GP = JSON.parse(process.env.CHEFBOT_PINS);
+const ENABLE_DIAG = process.env.CHEFBOT_ENABLE_DIAG === '1';
 
-const VECTORS = 0x10000100, PWM = 0x40050000, GPIO_OUT = 0xd0000010;
+const VECTORS = 0x10000100, PWM = 0x40050000, GPIO_OUT = 0xd0000010, GPIO_OE = 0xd0000020;
 const IMU = 0x68, WHO_AM_I = 0x75, POWER = 0x6b, SAMPLE = 0x3b;
 const PINS = [[GP.left_a, GP.left_b], [GP.right_a, GP.right_b]];
 const IN_A = [GP.left_in_a, GP.right_in_a], IN_B = [GP.left_in_b, GP.right_in_b], PWM_PINS = [GP.pwm_left, GP.pwm_right];
@@ -35,7 +36,7 @@ let byteDue = 0;
 const turns = [0, 0], turnEvery = [0, 0], turnNext = [0, 0], phase = [0, 0];
 const imu = new Uint8Array(128);
 let imuAnswers = true, imuIndex = 0, imuWritten = 0;
-let steps = 0, cycles = 0, longest = 0, began = 0, resets = 0, echoUs = 0;
+let steps = 0, cycles = 0, longest = 0, began = 0, resets = 0, echoUs = 0, driverFault = false;
 
 function putImu(raw) {
   raw.forEach((value, i) => {
@@ -84,7 +85,18 @@ function dutyOfTwo(ahead, back) {
   return Math.sign(ahead - back) * Math.round((Math.abs(ahead - back) * 1000) / PWM_PERIOD);
 }
 
-function drivers() { return (mcu.readUint32(GPIO_OUT) >>> ENABLE) & 1; }
+// As in avr_board.c.
+function drivers() {
+  const high = (mcu.readUint32(GPIO_OUT) >>> ENABLE) & 1, isOutput = (mcu.readUint32(GPIO_OE) >>> ENABLE) & 1;
+  if (!ENABLE_DIAG) return isOutput && high;
+  if (isOutput && high) throw new Error('pico_board: EN/DIAG is driven high');
+  return Number(!isOutput && !driverFault);
+}
+
+function failDriver(fault) {
+  driverFault = fault;
+  mcu.gpio[ENABLE].setInputValue(!fault);
+}
 
 function duty(wheel) {
   if (INPUTS === 'two_pwm') return dutyOfTwo(pwm(IN_A[wheel]), pwm(IN_B[wheel]));
@@ -97,7 +109,8 @@ function duty(wheel) {
 function runFor(nanos) {
   const end = clock.nanos + nanos, core = mcu.core;
   while (clock.nanos < end) {
-    if (queue.length && clock.nanos >= byteDue) {
+    const hasRoom = !AT_USB || usb.txFIFO.itemCount < usb.txFIFO.size;  // the computer waits, as its driver does
+    if (queue.length && hasRoom && clock.nanos >= byteDue) {
       if (AT_USB) usb.sendSerialByte(queue.shift());
       else mcu.uart[0].feedByte(queue.shift());
       byteDue = Math.max(byteDue, clock.nanos - BYTE_NS) + BYTE_NS;
@@ -156,6 +169,7 @@ function obey(line) {
     case 'usb_request': return usbRequest(Buffer.from(words[0], 'hex'));
     case 'uart_tx': Buffer.from(words[0], 'hex').forEach((value) => mcu.uart[0].feedByte(value)); break;
     case 'uart_sent': return Buffer.from(atUart.splice(0)).toString('hex') || '-';
+    case 'driver_fault': failDriver(Boolean(a)); break;
     case 'estop': mcu.gpio[ESTOP].setInputValue(Boolean(a)); break;
     default: throw new Error(`pico_board: unknown command: ${line}`);
   }
@@ -179,6 +193,7 @@ function load(path) {
   connectImu();
   mcu.adc.channelValues[0] = Math.round((12000 * 1024) / 4703);
   mcu.gpio[ESTOP].setInputValue(false);
+  if (ENABLE_DIAG) failDriver(false);
   mcu.gpio[ECHO].setInputValue(false);
   showLines(0);
   showLines(1);

@@ -202,7 +202,7 @@ TEST(magnitudes_and_clips) {
 TEST(implausible_robots_are_refused) {
     CHECK(plausible(example_robot()));
     const RobotConstants good = example_robot();
-    RobotConstants bad[28];
+    RobotConstants bad[30];
     for (RobotConstants &robot : bad) robot = good;
     bad[0].ticks_per_turn_milli = 0;
     bad[1].max_wheel = 0;
@@ -230,7 +230,9 @@ TEST(implausible_robots_are_refused) {
     bad[23].deceleration = 102001;
     bad[24].hold = -1;
     bad[25].hold = 2;
-    for (int i = 0; i < 26; ++i) CHECK(!plausible(bad[i]));
+    bad[26].enable_diag = -1;
+    bad[27].enable_diag = 2;
+    for (int i = 0; i < 28; ++i) CHECK(!plausible(bad[i]));
 }
 
 // ---- session

@@ -65,8 +65,30 @@ TEST(a_fault_goes_on_being_named) {
 }
 
 static SafetyInputs quiet() {
-    const SafetyInputs in = {false, 12000, {0, 0}, {0, 0}};
+    const SafetyInputs in = {false, false, 12000, {0, 0}, {0, 0}};
     return in;
+}
+
+TEST(a_drivers_fault_needs_two_steps_and_can_be_cleared) {
+    Safety safety;
+    safety.start(ROBOT);
+    SafetyInputs in = quiet();
+    for (int round = 0; round < 5; ++round) {
+        in.driver_fault = true;
+        safety.update(in);
+        CHECK(!safety.latched() && !safety.driver_fault());
+        in.driver_fault = false;
+        safety.update(in);
+    }
+    in.driver_fault = true;
+    safety.update(in);
+    safety.update(in);
+    CHECK_EQ(safety.flags(), DRIVER_FAULT);
+    CHECK(safety.latched() && safety.at_once() && safety.driver_fault());
+    safety.update(quiet());
+    CHECK(safety.driver_fault());
+    CHECK(safety.clear());  // the line cannot be seen while the drivers are off
+    CHECK_EQ(safety.flags(), 0);
 }
 
 TEST(each_wheel_has_its_own_flag) {

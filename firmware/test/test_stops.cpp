@@ -39,6 +39,45 @@ TEST(the_estop_pin_stops_at_the_next_step_and_latches) {
     CHECK(desk.state().duty[0] > 0);
 }
 
+TEST(a_drivers_fault_switches_the_drivers_off_and_can_be_cleared) {
+    for (int hold : {0, 1}) {
+        RobotConstants robot = example_robot();
+        robot.enable_diag = 1;
+        robot.hold = hold;
+        Desk desk(robot);
+        chefbot_board_driver_fault(desk.board, 1);
+        desk.run(50);
+        CHECK_EQ(desk.flags() & LATCHED, 0u);  // the drivers are off: their line is low by the board itself
+        chefbot_board_driver_fault(desk.board, 0);
+        desk.open_and_neutral();
+        desk.drive(5000, 5000, 1000);
+        chefbot_board_driver_fault(desk.board, 1);
+        desk.run(20);
+        CHECK_EQ(desk.flags() & LATCHED, static_cast<unsigned>(DRIVER_FAULT));
+        CHECK_EQ(desk.state().drivers, 0);
+        CHECK_EQ(desk.state().duty[0], 0);
+        for (bool persists : {true, false}) {
+            chefbot_board_driver_fault(desk.board, persists);
+            desk.say('c');
+            desk.run(10);
+            CHECK_EQ(desk.state().state, READY);
+            desk.speed(0, 0);
+            desk.run(10);
+            desk.drive(5000, 5000, 300);
+            CHECK_EQ(desk.state().state, persists ? STOPPED : DRIVING);
+            CHECK_EQ(desk.state().drivers, !persists);
+        }
+    }
+}
+
+TEST(without_en_diag_the_line_is_not_read) {
+    Desk desk;
+    desk.open_and_neutral();
+    chefbot_board_driver_fault(desk.board, 1);
+    desk.drive(5000, 5000, 500);
+    CHECK_EQ(desk.state().state, DRIVING);
+}
+
 TEST(the_estop_command_needs_nothing) {
     Desk desk;
     desk.write(framed("x 0"));

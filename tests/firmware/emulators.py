@@ -64,6 +64,7 @@ class BoardEmulator:
         """robot: its program was made for it; what is not wired as usual is passed to the emulator."""
         wiring = {
             "CHEFBOT_DRIVER_INPUTS": robot.driver.inputs,
+            "CHEFBOT_ENABLE_DIAG": str(int(robot.driver.enable_diag)),
             "CHEFBOT_PINS": json.dumps(robot.board.pins.by_name()),
             "CHEFBOT_LINK": self.link,
         }

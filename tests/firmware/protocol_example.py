@@ -21,6 +21,7 @@ EXAMPLE = {
     "sonar_period": 10,
     "cliff_sensors": 0,
     "hold": 0,
+    "enable_diag": 0,
 }
 """Constants of a robot similar to the Chefbot, which do not depend on the Chefbot's robot file."""
 

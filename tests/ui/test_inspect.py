@@ -91,6 +91,62 @@ def test_a_watched_topic_shows_its_values_and_curves(tab: Tab, page: Any) -> Non
     assert tab.errors() == []
 
 
+MANY = GraphSummary(
+    ("/base", "/slam", "/planner", "/logger"),
+    (
+        TopicSummary("/camera/depth/image", ("sensor_msgs/msg/Image",), ("/base",), ("/slam",)),
+        TopicSummary("/camera/depth/info", ("sensor_msgs/msg/CameraInfo",), ("/base",), ()),
+        TopicSummary("/cmd_vel", ("geometry_msgs/msg/Twist",), ("/planner",), ("/base",)),
+        TopicSummary("/map", ("nav_msgs/msg/OccupancyGrid",), ("/slam",), ("/planner",)),
+        TopicSummary("/rosout", ("rcl_interfaces/msg/Log",), ("/base", "/slam"), ("/logger",)),
+        TopicSummary("/slam/pose", ("geometry_msgs/msg/Pose",), ("/slam",), ()),
+    ),
+)
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_topics_are_a_tree_whose_branches_stay_closed(tab: Tab, page: Any) -> None:
+    page.server.set_layer("graph", MANY)
+    tab.wait_for("document.querySelectorAll('#topic-list [data-topic]').length === 6")
+    texts = "[...document.querySelectorAll('#topic-list summary')].map((one) => one.textContent)"
+    assert tab.evaluate(texts) == ["/camera", "/depth"]
+    leaf = "document.querySelector('[data-topic=\"{}\"]').firstChild.textContent"
+    assert tab.evaluate(leaf.format("/camera/depth/info")) == "/info"
+    assert tab.evaluate(leaf.format("/slam/pose")) == "/slam/pose", "a branch with one topic is none"
+    tab.evaluate("document.querySelector('#topic-list details').open = false")
+    tab.wait_for("!document.querySelector('#topic-list details').open")
+    tab.evaluate("document.querySelector('[data-topic=\"/map\"]').click()")
+    page.server.set_layer("values", (TopicValue("/map", 2.0, 100.0, 3, 1.0, {"x": 1.0}),))
+    tab.wait_for("document.querySelector('[data-topic=\"/map\"]').textContent.endsWith(' 2.0 Hz')")
+    page.server.set_layer("graph", GRAPH)
+    tab.wait_for("document.querySelectorAll('#topic-list [data-topic]').length === 2")
+    page.server.set_layer("graph", MANY)
+    tab.wait_for("document.querySelectorAll('#topic-list [data-topic]').length === 6")
+    assert not tab.evaluate("document.querySelector('#topic-list details').open") and tab.errors() == []
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_node_graph_runs_along_the_flow_of_data(tab: Tab, page: Any) -> None:
+    page.server.set_layer("graph", MANY)
+    tab.evaluate("document.getElementById('node-graph-open').click()")
+    tab.wait_for("document.querySelectorAll('#node-graph-picture [data-node]').length === 3")
+    assert tab.evaluate("document.activeElement.id") == "node-graph-close"
+    place = "document.querySelector('[data-node=\"/{}\"]').getBoundingClientRect().left"
+    left = [tab.evaluate(place.format(node)) for node in ("base", "slam", "planner")]
+    assert left == sorted(left) and len(set(left)) == 3
+    assert tab.evaluate("document.querySelectorAll('#node-graph-picture > path').length") == 3
+    tab.evaluate("document.querySelector('[data-node=\"/slam\"]').focus()")
+    for kind in ("keyDown", "keyUp"):
+        tab.call("Input.dispatchKeyEvent", type=kind, key="Enter", code="Enter")
+    expected = "/slam receives /camera/depth/image; it sends /map, /rosout, /slam/pose."
+    tab.wait_for(f"document.getElementById('node-graph-text').textContent === '{expected}'")
+    assert tab.evaluate("document.querySelectorAll('#node-graph-picture > path.chosen').length") == 2
+    tab.evaluate("document.getElementById('node-graph-close').click()")
+    assert tab.evaluate("document.getElementById('node-graph').hidden") and tab.errors() == []
+
+
 @pytest.mark.slow
 @needs_chromium
 def test_numbers_can_be_pressed_while_they_change(tab: Tab, page: Any) -> None:

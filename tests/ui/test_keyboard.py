@@ -150,3 +150,14 @@ def test_a_zone_is_drawn_corner_by_corner(page: Any, tab: Tab) -> None:
             break
     (ax, ay), (bx, by), (cx, cy) = command.corners
     assert bx == pytest.approx(ax) and by > ay and cy == pytest.approx(by) and cx < bx
+
+
+def test_the_manual_is_opened_read_and_closed(tab: Tab) -> None:
+    tab_to(tab, "document.getElementById('manual-open')")
+    key(tab, "Enter")
+    assert tab.evaluate("document.getElementById('manual').checkVisibility()")
+    assert tab.evaluate("document.activeElement.id") == "manual-close"
+    assert tab.evaluate("document.querySelectorAll('#manual h2').length") == 5
+    key(tab, "Enter")
+    assert tab.evaluate("document.activeElement.id") == "manual-open"
+    assert tab.evaluate("document.getElementById('manual').hidden")

@@ -7,7 +7,7 @@
 #include "../i2c_clear.h"
 #include "../ring.h"
 #include "board.h"
-#define BOARD_MARK "chefbot-mega-1"
+#define BOARD_MARK "chefbot-mega-2"
 #include "../robot_block.h"
 
 using namespace chefbot;
@@ -16,7 +16,7 @@ namespace {
 
 // Pin assignment; src/chefbot/design/wiring/board_pins.py has the same table. PWM is timer 1's OC1A and OC1B, that of BACK timer 5's OC5A and OC5B
 // (for drivers with two PWM inputs), echo ICP4; encoders are INT4, INT5, INT3, INT2. A pull-down keeps ENABLE low in
-// reset; ESTOP is normally closed to ground.
+// reset, unless it is EN/DIAG; ESTOP is normally closed to ground.
 enum Pin : uint8_t {
     RX = PE0, TX = PE1, LEFT_A = PE4, LEFT_B = PE5, RIGHT_A = PD3, RIGHT_B = PD2, SDA = PD1, SCL = PD0,
     LEFT_IN_A = PA0, LEFT_IN_B = PA1, RIGHT_IN_A = PA2, RIGHT_IN_B = PA3, PWM_LEFT = PB5, PWM_RIGHT = PB6,
@@ -39,7 +39,7 @@ const uint16_t ASKED = 0xC4EF;
 Board board;
 volatile uint16_t battery_mv;
 bool drivers_on;
-bool two_pwm_inputs;
+bool two_pwm_inputs, enable_diag;
 volatile bool twi_done;
 
 Ring<7> received;
@@ -105,6 +105,17 @@ __attribute__((noinline)) void set_two_pwm(uint8_t wheel, int16_t duty, uint16_t
     else OCR5B = high.back;
 }
 
+// EN/DIAG is never driven high, as a driver may hold it low: an input with pull-up, or an output that is low.
+void release_enable(bool on) {
+    if (on) {
+        DDRA &= static_cast<uint8_t>(~(1 << ENABLE));
+        PORTA |= 1 << ENABLE;
+    } else {
+        PORTA &= static_cast<uint8_t>(~(1 << ENABLE));
+        DDRA |= 1 << ENABLE;
+    }
+}
+
 // The bus by hand: a line is low as an output, and high through its pull-up as an input.
 struct BusLines {
     void scl(bool high) const { set(1 << SCL, high); }
@@ -144,9 +155,12 @@ void hal_motor(void *, uint8_t wheel, int16_t duty) {
 
 void hal_drivers(void *, bool on) {
     drivers_on = on;
+    if (enable_diag) return release_enable(on);
     if (on) PORTA |= 1 << ENABLE;
     else PORTA &= static_cast<uint8_t>(~(1 << ENABLE));
 }
+
+bool hal_driver_fault(void *) { return enable_diag && drivers_on && !(PINA & 1 << ENABLE); }
 
 bool hal_estop(void *) { return PINA & 1 << ESTOP; }
 
@@ -291,6 +305,7 @@ static void start_buses() {
 int main() {
     require_robot();
     two_pwm_inputs = robot_block().driver_inputs == TWO_PWM;
+    enable_diag = robot_block().constants.enable_diag != 0;
     start_pins();
     start_buses();
     board.start(robot_block().constants, nullptr, "mega2560", (reset_cause & 1 << WDRF) && restart_asked != ASKED);

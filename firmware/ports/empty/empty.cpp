@@ -10,6 +10,7 @@ uint8_t hal_lock(void *) { return world; }
 void hal_unlock(void *, uint8_t before) { world = before; }
 void hal_motor(void *, uint8_t, int16_t) {}
 void hal_drivers(void *, bool) {}
+bool hal_driver_fault(void *) { return world; }
 bool hal_estop(void *) { return world; }
 uint8_t hal_cliffs(void *) { return world; }
 uint16_t hal_battery_mv(void *) { return world; }

@@ -41,6 +41,7 @@ struct chefbot_board {
 
     uint8_t lines[2] = {0, 0};
     bool estop = false;
+    bool driver_fault = false;
     uint8_t cliffs = 0;
     uint16_t battery_mv = 12000;
     int32_t echo_us = CHEFBOT_NO_ECHO;
@@ -70,6 +71,10 @@ void hal_unlock(void *port, uint8_t before) { of(port).locked = before; }
 
 void hal_motor(void *port, uint8_t wheel, int16_t duty) { of(port).duty[wheel] = duty; }
 void hal_drivers(void *port, bool on) { of(port).drivers = on; }
+bool hal_driver_fault(void *port) {
+    const chefbot_board &board = of(port);
+    return board.robot.enable_diag && board.drivers && board.driver_fault;
+}
 bool hal_estop(void *port) { return of(port).estop; }
 uint8_t hal_cliffs(void *port) { return of(port).cliffs; }
 uint16_t hal_battery_mv(void *port) { return of(port).battery_mv; }
@@ -256,6 +261,8 @@ void chefbot_board_echo(chefbot_board *board, int32_t us) { board->echo_us = us 
 void chefbot_board_cliffs(chefbot_board *board, int32_t bits) { board->cliffs = static_cast<uint8_t>(bits); }
 
 void chefbot_board_estop(chefbot_board *board, int32_t pressed) { board->estop = pressed != 0; }
+
+void chefbot_board_driver_fault(chefbot_board *board, int32_t fault) { board->driver_fault = fault != 0; }
 
 void chefbot_board_hang(chefbot_board *board) { board->hangs = true; }
 

@@ -63,6 +63,8 @@ void chefbot_board_echo(chefbot_board *board, int32_t us);
 // Bit i: cliff sensor i sees no floor.
 void chefbot_board_cliffs(chefbot_board *board, int32_t bits);
 void chefbot_board_estop(chefbot_board *board, int32_t pressed);
+// A motor driver holds its line EN/DIAG low, which is seen while the drivers are on, if the robot has such drivers.
+void chefbot_board_driver_fault(chefbot_board *board, int32_t fault);
 // The main loop hangs from now on, as in an endless wait: the hardware watchdog will restart the board.
 void chefbot_board_hang(chefbot_board *board);
 // 1: a restart by command ever began with the motors not off.

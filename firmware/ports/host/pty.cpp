@@ -118,6 +118,7 @@ void exchange(chefbot_board *board, int line) {
 void happen(chefbot_board *board, Plant *plant, const std::string &event) {
     int a, b;
     if (sscanf(event.c_str(), "estop %d", &a) == 1) chefbot_board_estop(board, a);
+    else if (sscanf(event.c_str(), "driver_fault %d", &a) == 1) chefbot_board_driver_fault(board, a);
     else if (sscanf(event.c_str(), "block %d %d", &a, &b) == 2) plant->blocked[a & 1] = b != 0;
     else if (sscanf(event.c_str(), "cable %d %d", &a, &b) == 2) plant->cable_off[a & 1] = b == 0;
     else if (sscanf(event.c_str(), "battery %d", &a) == 1) plant->charge(a * 1e-3);

@@ -4,7 +4,7 @@
 #include "../arm/cortex.h"
 #include "../i2c_clear.h"
 #include "board.h"
-#define BOARD_MARK "chefbot-pico-1"
+#define BOARD_MARK "chefbot-pico-2"
 #include "../robot_block.h"
 #include "usb_serial.h"
 
@@ -44,6 +44,8 @@ uint16_t battery_mv;
 bool drivers_on;
 
 const PicoPins &gp() { return robot_block().pins; }
+
+bool enable_diag() { return robot_block().constants.enable_diag != 0; }
 
 uint32_t in_a(uint8_t wheel) { return 1u << (wheel == LEFT ? gp().left_in_a : gp().right_in_a); }
 uint32_t in_b(uint8_t wheel) { return 1u << (wheel == LEFT ? gp().left_in_b : gp().right_in_b); }
@@ -135,8 +137,13 @@ void hal_motor(void *, uint8_t wheel, int16_t duty) {
 
 void hal_drivers(void *, bool on) {
     drivers_on = on;
-    reg(on ? SIO_SET : SIO_CLR) = 1u << gp().enable;
+    const uint32_t enable = 1u << gp().enable;
+    // EN/DIAG is never driven high, as a driver may hold it low: an input with pull-up, or an output that is low
+    if (enable_diag()) reg(on ? SIO_OE_CLR : SIO_OE_SET) = enable;
+    else reg(on ? SIO_SET : SIO_CLR) = enable;
 }
+
+bool hal_driver_fault(void *) { return enable_diag() && drivers_on && !(reg(SIO_IN) >> gp().enable & 1); }
 
 bool hal_estop(void *) { return reg(SIO_IN) >> gp().estop & 1; }
 
@@ -256,8 +263,9 @@ static void start_pins() {
     const uint32_t outputs = in_a(LEFT) | in_b(LEFT) | in_a(RIGHT) | in_b(RIGHT) | 1u << gp().enable | 1u << gp().trigger;
     reg(SIO_CLR) = outputs;
     reg(SIO_OE_SET) = outputs;
-    const uint32_t plain[] = {gp().left_in_a, gp().left_in_b, gp().right_in_a, gp().right_in_b, gp().enable, gp().trigger, gp().echo};
+    const uint32_t plain[] = {gp().left_in_a, gp().left_in_b, gp().right_in_a, gp().right_in_b, gp().trigger, gp().echo};
     for (uint32_t pin : plain) connect(pin, FUNCTION_SIO, PLAIN);
+    connect(gp().enable, FUNCTION_SIO, enable_diag() ? PULLED_UP : PLAIN);
     connect(gp().estop, FUNCTION_SIO, PULLED_UP);  // a broken wire is a pressed button
     const uint32_t cliffs = static_cast<uint32_t>(robot_block().constants.cliff_sensors);
     for (uint32_t i = 0; i < cliffs; ++i) connect(gp().cliff_0 + i, FUNCTION_SIO, PULLED_UP);

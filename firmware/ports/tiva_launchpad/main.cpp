@@ -3,7 +3,7 @@
 #include "../arm/cortex.h"
 #include "../i2c_clear.h"
 #include "board.h"
-#define BOARD_MARK "chefbot-tiva-1"
+#define BOARD_MARK "chefbot-tiva-2"
 #include "../robot_block.h"
 
 using namespace chefbot;
@@ -57,6 +57,15 @@ bool drivers_on;
 uint16_t illegal[2];
 
 uint16_t microseconds() { return static_cast<uint16_t>(0xFFFFu - (reg(TIMER0 + TIMER_TAV) & 0xFFFFu)); }
+
+bool enable_diag() { return robot_block().constants.enable_diag != 0; }
+
+// EN/DIAG is never driven high, as a driver may hold it low: an input with pull-up, or an output that is low.
+void release_enable(bool on) {
+    reg(PORT_E + (bit(ENABLE) << 2)) = 0;
+    if (on) clear_bits(PORT_E + DIR, bit(ENABLE));
+    else set_bits(PORT_E + DIR, bit(ENABLE));
+}
 
 // One bus action; false after an error or 1 ms.
 bool i2c(uint32_t command) {
@@ -133,8 +142,11 @@ void hal_motor(void *, uint8_t wheel, int16_t duty) {
 
 void hal_drivers(void *, bool on) {
     drivers_on = on;
+    if (enable_diag()) return release_enable(on);
     reg(PORT_E + (bit(ENABLE) << 2)) = on ? bit(ENABLE) : 0;
 }
+
+bool hal_driver_fault(void *) { return enable_diag() && drivers_on && !reg(PORT_E + (bit(ENABLE) << 2)); }
 
 bool hal_estop(void *) { return reg(PORT_A + (bit(ESTOP) << 2)) != 0; }
 
@@ -257,6 +269,7 @@ static void start_pins() {
     set_bits(PORT_A + DIR, IN_A[LEFT] | IN_B[LEFT] | bit(TRIGGER));
     set_bits(PORT_E + DIR, IN_A[RIGHT] | IN_B[RIGHT] | bit(ENABLE));
     set_bits(PORT_A + PUR, bit(ESTOP));  // a broken wire is a pressed button
+    if (enable_diag()) set_bits(PORT_E + PUR, bit(ENABLE));
     set_bits(PORT_A + DEN, IN_A[LEFT] | IN_B[LEFT] | bit(TRIGGER) | bit(ECHO) | bit(ESTOP));
     set_bits(PORT_D + PUR, CLIFFS);      // likewise: a broken wire is a cliff
     set_bits(PORT_D + DEN, CLIFFS);

@@ -93,6 +93,7 @@ def _rows(robot: Robot) -> tuple[tuple[str, int, str, str], ...]:
         ("sonar_period", ping_period, "control steps", "sensors.ultrasonic.rate"),
         ("cliff_sensors", len(robot.sensors.cliff_sensors), "inputs", "sensors.cliffs.positions"),
         ("hold", int(robot.board.at_rest == "hold"), "1 or 0", "board.at_rest"),
+        ("enable_diag", int(robot.driver.enable_diag), "1 or 0", "driver.enable_diag"),
     )
 
 

@@ -29,7 +29,7 @@ class FirmwareImageError(ChefbotError):
 
 def mark_of(board: str) -> bytes:
     """Return the start of the block in the program of a kind of board; it ends with the version of the layout."""
-    return f"chefbot-{board}-1".encode().ljust(MARK_SIZE, b"\0")
+    return f"chefbot-{board}-2".encode().ljust(MARK_SIZE, b"\0")
 
 
 def with_robot(program: bytes, robot: Robot, board: str) -> bytes:

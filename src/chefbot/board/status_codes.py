@@ -15,7 +15,7 @@ class BoardFlag(IntFlag):
     ENCODER_LEFT = 0x0010
     ENCODER_RIGHT = 0x0020
     BATTERY_EMPTY = 0x0040
-    NO_SESSION = 0x0080
+    DRIVER_FAULT = 0x0080
     NO_SPEED = 0x0100
     NEUTRAL_FIRST = 0x0200
     LIMITED = 0x0400
@@ -23,9 +23,10 @@ class BoardFlag(IntFlag):
     IMU_BAD = 0x1000
     ULTRASONIC_ABSENT = 0x2000
     WATCHDOG_RESTART = 0x4000
+    NO_SESSION = 0x8000
 
 
-LATCHED = BoardFlag(0x007F)
+LATCHED = BoardFlag(0x00FF)
 """Flags that stay set until a clear."""
 
 
@@ -50,6 +51,7 @@ FAULTS = {
     BoardFlag.ENCODER_LEFT: "the left encoder is silent or counts against the motor",
     BoardFlag.ENCODER_RIGHT: "the right encoder is silent or counts against the motor",
     BoardFlag.BATTERY_EMPTY: "the battery is empty",
+    BoardFlag.DRIVER_FAULT: "a motor driver reports a fault: it is too hot, shorted or short of voltage",
 }
 WARNINGS = {
     BoardFlag.LIMITED: "the requested speed exceeds the robot's limits; it was scaled down",

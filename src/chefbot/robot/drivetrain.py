@@ -107,6 +107,8 @@ class MotorDriver(RobotSection, frozen=True, kw_only=True):
     """What the motor board sends it, one of DRIVER_INPUTS."""
     enable: bool = True
     """Whether it has an input that switches it off (EN, STBY, nSLEEP)."""
+    enable_diag: bool = False
+    """Whether that is EN/DIAG: pulled up on the driver's board, and low while the driver has a fault."""
     obsolete: bool = False
     """Whether its chip is no longer made: no command proposes it."""
     size: Size

@@ -189,6 +189,8 @@ def _drive(robot: Robot) -> Iterator[Contradiction]:
     yield driver.voltage_min >= driver.voltage_max, "driver.voltage_min", "is not below driver.voltage_max"
     unknown = f"unknown {driver.inputs!r}{name_hint(driver.inputs, DRIVER_INPUTS)}"
     yield driver.inputs not in DRIVER_INPUTS, "driver.inputs", unknown
+    no_enable = driver.enable_diag and not driver.enable
+    yield no_enable, "driver.enable_diag", "is the enable input of a driver whose driver.enable is false"
     protocol = robot.drive.protocol
     unknown = f"unknown {protocol!r}{name_hint(protocol, (*DRIVE_PROTOCOLS, ROS_BASE))}"
     yield protocol not in ("", *DRIVE_PROTOCOLS, ROS_BASE), "drive.protocol", unknown

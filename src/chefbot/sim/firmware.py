@@ -90,6 +90,10 @@ class Firmware:
         """Set which cliff sensors see no floor, a bit each."""
         self._library.chefbot_board_cliffs(self._board, bits)
 
+    def set_driver_fault(self, fault: bool) -> None:
+        """Set whether a motor driver reports a fault, which the board reads of drivers with EN/DIAG."""
+        self._library.chefbot_board_driver_fault(self._board, int(fault))
+
     def power_cycle(self) -> None:
         """Switch the board off and on: its program starts again."""
         self._library.chefbot_board_power_cycle(self._board)
@@ -147,7 +151,7 @@ def library() -> Any:
     lib.chefbot_board_get.argtypes = [c_void_p, POINTER(FirmwareState)]
     lib.chefbot_board_turn.argtypes = [c_void_p, c_int32, c_int32]
     lib.chefbot_board_advance.argtypes = [c_void_p, c_uint32]
-    for name in ("battery", "cliffs", "echo", "estop", "imu_answers"):
+    for name in ("battery", "cliffs", "driver_fault", "echo", "estop", "imu_answers"):
         getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p, c_int32]
     for name in ("destroy", "power_cycle"):
         getattr(lib, f"chefbot_board_{name}").argtypes = [c_void_p]

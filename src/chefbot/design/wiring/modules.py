@@ -16,6 +16,10 @@ CUTS_ENABLE = "All grounds are joined. The e-stop's second contact cuts the driv
 CUTS_SUPPLY = (
     "All grounds are joined. The drivers have no enable: the e-stop's second contact must cut their supply."
 )
+EN_DIAG_CUTS_SUPPLY = (
+    "All grounds are joined. EN/DIAG is pulled up on the driver's board: no pull-down, and the e-stop's second "
+    "contact must cut the drivers' supply."
+)
 BACKWARDS = "A wheel that runs backwards: swap its motor leads; an encoder fault at once: swap its A and B."
 
 
@@ -69,7 +73,9 @@ def _actuators(robot: Robot, board: BoardPins, logic: float) -> Iterator[Module]
             "two_pwm": tuple(zip(signals, ("IN1, RPWM", "IN2, LPWM"), strict=True)),
         }[robot.driver.inputs]
         yield Module(f"{side.title()} motor's driver", f"{voltage}, logic {logic:g} V, GND; motor", wires)
-    if robot.driver.enable:
+    if robot.driver.enable_diag:
+        yield Module("Both drivers", "joined; a driver's fault is read here", (("ENABLE", "EN/DIAG"),))
+    elif robot.driver.enable:
         yield Module("Both drivers", "enable, pulled down", (("ENABLE", "EN, STBY or SLP"),))
     yield Module("E-stop", "normally closed, to GND", (("ESTOP", "NC"),))
     yield Module(f"Battery {voltage}", "+ to drivers, - to GND", (("BATTERY", "+"),))
@@ -82,7 +88,7 @@ def _notes(robot: Robot, kind: str, logic: float, divided: frozenset[str]) -> It
     boards = ", one for each motor" if driver.channels == 1 else ""
     forward = {"ina_inb_pwm": "INA", "dir_pwm": "DIR", "two_pwm": "IN1"}[driver.inputs]
     yield f"Drivers: {driver.title}{boards}. Forward is {forward} high. {BACKWARDS}"
-    yield CUTS_ENABLE if driver.enable else CUTS_SUPPLY
+    yield EN_DIAG_CUTS_SUPPLY if driver.enable_diag else CUTS_ENABLE if driver.enable else CUTS_SUPPLY
     if driver.logic_high_min > LOGIC_SHARE * logic:
         yield f"The driver reads {driver.logic_high_min:g} V and more as high: put a level shifter between."
     if robot.battery.full_voltage > driver.voltage_max:

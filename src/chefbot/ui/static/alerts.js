@@ -2,8 +2,12 @@
 import { tr, translated } from "./language.js";
 
 const KEY = "chefbot-alerts", LOW_BATTERY = 20;          // percent
-const NOTES = [660, 880], NOTE = 0.18, VOLUME = 0.2;     // hertz, seconds, share of the loudest
-const VIBRATION = [200, 100, 200];
+const NOTE = 0.18, VOLUME = 0.2;         // seconds, share of the loudest
+const GRADES = {                         // notes in hertz, vibration in milliseconds
+  news: { notes: [660], vibration: [100] },                       // worth knowing
+  call: { notes: [660, 880], vibration: [200, 100, 200] },        // the robot waits for a person
+  failure: { notes: [880, 660, 880, 660], vibration: [400, 100, 400, 100, 400] },
+};
 
 export class Alerts {
   constructor(box) {
@@ -23,7 +27,7 @@ export class Alerts {
     if (!on) return;
     this.prepare();
     if ("Notification" in window && Notification.permission === "default") Notification.requestPermission();
-    this.sound();
+    this.sound(GRADES.call.notes);
   }
 
   prepare() {
@@ -44,14 +48,15 @@ export class Alerts {
     const battery = value?.battery ?? null, before = this.battery;
     this.battery = battery;
     if (before !== null && battery !== null && before >= LOW_BATTERY && battery < LOW_BATTERY) {
-      this.give(tr("The battery has {percent} % left.", { percent: Math.round(battery) }));
+      this.give(tr("The battery has {percent} % left.", { percent: Math.round(battery) }), "news");
     }
   }
 
-  give(sentence) {
+  give(sentence, grade = "call") {
     if (!this.box.checked) return;
-    this.sound();
-    if (navigator.userActivation?.hasBeenActive ?? true) navigator.vibrate?.(VIBRATION);
+    const { notes, vibration } = GRADES[grade];
+    this.sound(notes);
+    if (navigator.userActivation?.hasBeenActive ?? true) navigator.vibrate?.(vibration);
     if (document.hidden && "Notification" in window && Notification.permission === "granted") this.notify(sentence);
   }
 
@@ -63,9 +68,9 @@ export class Alerts {
     else new Notification("Chefbot", options);
   }
 
-  sound() {
+  sound(notes) {
     if (this.audio?.state !== "running") return;
-    NOTES.forEach((frequency, i) => {
+    notes.forEach((frequency, i) => {
       const tone = this.audio.createOscillator(), volume = this.audio.createGain(), from = this.audio.currentTime + i * NOTE;
       tone.frequency.value = frequency;
       volume.gain.setValueAtTime(VOLUME, from);

@@ -15,6 +15,7 @@ import { PAINTERS, QUIET, SWITCHES, arrow, ruler, scaleBar } from "./layers.js";
 import { MapCursor } from "./map_cursor.js";
 import { MapEdit } from "./map_edit.js";
 import { keepOnDevice } from "./offline.js";
+import { Overlay } from "./overlay.js";
 import { Panels } from "./panels.js";
 import { Playback } from "./playback.js";
 import { Link } from "./socket.js";
@@ -48,6 +49,7 @@ const driver = new Driver((command) => link.send(command));
 const stop = new StopButton((command) => link.send(command), () => { driver.release(); panels.round.answer(""); });
 const incidents = new Incidents(send);
 const playback = new Playback(send);
+new Overlay("manual");
 const alerts = new Alerts($("alerts"));
 const tools = new Tools(view, gesture, lookAway, () => data.get("robot"), draw);
 inspect = new Inspect((command) => link.open && link.send(command), () => link.show());
@@ -159,8 +161,8 @@ function showWhole() {
 function showFailure(status) {
   const count = status?.failures ?? 0;
   if (failures !== null && count > failures && status.reason) {
-    showNotice(translated(status.reason));
-    alerts.give(translated(status.reason));
+    showNotice(translated(status.reason), { urgent: true });
+    alerts.give(translated(status.reason), "failure");
   }
   failures = count;
 }
@@ -213,7 +215,7 @@ function forget() {
 function reportLostRound(delivery) {
   if (!unserved || !delivery) return;
   if (!delivery.round_active && !delivery.orders.length) {
-    showNotice(tr("chefbot was restarted and has lost the round. Not served: {places}.", { places: unserved }), true);
+    showNotice(tr("chefbot was restarted and has lost the round. Not served: {places}.", { places: unserved }), { stays: true, urgent: true });
   }
   unserved = "";
 }
@@ -242,14 +244,14 @@ link.addEventListener("down", ({ detail: lost }) => {
   if (lost.length) {
     keepNotice = true;
     panels.keepOrder();
-    showNotice(tr("Connection lost before the robot confirmed the last command. Check the robot and repeat the command if necessary."), true);
+    showNotice(tr("Connection lost before the robot confirmed the last command. Check the robot and repeat the command if necessary."), { stays: true, urgent: true });
   } else if (!keepNotice) {
-    showNotice(tr("Connection lost. The robot stops if it was driven by hand. Reconnecting …"), true);
+    showNotice(tr("Connection lost. The robot stops if it was driven by hand. Reconnecting …"), { stays: true, urgent: true });
   }
 });
 link.addEventListener("locked", ({ detail }) => {
   keepNotice = true;
-  showNotice(translated(detail), true);
+  showNotice(translated(detail), { stays: true, urgent: true });
 });
 link.addEventListener("age", ({ detail }) => {
   $("age").hidden = !link.open || detail < OLD;
@@ -258,8 +260,10 @@ link.addEventListener("age", ({ detail }) => {
 link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); kiosk.refused(detail); mapEdit.refused(translated(detail)); showNotice(translated(detail)); });
 link.addEventListener("done", ({ detail }) => kiosk.done(detail));
 
-function showNotice(sentence, stays = false) {
+// What is urgent interrupts a screen reader; other news wait until it has ended its sentence.
+function showNotice(sentence, { stays = false, urgent = false } = {}) {
   clearTimeout(refusal);
+  $("notice").ariaLive = urgent ? "assertive" : "polite";
   $("notice").textContent = sentence;
   $("notice").hidden = !sentence;
   if (sentence && !stays) refusal = setTimeout(() => { if (link.open) showNotice(""); }, 6000);
@@ -309,7 +313,7 @@ $("language").onchange = () => {
   $("language").value = language;
   showNotice(tr("This browser keeps no settings, so the web UI follows the browser's language."));
 };
-if (loadError) showNotice(loadError, true);
+if (loadError) showNotice(loadError, { stays: true });
 $("where").onclick = () => { $("where-text").textContent = whereSentence(data); };
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });
 

@@ -3,9 +3,11 @@ import { COLOURS, isDark } from "./colours.js";
 import { regionOutline } from "./outlines.js";
 
 const OCCUPIED_FROM = 65, FREE_BELOW = 25; // percent, as in map files
-const MOST_CORNERS = 60000;              // of outlines that are drawn at every frame
+export const MOST_CORNERS = 60000;       // of outlines that are drawn at every frame
 const THINNEST = 1.5;                    // CSS pixels: a wall is drawn no thinner
 const LETHAL = 254, INSCRIBED = 253, UNKNOWN_COST = 255;
+
+export const isOccupied = (value) => value >= OCCUPIED_FROM;
 
 export function mapColours(dark) {
   const table = new Uint32Array(256);
@@ -75,7 +77,7 @@ function prepared(grid) {
   const regions = [
     [regionOutline(grid, (value) => value >= 0), COLOURS.floor()],
     [regionOutline(grid, (value) => value >= FREE_BELOW && value < OCCUPIED_FROM), COLOURS.doubtful()],
-    [regionOutline(grid, (value) => value >= OCCUPIED_FROM), COLOURS.wall()],
+    [regionOutline(grid, isOccupied), COLOURS.wall()],
   ];
   const dark = isDark(), corners = regions.reduce((sum, [outline]) => sum + outline.corners, 0);
   return { grid, dark, regions, image: corners > MOST_CORNERS ? picture(grid, mapColours(dark)) : null };

@@ -2,12 +2,13 @@
 import { CURVES, Curves } from "./curves.js";
 import { tr, translated } from "./language.js";
 import { LogConsole } from "./log_console.js";
+import { NodeGraph } from "./node_graph.js";
 import { Parameters } from "./parameters.js";
+import { TopicTree } from "./topic_tree.js";
 import { Transforms } from "./transforms.js";
 
 const $ = (id) => document.getElementById(id);
 const RENEWAL = 2000;                    // milliseconds: the robot shows for some seconds what a page asks for
-const SHOWN = 200;                       // topics listed at once
 const MOST = 12;                         // topics watched at once
 const LAYERS = {                         // that each box needs; all but the transforms are of an inspection
   "inspect-box": ["graph", "values"], "parameters-box": ["graph", "parameters"], "log-box": ["log"], "transforms-box": ["frames", "fixed_frames"],
@@ -21,6 +22,8 @@ export class Inspect {
     this.graph = null;
     this.panels = new Map();             // by topic
     this.curves = new Curves($("curves"), $("curve-cursor"));
+    this.tree = new TopicTree($("topic-list"), (name) => this.toggle(name));
+    this.nodes = new NodeGraph();
     this.parameters = new Parameters(send, () => this.renew());
     this.log = new LogConsole();
     this.transforms = new Transforms();
@@ -54,6 +57,7 @@ export class Inspect {
   showGraph(graph) {
     this.graph = graph;
     this.parameters.offer(graph?.parameter_nodes ?? []);
+    this.nodes.show(graph);
     this.list();
   }
 
@@ -62,19 +66,7 @@ export class Inspect {
     const wanted = $("topic-filter").value.trim().toLowerCase();
     const found = topics.filter((topic) => [topic.name, ...topic.types, ...topic.publishers, ...topic.subscriptions].some((text) => text.toLowerCase().includes(wanted)));
     $("graph-note").textContent = translated(problem) || [tr("{nodes} nodes, {topics} topics", { nodes: nodes.length, topics: topics.length }), ...mismatches].join(". ");
-    $("topic-list").replaceChildren(...found.slice(0, SHOWN).map((topic) => this.row(topic)));
-  }
-
-  row({ name, types, publishers, subscriptions }) {
-    const item = document.createElement("li"), button = document.createElement("button"), kind = document.createElement("small");
-    button.textContent = name;
-    button.setAttribute("aria-pressed", String(this.watched.includes(name)));
-    button.onclick = () => this.toggle(name);
-    kind.textContent = ` ${types.join(", ")}`;
-    button.append(kind);
-    button.title = ends({ publishers, subscriptions });
-    item.append(button);
-    return item;
+    this.tree.show(found, this.watched);
   }
 
   toggle(name) {
@@ -96,6 +88,7 @@ export class Inspect {
       if (!this.panels.has(name)) this.panels.set(name, new WatchedTopic(name, () => this.toggle(name), (path) => this.toggleCurve(name, path)));
       const value = byName.get(name);
       if (!value) continue;
+      if (value.messages) this.tree.showRate(name, value.hz);
       this.panels.get(name).show(value, this.graph?.topics.find((topic) => topic.name === name));
       this.curves.add(value);
     }

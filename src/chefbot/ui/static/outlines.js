@@ -5,21 +5,17 @@ const WIDEST_BUMP = 4;                   // cells
 const FEW = 8;                           // corners of a polygon that is left as it is: small, or already straight
 const STEPS = [[1, 0], [0, 1], [-1, 0], [0, -1]]; // directions 0 to 3: east, north, west, south
 
-// The cells for which `inside(value)` is true, as a Path2D in the grid's frame, metres, to be filled by the even-odd rule,
-// and the number of its corners.
+// The cells for which `inside(value)` is true, in the grid's frame, metres: the polygons of their outline, the same as a
+// Path2D that is filled by the even-odd rule, and the number of corners.
 export function regionOutline(grid, inside) {
   const path = new Path2D(), { x, y, resolution } = grid;
-  let corners = 0;
-  for (const loop of regionLoops(grid, inside)) {
-    const outline = straightened(loop);
-    corners += outline.length;
-    outline.forEach(([column, row], i) => {
-      const point = [x + column * resolution, y + row * resolution];
-      if (i) path.lineTo(...point); else path.moveTo(...point);
-    });
+  const metres = ([column, row]) => [x + column * resolution, y + row * resolution];
+  const polygons = regionLoops(grid, inside).map((loop) => straightened(loop).map(metres));
+  for (const polygon of polygons) {
+    polygon.forEach((point, i) => { if (i) path.lineTo(...point); else path.moveTo(...point); });
     path.closePath();
   }
-  return { path, corners };
+  return { polygons, path, corners: polygons.reduce((sum, polygon) => sum + polygon.length, 0) };
 }
 
 // The boundary of a region as loops of corners [column, row]: the region is on the left of each edge, and cells that

@@ -5,6 +5,7 @@ import {
 } from "three";
 import { COLOURS } from "../colours.js";
 import { costColours, mapColours, picture } from "../grids.js";
+import { walls } from "./walls.js";
 
 const DARK = window.matchMedia("(prefers-color-scheme: dark)");
 const ORDER = { map: -8, costmap: -7, path: -4, local_path: -3, truth: -2, goal: -1 };   // floor from the ground up
@@ -41,6 +42,7 @@ export class Live {
     if (!maker) return false;
     if (this.sheets.parent !== this.frames.home) this.frames.home.add(this.sheets);
     if (layer === "truth" && value && this.objects.has(layer)) return this.glide(this.objects.get(layer), value);
+    if (layer === "map") this.take("walls", value);
     this.drop(layer);
     const object = value && maker(layer, value, this);
     if (!object) return true;
@@ -66,7 +68,7 @@ export class Live {
   drop(layer) {
     const before = this.objects.get(layer);
     before?.removeFromParent();
-    before?.geometry.dispose();
+    before?.traverse((part) => part.geometry.dispose());
     this.objects.delete(layer);
   }
 
@@ -174,6 +176,6 @@ function truth(layer, pose, live) {
 }
 
 const MAKERS = {
-  map: sheet(mapColours), costmap: sheet(costColours), path: ribbon(0.03), local_path: ribbon(0.02),
+  map: sheet(mapColours), walls, costmap: sheet(costColours), path: ribbon(0.03), local_path: ribbon(0.02),
   scan: beams(4), obstacles: beams(4), particles, depth: cloud, goal, aim: goal, truth,
 };

@@ -4,7 +4,7 @@ import { tr } from "../language.js";
 const $ = (id) => document.getElementById(id);
 
 export const SWITCHES = [
-  ["solids", tr("Solids"), true], ["axes", tr("Frames"), true], ["names", tr("Names"), false], ["cloud", tr("Depth camera"), true],
+  ["solids", tr("Solids"), true], ["axes", tr("Frames"), true], ["names", tr("Names"), false], ["cloud", tr("Depth camera"), true], ["walls", tr("Walls"), true],
 ];
 const FIXED = ["map", "odom", "base_link"];
 

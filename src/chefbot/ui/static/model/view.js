@@ -151,9 +151,14 @@ export class ModelView {
     this.seen = base;
     this.stage.centre(base);
     this.body.show(this.panel.on.solids);
-    this.live.show(this.panel.on.cloud ? this.hidden : new Set([...this.hidden, "depth"]));
+    this.live.show(this.hiddenLayers());
     this.showAxes();
     this.showNames();
+  }
+
+  hiddenLayers() {
+    const { cloud, walls } = this.panel.on;
+    return new Set([...this.hidden, ...(cloud ? [] : ["depth"]), ...(walls && !this.hidden.has("map") ? [] : ["walls"])]);
   }
 
   showAxes() {

@@ -34,4 +34,5 @@ export const COLOURS = {
   floor: () => pick("#ffffff", "#1f2724"),
   doubtful: () => pick("#d6dbd7", "#3b4541"),
   wall: () => pick("#3a4540", "#c3ccc7"),
+  solidWall: () => pick("#c2cbc6", "#6f7b75"),   // in 3-D, where light shades it
 };

@@ -1,14 +1,11 @@
-// Where the nodes of a graph stand in its picture: columns along the flow of data, after Sugiyama, Tagawa and Toda 1981.
+// Where the nodes of a graph stand in its picture: columns along the flow of data, sorted so that few lines cross.
 
-const SWEEPS = 6;                        // over the columns, to cross fewer lines
+const SWEEPS = 6;                        // over the columns
 
-// `edges` is a map from node to the nodes that receive from it. Returns columns of nodes; data flows from left to right,
-// except where it flows in a circle.
+// `edges` is a map from node to the nodes that receive from it. Returns columns of nodes: those that only send, those
+// that receive from them, and so on; nodes of a circle follow the one that sends more than it receives.
 export function nodeColumns(nodes, edges) {
-  const forward = withoutCycles(nodes, edges), column = longestPaths(nodes, forward);
-  const columns = [];
-  for (const node of nodes) (columns[column.get(node)] ??= []).push(node);
-  const neighbours = bothWays(nodes, edges);
+  const columns = stepsFromSources(nodes, edges), neighbours = bothWays(nodes, edges);
   for (let sweep = 0; sweep < SWEEPS; sweep++) {
     const order = sweep % 2 ? [...columns.keys()].reverse() : [...columns.keys()];
     for (const i of order) columns[i] = byNeighbours(columns[i], columns, neighbours);
@@ -16,32 +13,29 @@ export function nodeColumns(nodes, edges) {
   return columns;
 }
 
-// The edges without those that close a circle in a depth-first walk.
-function withoutCycles(nodes, edges) {
-  const state = new Map(), forward = new Map(nodes.map((node) => [node, []]));
-  const walk = (node) => {
-    state.set(node, "open");
-    for (const next of edges.get(node) ?? []) {
-      if (state.get(next) === "open") continue;
-      forward.get(node).push(next);
-      if (!state.has(next)) walk(next);
-    }
-    state.set(node, "done");
-  };
-  for (const node of nodes) if (!state.has(node)) walk(node);
-  return forward;
+// Breadth-first search from the nodes without an input; from the largest sender while some are not reached.
+function stepsFromSources(nodes, edges) {
+  const inputs = new Map(nodes.map((node) => [node, 0])), outputs = (node) => edges.get(node)?.length ?? 0;
+  for (const targets of edges.values()) for (const target of targets) inputs.set(target, inputs.get(target) + 1);
+  const senders = [...nodes].sort((a, b) => inputs.get(a) - outputs(a) - inputs.get(b) + outputs(b));
+  const step = new Map(), columns = [];
+  const sources = nodes.filter((node) => inputs.get(node) === 0);
+  search(sources.length ? sources : senders.slice(0, 1), edges, step);
+  for (const node of senders) if (!step.has(node)) search([node], edges, step);
+  for (const node of nodes) (columns[step.get(node)] ??= []).push(node);
+  return columns;
 }
 
-// The number of edges on the longest path to each node.
-function longestPaths(nodes, forward) {
-  const before = new Map(nodes.map((node) => [node, []])), length = new Map();
-  for (const [node, targets] of forward) for (const target of targets) before.get(target).push(node);
-  const measure = (node) => {
-    if (!length.has(node)) length.set(node, Math.max(0, ...before.get(node).map((source) => measure(source) + 1)));
-    return length.get(node);
-  };
-  nodes.forEach(measure);
-  return length;
+function search(sources, edges, step) {
+  const queue = [...sources];
+  for (const node of queue) step.set(node, 0);
+  for (const node of queue) {
+    for (const next of edges.get(node) ?? []) {
+      if (step.has(next)) continue;
+      step.set(next, step.get(node) + 1);
+      queue.push(next);
+    }
+  }
 }
 
 function bothWays(nodes, edges) {
@@ -55,7 +49,8 @@ function bothWays(nodes, edges) {
   return neighbours;
 }
 
-// Sort a column by the mean place of each node's neighbours, from 0 at the top of their columns to 1.
+// Sort a column by the mean place of each node's neighbours, from 0 at the top of their columns to 1 (the barycenters of
+// Sugiyama, Tagawa and Toda 1981).
 function byNeighbours(nodes, columns, neighbours) {
   const place = new Map(columns.flatMap((column) => column.map((node, i) => [node, (i + 0.5) / column.length])));
   const mean = (node) => {

@@ -12,7 +12,7 @@ const FINENESS = 4, LARGEST = 4096;      // pixels of the top's picture, of a ce
 export function walls(_layer, grid, live) {
   const { polygons, path, corners } = regionOutline(grid, isOccupied);
   if (!corners || corners > MOST_CORNERS) return null;
-  const colour = COLOURS.wall();
+  const colour = COLOURS.solidWall();
   const sides = new Mesh(sidesGeometry(polygons), live.look("wall sides", () => new MeshLambertMaterial({ color: colour })));
   sides.add(top(grid, path, live.look("wall tops", () => new MeshLambertMaterial({ alphaTest: 0.5 }))));
   return sides;
@@ -39,7 +39,7 @@ function top(grid, path, look) {
   picture.width = Math.ceil(fineness * width);
   picture.height = Math.ceil(fineness * height);
   context.setTransform(fineness / resolution, 0, 0, -fineness / resolution, -x * fineness / resolution, (y / resolution + height) * fineness);
-  context.fillStyle = COLOURS.wall();
+  context.fillStyle = COLOURS.solidWall();
   context.fill(path, "evenodd");
   look.map?.dispose();
   look.map = new CanvasTexture(picture);

@@ -9,13 +9,16 @@ import numpy as np
 import pytest
 
 from chefbot.lidar.laser_scan import scan_of
+from chefbot.lidar.own_body import OwnBody
 from chefbot.lidar.turns import Samples, TurnAssembler, bearings_of
 from chefbot.robot.load import load_robot
 
 from .wires import Wire, room
 
-LIDAR = load_robot("chefbot_lidar").sensors.lidar
+ROBOT = load_robot("chefbot_lidar")
+LIDAR = ROBOT.sensors.lidar
 assert LIDAR is not None
+BODY = OwnBody(LIDAR, ROBOT.footprint)
 
 
 def turn_of(count: int, period_ns: int = 100_000_000) -> Samples:
@@ -27,7 +30,7 @@ def turn_of(count: int, period_ns: int = 100_000_000) -> Samples:
 
 @pytest.mark.parametrize("count", [220, 360, 448, 3200])
 def test_each_beam_has_the_range_in_its_direction(count: int) -> None:
-    scan = scan_of(turn_of(count), LIDAR, "laser")
+    scan = scan_of(turn_of(count), LIDAR, BODY, "laser")
     assert len(scan.ranges) == LIDAR.beams
     assert not np.isnan(scan.ranges).any()
     width = math.pi / min(count, LIDAR.beams) + 0.005
@@ -37,7 +40,7 @@ def test_each_beam_has_the_range_in_its_direction(count: int) -> None:
 
 def test_the_time_increment_gives_each_beam_its_time() -> None:
     turn = turn_of(360)
-    scan = scan_of(turn, LIDAR, "laser")
+    scan = scan_of(turn, LIDAR, BODY, "laser")
     times = scan.header.stamp.ns + np.arange(LIDAR.beams) * scan.time_increment * 1e9
     true = np.interp(scan.angles, turn.bearings[::-1], turn.times_ns[::-1].astype(float))
     assert np.abs(times - true).max() < 1e6
@@ -47,7 +50,7 @@ def test_the_time_increment_gives_each_beam_its_time() -> None:
 def test_a_direction_without_samples_has_no_range() -> None:
     turn = turn_of(400)
     kept = np.abs(turn.bearings - 1.0) > 0.2
-    scan = scan_of(Samples(*(column[kept] for column in turn)), LIDAR, "laser")
+    scan = scan_of(Samples(*(column[kept] for column in turn)), LIDAR, BODY, "laser")
     unknown = np.abs(scan.angles - 1.0) < 0.17
     assert (
         np.isnan(scan.ranges[unknown]).all()
@@ -57,7 +60,7 @@ def test_a_direction_without_samples_has_no_range() -> None:
 
 def test_too_near_is_unknown_and_too_far_is_free() -> None:
     near = msgspec.structs.replace(LIDAR, range_min=1.3, range_max=2.1)
-    scan = scan_of(turn_of(720), near, "laser")
+    scan = scan_of(turn_of(720), near, BODY, "laser")
     true = room(scan.angles.astype(float))
     assert np.isnan(scan.ranges[true < 1.28]).all()
     assert np.isinf(scan.ranges[true > 2.15]).all()
@@ -65,7 +68,7 @@ def test_too_near_is_unknown_and_too_far_is_free() -> None:
 
 def test_a_lidar_that_sees_a_part_of_a_turn_leaves_out_the_rest() -> None:
     part = msgspec.structs.replace(LIDAR, field_of_view=math.pi, beams=181)
-    scan = scan_of(turn_of(720), part, "laser")
+    scan = scan_of(turn_of(720), part, OwnBody(part, ROBOT.footprint), "laser")
     assert scan.angles[0] == pytest.approx(-math.pi / 2) and scan.angles[-1] == pytest.approx(math.pi / 2)
     assert scan.ranges[90] == pytest.approx(2.0, abs=0.01)
 

@@ -7,6 +7,8 @@ import math
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from chefbot.maths.se2 import IDENTITY
 from chefbot.msgs.chefbot_msgs import ObstacleScan
@@ -220,3 +222,50 @@ def test_a_blind_camera_forbids_driving_forward() -> None:
     policy.obstacle_sensors.process_obstacles(empty, 1100 * MS, IDENTITY)
     found = judged(policy, 1110)
     assert found.restriction is Restriction.NO_FORWARD and "blind" in found.fault and found.standing == ""
+
+
+@given(
+    first=st.sets(st.sampled_from(list(Restriction)), min_size=1),
+    more=st.sets(st.sampled_from(list(Restriction))),
+    v=st.floats(-1.0, 1.0),
+    w=st.floats(-3.0, 3.0),
+    source=st.sampled_from([TELEOP, NAVIGATION, None]),
+    slow=st.floats(0.01, 0.5),
+)
+def test_a_further_fault_never_allows_more(
+    first: set[Restriction],
+    more: set[Restriction],
+    v: float,
+    w: float,
+    source: CommandSource | None,
+    slow: float,
+) -> None:
+    def left(restrictions: set[Restriction]) -> float:
+        one, *others = sorted(restrictions, key=lambda one: one.value)
+        verdict = SensorVerdict(one, "x", tuple(others))
+        return restricted(StampedCommand(v, w, 0, source), verdict, 0.15, slow)
+
+    assert left(first | more) == min(left(first), left(more) if more else 1.0)
+
+
+def test_faults_of_several_sensors_restrict_together() -> None:
+    """The one that stops the robot is named; a ranger that fails as well slows a reverse before a blind camera."""
+    policy = SensorPolicy(ROBOT, ())
+    feed(policy, 0, 1000)
+    feed(policy, 1100, 1500, "ultrasonic ranger")
+    header, n = Header.of(1510 * MS, "base_link"), 160
+    empty = ObstacleScan(
+        header, -0.5, 1.0 / n, 8.0, *(np.full(n, np.inf, np.float32),) * 2, np.zeros(n, np.float32)
+    )
+    policy.obstacle_sensors.process_obstacles(empty, 1510 * MS, IDENTITY)
+    both = judged(policy, 1520)
+    assert (both.restriction, both.others) == (Restriction.NO_FORWARD, (Restriction.SLOW,))
+    assert "blind" in both.fault
+    back = StampedCommand(-0.28, 0.0, 0, NAVIGATION)
+    assert restricted(back, both, 0.15, 0.14) == pytest.approx(0.5)
+    late = judged(policy, 1520, 600)
+    assert late.restriction is Restriction.CREEP and "odometry is late" in late.fault
+    assert late.others == (Restriction.NO_FORWARD, Restriction.SLOW)
+    assert restricted(StampedCommand(0.1, 0.0, 0, TELEOP), late, 0.15, 0.14) == 0.0
+    lost = policy.judge(1520 * MS, None, None, lambda: NOTHING)
+    assert lost.restriction is Restriction.CREEP and lost.others == (Restriction.SLOW,)

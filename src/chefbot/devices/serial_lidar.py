@@ -16,6 +16,7 @@ from chefbot.devices.serial_ports import READ_TIMEOUT
 from chefbot.devices.serial_sensor import SensorText, SerialSensorDevice
 from chefbot.lidar.laser_scan import scan_of
 from chefbot.lidar.models import LIDARS, LidarModel
+from chefbot.lidar.own_body import OwnBody
 from chefbot.lidar.session import LidarError, LidarSession
 from chefbot.lidar.turns import Samples, TurnAssembler
 from chefbot.msgs.sensor_msgs import LaserScan
@@ -63,6 +64,7 @@ class SerialLidarDevice(SerialSensorDevice[LidarSession]):
             self.announcement = "" if lidar is None else NO_DRIVER
             return
         self._lidar, model = lidar, LIDARS[lidar.driver]
+        self._own_body = OwnBody(lidar, self.robot.footprint)
         self._turns, self._newest_ns = TurnAssembler(), 0
         text = SensorText("lidar", model.maker, "laser", "complete turn", "scans")
         self.connect(self.params.port or lidar.port, lidar_device(model), self._open(model), text)
@@ -92,7 +94,7 @@ class SerialLidarDevice(SerialSensorDevice[LidarSession]):
     def _publish(self, turn: Samples) -> None:
         if len(turn.ranges) < MIN_SAMPLES:
             return
-        scan = scan_of(turn, self._lidar, "laser")
+        scan = scan_of(turn, self._lidar, self._own_body, "laser")
         if scan.header.stamp.ns <= self._newest_ns:
             return  # it has waited on the line, so that its time is not known
         self._newest_ns = scan.header.stamp.ns

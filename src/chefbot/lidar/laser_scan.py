@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from chefbot.lidar.own_body import OwnBody
 from chefbot.lidar.turns import Samples
 from chefbot.maths.beams import beams_of
 from chefbot.msgs.sensor_msgs import LaserScan
@@ -13,17 +14,17 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.robot.sensors import Lidar
 
 
-def scan_of(turn: Samples, lidar: Lidar, frame: str) -> LaserScan:
+def scan_of(turn: Samples, lidar: Lidar, own_body: OwnBody, frame: str) -> LaserScan:
     """Return a turn as a scan with the beams of the robot file, counter-clockwise.
 
     The stamp is the time of the first beam; as the lidar turns clockwise, the first beam is the last that it
     measured, and the time increment is negative. A beam has the shortest range of its samples, inf if all saw
-    nothing, and NaN if there is none near it.
+    nothing, and NaN if there is none near it or it ends within the robot.
     """
     first, step = lidar.angle_min, lidar.angle_increment
     measured = np.where(turn.ranges < lidar.range_min, math.nan, turn.ranges)  # too near to be measured
     measured = np.where(measured > lidar.range_max, math.inf, measured)
-    ranges = beams_of(turn.bearings, measured, first, step, lidar.beams)
+    ranges = own_body.without(beams_of(turn.bearings, measured, first, step, lidar.beams), lidar.range_min)
     end_ns, period = _line_through(turn)
     increment = -period * step / (2.0 * math.pi)
     first_ns = round(end_ns + increment * 1e9 * (first + math.pi) / step)

@@ -34,10 +34,14 @@ class Restriction(Enum):
 
 
 class SensorVerdict(NamedTuple):
-    """The restriction by faults of sensors or of the motor board, and the fault in words, empty for none."""
+    """The restriction by faults of sensors or of the motor board, and the fault in words, empty for none.
+
+    others: restrictions by further faults, which hold as well.
+    """
 
     restriction: Restriction
     fault: str = ""
+    others: tuple[Restriction, ...] = ()
 
     @property
     def standing(self) -> str:
@@ -78,13 +82,14 @@ class SensorPolicy:
         fault = self.obstacle_sensors.fault(now_ns, pose)
         if self._sees and self._counts:
             fault = fault or odometry_fault(now_ns, pose, pose_ns)
-        if fault:
-            return SensorVerdict(Restriction.CREEP, fault)
-        blind = self.obstacle_sensors.blind_beyond(known)
-        if blind:
-            return SensorVerdict(Restriction.NO_FORWARD, blind)
-        fault = self._ranger_fault(now_ns)
-        return SensorVerdict(Restriction.SLOW if fault else Restriction.NONE, fault)
+        blind = self.obstacle_sensors.blind_beyond(known) if pose is not None or not fault else ""
+        slow = self._ranger_fault(now_ns)
+        found = ((Restriction.CREEP, fault), (Restriction.NO_FORWARD, blind), (Restriction.SLOW, slow))
+        restrictions = [(restriction, text) for restriction, text in found if text]
+        if not restrictions:
+            return SensorVerdict(Restriction.NONE)
+        (restriction, text), *others = restrictions
+        return SensorVerdict(restriction, text, tuple(other for other, _ in others))
 
     @property
     def _counts(self) -> bool:
@@ -112,19 +117,24 @@ def odometry_fault(now_ns: int, pose: SE2 | None, pose_ns: int | None) -> str:
 
 
 def restricted(command: StampedCommand, verdict: SensorVerdict, radius: float, slow_speed: float) -> float:
-    """Return the fraction of a command that a restriction leaves.
+    """Return the fraction of a command that all restrictions leave, so that a further fault never allows more.
 
     radius: of the circle around the body, m. slow_speed: m/s.
     """
+    restrictions = (verdict.restriction, *verdict.others)
+    return min(_fraction(command, restriction, radius, slow_speed) for restriction in restrictions)
+
+
+def _fraction(command: StampedCommand, restriction: Restriction, radius: float, slow_speed: float) -> float:
     speed = abs(command.v) + abs(command.w) * radius
-    if speed == 0.0 or verdict.restriction is Restriction.NONE:
+    if speed == 0.0 or restriction is Restriction.NONE:
         return 1.0
-    if verdict.restriction is Restriction.STAND:
+    if restriction is Restriction.STAND:
         return 0.0
-    if verdict.restriction is Restriction.NO_FORWARD:
+    if restriction is Restriction.NO_FORWARD:
         return 1.0 if command.v <= 0.0 else 0.0
-    if verdict.restriction is Restriction.SLOW:
+    if restriction is Restriction.SLOW:
         return min(1.0, slow_speed / abs(command.v)) if command.v else 1.0
-    if verdict.restriction is Restriction.CREEP and command.source is not CommandSource.TELEOP:
+    if restriction is Restriction.CREEP and command.source is not CommandSource.TELEOP:
         return 0.0
     return min(1.0, CREEP_SPEED / speed)

@@ -11,6 +11,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.maths.footprint import Footprint
 from chefbot.robot.sensors import Lidar
 from chefbot.sim.rays import BasePose, RayCaster, lidar_angles, lidar_rays, to_rep117
 from chefbot.sim.simulation import Simulation
@@ -47,6 +48,11 @@ class TurningLidar:
         Solids are where they are now. Ranges of the robot's own body are among them, and the noise.
         """
         return self.measure_along(*self.rays_at(bearings), times_ns)
+
+    @property
+    def footprint(self) -> Footprint:
+        """The outline of the robot that carries the lidar."""
+        return self._simulation.robot.footprint
 
     @property
     def caster(self) -> RayCaster:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from chefbot.lidar.emulators import emulator_of
 from chefbot.lidar.laser_scan import scan_of
 from chefbot.lidar.models import LIDARS
+from chefbot.lidar.own_body import OwnBody
 from chefbot.lidar.turns import Samples, TurnAssembler
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.sim.lidar import Floats, TurningLidar
@@ -66,6 +67,7 @@ class LidarLine:
     def __init__(self, driver: str, turning: TurningLidar, now_ns: int) -> None:
         self._turning, self._lidar = turning, EmulatedLidar(driver, turning, now_ns)
         self._session, self._turns = self._lidar.model.open(), TurnAssembler()
+        self._own_body = OwnBody(turning.lidar, turning.footprint)
 
     def advance(self, now_ns: int) -> list[LaserScan]:
         """Let the lidar and its driver run up to a time, ns; return the scans of the turns that ended."""
@@ -74,4 +76,4 @@ class LidarLine:
         for received_ns, data in self._lidar.bytes_until(now_ns):
             parts += self._session.receive_data(data, received_ns)
         turns = [turn for part in parts for turn in self._turns.push(part)]
-        return [scan_of(turn, self._turning.lidar, "laser") for turn in turns]
+        return [scan_of(turn, self._turning.lidar, self._own_body, "laser") for turn in turns]

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.lidar.own_body import OwnBody
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.sim.lidar import SweptScan, TurningLidar
@@ -29,6 +30,7 @@ class SimulatedScans:
         self._parts = max(1, round(hz / lidar.rate))
         self._period, self._ticks = self._parts / hz, 0
         self._turning = TurningLidar(simulation, now_ns)
+        self._own_body = OwnBody(lidar, simulation.robot.footprint)
         self._sweep = SweptScan(self._turning, self._parts) if mode == SWEEP else None
         self._line = LidarLine(mode, self._turning, now_ns) if mode not in (SWEEP, SNAPSHOT) else None
 
@@ -54,4 +56,5 @@ class SimulatedScans:
         angles = spec.angle_min, spec.angle_max, spec.angle_increment
         times = increment, self._period
         limits = spec.range_min, spec.range_max
+        ranges = self._own_body.without(ranges, spec.range_min)
         return LaserScan(Header.of(stamp_ns, "laser"), *angles, *times, *limits, ranges)

@@ -124,7 +124,8 @@ class Amcl:
         valid_angles, ends = self._beam_ends(angles, ranges, range_max)
         # Measurement update, unless the scan has no returns
         if len(ends) > 0:
-            self._correct(BeamEnds.of(valid_angles, ends, self.params))
+            extent = float(np.ptp(angles[np.isfinite(angles)]))
+            self._correct(BeamEnds.of(valid_angles, ends, self.params, extent))
             self._update_pending = False
         return True
 

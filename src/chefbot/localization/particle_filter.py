@@ -13,15 +13,16 @@ from chefbot.localization import clusters, odometry_motion, pose_refinement, res
 from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
 from chefbot.localization.pose_bins import PoseBins
+from chefbot.localization.view_evidence import ViewEvidence
 from chefbot.maths.se2 import SE2
 
 MAX_STAGES = 6
 FINE_BEAMS = 180
 """Number of beams for the refinement of the reported pose; more only cost time."""
-MIN_UNIMODAL_SHARE = 0.8
+MIN_UNIMODAL_SHARE = 0.97
 MAX_UNIMODAL_SPREAD = 1.0
 """Limits of a unimodal posterior: minimum weight of the cluster, maximum standard deviation in m."""
-CONVERGED_SHARE = 0.9
+CONVERGED_SHARE = 0.97
 CONVERGED_SPREAD = 0.3
 CONVERGED_EXPLAINED = 0.5
 """Criteria of convergence: minimum weight of the cluster, its maximum standard deviation (half a doorway, m),
@@ -43,19 +44,25 @@ class BeamEnds(NamedTuple):
     """The ends of a scan's beams in the base frame, metres.
 
     coarse: (m, 2) for weighting the particles. fine: (k, 2) for refining the estimate. independent: the
-    number of independent beams among them.
+    number of independent beams among them. field_of_view: of all beams, rad.
     """
 
     coarse: NDArray[np.float64]
     fine: NDArray[np.float64]
     independent: float
+    field_of_view: float = 2.0 * math.pi
 
     @staticmethod
-    def of(angles: NDArray[np.float64], ends: NDArray[np.float64], params: AmclParams) -> BeamEnds:
-        """Select from the angles (n,) and ends (n, 2) of the beams with a return."""
+    def of(
+        angles: NDArray[np.float64],
+        ends: NDArray[np.float64],
+        params: AmclParams,
+        field_of_view: float = 2.0 * math.pi,
+    ) -> BeamEnds:
+        """Select from angles (n,) and ends (n, 2) of the beams with a return; field_of_view: of all beams, rad."""
         coarse, fine = ends[thin(len(ends), params.max_beams)], ends[thin(len(ends), FINE_BEAMS)]
         independent = tempering.independent_beams(angles, params.beam_independence)
-        return BeamEnds(coarse, fine, independent)
+        return BeamEnds(coarse, fine, independent, field_of_view)
 
     def tempering_exponent(self, beams: int) -> float:
         """Return the tempering exponent that gives `beams` beams the weight of the independent ones."""
@@ -75,6 +82,7 @@ class ParticleFilter:
         self.weights = np.full(len(particles), 1.0 / len(particles))
         self.explained = 0.0
         self.score = -math.inf
+        self._evidence, self._field_of_view = ViewEvidence(), 2.0 * math.pi
         self._update_cluster()
 
     def _update_cluster(self) -> None:
@@ -94,6 +102,7 @@ class ParticleFilter:
     def propagate(self, motion: SE2) -> None:
         """Propagate the particles with the odometry motion since the last call."""
         odometry_motion.move(self.particles, motion, self._model.params, self._model.rng)
+        self._evidence.move(motion, self._field_of_view)
         self._update_cluster()
 
     def correct(self, beams: BeamEnds) -> None:
@@ -101,19 +110,24 @@ class ParticleFilter:
 
         A likelihood too peaked for the particle set is applied in tempered stages with a roughening after
         each, as in the annealed particle filter (Deutscher & Reid 2005). While the posterior may be
-        multimodal each scan gets a single stage, since otherwise errors of the map could outweigh the
-        difference between rooms.
+        multimodal each scan gets a single stage and the evidence that is left for its view, since otherwise
+        errors of the map could outweigh the difference between rooms.
         """
         # A multimodal posterior gets one stage and more particles
         unimodal = self.cluster.weight >= MIN_UNIMODAL_SHARE and self.spread <= MAX_UNIMODAL_SPREAD
         # Correlated beams: p(z | x)^(independent / beams)
-        remaining_exponent = beams.tempering_exponent(len(beams.coarse))
+        whole = remaining_exponent = beams.tempering_exponent(len(beams.coarse))
+        if not unimodal:
+            remaining_exponent *= self._evidence.left
         p = self._model.params
         min_particles = p.min_particles if unimodal else max(p.min_particles, p.max_particles // 4)
         for _ in range(MAX_STAGES if unimodal else 1):
-            remaining_exponent -= self._tempering_step(beams.coarse, remaining_exponent, min_particles)
+            used = self._tempering_step(beams.coarse, remaining_exponent, min_particles)
+            self._evidence.use(used / whole)
+            remaining_exponent -= used
             if remaining_exponent <= 0.0:
                 break
+        self._field_of_view = beams.field_of_view
         self._update_cluster()
         self._refine(beams)
 

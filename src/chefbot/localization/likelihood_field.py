@@ -8,7 +8,7 @@ beam.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -21,6 +21,8 @@ from chefbot.maths.grid import OCCUPIED_FROM, Grid
 SURFACE_DEPTH = 2
 """Depth of the surface of a solid, cells: walls up to four cells thick count completely."""
 FREE_BELOW = 25
+TOLERANCE = 1.5
+"""Distance that says nothing about the place, cells: how far off a wall lies that a map draws as cells."""
 PAD = 2
 """Width of the border, cells: beams that end off the map are clamped to it, so the kernel needs no bounds
 check.
@@ -221,6 +223,17 @@ class LikelihoodField:
             grid=grid,
             free=free,
         )
+
+    def tolerant(self, params: AmclParams) -> LikelihoodField:
+        """Return the field in which a beam that ends up to TOLERANCE cells from an obstacle is a perfect hit.
+
+        Between places that are far apart such distances are errors of the map, the same in every scan.
+        """
+        squared = np.rint((self.distance / np.float32(self.grid.resolution)) ** 2)
+        cells = np.sqrt(np.arange(int(squared.max()) + 1, dtype=np.float64))
+        metres = np.maximum(cells - TOLERANCE, 0.0) * self.grid.resolution
+        table = log_likelihood(metres, params).astype(np.float32)
+        return replace(self, log_likelihood=_look_up(squared, table, 0))
 
     def log_likelihoods(
         self, particles: NDArray[np.float64], points: NDArray[np.float64]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,9 @@ from chefbot.localization.view_evidence import ViewEvidence
 from chefbot.maths.se2 import SE2
 
 MAX_STAGES = 6
+GLOBAL_FACTOR = 10
+"""Ratio of the maximum number of particles while several places are possible to that of one place: with fewer it
+would be chance which of them have a particle near enough to survive the first scans."""
 FINE_BEAMS = 180
 """Number of beams for the refinement of the reported pose; more only cost time."""
 MIN_UNIMODAL_SHARE = 0.97
@@ -38,6 +42,11 @@ class FilterModels:
     field: LikelihoodField
     bins: PoseBins
     rng: np.random.Generator
+
+    @cached_property
+    def tolerant_field(self) -> LikelihoodField:
+        """The field by which places that are far apart are compared."""
+        return self.field.tolerant(self.params)
 
 
 class BeamEnds(NamedTuple):
@@ -120,9 +129,10 @@ class ParticleFilter:
         if not unimodal:
             remaining_exponent *= self._evidence.left
         p = self._model.params
-        min_particles = p.min_particles if unimodal else max(p.min_particles, p.max_particles // 4)
+        min_particles = p.min_particles if unimodal else p.max_particles
         for _ in range(MAX_STAGES if unimodal else 1):
-            used = self._tempering_step(beams.coarse, remaining_exponent, min_particles)
+            field = self._model.field if unimodal else self._model.tolerant_field
+            used = self._tempering_step(field, beams.coarse, remaining_exponent, min_particles)
             self._evidence.use(used / whole)
             remaining_exponent -= used
             if remaining_exponent <= 0.0:
@@ -131,16 +141,21 @@ class ParticleFilter:
         self._update_cluster()
         self._refine(beams)
 
-    def _tempering_step(self, points: NDArray[np.float64], max_exponent: float, min_particles: int) -> float:
+    def _tempering_step(
+        self, field: LikelihoodField, points: NDArray[np.float64], max_exponent: float, min_particles: int
+    ) -> float:
         """Weight with an exponent of at most `max_exponent`, resample, and return the exponent."""
         m = self._model
         # log p(z | x, m) of every particle
-        scores = m.field.log_likelihoods(self.particles, points)
+        scores = field.log_likelihoods(self.particles, points)
         # Largest exponent that keeps enough effective particles
         exponent = tempering.exponent_for(scores, self.weights, max_exponent, tempering.EFFECTIVE_SHARE)
         weights = tempering.weights_of(scores, self.weights, exponent)
         # KLD sampling decides on the number of particles
-        self.particles = resampling.resample(self.particles, weights, m.bins, m.params, m.rng, min_particles)
+        most = m.params.max_particles * (1 if field is m.field else GLOBAL_FACTOR)
+        self.particles = resampling.resample(
+            self.particles, weights, m.bins, m.params, m.rng, min_particles, most
+        )
         self.weights = np.full(len(self.particles), 1.0 / len(self.particles))
         # Copies are spread by a kernel before the next stage (regularized particle filter)
         if exponent < max_exponent:

@@ -78,18 +78,24 @@ def resample(
     params: AmclParams,
     rng: np.random.Generator,
     min_particles: int,
+    max_particles: int,
 ) -> NDArray[np.float64]:
-    """Return at least `min_particles` equally weighted particles (m, 3) drawn from particles (n, 3).
+    """Return `min_particles` to `max_particles` equally weighted particles (m, 3) drawn from particles (n, 3).
 
     weights: (n,), summing to 1. The number of particles is determined with draws in shuffled order as in the
     book's table 8.4; the set itself is drawn again by low-variance resampling with exactly that many
     particles, which preserves more diversity than the independent draws would.
+
+    It goes through the particles bin by bin, so that each hypothesis gets its share to within some particles: in any
+    other order the shares drift at random, and after some hundred scans one of two equal rooms is left.
     """
-    max_particles = params.max_particles
     limits = (min_particles, max_particles, params.pf_err, params.pf_z)
     # How many: count the occupied bins of up to max_particles draws
     draws = low_variance(weights, max_particles, rng.random())
     n = _required_particles(
         particles, draws, _stride(max_particles), limits, bins.corner, bins.shape, bins.labels
     )
-    return particles[low_variance(weights, n, rng.random())]
+    particle_bins, occupied = bins.label(particles)
+    bins.clear(occupied)
+    by_bin = np.argsort(occupied[particle_bins], kind="stable")
+    return particles[by_bin[low_variance(weights[by_bin], n, rng.random())]]

@@ -22,7 +22,7 @@ SURFACE_DEPTH = 2
 """Depth of the surface of a solid, cells: walls up to four cells thick count completely."""
 FREE_BELOW = 25
 TOLERANCE = 1.5
-"""Distance that says nothing about the place, cells: how far off a wall lies that a map draws as cells."""
+"""Distance that is no evidence about the place, cells: how far off a wall lies that a map draws as cells."""
 PAD = 2
 """Width of the border, cells: beams that end off the map are clamped to it, so the kernel needs no bounds
 check.

@@ -152,9 +152,9 @@ class ParticleFilter:
         exponent = tempering.exponent_for(scores, self.weights, max_exponent, tempering.EFFECTIVE_SHARE)
         weights = tempering.weights_of(scores, self.weights, exponent)
         # KLD sampling decides on the number of particles
-        most = m.params.max_particles * (1 if field is m.field else GLOBAL_FACTOR)
+        limit = m.params.max_particles * (1 if field is m.field else GLOBAL_FACTOR)
         self.particles = resampling.resample(
-            self.particles, weights, m.bins, m.params, m.rng, min_particles, most
+            self.particles, weights, m.bins, m.params, m.rng, min_particles, limit
         )
         self.weights = np.full(len(self.particles), 1.0 / len(self.particles))
         # Copies are spread by a kernel before the next stage (regularized particle filter)

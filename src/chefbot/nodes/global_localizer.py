@@ -45,7 +45,7 @@ class GlobalLocalizerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_un
 class GlobalLocalizerNode(Node):
     """Turns and drives carefully, by sensors only, until localization has converged for some updates.
 
-    Rooms that are built alike are told apart by what lies beyond them, so each round drives the open way that leads
+    Rooms that are built alike differ in what lies beyond them, so each round drives the open way that leads
     farthest from where the robot has been. The result is published once on `localized`; navigation waits for it.
     """
 

@@ -159,3 +159,9 @@ def test_a_patrol_and_following_wait_for_the_end_of_a_round(command: do.Operator
 def test_a_patrol_to_an_unknown_place_is_refused() -> None:
     with pytest.raises(UserError, match="no place called bar"):
         validate_command(do.Patrol(["kitchen", "bar"]), PLACES, DeliveryStatus(state="idle"))
+
+
+def test_food_is_not_ordered_to_the_kitchen() -> None:
+    for state in ("idle", "driving"):
+        with pytest.raises(UserError, match="food comes from kitchen; order it to another place"):
+            validate_command(do.Deliver(["table_1", "kitchen"]), PLACES, DeliveryStatus(state=state))

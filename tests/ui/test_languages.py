@@ -118,7 +118,15 @@ def delivery_sentences() -> Iterator[str]:
     for name, text in vars(status_messages).items():
         if name.isupper() and isinstance(text, str) and name not in ("ROUND_WAITS", "PARKING_PLACE"):
             yield text.strip().format(3)
-    for name in ("on_the_way", "at", "not_taken", "battery_skipped", "not_served", "left_out"):
+    for name in (
+        "on_the_way",
+        "with_food_back",
+        "at",
+        "not_taken",
+        "battery_skipped",
+        "not_served",
+        "left_out",
+    ):
         yield getattr(status_messages, name)("table_3")
     waits = DeliveryStatus(queue=("table_1", "table_2"), place="table_1", on_trays=("table_2", "table_1"))
     for trays in (0, 2):

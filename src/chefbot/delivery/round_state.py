@@ -55,8 +55,9 @@ class RoundState:
     def _drive(self, state: str, place: str) -> None:
         self.number += 1
         held = self.status.hold_reason
-        description = self.status.description if held else status_messages.on_the_way(place)
-        self._update_status(state=state, place=place, description=description)
+        self._update_status(state=state, place=place)
+        if not held:
+            self._update_status(description=self._on_the_way())
         if held:
             self._update_held_sentence()
 
@@ -72,7 +73,12 @@ class RoundState:
         self.number += 1
         self._leave_place()
         if self.in_progress:
-            self._update_status(description=status_messages.on_the_way(self.status.place))
+            self._update_status(description=self._on_the_way())
+
+    def _on_the_way(self) -> str:
+        returns_food = self.status.state == "returning" and self.status.untaken
+        sentence = status_messages.with_food_back if returns_food else status_messages.on_the_way
+        return sentence(self.status.place)
 
     def _wait_for_choice(self, reason: str) -> None:
         self._update_status(hold_reason="choice", description=status_messages.choose(self.status, reason))

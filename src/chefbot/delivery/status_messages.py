@@ -50,6 +50,7 @@ def _about(sentence: str) -> Callable[[str], str]:
 
 
 on_the_way = _about("On the way to {}.")
+with_food_back = _about("On the way to {} with the food that nobody took.")
 at = _about("At {}.")
 not_taken = _about("{}: nobody took the food")
 battery_skipped = _about("{}: the battery was not enough for it")

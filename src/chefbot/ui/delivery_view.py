@@ -85,6 +85,8 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
     missing = [name for name in requested if name not in places]
     if missing:
         raise UserError(f"There is no place called {missing[0]}")
+    if isinstance(command, do.Deliver) and KITCHEN in command.tables:
+        raise UserError(f"The food comes from {display_name(KITCHEN)}; order it to another place")
     if isinstance(command, do.DeletePlace):
         _check_deletion(command.name, status)
     if isinstance(command, do.Goal | do.GoPlace) and status.state in IN_ROUND and not command.when:

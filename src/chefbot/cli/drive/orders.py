@@ -121,7 +121,8 @@ def _print_answers(delivery: Mapping[str, Any], page: str) -> None:
 def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
     """Print every step until the robot is home again or has failed; return the exit code."""
     begun = busy = False
-    printed = ""
+    printed = own_round = ""
+    missed = names
     stops: set[int] = set()
     while True:
         _print_stops(robot, stops)
@@ -129,6 +130,10 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
             continue
         delivery = robot.latest["delivery"]
         begun = begun or _is_served(delivery, names)
+        if begun:
+            own_round = own_round or delivery["order_id"]
+        if own_round and delivery["order_id"] not in ("", own_round):  # the next round has begun
+            return _exit_code(missed, "")
         if names in _waiting(delivery) and not begun:
             printed = _print_once(f"Behind other orders: {delivery['step']}", printed)
             busy = True

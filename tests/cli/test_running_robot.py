@@ -41,6 +41,7 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
         ("failed", 1, "table_1 was not reached."),
         ("cancelled", 1, "not delivered: table_2"),
         ("behind", 0, "Behind other orders: table_9 was not reached."),
+        ("followed", 1, "not delivered: table_2"),
     ],
 )
 @pytest.mark.slow

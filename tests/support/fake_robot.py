@@ -101,7 +101,12 @@ class FakeRobot:
                 self._show("idle", "The delivery was cancelled.", tables[:count])
                 return
             missed = self.fate == "failed" and count == 0
-            self._show("driving", f"On the way to {table}.", [] if missed else tables[:count])
+            self._show(
+                "driving", f"On the way to {table}.", [] if missed else tables[:count], order_id="fake 1"
+            )
+        if self.fate == "followed":  # by the round of another order
+            self._show("driving", "On the way to kitchen.", order_id="fake 2", queue=("table_9",))
+            return
         self._show("returning", "On the way to home.", tables)
         if self.fate == "failed":
             self._show("failed", f"{tables[0]} was not reached.", tables[1:])

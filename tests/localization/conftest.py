@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from chefbot.localization.likelihood_field import LikelihoodField
+from chefbot.localization.params import AmclParams
+from chefbot.localization.particle_filter import BeamEnds, FilterModels, ParticleFilter
+from chefbot.localization.pose_bins import PoseBins
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
@@ -218,3 +224,20 @@ def twin_rooms() -> World:
 @pytest.fixture(scope="session")
 def drives() -> Drives:
     return Drives()
+
+
+def turn_in_a_twin_room(twin_rooms: World, grid: Grid, lidar: Any, seed: int) -> Iterator[ParticleFilter]:
+    """Yield a filter with half of its particles in each of two equal rooms, at each scan of a robot that turns.
+
+    grid: the map, which may differ from what the lidar sees.
+    """
+    params, rng = AmclParams(seed=seed), np.random.default_rng(seed)
+    model = FilterModels(params, LikelihoodField.of(grid, params), PoseBins(grid), rng)
+    rooms = np.array([[2.48, 2.0, 0.0], [8.48, 2.0, 0.0]])
+    particles = ParticleFilter(np.repeat(rooms, 2500, axis=0) + rng.normal(size=(5000, 3)) * 0.1, model)
+    for k in range(60):
+        ranges = lidar.scan(twin_rooms, SE2(2.48, 2.0, 0.1 * k), rng)
+        ends = np.stack([ranges * np.cos(lidar.angles), ranges * np.sin(lidar.angles)], axis=1)
+        particles.propagate(SE2(0.0, 0.0, 0.1 if k else 0.0))
+        particles.correct(BeamEnds.of(lidar.angles, ends, params))
+        yield particles

@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.localization.conftest import turn_in_a_twin_room
 
 from chefbot.localization.amcl import Amcl
 from chefbot.localization.errors import LocalizationError
-from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
-from chefbot.localization.particle_filter import BeamEnds, FilterModels, ParticleFilter
-from chefbot.localization.pose_bins import PoseBins
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
@@ -101,16 +99,7 @@ def test_lidar_localizes_globally_among_similar_rooms(
 
 @pytest.mark.parametrize("seed", range(3))
 def test_two_identical_rooms_keep_both_hypotheses(twin_rooms: Any, lidar: Any, seed: int) -> None:
-    params, rng = AmclParams(seed=seed), np.random.default_rng(seed)
-    field = LikelihoodField.of(twin_rooms.grid, params)
-    model = FilterModels(params, field, PoseBins(twin_rooms.grid), rng)
-    rooms = np.array([[2.48, 2.0, 0.0], [8.48, 2.0, 0.0]])
-    particles = ParticleFilter(np.repeat(rooms, 2500, axis=0) + rng.normal(size=(5000, 3)) * 0.1, model)
-    for k in range(60):
-        ranges = lidar.scan(twin_rooms, SE2(2.48, 2.0, 0.1 * k), rng)
-        ends = np.stack([ranges * np.cos(lidar.angles), ranges * np.sin(lidar.angles)], axis=1)
-        particles.propagate(SE2(0.0, 0.0, 0.1 if k else 0.0))
-        particles.correct(BeamEnds.of(lidar.angles, ends, params))
+    for particles in turn_in_a_twin_room(twin_rooms, twin_rooms.grid, lidar, seed):
         left = float(particles.weights[particles.particles[:, 0] < 5.0].sum())
         assert 0.2 < left < 0.8 and not particles.is_narrow
 

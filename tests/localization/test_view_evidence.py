@@ -5,15 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.localization.conftest import turn_in_a_twin_room
 
-from chefbot.localization.likelihood_field import LikelihoodField
-from chefbot.localization.params import AmclParams
-from chefbot.localization.particle_filter import BeamEnds, FilterModels, ParticleFilter
-from chefbot.localization.pose_bins import PoseBins
 from chefbot.localization.view_evidence import EVIDENCE_OF_A_VIEW, NEW_VIEW_DISTANCE, ViewEvidence
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -44,17 +40,9 @@ def test_motion_and_rotation_of_a_narrow_view_renew_it() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_table_that_is_not_on_the_map_chooses_no_room(twin_rooms: Any, lidar: Any, seed: int) -> None:
     """The map has a new table in the robot's own room only; while it turns there, the other room must not win."""
-    params, rng = AmclParams(seed=seed), np.random.default_rng(seed)
     cells = twin_rooms.grid.cells.copy()
     row, col = twin_rooms.grid.cell(2.48, 2.9)
     cells[row : row + 3, col - 4 : col + 5] = 100
     grid = Grid(cells, twin_rooms.grid.resolution, twin_rooms.grid.origin_x, twin_rooms.grid.origin_y)
-    model = FilterModels(params, LikelihoodField.of(grid, params), PoseBins(grid), rng)
-    rooms = np.array([[2.48, 2.0, 0.0], [8.48, 2.0, 0.0]])
-    particles = ParticleFilter(np.repeat(rooms, 2500, axis=0) + rng.normal(size=(5000, 3)) * 0.1, model)
-    for k in range(60):
-        ranges = lidar.scan(twin_rooms, SE2(2.48, 2.0, 0.1 * k), rng)
-        ends = np.stack([ranges * np.cos(lidar.angles), ranges * np.sin(lidar.angles)], axis=1)
-        particles.propagate(SE2(0.0, 0.0, 0.1 if k else 0.0))
-        particles.correct(BeamEnds.of(lidar.angles, ends, params))
+    for particles in turn_in_a_twin_room(twin_rooms, grid, lidar, seed):
         assert not particles.is_narrow

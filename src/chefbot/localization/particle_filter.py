@@ -129,10 +129,12 @@ class ParticleFilter:
         if not unimodal:
             remaining_exponent *= self._evidence.left
         p = self._model.params
-        min_particles = p.min_particles if unimodal else p.max_particles
+        limits = p.min_particles, p.max_particles
+        if not unimodal:
+            limits = p.max_particles, GLOBAL_FACTOR * p.max_particles
         for _ in range(MAX_STAGES if unimodal else 1):
             field = self._model.field if unimodal else self._model.tolerant_field
-            used = self._tempering_step(field, beams.coarse, remaining_exponent, min_particles)
+            used = self._tempering_step(field, beams.coarse, remaining_exponent, limits)
             self._evidence.use(used / whole)
             remaining_exponent -= used
             if remaining_exponent <= 0.0:
@@ -142,7 +144,11 @@ class ParticleFilter:
         self._refine(beams)
 
     def _tempering_step(
-        self, field: LikelihoodField, points: NDArray[np.float64], max_exponent: float, min_particles: int
+        self,
+        field: LikelihoodField,
+        points: NDArray[np.float64],
+        max_exponent: float,
+        limits: tuple[int, int],
     ) -> float:
         """Weight with an exponent of at most `max_exponent`, resample, and return the exponent."""
         m = self._model
@@ -152,10 +158,7 @@ class ParticleFilter:
         exponent = tempering.exponent_for(scores, self.weights, max_exponent, tempering.EFFECTIVE_SHARE)
         weights = tempering.weights_of(scores, self.weights, exponent)
         # KLD sampling decides on the number of particles
-        limit = m.params.max_particles * (1 if field is m.field else GLOBAL_FACTOR)
-        self.particles = resampling.resample(
-            self.particles, weights, m.bins, m.params, m.rng, min_particles, limit
-        )
+        self.particles = resampling.resample(self.particles, weights, m.bins, m.params, m.rng, *limits)
         self.weights = np.full(len(self.particles), 1.0 / len(self.particles))
         # Copies are spread by a kernel before the next stage (regularized particle filter)
         if exponent < max_exponent:

@@ -164,19 +164,3 @@ def test_cells_deep_within_a_solid_are_not_surface() -> None:
     thick[5:9] = True
     assert (surfaces(thick) == thick).all(), "all cells of a wall of four cells are surface"
     assert (surfaces(walls) == walls).all()
-
-
-def test_two_hypotheses_keep_their_shares_over_many_scans() -> None:
-    """Without evidence for one of them, resampling must not choose."""
-    grid = Grid(np.zeros((200, 200), np.int8), 0.05, 0.0, 0.0)
-    bins, rng, params = PoseBins(grid), np.random.default_rng(3), AmclParams()
-    modes = np.array([[2.0, 2.0, 0.5], [8.0, 7.5, 0.5]])
-    particles = np.repeat(modes, 1500, axis=0)
-    rng.shuffle(particles)
-    for _ in range(1500):
-        particles = particles + rng.normal(0.0, 0.01, particles.shape)
-        spread = 0.2 * (particles - np.where(particles[:, :1] < 5.0, modes[0], modes[1]))
-        particles = particles - spread  # as measurements hold each of them together
-        weights = rng.uniform(0.5, 1.5, len(particles))
-        particles = resampling.resample(particles, weights / weights.sum(), bins, params, rng, 3000, 3000)
-    assert np.mean(particles[:, 0] < 5.0) == pytest.approx(0.5, abs=0.1)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.localization.conftest import turn_in_a_twin_room
 
 from chefbot.localization.view_evidence import EVIDENCE_OF_A_VIEW, NEW_VIEW_DISTANCE, ViewEvidence
-from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 
 
@@ -35,14 +32,3 @@ def test_motion_and_rotation_of_a_narrow_view_renew_it() -> None:
     assert evidence.left == pytest.approx(0.75 * EVIDENCE_OF_A_VIEW)
     evidence.move(SE2(9.0, 0.0, 0.0), 1.0)
     assert evidence.left == EVIDENCE_OF_A_VIEW, "no more than one view is kept"
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_table_that_is_not_on_the_map_chooses_no_room(twin_rooms: Any, lidar: Any, seed: int) -> None:
-    """The map has a new table in the robot's own room only; while it turns there, the other room must not win."""
-    cells = twin_rooms.grid.cells.copy()
-    row, col = twin_rooms.grid.cell(2.48, 2.9)
-    cells[row : row + 3, col - 4 : col + 5] = 100
-    grid = Grid(cells, twin_rooms.grid.resolution, twin_rooms.grid.origin_x, twin_rooms.grid.origin_y)
-    for particles in turn_in_a_twin_room(twin_rooms, grid, lidar, seed):
-        assert not particles.is_narrow

@@ -85,9 +85,6 @@ def resample(
     weights: (n,), summing to 1. The number of particles is determined with draws in shuffled order as in the
     book's table 8.4; the set itself is drawn again by low-variance resampling with exactly that many
     particles, which preserves more diversity than the independent draws would.
-
-    It goes through the particles bin by bin, so that each hypothesis gets its share to within some particles: in any
-    other order the shares drift at random, and after some hundred scans one of two equal rooms is left.
     """
     limits = (min_particles, max_particles, params.pf_err, params.pf_z)
     # How many: count the occupied bins of up to max_particles draws
@@ -95,7 +92,4 @@ def resample(
     n = _required_particles(
         particles, draws, _stride(max_particles), limits, bins.corner, bins.shape, bins.labels
     )
-    particle_bins, occupied = bins.label(particles)
-    bins.clear(occupied)
-    by_bin = np.argsort(occupied[particle_bins], kind="stable")
-    return particles[by_bin[low_variance(weights[by_bin], n, rng.random())]]
+    return particles[low_variance(weights, n, rng.random())]

@@ -25,7 +25,9 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
         robot.show_places()
         robot.server.set_layer("robot", RobotView(x=2.0, y=1.1, yaw=math.pi / 2, v=0.25))
         later = WaitingOrderView(id="b", places=("table_1", "table_3"))
-        on_the_way = DeliveryView(step="Driving to table 3.", queue=("table_2",), orders=(later,))
+        on_the_way = DeliveryView(
+            step="Driving to table 3.", queue=("table_2",), orders=(later,), errands=("home",)
+        )
         robot.server.set_layer("delivery", on_the_way)
         warnings = ("Board: low battery [1]", "Lidar: late")
         known = StatusView(
@@ -44,7 +46,16 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     assert rows["battery"] == "62 %, 11.6 V" and rows["localization"] == "97% sure"
     assert rows["delivery"] == "Driving to table 3." and rows["warning"] == "Lidar: late"
     assert "last stop       A door.\n" in out
-    assert "still to serve  table 2\nordered next    table 1 and table 3\n" in out
+    assert "still to serve  table 2\nother goals     home\norder 1 waits   table 1 and table 3\n" in out
+
+
+@pytest.mark.slow
+def test_a_map_without_places_delivers_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        robot.server.set_layer("status", StatusView())
+        robot.show_waiting_for_order()
+        show_status(robot.url)
+    assert "delivery        not possible: no named places; store" in capsys.readouterr().out
 
 
 @pytest.mark.slow

@@ -12,15 +12,34 @@ from tests.support.fake_robot import PLACES, fake_robot
 from tests.support.waiting import PATIENCE
 
 from chefbot.cli import running_robot
-from chefbot.cli.drive.goals import cancel_goal, press_stop, release_stop, send_follow, send_goal, send_patrol
+from chefbot.cli.drive.goals import (
+    cancel_goal,
+    cancel_order,
+    press_stop,
+    release_stop,
+    send_follow,
+    send_goal,
+    send_patrol,
+)
 from chefbot.cli.drive.orders import confirm_step, order_delivery
 from chefbot.cli.map.save import save_running_map
 from chefbot.errors import UserError
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places
-from chefbot.ui.commands import Cancel, Deliver, Follow, Goal, GoPlace, Loaded, Patrol, Resume, Stop
-from chefbot.ui.display.views import StopView
+from chefbot.ui.commands import (
+    Cancel,
+    ChangeQueue,
+    Deliver,
+    Follow,
+    Goal,
+    GoPlace,
+    Loaded,
+    Patrol,
+    Resume,
+    Stop,
+)
+from chefbot.ui.display.views import DeliveryView, StopView, WaitingOrderView
 
 
 @pytest.fixture(autouse=True)
@@ -40,7 +59,11 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
         ("home", 0, "At home, waiting for an order."),
         ("failed", 1, "table_1 was not reached."),
         ("cancelled", 1, "not delivered: table_2"),
-        ("behind", 0, "Behind other orders: table_9 was not reached."),
+        (
+            "behind",
+            0,
+            "Behind other orders: the robot is on the way to table 9.\nBehind other orders: table_9 was not reached.",
+        ),
         ("followed", 1, "not delivered: table_2"),
     ],
 )
@@ -221,9 +244,18 @@ def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> 
 @pytest.mark.slow
 def test_a_goal_during_a_delivery_has_its_time(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
+        robot.show_waiting_for_food()
         send_goal(["1", "2"], robot.url, "after")
         assert robot.commands.get(timeout=PATIENCE) == Goal(1.0, 2.0, 0.0, "after")
     assert capsys.readouterr().out == "The robot drives to 1 2 after the round.\n"
+
+
+@pytest.mark.slow
+def test_a_goal_after_the_round_is_driven_to_without_one(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        robot.show_waiting_for_order()
+        send_goal(["1", "2"], robot.url, "after")
+    assert capsys.readouterr().out.startswith("Driving to 1 2;")
 
 
 def test_an_unknown_table_number_is_answered_with_the_places() -> None:
@@ -284,6 +316,18 @@ def test_cancel_is_sent() -> None:
     with fake_robot() as robot:
         cancel_goal(robot.url)
         assert robot.commands.get(timeout=PATIENCE) == Cancel()
+
+
+@pytest.mark.slow
+def test_one_waiting_order_is_cancelled_by_its_number(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        orders = tuple(WaitingOrderView(id=key, places=(f"table_{key}",)) for key in "12")
+        robot.server.set_layer("delivery", DeliveryView(state="driving", orders=orders))
+        with pytest.raises(UserError, match="order 3 is none of the 2 that wait"):
+            cancel_order(3, robot.url)
+        cancel_order(2, robot.url)
+        assert robot.commands.get(timeout=PATIENCE) == ChangeQueue([], "2")
+    assert capsys.readouterr().out == "The order to table 2 is cancelled.\n"
 
 
 @pytest.mark.slow

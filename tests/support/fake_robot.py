@@ -13,7 +13,18 @@ import numpy as np
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui.commands import Deliver, Follow, Goal, Loaded, OperatorCommand, Patrol
+from chefbot.msgs.chefbot_maps import MapEditResult
+from chefbot.ui.commands import (
+    ChangeQueue,
+    DeletePlace,
+    Deliver,
+    Follow,
+    Goal,
+    Loaded,
+    OperatorCommand,
+    Patrol,
+    PutPlace,
+)
 from chefbot.ui.display.views import CauseView, DeliveryView, StatusView, WaitingOrderView
 from chefbot.ui.server import WebUiServer
 
@@ -83,9 +94,17 @@ class FakeRobot:
             self.show_failures(self._failures + 1, "The goal lies outside the map.")
         if isinstance(command, Loaded):
             self._show("driving", "On the way to table_1.")
+        if isinstance(command, PutPlace | DeletePlace):
+            self._change_place(command)
+        if isinstance(command, ChangeQueue):
+            self._show("driving", "On the way to kitchen.")
         if isinstance(command, Deliver):
             self._threads.append(threading.Thread(target=self._deliver, args=(command.tables,)))
             self._threads[-1].start()
+
+    def _change_place(self, command: PutPlace | DeletePlace) -> None:
+        problem = "table_9 lies in a wall" if command.name == "table_9" else ""
+        self.server.set_layer("edit", MapEditResult(command.id, not problem, problem))
 
     def _deliver(self, tables: list[str]) -> None:
         if self.fate == "flat":
@@ -94,7 +113,7 @@ class FakeRobot:
         if self.fate == "behind":
             order = WaitingOrderView(id="b", places=tuple(tables))
             for state in ("driving", "failed"):
-                self._show(state, "table_9 was not reached.", orders=(order,))
+                self._show(state, "table_9 was not reached.", orders=(order,), place="table_9")
         self._show("driving", "On the way to kitchen.", order_id="fake 1", queue=tuple(tables))
         for count, table in enumerate(tables):
             if self.fate == "cancelled" and count == 1:

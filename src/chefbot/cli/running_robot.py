@@ -16,6 +16,9 @@ REFUSAL_TIMEOUT = 0.5
 LAYER_TIMEOUT = 1.0
 """Timeout of a layer that not every robot has, s: it is sent with the first frames or not at all."""
 
+ADD_PLACES = "store where it is as one with `chefbot drive place NAME`"
+"""What to do on a map without named places, as part of a sentence about the robot."""
+
 
 def known_places(robot: WebUiClient) -> dict[str, SE2]:
     """Return the robot's named places with their poses in the map frame; empty if it has none."""

@@ -122,8 +122,15 @@ def find_place(query: str, places: Collection[str], labels: Mapping[str, str] | 
         return labelled[0]
     if labelled:
         raise UserError(f"several places are called {query!r}: {', '.join(labelled)}")
-    name = f"table_{query}" if query.isdigit() else query.lower().replace(" ", "_")
+    name = name_of_place(query)
+    if name not in places and "," in query:
+        raise UserError(f"there is no place called {query!r}; separate several by spaces")
     if name not in places:
         hint = f" (known: {', '.join(sorted(places))})" if query.isdigit() else name_hint(name, places)
         raise UserError(f"there is no place called {query!r}{hint}")
     return name
+
+
+def name_of_place(query: str) -> str:
+    """Return the name that a person means: 'table_3' for the number 3, 'meeting_room' for 'Meeting room'."""
+    return f"table_{query}" if query.isdigit() else query.lower().replace(" ", "_")

@@ -99,12 +99,41 @@ def follow(
     send_follow(person, page)
 
 
-@drive_app.command("cancel")
-def cancel(page: Annotated[str, PAGE] = WEB_UI) -> None:
-    """Cancel the goal, a patrol, the following and all deliveries."""
-    from chefbot.cli.drive.goals import cancel_goal
+@drive_app.command("place")
+def place(
+    name: Annotated[str, typer.Argument(help="such as kitchen, home, 3 (table_3); default: list them")] = "",
+    pose: Annotated[
+        list[str] | None,
+        typer.Argument(help="X Y [YAW] in the map frame, m and degrees; default: where the robot is"),
+    ] = None,
+    remove: Annotated[bool, typer.Option("--remove", help="remove this place")] = False,
+    page: Annotated[str, PAGE] = WEB_UI,
+) -> None:
+    """Store where the robot is, or a pose, as a named place of its map; without a name, list the places."""
+    from chefbot.cli.drive.places import print_places, put_place, remove_place
 
-    cancel_goal(page)
+    if not name:
+        print_places(page)
+    elif remove:
+        remove_place(name, page)
+    else:
+        put_place(name, pose or [], page)
+
+
+@drive_app.command("cancel")
+def cancel(
+    order: Annotated[
+        int, typer.Option(min=0, help="number of a waiting order in `chefbot drive status`; 0: everything")
+    ] = 0,
+    page: Annotated[str, PAGE] = WEB_UI,
+) -> None:
+    """Cancel the goal, a patrol, the following and all deliveries, or one order that waits."""
+    from chefbot.cli.drive.goals import cancel_goal, cancel_order
+
+    if order:
+        cancel_order(order, page)
+    else:
+        cancel_goal(page)
 
 
 @drive_app.command("stop")

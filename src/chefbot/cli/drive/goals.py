@@ -11,17 +11,29 @@ from rich.console import Console
 
 from chefbot.cli import running_robot
 from chefbot.cli.running_robot import (
+    ADD_PLACES,
     await_failure,
     await_refusal,
     failed_goals,
     find_shown_place,
     known_places,
 )
-from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN
+from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, join_names
 from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
 from chefbot.plural import number_of
 from chefbot.ui.command_types import When
-from chefbot.ui.commands import Cancel, Follow, Goal, GoPlace, OperatorCommand, Patrol, Resume, Stop
+from chefbot.ui.commands import (
+    Cancel,
+    ChangeQueue,
+    Follow,
+    Goal,
+    GoPlace,
+    OperatorCommand,
+    Patrol,
+    Resume,
+    Stop,
+)
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -34,9 +46,10 @@ def send_goal(target: list[str], page: str, when: When = "") -> None:
     """
     with WebUiClient(page) as robot:
         goal, failed_before = _goal(target, robot, when), failed_goals(robot)
+        after_round = when == "after" and _in_round(robot)
         robot.send(goal)
         try:
-            if when == "after":
+            if after_round:
                 await_refusal(robot)
             else:
                 await_failure(robot, failed_before)
@@ -45,10 +58,16 @@ def send_goal(target: list[str], page: str, when: When = "") -> None:
                 raise UserError(f"{refusal} (--when now, after or instead)") from None
             raise
     place = " ".join(target)
-    if when == "after":
+    if after_round:
         console.print(f"The robot drives to {place} after the round.")
     else:
         console.print(f"Driving to {place}; `chefbot drive cancel` cancels it.")
+
+
+def _in_round(robot: WebUiClient) -> bool:
+    """Return whether a delivery round is in progress; without one a goal is driven to at once."""
+    delivery = robot.wait_for("delivery", running_robot.LAYER_TIMEOUT)
+    return delivery is not None and delivery["round_active"]
 
 
 def send_patrol(targets: list[str], rounds: int, without_stops: bool, page: str) -> None:
@@ -57,7 +76,7 @@ def send_patrol(targets: list[str], rounds: int, without_stops: bool, page: str)
     with WebUiClient(page) as robot:
         places = known_places(robot)
         if not places:
-            raise UserError(f"the robot at {robot.url} has no named places to patrol")
+            raise UserError(f"the robot at {robot.url} has no named places to patrol; {ADD_PLACES}")
         names = [find_shown_place(robot, target, places) for target in targets]
         failed_before = failed_goals(robot)
         robot.send(Patrol(names, rounds, without_stops))
@@ -77,20 +96,26 @@ def send_follow(person: int, page: str) -> None:
 
 
 def _goal(target: list[str], robot: WebUiClient, when: When) -> OperatorCommand:
-    numbers = _numbers(target)
-    if len(target) == 1 or numbers is None:
+    if len(target) == 1 or _numbers(target) is None:
         places = known_places(robot)
         if not places:
             raise UserError(
-                f"the robot at {robot.url} has no named places; give a pose X Y [YAW], in m and degrees"
+                f"the robot at {robot.url} has no named places; give a pose X Y [YAW], in m and degrees, or "
+                f"{ADD_PLACES}"
             )
         return GoPlace(find_shown_place(robot, " ".join(target), places), when)
-    if not all(map(math.isfinite, numbers)):
-        raise UserError(f"a pose needs finite numbers, X Y [YAW] in m and degrees; got {' '.join(target)}")
-    if len(numbers) > 3:
-        raise UserError(f"a pose is X Y [YAW], in m and degrees; got {len(numbers)} numbers")
+    return Goal(*pose_of(target), when)
+
+
+def pose_of(texts: list[str]) -> SE2:
+    """Return the pose of X Y [YAW], in m and degrees; raises UserError for other texts."""
+    numbers = _numbers(texts)
+    if numbers is None or not all(map(math.isfinite, numbers)):
+        raise UserError(f"a pose needs finite numbers, X Y [YAW] in m and degrees; got {' '.join(texts)}")
+    if len(numbers) not in (2, 3):
+        raise UserError(f"a pose is X Y [YAW], in m and degrees; got {number_of(len(numbers), 'number')}")
     x, y, *yaw = numbers
-    return Goal(x, y, math.radians(sum(yaw)), when)
+    return SE2(x, y, math.radians(sum(yaw)))
 
 
 def _numbers(texts: list[str]) -> list[float] | None:
@@ -99,6 +124,25 @@ def _numbers(texts: list[str]) -> list[float] | None:
         return [float(text) for text in texts]
     except ValueError:
         return None
+
+
+def cancel_order(number: int, page: str) -> None:
+    """Cancel one of the orders that wait, by its number in `chefbot drive status`; UserError if there is none."""
+    with WebUiClient(page) as robot:
+        delivery = robot.wait_for("delivery", running_robot.RESPONSE_TIMEOUT)
+        orders = delivery["orders"] if delivery else []
+        if number > len(orders):
+            raise UserError(
+                f"order {number} is none of the {len(orders)} that wait; `chefbot drive status` numbers them"
+            )
+        order = orders[number - 1]
+        robot.send(ChangeQueue([], order["id"]))
+        robot.wait_until(
+            lambda: order not in robot.latest["delivery"]["orders"], running_robot.RESPONSE_TIMEOUT
+        )
+        if order in robot.latest["delivery"]["orders"]:
+            raise UserError(f"the robot at {robot.url} has not cancelled order {number}")
+    console.print(f"The order to {join_names(order['places'])} is cancelled.")
 
 
 def cancel_goal(page: str) -> None:

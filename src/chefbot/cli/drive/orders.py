@@ -12,6 +12,7 @@ from chefbot.causes.sentences import EFFECT_NAMES
 from chefbot.cli import running_robot
 from chefbot.cli.parameters import WEB_UI
 from chefbot.cli.running_robot import find_shown_place, known_places
+from chefbot.delivery.status_messages import display_name
 from chefbot.errors import UserError
 from chefbot.ui.commands import Choose, Deliver, Loaded, NotTaken, OperatorCommand, Taken
 from chefbot.ui.remote.web_ui_client import WebUiClient
@@ -25,6 +26,13 @@ ANSWERS: dict[str, OperatorCommand] = {
     "end": Choose("end"),
 }
 """What a person can confirm during a delivery."""
+DOING = {
+    "loading": "the robot is loaded in the {}.",
+    "driving": "the robot is on the way to {}.",
+    "waiting": "the food is taken at {}.",
+    "unloading": "the robot is unloaded in the {}.",
+}
+"""What is done for another order, by state of the mission."""
 STOPPED = EFFECT_NAMES[STOP]
 """Effect of the causes for which the robot stands, as in the web UI's list."""
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -40,7 +48,7 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
         if not places or robot.wait_for("delivery", running_robot.RESPONSE_TIMEOUT) is None:
             raise UserError(
                 f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo` with a map "
-                "that has a file of named places beside it"
+                "that has named places, a kitchen and a home among them (`chefbot drive place NAME` stores one)"
             )
         names = [find_shown_place(robot, table, places) for table in tables]
         before = robot.latest["delivery"]
@@ -135,7 +143,7 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
         if own_round and delivery["order_id"] not in ("", own_round):  # the next round has begun
             return _exit_code(missed, "")
         if names in _waiting(delivery) and not begun:
-            printed = _print_once(f"Behind other orders: {delivery['step']}", printed)
+            printed = _print_once(f"Behind other orders: {_progress(delivery)}", printed)
             busy = True
             continue
         if delivery["step"] != printed:
@@ -146,6 +154,16 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
         if delivery["state"] == "failed" or (idle and (busy or not missed)):
             return _exit_code(missed, delivery["state"])
         busy = busy or not idle
+
+
+def _progress(delivery: Mapping[str, Any]) -> str:
+    """Return what the robot does for another order, without the sentence for the person who stands at it."""
+    doing = DOING.get(delivery["state"])
+    return (
+        delivery["step"]
+        if doing is None or not delivery["place"]
+        else doing.format(display_name(delivery["place"]))
+    )
 
 
 def _print_stops(robot: WebUiClient, printed: set[int]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from chefbot.cli.running_robot import LAYER_TIMEOUT, known_places
+from chefbot.cli.running_robot import ADD_PLACES, LAYER_TIMEOUT, known_places
 from chefbot.delivery.status_messages import display_name, join_names
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
@@ -45,7 +45,7 @@ def _rows(
     yield "place", place_sentence(layers.get("robot"), places)
     yield "speed", _speed(layers.get("robot"))
     yield "activity", status["phase"] or status["navigation"] or "none"
-    yield from _delivery(layers.get("delivery") or {}, layers.get("forecast") or [])
+    yield from _delivery(layers.get("delivery") or {}, layers.get("forecast") or [], places)
     yield "battery", _battery(status)
     yield "localization", "unknown" if status["confidence"] is None else f"{status['confidence']:.0%} sure"
     yield "emergency stop", "active" if status["stopped"] else "not active"
@@ -55,14 +55,22 @@ def _rows(
         yield "warning", warning
 
 
-def _delivery(delivery: dict[str, Any], forecast: list[dict[str, Any]]) -> Iterator[tuple[str, str]]:
-    yield "delivery", delivery.get("step") or "none"
+def _delivery(
+    delivery: dict[str, Any], forecast: list[dict[str, Any]], places: dict[str, SE2]
+) -> Iterator[tuple[str, str]]:
+    step = delivery.get("step")
+    yield (
+        "delivery",
+        f"not possible: no named places; {ADD_PLACES}" if step and not places else step or "none",
+    )
     if forecast:
         yield "stops left", "; ".join(map(_stop, forecast))
     elif queue := delivery.get("queue"):
         yield "still to serve", join_names(queue)
-    for order in delivery.get("orders", ()):
-        yield "ordered next", join_names(order["places"])
+    if errands := delivery.get("errands"):
+        yield "other goals", join_names(errands)
+    for number, order in enumerate(delivery.get("orders", ()), 1):
+        yield f"order {number} waits", join_names(order["places"])
 
 
 def _stop(stop: dict[str, Any]) -> str:

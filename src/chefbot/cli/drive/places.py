@@ -1,0 +1,84 @@
+"""`chefbot drive place`: named places on the map of a running robot."""
+
+from __future__ import annotations
+
+import math
+from uuid import uuid4
+
+from rich.console import Console
+
+from chefbot.cli import running_robot
+from chefbot.cli.drive.goals import pose_of
+from chefbot.cli.running_robot import known_places
+from chefbot.delivery.status_messages import display_name
+from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
+from chefbot.storage.places import name_of_place
+from chefbot.ui.commands import DeletePlace, PutPlace
+from chefbot.ui.remote.web_ui_client import WebUiClient
+
+console = Console(highlight=False, soft_wrap=True, markup=False)
+
+
+def put_place(name: str, pose: list[str], page: str) -> None:
+    """Store a pose (X Y [YAW], m and degrees), or where the robot is, as a place of this name on its map.
+
+    A number is that of a table. Raises UserError for an invalid pose, without a pose of the robot, or if the map
+    server refuses the place or its name.
+    """
+    name = name_of_place(name)
+    with WebUiClient(page) as robot:
+        places = known_places(robot)
+        at = pose_of(pose) if pose else _robot_pose(robot)
+        label = (robot.wait_for("labels", running_robot.LAYER_TIMEOUT) or {}).get(name, "")
+        _edit(robot, PutPlace(at.x, at.y, at.yaw, name, label=label, id=uuid4().hex))
+    moved = "is now" if name in places else "is a new place"
+    console.print(
+        f"{display_name(name)} {moved} at ({at.x:.2f}, {at.y:.2f}) m, {math.degrees(at.yaw):.0f} degrees."
+    )
+
+
+def remove_place(name: str, page: str) -> None:
+    """Remove a place from the map of a running robot; raises UserError for an unknown one, or if it is refused."""
+    with WebUiClient(page) as robot:
+        found = running_robot.find_shown_place(robot, name, known_places(robot))
+        _edit(robot, DeletePlace(found, id=uuid4().hex))
+    console.print(f"{display_name(found)} is no longer a place.")
+
+
+def print_places(page: str) -> None:
+    """Print the named places of a running robot with their poses in the map frame."""
+    with WebUiClient(page) as robot:
+        places = known_places(robot)
+        labels = robot.latest.get("labels") or {}
+    for name, at in sorted(places.items()):
+        label = f"  {labels[name]}" if name in labels else ""
+        console.print(f"{name:16} ({at.x:.2f}, {at.y:.2f}) m, {math.degrees(at.yaw):.0f} degrees{label}")
+    if not places:
+        console.print(
+            "The map has no named places; `chefbot drive place NAME` stores where the robot is as one."
+        )
+
+
+def _robot_pose(robot: WebUiClient) -> SE2:
+    at = robot.wait_for("robot", running_robot.RESPONSE_TIMEOUT)
+    if at is None:
+        raise UserError(f"the robot at {robot.url} does not know where it is; give a pose X Y [YAW]")
+    return SE2(at["x"], at["y"], at["yaw"])
+
+
+def _edit(robot: WebUiClient, command: PutPlace | DeletePlace) -> None:
+    """Send a change of the map; raises UserError with the reason if it is not applied, or without an answer."""
+    known = robot.latest.get("edit")
+    robot.send(command)
+    robot.wait_until(lambda: robot.latest.get("edit") != known, running_robot.RESPONSE_TIMEOUT)
+    result = robot.latest.get("edit")
+    if result is None or result["id"] != command.id:
+        raise UserError(
+            f"the robot at {robot.url} has not stored the place; it must run `chefbot launch amcl_demo` or another "
+            "launch with a map server"
+        )
+    if not result["applied"]:
+        raise UserError(f"not stored: {result['description']}")
+    if result["description"]:
+        console.print(result["description"])

@@ -15,7 +15,7 @@ STATES = st.sampled_from([*IN_ROUND, *STANDING, "errand"])
 @given(state=STATES, hold_reason=st.sampled_from(["", "stop", "choice", "errand"]))
 def test_a_held_round_drives_nowhere_but_on_an_errand(state: str, hold_reason: str) -> None:
     goal = Errand(name="window")
-    round_ = RoundState("kitchen", "home", lambda names: names, lambda outcome: None)
+    round_ = RoundState("kitchen", "home", lambda names: names, lambda _: None)
     round_.status = DeliveryStatus(state=state, place="table_3", hold_reason=hold_reason, errands=(goal,))
     leg = round_.leg
     if hold_reason == "errand" or (state == "errand" and not hold_reason):

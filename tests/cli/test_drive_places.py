@@ -11,6 +11,7 @@ from tests.support.waiting import PATIENCE
 from chefbot.cli import running_robot
 from chefbot.cli.drive.places import print_places, put_place, remove_place
 from chefbot.errors import UserError
+from chefbot.msgs.chefbot_maps import MapEditResult
 from chefbot.ui.commands import DeletePlace, PutPlace
 from chefbot.ui.display.views import RobotView
 
@@ -35,10 +36,11 @@ def test_a_place_is_where_the_robot_is(capsys: pytest.CaptureFixture[str]) -> No
 def test_a_place_that_exists_moves_and_keeps_its_label(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         robot.show_places()
-        put_place("2", ["1", "-2", "180"], robot.url)
+        robot.server.set_layer("edit", MapEditResult("an older one", False, "Another change."))
+        put_place("2", ["1", "-2", "-0.3"], robot.url)
         sent = robot.commands.get(timeout=PATIENCE)
     assert isinstance(sent, PutPlace) and sent.label == "窗边 2"
-    assert capsys.readouterr().out == "table 2 is now at (1.00, -2.00) m, 180 degrees.\n"
+    assert capsys.readouterr().out == "table 2 is now at (1.00, -2.00) m, 0 degrees.\n"
 
 
 @pytest.mark.slow

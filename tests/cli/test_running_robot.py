@@ -323,7 +323,7 @@ def test_one_waiting_order_is_cancelled_by_its_number(capsys: pytest.CaptureFixt
     with fake_robot() as robot:
         orders = tuple(WaitingOrderView(id=key, places=(f"table_{key}",)) for key in "12")
         robot.server.set_layer("delivery", DeliveryView(state="driving", orders=orders))
-        with pytest.raises(UserError, match="order 3 is none of the 2 that wait"):
+        with pytest.raises(UserError, match="there is no waiting order 3"):
             cancel_order(3, robot.url)
         cancel_order(2, robot.url)
         assert robot.commands.get(timeout=PATIENCE) == ChangeQueue([], "2")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 from chefbot.errors import UserError
@@ -24,6 +25,11 @@ def known_places(robot: WebUiClient) -> dict[str, SE2]:
     """Return the robot's named places with their poses in the map frame; empty if it has none."""
     shown = robot.wait_for("places", LAYER_TIMEOUT) or []
     return {place["name"]: SE2(place["x"], place["y"], place["yaw"]) for place in shown}
+
+
+def pose_text(pose: SE2) -> str:
+    """Return a pose in the map frame for people: '(1.50, 0.50) m, 90 degrees'."""
+    return f"({pose.x:.2f}, {pose.y:.2f}) m, {round(math.degrees(pose.yaw))} degrees"
 
 
 def find_shown_place(robot: WebUiClient, query: str, places: Collection[str]) -> str:

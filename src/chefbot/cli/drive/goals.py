@@ -133,7 +133,7 @@ def cancel_order(number: int, page: str) -> None:
         orders = delivery["orders"] if delivery else []
         if number > len(orders):
             raise UserError(
-                f"order {number} is none of the {len(orders)} that wait; `chefbot drive status` numbers them"
+                f"there is no waiting order {number}; `chefbot drive status` numbers those that wait"
             )
         order = orders[number - 1]
         robot.send(ChangeQueue([], order["id"]))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from uuid import uuid4
 
 from rich.console import Console
 
 from chefbot.cli import running_robot
 from chefbot.cli.drive.goals import pose_of
-from chefbot.cli.running_robot import known_places
+from chefbot.cli.running_robot import known_places, pose_text
 from chefbot.delivery.status_messages import display_name
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
@@ -33,9 +32,7 @@ def put_place(name: str, pose: list[str], page: str) -> None:
         label = (robot.wait_for("labels", running_robot.LAYER_TIMEOUT) or {}).get(name, "")
         _edit(robot, PutPlace(at.x, at.y, at.yaw, name, label=label, id=uuid4().hex))
     moved = "is now" if name in places else "is a new place"
-    console.print(
-        f"{display_name(name)} {moved} at ({at.x:.2f}, {at.y:.2f}) m, {math.degrees(at.yaw):.0f} degrees."
-    )
+    console.print(f"{display_name(name)} {moved} at {pose_text(at)}.")
 
 
 def remove_place(name: str, page: str) -> None:
@@ -53,7 +50,7 @@ def print_places(page: str) -> None:
         labels = robot.latest.get("labels") or {}
     for name, at in sorted(places.items()):
         label = f"  {labels[name]}" if name in labels else ""
-        console.print(f"{name:16} ({at.x:.2f}, {at.y:.2f}) m, {math.degrees(at.yaw):.0f} degrees{label}")
+        console.print(f"{name:16} {pose_text(at)}{label}")
     if not places:
         console.print(
             "The map has no named places; `chefbot drive place NAME` stores where the robot is as one."
@@ -69,15 +66,14 @@ def _robot_pose(robot: WebUiClient) -> SE2:
 
 def _edit(robot: WebUiClient, command: PutPlace | DeletePlace) -> None:
     """Send a change of the map; raises UserError with the reason if it is not applied, or without an answer."""
-    known = robot.latest.get("edit")
     robot.send(command)
-    robot.wait_until(lambda: robot.latest.get("edit") != known, running_robot.RESPONSE_TIMEOUT)
-    result = robot.latest.get("edit")
-    if result is None or result["id"] != command.id:
+    own = lambda: (robot.latest.get("edit") or {}).get("id") == command.id  # noqa: E731
+    if not robot.wait_until(own, running_robot.RESPONSE_TIMEOUT):
         raise UserError(
             f"the robot at {robot.url} has not stored the place; it must run `chefbot launch amcl_demo` or another "
             "launch with a map server"
         )
+    result = robot.latest["edit"]
     if not result["applied"]:
         raise UserError(f"not stored: {result['description']}")
     if result["description"]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from chefbot.cli.running_robot import ADD_PLACES, LAYER_TIMEOUT, known_places
+from chefbot.cli.running_robot import ADD_PLACES, LAYER_TIMEOUT, known_places, pose_text
 from chefbot.delivery.status_messages import display_name, join_names
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
@@ -84,7 +84,7 @@ def place_sentence(robot: dict[str, float] | None, places: dict[str, SE2]) -> st
     if robot is None:
         return "unknown"
     x, y = robot["x"], robot["y"]
-    pose = f"({x:.2f}, {y:.2f}) m, {math.degrees(robot['yaw']):.0f} degrees"
+    pose = pose_text(SE2(x, y, robot["yaw"]))
     if not places:
         return pose
     distance, name = min((math.hypot(place.x - x, place.y - y), name) for name, place in places.items())

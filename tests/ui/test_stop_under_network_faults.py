@@ -89,6 +89,17 @@ def test_a_hundred_presses_are_all_confirmed(phone: Phone) -> None:
         phone.release()
 
 
+def test_a_press_arrives_without_a_web_socket(phone: Phone) -> None:
+    """A browser makes one web socket of a host after the other, and each attempt may hang for seconds."""
+    hangs = "{ readyState: 0, binaryType: '', close() {}, send() {} }"
+    phone.tab.evaluate(f"window.WebSocket = function () {{ return {hangs}; }}, 0")
+    phone.network.reset()
+    phone.tab.wait_for("document.body.classList.contains('offline')")
+    phone.tab.evaluate("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown')), 0")
+    wait_for(lambda: phone.stopped)
+    assert phone.tab.evaluate(STOP) == "STOP: not confirmed", "only a confirmation of the base ends the alarm"
+
+
 def test_a_withdrawn_press_does_not_count_when_it_arrives(phone: Phone) -> None:
     phone.network.mode = "hole"
     phone.tab.evaluate("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")

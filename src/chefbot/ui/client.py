@@ -10,6 +10,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from chefbot.ui import protocol
 from chefbot.ui.access.roles import hidden_layers
+from chefbot.ui.access.token_bucket import TokenBucket
 from chefbot.ui.access.visitors import Visitor
 from chefbot.ui.outbox import Outbox
 
@@ -39,8 +40,7 @@ class BrowserConnection:
         self._pending_answers: deque[str] = deque(maxlen=8)
         self._pong = ""
         self._wake = asyncio.Event()
-        self._tokens = BURST
-        self._last_message_time = asyncio.get_running_loop().time()
+        self._bucket = TokenBucket(COMMANDS_PER_SECOND, BURST, asyncio.get_running_loop().time())
         self.initialized = False
         self.page = ""
         """The page's name for itself, the same on its next connection; empty if it has none."""
@@ -58,7 +58,7 @@ class BrowserConnection:
     def note_received(self, count: int) -> None:
         """Note how many pieces of bulk layers have arrived; this counts as a command only if nothing is new."""
         if self._outbox.note_received(count):
-            self._tokens += 1
+            self._bucket.give_back()
             self._wake.set()
 
     def demote(self, sentence: str) -> None:
@@ -84,11 +84,7 @@ class BrowserConnection:
 
     def within_rate_limit(self) -> bool:
         """Count a message and return whether it is within the rate limit (token bucket)."""
-        now = asyncio.get_running_loop().time()
-        # Token bucket: refill by elapsed time, take one token per message.
-        self._tokens = min(BURST, self._tokens + (now - self._last_message_time) * COMMANDS_PER_SECOND) - 1
-        self._last_message_time = now
-        return self._tokens >= 0
+        return self._bucket.take(asyncio.get_running_loop().time())
 
     async def send_forever(self, frames: Mapping[str, protocol.Frame]) -> None:
         """Send the newest frame of each changed layer; return when the browser is disconnected or too slow."""

@@ -1,8 +1,8 @@
 """Access control of the web UI: same host, same origin, and on a network only with the token.
 
 A page of another site must not reach the robot through the operator's browser: DNS rebinding shows in the
-Host header, a cross-origin WebSocket in the Origin header (RFC 6455, section 10.2). Programs that are not
-browsers send no Origin; they could forge one anyway.
+Host header, a cross-origin WebSocket or POST in the Origin header (RFC 6455, section 10.2; RFC 6454, section 7).
+Programs that are not browsers send no Origin; they could forge one anyway.
 """
 
 from __future__ import annotations
@@ -84,13 +84,14 @@ class RequestGuard:
         if not self._is_allowed_host(host):
             return "The Host header does not name the robot; use its IP address or localhost."
         origin = headers.get("origin")
-        if scope["type"] == "websocket" and origin is not None and origin not in self._origins(scope, host):
+        changes = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
+        if changes and origin is not None and origin not in self._origins(scope, host):
             return "Requests from other sites are not allowed."
         return None
 
     def _origins(self, scope: Scope, host: str) -> list[str]:
-        """Return the origins of the page itself, which may open a web socket."""
-        scheme = "https" if scope.get("scheme") == "wss" else "http"
+        """Return the origins of the page itself, which may open a web socket and press STOP."""
+        scheme = "https" if scope.get("scheme") in ("wss", "https") else "http"
         return [f"{scheme}://{host}", *([f"https://{host}"] if self._by_proxy(host) else [])]
 
     def _by_proxy(self, host: str) -> bool:

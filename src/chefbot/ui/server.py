@@ -53,6 +53,7 @@ from chefbot.ui.playback.downloads import IncidentEndpoint
 from chefbot.ui.received_pings import ReceivedPings
 from chefbot.ui.request_guard import COOKIE, RequestGuard
 from chefbot.ui.solids import SolidsEndpoint
+from chefbot.ui.stop_endpoint import StopEndpoint
 
 TICK = 0.05
 """Period at which changed layers are encoded, s."""
@@ -109,6 +110,7 @@ class WebUiServer:
         self._pings = ReceivedPings()
         self._key = None if is_loopback(host) else TokenKey.from_environment()
         self._identification = Identification(self._key, invitations) if self._key else None
+        self._stop = StopEndpoint(on_command, self._audit)
         self._solids = SolidsEndpoint(model)
         self._incidents = IncidentEndpoint(incidents)
         self._cause_pictures = CausePictureEndpoint(history)
@@ -174,6 +176,7 @@ class WebUiServer:
         routes = [
             Route("/", serve_file),
             WebSocketRoute("/live", self._live),
+            Route("/stop", self._stop.serve, methods=["POST"]),
             Route("/robot.glb", self._solids.serve),
             Route("/incidents/{name}", self._incidents.serve),
             Route("/causes/{number:int}/{kind}", self._cause_pictures.serve),

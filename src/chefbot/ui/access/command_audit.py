@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any
+from typing import Any, Protocol
 
 import msgspec
 
 from chefbot.ui.access.audit_log import AuditLog, Kind
+from chefbot.ui.access.visitors import Visitor
 from chefbot.ui.client import BrowserConnection
 from chefbot.ui.commands import Drive, Inspect, OperatorCommand, Resume, Stop, Withdraw
 
@@ -15,6 +16,16 @@ CONNECTION_ACTIONS = CONNECTED, DISCONNECTED = "connected", "disconnected"
 """Actions of the entries of clients that connect and disconnect."""
 MAX_IDS = 64
 """Number of presses of the emergency stop whose repetitions are recognized."""
+
+
+class CommandSender(Protocol):
+    """Who gave a command, over a web socket or by one request."""
+
+    @property
+    def visitor(self) -> Visitor: ...
+
+    @property
+    def address(self) -> str: ...
 
 
 class CommandAudit:
@@ -43,7 +54,7 @@ class CommandAudit:
         if driver is not None:
             self._record(Kind.COMMAND, driver, "drive")
 
-    def command(self, client: BrowserConnection, command: OperatorCommand, refusal: str) -> None:
+    def command(self, client: CommandSender, command: OperatorCommand, refusal: str) -> None:
         """Record a command, and why it was refused if it was; a repeated press of the emergency stop only once."""
         if isinstance(command, Inspect) or (isinstance(command, Drive) and not refusal):
             return  # looking changes nothing; driving is recorded by `driver`; both are repeated all the while
@@ -59,7 +70,7 @@ class CommandAudit:
     def _record(
         self,
         kind: Kind,
-        client: BrowserConnection,
+        client: CommandSender,
         action: str,
         details: dict[str, Any] | None = None,
         refusal: str = "",

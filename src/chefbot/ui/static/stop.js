@@ -1,6 +1,7 @@
 // A press of the emergency stop, repeated until the drive base confirms it; an alarm is shown after a timeout.
 
 const REPEAT = 250, ALARM = 300;          // milliseconds
+const IN_FLIGHT = 4;                     // requests of their own that wait for an answer; a browser opens 6 connections to a host
 const STORAGE_KEY = "chefbot-stop";             // a reloaded page continues to send the press
 
 export class StopPress {
@@ -11,6 +12,7 @@ export class StopPress {
     this.id = store.getItem(STORAGE_KEY);
     this.since = performance.now();
     this.sent = -Infinity;
+    this.requests = [];                  // that wait for an answer, the oldest first
     setInterval(() => this.tick(), 50);
   }
 
@@ -48,7 +50,20 @@ export class StopPress {
   // On every new connection, and every quarter of a second while there is one.
   repeat() {
     this.sent = performance.now();
-    if (this.id) this.send({ do: "stop", id: this.id });
+    if (!this.id) return;
+    this.send({ do: "stop", id: this.id });
+    if (this.alarmed) this.request();
+  }
+
+  // The connection may be dead and a new one not answered for seconds: each request opens its own, so that the first one
+  // after the network has come back arrives.
+  request() {
+    if (this.requests.length >= IN_FLIGHT) this.requests[0].abort();
+    const request = new AbortController();
+    this.requests.push(request);
+    fetch("/stop", { method: "POST", body: JSON.stringify({ do: "stop", id: this.id }), signal: request.signal, cache: "no-store" })
+      .catch(() => null)                 // the next one follows; the alarm stays until the drive base confirms
+      .finally(() => this.requests.splice(this.requests.indexOf(request), 1));
   }
 
   tick() {

@@ -35,20 +35,25 @@ def send_goal(target: list[str], page: str, when: When = "") -> None:
     with WebUiClient(page) as robot:
         goal, failed_before = _goal(target, robot, when), failed_goals(robot)
         robot.send(goal)
-        try:
-            if when == "after":
-                await_refusal(robot)
-            else:
-                await_failure(robot, failed_before)
-        except UserError as refusal:
-            if ERRAND_NEEDS_WHEN[1:] in str(refusal):
-                raise UserError(f"{refusal} (--when now, after or instead)") from None
-            raise
+        _await_response(robot, when, failed_before)
     place = " ".join(target)
     if when == "after":
         console.print(f"The robot drives to {place} after the round.")
     else:
         console.print(f"Driving to {place}; `chefbot drive cancel` cancels it.")
+
+
+def _await_response(robot: WebUiClient, when: When, failed_before: int) -> None:
+    """Raise UserError if the robot refuses the goal or gives it up at once."""
+    try:
+        if when == "after":
+            await_refusal(robot)
+        else:
+            await_failure(robot, failed_before)
+    except UserError as refusal:
+        if ERRAND_NEEDS_WHEN[1:] in str(refusal):
+            raise UserError(f"{refusal} (--when now, after or instead)") from None
+        raise
 
 
 def send_patrol(targets: list[str], rounds: int, without_stops: bool, page: str) -> None:

@@ -42,16 +42,17 @@ class Spin:
             return BehaviorStep(0.0, 0.0, BehaviorProgress.DONE)
         if self._elapsed > self.timeout:
             return BehaviorStep(0.0, 0.0, BehaviorProgress.TIMED_OUT)
-        # the turn rate from which planned braking stops at the target
-        rate = min(
-            self.turn, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * self.turn_acceleration * abs(remaining))
-        )
-        rate = max(rate, MIN_TURN_RATE)
+        rate = self._planned_rate(abs(remaining))
         braking = rate * rate / (2.0 * PLANNED_BRAKING_FRACTION * self.turn_acceleration) + rate * dt
         check_angle = math.copysign(min(abs(remaining), braking + ANGLE_MARGIN), remaining)
         if costmap.comes_nearer_by_rotating(pose, check_angle):
             return BehaviorStep(0.0, 0.0, BehaviorProgress.BLOCKED)
         return BehaviorStep(0.0, math.copysign(rate, remaining), BehaviorProgress.RUNNING)
+
+    def _planned_rate(self, remaining: float) -> float:
+        # the turn rate from which planned braking stops at the target
+        rate = min(self.turn, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * self.turn_acceleration * remaining))
+        return max(rate, MIN_TURN_RATE)
 
 
 class DriveStraight:
@@ -78,11 +79,7 @@ class DriveStraight:
             return BehaviorStep(0.0, 0.0, BehaviorProgress.DONE)
         if self._elapsed > self.timeout:
             return BehaviorStep(0.0, 0.0, BehaviorProgress.TIMED_OUT)
-        # the speed from which planned braking stops at the target: v^2 = 2 a d
-        speed = max(
-            min(self.speed, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * self.acceleration * remaining)),
-            MIN_SPEED,
-        )
+        speed = self._planned_speed(remaining)
         # stop if braking distance plus margin is not free
         check_distance = min(
             remaining,
@@ -91,3 +88,8 @@ class DriveStraight:
         if not free_ahead(costmap, pose, sign * check_distance):
             return BehaviorStep(0.0, 0.0, BehaviorProgress.BLOCKED)
         return BehaviorStep(sign * speed, self.HOLD * wrap(start.yaw - pose.yaw), BehaviorProgress.RUNNING)
+
+    def _planned_speed(self, remaining: float) -> float:
+        # the speed from which planned braking stops at the target: v^2 = 2 a d
+        speed = min(self.speed, math.sqrt(2.0 * PLANNED_BRAKING_FRACTION * self.acceleration * remaining))
+        return max(speed, MIN_SPEED)

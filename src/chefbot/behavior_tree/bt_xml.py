@@ -39,13 +39,7 @@ class TreeFile(NamedTuple):
 def read_tree_file(data: bytes, where: str) -> TreeFile:
     """Return the trees of a file; BehaviorTreeError, beginning with `where`, if it is none of BehaviorTree.CPP 4."""
     root = parse_xml(data, where, BehaviorTreeError, "behavior tree")
-    if root.tag != "root":
-        raise BehaviorTreeError(f"{where}: its outermost element is <{root.tag}>, not <root>")
-    version = root.get("BTCPP_format")
-    if version != FORMAT:
-        raise BehaviorTreeError(
-            f'{where}: <root> has BTCPP_format={version!r}; write BTCPP_format="{FORMAT}" if it is of that format'
-        )
+    _check_root(root, where)
     trees: dict[str, ET.Element] = {}
     for element in root:
         if element.tag == "BehaviorTree":
@@ -58,6 +52,16 @@ def read_tree_file(data: bytes, where: str) -> TreeFile:
                 f"{where}: <{element.tag}> in <root> is not supported; put all trees here"
             )
     return TreeFile(trees, _main_of(root, trees, where), where)
+
+
+def _check_root(root: ET.Element, where: str) -> None:
+    if root.tag != "root":
+        raise BehaviorTreeError(f"{where}: its outermost element is <{root.tag}>, not <root>")
+    version = root.get("BTCPP_format")
+    if version != FORMAT:
+        raise BehaviorTreeError(
+            f'{where}: <root> has BTCPP_format={version!r}; write BTCPP_format="{FORMAT}" if it is of that format'
+        )
 
 
 def _main_of(root: ET.Element, trees: Mapping[str, ET.Element], where: str) -> str:
@@ -115,16 +119,9 @@ class _Builder:
             raise BehaviorTreeError(f"{self._file.where}: has more than {MAX_NODES} nodes")
         if element.tag == "SubTree":
             return self._subtree(element, blackboard, inside)
-        explicit = element.tag in EXPLICIT
-        type_name = _required(element, "ID", self._where(element, inside)) if explicit else element.tag
         where = self._where(element, inside)
-        node_type = self._catalog.get(type_name)
-        if node_type is None or (explicit and node_type.kind.value != element.tag):
-            kind = f"{element.tag} " if explicit else ""
-            names = [one for one, t in self._catalog.items() if not explicit or t.kind.value == element.tag]
-            raise BehaviorTreeError(
-                f"{where}: the {kind}node {type_name!r} is unknown{name_hint(type_name, names)}"
-            )
+        type_name = _required(element, "ID", where) if element.tag in EXPLICIT else element.tag
+        node_type = self._type_of(element, type_name, where)
         self._check_attributes(element, node_type, where)
         node = node_type.make(
             element.get("name") or type_name, NodePorts(node_type.ports, element.attrib, blackboard, where)
@@ -132,6 +129,17 @@ class _Builder:
         self.types[id(node)] = type_name
         self._add_children(node, node_type, element, blackboard, inside)
         return node
+
+    def _type_of(self, element: ET.Element, type_name: str, where: str) -> NodeType:
+        explicit = element.tag in EXPLICIT
+        node_type = self._catalog.get(type_name)
+        if node_type is None or (explicit and node_type.kind.value != element.tag):
+            kind = f"{element.tag} " if explicit else ""
+            names = [one for one, t in self._catalog.items() if not explicit or t.kind.value == element.tag]
+            raise BehaviorTreeError(
+                f"{where}: the {kind}node {type_name!r} is unknown{name_hint(type_name, names)}"
+            )
+        return node_type
 
     def _add_children(
         self,

@@ -76,6 +76,18 @@ PLUGINS = {
     "Smoother": "smoother",
 }
 """Names of Nav2's kinds of plugins in the nodes that select one, and in their ports."""
+COMPUTE_PATH_PORTS = (
+    NodePort("goal", object),
+    NodePort("start", object, default=""),
+    NodePort("planner_id", str, default=""),
+    NodePort("path", object, "output", ""),
+)
+FOLLOW_PATH_PORTS = (
+    NodePort("path", object),
+    NodePort("controller_id", str, default=""),
+    NodePort("goal_checker_id", str, default=""),
+    NodePort("progress_checker_id", str, default=""),
+)
 SERVER_PORTS = (NodePort("server_name", str, default=""), NodePort("server_timeout", float, default="10"))
 
 
@@ -282,22 +294,8 @@ def _action(make: type[ServiceAction], services: NavigationServices, *ports: Nod
 
 def _path_nodes(services: NavigationServices) -> Catalog:
     return {
-        "ComputePathToPose": _action(
-            ComputePathToPose,
-            services,
-            NodePort("goal", object),
-            NodePort("start", object, default=""),
-            NodePort("planner_id", str, default=""),
-            NodePort("path", object, "output", ""),
-        ),
-        "FollowPath": _action(
-            FollowPath,
-            services,
-            NodePort("path", object),
-            NodePort("controller_id", str, default=""),
-            NodePort("goal_checker_id", str, default=""),
-            NodePort("progress_checker_id", str, default=""),
-        ),
+        "ComputePathToPose": _action(ComputePathToPose, services, *COMPUTE_PATH_PORTS),
+        "FollowPath": _action(FollowPath, services, *FOLLOW_PATH_PORTS),
         "Relocalize": _action(Relocalize, services),
     }
 

@@ -82,19 +82,19 @@ def uf2(program: bytes) -> bytes:
     blocks = [
         program[i : i + UF2_PAYLOAD].ljust(UF2_PAYLOAD, b"\0") for i in range(0, len(program), UF2_PAYLOAD)
     ]
-    return b"".join(
-        struct.pack(
-            "<8I",
-            0x0A324655,
-            0x9E5D5157,
-            0x2000,
-            PICO_FLASH + i * UF2_PAYLOAD,
-            UF2_PAYLOAD,
-            i,
-            len(blocks),
-            FAMILY_RP2040,
-        )
-        + block.ljust(476, b"\0")
-        + struct.pack("<I", 0x0AB16F30)
-        for i, block in enumerate(blocks)
+    return b"".join(_uf2_block(block, i, len(blocks)) for i, block in enumerate(blocks))
+
+
+def _uf2_block(payload: bytes, number: int, count: int) -> bytes:
+    header = struct.pack(
+        "<8I",
+        0x0A324655,
+        0x9E5D5157,
+        0x2000,
+        PICO_FLASH + number * UF2_PAYLOAD,
+        UF2_PAYLOAD,
+        number,
+        count,
+        FAMILY_RP2040,
     )
+    return header + payload.ljust(476, b"\0") + struct.pack("<I", 0x0AB16F30)

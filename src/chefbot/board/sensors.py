@@ -80,11 +80,7 @@ class SensorConverter:
         if isinstance(line, InertiaLine):
             self._inertia = received
         elif isinstance(line, MotionLine):
-            ticks = WheelTicks(
-                Header.of(received.stamp_ns, "base_link"),
-                self._left.update(line.left),
-                self._right.update(line.right),
-            )
+            ticks = self._ticks(received.stamp_ns, line)
             return [*self._imu(received, line), ticks]
         elif isinstance(line, EchoLine) and line.echo != NO_SENSOR:
             return self._range(received.stamp_ns, line.echo)
@@ -94,16 +90,16 @@ class SensorConverter:
             return [battery_state(received.stamp_ns, line.millivolts / 1000.0, self._robot)]
         return []
 
+    def _ticks(self, stamp_ns: int, line: MotionLine) -> WheelTicks:
+        left, right = self._left.update(line.left), self._right.update(line.right)
+        return WheelTicks(Header.of(stamp_ns, "base_link"), left, right)
+
     def _imu(self, received: ReceivedLine, line: MotionLine) -> list[Message]:
         """Return the Imu message, none where gyro samples are missing since the last line."""
         previous, self._angle = self._angle, _Angle(line.angle, line.samples, received.board_time_us)
         if previous is None or not self._complete(previous, self._angle):
             return []
-        gap_us = self._angle.board_time_us - previous.board_time_us
-        # Mean rate about z: difference of the integrated angle over the elapsed time.
-        rate = wrap_signed(line.angle - previous.angle) * 1e-8 / (gap_us * 1e-6)
-        # White noise: the variance of a mean decreases with the number of samples.
-        variance = self._gyro_var * min(1.0, self._period_us / gap_us)
+        rate, variance = self._mean_rate(previous, self._angle)
         recent = self._inertia
         # Rates about x and y are unknown without a recent inertia line.
         if recent is None or received.stamp_ns - recent.stamp_ns > INERTIA_AGE_NS:
@@ -117,6 +113,14 @@ class SensorConverter:
         self._published = recent
         acceleration = Vector3(inertia.ax * 1e-3, inertia.ay * 1e-3, inertia.az * 1e-3)
         return [_imu(received.stamp_ns, rates, variances, acceleration, self._acceleration_covariance)]
+
+    def _mean_rate(self, previous: _Angle, now: _Angle) -> tuple[float, float]:
+        """Return the mean rate between two angles and its variance, rad/s and (rad/s)^2."""
+        gap_us = now.board_time_us - previous.board_time_us
+        # Mean rate about z: difference of the integrated angle over the elapsed time.
+        rate = wrap_signed(now.angle - previous.angle) * 1e-8 / (gap_us * 1e-6)
+        # White noise: the variance of a mean decreases with the number of samples.
+        return rate, self._gyro_var * min(1.0, self._period_us / gap_us)
 
     @staticmethod
     def _complete(previous: _Angle, now: _Angle) -> bool:

@@ -165,26 +165,38 @@ def run_workers(bridge: Bridge, system: NodeContainer, launch: Launch, folder: P
     Raises UserError when the parameters of any node are wrong, also of nodes in other processes: reported
     here, where the user sees it.
     """
-    for name, entry in launch.nodes.items():
-        where = f"launch {launch.name}: node {name}"
-        node_params(node_class(entry.kind, where), entry.params, where)
+    _check_params(launch)
     bridge.represent(system.nodes.values(), launch_ports(launch))
-    domain, port = domain_from_environment(), port_from_environment()
-    names = split_by_process(launch)[1]
-    orders = [WorkerSpec(launch, name, str(folder.resolve()), domain, port) for name in names]
+    orders = _worker_specs(launch, folder)
     with RmwNode(bridge.wire, f"_{bridge.node_name}_memory", str(launch.args["namespace"]) or "/") as node:
         handover = StateHandover(node, launch, system)
-        hooks = SupervisorCallbacks(
-            on_down=bridge.report_process_down,
-            is_ready=bridge.is_process_ready,
-            on_up=bridge.report_process_up,
-            restored_messages=handover.restored_messages,
-        )
+        hooks = _supervisor_callbacks(bridge, handover)
         supervisor = Supervisor(orders, partial(bridge.publish_remark, "processes"), hooks=hooks)
         try:
             yield supervisor
         finally:
             supervisor.close()
+
+
+def _check_params(launch: Launch) -> None:
+    for name, entry in launch.nodes.items():
+        where = f"launch {launch.name}: node {name}"
+        node_params(node_class(entry.kind, where), entry.params, where)
+
+
+def _worker_specs(launch: Launch, folder: Path) -> list[WorkerSpec]:
+    domain, port = domain_from_environment(), port_from_environment()
+    names = split_by_process(launch)[1]
+    return [WorkerSpec(launch, name, str(folder.resolve()), domain, port) for name in names]
+
+
+def _supervisor_callbacks(bridge: Bridge, handover: StateHandover) -> SupervisorCallbacks:
+    return SupervisorCallbacks(
+        on_down=bridge.report_process_down,
+        is_ready=bridge.is_process_ready,
+        on_up=bridge.report_process_up,
+        restored_messages=handover.restored_messages,
+    )
 
 
 def conflicting_node_names(graph: Graph, launch: Launch) -> list[str]:

@@ -175,24 +175,28 @@ class Bridge:
         self._has_nodes.wait()
         next_health_check = time.monotonic()
         while not self._closing.is_set():
-            pending, self._pending_nodes = self._pending_nodes, None
-            if pending is not None:
-                republish, self._republish = self._republish, []
-                self._run_job(partial(self._proxies.update_nodes, *pending))
-                for (
-                    publication
-                ) in republish:  # the old publishers are gone with their transient-local history
-                    self._run_job(partial(self._send, publication))
+            self._update_nodes()
             job = self._jobs.take(POLL_TIMEOUT)
             if job is not None:
                 self._run_job(job)
             if time.monotonic() >= next_health_check:
                 next_health_check = time.monotonic() + WireHealth.PERIOD
-                if self._graph_changed.is_set():
-                    self._graph_changed.clear()
-                    self._run_job(self._health.check_graph)
-                    self._run_job(self._proxies.subscribe_to_latched)
-                self._run_job(partial(self._health.publish, self._system.loop.now_ns))
+                self._check_health()
+
+    def _update_nodes(self) -> None:
+        pending, self._pending_nodes = self._pending_nodes, None
+        if pending is not None:
+            republish, self._republish = self._republish, []
+            self._run_job(partial(self._proxies.update_nodes, *pending))
+            for publication in republish:  # the old publishers are gone with their transient-local history
+                self._run_job(partial(self._send, publication))
+
+    def _check_health(self) -> None:
+        if self._graph_changed.is_set():
+            self._graph_changed.clear()
+            self._run_job(self._health.check_graph)
+            self._run_job(self._proxies.subscribe_to_latched)
+        self._run_job(partial(self._health.publish, self._system.loop.now_ns))
 
     def _run_job(self, job: Job) -> None:
         """Run a job; an error is counted in diagnostics and must not end the thread."""

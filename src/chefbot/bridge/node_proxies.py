@@ -206,6 +206,10 @@ class NodeProxies:
         for name, action in ports.action_clients:
             self._add_action_client(wire_node, name, action, name in served)
         self._rosout[node.name] = Rosout(wire_node)
+        self._serve_params(wire_node, node)
+        serve_type_descriptions(wire_node)
+
+    def _serve_params(self, wire_node: RmwNode, node: Node) -> None:
         events = wire_node.publisher("/parameter_events", ParameterEvent, PARAMETERS)
         setter = partial(self._set_params, node, events)
         ParameterServices(
@@ -215,7 +219,6 @@ class NodeProxies:
             live=node.live_params,
             simulated=self._simulated,
         )
-        serve_type_descriptions(wire_node)
 
     def _running(self, node: Node) -> Node:
         """Return the node of that name that runs now: it may have been created again."""

@@ -130,28 +130,30 @@ def to_value(value: Any) -> rcl.ParameterValue:
         return rcl.ParameterValue(rcl.INTEGER, integer_value=value)
     if isinstance(value, float):
         return rcl.ParameterValue(rcl.DOUBLE, double_value=value)
-    if isinstance(value, (list, tuple)):
-        kinds = {type(item) for item in value}
-        if kinds <= {str}:
-            return rcl.ParameterValue(rcl.STRING_ARRAY, string_array_value=tuple(value))
-        if kinds == {bool}:
-            return rcl.ParameterValue(rcl.BOOL_ARRAY, bool_array_value=np.array(value, np.bool_))
-        if kinds == {int}:
-            return rcl.ParameterValue(rcl.INTEGER_ARRAY, integer_array_value=np.array(value, np.int64))
-        if kinds <= {int, float}:
-            return rcl.ParameterValue(rcl.DOUBLE_ARRAY, double_array_value=np.array(value, np.float64))
+    if isinstance(value, (list, tuple)) and (array := _array_value(value)) is not None:
+        return array
     text = value if isinstance(value, str) else json.dumps(msgspec.to_builtins(value))
     return rcl.ParameterValue(rcl.STRING, string_value=text)
+
+
+def _array_value(items: list[Any] | tuple[Any, ...]) -> rcl.ParameterValue | None:
+    """Return an array parameter; None for items that no array of ROS holds."""
+    kinds = {type(item) for item in items}
+    if kinds <= {str}:
+        return rcl.ParameterValue(rcl.STRING_ARRAY, string_array_value=tuple(items))
+    if kinds == {bool}:
+        return rcl.ParameterValue(rcl.BOOL_ARRAY, bool_array_value=np.array(items, np.bool_))
+    if kinds == {int}:
+        return rcl.ParameterValue(rcl.INTEGER_ARRAY, integer_array_value=np.array(items, np.int64))
+    if kinds <= {int, float}:
+        return rcl.ParameterValue(rcl.DOUBLE_ARRAY, double_array_value=np.array(items, np.float64))
+    return None
 
 
 def _descriptor(name: str, parameter: ParameterInfo, live: bool) -> rcl.ParameterDescriptor:
     kind, description = parameter.kind, ""
     if isinstance(kind, types.Metadata):
-        schema, extra = kind.extra_json_schema or {}, kind.extra or {}
-        description = ", ".join(
-            text for text in (schema.get("description", ""), extra.get("unit", "")) if text
-        )
-        kind = kind.type
+        description, kind = _description(kind), kind.type
     floats: tuple[rcl.FloatingPointRange, ...] = ()
     integers: tuple[rcl.IntegerRange, ...] = ()
     if isinstance(kind, types.FloatType):
@@ -167,6 +169,11 @@ def _descriptor(name: str, parameter: ParameterInfo, live: bool) -> rcl.Paramete
         floating_point_range=floats,
         integer_range=integers,
     )
+
+
+def _description(kind: types.Metadata) -> str:
+    schema, extra = kind.extra_json_schema or {}, kind.extra or {}
+    return ", ".join(text for text in (schema.get("description", ""), extra.get("unit", "")) if text)
 
 
 def _bounds(kind: types.FloatType | types.IntType, limit: float) -> list[tuple[float, float]]:

@@ -59,12 +59,6 @@ def _latched_topics(node_type: type[Node]) -> list[str]:
 
 def ports_of(node: Node) -> Ports:
     """Return the ports of a constructed node, after remapping."""
-    hints = typing.get_type_hints(type(node))
-    ins = tuple(
-        Topic(getattr(node, name).topic, typing.get_args(hint)[0])
-        for name, hint in hints.items()
-        if typing.get_origin(hint) is In and not getattr(node, name).topic.startswith(RESTORED_PREFIX)
-    )
     ports = {
         id(value): value
         for value in vars(node).values()
@@ -72,7 +66,7 @@ def ports_of(node: Node) -> Ports:
     }
     values = list(ports.values())  # a node may hold the same port under two names
     return Ports(
-        ins,
+        _subscriptions(node),
         tuple(
             Topic(port.topic, port.kind, port.latched)
             for port in values
@@ -80,4 +74,13 @@ def ports_of(node: Node) -> Ports:
         ),
         tuple((port.name, port.action) for port in values if isinstance(port, ActionServerPort)),
         tuple((port.name, port.action) for port in values if isinstance(port, ActionClientPort)),
+    )
+
+
+def _subscriptions(node: Node) -> tuple[Topic, ...]:
+    hints = typing.get_type_hints(type(node))
+    return tuple(
+        Topic(getattr(node, name).topic, typing.get_args(hint)[0])
+        for name, hint in hints.items()
+        if typing.get_origin(hint) is In and not getattr(node, name).topic.startswith(RESTORED_PREFIX)
     )

@@ -72,8 +72,7 @@ class WireHealth:
         losses = self._recent_losses(counts, now_ns)
         fleet = None if self._membership is None else self._membership.status(datetime.now(UTC))
         wire = _status(self._name, counts, losses, mismatches)
-        statuses = (wire, *([] if fleet is None else [fleet]))
-        message = DiagnosticArray(Header.of(now_ns, ""), statuses)
+        message = DiagnosticArray(Header.of(now_ns, ""), (wire,) if fleet is None else (wire, fleet))
         if self._publisher.has_subscribers:
             self._publisher.publish(message)
         membership = (OK, "") if fleet is None else (fleet.level, fleet.message)
@@ -82,12 +81,15 @@ class WireHealth:
             return
         self._log_membership(membership, now_ns)
         self._reported_losses = losses
-        for reason in [*(reason for reason in counts if reason not in self._reported[0]), *mismatches]:
-            if reason not in self._reported[1]:
-                self._rosout.log(LOG_WARN, reason, now_ns)
+        self._log_new_reasons(counts, mismatches, now_ns)
         self._remark(reason for reason in counts if not reason.endswith(QUEUE_FULL))
         self._reported = (counts, mismatches)
         self._inbox.publish("diagnostics", message)
+
+    def _log_new_reasons(self, counts: dict[str, int], mismatches: list[str], now_ns: int) -> None:
+        for reason in [*(reason for reason in counts if reason not in self._reported[0]), *mismatches]:
+            if reason not in self._reported[1]:
+                self._rosout.log(LOG_WARN, reason, now_ns)
 
     def _remark(self, rejections: Iterable[str]) -> None:
         """Publish the first rejection of each topic in the loop, for who looks at the launch's output only."""

@@ -25,16 +25,18 @@ def office(n: Numbers, rng: Generator) -> list[Room]:
     rooms: list[Room] = []
     for i, (low, high) in enumerate(bands):
         for left, right in ((0.0, cross[0]), (cross[1], width)):
-            if right <= left:
-                continue
-            if i % 3 == 1:
+            if right > left and i % 3 == 1:
                 rooms.append(Room(Use.CORRIDOR, Rectangle(left, low, right, high)))
-            else:
-                parts = random_cuts(left, right, wanted, rng)
-                rooms += [Room(_office_use(rng), Rectangle(a, low, b, high)) for a, b in parts]
+            elif right > left:
+                rooms += _row_of_offices(Rectangle(left, low, right, high), wanted, rng)
         if spines > 1:
             rooms.append(Room(Use.CORRIDOR, Rectangle(cross[0], low, cross[1], high)))
     return _with_one(rooms, Use.KITCHEN, Use.OFFICE)
+
+
+def _row_of_offices(row: Rectangle, widths: tuple[float, float], rng: Generator) -> list[Room]:
+    parts = random_cuts(row.x0, row.x1, widths, rng)
+    return [Room(_office_use(rng), Rectangle(a, row.y0, b, row.y1)) for a, b in parts]
 
 
 def _office_use(rng: Generator) -> Use:
@@ -135,9 +137,8 @@ def _halved(part: Rectangle, smallest: float, rng: Generator) -> list[Rectangle]
 
 def twins(n: Numbers, _: Generator) -> list[Room]:
     """Wings of rooms that are all built alike and furnished alike; a corridor on the left joins the wings."""
-    count, corridor = int(n["rooms"]), n["corridor"]
+    count, corridor = int(n["rooms"]), round(n["corridor"], 2)
     room_width, room_depth = round(n["room_width"], 2), round(n["room_depth"], 2)
-    corridor = round(corridor, 2)
     rooms: list[Room] = []
     pitch = round(room_depth + corridor, 2)
     right = round(corridor + count * room_width, 2)
@@ -145,11 +146,8 @@ def twins(n: Numbers, _: Generator) -> list[Room]:
     for wing in range(int(n["wings"])):
         y0 = round(wing * pitch, 2)
         y1, y2 = round(y0 + corridor, 2), round(y0 + pitch, 2)
-        rooms += [
-            Room(Use.CORRIDOR, Rectangle(0.0, y0, corridor, y1)),
-            Room(Use.CORRIDOR, Rectangle(0.0, y1, corridor, y2)),
-            Room(Use.CORRIDOR, Rectangle(corridor, y0, right, y1)),
-        ]
+        passages = ((0.0, y0, corridor, y1), (0.0, y1, corridor, y2), (corridor, y0, right, y1))
+        rooms += [Room(Use.CORRIDOR, Rectangle(*corners)) for corners in passages]
         for i in range(count):
             x0, x1 = round(corridor + i * room_width, 2), round(corridor + (i + 1) * room_width, 2)
             first = len(rooms) if first < 0 else first

@@ -27,6 +27,7 @@ from chefbot.buildings.reachable_floor import (
     floor_of_piece,
     floor_of_wall,
 )
+from chefbot.buildings.rectangle import Rectangle
 from chefbot.buildings.walls import THICKNESS, doors_of, walls_of
 from chefbot.buildings.world_file import (
     BoxSpec,
@@ -73,8 +74,7 @@ def generate(kind: str, seed: int, given: Mapping[str, float], radius: float) ->
     """
     stream = crc32(kind.encode())  # kinds of the same seed have nothing in common
     numbers = draw_numbers(kind, given, np.random.default_rng([seed, stream]))
-    fitting = 2 * (radius + PASSAGE_MARGIN) + DOOR_MARGIN
-    numbers["door_width"] = max(numbers["door_width"], fitting)
+    numbers["door_width"] = max(numbers["door_width"], 2 * (radius + PASSAGE_MARGIN) + DOOR_MARGIN)
     for attempt in range(ATTEMPTS):
         emptier = {**numbers, **_less(numbers, attempt), **given}
         rng = np.random.default_rng([seed, stream, 1 + attempt])
@@ -118,13 +118,7 @@ def _build(kind: str, name: str, n: Mapping[str, float], radius: float, rng: Gen
     """Return a building whose places may lack what the robot does not reach."""
     shell = _shell(kind, n, radius, rng)
     pieces = _furnish(shell, n, radius, rng)
-    obstacles = [floor for wall in shell.walls for floor in floor_of_wall(wall)]
-    obstacles += [floor_of_door(door) for door in shell.doors]
-    obstacles += [floor_of_piece(placed.rect) for placed in pieces]
-    margin = NARROW_MARGIN if "gap" in n else PASSAGE_MARGIN
-    floor = ReachableFloor([r.rect for r in shell.rooms if r.use is not Use.SOLID], obstacles, radius, margin)
-    served = [placed for placed in pieces if placed.piece.served]
-    places = choose_places(shell.rooms, served, floor, radius, int(n["tables"]), rng)
+    places = _places(shell, pieces, n, radius, rng)
     elements = _elements(pieces)
     return WorldSpec(
         name=name,
@@ -139,6 +133,19 @@ def _build(kind: str, name: str, n: Mapping[str, float], radius: float, rng: Gen
         carpets=_carpets(shell.rooms, n, rng),
         places=places,
     )
+
+
+def _places(
+    shell: Shell, pieces: list[PlacedPiece], n: Mapping[str, float], radius: float, rng: Generator
+) -> dict[str, NamedPose]:
+    """Return the places that the robot reaches past walls, doors and furniture."""
+    obstacles = [floor for wall in shell.walls for floor in floor_of_wall(wall)]
+    obstacles += [floor_of_door(door) for door in shell.doors]
+    obstacles += [floor_of_piece(placed.rect) for placed in pieces]
+    margin = NARROW_MARGIN if "gap" in n else PASSAGE_MARGIN
+    floor = ReachableFloor([r.rect for r in shell.rooms if r.use is not Use.SOLID], obstacles, radius, margin)
+    served = [placed for placed in pieces if placed.piece.served]
+    return choose_places(shell.rooms, served, floor, radius, int(n["tables"]), rng)
 
 
 def _shell(kind: str, n: Mapping[str, float], radius: float, rng: Generator) -> Shell:
@@ -179,11 +186,7 @@ def _furnish(shell: Shell, n: Mapping[str, float], radius: float, rng: Generator
     furnished: list[Furnishing] = []
     aisle = 2 * radius + AISLE_MARGIN
     for number, room in enumerate(shell.rooms):
-        zones = [
-            before_doorway(*_centre(d), d.side.vertical, d.width, aisle)
-            for d in shell.doorways
-            if number in (d.side.a, d.side.b)
-        ]
+        zones = _zones_before_doorways(shell.doorways, number, aisle)
         one = Interior(Furnishing(room.rect.expanded(-THICKNESS / 2), zones, aisle), n, radius, rng)
         if 0 <= room.alike < number:
             _copy(furnished[room.alike], shell.rooms[room.alike], room, one.room)
@@ -195,6 +198,14 @@ def _furnish(shell: Shell, n: Mapping[str, float], radius: float, rng: Generator
         add_clutter(Interior(furnishing, n, radius, rng))
     _add_hazards(inside, n, rng)
     return [placed for one in furnished for placed in one.pieces]
+
+
+def _zones_before_doorways(doorways: list[Doorway], room: int, aisle: float) -> list[Rectangle]:
+    return [
+        before_doorway(*_centre(d), d.side.vertical, d.width, aisle)
+        for d in doorways
+        if room in (d.side.a, d.side.b)
+    ]
 
 
 def _copy(furnished: Furnishing, pattern: Room, room: Room, into: Furnishing) -> None:

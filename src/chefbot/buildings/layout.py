@@ -98,13 +98,7 @@ def _side(
 def outer_sides(rooms: list[Room], shared: list[Side]) -> Iterator[Side]:
     """Yield the parts of the rooms' boundaries that no other room shares."""
     for number, room in enumerate(rooms):
-        r = room.rect
-        for vertical, at, low, high in (
-            (True, r.x0, r.y0, r.y1),
-            (True, r.x1, r.y0, r.y1),
-            (False, r.y0, r.x0, r.x1),
-            (False, r.y1, r.x0, r.x1),
-        ):
+        for vertical, at, low, high in _edges(room.rect):
             taken = sorted(
                 (s.low, s.high)
                 for s in shared
@@ -116,6 +110,14 @@ def outer_sides(rooms: list[Room], shared: list[Side]) -> Iterator[Side]:
                 low = max(low, end)
             if low < high:
                 yield Side(number, -1, vertical, at, low, high)
+
+
+def _edges(r: Rectangle) -> Iterator[tuple[bool, float, float, float]]:
+    """Yield the four edges: whether it is vertical, where it is, and its ends."""
+    yield True, r.x0, r.y0, r.y1
+    yield True, r.x1, r.y0, r.y1
+    yield False, r.y0, r.x0, r.x1
+    yield False, r.y1, r.x0, r.x1
 
 
 def is_open(side: Side, rooms: list[Room]) -> bool:

@@ -79,13 +79,9 @@ class Choreography:
             yield Turn(turn * 2.0 * math.pi)
             yield LEG
         yield from self._scan_around(-1)
-        home, count = self.room.sensor_pose, 2 * self._params.squares
-        for squares, purpose in ((self.squares, "to calibrate by"), (self.checks, "to check it")):
-            for number in range(count):
-                turn, direction = (1, "left") if number % 2 == 0 else (-1, "right")
-                yield Remark(f"Square {number + 1} of {count} {purpose}, {side} m, to the {direction}.")
-                yield from self._square(home, side, turn)
-                squares.append(Square(turn, side, tuple(self.legs[-8:])))
+        home = self.room.sensor_pose
+        yield from self._squares(home, side, self.squares, "to calibrate by")
+        yield from self._squares(home, side, self.checks, "to check it")
 
     def _probe(self) -> Iterator[Step]:
         """Move a little forward, left, right and back; raise an error if wheels, encoders or gyro are miswired."""
@@ -107,6 +103,15 @@ class Choreography:
         for _ in range(steps):
             yield from _turn(turn * 2.0 * math.pi / steps)
             yield LEG
+
+    def _squares(self, home: SE2, side: float, squares: list[Square], purpose: str) -> Iterator[Step]:
+        """Drive squares to the left and to the right in turn, and record each one."""
+        count = 2 * self._params.squares
+        for number in range(count):
+            turn, direction = (1, "left") if number % 2 == 0 else (-1, "right")
+            yield Remark(f"Square {number + 1} of {count} {purpose}, {side} m, to the {direction}.")
+            yield from self._square(home, side, turn)
+            squares.append(Square(turn, side, tuple(self.legs[-8:])))
 
     def _square(self, home: SE2, side: float, turn: int) -> Iterator[Step]:
         """Drive one square; both directions cover the same ground.

@@ -37,11 +37,7 @@ def solve_gyro(legs: Sequence[DriveSegment]) -> GyroSolution:
     measured = np.array([leg.gyro for leg in legs])
     # Scan matching gives the angle modulo 2 pi; the uncalibrated gyro resolves the full turns
     rotations = np.array([leg.gyro + wrap(leg.seen.yaw - leg.gyro) for leg in legs])
-    if np.abs(rotations).sum() < MIN_ROTATION:
-        raise CalibrationError(
-            f"the robot turned {math.degrees(np.abs(rotations).sum()):.0f} degrees by the gyro, too little to "
-            "calibrate it; is it alive and upright?"
-        )
+    _check_turned(rotations)
     # Design matrix of the linear model
     A = np.column_stack([rotations, [leg.seconds for leg in legs]])
     inliers = np.ones(len(legs), np.bool_)
@@ -56,6 +52,14 @@ def solve_gyro(legs: Sequence[DriveSegment]) -> GyroSolution:
     # Covariance sigma^2 (A^T A)^-1
     deviations = noise * np.sqrt(np.linalg.inv(A[inliers].T @ A[inliers]).diagonal())
     return GyroSolution(float(solution[0]), float(solution[1]), (float(deviations[0]), float(deviations[1])))
+
+
+def _check_turned(rotations: NDArray[np.float64]) -> None:
+    if np.abs(rotations).sum() < MIN_ROTATION:
+        raise CalibrationError(
+            f"the robot turned {math.degrees(np.abs(rotations).sum()):.0f} degrees by the gyro, too little to "
+            "calibrate it; is it alive and upright?"
+        )
 
 
 def _fit(A: NDArray[np.float64], measured: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:

@@ -14,11 +14,7 @@ MIN_TRANSLATION = 0.03  # m
 def wiring_fault(leg: DriveSegment, metres: float, angle: float) -> str | None:
     """Return a wiring fault, or None if a motion of `metres` ahead or `angle` rad to the left is as
     commanded."""
-    counted = leg.ticks[-1] - leg.ticks[0]
-    commanded = (metres, metres) if metres else (-angle, angle)
-    reversed_sides = [
-        side for side in (0, 1) if counted[side] * commanded[side] < 0 and abs(counted[side]) > MIN_TICKS
-    ]
+    reversed_sides = _reversed_sides(leg, (metres, metres) if metres else (-angle, angle))
     if len(reversed_sides) == 2:
         return (
             "both encoders count against their motors: swap the wires A and B of each, or both motors' leads"
@@ -35,6 +31,12 @@ def wiring_fault(leg: DriveSegment, metres: float, angle: float) -> str | None:
     if angle and leg.gyro * leg.seen.yaw < 0.0 and abs(leg.gyro) > MIN_ROTATION:
         return "the gyro turns against the scans: the IMU is mounted upside down; turn it over"
     return None
+
+
+def _reversed_sides(leg: DriveSegment, commanded: tuple[float, float]) -> list[int]:
+    """Return the sides, 0 and 1, whose encoders counted against the command."""
+    counted = leg.ticks[-1] - leg.ticks[0]
+    return [side for side in (0, 1) if counted[side] * commanded[side] < 0 and abs(counted[side]) > MIN_TICKS]
 
 
 def _encoder_advice(side: str) -> str:

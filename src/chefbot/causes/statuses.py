@@ -45,14 +45,7 @@ class StatusReports:
             reports.append(stamped(aborted, "navigator", now_ns))
         if status.state == "waiting":
             return reports  # the controller reports for what it waits
-        found = None
-        if status.state == "recovering":
-            count = Quantity("recoveries", status.recoveries, "")
-            text = status.reason
-            if status.recoveries:  # relocalization is none
-                text = f"Recovery {status.recoveries}: {after_colon(status.reason)}"
-            check = "localization" if status.reason.startswith("Localization") else "recovery"
-            found = make_report(STOP, check, text, numbers=(count,))
+        found = _recovery(status) if status.state == "recovering" else None
         reports += self._change("navigator", found, now_ns)
         if before.state != "idle" and status.state == "idle" and status.reason == CANCELLED:
             # a robot without a goal is not held up: it ends at once
@@ -102,6 +95,15 @@ class StatusReports:
             self._open[node] = stamped(found, node, now_ns)
             reports.append(self._open[node])
         return reports
+
+
+def _recovery(status: NavigationStatus) -> Cause:
+    count = Quantity("recoveries", status.recoveries, "")
+    text = status.reason
+    if status.recoveries:  # relocalization is none
+        text = f"Recovery {status.recoveries}: {after_colon(status.reason)}"
+    check = "localization" if status.reason.startswith("Localization") else "recovery"
+    return make_report(STOP, check, text, numbers=(count,))
 
 
 def _key(report: Cause | None) -> tuple[str, ...]:

@@ -121,15 +121,19 @@ def _updated(
     delta = 1.0 - (1.0 + np.tanh(2.0 * (phi - DECAY_RANGE))) / 2.0
     gamma = np.maximum(1.0 - (theta / (field_of_view / 2.0)) ** 2, 0.0)
     weight = delta * gamma
-    # p(z | occupied): low before the echo, high at it, one half behind
-    offset = (phi - distance) / resolution
-    rising = weight * 0.5 * (offset + 2.0) ** 2 + (1.0 - weight) * 0.5
-    at_echo = weight * ((1.0 - (0.5 * offset) ** 2) - 0.5) + 0.5
-    likelihood = np.where(offset < -2.0, (1.0 - weight) * 0.5, np.where(offset < -1.0, rising, at_echo))
-    likelihood = np.where(offset >= 1.0, 0.5, likelihood)
+    likelihood = _likelihood((phi - distance) / resolution, weight)
     # Bayes' rule; a marked cell counts as MARKED and no more, so that evidence against it can clear it
     prior = np.minimum(np.where(layer == UNKNOWN, PRIOR, layer) / LETHAL, MARKED)
     occupied, empty = likelihood * prior, (1.0 - likelihood) * (1.0 - prior)
     posterior = occupied / np.maximum(occupied + empty, 1e-9)
     # LETHAL and FREE count in the costmap: a cell is either marked or not, and never free by the ranger alone
     return np.where(posterior >= MARKED, LETHAL, np.clip(posterior * LETHAL, 1, LETHAL - 1)).astype(np.uint8)
+
+
+def _likelihood(offset: NDArray[np.float64], weight: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the likelihood of the echo if a cell is occupied; offset: of the cell behind the echo, in cells."""
+    # p(z | occupied): low before the echo, high at it, one half behind
+    rising = weight * 0.5 * (offset + 2.0) ** 2 + (1.0 - weight) * 0.5
+    at_echo = weight * ((1.0 - (0.5 * offset) ** 2) - 0.5) + 0.5
+    likelihood = np.where(offset < -2.0, (1.0 - weight) * 0.5, np.where(offset < -1.0, rising, at_echo))
+    return np.where(offset >= 1.0, 0.5, likelihood)

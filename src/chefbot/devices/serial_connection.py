@@ -133,10 +133,7 @@ class SerialConnection(Generic[T]):
         self._serial = port
         reason = ""
         try:
-            while not self._closing.is_set():
-                data = receive(port)
-                if data:
-                    self._events.received(data, wall_ns())
+            self._receive_until_closed(port)
             if self._farewell:
                 port.write(self._farewell)
                 port.flush()
@@ -147,6 +144,12 @@ class SerialConnection(Generic[T]):
         port.close()
         if not self._closing.is_set():
             self._events.lost(reason)
+
+    def _receive_until_closed(self, port: serial.Serial) -> None:
+        while not self._closing.is_set():
+            data = receive(port)
+            if data:
+                self._events.received(data, wall_ns())
 
 
 def is_missing_path(port: str) -> bool:

@@ -67,14 +67,17 @@ class SerialSensorDevice(Device, Generic[S]):
         self.announcement = (
             f"{text.name[0].upper()}{text.name[1:]}: looking for the {text.maker}, port {port}."
         )
-        events: ConnectionEvents[str] = ConnectionEvents(
+        self._line = SerialConnection(port, device, self._posted_events())
+        self._line.start()
+
+    def _posted_events(self) -> ConnectionEvents[str]:
+        """Return functions for the connection's thread, which post its events to the loop."""
+        return ConnectionEvents(
             lambda path, _: self.post(lambda: self._on_open(path)),
             lambda data, at: self.post(lambda: self._on_data(data, at)),
             lambda reason: self.post(lambda: self._on_lost(reason)),
             lambda reason: self.post(lambda: self._on_missing(reason)),
         )
-        self._line = SerialConnection(port, device, events)
-        self._line.start()
 
     def stop(self) -> None:
         """Send the last bytes and close the port."""

@@ -93,11 +93,7 @@ class Explorer:
             else:
                 skipped.append(SkippedFrontier(frontier.x, frontier.y, frontier.length, result))
         # Nothing else remains: check blocked passages again
-        goals = goals or [
-            goal
-            for skipped_frontier in skipped
-            if (goal := self._goal_for_blocked(grid, cost, skipped_frontier)) is not None
-        ]
+        goals = goals or self._goals_for_blocked(grid, cost, skipped)
         # Utility: gain^GAIN_POWER / cost
         best = max(goals, key=lambda goal: goal.gain**GAIN_POWER / goal.cost, default=None)
         return ExplorationDecision(best, tuple(skipped))
@@ -164,6 +160,12 @@ class Explorer:
         gain = max(around if look_around else ahead, 1) * area
         return ExplorationGoal(SE2(x, y, yaw), frontier.x, frontier.y, look_around, gain, cost)
 
+    def _goals_for_blocked(
+        self, grid: Grid, cost: NDArray[np.float32], skipped: list[SkippedFrontier]
+    ) -> list[ExplorationGoal]:
+        goals = (self._goal_for_blocked(grid, cost, frontier) for frontier in skipped)
+        return [goal for goal in goals if goal is not None]
+
     def _goal_for_blocked(
         self, grid: Grid, cost: NDArray[np.float32], frontier: SkippedFrontier
     ) -> ExplorationGoal | None:
@@ -177,14 +179,16 @@ class Explorer:
             return None
         x, y = grid.centre(*cell)
         pose = SE2(x, y, math.atan2(frontier.y - y, frontier.x - x))
-        attempts = sum(
-            pose.distance(viewpoint) <= self.params.same_goal_distance
-            for viewpoint in self._blocked_viewpoints
-        )
-        if attempts >= self.params.max_attempts:
+        if self._attempts_near(pose) >= self.params.max_attempts:
             return None
         path_cost = float(cost[cell]) + self.params.turn_cost * FULL_TURN + self.params.fixed_goal_cost
         return ExplorationGoal(pose, frontier.x, frontier.y, True, gain, path_cost, blocked=True)
+
+    def _attempts_near(self, pose: SE2) -> int:
+        return sum(
+            pose.distance(viewpoint) <= self.params.same_goal_distance
+            for viewpoint in self._blocked_viewpoints
+        )
 
     def _count_unknown(self, grid: Grid, cell: tuple[int, int], yaw: float, field_of_view: float) -> int:
         reach = self.params.view_range / grid.resolution

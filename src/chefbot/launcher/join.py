@@ -69,15 +69,19 @@ def join_robot(wire: RmwContext, launch: Launch, robot: Robot, log: Log) -> Join
     settle(wire.graph)
     zid = joinable_robots(wire.graph).get(namespace, "")
     launch = msgspec.structs.replace(launch, args={**launch.args, "namespace": namespace.rstrip("/")})
-    if conflicts := conflicting_node_names(wire.graph, launch):
-        raise UserError(
-            f"launch {launch.name}: {resolve(conflicts[0], namespace)} runs already, here or on another machine; "
-            "stop it there, or leave it out here"
-        )
+    _check_names(wire.graph, launch, namespace)
     simulated = _is_simulated(wire.graph, namespace)
     log(f"Joined {_display_name(namespace)}{', in its simulated time' if simulated else ''}.")
     _check_robot(wire, namespace, robot, log)
     return JoinedRobot(msgspec.structs.replace(launch, clock="simulation" if simulated else "wall"), zid)
+
+
+def _check_names(graph: Graph, launch: Launch, namespace: str) -> None:
+    if conflicts := conflicting_node_names(graph, launch):
+        raise UserError(
+            f"launch {launch.name}: {resolve(conflicts[0], namespace)} runs already, here or on another machine; "
+            "stop it there, or leave it out here"
+        )
 
 
 def _await_robot(wire: RmwContext, launch: Launch, log: Log) -> str | None:
@@ -139,15 +143,7 @@ def _check_robot(wire: RmwContext, namespace: str, robot: Robot, log: Log) -> No
     endpoints = wire.graph.topics().get(topic)
     if endpoints is None or not endpoints.providers:
         return
-    received: queue.SimpleQueue[str] = queue.SimpleQueue()
-    with RmwNode(wire, "_chefbot_guest", namespace) as node:
-        node.subscription(topic, String, lambda message: received.put(message.data), TRANSIENT_LOCAL_QOS)
-        try:
-            remote_urdf = received.get(timeout=DESCRIPTION_TIMEOUT)
-        except queue.Empty:
-            raise UserError(
-                f"{topic} is offered, but nothing came in {DESCRIPTION_TIMEOUT:.0f} s; is the link too slow?"
-            ) from None
+    remote_urdf = _receive_description(wire, namespace, topic)
     name = found[1] if (found := _ROBOT_NAME.search(remote_urdf)) else "?"
     if name != robot.name:
         raise UserError(
@@ -157,6 +153,18 @@ def _check_robot(wire: RmwContext, namespace: str, robot: Robot, log: Log) -> No
         log(
             f"The {name} there has other dimensions than the one here; use the same robot file on both machines."
         )
+
+
+def _receive_description(wire: RmwContext, namespace: str, topic: str) -> str:
+    received: queue.SimpleQueue[str] = queue.SimpleQueue()
+    with RmwNode(wire, "_chefbot_guest", namespace) as node:
+        node.subscription(topic, String, lambda message: received.put(message.data), TRANSIENT_LOCAL_QOS)
+        try:
+            return received.get(timeout=DESCRIPTION_TIMEOUT)
+        except queue.Empty:
+            raise UserError(
+                f"{topic} is offered, but nothing came in {DESCRIPTION_TIMEOUT:.0f} s; is the link too slow?"
+            ) from None
 
 
 @contextmanager

@@ -66,9 +66,7 @@ def quality(
     """Return the quality of `grid` after it has been transformed by `truth_T_map`."""
     from scipy import ndimage  # imported late: it takes half a second
 
-    mask = (truth.cells >= 0) & (truth.cells <= OCCUPIED_ABOVE) if explorable is None else explorable
-    if mask.shape != truth.cells.shape:
-        raise ValueError(f"a mask of {mask.shape} does not fit a plan of {truth.cells.shape}")
+    mask = _mask_of(truth, explorable)
     # Precision in the frame of the truth, recall and coverage in the frame of the map
     map_T_truth = truth_T_map.inverse()
     mapped_points = truth_T_map.apply(_centres(grid, _occupied(grid)))
@@ -81,6 +79,13 @@ def quality(
         _mean(_sample(_near_occupied(grid), grid, visible_points, TOLERANCE)),
         _mean(_sample(grid.cells != UNKNOWN, grid, explorable_points, 0)),
     )
+
+
+def _mask_of(truth: Grid, explorable: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+    mask = (truth.cells >= 0) & (truth.cells <= OCCUPIED_ABOVE) if explorable is None else explorable
+    if mask.shape != truth.cells.shape:
+        raise ValueError(f"a mask of {mask.shape} does not fit a plan of {truth.cells.shape}")
+    return mask
 
 
 def align(grid: Grid, truth: Grid, reach: float = 0.4, turn: float = math.radians(4.0)) -> SE2:
@@ -96,23 +101,24 @@ def align(grid: Grid, truth: Grid, reach: float = 0.4, turn: float = math.radian
     centroid = points.mean(axis=0)
     # Distance transform of the true walls
     field, frame = _distances(truth, 2.0 * reach)
-    best, step = np.zeros(3), np.array([reach, reach, turn]) / 4.0
-    n_steps = 4
+    best, step, n_steps = np.zeros(3), np.array([reach, reach, turn]) / 4.0, 4
     while step[0] > truth.resolution / 20.0:
-        offsets = np.stack(np.meshgrid(*[np.arange(-n_steps, n_steps + 1)] * 3, indexing="ij"), -1).reshape(
-            -1, 3
-        )
-        offsets = offsets[
-            np.argsort(np.abs(offsets).sum(axis=1), kind="stable")
-        ]  # of equal scores the smallest motion wins
         # Grid search about the best motion so far
-        candidates = best + offsets * step
+        candidates = best + _offsets(n_steps) * step
         width = max(step[0], truth.resolution)
         scores = [_score(field, frame, points, centroid, candidate, width) for candidate in candidates]
         # Halve the step and search the neighbours only
         best, step, n_steps = candidates[int(np.argmax(scores))], step / 2.0, 1
     best = np.clip(best, [-reach, -reach, -turn], [reach, reach, turn])
     return _rotation_about(centroid, best)
+
+
+def _offsets(n_steps: int) -> NDArray[np.int64]:
+    """Return the offsets (n, 3) of a grid of `n_steps` to both sides of its middle, the smallest first."""
+    axis = np.arange(-n_steps, n_steps + 1)
+    offsets = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
+    # of equal scores the smallest motion wins
+    return offsets[np.argsort(np.abs(offsets).sum(axis=1), kind="stable")]
 
 
 def _rotation_about(centroid: NDArray[np.float64], motion: NDArray[np.float64]) -> SE2:

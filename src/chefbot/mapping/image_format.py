@@ -82,14 +82,8 @@ def check_size(width: int, height: int, where: str, limit: int = MAX_CELLS) -> N
 
 def _decode_pgm(data: bytes, where: str) -> MapImage:
     """Decode Netpbm's PGM: magic, width, height, white; one white space; then the pixels."""
-    header = _HEADER.match(data)
-    if header is None or not data[header.end() : header.end() + 1].isspace():
-        raise MapFormatError(f"{where} has no complete PGM header; the file is damaged")
-    width, height, white = (int(number) for number in header.groups())
-    check_size(width, height, where)
-    if not 1 <= white <= 65535:
-        raise MapFormatError(f"{where} declares {white} as white; a PGM has 1 to 65535")
-    begin, count = header.end() + 1, width * height
+    width, height, white, begin = _pgm_header(data, where)
+    count = width * height
     levels = _text_levels(data, begin, where) if data[1:2] == b"2" else _levels(data, begin, count, white)
     if len(levels) < count:
         raise MapFormatError(f"{where} ends after {len(levels)} of {count} pixels; the file is truncated")
@@ -101,6 +95,18 @@ def _decode_pgm(data: bytes, where: str) -> MapImage:
     if white < 256:
         return MapImage(levels.astype(np.uint8, copy=False).reshape(height, width), white)
     return MapImage(levels.astype(np.uint16).reshape(height, width), white)
+
+
+def _pgm_header(data: bytes, where: str) -> tuple[int, int, int, int]:
+    """Return width, height, white, and where the pixels begin."""
+    header = _HEADER.match(data)
+    if header is None or not data[header.end() : header.end() + 1].isspace():
+        raise MapFormatError(f"{where} has no complete PGM header; the file is damaged")
+    width, height, white = (int(number) for number in header.groups())
+    check_size(width, height, where)
+    if not 1 <= white <= 65535:
+        raise MapFormatError(f"{where} declares {white} as white; a PGM has 1 to 65535")
+    return width, height, white, header.end() + 1
 
 
 def _levels(data: bytes, begin: int, count: int, white: int) -> NDArray[np.generic]:

@@ -46,14 +46,19 @@ def _draw_segment(
     if (low >= high).any():
         return
     column, row = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]))
-    # distance of each cell to the nearest point of the segment
-    along = end - begin
-    length = float(along @ along)
-    offset_x, offset_y = column - begin[0], row - begin[1]
-    share = (offset_x * along[0] + offset_y * along[1]) / length if length > 0.0 else np.zeros(column.shape)
-    share = np.clip(share, 0.0, 1.0)
-    distance = np.hypot(offset_x - share * along[0], offset_y - share * along[1])
+    distance = _distance_to_segment(column - begin[0], row - begin[1], end - begin)
     cells[low[1] : high[1], low[0] : high[0]][distance <= radius] = value
+
+
+def _distance_to_segment(
+    offset_x: NDArray[np.float64], offset_y: NDArray[np.float64], along: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the distances of points, as offsets from its beginning, to a segment that leads along a vector."""
+    # distance of each cell to the nearest point of the segment
+    length = float(along @ along)
+    share = (offset_x * along[0] + offset_y * along[1]) / length if length > 0.0 else np.zeros(offset_x.shape)
+    share = np.clip(share, 0.0, 1.0)
+    return np.hypot(offset_x - share * along[0], offset_y - share * along[1])
 
 
 def cropped(grid: Grid, low: tuple[float, float], high: tuple[float, float]) -> Grid:

@@ -131,6 +131,23 @@ def _is_misspelling(key: str, known: str) -> bool:
 
 
 def _to_description(keys: dict[str, Any], checksum: re.Match[bytes] | None, where: str) -> MapDescription:
+    _check_values(keys, where)
+    x, y, yaw = (
+        _number(value, -_MAX_COORDINATE, _MAX_COORDINATE, "origin", where) for value in keys["origin"]
+    )
+    return MapDescription(
+        keys["image"],
+        _number(keys["resolution"], 1e-4, 100.0, "resolution", where),
+        (x, y, yaw),
+        bool(keys["negate"]),
+        _number(keys["occupied_thresh"], 0.0, 1.0, "occupied_thresh", where),
+        _number(keys["free_thresh"], 0.0, 1.0, "free_thresh", where),
+        keys.get("mode", "trinary"),
+        checksum[1].decode() if checksum else None,
+    )
+
+
+def _check_values(keys: dict[str, Any], where: str) -> None:
     image, origin, mode = keys["image"], keys["origin"], keys.get("mode", "trinary")
     if not isinstance(image, str) or not image or "\0" in image:
         raise MapFormatError(f"{where}: image must be the name of a PGM or PNG file, not {image!r:.40}")
@@ -140,17 +157,6 @@ def _to_description(keys: dict[str, Any], checksum: re.Match[bytes] | None, wher
         raise MapFormatError(f"{where}: no mode is called {mode!r:.40}{name_hint(str(mode), get_args(Mode))}")
     if keys["negate"] not in (0, 1):
         raise MapFormatError(f"{where}: negate must be 0 or 1, not {keys['negate']!r:.40}")
-    x, y, yaw = (_number(value, -_MAX_COORDINATE, _MAX_COORDINATE, "origin", where) for value in origin)
-    return MapDescription(
-        image,
-        _number(keys["resolution"], 1e-4, 100.0, "resolution", where),
-        (x, y, yaw),
-        bool(keys["negate"]),
-        _number(keys["occupied_thresh"], 0.0, 1.0, "occupied_thresh", where),
-        _number(keys["free_thresh"], 0.0, 1.0, "free_thresh", where),
-        mode,
-        checksum[1].decode() if checksum else None,
-    )
 
 
 def _number(value: Any, min_value: float, max_value: float, key: str, where: str) -> float:
@@ -254,12 +260,7 @@ def on_axes_of_frame(
     rotated = np.full((height, width), UNKNOWN, np.int8)
     _sample(cells, rotated, min_x, min_y, yaw)
     _keep_walls(cells, rotated, min_x, min_y, yaw)
-    return Grid(
-        rotated,
-        resolution,
-        x + min_x * resolution,
-        y + min_y * resolution,
-    )
+    return Grid(rotated, resolution, x + min_x * resolution, y + min_y * resolution)
 
 
 def _sample(

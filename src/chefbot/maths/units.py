@@ -37,13 +37,7 @@ def to_si(text: str, unit: str) -> float:
     """
     import pint
 
-    parts = _QUANTITY.fullmatch(text) if len(text) <= _MAX_LENGTH else None
-    if parts is None:
-        raise UnitError(
-            f"{text[:_MAX_LENGTH]!r} is not a quantity; write a number and a unit, as in '1 {unit}'"
-        )
-    if parts["unit"] is None and unit:
-        raise UnitError(f"{text!r} has no unit, write it with one, as in '1 {unit}'")
+    _check_form(text, unit)
     normalized = text.replace("kg cm", "kgf cm") if unit == "N m" else text
     try:
         return float(_registry().Quantity(normalized).to(unit).magnitude)
@@ -51,3 +45,13 @@ def to_si(text: str, unit: str) -> float:
         raise UnitError(f"{text!r} is not a quantity in {unit}") from None
     except (pint.PintError, AttributeError, ValueError, OverflowError):
         raise UnitError(f"{text!r} is not a valid quantity; write a number and a unit of {unit}") from None
+
+
+def _check_form(text: str, unit: str) -> None:
+    parts = _QUANTITY.fullmatch(text) if len(text) <= _MAX_LENGTH else None
+    if parts is None:
+        raise UnitError(
+            f"{text[:_MAX_LENGTH]!r} is not a quantity; write a number and a unit, as in '1 {unit}'"
+        )
+    if parts["unit"] is None and unit:
+        raise UnitError(f"{text!r} has no unit, write it with one, as in '1 {unit}'")

@@ -175,13 +175,11 @@ class Measurement(NamedTuple):
 def measure(candidates: Candidates, chosen: NDArray[np.int64], sensor: SE2) -> Measurement:
     """Return the measurement of the person to whom the chosen candidates (1 or 2 numbers) belong."""
     points, segments = candidates.position[chosen], candidates.segments
-    centre = points.mean(axis=0)
     width = float(segments.width[chosen].max())
     single = len(chosen) == 1 and width < LEG_WIDTH[1]
+    centre = points.mean(axis=0)
     if single and segments.range[chosen[0]] < NEAR:
-        # both legs would be seen: the other one is behind this one
-        away = centre - np.array([sensor.x, sensor.y])
-        centre = centre + SECOND_LEG * away / max(float(np.hypot(*away)), SECOND_LEG)
+        centre = _between_legs(centre, sensor)
     pair = len(chosen) == 2 and bool(candidates.leg[chosen].all()) and _apart(points)
     return Measurement(
         float(centre[0]),
@@ -193,6 +191,12 @@ def measure(candidates: Candidates, chosen: NDArray[np.int64], sensor: SE2) -> M
         bool((candidates.leg & candidates.on_floor)[chosen].any()),
         bool(candidates.on_map[chosen].all()),
     )
+
+
+def _between_legs(leg: Floats, sensor: SE2) -> Floats:
+    # both legs would be seen: the other one is behind this one
+    away = leg - np.array([sensor.x, sensor.y])
+    return leg + SECOND_LEG * away / max(float(np.hypot(*away)), SECOND_LEG)
 
 
 def _apart(points: Floats) -> bool:

@@ -94,10 +94,19 @@ class PeopleTracker:
         self._note_unseen(observation, owner)
         self._begin(candidates, owner, observation.sensor)
         self._end_and_confirm()
+        self._update_background(observation, candidates, owner, tracks)
+        return True
+
+    def _update_background(
+        self,
+        observation: Observation,
+        candidates: Candidates,
+        owner: NDArray[np.int64],
+        tracks: list[PersonTrack],
+    ) -> None:
         people = np.array([*(track.likely for track in tracks), False])  # the last one for NO_TRACK
         beams = candidates.beams(people[owner], len(observation.ranges))
         self._background.update(observation, beams, self.time, self.params.max_range)
-        return True
 
     def take_warning(self) -> str:
         """Return what could not be used since the last call, one sentence, empty for nothing."""

@@ -96,10 +96,13 @@ class GridPlanner:
         if reached[0] == goal_cell:
             self._occupied = None
         else:
-            self._occupied = goal, self._goal_at(costmap, goal, int(reached[0]), exact=False)
-            away = self._occupied[1].distance(goal)
-            self.remarks += (f"{OCCUPIED}, {away:.2f} m from the goal",)
+            self._replace_occupied_goal(costmap, goal, int(reached[0]))
         return self._path(costmap, start, goal, int(reached[0]), exact=reached[0] == goal_cell)
+
+    def _replace_occupied_goal(self, costmap: Costmap, goal: SE2, cell: int) -> None:
+        self._occupied = goal, self._goal_at(costmap, goal, cell, exact=False)
+        away = self._occupied[1].distance(goal)
+        self.remarks += (f"{OCCUPIED}, {away:.2f} m from the goal",)
 
     def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
         """Return the cost-to-come of every cell (h, w), in metres of free driving; inf where unreachable."""

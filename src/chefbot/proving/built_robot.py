@@ -113,26 +113,16 @@ class RobotProcess:
     def __init__(self, setup: BuiltSetup, hardware: HardwareProcess, launch: str, *arguments: str) -> None:
         port = free_port()
         self.url = f"http://127.0.0.1:{port}"
-        ports = [f"board_port:={hardware.board}", f"lidar_port:={hardware.lidar}", f"port:={port}"]
-        # one process, as several runs share a machine
-        given = [
-            "built:=true",
-            "wire:=off",
-            f"robot:={setup.robot}",
-            f"seed:={setup.seed}",
-            *ports,
-            *arguments,
-        ]
-        environment = {**os.environ, "XDG_STATE_HOME": str(setup.folder / "state")}
+        given = [*_launch_arguments(setup, hardware), f"port:={port}", *arguments]
+        self._environment = {**os.environ, "XDG_STATE_HOME": str(setup.folder / "state")}
         self._output = (setup.folder / f"{launch}.log").open("w")
         self._process = subprocess.Popen(
             [*CHEFBOT, "launch", launch, *given],
             stdin=subprocess.DEVNULL,
             stdout=self._output,
             stderr=subprocess.STDOUT,
-            env=environment,
+            env=self._environment,
         )
-        self._environment = environment
 
     def page(self) -> WebUiClient:
         """Connect to the web UI. Raises TaskFailedError if the robot does not start."""
@@ -172,6 +162,18 @@ class RobotProcess:
         """End the launch as Ctrl-C does."""
         end_process(self._process)
         self._output.close()
+
+
+def _launch_arguments(setup: BuiltSetup, hardware: HardwareProcess) -> list[str]:
+    # one process, as several runs share a machine
+    return [
+        "built:=true",
+        "wire:=off",
+        f"robot:={setup.robot}",
+        f"seed:={setup.seed}",
+        f"board_port:={hardware.board}",
+        f"lidar_port:={hardware.lidar}",
+    ]
 
 
 def end_process(process: subprocess.Popen[Any]) -> None:

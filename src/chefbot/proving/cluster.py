@@ -42,19 +42,22 @@ def cluster(address: str, workers: int) -> Iterator[DaskCluster]:
     except ImportError:
         raise UserError("proving needs Dask and PyArrow: pip install 'chefbot[prove]'") from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # deaths of workers are expected
-    settings = {
+    with dask.config.set(_dask_settings()):
+        if address:
+            yield from _connected(DaskCluster(address))
+            return
+        with _local_cluster(workers) as local, _dead_workers_replaced(local, workers):
+            yield from _connected(DaskCluster(local.scheduler_address))
+
+
+def _dask_settings() -> dict[str, object]:
+    return {
         "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
         "distributed.comm.timeouts.connect": CONNECT_TIMEOUT,
         "distributed.deploy.lost-worker-timeout": LOST_WORKER_TIMEOUT,
         "distributed.admin.low-level-log-length": 0,
         "distributed.worker.use-file-locking": False,
     }
-    with dask.config.set(settings):
-        if address:
-            yield from _connected(DaskCluster(address))
-            return
-        with _local_cluster(workers) as local, _dead_workers_replaced(local, workers):
-            yield from _connected(DaskCluster(local.scheduler_address))
 
 
 def _local_cluster(workers: int) -> Any:

@@ -65,14 +65,7 @@ class SafetyObserver:
     """
 
     def __init__(self, obstacles: Grid, radius: float) -> None:
-        from scipy import ndimage  # takes half a second
-
-        free = obstacles.cells != OCCUPIED
-        # The transform of a grid without any obstacle is the distance to its corner
-        distances: Any = np.full(free.shape, math.inf) if free.all() else ndimage.distance_transform_edt(free)
-        self._distance = Grid(
-            distances * obstacles.resolution, obstacles.resolution, obstacles.origin_x, obstacles.origin_y
-        )
+        self._distance = _distance_to(obstacles)
         self._radius = radius
         self.obstacles = obstacles
         self._in_near_miss = False
@@ -140,6 +133,17 @@ class SafetyObserver:
     def _note(self, time_ns: int, what: str) -> None:
         x, y = self.simulation.truth().pose[:2] if self.simulation else (math.nan, math.nan)
         self.incidents.append((round(time_ns / 1e9, 2), round(x, 3), round(y, 3), what))
+
+
+def _distance_to(obstacles: Grid) -> Grid:
+    from scipy import ndimage  # takes half a second
+
+    free = obstacles.cells != OCCUPIED
+    # The transform of a grid without any obstacle is the distance to its corner
+    distances: Any = np.full(free.shape, math.inf) if free.all() else ndimage.distance_transform_edt(free)
+    return Grid(
+        distances * obstacles.resolution, obstacles.resolution, obstacles.origin_x, obstacles.origin_y
+    )
 
 
 class WrongClaims:

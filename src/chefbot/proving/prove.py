@@ -199,6 +199,10 @@ def print_summary(
                     f"{share.low:.0%} to {share.high:.0%}",
                 )
     console.print(table)
+    _print_changes(differences)
+
+
+def _print_changes(differences: Sequence[FigureChange]) -> None:
     for change in differences:
         if change.is_better or change.is_worse:
             verdict = "better" if change.is_better else "[red]worse[/]"

@@ -92,17 +92,7 @@ class SimulatedRun:
     def launch(self, name: str, arguments: dict[str, str]) -> None:
         """Start a launch in the scenario's world with its simulator."""
         scenario = self.scenario
-        given = {
-            "world": self._site.name,
-            "start": str(list(self._site.world.start)),
-            "profile": scenario.profile,
-            "headless": "true",
-            "pictures": "0",
-            "seed": str(self.seed),
-            "wire": "off",
-            "keep_map": "false",
-            **arguments,
-        }
+        given = {**self._launch_arguments(), **arguments}
         accepted = load_launch(name).args
         launch = load_launch(name, {key: value for key, value in given.items() if key in accepted})
         params: dict[str, Any] = {
@@ -114,6 +104,18 @@ class SimulatedRun:
         start(self.system, inject(with_simulator_params(launch, params), scenario.faults))
         simulator: Any = self.system.nodes["simulator"]
         self.safety.simulation = simulator.simulation
+
+    def _launch_arguments(self) -> dict[str, str]:
+        return {
+            "world": self._site.name,
+            "start": str(list(self._site.world.start)),
+            "profile": self.scenario.profile,
+            "headless": "true",
+            "pictures": "0",
+            "seed": str(self.seed),
+            "wire": "off",
+            "keep_map": "false",
+        }
 
     def true_map(self) -> Path:
         """Write the world's true map with its places, in the world's frame, and return its path."""

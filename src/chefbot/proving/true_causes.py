@@ -119,16 +119,20 @@ class TrueCauses:
         truth = self._truth_at(place.x, place.y, then, tolerance)
         obstacle = NOT_ON_MAP if cause.obstacle == PERSON else cause.obstacle
         self._kinds[obstacle] += 1
-        bearing, distance = self._rng.uniform(-math.pi, math.pi), math.hypot(offset.x, offset.y)
-        gx = true_pose.x + distance * math.cos(bearing)
-        gy = true_pose.y + distance * math.sin(bearing)
-        kinds, counts = zip(*sorted(self._kinds.items()), strict=True)
-        drawn = str(self._rng.choice(kinds, p=np.array(counts) / sum(counts)))
         agrees = obstacle in truth.values()
-        guess = drawn in self._truth_at(gx, gy, then, tolerance).values()
+        guess = self._guess(true_pose, math.hypot(offset.x, offset.y), then, tolerance)
         names = ", ".join(truth) or "nothing"
         error = seen_from.distance(true_pose)
         self.judged.append(JudgedCause(cause, place.x, place.y, names, agrees, guess, error))
+
+    def _guess(self, centre: SE2, distance: float, then: _Snapshot, tolerance: float) -> bool:
+        """Return whether a random kind of obstacle stood at a random bearing."""
+        bearing = self._rng.uniform(-math.pi, math.pi)
+        gx = centre.x + distance * math.cos(bearing)
+        gy = centre.y + distance * math.sin(bearing)
+        kinds, counts = zip(*sorted(self._kinds.items()), strict=True)
+        drawn = str(self._rng.choice(kinds, p=np.array(counts) / sum(counts)))
+        return drawn in self._truth_at(gx, gy, then, tolerance).values()
 
     def _truth_at(self, x: float, y: float, then: _Snapshot, tolerance: float) -> dict[str, str]:
         """Return what stood within a tolerance of a place (m), by name, and whether the map has it."""

@@ -101,6 +101,10 @@ def _pin_problem(name: str, pins: dict[str, int]) -> str:
         return f"GP{max(own)} is not free; use pins up to GP{LAST_PIN}"
     if name in ("left_a", "right_a") and pins[f"{name[:-1]}b"] != pins[name] + 1:
         return f"the pin behind it, GP{pins[name] + 1}, must be {name[:-1]}b"
+    return _channel_problem(name, pins)
+
+
+def _channel_problem(name: str, pins: dict[str, int]) -> str:
     for group in PWM_GROUPS:
         same = [
             other

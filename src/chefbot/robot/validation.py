@@ -82,13 +82,8 @@ def _materials(robot: Robot) -> Iterator[Contradiction]:
 
 
 def _plates(robot: Robot) -> Iterator[Contradiction]:
-    plates, plate, notch = robot.plates, robot.body.plate, robot.plates.notch
-    inner = layout.notch_floor(robot)
-    if notch is not None:
-        too_deep = f"is deeper than the {plate}; make it shallower"
-        yield notch.depth >= plate.half_width, "plates.notch.depth", too_deep
-        outside = min(plate.room(notch.length / 2, inner), plate.room(-notch.length / 2, inner)) <= 0.0
-        yield outside, "plates.notch", f"lies outside the {plate}; make it deeper or shorter"
+    plates, plate, inner = robot.plates, robot.body.plate, layout.notch_floor(robot)
+    yield from _notch(robot)
     nothing_left = plates.centre_hole / 2 >= inner
     yield nothing_left, "plates.centre_hole", f"{mm(plates.centre_hole)} leaves nothing of the plate"
     reach = robot.poles.reach
@@ -101,6 +96,15 @@ def _plates(robot: Robot) -> Iterator[Contradiction]:
     top = robot.plates.count
     for key, place in _places(robot):
         yield place.plate > top, f"{key}.plate", f"there is no plate {place.plate}, the highest is {top}"
+
+
+def _notch(robot: Robot) -> Iterator[Contradiction]:
+    plate, notch, inner = robot.body.plate, robot.plates.notch, layout.notch_floor(robot)
+    if notch is not None:
+        too_deep = f"is deeper than the {plate}; make it shallower"
+        yield notch.depth >= plate.half_width, "plates.notch.depth", too_deep
+        outside = min(plate.room(notch.length / 2, inner), plate.room(-notch.length / 2, inner)) <= 0.0
+        yield outside, "plates.notch", f"lies outside the {plate}; make it deeper or shorter"
 
 
 def _places(robot: Robot) -> Iterator[tuple[str, MountingPosition]]:
@@ -182,6 +186,16 @@ def _drive(robot: Robot) -> Iterator[Contradiction]:
         "drive.max_deceleration",
         "is below drive.max_acceleration, which planned braking counts on",
     )
+    yield from _battery_and_driver(robot)
+    protocol = robot.drive.protocol
+    unknown = f"unknown {protocol!r}{name_hint(protocol, (*DRIVE_PROTOCOLS, ROS_BASE))}"
+    yield protocol not in ("", *DRIVE_PROTOCOLS, ROS_BASE), "drive.protocol", unknown
+    unneeded = robot.drive.command_timeout is not None and protocol != ROS_BASE
+    yield unneeded, "drive.command_timeout", f"is for a drive of protocol {ROS_BASE} only"
+    yield from board_problems(robot.board, _unused_signals(robot))
+
+
+def _battery_and_driver(robot: Robot) -> Iterator[Contradiction]:
     battery = robot.battery
     yield battery.empty_voltage >= battery.voltage, "battery.empty_voltage", "is not below battery.voltage"
     yield battery.voltage > battery.full_voltage, "battery.voltage", "is above battery.full_voltage"
@@ -191,12 +205,6 @@ def _drive(robot: Robot) -> Iterator[Contradiction]:
     yield driver.inputs not in DRIVER_INPUTS, "driver.inputs", unknown
     no_enable = driver.enable_diag and not driver.enable
     yield no_enable, "driver.enable_diag", "is the enable input of a driver whose driver.enable is false"
-    protocol = robot.drive.protocol
-    unknown = f"unknown {protocol!r}{name_hint(protocol, (*DRIVE_PROTOCOLS, ROS_BASE))}"
-    yield protocol not in ("", *DRIVE_PROTOCOLS, ROS_BASE), "drive.protocol", unknown
-    unneeded = robot.drive.command_timeout is not None and protocol != ROS_BASE
-    yield unneeded, "drive.command_timeout", f"is for a drive of protocol {ROS_BASE} only"
-    yield from board_problems(robot.board, _unused_signals(robot))
 
 
 def _unused_signals(robot: Robot) -> set[str]:

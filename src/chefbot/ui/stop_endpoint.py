@@ -10,7 +10,7 @@ from typing import NamedTuple
 from starlette.requests import Request
 from starlette.responses import Response
 
-from chefbot.errors import ChefbotError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.ui.access.command_audit import CommandAudit
 from chefbot.ui.access.token_bucket import TokenBucket
 from chefbot.ui.access.visitors import Visitor
@@ -45,15 +45,17 @@ class StopEndpoint:
             return plain_text("Too many presses of STOP from this address.", 429)
         body = await request.body()
         try:
-            command = parse_command(body[:MAX_TEXT].decode(errors="replace"))
+            self._pass_on(sender, parse_command(body[:MAX_TEXT].decode(errors="replace")))
         except ChefbotError as error:
             return plain_text(str(error), 400)
+        return Response(status_code=204, headers=SECURITY_HEADERS)
+
+    def _pass_on(self, sender: Sender, command: OperatorCommand) -> None:
         if not isinstance(command, Stop):
-            return plain_text("Only STOP is accepted here; other commands need the web socket.", 400)
+            raise UserError("Only STOP is accepted here; other commands need the web socket.")
         name, role = sender.visitor
         self._on_command(command, name or role)
         self._audit.command(sender, command, "")
-        return Response(status_code=204, headers=SECURITY_HEADERS)
 
     def _within_rate_limit(self, address: str) -> bool:
         now = asyncio.get_running_loop().time()

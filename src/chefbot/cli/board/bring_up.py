@@ -105,16 +105,16 @@ class BoardTest:
         if line is None:
             self._report("The board has sent no battery voltage.")
             return
-        factor = self._robot.calibration.battery
-        volts = factor * line.millivolts / 1000.0
+        volts = self._robot.calibration.battery * line.millivolts / 1000.0
         text = typer.prompt(
             f"Battery: {volts:.2f} V. What does your meter show, in V (Enter: no meter)", default=""
         )
-        try:
-            measured = float(text) if text else volts
-        except ValueError:
-            measured = math.nan
-        ratio = factor * measured / volts if volts > 0.0 else math.nan
+        self._judge_voltage(volts, text)
+
+    def _judge_voltage(self, volts: float, text: str) -> None:
+        """Compare the board's voltage with what was typed from a meter, empty without one."""
+        measured = _number(text) if text else volts
+        ratio = self._robot.calibration.battery * measured / volts if volts > 0.0 else math.nan
         if not MIN_CALIBRATION <= ratio <= MAX_CALIBRATION:
             self._report(
                 f"'{text}' V is not what the board measures, {volts:.2f} V: look at the meter, or at the board's"
@@ -163,20 +163,22 @@ class BoardTest:
         typer.prompt(f"Turn the {SIDES[side]} wheel forward by {turns} turns, then press Enter", default="")
         self._board.run(0.2)
         ticks = wrap_signed(self._counts()[side] - before[side])
-        turn = HandTurn(ticks, turns, self._robot.motor.ticks_per_turn)
+        self._judge_hand_turn(side, HandTurn(ticks, turns, self._robot.motor.ticks_per_turn))
+
+    def _judge_hand_turn(self, side: int, turn: HandTurn) -> None:
         if turn.agrees:
-            console.print(f"{ticks / turns:.0f} ticks per turn, as the robot file has it.")
-        elif ticks < 0:
+            console.print(f"{turn.ticks / turn.turns:.0f} ticks per turn, as the robot file has it.")
+        elif turn.ticks < 0:
             self._report(f"The {SIDES[side]} encoder counts backward: exchange its wires A and B.")
         elif not 0.1 < turn.ratio < 10.0:
             self._report(
-                f"The {SIDES[side]} encoder counted {ticks} ticks: check its supply, ground, A and B."
+                f"The {SIDES[side]} encoder counted {turn.ticks} ticks: check its supply, ground, A and B."
             )
         else:
             self._change(
                 ("motor", "gear_ratio"),
                 turn.ratio * self._robot.motor.gear_ratio,
-                f"{ticks / turns:.0f} ticks a turn",
+                f"{turn.ticks / turn.turns:.0f} ticks a turn",
             )
 
     # -- with wheels that turn
@@ -268,6 +270,14 @@ class BoardTest:
     def _change(self, path: tuple[str, ...], value: float, comment: str) -> None:
         self.changes.append(Change(path, f"{value:.4g}", comment))
         console.print(f"The robot file should have {'.'.join(path)}: {value:.4g} ({comment}).")
+
+
+def _number(text: str) -> float:
+    """Return the number that was typed, NaN if it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _speeds_of(lines: list[BoardLine], side: int) -> tuple[np.ndarray, np.ndarray]:

@@ -48,10 +48,7 @@ def run_emulated_robot(robot: str, world: str, profile: str, seed: int, board: P
     from chefbot.sim.ports.hardware import HardwareOptions, run_hardware  # takes a second
     from chefbot.sim.realism import check_profile
 
-    if not hasattr(os, "openpty"):
-        raise UserError(
-            "serial ports can be emulated on Linux and macOS only; `chefbot demo --bytes` needs none"
-        )
+    _check_pseudo_terminals()
     check_profile(profile)
     for link in (board, lidar):
         make_folder(link.parent)
@@ -62,6 +59,13 @@ def run_emulated_robot(robot: str, world: str, profile: str, seed: int, board: P
     with stop_on_signals(ended.set):
         run_hardware(options, ended, _print_line)
     return 0
+
+
+def _check_pseudo_terminals() -> None:
+    if not hasattr(os, "openpty"):
+        raise UserError(
+            "serial ports can be emulated on Linux and macOS only; `chefbot demo --bytes` needs none"
+        )
 
 
 def _print_line(line: str) -> None:

@@ -59,15 +59,17 @@ def firmware_image(kind: str, robot_file: str, program: Path | None) -> Firmware
             f"{robot.name} has no motor board: its drive, {robot.drive.protocol}, has its own firmware"
         )
     board = board_kind(kind, robot)
-    form = FORMATS[board]
-    source = program or IMAGES / f"{board}.bin"
+    data = _converted(program or IMAGES / f"{board}.bin", robot, board)
+    return FirmwareImage(board, robot, f"{robot.name}_{board}{FORMATS[board].suffix}", data)
+
+
+def _converted(program: Path, robot: Robot, board: str) -> bytes:
     try:
-        data = form.convert(with_robot(source.read_bytes(), robot, board))
+        return FORMATS[board].convert(with_robot(program.read_bytes(), robot, board))
     except OSError as error:
-        raise UserError(f"the program {source} cannot be read: {error.strerror}") from None
+        raise UserError(f"the program {program} cannot be read: {error.strerror}") from None
     except FirmwareImageError as error:
-        raise UserError(f"the program {source} cannot be used: {error}") from None
-    return FirmwareImage(board, robot, f"{robot.name}_{board}{form.suffix}", data)
+        raise UserError(f"the program {program} cannot be used: {error}") from None
 
 
 def run_image(kind: str, robot_file: str, program: Path | None, out: Path | None) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,14 @@ def write_picture(curves: list[StepCurve], path: Path) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 4.0), layout="constrained")
-    axes = figure.subplots()
+    _draw(figure.subplots(), curves)
+    file = io.BytesIO()
+    FigureCanvasAgg(figure).print_png(file)
+    make_folder(path.parent)
+    write_atomic(path, file.getvalue())
+
+
+def _draw(axes: Any, curves: list[StepCurve]) -> None:
     for curve in curves:
         label = f"{curve.side}: 90 % after {curve.response.rise_time:.2f} s"
         axes.plot(curve.times, 100.0 / curve.target * curve.speeds, color=COLOURS[curve.side], label=label)
@@ -43,7 +50,3 @@ def write_picture(curves: list[StepCurve], path: Path) -> None:
     )
     axes.grid(color="0.9")
     axes.legend(loc="lower right")
-    file = io.BytesIO()
-    FigureCanvasAgg(figure).print_png(file)
-    make_folder(path.parent)
-    write_atomic(path, file.getvalue())

@@ -167,13 +167,7 @@ def _observe(
     system = NodeContainer(loop, robot, 0)
     system.isolate_faults(seen.add_fault)
     loop.add_observer(seen.add)
-    nodes = {
-        device.title: NodeEntry(
-            kind=f"{device.kind.__module__}:{device.kind.__name__}",
-            params={} if device.kind is DepthCameraDevice else {"port": ports[device.title]},
-        )
-        for device in devices
-    }
+    nodes = _node_entries(devices, ports)
     topics, end_ns = [device.streams[0].topic for device in devices], loop.now_ns + round(seconds * 1e9)
     try:
         _start(system, nodes, seen)
@@ -182,6 +176,16 @@ def _observe(
     finally:
         system.stop()
     return seen
+
+
+def _node_entries(devices: Iterable[BuiltDevice], ports: Mapping[str, str]) -> dict[str, NodeEntry]:
+    return {
+        device.title: NodeEntry(
+            kind=f"{device.kind.__module__}:{device.kind.__name__}",
+            params={} if device.kind is DepthCameraDevice else {"port": ports[device.title]},
+        )
+        for device in devices
+    }
 
 
 def _start(system: NodeContainer, nodes: Mapping[str, NodeEntry], seen: Observations) -> None:

@@ -48,15 +48,7 @@ def send_goal(target: list[str], page: str, when: When = "") -> None:
         goal, failed_before = _goal(target, robot, when), failed_goals(robot)
         after_round = when == "after" and _in_round(robot)
         robot.send(goal)
-        try:
-            if after_round:
-                await_refusal(robot)
-            else:
-                await_failure(robot, failed_before)
-        except UserError as refusal:
-            if ERRAND_NEEDS_WHEN[1:] in str(refusal):
-                raise UserError(f"{refusal} (--when now, after or instead)") from None
-            raise
+        _await_response(robot, failed_before, after_round=after_round)
     place = " ".join(target)
     if after_round:
         console.print(f"The robot drives to {place} after the round.")
@@ -68,6 +60,19 @@ def _in_round(robot: WebUiClient) -> bool:
     """Return whether a delivery round is in progress; without one a goal is driven to at once."""
     delivery = robot.wait_for("delivery", running_robot.LAYER_TIMEOUT)
     return delivery is not None and delivery["round_active"]
+
+
+def _await_response(robot: WebUiClient, failed_before: int, *, after_round: bool) -> None:
+    """Raise UserError if the robot refuses the goal or gives it up at once."""
+    try:
+        if after_round:
+            await_refusal(robot)
+        else:
+            await_failure(robot, failed_before)
+    except UserError as refusal:
+        if ERRAND_NEEDS_WHEN[1:] in str(refusal):
+            raise UserError(f"{refusal} (--when now, after or instead)") from None
+        raise
 
 
 def send_patrol(targets: list[str], rounds: int, without_stops: bool, page: str) -> None:

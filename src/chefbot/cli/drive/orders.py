@@ -14,6 +14,7 @@ from chefbot.cli.parameters import WEB_UI
 from chefbot.cli.running_robot import find_shown_place, known_places
 from chefbot.delivery.status_messages import display_name
 from chefbot.errors import UserError
+from chefbot.maths.se2 import SE2
 from chefbot.ui.commands import Choose, Deliver, Loaded, NotTaken, OperatorCommand, Taken
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
@@ -44,12 +45,7 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
     Raises UserError if no robot that delivers runs at `page`, or if it refuses the order.
     """
     with WebUiClient(page) as robot:
-        places = known_places(robot)
-        if not places or robot.wait_for("delivery", running_robot.RESPONSE_TIMEOUT) is None:
-            raise UserError(
-                f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo` with a map "
-                "that has named places, a kitchen and a home among them (`chefbot drive place NAME` stores one)"
-            )
+        places = _places_of_delivery(robot, page)
         names = [find_shown_place(robot, table, places) for table in tables]
         before = robot.latest["delivery"]
         robot.send(Deliver(names))
@@ -59,6 +55,16 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
             raise UserError(f"not ordered: {robot.latest['delivery']['step']}")
         console.print(f"ordered: {', '.join(names)}")
         return 0
+
+
+def _places_of_delivery(robot: WebUiClient, page: str) -> dict[str, SE2]:
+    places = known_places(robot)
+    if not places or robot.wait_for("delivery", running_robot.RESPONSE_TIMEOUT) is None:
+        raise UserError(
+            f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo` with a map "
+            "that has named places, a kitchen and a home among them (`chefbot drive place NAME` stores one)"
+        )
+    return places
 
 
 def _await_acceptance(robot: WebUiClient, before: Mapping[str, Any], names: list[str]) -> bool:

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from chefbot.fleet.identity import RENEWAL_NOTICE
 from chefbot.fleet.keyring import Keyring, keys_folder, request_fingerprint
-from chefbot.fleet.membership import Card, Fleet, check_role, read_card
+from chefbot.fleet.membership import Card, Fleet, Member, check_role, read_card
 from chefbot.storage.atomic_files import write_atomic
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -67,16 +67,20 @@ def sign_request(request: Path, role: str, replace: bool, out: Path | None, fold
     card, name = ring.admit(request, datetime.now(UTC), chosen, replace)
     member = card.members("the card").members[name]
     path = _write(card, out or Path(f"{name}.card"))
-    console.print(
-        f"{name} ({member.role}) is a member of the fleet until {member.expires:%Y-%m-%d}, with key {member.key}. "
-        f"Copy {path} to its machine, and run there: chefbot fleet accept {path.name}"
-    )
+    _print_membership(name, member, path)
     console.print("The other members accept the same file, which contains the list of members.")
     console.print(
         f"The authority's key is {ring.authority_fingerprint()}; each machine shows it when it accepts."
     )
     if replace:
         console.print(f"Machines that have accepted it refuse the former certificate of {name}.")
+
+
+def _print_membership(name: str, member: Member, card: Path) -> None:
+    console.print(
+        f"{name} ({member.role}) is a member of the fleet until {member.expires:%Y-%m-%d}, with key {member.key}. "
+        f"Copy {card} to its machine, and run there: chefbot fleet accept {card.name}"
+    )
 
 
 def accept_card(card: Path, folder: Path | None) -> None:

@@ -29,6 +29,8 @@ _ODOMETRY_TOPIC = typer.Option(help="topic of the odometry in a bag that has sev
 _LASER = typer.Option(
     help="x and y, m, and yaw, rad, of the laser on the robot's base, instead of the transforms in a bag"
 )
+_ALGORITHM = typer.Option(help="particle filter (gmapping) or pose graph (graph)")
+_MAX_RANGE = typer.Option(min=0.1, max=1000, help="longer ranges count as no return, m")
 _REPORT = "write report.html: closures, residuals, time, memory"
 _BUNDLE = typer.Argument(help="map.bundle, or the folder that it is in")
 _COORDINATE = typer.Option(help="coordinate in the map frame, m; without it the edge of the map")
@@ -49,14 +51,10 @@ def save(
 def slam(
     log: Annotated[Path, typer.Argument(help=_LOG)],
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/slam"),
-    algorithm: Annotated[
-        Algorithm, typer.Option(help="particle filter (gmapping) or pose graph (graph)")
-    ] = Algorithm.GMAPPING,
+    algorithm: Annotated[Algorithm, _ALGORITHM] = Algorithm.GMAPPING,
     particles: Annotated[int, typer.Option(min=1, max=1000, help="number of particles of gmapping")] = 30,
     seed: Annotated[int, typer.Option(min=0, help="random seed of gmapping; same seed, same map")] = 1,
-    max_range: Annotated[
-        float, typer.Option(min=0.1, max=1000, help="longer ranges count as no return, m")
-    ] = 80.0,
+    max_range: Annotated[float, _MAX_RANGE] = 80.0,
     report: Annotated[bool, typer.Option("--report", help=_REPORT)] = False,
     scan_topic: Annotated[str, _SCAN_TOPIC] = "",
     odometry_topic: Annotated[str, _ODOMETRY_TOPIC] = "",

@@ -11,7 +11,7 @@ from rich.progress import Progress, TaskID
 from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, naming_log, read_log
 from chefbot.cli.map.slam import console, print_results, write_results
 from chefbot.cli.map.slam_costs import SlamCosts
-from chefbot.cli.map.start_search import find_start
+from chefbot.cli.map.start_search import FoundStart, find_start
 from chefbot.errors import ScanError, UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -45,18 +45,23 @@ class MapContinuation:
             raise UserError(f"{title}: {error}") from None
         before, first = self._mapper.slam.map(), 0
         if start is None:
-            task = self._progress.add_task(f"{title}: where it begins", total=None)
-            advice = "; give --start X Y YAW" if self._takes_start else ""
-            first, start = find_start(
-                before, scans, self._mapper.sensor, range_max, partial(self._show, task), advice
-            )
-            self._progress.remove_task(task)
-            console.print(
-                f"{title} begins on the map: at scan {first} the robot was at {start.text}.", markup=False
-            )
+            first, start = self._find_start(title, before, scans, range_max)
         used = scans[first:]
         self._mapper.map_drive(used, range_max, start, self._counted(title, len(used)))
         self._check(title, before, range_max)
+
+    def _find_start(
+        self, title: str, before: Grid, scans: Sequence[RecordedScan], range_max: float
+    ) -> FoundStart:
+        task = self._progress.add_task(f"{title}: where it begins", total=None)
+        advice = "; give --start X Y YAW" if self._takes_start else ""
+        found = find_start(before, scans, self._mapper.sensor, range_max, partial(self._show, task), advice)
+        self._progress.remove_task(task)
+        console.print(
+            f"{title} begins on the map: at scan {found.scan} the robot was at {found.pose.text}.",
+            markup=False,
+        )
+        return found
 
     def result(self) -> SlamResult:
         """Return the map as it is now, with the poses of its drives."""

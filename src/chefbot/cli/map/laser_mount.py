@@ -43,13 +43,17 @@ def laser_mount(transforms: Iterable[TransformStamped], base: str, laser: str) -
     if base_root != laser_root:
         return None
     mount = np.linalg.inv(to_base) @ to_laser
+    _check_level(mount, base, laser)
+    yaw = math.atan2(mount[1, 0], mount[0, 0])
+    return LaserMount(SE2(float(mount[0, 3]), float(mount[1, 3]), yaw), bool(mount[2, 2] < 0.0))
+
+
+def _check_level(mount: Matrix, base: str, laser: str) -> None:
     if abs(mount[2, 2]) < math.cos(MAX_TILT):
         tilt = math.degrees(math.acos(min(1.0, abs(mount[2, 2]))))
         raise UserError(
             f"the laser {laser} is tilted by {tilt:.0f} degrees against {base}, so it sees no plane of walls"
         )
-    yaw = math.atan2(mount[1, 0], mount[0, 0])
-    return LaserMount(SE2(float(mount[0, 3]), float(mount[1, 3]), yaw), bool(mount[2, 2] < 0.0))
 
 
 def _from_root(edges: dict[str, tuple[str, Matrix]], frame: str) -> tuple[str, Matrix]:

@@ -46,27 +46,32 @@ def map_picture(result: SlamResult) -> bytes:
 
 def error_picture(result: SlamResult, estimate: MapErrorEstimate, title: str = "") -> bytes:
     """Draw the map (PNG) with the trajectory, the estimated error of each region and the places that are listed."""
-    from matplotlib.collections import PolyCollection
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-
     figure, axes = _figure(_height(result.grid))
     _draw_map(axes, result.grid)
     axes.plot(*np.array([(pose.x, pose.y) for pose in result.poses]).T, color=ODOMETRY, linewidth=0.7)
     axes.set_title(title, fontsize=9, wrap=True)
     for region in worst_regions(estimate.regions):
         axes.annotate(centimetres(region.error), region.centre, ha="center", va="center", fontsize=8)
+    squares = _error_squares(estimate)
+    axes.add_collection(squares)
+    figure.colorbar(squares, ax=axes, label="estimated error [m]", shrink=0.8)
+    return _png(figure)
+
+
+def _error_squares(estimate: MapErrorEstimate) -> Any:
+    """Return the regions as squares that are coloured by their errors."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
     corners = np.array([(region.x, region.y) for region in estimate.regions])
     outlines: Any = corners[:, None] + REGION * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    squares = PolyCollection(
+    return PolyCollection(
         outlines,
         array=[region.error for region in estimate.regions],
         cmap=ListedColormap(ERROR_COLOURS),
         norm=BoundaryNorm(ERROR_LIMITS, len(ERROR_COLOURS)),
         alpha=0.5,
     )
-    axes.add_collection(squares)
-    figure.colorbar(squares, ax=axes, label="estimated error [m]", shrink=0.8)
-    return _png(figure)
 
 
 def odometry_picture(result: SlamResult) -> bytes:

@@ -40,9 +40,12 @@ def export_zones(file: Path, out: Path, robot: str) -> None:
     for name, mask in (("keepout_mask", keep_out_mask(zones, grid)), ("speed_mask", speed_mask(zones, grid))):
         written = save_map(out / name, mask.grid, "raw")
         console.print(f"saved {written}: mask of Nav2, type {mask.type}, multiplier {mask.multiplier:g}")
+    _write_zone_set(zones, file.stem, robot, out / "zoneSet.json")
+
+
+def _write_zone_set(zones: MapZones, map_id: str, robot: str, target: Path) -> None:
     now = datetime.datetime.now(datetime.UTC)
     stamp = now.isoformat(timespec="milliseconds").replace("+00:00", "Z")
-    message = zone_set_message(zones.zones, file.stem, robot, stamp)
-    target = out / "zoneSet.json"
+    message = zone_set_message(zones.zones, map_id, robot, stamp)
     write_atomic(target, msgspec.json.format(msgspec.json.encode(message), indent=2) + b"\n")
     console.print(f"saved {target}: {number_of(len(zones.zones), 'zone')} of VDA 5050")

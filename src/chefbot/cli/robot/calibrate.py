@@ -139,12 +139,7 @@ def _summary(result: CalibrationResult, found: Findings, measured: Measured, rob
     return {
         "found": {one.key: {"value": one.value, "deviation": one.deviation} for one in found.values},
         "umbmark": {"E_d": result.umbmark.wheel_ratio, "E_b": result.umbmark.separation_ratio},
-        "worst_return_m": {
-            "before": result.before.worst,
-            "after": result.after.worst,
-            "after_by_umbmark": result.by_umbmark.worst,
-            "check_squares_with_old_numbers": result.after_assumed.worst,
-        },
+        "worst_return_m": _worst_returns(result),
         "found_again_by_the_check": dict(
             zip(WHEELS, again.wheels.factors(WheelParams.nominal(robot)), strict=True)
         ),
@@ -156,6 +151,15 @@ def _summary(result: CalibrationResult, found: Findings, measured: Measured, rob
         "links": result.links,
         "noise": {"m": solution.noise[0], "rad": solution.noise[1]},
         "truth_of_the_simulator": measured.truth,
+    }
+
+
+def _worst_returns(result: CalibrationResult) -> dict[str, float]:
+    return {
+        "before": result.before.worst,
+        "after": result.after.worst,
+        "after_by_umbmark": result.by_umbmark.worst,
+        "check_squares_with_old_numbers": result.after_assumed.worst,
     }
 
 

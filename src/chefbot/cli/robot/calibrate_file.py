@@ -97,6 +97,12 @@ def robot_text(found: Findings, robot: str) -> str:
         "calibration:",
     ]
     lines += [_line(one.key, one.text, _comment(one)) for one in found.values]
+    return "\n".join([*lines, *_deviation_lines(found)]) + "\n"
+
+
+def _deviation_lines(found: Findings) -> list[str]:
+    """Return the entries of the standard deviations, which are not below their minimums."""
+    lines = []
     deviation = {one.key: one.deviation for one in found.values}
     worst = max(deviation["left_wheel"], deviation["right_wheel"])
     for key, value in (
@@ -107,7 +113,7 @@ def robot_text(found: Findings, robot: str) -> str:
         minimum = MIN_DEVIATIONS[key]
         comment = f"measured to {100 * value:.3f} %; minimum {100 * minimum:.2f} %, for wear, load and floor"
         lines.append(_line(f"{key}_deviation", f"{max(value, minimum):.6f}", comment))
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def _comment(one: CalibrationChange) -> str:

@@ -16,7 +16,7 @@ from chefbot.robot.spec import Robot
 from chefbot.storage.atomic_files import make_folder, write_atomic
 
 if TYPE_CHECKING:
-    from manifold3d import CrossSection
+    from manifold3d import CrossSection, Manifold
 
 OVERLAP = (0.85, 0.1, 0.1, 0.9)
 MILLI = 1e-3
@@ -41,17 +41,22 @@ def picture(robot: Robot) -> bytes:
     for i, (low, high) in enumerate(zip(floors, tops, strict=True)):
         axes = figure.add_subplot(1, len(floors), i + 1)
         axes.set_title("below the base plate" if i == 0 else f"on plate {i}")
-        for body in sorted(bodies(robot), key=lambda body: float(body.high[2])):
-            if low - 1e-9 <= body.low[2] < high - 1e-9:
-                _fill(axes, body.surface.project(), body.part.colour)
-                _label(axes, body)
-        for solid in shared:
-            if low - 1e-9 <= solid.bounding_box()[2] < high - 1e-9:
-                _fill(axes, solid.project(), OVERLAP)
+        _draw_between(axes, robot, shared, low, high)
         _frame(axes, robot)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     return buffer.getvalue()
+
+
+def _draw_between(axes: Any, robot: Robot, shared: list[Manifold], low: float, high: float) -> None:
+    """Draw the bodies and the shared solids whose undersides are between two heights."""
+    for body in sorted(bodies(robot), key=lambda body: float(body.high[2])):
+        if low - 1e-9 <= body.low[2] < high - 1e-9:
+            _fill(axes, body.surface.project(), body.part.colour)
+            _label(axes, body)
+    for solid in shared:
+        if low - 1e-9 <= solid.bounding_box()[2] < high - 1e-9:
+            _fill(axes, solid.project(), OVERLAP)
 
 
 def _fill(axes: Any, section: CrossSection, colour: tuple[float, ...]) -> None:

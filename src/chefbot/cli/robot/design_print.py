@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from rich.console import Console
 from rich.table import Table
 
@@ -23,24 +25,22 @@ PARTS = {"motor": "Motors", "driver": "Drivers", "battery": "Batteries"}
 
 def print_sheet(console: Console, sheet: Sheet) -> None:
     """Print both methods side by side, all calculations, the catalogue and the selection."""
-    robot, load, chosen = sheet.chosen.robot, sheet.chosen.load, sheet.chosen
     console.print(f"[bold]{sheet.name}[/]: {requirements(sheet)}\n")
     console.print(_side_by_side(sheet))
-    console.print(_workings("The chapter's method", sheet.chapter))
-    console.print(
-        _workings(
-            f"Corrected method: requirements with {chosen.parts.motor}", drive_requirements(robot, load)
-        )
-    )
-    console.print(_workings(f"Performance of {', '.join(chosen.parts)}", component_results(robot, load)))
-    console.print(
-        _workings(
-            f"Clearance and tipping (with a safety factor of {SAFETY:g})", stability_results(robot, load)
-        )
-    )
+    for title, results in _calculations(sheet):
+        console.print(_workings(title, results))
     for part, title in PARTS.items():
         console.print(_catalogue(title, part, sheet))
     _print_choice(console, sheet)
+
+
+def _calculations(sheet: Sheet) -> Iterator[tuple[str, list[Result]]]:
+    """Yield the calculations of the sheet with their titles."""
+    robot, load, parts = sheet.chosen.robot, sheet.chosen.load, sheet.chosen.parts
+    yield "The chapter's method", sheet.chapter
+    yield f"Corrected method: requirements with {parts.motor}", drive_requirements(robot, load)
+    yield f"Performance of {', '.join(parts)}", component_results(robot, load)
+    yield f"Clearance and tipping (with a safety factor of {SAFETY:g})", stability_results(robot, load)
 
 
 def requirements(sheet: Sheet) -> str:
@@ -56,14 +56,20 @@ def requirements(sheet: Sheet) -> str:
 
 def _side_by_side(sheet: Sheet) -> Table:
     """Return a table of the values that both methods calculate."""
+    table = _table("Both methods", "", "chapter", "corrected", "why they differ")
+    for row in _rows_of_both(sheet):
+        table.add_row(*row)
+    return table
+
+
+def _rows_of_both(sheet: Sheet) -> list[tuple[str, str, str, str]]:
     robot, load = sheet.chosen.robot, sheet.chosen.load
     chapter = {result.name: result for result in sheet.chapter}
     corrected = {result.name: result for result in drive_requirements(robot, load)}
-    table = _table("Both methods", "", "chapter", "corrected", "why they differ")
     hardest = motor_torque(robot, load.mass, worst(robot)).value
     speed = corrected["speed of the wheels, with reserve"]
     bought = chapter["torque to look for"]
-    rows = [
+    return [
         ("mass with payload", _mass_of_chapter(sheet), amount(load.mass, "kg"), "estimate; mass of the solids"),
         (
             "torque of a motor", _shown(chapter["torque of each motor"]), amount(hardest, "N m"),
@@ -76,9 +82,6 @@ def _side_by_side(sheet: Sheet) -> Table:
             f"{sheet.chosen.parts.motor}", "stall torque; torque-speed line, heat, voltage, current, space",
         ),
     ]  # fmt: skip
-    for row in rows:
-        table.add_row(*row)
-    return table
 
 
 def _mass_of_chapter(sheet: Sheet) -> str:

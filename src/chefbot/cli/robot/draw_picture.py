@@ -56,13 +56,7 @@ def picture(document: Document, drawing: Drawing, kind: Literal["png", "pdf"]) -
     figure = Figure(figsize=(width / INCH, height / INCH), dpi=DOTS_PER_INCH)
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    settings = Configuration(
-        background_policy=BackgroundPolicy.WHITE,
-        line_policy=LinePolicy.ACCURATE,
-        max_flattening_distance=0.01 * drawing.scale.factor,
-        lineweight_scaling=POINT_PER_MM,
-    )
-    backend = Backend(axes, adjust_figure=False)
+    backend, settings = Backend(axes, adjust_figure=False), _settings(drawing)
     with _fixed_random_seed():
         Frontend(RenderContext(document), backend, config=settings).draw_layout(document.modelspace())
     axes.set_xlim(0.0, drawing.size[0])
@@ -71,3 +65,12 @@ def picture(document: Document, drawing: Drawing, kind: Literal["png", "pdf"]) -
     metadata = {"CreationDate": None} if kind == "pdf" else None
     figure.savefig(file, format=kind, metadata=metadata)
     return file.getvalue()
+
+
+def _settings(drawing: Drawing) -> Configuration:
+    return Configuration(
+        background_policy=BackgroundPolicy.WHITE,
+        line_policy=LinePolicy.ACCURATE,
+        max_flattening_distance=0.01 * drawing.scale.factor,
+        lineweight_scaling=POINT_PER_MM,
+    )

@@ -40,25 +40,16 @@ def run_ros2(robot: str, out: Path) -> None:
 
 def ros2_packages(robot: Robot, name_or_file: str) -> Packages:
     """Return all files; loads the CAD libraries. Raises UserError for a robot that cannot navigate."""
+    from chefbot.design.export.ros2 import workspace
     from chefbot.design.export.ros2.derived_nav_params import OdometryErrors
-    from chefbot.design.export.ros2.workspace import (
-        BRINGUP,
-        DESCRIPTION,
-        GAZEBO,
-        MESSAGES,
-        bringup_package,
-        description_package,
-        gazebo_package,
-        message_package,
-    )
 
     floor = OdometryParams()
     odometry_errors = OdometryErrors(floor.slip, floor.diameter_error, floor.separation_error)
     return {
-        DESCRIPTION: description_package(robot),
-        BRINGUP: bringup_package(robot, name_or_file, odometry_errors),
-        GAZEBO: gazebo_package(robot, _worlds(robot)),
-        MESSAGES: message_package(),
+        workspace.DESCRIPTION: workspace.description_package(robot),
+        workspace.BRINGUP: workspace.bringup_package(robot, name_or_file, odometry_errors),
+        workspace.GAZEBO: workspace.gazebo_package(robot, _worlds(robot)),
+        workspace.MESSAGES: workspace.message_package(),
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatchcase
 from threading import Event
 from typing import TYPE_CHECKING
@@ -92,19 +92,24 @@ def _report_changes(bridge: DdsBridge, stop: Event, check: Callable[[], None]) -
     while not stop.wait(PERIOD):
         check()
         now = bridge.topics
-        for direction, before, after in (
-            ("published on DDS", outward, now.outward),
-            ("received from DDS", inward, now.inward),
-        ):
-            for sign, names in (("+", set(after) - set(before)), ("-", set(before) - set(after))):
-                if names:
-                    console.print(f"{sign} {direction}: {' '.join(sorted(names))}")
+        _print_changed("published on DDS", outward, now.outward)
+        _print_changed("received from DDS", inward, now.inward)
         outward, inward = now.outward, now.inward
-        for name, reason in now.left_out.items():
-            if left_out.get(name) != reason:
-                errors.print(f"chefbot: {name}: {reason}")
+        _print_left_out(left_out, now.left_out)
         left_out = now.left_out
         previous, counts = counts, bridge.rejected.counts()
         for reason, count in counts.items():
             if previous.get(reason) != count:
                 errors.print(f"chefbot: {reason} ({count} times)")
+
+
+def _print_changed(direction: str, before: tuple[str, ...], after: tuple[str, ...]) -> None:
+    for sign, names in (("+", set(after) - set(before)), ("-", set(before) - set(after))):
+        if names:
+            console.print(f"{sign} {direction}: {' '.join(sorted(names))}")
+
+
+def _print_left_out(before: Mapping[str, str], after: Mapping[str, str]) -> None:
+    for name, reason in after.items():
+        if before.get(name) != reason:
+            errors.print(f"chefbot: {name}: {reason}")

@@ -29,6 +29,13 @@ def write_picture(out: Path, run: RunCauses, spans: list[CauseSpan]) -> None:
     placed = [span for span in spans if span.cause.header.frame_id == "map"]
     if not placed:
         raise UserError(f"log {run.path} has no causes with a place on a map: there is nothing to draw")
+    buffer = io.BytesIO()
+    _figure(run, placed).savefig(buffer, format="png", dpi=110)
+    make_folder(out.parent)
+    write_atomic(out, buffer.getvalue())
+
+
+def _figure(run: RunCauses, placed: list[CauseSpan]) -> Any:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(SIZE, SIZE * 0.75), layout="constrained")
@@ -44,10 +51,7 @@ def write_picture(out: Path, run: RunCauses, spans: list[CauseSpan]) -> None:
         axes.plot([], [], "o", color=colour, label=kind)
     axes.plot([], [], "kx", label="obstacle named")
     axes.legend(loc="upper right", fontsize=8)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110)
-    make_folder(out.parent)
-    write_atomic(out, buffer.getvalue())
+    return figure
 
 
 def _draw(axes: Any, span: CauseSpan) -> None:

@@ -46,10 +46,7 @@ def draw_world(
     if out.suffix != ".png":
         raise UserError(f"--out {out}: the picture is a PNG; give a name that ends in .png")
     robot = load_robot(robot_name)
-    with hints_at_options():
-        world = load_any_world(name, robot, start, unknown_cells(unknown))
-    if seed is not None:
-        world = with_drawn_places(world, robot, seed)
+    world = _load_world(name, robot, start, unknown, seed)
     make_folder(out.parent)
     write_atomic(out, picture(world, robot))
     solids, places = number_of(len(world.static), "solid"), number_of(len(world.places), "place")
@@ -59,20 +56,15 @@ def draw_world(
         console.print(f"start [{x:.2f}, {y:.2f}, {yaw:.2f}], {with_options(world.start_note)}", markup=False)
 
 
+def _load_world(name: str, robot: Robot, start: str, unknown: str, seed: int | None) -> World:
+    with hints_at_options():
+        world = load_any_world(name, robot, start, unknown_cells(unknown))
+    return world if seed is None else with_drawn_places(world, robot, seed)
+
+
 def picture(world: World, robot: Robot) -> bytes:
     """Return the world from above as PNG; what the robot passes under is drawn pale."""
-    from matplotlib.figure import Figure
-
-    x0, y0, x1, y1 = world.bounds
-    scale = SIZE / max(x1 - x0, y1 - y0)
-    figure = Figure(figsize=((x1 - x0) * scale + 1.0, (y1 - y0) * scale + 1.0), dpi=100, layout="constrained")
-    axes = figure.add_subplot(
-        facecolor=FLOOR, aspect="equal", xlim=(x0 - 0.5, x1 + 0.5), ylim=(y0 - 0.5, y1 + 0.5)
-    )
-    axes.set_title(f"{world.name}; {world.start_note}" if world.start_note else world.name)
-    axes.ticklabel_format(useOffset=False)
-    axes.set_xlabel("x, m")
-    axes.set_ylabel("y, m")
+    figure, axes = _empty_picture(world)
     _draw_floor(axes, world)
     clearance = overall_height(robot)
     if world.floor is not None:
@@ -86,6 +78,23 @@ def picture(world: World, robot: Robot) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     return buffer.getvalue()
+
+
+def _empty_picture(world: World) -> tuple[Any, Any]:
+    """Return a figure with the proportions of the world, and its axes."""
+    from matplotlib.figure import Figure
+
+    x0, y0, x1, y1 = world.bounds
+    scale = SIZE / max(x1 - x0, y1 - y0)
+    figure = Figure(figsize=((x1 - x0) * scale + 1.0, (y1 - y0) * scale + 1.0), dpi=100, layout="constrained")
+    axes = figure.add_subplot(
+        facecolor=FLOOR, aspect="equal", xlim=(x0 - 0.5, x1 + 0.5), ylim=(y0 - 0.5, y1 + 0.5)
+    )
+    axes.set_title(f"{world.name}; {world.start_note}" if world.start_note else world.name)
+    axes.ticklabel_format(useOffset=False)
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
+    return figure, axes
 
 
 def _draw_walls(axes: Any, world: World) -> None:

@@ -27,6 +27,8 @@ BINDING, MARGIN = 20.0, 10.0
 """Margins left of the frame and on the other sides, mm on paper."""
 BLOCK = (180.0, 32.0)
 """Size of the title block, mm on paper."""
+ROWS, COLUMNS = (10.0, 20.0), (45.0, 90.0, 135.0)
+"""Heights of the lines between rows, and places of those between columns, mm from the corner of the title block."""
 AIR = 5.0
 """Distance between frame and drawing, mm on paper."""
 NAMES = {A4: "A4", A3: "A3"}
@@ -95,26 +97,31 @@ def _frame(title: Title, paper: tuple[float, float], scale: Scale) -> tuple[Item
 def _block(title: Title, paper: tuple[float, float], scale: Scale) -> list[Item]:
     """Four columns in two rows, and the name of part and robot above."""
     width, height = BLOCK
-    rows, columns = (10.0, 20.0), (45.0, 90.0, 135.0)
     items: list[Item] = [rectangle("TITLE", BoundingBox(0.0, 0.0, width, height))]
-    items += [segment("TITLE", (0.0, y), (width, y)) for y in rows]
-    items += [segment("TITLE", (x, 0.0), (x, rows[-1])) for x in columns]
-    items.append(segment("TITLE", (columns[-1], rows[-1]), (columns[-1], height)))
-    items += _field(0.0, rows[-1] + 1.8, "Part", title.part, 5.0)
-    items += _field(columns[-1], rows[-1] + 1.8, "Robot", title.robot, 3.5)
-    fields = {
-        (0.0, rows[0]): ("Material", title.material),
-        (columns[0], rows[0]): ("Size", title.size),
-        (columns[1], rows[0]): ("Pieces", str(title.pieces)),
-        (columns[2], rows[0]): ("Mass of one", mass_text(title.mass)),
-        (0.0, 0.0): ("Scale", scale.text),
-        (columns[0], 0.0): ("Sheet", NAMES[paper]),
-        (columns[1], 0.0): ("Dimensions", "mm"),
-        (columns[2], 0.0): ("Projection", "first angle"),
-    }
-    for (x, y), (label, value) in fields.items():
+    items += [segment("TITLE", (0.0, y), (width, y)) for y in ROWS]
+    items += [segment("TITLE", (x, 0.0), (x, ROWS[-1])) for x in COLUMNS]
+    items.append(segment("TITLE", (COLUMNS[-1], ROWS[-1]), (COLUMNS[-1], height)))
+    items += _field(0.0, ROWS[-1] + 1.8, "Part", title.part, 5.0)
+    items += _field(COLUMNS[-1], ROWS[-1] + 1.8, "Robot", title.robot, 3.5)
+    for (x, y), (label, value) in _fields(title, paper, scale).items():
         items += _field(x, y, label, value, 3.5 if len(value) < 14 else 2.5)
     return items + _projection_symbol(width - 8.0, 4.0)
+
+
+def _fields(
+    title: Title, paper: tuple[float, float], scale: Scale
+) -> dict[tuple[float, float], tuple[str, str]]:
+    """Return label and value of each field by its lower left corner."""
+    return {
+        (0.0, ROWS[0]): ("Material", title.material),
+        (COLUMNS[0], ROWS[0]): ("Size", title.size),
+        (COLUMNS[1], ROWS[0]): ("Pieces", str(title.pieces)),
+        (COLUMNS[2], ROWS[0]): ("Mass of one", mass_text(title.mass)),
+        (0.0, 0.0): ("Scale", scale.text),
+        (COLUMNS[0], 0.0): ("Sheet", NAMES[paper]),
+        (COLUMNS[1], 0.0): ("Dimensions", "mm"),
+        (COLUMNS[2], 0.0): ("Projection", "first angle"),
+    }
 
 
 def mass_text(mass: float) -> str:

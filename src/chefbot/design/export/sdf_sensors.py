@@ -135,11 +135,15 @@ def gz_drive(robot: Robot, prefix: str = "") -> list[ET.Element]:
     add_value(drive, "odom_publish_frequency", float(robot.sensors.imu.rate))
     add_values(drive, topic="cmd_vel", odom_topic="odom", tf_topic="tf")
     add_values(drive, frame_id=f"{prefix}odom", child_frame_id=f"{prefix}base_footprint")
+    return [drive, _joint_states(joints)]
+
+
+def _joint_states(joints: list[str]) -> ET.Element:
     states = plugin("gz-sim-joint-state-publisher-system", "gz::sim::systems::JointStatePublisher")
     add_value(states, "topic", "joint_states")
     for joint in joints:
         add_value(states, "joint_name", joint)
-    return [drive, states]
+    return states
 
 
 def plugin(filename: str, name: str) -> ET.Element:

@@ -55,9 +55,7 @@ def body_elements(
     """Return materials, links and joints; `visuals` makes a part visible, `prefix` precedes link and joint names."""
     heavy = {link.name: link for link in model.links}
     balls = {f"{hull.name}_link": hull for hull in heavy["base_link"].hulls if hull.kind == "sphere"}
-    found = [
-        _material(colour) for colour in dict.fromkeys(p.colour for link in model.links for p in link.parts)
-    ]
+    found = _materials(model)
     found.append(ET.Element("link", name=f"{prefix}base_footprint"))
     for frame in model.frames:
         if frame.name in heavy:
@@ -102,6 +100,11 @@ def origin(at: Vector, rpy: Vector = (0.0, 0.0, 0.0)) -> ET.Element:
 
 def _primitive_visuals(part: RobotPart) -> list[ET.Element]:
     return [visual(primitive.name, colour, _shape(primitive)) for primitive, colour in looks(part)]
+
+
+def _materials(model: UrdfModel) -> list[ET.Element]:
+    colours = dict.fromkeys(part.colour for link in model.links for part in link.parts)
+    return [_material(colour) for colour in colours]
 
 
 def _material(colour: RgbaColour) -> ET.Element:

@@ -77,14 +77,16 @@ def _joints(root: ET.Element, links: dict[str, ET.Element], where: str) -> dict[
         if kind not in JOINTS:
             raise UrdfError(f"{at}: its type {kind!r} is unknown{name_hint(kind, JOINTS)}")
         parent, child = (_end(joint, tag, links, at) for tag in ("parent", "child"))
-        if child in above:
-            raise UrdfError(
-                f"{at}: link {child!r} hangs on {above[child][0]!r} already; a link has one parent"
-            )
+        _check_without_parent(child, above, at)
         _numbers(joint.find("origin"), {"xyz": 3, "rpy": 3}, at)
         _check_axis(joint, kind, at)
         above[child] = (parent, kind)
     return above
+
+
+def _check_without_parent(link: str, above: dict[str, tuple[str, str]], at: str) -> None:
+    if link in above:
+        raise UrdfError(f"{at}: link {link!r} hangs on {above[link][0]!r} already; a link has one parent")
 
 
 def _end(joint: ET.Element, tag: str, links: dict[str, ET.Element], at: str) -> str:
@@ -138,6 +140,10 @@ def _check_inertial(link: ET.Element, at: str) -> None:
     missing = [name for name in TENSOR if name not in tensor]
     if missing:
         raise UrdfError(f"{at}: its inertia lacks {missing[0]}")
+    _check_tensor(tensor, at)
+
+
+def _check_tensor(tensor: dict[str, list[float]], at: str) -> None:
     ixx, iyy, izz, ixy, ixz, iyz = (tensor[name][0] for name in TENSOR)
     moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     if moments[0] <= 0.0:

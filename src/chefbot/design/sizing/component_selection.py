@@ -75,9 +75,7 @@ def verdicts(robot: Robot, catalogue: Catalogue) -> list[Verdict]:
     The solids are weighed once for each motor; driver and battery are exchanged as boxes by calculation.
     `settled` weighs the solids of the choice.
     """
-    drivers = [
-        name for name, driver in catalogue.drivers.items() if not driver.obsolete or driver == robot.driver
-    ]
+    drivers = _drivers_to_judge(robot, catalogue)
     sets = []
     for motor in catalogue.motors:
         driven = with_motor(robot, catalogue.motors[motor])
@@ -90,6 +88,12 @@ def verdicts(robot: Robot, catalogue: Catalogue) -> list[Verdict]:
             checks = judge(candidate, exchanged)
             sets.append(Verdict(Parts(motor, driver, battery), candidate, exchanged, checks))
     return sets
+
+
+def _drivers_to_judge(robot: Robot, catalogue: Catalogue) -> list[str]:
+    return [
+        name for name, driver in catalogue.drivers.items() if not driver.obsolete or driver == robot.driver
+    ]
 
 
 def _exchanged(load: Load, before: Robot, after: Robot) -> Load:

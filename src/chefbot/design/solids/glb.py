@@ -67,16 +67,18 @@ def _scene(robot: Robot) -> Scene:
     for link in links(robot):
         for part in link.parts:
             node = frames.get(part.name, part.name)
-            if node in scene.graph.nodes:
-                raise RobotFileError(
-                    f"equipment of the robot file is called {node!r}, which is taken; rename it"
-                )
             shared = meshes.setdefault((part.solids, part.material, part.colour), node)
-            if shared not in scene.geometry:
-                scene.geometry[shared] = _coloured(part)
-            place = _matrix(rotation(part.pitch, part.yaw), part.at)
-            scene.graph.update(node, link.name, matrix=place, geometry=shared, metadata=_extras(part))
+            _hang_part(scene, link, part, node, shared)
     return scene
+
+
+def _hang_part(scene: Scene, link: UrdfLink, part: RobotPart, node: str, mesh: str) -> None:
+    if node in scene.graph.nodes:
+        raise RobotFileError(f"equipment of the robot file is called {node!r}, which is taken; rename it")
+    if mesh not in scene.geometry:
+        scene.geometry[mesh] = _coloured(part)
+    place = _matrix(rotation(part.pitch, part.yaw), part.at)
+    scene.graph.update(node, link.name, matrix=place, geometry=mesh, metadata=_extras(part))
 
 
 def _hang_link(scene: Scene, robot: Robot, link: UrdfLink) -> None:

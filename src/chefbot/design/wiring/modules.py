@@ -21,6 +21,11 @@ EN_DIAG_CUTS_SUPPLY = (
     "contact must cut the drivers' supply."
 )
 BACKWARDS = "A wheel that runs backwards: swap its motor leads; an encoder fault at once: swap its A and B."
+BOARD_NOTES = {
+    "mega": "The IMU is a module with a regulator; the Mega pulls SDA and SCL up to 5 V: use a level shifter.",
+    "tiva": "The Launchpad's encoder inputs stand 5 V. Take off R9 and R10: they join PB6/PB7 to PD0/PD1.",
+}
+"""What no wire shows, by the kind of the motor board."""
 
 
 class Module(NamedTuple):
@@ -98,7 +103,5 @@ def _notes(robot: Robot, kind: str, logic: float, divided: frozenset[str]) -> It
         )
     if divided:
         yield "5 V signals reach 3.3 V inputs through 1k and 2k to ground: 5 V x 2 / 3 = 3.33 V."
-    if kind == "mega":
-        yield "The IMU is a module with a regulator; the Mega pulls SDA and SCL up to 5 V: use a level shifter."
-    if kind == "tiva":
-        yield "The Launchpad's encoder inputs stand 5 V. Take off R9 and R10: they join PB6/PB7 to PD0/PD1."
+    if kind in BOARD_NOTES:
+        yield BOARD_NOTES[kind]

@@ -115,15 +115,21 @@ def _write_variable(
         _flush_writes(source, run)
         source.add("b += (s, b'\\0'); p += len(s) + 1")
     elif field.element == "string" or field.message is not None:
-        source.add(f"v = {expression}")
-        if field.bound:
-            source.add(f"if len(v) > {field.bound}: refuse()")
-        run.append(("I", "len(v)"))
-        _flush_writes(source, run)
-        writer = source.name(_write_string if field.message is None else _writer(field.message))
-        source.add(f"for item in v: p = {writer}(b, item, p)")
+        _write_items(source, field, expression, run)
     else:
         _write_numbers(source, field, expression, run)
+
+
+def _write_items(
+    source: FunctionSource, field: MessageField, expression: str, run: list[tuple[str, str]]
+) -> None:
+    source.add(f"v = {expression}")
+    if field.bound:
+        source.add(f"if len(v) > {field.bound}: refuse()")
+    run.append(("I", "len(v)"))
+    _flush_writes(source, run)
+    writer = source.name(_write_string if field.message is None else _writer(field.message))
+    source.add(f"for item in v: p = {writer}(b, item, p)")
 
 
 def _write_numbers(
@@ -207,16 +213,20 @@ def _read_variable(
         source.add("if n > len(d) - p: refuse()")
         source.add(f"{target} = d[p : p + n - (n > 0)].decode(); p += n")
     elif field.element == "string" or field.message is not None:
-        reader = source.name(_read_string if field.message is None else _reader(field.message))
-        max_length = f"min({field.bound}, len(d) - p)" if field.bound else "len(d) - p"
-        source.add(f"if n > {max_length}: refuse()")
-        source.add("v = []")
-        source.add("for _ in range(n):")
-        source.add(f"    item, p = {reader}(d, p)")
-        source.add("    v.append(item)")
-        source.add(f"{target} = tuple(v)")
+        _read_items(source, field, target)
     else:
         _read_numbers(source, field, target)
+
+
+def _read_items(source: FunctionSource, field: MessageField, target: str) -> None:
+    reader = source.name(_read_string if field.message is None else _reader(field.message))
+    max_length = f"min({field.bound}, len(d) - p)" if field.bound else "len(d) - p"
+    source.add(f"if n > {max_length}: refuse()")
+    source.add("v = []")
+    source.add("for _ in range(n):")
+    source.add(f"    item, p = {reader}(d, p)")
+    source.add("    v.append(item)")
+    source.add(f"{target} = tuple(v)")
 
 
 def _read_numbers(source: FunctionSource, field: MessageField, target: str) -> None:

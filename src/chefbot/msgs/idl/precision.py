@@ -30,22 +30,25 @@ def rounding(kind: type[Message]) -> Callable[[Any], None] | None:
 
     None for a type that has neither.
     """
-    numbers = [field for field in fields_of(kind) if field.element in NUMPY_TYPES]
     floats = float32_fields(kind)
-    arrays = [field for field in numbers if field.is_array]
+    arrays = [field for field in fields_of(kind) if field.element in NUMPY_TYPES and field.is_array]
     if not floats and not arrays:
         return None
     source = FunctionSource(
         "def f(m):", put=force_setattr, array=array, asarray=np.asarray, ndarray=np.ndarray, exact=exact
     )
     if floats:
-        values = ", ".join(f"m.{name}" for name in floats)
-        source.add(f"if m.{floats[0]} is exact[0]: return")
-        source.add(f"v = array('f', ({values},)).tolist()")
-        source.add(*(f"put(m, '{name}', v[{index}])" for index, name in enumerate(floats)))
+        _round_floats(source, floats)
     for field in arrays:
         dtype = source.name(np.dtype(NUMPY_TYPES[field.element]))
         source.add(f"v = m.{field.name}")
         source.add(f"if type(v) is not ndarray or v.dtype is not {dtype}:")
         source.add(f"    put(m, '{field.name}', asarray(v, {dtype}))")
     return source.compile()
+
+
+def _round_floats(source: FunctionSource, floats: list[str]) -> None:
+    values = ", ".join(f"m.{name}" for name in floats)
+    source.add(f"if m.{floats[0]} is exact[0]: return")
+    source.add(f"v = array('f', ({values},)).tolist()")
+    source.add(*(f"put(m, '{name}', v[{index}])" for index, name in enumerate(floats)))

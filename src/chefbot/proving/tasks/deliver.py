@@ -17,10 +17,7 @@ def deliver(run: SimulatedRun) -> None:
     """LocalizeTask, order food for the drawn tables, and check that each was truly reached."""
     assert isinstance(run.scenario.task, DeliverTask)
     start_localized(run, unknown=False)
-    tables = sorted(name for name in run.places if name.startswith("table_"))
-    if not tables or "kitchen" not in run.places:
-        raise UserError(f"world {run.world.name} has no kitchen or no table to deliver to")
-    drawn = [tables[i] for i in run.rng.permutation(len(tables))[: run.scenario.task.tables]]
+    drawn = _drawn_tables(run, run.scenario.task.tables)
     arrivals = _Arrivals(run)
     for observer in (ButtonPresser(run.system.loop), arrivals):
         run.system.loop.add_observer(observer)
@@ -34,6 +31,13 @@ def deliver(run: SimulatedRun) -> None:
         raise TaskFailedError(f"not served: {', '.join(missed)}; {run.scorer.delivery.description}")
     if not run.scorer.at_home():
         raise TaskFailedError("the robot did not return home")
+
+
+def _drawn_tables(run: SimulatedRun, count: int) -> list[str]:
+    tables = sorted(name for name in run.places if name.startswith("table_"))
+    if not tables or "kitchen" not in run.places:
+        raise UserError(f"world {run.world.name} has no kitchen or no table to deliver to")
+    return [tables[i] for i in run.rng.permutation(len(tables))[:count]]
 
 
 class _Arrivals:

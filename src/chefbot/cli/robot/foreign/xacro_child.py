@@ -115,14 +115,7 @@ class _Sandbox:
             return str(Path.cwd())
         if command == "optenv" and arguments:
             return " ".join(arguments[1:])
-        if command in ("eval", "env"):
-            raise UserError(
-                f"{text:.80} is not evaluated: a check evaluates neither Python nor the"
-                " environment; write ${...} or an <xacro:arg>"
-            )
-        raise UserError(
-            f"{text:.80} is not a substitution of xacro; there are arg, find, dirname, cwd and optenv"
-        )
+        raise _unsupported(text, command)
 
     @staticmethod
     def _argument(name: str) -> str:
@@ -174,6 +167,17 @@ def _with_unit(loader: Any, tag: str, node: Any) -> float:
 
 for _tag in _UNITS:
     _UnitLoader.add_constructor(_tag, lambda loader, node: _with_unit(loader, node.tag[1:], node))
+
+
+def _unsupported(text: str, command: str) -> UserError:
+    if command in ("eval", "env"):
+        return UserError(
+            f"{text:.80} is not evaluated: a check evaluates neither Python nor the"
+            " environment; write ${...} or an <xacro:arg>"
+        )
+    return UserError(
+        f"{text:.80} is not a substitution of xacro; there are arg, find, dirname, cwd and optenv"
+    )
 
 
 def _space(names: Mapping[str, Any]) -> Any:

@@ -185,10 +185,15 @@ def _labels(robot: Robot, factor: float) -> list[Item]:
         Text("TITLE", beside, 3.0 * factor - offset, "C2", 3.5),
         Text("TITLE", 0.0, front + row(2, factor) + TEXT * factor, "FRONT", 3.5, "middle"),
     ]
+    return items + _pole_labels(robot, factor)
+
+
+def _pole_labels(robot: Robot, factor: float) -> list[Item]:
     poles = layout.pole_positions(robot) if robot.plates.count > 1 else []
     under = robot.poles.radius * MM + 3.5 * factor
     if isinstance(robot.body.plate, RectangularPlate):
         under = -under  # beyond the poles: between them are the sizes of the clamps
-    for i, (x, y) in enumerate(poles, start=1):
-        items.append(Text("TITLE", -y * MM, x * MM - math.copysign(1.0, x) * under, f"P1-{i}", 3.5, "middle"))
-    return items
+    return [
+        Text("TITLE", -y * MM, x * MM - math.copysign(1.0, x) * under, f"P1-{i}", 3.5, "middle")
+        for i, (x, y) in enumerate(poles, start=1)
+    ]

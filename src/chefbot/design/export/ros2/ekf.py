@@ -79,17 +79,7 @@ def _gyro(figures: Figures) -> Tree:
 
 def _process(figures: Figures) -> Explained:
     """Diagonal, row by row."""
-    v, w = figures.speed.number, figures.turn.number
-    slip, track = figures.odometry_errors.slip, figures.robot.wheels.separation
-    variances = dict.fromkeys(STATE, STILL)
-    variances |= {
-        "x": slip**2 * v,
-        "y": slip**2 * v,
-        "yaw": 2 * slip**2 * v / track**2,
-        "vx": figures.acceleration.number * v,
-        "vyaw": figures.turn_acceleration.number * w,
-        "ax": figures.acceleration.number**2,
-    }
+    variances = dict.fromkeys(STATE, STILL) | _plane_variances(figures)
     rows = [[rounded(variances[row]) if row == column else 0.0 for column in STATE] for row in STATE]
     reason = ", ".join(f"{name} {short(value)}" for name, value in variances.items() if value != STILL)
     return Explained(
@@ -97,3 +87,17 @@ def _process(figures: Figures) -> Explained:
         f"variances per second on the diagonal: {reason}. x, y: slip^2 v; yaw: 2 slip^2 v / track^2; vx: a v"
         " (acceleration to full speed is one deviation); vyaw: the same for turns; ax: a^2",
     )
+
+
+def _plane_variances(figures: Figures) -> dict[str, float]:
+    """Return the process variances of the states that plane motion changes."""
+    v, w = figures.speed.number, figures.turn.number
+    slip, track = figures.odometry_errors.slip, figures.robot.wheels.separation
+    return {
+        "x": slip**2 * v,
+        "y": slip**2 * v,
+        "yaw": 2 * slip**2 * v / track**2,
+        "vx": figures.acceleration.number * v,
+        "vyaw": figures.turn_acceleration.number * w,
+        "ax": figures.acceleration.number**2,
+    }

@@ -60,24 +60,29 @@ def nav2_tree(figures: Figures) -> Tree:
 
 def amcl(figures: Figures) -> Tree:
     """Return localization; sensor ranges, map errors and odometry errors are the robot's."""
-    scan_sensor, cell = figures.scan_sensor, figures.resolution.number
-    travel = 2 * cell
-    blur = math.hypot(2 * cell, scan_sensor.noise)
+    travel = 2 * figures.resolution.number
     return {
-        "scan_topic": scan_sensor.topic,
+        "scan_topic": figures.scan_sensor.topic,
         "robot_model_type": Explained("nav2_amcl::DifferentialMotionModel", "two driven wheels"),
         **alphas(figures, travel, UPDATE_TURN),
         "update_min_d": Explained(
             rounded(travel), "two cells: smaller motions do not change the distances to the map"
         ),
         "update_min_a": Explained(UPDATE_TURN, "as in chefbot's particle filter"),
+        **_laser_model(figures),
+        "recovery_alpha_slow": Explained(0.001, "not 0, to recover from a kidnapped robot"),
+    }
+
+
+def _laser_model(figures: Figures) -> Tree:
+    cell, noise = figures.resolution.number, figures.scan_sensor.noise
+    return {
         "laser_min_range": figures.range_min.explained(),
         "laser_max_range": figures.range_max.explained(),
         "sigma_hit": Explained(
-            rounded(blur),
-            f"map error of two cells, {short(2 * cell)}, and noise {short(scan_sensor.noise)} m",
+            rounded(math.hypot(2 * cell, noise)),
+            f"map error of two cells, {short(2 * cell)}, and noise {short(noise)} m",
         ),
-        "recovery_alpha_slow": Explained(0.001, "not 0, to recover from a kidnapped robot"),
     }
 
 
@@ -144,25 +149,29 @@ def velocity_smoother(figures: Figures) -> Tree:
 
 def collision_monitor(figures: Figures) -> Tree:
     """Return the monitor that slows down before obstacles on the commanded path."""
-    v, a, t = figures.speed.number, figures.acceleration.number, figures.latency.number
     scan_sensor = figures.scan_sensor
     return {
         "source_timeout": Explained(
             rounded(max(0.3, 3.0 / scan_sensor.rate)),
             f"three scans of {short(scan_sensor.rate)} Hz missed: stop",
         ),
-        "FootprintApproach": {
-            **_shape(figures),
-            "radius": figures.radius.explained(),
-            "time_before_collision": Explained(
-                rounded(t + v / a), f"latency {short(t)} + stop v/a = {short(v)} / {short(a)}"
-            ),
-            "simulation_time_step": Explained(
-                rounded(figures.resolution.number / v / 2), "half a cell at full speed"
-            ),
-        },
+        "FootprintApproach": _approach(figures),
         "scan": {"topic": scan_sensor.topic},
         "enable_stamped_cmd_vel": TWIST,
+    }
+
+
+def _approach(figures: Figures) -> Tree:
+    v, a, t = figures.speed.number, figures.acceleration.number, figures.latency.number
+    return {
+        **_shape(figures),
+        "radius": figures.radius.explained(),
+        "time_before_collision": Explained(
+            rounded(t + v / a), f"latency {short(t)} + stop v/a = {short(v)} / {short(a)}"
+        ),
+        "simulation_time_step": Explained(
+            rounded(figures.resolution.number / v / 2), "half a cell at full speed"
+        ),
     }
 
 

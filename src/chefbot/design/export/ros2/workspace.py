@@ -67,14 +67,19 @@ def bringup_package(robot: Robot, name_or_file: str, odometry_errors: OdometryEr
         "config/ekf.yaml": ekf(figures),
     }
     if camera is None:
-        del static["launch/3dsensor.launch.py"]
-        for name in RVIZ:
-            file = f"rviz/{name}.rviz"
-            for kind in CAMERA_DISPLAYS:
-                static[file] = _without_display(static[file], kind)
+        _remove_camera(static)
     else:
         texts["config/depth_to_scan.yaml"] = depth_to_scan(camera)
     return static | _encoded(texts)
+
+
+def _remove_camera(static: Files) -> None:
+    """Remove the camera's launch file, and its displays in RViz's settings."""
+    del static["launch/3dsensor.launch.py"]
+    for name in RVIZ:
+        file = f"rviz/{name}.rviz"
+        for kind in CAMERA_DISPLAYS:
+            static[file] = _without_display(static[file], kind)
 
 
 def gazebo_package(robot: Robot, worlds: Mapping[str, tuple[str, SE2]]) -> Files:

@@ -216,11 +216,15 @@ def kernel_files() -> list[Path]:
 
 
 def function_lengths() -> list[int]:
+    """Lines of each function with its docstring; lines that are blank or only a comment do not count, as kernels have
+    a comment a step.
+    """
     return [
-        node.end_lineno - node.lineno + 1
+        sum(not re.match(r"\s*(#|$)", line) for line in lines[node.lineno - 1 : node.end_lineno])
         for path in FILES
+        for lines in [path.read_text().splitlines()]
         for node in ast.walk(parse(path))
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.end_lineno
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
     ]
 
 
@@ -277,7 +281,7 @@ def table() -> list[tuple[str, str]]:
         (f"flat folders over {MAX_FLAT_FILES} files", str(flat_folders())),
         ("Python lines in src; pure algorithms", f"{lines}; {100 * pure / lines:.0f} %"),
         ("modules imported by no test", str(len(modules_without_test()))),
-        ("function median, p95, max", f"{median:g}, {p95}, {lengths[-1]}"),
+        ("function median, p95, max, without comments", f"{median:g}, {p95}, {lengths[-1]}"),
     ]
 
 

@@ -1,10 +1,14 @@
 // Maps as outlines of walls and floor, and costmaps as pictures.
 import { COLOURS, isDark } from "./colours.js";
 import { regionOutline } from "./outlines.js";
+import { findRooms } from "./rooms.js";
 
 const OCCUPIED_FROM = 65, FREE_BELOW = 25; // percent, as in map files
 export const MOST_CORNERS = 60000;       // of outlines that are drawn at every frame
 const THINNEST = 1.5;                    // CSS pixels: a wall is drawn no thinner
+const SETTLED = 2000;                    // milliseconds without a change after which the rooms of a map are found
+const ROOM_COLOURS = [[224, 122, 95], [110, 170, 140], [96, 150, 210], [226, 180, 80], [170, 130, 200], [90, 180, 190]];
+const ROOM_ALPHA = 44;
 const LETHAL = 254, INSCRIBED = 253, UNKNOWN_COST = 255;
 
 export const isOccupied = (value) => value >= OCCUPIED_FROM;
@@ -65,12 +69,30 @@ export function knownArea(grid) {
 }
 
 let latest = null;                       // map, with its regions or, if these have very many corners, its picture
+let rooms = { grid: null, image: null, timer: null };   // of the map when it was last settled
 
 // Known floor, doubtful cells and walls; what is unknown stays open.
 export function drawMap(context, view, grid) {
+  if (latest?.grid !== grid) tintWhenSettled(view, grid);
   if (latest?.grid !== grid || latest.dark !== isDark()) latest = prepared(grid);
   if (latest.image) drawGrid(context, view, grid, latest.image);
   else drawRegions(context, view, grid, latest.regions);
+}
+
+// Rooms are found once, not at each change of a map that grows.
+function tintWhenSettled(view, grid) {
+  clearTimeout(rooms.timer);
+  rooms.timer = setTimeout(() => {
+    const found = findRooms(grid, (value) => value >= 0 && value < FREE_BELOW, isOccupied);
+    rooms = { grid: found, image: found && picture(found, roomColours()), timer: null };
+    view.refresh();
+  }, rooms.image ? SETTLED : 0);
+}
+
+function roomColours() {
+  const table = new Uint32Array(256);
+  ROOM_COLOURS.forEach((colour, tint) => { table[tint + 1] = rgba(...colour, ROOM_ALPHA); });
+  return table;
 }
 
 function prepared(grid) {
@@ -88,14 +110,28 @@ function drawRegions(context, view, grid, regions) {
   context.save();
   context.translate(x, y);
   context.scale(view.scale, -view.scale);
-  for (const [{ path }, colour] of regions) {
+  regions.forEach(([{ path }, colour], level) => {
     context.fillStyle = colour;
     context.fill(path, "evenodd");
-  }
+    if (level === 0) drawRooms(context, path);
+  });
   context.strokeStyle = COLOURS.wall();
   context.lineWidth = Math.max(0, THINNEST / view.scale - grid.resolution) || 0.2 * grid.resolution;
   context.lineJoin = "round";
   context.stroke(regions.at(-1)[0].path);
+  context.restore();
+}
+
+// The tints of the rooms on the floor; the context measures in metres.
+function drawRooms(context, floor) {
+  if (!rooms.image) return;
+  const { x, y, width, height, resolution } = rooms.grid;
+  context.save();
+  context.clip(floor, "evenodd");
+  context.translate(x, y + height * resolution);
+  context.scale(resolution, -resolution);
+  context.imageSmoothingEnabled = false;
+  context.drawImage(rooms.image, 0, 0, width, height);
   context.restore();
 }
 

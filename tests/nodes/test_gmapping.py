@@ -9,6 +9,7 @@ from tests.support.nodes import NodeRunner
 from chefbot.maths.grid import UNKNOWN
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.map_msgs import OccupancyGridUpdate
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header
@@ -65,3 +66,26 @@ def test_a_reset_begins_an_empty_map_where_the_robot_is() -> None:
     runner.run(0.1)
     second = look(1.0).grid
     assert second.at(0.5, 0.0) != UNKNOWN and second.at(2.0, 0.0) == UNKNOWN
+
+
+def test_map_updates_turn_each_map_into_the_next() -> None:
+    runner = NodeRunner({"gmapping": "chefbot.nodes.gmapping:GmappingNode"}, {})
+    for step in range(6):
+        now, pose = runner.loop.now_ns, SE2(0.0, 0.0, 0.6 * step)
+        frames = [("odom", "base_link", pose), ("base_link", "laser", SE2(0.0, 0.0, 0.0))]
+        transforms = tuple(TransformStamped.of(now, *frame) for frame in frames)
+        runner.loop.publish("tf", TFMessage(transforms), "test")
+        ranges = np.full(360, 2.0 if step else 7.0, np.float32)  # nearer than before: within the known area
+        scan = LaserScan(Header.of(now, "laser"), -3.14, 3.14, 0.0175, 0.0, 0.1, 0.1, 8.0, ranges)
+        runner.loop.publish("scan", scan, "test")
+        runner.run(2.5)
+    maps = {m.header.stamp.ns: m.grid for m in runner.messages("map") if isinstance(m, OccupancyGrid)}
+    updates = [m for m in runner.messages("map_updates") if isinstance(m, OccupancyGridUpdate)]
+    stamps = sorted(maps)
+    assert updates and len(maps) > 3
+    for update in updates:
+        before = stamps[stamps.index(update.header.stamp.ns) - 1]
+        patched = maps[before].cells.copy()
+        rows, columns = slice(update.y, update.y + update.height), slice(update.x, update.x + update.width)
+        patched[rows, columns] = update.data.reshape(update.height, update.width)
+        assert np.array_equal(patched, maps[update.header.stamp.ns].cells)

@@ -14,13 +14,12 @@ from chefbot.localization.messages import why_not_on_map
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
 from chefbot.msgs.geometry_msgs import PoseWithCovarianceStamped, TransformStamped
-from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.scans.continued_map import ContinuedMap
 from chefbot.nodes.scans.drive_messages import DriveMessages, trajectory_of
-from chefbot.nodes.scans.scan_listener import ScanListenerNode
+from chefbot.nodes.scans.map_publisher import MapPublisherNode
 from chefbot.runtime.node import In, Out, every, restored, topic
 from chefbot.slam.offline import Slam
 from chefbot.storage.mapped_drives import MapperParams
@@ -37,7 +36,7 @@ class MapperNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     ] = ""
 
 
-class MapperNode(ScanListenerNode):
+class MapperNode(MapPublisherNode):
     """Publishes the map and the transform map -> odom; both frames initially coincide.
 
     So, as in ROS's slam_gmapping, the origin stays where the robot was switched on, however late the mapper starts.
@@ -50,7 +49,6 @@ class MapperNode(ScanListenerNode):
     restored_tf: In[TFMessage] = restored("tf")
     reset_map: In[Empty]
     initialpose: In[PoseWithCovarianceStamped]
-    map: Out[OccupancyGrid] = topic(latched=True)
     tf_out: Out[TFMessage] = topic("tf")
     mapped_scan: Out[MappedScan]
     map_trajectory: Out[MapTrajectory]
@@ -113,7 +111,7 @@ class MapperNode(ScanListenerNode):
             self._changed, header = False, Header.of(self.now_ns, "map")
             if self.params.publish_drive:
                 self.map_trajectory.publish(trajectory_of(header, self._slam))
-            self.map.publish(OccupancyGrid.of(header, self._slam.map()))
+            self.publish_grid(header, self._slam.map())
 
     @abstractmethod
     def settings(self) -> MapperParams:

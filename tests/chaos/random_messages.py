@@ -67,7 +67,7 @@ STEP_NS = 50_000_000
 WARM_UP = 3.0
 RECOVERY_TIME, GOAL_TIMEOUT = 10.0, 150.0
 """Seconds of simulated time after the random messages, for recovery and to reach a goal. The collision monitor
-remembers obstacles that were published behind the robot for `monitor.memory`, 60 s."""
+remembers obstacles that were published behind the robot for `monitor.obstacle_memory_time`, 60 s."""
 MAIN_LAUNCHES = ("waiter", "explore", "amcl_demo", "gmapping_demo", "calibrate_sim")
 """Launches that together contain all nodes of the robot."""
 LIMIT_MS = 50.0

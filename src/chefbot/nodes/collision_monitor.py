@@ -106,7 +106,7 @@ class CollisionMonitorNode(MotionReasonsNode):
 
         def known() -> NDArray[np.float64]:
             assert pose is not None, "without odometry no camera is judged"
-            return self._monitor.points(pose, now_ns, self._monitor.zones.reach)
+            return self._monitor.points(pose, now_ns, self._monitor.polygons.reach)
 
         before = self._verdict
         judged = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)
@@ -117,7 +117,7 @@ class CollisionMonitorNode(MotionReasonsNode):
 
     def _allowed_fraction(self, command: StampedCommand) -> float:
         """Return the fraction of a command that faults of sensors and of the motor board leave."""
-        slow = self.params.monitor.slow * max_speed(self.robot)
+        slow = self.params.monitor.slowdown_ratio * max_speed(self.robot)
         return restricted(command, self._verdict, self.robot.circumscribed_radius, slow)
 
     def _checked(self, v: float, w: float) -> CheckedTwist:

@@ -31,7 +31,14 @@ class DriveBaseNode(EmergencyStopNode):
     commanded. A command that is not repeated is a stop.
     """
 
-    live_params = ("limiter.*", "teleop_hold", "*margin", "monitor.slow", "monitor.memory", "monitor.seen")
+    live_params = (
+        "limiter.*",
+        "teleop_hold",
+        "*margin",
+        "monitor.slowdown_ratio",
+        "monitor.obstacle_memory_time",
+        "monitor.ground_memory_time",
+    )
     params: DriveBaseParams
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from chefbot.safety.contact_time import distance_from_body
-from chefbot.safety.zones import Zones
+from chefbot.safety.monitor_polygons import MonitorPolygons
 
 STOPPED = 0.05
 """Share of the commanded motion below which the robot counts as stopped."""
@@ -37,9 +37,9 @@ def direction_text(x: float, y: float) -> str:
     return SECTORS[round(math.atan2(y, x) / (math.pi / 4.0)) % len(SECTORS)]
 
 
-def obstacle_text(point: SensedPoint, zones: Zones) -> str:
+def obstacle_text(point: SensedPoint, polygons: MonitorPolygons) -> str:
     """Return what limits a twist: "the lidar sees an obstacle 0.12 m ahead on the left"."""
-    distance = max(0.0, distance_from_body(point.x, point.y, zones.circumscribed, zones.corners))
+    distance = max(0.0, distance_from_body(point.x, point.y, polygons.circumscribed, polygons.corners))
     verb = "sees" if point.age < OLD else "saw"
     ago = "" if point.age < OLD else f", {point.age:.0f} s ago" if point.age >= 1.0 else ", a moment ago"
     return f"the {point.sensor} {verb} an obstacle {distance:.2f} m {direction_text(point.x, point.y)}{ago}"

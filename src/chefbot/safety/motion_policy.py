@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 from chefbot.safety.command_multiplexer import CommandSource, StampedCommand
+from chefbot.safety.monitor_polygons import CREEP_SPEED
 from chefbot.safety.obstacle_sensors import ObstacleSensors
 from chefbot.safety.ranger_freshness import TITLE, RangerMonitor
 from chefbot.safety.sensor_freshness import CLOCK_TOLERANCE_NS
-from chefbot.safety.zones import CREEP_SPEED
 
 ODOMETRY_TIMEOUT_NS = 300_000_000
 """Maximum age of the pose in odom, ns."""

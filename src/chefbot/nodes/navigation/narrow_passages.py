@@ -31,8 +31,8 @@ from chefbot.robot.spec import Robot
 from chefbot.runtime.node import In
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.collision_monitor import CollisionMonitor
+from chefbot.safety.monitor_polygons import CREEP_SPEED
 from chefbot.safety.params import CollisionMonitorParams
-from chefbot.safety.zones import CREEP_SPEED
 
 RESOLUTION, SIZE, INFLATION_RADIUS = 0.0125, 2.6, 0.4
 """Cells of the costmap in narrow passages, m, about the noise of a lidar; its side, and its inflation radius."""

@@ -75,7 +75,7 @@ LIMIT_MS = 50.0
 LIMITS_MS = {
     "amcl <- scan": 2000.0,
     "amcl <- reinitialize_global_localization": 1000.0,
-    "finder <- scan": 2000.0,
+    "global_localizer <- scan": 2000.0,
     "gmapping <- scan": 500.0,
     "calibrator <- scan": 1000.0,
     "planner <- map": 100.0,

@@ -32,7 +32,7 @@ PATH_LENGTH = 2.4
 """Metres."""
 NODES = {
     "simulator": "chefbot.sim.device:SimulatorDevice",
-    "frames": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
+    "robot_state_publisher": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
     "depth_to_scan": "chefbot.nodes.depth_to_scan:DepthToScanNode",
     "base": "chefbot.nodes.drive_base:DriveBaseNode",

@@ -124,10 +124,11 @@ def _column(node: str, kind: str, x: float, height: float) -> str:
     module = kind.partition(":")[0].removeprefix("chefbot.")
     device = not module.startswith("nodes.")
     fill = "#eef4ee" if device else "#eaf1fd"
+    box = 14 + CHARACTER * len(node)
     return (
         f'<line x1="{x}" y1="{TOP - 6}" x2="{x}" y2="{height - 14}" stroke="#c9d1d9" stroke-width="1.5"/>'
         f'<g transform="translate({x} {TOP - 10}) rotate(-40)">'
-        f'<rect x="-6" y="-13" width="{14 + CHARACTER * len(node)}" height="20" rx="4" fill="{fill}" stroke="#8c959f"/>'
+        f'<rect x="-6" y="-13" width="{box}" height="20" rx="4" fill="{fill}" stroke="#8c959f"/>'
         f'<text x="1" y="1" font-weight="bold">{escape(node)}</text></g>'
     )
 

@@ -66,8 +66,8 @@ def test_a_missed_waypoint_may_end_the_run() -> None:
 
 @pytest.mark.parametrize(("count", "first"), [(0, 0), (2, 2), (2, 4_000_000_000)])
 def test_a_goal_without_a_first_waypoint_is_at_fault(count: int, first: int) -> None:
-    assert WaypointRun(poses(count), first, 0).fault
-    assert not WaypointRun(poses(2), 1, 0).fault
+    assert WaypointRun(poses(count), first, 0).failure_reason
+    assert not WaypointRun(poses(2), 1, 0).failure_reason
 
 
 @given(st.integers(2, 6), st.floats(0.1, 0.45))

@@ -48,7 +48,7 @@ class WaypointRun:
         self._reached = self._reached_now = 0
 
     @property
-    def fault(self) -> str:
+    def failure_reason(self) -> str:
         """Why there is no waypoint to drive to; empty if there is one."""
         if not self._poses:
             return "The list of waypoints is empty."

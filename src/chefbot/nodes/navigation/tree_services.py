@@ -70,8 +70,10 @@ class NodeServices:
         return self._node._pending(self._relocalize())
 
     async def _relocalize(self) -> nav2.FollowPath_Result:
-        fault = await self._node._relocalize()
-        return nav2.FollowPath_Result(error_code=PATIENCE_EXCEEDED if fault else 0, error_msg=fault)
+        failure_reason = await self._node._relocalize()
+        return nav2.FollowPath_Result(
+            error_code=PATIENCE_EXCEEDED if failure_reason else 0, error_msg=failure_reason
+        )
 
     def compute_path(self, goal: object, start: object) -> Pending:
         """Plan a path to a PoseStamped, from another one or from the robot's pose."""

@@ -80,8 +80,8 @@ class WaypointFollowerNode(MissionNode):
     ) -> nav2.FollowWaypoints_Result:
         """Drive to each waypoint; one that is missed ends the run or is left out, by `stop_on_failure`."""
         run = WaypointRun(goal.poses, goal.goal_index, goal.number_of_loops)
-        if run.fault:
-            return self._end(nav2.FollowWaypoints_Result((), NO_VALID_WAYPOINTS, run.fault))
+        if run.failure_reason:
+            return self._end(nav2.FollowWaypoints_Result((), NO_VALID_WAYPOINTS, run.failure_reason))
         try:
             return self._end(await self._drive(run, len(goal.poses), feedback))
         except Cancelled:

@@ -155,7 +155,7 @@ def test_over_seen_floor_the_camera_has_looked_as_well() -> None:
 def test_a_camera_without_data_has_seen_no_ground() -> None:
     one = monitor(CAMERA)
     one.process_obstacles(obstacles(NOTHING, NOTHING, 0.0), IDENTITY)
-    assert (one._memory.seen_ns == memory.NEVER).all()
+    assert (one._memory.seen_ns == memory.NEVER_NS).all()
 
 
 def test_floor_without_a_beginning_is_not_seen() -> None:
@@ -163,7 +163,7 @@ def test_floor_without_a_beginning_is_not_seen() -> None:
     one = monitor(CAMERA)
     for clear_from in (NOTHING, math.nan):
         one.process_obstacles(obstacles(NOTHING, clear_from, 0.6), IDENTITY)
-    assert (one._memory.seen_ns[memory.GROUND] == memory.NEVER).all()
+    assert (one._memory.seen_ns[memory.GROUND] == memory.NEVER_NS).all()
 
 
 def test_ground_that_was_seen_at_time_zero_was_seen() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
-from chefbot.sim.lidar import CARRIED, MAX_STEP, SweptScan, TurningLidar
+from chefbot.sim.lidar import CARRIED_DISTANCE, MAX_STEP, SweptScan, TurningLidar
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.world import load_world
@@ -73,7 +73,7 @@ def test_the_poses_around_a_time_count(sim: Simulation) -> None:
 
 
 def test_no_ray_lies_between_two_places_of_a_carried_robot(sim: Simulation) -> None:
-    near, far = SE2(2.0, 0.0, 0.0), SE2(2.0 - 1.1 * CARRIED, 0.0, 0.0)
+    near, far = SE2(2.0, 0.0, 0.0), SE2(2.0 - 1.1 * CARRIED_DISTANCE, 0.0, 0.0)
     turning = at(sim, far)
     sim.kidnap(near)
     turning.follow(SECOND)

@@ -32,7 +32,7 @@ TOLERATED_GAP = 2
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays.
 Ahead, over ground not seen recently, it is half the body's width: on an arc a camera does not look over the ground
 before the inner side."""
-EVER = 0
+ANY_TIME_NS = 0
 """The oldest time of which ground counts as seen at any time, ns."""
 SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
 """How rays show the ground, see `local_memory`."""
@@ -226,7 +226,7 @@ class CollisionMonitor:
             # without sensors nobody can look first, as on a robot whose camera is not connected
             ever = math.inf
             if self._has_looked:
-                ever = self._ground_fraction(v, w, pose, latency, EVER, memory.VIEW, TOLERATED_GAP)
+                ever = self._ground_fraction(v, w, pose, latency, ANY_TIME_NS, memory.VIEW, TOLERATED_GAP)
             half_width = round(polygons.inscribed / polygons.resolution)
             seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.VIEW, half_width)
             fraction = min(max(ever, creep), max(seen, self._slow_fraction(v, w)))

@@ -19,7 +19,7 @@ from chefbot.sim.simulation import Simulation
 Floats = NDArray[np.float64]
 MAX_STEP = 0.01
 """Distance that the robot drives while all rays have one origin, m, about the noise of a range."""
-CARRIED = 1.0
+CARRIED_DISTANCE = 1.0
 """Distance between two poses beyond which the robot was carried from one to the other, m: no ray is between."""
 POSES = 4
 """Number of poses that are kept: samples of a packet may be older than the last one."""
@@ -38,7 +38,7 @@ class TurningLidar:
     def follow(self, now_ns: int) -> None:
         """Take the robot's present pose as that at a time, ns."""
         pose = self._simulation.base_pose()
-        if self._poses and math.dist(pose[0], self._poses[-1][1][0]) > CARRIED:
+        if self._poses and math.dist(pose[0], self._poses[-1][1][0]) > CARRIED_DISTANCE:
             self._poses.clear()
         self._poses.append((now_ns, pose))
 

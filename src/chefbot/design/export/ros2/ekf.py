@@ -19,7 +19,7 @@ from chefbot.design.export.ros2.odometry_noise import gyro_deviation, wheels_tur
 
 STATE = ("x", "y", "z", "roll", "pitch", "yaw", "vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az")
 """Order of every vector and matrix of robot_localization."""
-STILL = 1e-6
+CONSTANT_STATE_VARIANCE = 1e-6
 """Process variance of states that plane motion keeps constant."""
 
 
@@ -81,7 +81,7 @@ def _process(figures: Figures) -> Explained:
     """Diagonal, row by row."""
     v, w = figures.speed.number, figures.turn.number
     slip, track = figures.odometry_errors.slip, figures.robot.wheels.separation
-    variances = dict.fromkeys(STATE, STILL)
+    variances = dict.fromkeys(STATE, CONSTANT_STATE_VARIANCE)
     variances |= {
         "x": slip**2 * v,
         "y": slip**2 * v,
@@ -91,7 +91,9 @@ def _process(figures: Figures) -> Explained:
         "ax": figures.acceleration.number**2,
     }
     rows = [[rounded(variances[row]) if row == column else 0.0 for column in STATE] for row in STATE]
-    reason = ", ".join(f"{name} {short(value)}" for name, value in variances.items() if value != STILL)
+    reason = ", ".join(
+        f"{name} {short(value)}" for name, value in variances.items() if value != CONSTANT_STATE_VARIANCE
+    )
     return Explained(
         [value for row in rows for value in row],
         f"variances per second on the diagonal: {reason}. x, y: slip^2 v; yaw: 2 slip^2 v / track^2; vx: a v"

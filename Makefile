@@ -61,7 +61,7 @@ chaos: $(VENV)/.dev
 	$(BIN)/python -m tests.chaos.matrix $(ARGS)
 
 # The tests of all that stands between a twist and the wheels: 100 % of lines and branches, and 95 % of the mutants;
-# the mutants of all modules write docs/safety_gate.md. `make safety-mutants ARGS="chefbot.safety.zones --jobs 4"`
+# the mutants of all modules write docs/safety_gate.md. `make safety-mutants ARGS="chefbot.safety.monitor_polygons --jobs 4"`
 safety-gate: $(VENV)/.dev
 	$(BIN)/python -m tests.support.safety_gate coverage $(ARGS)
 

@@ -58,7 +58,7 @@ def weak_round(run: SimulatedRun, share: float) -> str:
     run.publish("order", Order(drawn, "first"))
     run.run_until(lambda: run.latest["delivery_status"].loaded, "the food was not loaded", 300.0)
     run.run_for(float(run.rng.uniform(2.0, 20.0)))
-    run.publish("simulation/fault", String(f"weak share={share}"))
+    run.publish("simulation/fault", String(f"voltage_drop share={share}"))
     ended = lambda: run.latest["delivery_status"].state in ("idle", "failed")  # noqa: E731
     with suppress(TaskFailedError):
         run.run_until(ended, "the round did not end", 600.0)

@@ -52,7 +52,7 @@ def main() -> None:
             cpu_ms(lambda: monitor.process_scan(scan, at)) if scan is not None else 0.0,  # noqa: B023
             cpu_ms(lambda: monitor.process_obstacles(obstacles, at)) if obstacles is not None else 0.0,  # noqa: B023
         ]
-        points = len(monitor.points(pose, now_ns, monitor.zones.reach))
+        points = len(monitor.points(pose, now_ns, monitor.polygons.reach))
         twist_ms, sensors_ms, scan_ms, obstacles_ms = figures
         print(
             f"{name:16}{points:8}{twist_ms:12.3f}{sensors_ms:13.3f}{scan_ms:11.3f}{obstacles_ms:15.3f}",

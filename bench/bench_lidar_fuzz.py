@@ -1,8 +1,8 @@
 """Lidar drivers on damaged bytes, and their share of a core on clean ones.
 
 `python bench/bench_lidar_fuzz.py --bytes 100000000 --seed 1 --drivers ld19,rplidar_c1`: pieces of a stream of a room
-with changed, lost and new bytes are decoded; every range must be one of the room, and within a turn of clean bytes
-after each piece the driver must deliver samples again. The exit code is 1 if one is not.
+with changed, lost and new bytes are decoded; every range must be one of the room, and within a revolution of clean
+bytes after each piece the driver must deliver samples again. The exit code is 1 if one is not.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from tests.lidar.wires import OPEN, Wire, room
 
 from chefbot.lidar.laser_scan import scan_of
 from chefbot.lidar.models import LIDARS
+from chefbot.lidar.revolutions import Samples
 from chefbot.lidar.session import LidarError
-from chefbot.lidar.turns import Samples
 from chefbot.robot.load import load_robot
 
-DAMAGED_TURNS = 2
+DAMAGED_REVOLUTIONS = 2
 ANGLE, RANGE = 0.06, 0.02
 """Tolerances of a bearing, rad, and of a range, m: quantization and triangulation."""
 
@@ -63,16 +63,16 @@ class Fuzzed:
         self.wire.start()
         self.wire.run(1)
         lidar = self.wire.lidar
-        self.per_turn = math.ceil(lidar.sample_rate / lidar.turn_rate / lidar.samples)
+        self.per_revolution = math.ceil(lidar.sample_rate / lidar.revolution_rate / lidar.samples)
         self.wrong = self.samples = self.late = self.errors = self.bytes = self.pieces = 0
 
     def piece(self) -> None:
-        """Decode two damaged turns and a clean one."""
+        """Decode two damaged revolutions and a clean one."""
         self.pieces += 1
         session, wire = self.wire.session, self.wire
-        begin = b"".join(wire.frame() for _ in range(DAMAGED_TURNS * self.per_turn))
+        begin = b"".join(wire.frame() for _ in range(DAMAGED_REVOLUTIONS * self.per_revolution))
         data, now_ns = damaged(begin, self.rng), wire.now_ns
-        after = b"".join(wire.frame() for _ in range(self.per_turn))
+        after = b"".join(wire.frame() for _ in range(self.per_revolution))
         self.bytes += len(data) + len(after)
         try:
             parts = session.receive_data(data, now_ns)
@@ -99,13 +99,13 @@ def cpu_share(driver: str, seconds: float = 20.0) -> float:
     frames = []
     while (wire.now_ns - 1_000_000_000) / 1e9 < seconds:
         frames.append((wire.frame(), wire.now_ns))
-    session, turns = wire.session, wire.turns
+    session, revolutions = wire.session, wire.revolutions
     begun = time.process_time()
     for first in range(0, len(frames), 4):  # a read returns what has come in some milliseconds
         some = frames[first : first + 4]
         for part in session.receive_data(b"".join(data for data, _ in some), some[-1][1]):
-            for turn in turns.push(part):
-                scan_of(turn, robot.sensors.lidar, "laser")
+            for revolution in revolutions.push(part):
+                scan_of(revolution, robot.sensors.lidar, "laser")
     return (time.process_time() - begun) / seconds
 
 

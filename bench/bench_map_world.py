@@ -79,7 +79,7 @@ def measure(path: Path) -> None:
     step, scan = time_of(sim.step, 400), time_of(sim.lidar, 40)
     whole = ""
     if len(world.static) <= WHOLE_UP_TO:
-        nearby_solids.FEW = WHOLE_UP_TO
+        nearby_solids.MAX_UNFILTERED_SOLIDS = WHOLE_UP_TO
         all_of_it = Simulation(robot, world, "real", 1)
         whole = f"{1e3 * time_of(all_of_it.step, 200):8.2f}{1e3 * time_of(all_of_it.lidar, 20):8.2f}"
     print(

@@ -35,7 +35,7 @@ VALUES = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
 LENGTH, SPEED, TURNS, RATE = 8.0, 0.25, 4, 1.0
 PERIOD_NS = 50_000_000
 NODES = {
-    "frames": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
+    "robot_state_publisher": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
 }
 

@@ -55,7 +55,7 @@ LAUNCH = """
 clock: wall
 include: [base]
 nodes:
-  no_map: {kind: "chefbot.nodes.static_transform:StaticTransformNode", params: {frame: map, child: odom}}
+  static_map_to_odom: {kind: "chefbot.nodes.static_transform:StaticTransformNode", params: {frame: map, child: odom}}
   page: {kind: "chefbot.ui.web_ui:WebUiDevice", %s params: {port: %d}}
 """
 

@@ -62,7 +62,7 @@ def launch_deaths(times: int) -> list[Death]:
     with run_chefbot("launch", "--supervised", str(HERE / "two_processes.yaml")) as (parent, node):
 
         def on_the_wire() -> bool:
-            return {"odometry", "frames"} <= {found.name for found in node.wire.graph.nodes()}
+            return {"odometry", "robot_state_publisher"} <= {found.name for found in node.wire.graph.nodes()}
 
         for _ in range(times):
             wait_for(on_the_wire)
@@ -87,7 +87,7 @@ def show_deaths(process: str, deaths: list[Death]) -> bool:
 def start_and_stop() -> tuple[float, int]:
     """Return the seconds that a launch with a worker takes to end after Ctrl-C, and the processes left behind."""
     with run_launch_file("two_processes.yaml") as (one, node):
-        wait_for(lambda: "frames" in {found.name for found in node.wire.graph.nodes()})
+        wait_for(lambda: "robot_state_publisher" in {found.name for found in node.wire.graph.nodes()})
         children = children_of(one.process.pid)
         began = time.monotonic()
         one.stop()

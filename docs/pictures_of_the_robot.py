@@ -27,7 +27,7 @@ from chefbot.control.kinematics import wheel_speeds
 from chefbot.maths.se2 import SE2
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.ekf import Ekf
-from chefbot.odometry.readings import UNMEASURED, ImuReading, WheelCounts
+from chefbot.odometry.readings import UNMEASURED_VARIANCES, ImuReading, WheelCounts
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 from chefbot.safety.velocity_limiter import VelocityLimiter
@@ -138,7 +138,7 @@ def odometry() -> None:
     board, limiter = SimulatedBoard(robot, sim), VelocityLimiter(Limits.of(robot))
     model = DriveModel.of(robot)
     wheels, both = Ekf(model), Ekf(model)
-    variance = (*UNMEASURED[:2], model.gyro_noise**2)
+    variance = (*UNMEASURED_VARIANCES[:2], model.gyro_noise**2)
     rows, covariance = [], []
     for tick in range(1, 50 * 170):
         board.run_until(tick * 20_000_000)

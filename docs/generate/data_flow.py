@@ -16,8 +16,10 @@ OPERATOR = ("page",)
 """Nodes of the operator, which exchange messages with nearly all others: the last columns."""
 IGNORED = ("tf", "tf_static", "clock", "rosout", "parameter_events", "diagnostics")
 """Topics of the infrastructure, which would connect everything with everything."""
-LEFT, COLUMN, ROW, TOP = 330, 84, 22, 116
+LEFT, COLUMN, ROW, TOP = 330, 84, 22, 126
 """Width of the labels, distance of columns and of rows, height of the heading, px."""
+CHARACTER = 7
+"""Mean width of a character of a node's name, px."""
 FORWARD, BACKWARD, ACTION = "#1f6feb", "#b35900", "#1a7f37"
 SENDS = ("publisher", "action client")
 RECEIVES = ("subscription", "action server")
@@ -122,10 +124,11 @@ def _column(node: str, kind: str, x: float, height: float) -> str:
     module = kind.partition(":")[0].removeprefix("chefbot.")
     device = not module.startswith("nodes.")
     fill = "#eef4ee" if device else "#eaf1fd"
+    box = 14 + CHARACTER * len(node)
     return (
         f'<line x1="{x}" y1="{TOP - 6}" x2="{x}" y2="{height - 14}" stroke="#c9d1d9" stroke-width="1.5"/>'
         f'<g transform="translate({x} {TOP - 10}) rotate(-40)">'
-        f'<rect x="-6" y="-13" width="118" height="20" rx="4" fill="{fill}" stroke="#8c959f"/>'
+        f'<rect x="-6" y="-13" width="{box}" height="20" rx="4" fill="{fill}" stroke="#8c959f"/>'
         f'<text x="1" y="1" font-weight="bold">{escape(node)}</text></g>'
     )
 

@@ -45,12 +45,12 @@ def test_localization_has_settled_after_consecutive_updates(updates: list[bool])
 def test_a_lost_robot_gives_up_after_all_steps(preempted: list[bool]) -> None:
     relocalization, step = Relocalization(LocalizationMonitor()), SPIN
     for yields in preempted:
-        assert step is SPIN and not relocalization.fault
+        assert step is SPIN and not relocalization.failure_reason
         step = relocalization.after_spin(None if yields else Spin_Result())
         if yields:
             assert step is YIELD
             step = relocalization.after_yield()
-    assert step is RelocalizationStep.FAILED and "3 turns" in relocalization.fault
+    assert step is RelocalizationStep.FAILED and "3 turns" in relocalization.failure_reason
 
 
 def test_a_failed_rotation_fails_unless_the_robot_is_localized() -> None:
@@ -58,12 +58,15 @@ def test_a_failed_rotation_fails_unless_the_robot_is_localized() -> None:
     monitor = LocalizationMonitor()
     relocalization = Relocalization(monitor)
     assert relocalization.after_spin(failed) is RelocalizationStep.FAILED
-    assert relocalization.fault == "It took too long."
+    assert relocalization.failure_reason == "It took too long."
     for _ in range(LOCALIZED_UPDATES_REQUIRED):
         update(monitor, True)
     for result in (failed, None, Spin_Result()):
         relocalization = Relocalization(monitor)
-        assert relocalization.after_spin(result) is RelocalizationStep.LOCALIZED and not relocalization.fault
+        assert (
+            relocalization.after_spin(result) is RelocalizationStep.LOCALIZED
+            and not relocalization.failure_reason
+        )
 
 
 def test_a_blocked_rotation_goes_the_other_way_then_waits() -> None:
@@ -73,7 +76,7 @@ def test_a_blocked_rotation_goes_the_other_way_then_waits() -> None:
     )
     assert relocalization.goal.target_yaw > 0.0
     assert relocalization.after_spin(blocked) is SPIN and relocalization.goal.target_yaw < 0.0
-    assert relocalization.after_spin(blocked) is YIELD and not relocalization.fault
+    assert relocalization.after_spin(blocked) is YIELD and not relocalization.failure_reason
     assert relocalization.after_yield() is SPIN
     assert relocalization.after_spin(Spin_Result()) is SPIN and relocalization.goal.target_yaw > 0.0
 

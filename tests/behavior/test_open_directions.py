@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.behavior.open_directions import FARTHEST, OpenDirections
+from chefbot.behavior.open_directions import MAX_LEG_LENGTH, OpenDirections
 
 RADIUS = 0.2
 BEARINGS = np.radians(np.arange(-180.0, 180.0))
@@ -35,7 +35,7 @@ def seen(ranges: np.ndarray, yaw: float = 0.0) -> OpenDirections:
 @given(yaw=st.floats(-3.0, 3.0), half_width=st.floats(0.5, 1.5))
 def test_a_corridor_is_driven_along(yaw: float, half_width: float) -> None:
     way = seen(corridor(BEARINGS, half_width), yaw).best(HERE, HERE[None, :])
-    assert math.cos(way.heading - yaw) > math.cos(0.4) and way.length > 0.9 * FARTHEST
+    assert math.cos(way.heading - yaw) > math.cos(0.4) and way.length > 0.9 * MAX_LEG_LENGTH
     end = way.length * math.sin(way.heading - yaw)
     assert abs(end) < half_width - RADIUS, "the way is free to its end"
 
@@ -70,7 +70,7 @@ def test_unknown_directions_are_not_driven() -> None:
     assert seen(ranges).best(HERE, HERE[None, :]).length == 0.0
     ranges[np.abs(BEARINGS) < 0.5] = math.inf
     way = seen(ranges).best(HERE, HERE[None, :])
-    assert abs(way.heading) < 0.5 and way.length == FARTHEST
+    assert abs(way.heading) < 0.5 and way.length == MAX_LEG_LENGTH
     ways = seen(ranges)
     ways.clear()
     assert ways.best(HERE, HERE[None, :]).length == 0.0

@@ -9,7 +9,7 @@ import pytest
 
 from chefbot.behavior.recovery import WaitingParams
 from chefbot.behavior.waiting import (
-    FORGOTTEN,
+    BLOCKAGE_MEMORY,
     OBSTACLE_WAIT,
     StandingTimes,
     WaitingPolicy,
@@ -112,7 +112,7 @@ def test_it_does_not_give_up_on_people_before_its_patience() -> None:
 def test_another_place_and_a_free_path_restart_patience() -> None:
     policy, times = WaitingPolicy(SPEED), StandingTimes()
     policy.decide(blockage(1), times, 0.0, PARAMS)
-    policy.decide(blockage(1), times, 100.0 - FORGOTTEN / 2, PARAMS)
+    policy.decide(blockage(1), times, 100.0 - BLOCKAGE_MEMORY / 2, PARAMS)
     assert policy.decide(FindBlockage_Result(), times, 100.0, PARAMS).waits is False
     policy.decide(blockage(1, x=9.0), times, 101.0, PARAMS)
     assert policy.waited(101.0) == 0.0

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.behavior.waypoints import (
-    ENDLESS,
+    ENDLESS_LOOPS,
     STOP_ON_MISSED_WAYPOINT,
     UNKNOWN,
     PosesToPass,
@@ -36,7 +36,7 @@ def test_each_round_has_all_waypoints_in_order(count: int, first: int, loops: in
 
 @given(st.lists(st.booleans(), min_size=1, max_size=12), st.integers(1, 4))
 def test_missed_waypoints_are_reported_once(outcomes: list[bool], count: int) -> None:
-    run = WaypointRun(poses(count), 0, ENDLESS)
+    run = WaypointRun(poses(count), 0, ENDLESS_LOOPS)
     missed: set[int] = set()
     for reached in outcomes:
         if not reached:
@@ -49,7 +49,7 @@ def test_missed_waypoints_are_reported_once(outcomes: list[bool], count: int) ->
 
 
 def test_a_round_without_any_waypoint_is_the_last() -> None:
-    run = WaypointRun(poses(2), 0, ENDLESS)
+    run = WaypointRun(poses(2), 0, ENDLESS_LOOPS)
     assert run.reached() and run.missed(208, "no path") and run.loop == 1
     assert run.missed(208, "no path") and not run.missed(208, "the door is closed")
     result = run.result(stopped=False)
@@ -66,8 +66,8 @@ def test_a_missed_waypoint_may_end_the_run() -> None:
 
 @pytest.mark.parametrize(("count", "first"), [(0, 0), (2, 2), (2, 4_000_000_000)])
 def test_a_goal_without_a_first_waypoint_is_at_fault(count: int, first: int) -> None:
-    assert WaypointRun(poses(count), first, 0).fault
-    assert not WaypointRun(poses(2), 1, 0).fault
+    assert WaypointRun(poses(count), first, 0).failure_reason
+    assert not WaypointRun(poses(2), 1, 0).failure_reason
 
 
 @given(st.integers(2, 6), st.floats(0.1, 0.45))

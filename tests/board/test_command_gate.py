@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.board.command_gate import COMMAND_TIMEOUT_NS, STANDING, CommandGate
+from chefbot.board.command_gate import COMMAND_TIMEOUT_NS, STANDSTILL, CommandGate
 
 MAX_SPEED = 3.0
 speeds = st.one_of(st.floats(-60.0, 60.0), st.sampled_from([0.0, math.nan, math.inf]))
@@ -28,7 +28,7 @@ def test_a_stop_comes_before_motion_after_release_and_reset() -> None:
     for begin in (lambda: None, gate.clear, gate.reset):
         begin()
         gate.command(1.0, 1.0, 0)
-        assert gate.speeds(0) == STANDING
+        assert gate.speeds(0) == STANDSTILL
         gate.command(0.0, 0.0, 0)
         gate.command(1.0, 1.0, 0)
         assert gate.speeds(0) == (1.0, 1.0)
@@ -45,6 +45,6 @@ def test_an_old_command_and_an_emergency_stop_stand(
         newest_ns = now_ns if math.isfinite(left) and math.isfinite(right) else newest_ns
     if stopped:
         gate.stop()
-    assert gate.speeds(newest_ns + COMMAND_TIMEOUT_NS) == STANDING
+    assert gate.speeds(newest_ns + COMMAND_TIMEOUT_NS) == STANDSTILL
     if stopped:
-        assert gate.speeds(now_ns) == STANDING
+        assert gate.speeds(now_ns) == STANDSTILL

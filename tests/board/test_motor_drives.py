@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.support.motor_drives import EMULATORS, ROBOT, EmulatedDdsm115, EmulatedRoboClaw
 
 from chefbot.board.drives import ddsm115, roboclaw
-from chefbot.board.drives.drive_link import SLOW, DriveLink
+from chefbot.board.drives.drive_link import MAX_UNATTENDED_SPEED, DriveLink
 from chefbot.board.drives.drives import DRIVES
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, WARN
@@ -20,7 +20,7 @@ from chefbot.robot.drivetrain import DRIVE_PROTOCOLS
 
 STEP_NS = 2_000_000
 """Time of a step of the bench: an answer takes one."""
-SLOW_WHEEL = SLOW / ROBOT.wheel_radius
+SLOW_WHEEL = MAX_UNATTENDED_SPEED / ROBOT.wheel_radius
 """rad/s"""
 
 

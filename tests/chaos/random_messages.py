@@ -67,7 +67,7 @@ STEP_NS = 50_000_000
 WARM_UP = 3.0
 RECOVERY_TIME, GOAL_TIMEOUT = 10.0, 150.0
 """Seconds of simulated time after the random messages, for recovery and to reach a goal. The collision monitor
-remembers obstacles that were published behind the robot for `monitor.memory`, 60 s."""
+remembers obstacles that were published behind the robot for `monitor.obstacle_memory_time`, 60 s."""
 MAIN_LAUNCHES = ("waiter", "explore", "amcl_demo", "gmapping_demo", "calibrate_sim")
 """Launches that together contain all nodes of the robot."""
 LIMIT_MS = 50.0
@@ -75,7 +75,7 @@ LIMIT_MS = 50.0
 LIMITS_MS = {
     "amcl <- scan": 2000.0,
     "amcl <- reinitialize_global_localization": 1000.0,
-    "finder <- scan": 2000.0,
+    "global_localizer <- scan": 2000.0,
     "gmapping <- scan": 500.0,
     "calibrator <- scan": 1000.0,
     "planner <- map": 100.0,

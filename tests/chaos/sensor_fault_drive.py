@@ -32,7 +32,7 @@ PATH_LENGTH = 2.4
 """Metres."""
 NODES = {
     "simulator": "chefbot.sim.device:SimulatorDevice",
-    "frames": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
+    "robot_state_publisher": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
     "depth_to_scan": "chefbot.nodes.depth_to_scan:DepthToScanNode",
     "base": "chefbot.nodes.drive_base:DriveBaseNode",
@@ -161,7 +161,7 @@ class SensorFaultDrive:
         self.simulation.drop_box(at.x, at.y, (0.3, 0.3, 0.5))
 
     @property
-    def standing(self) -> str:
+    def wait_reason(self) -> str:
         """Return why the controller keeps the robot standing; empty if it does not."""
         published = self.topic("controller/wait_reason")
         return published[-1].data if published else ""
@@ -192,7 +192,9 @@ def drive_with_fault(robot: Robot, at: SE2, fault: str, sensor: str, side: float
     drive.drop_box(side=side)
     drive.run(4.0)
     stood_after = (drive.last_motion_ns - began) / 1e9
-    outcome = Outcome(drive.contact, drive.seconds_to_stop(began), stood_after, drive.standing, drive.status)
+    outcome = Outcome(
+        drive.contact, drive.seconds_to_stop(began), stood_after, drive.wait_reason, drive.status
+    )
     drive.system.stop()
     return outcome
 

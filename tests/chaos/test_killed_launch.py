@@ -78,7 +78,7 @@ def test_a_killed_launch_stops_the_board_and_leaves_no_process(tmp_path: Path) -
             ),
             Joystick(node.publisher("/cmd_vel_teleop", Twist).publish) as joystick,
         ):
-            wait_for(lambda: chefbot.child("odometry") and chefbot.child("frames"))
+            wait_for(lambda: chefbot.child("odometry") and chefbot.child("robot_state_publisher"))
             drive(joystick, bench)
             stopped = bench.stops_after(lambda: chefbot.process.send_signal(signal.SIGSTOP))
             report(f"the board stopped {stopped:.0f} ms after its launch hung")

@@ -73,10 +73,10 @@ def test_the_goal_resumes_when_the_sensor_recovers(fault: str, profile: str) -> 
     drive = drive_at_full_speed(profile=profile)
     drive.inject(fault, "scan")
     drive.run(12.0)
-    assert drive.standing and not drive.status, "waiting for the sensor is not to be reported as stuck"
+    assert drive.wait_reason and not drive.status, "waiting for the sensor is not to be reported as stuck"
     drive.inject("none", "scan")
     drive.run(10.0)
-    assert drive.status == STATUS_SUCCEEDED and not drive.standing and not drive.contact
+    assert drive.status == STATUS_SUCCEEDED and not drive.wait_reason and not drive.contact
 
 
 @pytest.mark.slow
@@ -84,14 +84,14 @@ def test_alternating_sensor_faults_are_each_named() -> None:
     drive = drive_at_full_speed("chefbot_lidar")
     drive.inject("stop", "scan")
     drive.run(1.0)
-    assert TITLES["scan"] in drive.standing
+    assert TITLES["scan"] in drive.wait_reason
     drive.inject("freeze", "depth")
     drive.inject("none", "scan")
     drive.run(1.5)
-    assert TITLES["depth"] in drive.standing
+    assert TITLES["depth"] in drive.wait_reason
     drive.inject("none", "depth")
     drive.run(10.0)
-    assert drive.status == STATUS_SUCCEEDED and not drive.standing
+    assert drive.status == STATUS_SUCCEEDED and not drive.wait_reason
 
 
 @pytest.mark.slow

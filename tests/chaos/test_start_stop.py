@@ -20,7 +20,7 @@ MEDIAN_STOP_S = 3.0
 def start_and_stop() -> float:
     """Start and stop a launch, check that nothing is left, and return the seconds that stopping took."""
     with run_launch_file("two_processes.yaml") as (chefbot, node):
-        wait_for(lambda: "frames" in {found.name for found in node.wire.graph.nodes()})
+        wait_for(lambda: "robot_state_publisher" in {found.name for found in node.wire.graph.nodes()})
         assert chefbot.child("other") is not None
         children = children_of(chefbot.process.pid)
         began = time.monotonic()

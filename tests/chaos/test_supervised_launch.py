@@ -26,7 +26,7 @@ def test_a_supervised_launch_is_back_after_each_kill() -> None:
     with run_chefbot("launch", "--supervised", str(HERE / "two_processes.yaml")) as (chefbot, node):
 
         def on_the_wire() -> bool:
-            return {"odometry", "frames"} <= {found.name for found in node.wire.graph.nodes()}
+            return {"odometry", "robot_state_publisher"} <= {found.name for found in node.wire.graph.nodes()}
 
         for _ in range(KILLS):
             wait_for(on_the_wire)

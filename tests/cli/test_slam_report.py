@@ -23,7 +23,7 @@ from chefbot.cli.map.slam_pictures import (
     reduced,
     residuals_picture,
 )
-from chefbot.cli.map.slam_report import WORST, report_page, summary
+from chefbot.cli.map.slam_report import LISTED_CLOSURES, report_page, summary
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.slam.graph import ClosureResidual, GraphSlamParams
@@ -105,10 +105,12 @@ def test_a_page_has_its_pictures_and_every_parameter(params: GmappingParams | Gr
 
 @pytest.mark.usefixtures("without_pictures")
 def test_the_worst_closures_are_listed_first() -> None:
-    page = report_page(Path("x.log"), GraphSlamParams(), result_of(closures=WORST + 4), costs_of(0.1))
+    page = report_page(
+        Path("x.log"), GraphSlamParams(), result_of(closures=LISTED_CLOSURES + 4), costs_of(0.1)
+    )
     listed = [float(text) for text in re.findall(r"<td>([\d.]+) cm</td>", page)]
-    assert listed == [float(k) for k in range(WORST + 4, 4, -1)]
-    assert f"The largest of {WORST + 4}" in page and f"{math.degrees(0.02):.2f}&deg;" in page
+    assert listed == [float(k) for k in range(LISTED_CLOSURES + 4, 4, -1)]
+    assert f"The largest of {LISTED_CLOSURES + 4}" in page and f"{math.degrees(0.02):.2f}&deg;" in page
 
 
 # ---- pictures

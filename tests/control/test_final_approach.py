@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.control.controller import ControllerCommand, ControllerStatus
-from chefbot.control.final_approach import BEGIN, MAX_REVERSE, FinalApproach
+from chefbot.control.final_approach import BEGIN_DISTANCE, MAX_REVERSE_DISTANCE, FinalApproach
 from chefbot.control.goal_checkers import GoalParams
 from chefbot.control.path_follower import PathFollower
 from chefbot.maths.angles import wrap
@@ -67,7 +67,9 @@ def approach(
     return 30.0, status
 
 
-starts = st.tuples(st.floats(0.0, BEGIN - 0.01), st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi))
+starts = st.tuples(
+    st.floats(0.0, BEGIN_DISTANCE - 0.01), st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi)
+)
 
 
 @settings(max_examples=150)
@@ -101,7 +103,7 @@ def test_a_noisy_estimate_still_ends(seed: int) -> None:
 
 
 def test_a_point_just_passed_is_reached_backwards() -> None:
-    base = Base(GOAL @ SE2(MAX_REVERSE - 0.02, 0.0, 0.0))
+    base = Base(GOAL @ SE2(MAX_REVERSE_DISTANCE - 0.02, 0.0, 0.0))
     approach(base)
     assert base.turned < 0.3
 

@@ -10,7 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.control.people_cost import NOBODY, NearbyPeople
-from chefbot.control.side_look import BACK, HIDDEN_TIME, MAX_TIME, PEOPLE_MEMORY, SIDE, SideLook, SideView
+from chefbot.control.side_look import (
+    HIDDEN_TIME,
+    MAX_TIME,
+    PEOPLE_MEMORY,
+    RETURN_TOLERANCE,
+    SIDE_BEARING,
+    SideLook,
+    SideView,
+)
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
@@ -89,9 +97,9 @@ def test_it_looks_to_both_sides_and_comes_back(yaw: float) -> None:
     robot.see()
     assert robot.drive_off() < 8.0
     offsets = [wrap(one - yaw) for one in robot.yaws]
-    assert min(offsets) < -(SIDE - HALF_VIEW) + 0.2
-    assert max(offsets) > SIDE - HALF_VIEW - 0.2
-    assert abs(offsets[-1]) <= BACK
+    assert min(offsets) < -(SIDE_BEARING - HALF_VIEW) + 0.2
+    assert max(offsets) > SIDE_BEARING - HALF_VIEW - 0.2
+    assert abs(offsets[-1]) <= RETURN_TOLERANCE
 
 
 @given(YAW, YAW, st.floats(0.05, 2.0), st.sampled_from([-80.0, -45.0, 0.0, 45.0, 80.0]))
@@ -99,7 +107,7 @@ def test_it_ends_whatever_is_hidden(yaw: float, low: float, width: float, bearin
     robot = Robot(yaw, (low, low + width))
     robot.see()
     assert robot.drive_off(person(bearing, 0.6, yaw)) < MAX_TIME + 3.0
-    assert abs(wrap(robot.pose.yaw - yaw)) <= BACK
+    assert abs(wrap(robot.pose.yaw - yaw)) <= RETURN_TOLERANCE
 
 
 def test_without_people_about_it_drives() -> None:
@@ -139,7 +147,7 @@ def test_after_a_turn_it_looks_to_the_other_side_only(turn: float) -> None:
     robot.yaws.clear()
     robot.drive_off()
     assert len(robot.yaws)
-    assert all(turn * wrap(one - heading) > -BACK for one in robot.yaws)
+    assert all(turn * wrap(one - heading) > -RETURN_TOLERANCE for one in robot.yaws)
 
 
 @pytest.mark.parametrize("bearing", [-60.0, -40.0, 40.0, 60.0])
@@ -151,7 +159,7 @@ def test_it_looks_after_a_person_who_left_its_view(bearing: float) -> None:
     robot.drive_off(somebody)
     seen = [abs(wrap(math.radians(bearing) - yaw)) < HALF_VIEW for yaw in robot.yaws]
     assert any(seen)
-    assert all(yaw * bearing > -BACK for yaw in robot.yaws)
+    assert all(yaw * bearing > -RETURN_TOLERANCE for yaw in robot.yaws)
 
 
 @pytest.mark.parametrize(("bearing", "distance"), [(60.0, 2.0), (150.0, 0.6), (10.0, 0.6)])

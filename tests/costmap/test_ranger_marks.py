@@ -10,7 +10,14 @@ import pytest
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.ranger_marks import CONTACT, LASTING, RANGER, contact_radius, mark_contact, mark_range
+from chefbot.costmap.ranger_marks import (
+    CONTACT,
+    LASTING_SOURCES,
+    RANGER,
+    contact_radius,
+    mark_contact,
+    mark_range,
+)
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN
 from chefbot.maths.footprint import disc
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -97,7 +104,7 @@ def test_laser_and_recovery_keep_what_they_do_not_see() -> None:
     costs = costmap()
     mark_contact(costs, IDENTITY, 0.32)
     costs.mark_and_clear("laser", IDENTITY, np.linspace(-0.5, 0.5, 21), np.full(21, 3.0))
-    costs.clear_around(IDENTITY, 2.0, keep=LASTING)
+    costs.clear_around(IDENTITY, 2.0, keep=LASTING_SOURCES)
     costs.clear_footprint(IDENTITY)
     assert costs.update().at(0.32, 0.01) == LETHAL
     costs.clear_around(IDENTITY, 2.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from chefbot.costmap.unseen_walls import CONFIRMED, unseen_walls
+from chefbot.costmap.unseen_walls import CONFIRMATION_DISTANCE, unseen_walls
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 
@@ -37,7 +37,9 @@ def test_only_cells_without_a_measured_point_are_returned(seed: int) -> None:
     expected = []
     for row, column in np.argwhere(grid.cells == OCCUPIED).tolist():
         (wall,) = robot.inverse().apply(np.array([grid.centre(row, column)]))
-        if math.hypot(*wall) <= reach and all(math.dist(wall, point) > CONFIRMED for point in measured):
+        if math.hypot(*wall) <= reach and all(
+            math.dist(wall, point) > CONFIRMATION_DISTANCE for point in measured
+        ):
             expected.append(wall)
     got = unseen_walls(grid, robot, reach, measured)
     assert in_order(got) == pytest.approx(in_order(expected), abs=1e-9)

@@ -61,9 +61,9 @@ class AnyDay(RuleBasedStateMachine):
     def skip(self) -> None:
         self.round.skip()
 
-    @rule(fault=st.sampled_from(["", "", "blocked"]))
-    def arrive(self, fault: str) -> None:
-        self.round.arrived(fault)
+    @rule(reason=st.sampled_from(["", "", "blocked"]))
+    def arrive(self, reason: str) -> None:
+        self.round.arrived(reason)
 
     @rule(pressed=st.booleans())
     def stop(self, pressed: bool) -> None:

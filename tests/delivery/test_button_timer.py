@@ -9,7 +9,7 @@ from chefbot.delivery.mission import DeliveryRound
 from chefbot.delivery.params import DeliveryParams
 from chefbot.msgs.chefbot_msgs import Order
 
-PARAMS = DeliveryParams(loading_time=2.0, taking_time=3.0)
+PARAMS = DeliveryParams(loading_timeout=2.0, pickup_timeout=3.0)
 
 
 @pytest.fixture

@@ -90,7 +90,7 @@ def test_a_stop_takes_as_long_as_those_before() -> None:
 
 
 def test_the_timers_of_the_owner_are_what_a_stop_takes() -> None:
-    times = StopTimes(DeliveryParams(loading_time=15.0, taking_time=5.0))
+    times = StopTimes(DeliveryParams(loading_timeout=15.0, pickup_timeout=5.0))
     assert times.expected(at_kitchen=True) == 15.0 and times.expected(at_kitchen=False) == 5.0
 
 

@@ -13,7 +13,7 @@ from chefbot.design.generation.parameters import BOTH, CAMERA, LIDAR, NUMBERS
 from chefbot.design.generation.sensor_mounts import (
     ABOVE_BOXES,
     ABOVE_RANGER,
-    CLEAR,
+    HOUSING_CLEARANCE,
     IMU_HEIGHT,
     sensors_of,
 )
@@ -72,10 +72,17 @@ def test_housings_lie_between_two_plates_and_within_their_edge(n: dict[str, floa
             continue
         low, high = box(sensor)
         plate = max(k for k, z in enumerate(undersides) if low[2] > z)
-        assert low[2] >= undersides[plate] + robot.plates.thickness + CLEAR + below(sensor, plate) - ROUNDING
-        assert high[2] <= undersides[plate + 1] - CLEAR + ROUNDING
+        assert (
+            low[2]
+            >= undersides[plate]
+            + robot.plates.thickness
+            + HOUSING_CLEARANCE
+            + below(sensor, plate)
+            - ROUNDING
+        )
+        assert high[2] <= undersides[plate + 1] - HOUSING_CLEARANCE + ROUNDING
         farthest = max(math.hypot(x, y) for x in (low[0], high[0]) for y in (low[1], high[1]))
-        assert farthest <= n["radius"] - CLEAR + ROUNDING
+        assert farthest <= n["radius"] - HOUSING_CLEARANCE + ROUNDING
 
 
 @settings(max_examples=30)

@@ -7,7 +7,7 @@ import math
 import msgspec
 import pytest
 
-from chefbot.board.drives.drive_link import SLOW
+from chefbot.board.drives.drive_link import MAX_UNATTENDED_SPEED
 from chefbot.errors import ChefbotError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
@@ -142,7 +142,7 @@ def test_a_base_without_a_timeout_is_slow() -> None:
     base = Base(robot_with(timeout=None))
     base.run(0.5)
     base.run(0.5, (9.0, 9.0))
-    assert base.twist[0] == pytest.approx(SLOW, rel=1e-6)
+    assert base.twist[0] == pytest.approx(MAX_UNATTENDED_SPEED, rel=1e-6)
     base.system.stop()
 
 

@@ -77,7 +77,7 @@ def test_a_silent_lidar_is_an_error_and_its_return_is_noticed(port: Path) -> Non
         robot.until(lambda: len(robot.scans) >= 2 and robot.health.level == OK, "scans")
         plugged.silent = True
         robot.until(lambda: robot.health.level == ERROR, "an error")
-        assert "no complete turn" in robot.health.message
+        assert "no complete revolution" in robot.health.message
         plugged.silent, count = False, len(robot.scans)
         robot.until(lambda: robot.health.level == OK and len(robot.scans) > count + 1, "scans again")
     plugged.unplug()

@@ -136,7 +136,7 @@ def test_home_paths_are_expanded_after_an_equals_sign(
     assert {key: launch.args[key] for key in given} == {
         key: value.replace("~", str(tmp_path)) for key, value in given.items()
     }
-    assert launch.nodes["map_file"].params["map"] == f"{tmp_path}/maps/office.yaml"
+    assert launch.nodes["map_server"].params["map"] == f"{tmp_path}/maps/office.yaml"
     assert load_launch("amcl_demo", {"record": "a~b"}).args["record"] == "a~b"
 
 

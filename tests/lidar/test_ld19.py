@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.lidar.ld19 import HEADER, LAYOUT, POINTS, Ld19Session, crc8, encode
-from chefbot.lidar.turns import Samples
+from chefbot.lidar.revolutions import Samples
 
 BAUD, RATE = 230_400, 4500.0
 DATA_SHEET_RATE = 2270.0

@@ -10,44 +10,50 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.lidar.models import LIDARS
+from chefbot.lidar.revolutions import Samples
 from chefbot.lidar.session import LidarError
-from chefbot.lidar.turns import Samples
 
 from .wires import OPEN, Wire, room
 
 DRIVERS = list(LIDARS)
 
 
-def assert_true_ranges(turn: Samples, tolerance: float = 0.012) -> None:
+def assert_true_ranges(revolution: Samples, tolerance: float = 0.012) -> None:
     """Each range is that of the room in a direction that quantization allows."""
-    lowest = np.min([room(turn.bearings + d) for d in (-0.012, 0.0, 0.012)], axis=0)
-    highest = np.max([room(turn.bearings + d) for d in (-0.012, 0.0, 0.012)], axis=0)
-    found = np.isfinite(turn.ranges)
-    assert (turn.ranges >= lowest - tolerance)[found].all()
-    assert (turn.ranges <= highest + tolerance)[found].all()
-    assert (np.abs(turn.bearings[~found]) > math.pi - OPEN - 0.16).all()
+    lowest = np.min([room(revolution.bearings + d) for d in (-0.012, 0.0, 0.012)], axis=0)
+    highest = np.max([room(revolution.bearings + d) for d in (-0.012, 0.0, 0.012)], axis=0)
+    found = np.isfinite(revolution.ranges)
+    assert (revolution.ranges >= lowest - tolerance)[found].all()
+    assert (revolution.ranges <= highest + tolerance)[found].all()
+    assert (np.abs(revolution.bearings[~found]) > math.pi - OPEN - 0.16).all()
 
 
 @pytest.mark.parametrize("driver", DRIVERS)
-def test_whole_turns_have_the_ranges_of_the_room(driver: str) -> None:
+def test_whole_revolutions_have_the_ranges_of_the_room(driver: str) -> None:
     wire = Wire(driver)
     wire.start()
-    for turn in wire.run(3):
-        assert_true_ranges(turn)
-        assert np.diff(np.sort(turn.bearings)).max() < 0.16  # triangulating ones have a gap where ranges jump
-        assert len(turn.bearings) == pytest.approx(wire.lidar.sample_rate / wire.lidar.turn_rate, rel=0.15)
+    for revolution in wire.run(3):
+        assert_true_ranges(revolution)
+        assert (
+            np.diff(np.sort(revolution.bearings)).max() < 0.16
+        )  # triangulating ones have a gap where ranges jump
+        assert len(revolution.bearings) == pytest.approx(
+            wire.lidar.sample_rate / wire.lidar.revolution_rate, rel=0.15
+        )
 
 
 @pytest.mark.parametrize("driver", DRIVERS)
 def test_samples_have_the_times_at_which_they_were_measured(driver: str) -> None:
     wire = Wire(driver)
     wire.start()
-    turn = wire.run(2)[-1]
-    period_ns = 1e9 / wire.lidar.turn_rate
-    # bearing falls by a turn in the period; where the turn is known to be now anchors it
-    slope, _ = np.polyfit(turn.bearings, (turn.times_ns - turn.times_ns[0]).astype(float), 1)
+    revolution = wire.run(2)[-1]
+    period_ns = 1e9 / wire.lidar.revolution_rate
+    # bearing falls by a revolution in the period; where the revolution is known to be now anchors it
+    slope, _ = np.polyfit(
+        revolution.bearings, (revolution.times_ns - revolution.times_ns[0]).astype(float), 1
+    )
     assert -slope * 2.0 * math.pi == pytest.approx(period_ns, rel=0.05)
-    assert 0.0 <= (wire.now_ns - turn.times_ns[-1]) / 1e9 < 0.03
+    assert 0.0 <= (wire.now_ns - revolution.times_ns[-1]) / 1e9 < 0.03
 
 
 @pytest.mark.parametrize("driver", ["ld19", "rplidar_a1", "rplidar_c1", "ydlidar_x4", "ydlidar_g2"])
@@ -91,9 +97,9 @@ def test_damaged_bytes_never_make_a_wrong_range(driver: str) -> None:
     for seed in range(8):
         wire, rng = Wire(driver), np.random.default_rng(seed)
         wire.start()
-        per_turn = math.ceil(wire.lidar.sample_rate / wire.lidar.turn_rate / wire.lidar.samples)
+        per_revolution = math.ceil(wire.lidar.sample_rate / wire.lidar.revolution_rate / wire.lidar.samples)
         wire.run(1)
-        stream = b"".join(wire.frame() for _ in range(per_turn))
+        stream = b"".join(wire.frame() for _ in range(per_revolution))
         try:
             parts = wire.session.receive_data(damaged(stream, rng), wire.now_ns)
         except LidarError:
@@ -105,11 +111,13 @@ def test_damaged_bytes_never_make_a_wrong_range(driver: str) -> None:
             nothing = np.abs(part.bearings) > math.pi - OPEN - 0.2
             wrong += int((found & ~ok).sum() + (~found & ~nothing).sum())
             total += len(found)
-        # and it is back within a turn
+        # and it is back within a revolution
         after = [
-            part for _ in range(per_turn) for part in wire.session.receive_data(wire.frame(), wire.now_ns)
+            part
+            for _ in range(per_revolution)
+            for part in wire.session.receive_data(wire.frame(), wire.now_ns)
         ]
-        assert sum(len(part.ranges) for part in after) > 0.5 * per_turn * wire.lidar.samples
+        assert sum(len(part.ranges) for part in after) > 0.5 * per_revolution * wire.lidar.samples
     assert wrong == 0 and total > 0
 
 
@@ -128,6 +136,6 @@ def test_noise_is_no_range_and_ends_nothing(driver: str, noise: bytes) -> None:
 
 def test_nothing_in_range_is_no_obstacle() -> None:
     wire = Wire("ld19")
-    turn = wire.run(2)[-1]
-    behind = np.abs(np.abs(turn.bearings) - math.pi) < OPEN - 0.05
-    assert np.isinf(turn.ranges[behind]).all() and np.isfinite(turn.ranges[~behind]).any()
+    revolution = wire.run(2)[-1]
+    behind = np.abs(np.abs(revolution.bearings) - math.pi) < OPEN - 0.05
+    assert np.isinf(revolution.ranges[behind]).all() and np.isfinite(revolution.ranges[~behind]).any()

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chefbot.lidar.revolutions import Samples
 from chefbot.lidar.rplidar import (
     ANSWER_PATIENCE_NS,
     DAMAGED,
@@ -34,7 +35,6 @@ from chefbot.lidar.rplidar_samples import (
     encode_standard,
 )
 from chefbot.lidar.session import LidarError
-from chefbot.lidar.turns import Samples
 
 BAUD, SAMPLE_NS = 115_200, 125_000.0
 MOTOR = bytes.fromhex("A5 F0 02 94 02 C1")
@@ -252,7 +252,7 @@ def test_a_lost_capsule_costs_the_one_before_it() -> None:
 
 @pytest.mark.parametrize(("degrees", "plausible"), [(14.0, True), (14.5, False), (359.0, False)])
 def test_capsules_too_far_apart_do_not_belong_together(degrees: float, plausible: bool) -> None:
-    """At 20 turns a second, 40 samples of 50 us are 14.4 degrees."""
+    """At 20 revolutions a second, 40 samples of 50 us are 14.4 degrees."""
     assert len(received(dense(0.0), dense(degrees))) == plausible
 
 

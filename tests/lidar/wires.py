@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from chefbot.lidar.emulators import LidarEmulator, emulator_of
 from chefbot.lidar.models import LIDARS
-from chefbot.lidar.turns import Samples, TurnAssembler
+from chefbot.lidar.revolutions import RevolutionAssembler, Samples
 
 HALF_X, HALF_Y, OPEN = 2.0, 1.2, 0.4
 """Half the sides of the room, m, and half the angle behind, at bearing pi, in which there is no wall, rad."""
@@ -29,7 +29,7 @@ class Wire:
     def __init__(self, driver: str) -> None:
         self.model = LIDARS[driver]
         self.lidar: LidarEmulator = emulator_of(driver)
-        self.session, self.turns = self.model.open(), TurnAssembler()
+        self.session, self.revolutions = self.model.open(), RevolutionAssembler()
         self.now_ns = 1_000_000_000
         self.sent = b""
 
@@ -53,13 +53,17 @@ class Wire:
         return self.lidar.next_frame(room)
 
     def receive(self, data: bytes) -> list[Samples]:
-        """Give the driver bytes that began to be sent now, and return the turns that they end."""
+        """Give the driver bytes that began to be sent now, and return the revolutions that they end."""
         later = self.now_ns + round(len(data) * 10 * 1e9 / self.model.baud)
-        return [turn for part in self.session.receive_data(data, later) for turn in self.turns.push(part)]
+        return [
+            revolution
+            for part in self.session.receive_data(data, later)
+            for revolution in self.revolutions.push(part)
+        ]
 
-    def run(self, turns: int) -> list[Samples]:
-        """Return so many turns."""
+    def run(self, revolutions: int) -> list[Samples]:
+        """Return so many revolutions."""
         found: list[Samples] = []
-        while len(found) < turns:
+        while len(found) < revolutions:
             found += self.receive(self.frame())
         return found

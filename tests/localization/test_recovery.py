@@ -1,4 +1,4 @@
-"""The test of an alternative hypothesis: from which lead on it counts."""
+"""The test of an alternative hypothesis: from which log odds on it counts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from chefbot.localization.recovery import LOG_ODDS_THRESHOLD, HypothesisTest
 
 
 @pytest.mark.parametrize(
-    ("lead", "leads", "outperforms", "lost"),
+    ("advantage", "favoured", "outperforms", "rejected"),
     [
         (-1.1, False, False, True),
         (-0.1, False, False, False),
@@ -19,8 +19,10 @@ from chefbot.localization.recovery import LOG_ODDS_THRESHOLD, HypothesisTest
         (1.1, True, True, False),
     ],
 )
-def test_a_small_lead_is_none(lead: float, leads: bool, outperforms: bool, lost: bool) -> None:
+def test_a_small_advantage_is_not_enough(
+    advantage: float, favoured: bool, outperforms: bool, rejected: bool
+) -> None:
     test = HypothesisTest(cast(Any, None))
-    test.lead = lead * LOG_ODDS_THRESHOLD
-    assert (test.leads, test.outperforms, test.lost) == (leads, outperforms, lost)
-    assert not test.won  # not before it was narrow for some updates
+    test.log_odds = advantage * LOG_ODDS_THRESHOLD
+    assert (test.favoured, test.outperforms, test.rejected) == (favoured, outperforms, rejected)
+    assert not test.accepted  # not before it was narrow for some updates

@@ -119,13 +119,13 @@ def test_robot_waits_for_confirmation_in_kitchen_and_at_table() -> None:
 
 
 def test_configured_timers_replace_confirmations() -> None:
-    runner = start_orders(("table_1",), loading_time=3.0, taking_time=10.0)
+    runner = start_orders(("table_1",), loading_timeout=3.0, pickup_timeout=10.0)
     runner.run(60.0)
     assert (runner.now.state, runner.now.delivered) == ("idle", ("table_1",))
 
 
 def test_timers_pause_during_emergency_stop() -> None:
-    runner = start_orders(("table_1",), loading_time=3.0, taking_time=10.0)
+    runner = start_orders(("table_1",), loading_timeout=3.0, pickup_timeout=10.0)
     runner.run(5.0)
     assert runner.now.state == "waiting"
     runner.press_stop(True)

@@ -87,7 +87,7 @@ def test_parameters_apply_from_the_next_command_on() -> None:
     base = bench(teleop_hold=0.2)
     base.run(1.0, "cmd_vel_teleop", 0.3)
     old = base.node.params
-    monitor = {"optional_sensors": ["lidar", "depth camera", "ultrasonic ranger"], "slow": 0.25}
+    monitor = {"optional_sensors": ["lidar", "depth camera", "ultrasonic ranger"], "slowdown_ratio": 0.25}
     values = {"limiter": {"timeout": 0.1}, "teleop_hold": 0.5, "ultrasonic_margin": 0.1, "monitor": monitor}
     new = node_params(type(base.node), values, "base")
     base.node.reconfigure(new)
@@ -96,7 +96,7 @@ def test_parameters_apply_from_the_next_command_on() -> None:
     assert base.speed < 0.28, "a command is a stop after 0.1 s"
     base.run(0.2, "cmd_vel_nav", -0.3)
     assert base.speed >= 0.0, "teleoperation is held for half a second"
-    assert base.node._monitor.params.slow == 0.25 and base.node._monitor._ultrasonic_margin == 0.1
+    assert base.node._monitor.params.slowdown_ratio == 0.25 and base.node._monitor._ultrasonic_margin == 0.1
 
 
 # -- cliffs

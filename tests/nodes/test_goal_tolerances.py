@@ -17,7 +17,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.navigation.goal_tolerances import SAME, GoalTolerancesNode
+from chefbot.nodes.navigation.goal_tolerances import SAME_POSE_TOLERANCE, GoalTolerancesNode
 from chefbot.runtime.node import NoParams
 
 DOCK, TABLE, KITCHEN = SE2(2.0, 1.0, math.pi), SE2(4.0, 1.0, 0.0), SE2(0.0, 3.0, 1.0)
@@ -70,10 +70,10 @@ def test_a_place_without_tolerances_has_the_defaults(node: Any) -> None:
 @pytest.mark.parametrize(
     ("offset", "same"),
     [
-        (SE2(0.9 * SAME, 0.0, 0.0), True),
-        (SE2(0.0, 1.1 * SAME, 0.0), False),
-        (SE2(0.0, 0.0, 0.9 * SAME), True),  # beyond pi
-        (SE2(0.0, 0.0, -1.1 * SAME), False),
+        (SE2(0.9 * SAME_POSE_TOLERANCE, 0.0, 0.0), True),
+        (SE2(0.0, 1.1 * SAME_POSE_TOLERANCE, 0.0), False),
+        (SE2(0.0, 0.0, 0.9 * SAME_POSE_TOLERANCE), True),  # beyond pi
+        (SE2(0.0, 0.0, -1.1 * SAME_POSE_TOLERANCE), False),
         (SE2(0.0, 0.0, 2.0 * math.pi), True),
     ],
 )

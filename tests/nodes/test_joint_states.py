@@ -36,8 +36,8 @@ class PublishedStates:
         loop = Loop(StepClock())
         system = NodeContainer(loop, robot, 1)
         kinds = {
-            "joint_states": "joint_states:JointStatesNode",
-            "frames": "robot_state_publisher:RobotStatePublisherNode",
+            "joint_state_publisher": "joint_states:JointStatesNode",
+            "robot_state_publisher": "robot_state_publisher:RobotStatePublisherNode",
         }
         nodes = {name: NodeEntry(kind=f"chefbot.nodes.{kind}") for name, kind in kinds.items()}
         self.joints: list[JointState] = []

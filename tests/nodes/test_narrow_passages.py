@@ -16,7 +16,7 @@ from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.navigation.narrow_passages import CREEPS
 from chefbot.robot.load import load_robot
-from chefbot.safety.zones import CREEP_SPEED
+from chefbot.safety.monitor_polygons import CREEP_SPEED
 
 PATH = FollowPath_Goal(
     Path(

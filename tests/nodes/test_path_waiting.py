@@ -25,7 +25,7 @@ from chefbot.msgs.sound_play import SoundRequest
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.navigation.blockage_request import ANSWER_TIMEOUT
-from chefbot.nodes.navigation.path_waiting import NEAR, STEP_ASIDE, PathWaitingNode
+from chefbot.nodes.navigation.path_waiting import HELD_UP_DISTANCE, STEP_ASIDE_TIME, PathWaitingNode
 from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.clock import StepClock
@@ -263,8 +263,8 @@ def test_a_planner_that_does_not_answer_finds_nothing() -> None:
 
 
 @pytest.mark.parametrize(("error", "x", "waits"), [
-    (105, NEAR - 0.1, True), (106, NEAR - 0.1, True), (105, NEAR + 0.1, False), (105, -0.5, False),
-    (208, NEAR - 0.1, False),
+    (105, HELD_UP_DISTANCE - 0.1, True), (106, HELD_UP_DISTANCE - 0.1, True),
+    (105, HELD_UP_DISTANCE + 0.1, False), (105, -0.5, False), (208, HELD_UP_DISTANCE - 0.1, False),
 ])  # fmt: skip
 def test_somebody_before_a_held_up_robot_is_waited_for(error: int, x: float, waits: bool) -> None:
     path = PathAhead()
@@ -278,7 +278,7 @@ def test_a_step_aside_is_waited_for_some_seconds() -> None:
     path = PathAhead()
     path.stand(0.8, 0.1)
     path.waiter.wait(held_up=True)
-    path.stand(0.8, STEP_ASIDE - 0.5)
+    path.stand(0.8, STEP_ASIDE_TIME - 0.5)
     assert path.waiter.results == []
     assert ("waiting", "Person 3 stands in front of the robot. Waiting.") in path.waiter.states
     path.stand(0.8, 2.0)

@@ -15,7 +15,13 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.nodes.navigation.target_driver import MOVED, PATIENCE, TURNED, TURNS, TargetDriverNode
+from chefbot.nodes.navigation.target_driver import (
+    PATIENCE,
+    REPLAN_ANGLE,
+    REPLAN_DISTANCE,
+    TURNS,
+    TargetDriverNode,
+)
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams, every
 
@@ -105,11 +111,11 @@ def test_a_target_that_stands_is_planned_to_once() -> None:
 @pytest.mark.parametrize(
     ("change", "again"),
     [
-        (SE2(0.9 * MOVED, 0.0, 0.0), False),
-        (SE2(0.0, -1.1 * MOVED, 0.0), True),
-        (SE2(0.0, 0.0, 0.9 * TURNED), False),
-        (SE2(0.0, 0.0, -1.1 * TURNED), True),
-        (SE2(0.0, 0.0, 2.0 * math.pi - 0.9 * TURNED), False),
+        (SE2(0.9 * REPLAN_DISTANCE, 0.0, 0.0), False),
+        (SE2(0.0, -1.1 * REPLAN_DISTANCE, 0.0), True),
+        (SE2(0.0, 0.0, 0.9 * REPLAN_ANGLE), False),
+        (SE2(0.0, 0.0, -1.1 * REPLAN_ANGLE), True),
+        (SE2(0.0, 0.0, 2.0 * math.pi - 0.9 * REPLAN_ANGLE), False),
     ],
 )
 def test_a_target_that_moved_is_planned_to_again(change: SE2, again: bool) -> None:

@@ -67,7 +67,7 @@ class ZoneRunner(NodeRunner):
         return " ".join(one.sentence for one in self.messages("cause_reports") if isinstance(one, Cause))
 
 
-FRAMES = {"frames": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode"}
+FRAMES = {"robot_state_publisher": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode"}
 RAMP = zone("ramp", SLOW_ZONE, (3.0, 0.0, 4.0, 2.0), speed=0.15)
 
 
@@ -188,16 +188,16 @@ def test_the_map_server_finds_the_zones_beside_the_map(tmp_path: Path) -> None:
     other.write_text(f"version: 1\nzones:\n  stairs: {{kind: keep_out, {corners}}}\n")
     for given, name in (({}, "hall"), ({"zones": str(other)}, "stairs")):
         runner = NodeRunner(
-            {"map_file": "chefbot.devices.maps.map_file:MapFileDevice"},
+            {"map_server": "chefbot.devices.maps.map_file:MapFileDevice"},
             {},
-            {"map_file": {"map": str(path), **given}},
+            {"map_server": {"map": str(path), **given}},
         )
         runner.run(0.2)
         assert [one.name for one in runner.messages("zones")[-1].zones] == [name]
     other.write_text("version: 1\nzones: {a: {kind: keep_out, corners: []}}")
     with pytest.raises(ConfigError, match="zone a: it needs three corners"):
         NodeRunner(
-            {"map_file": "chefbot.devices.maps.map_file:MapFileDevice"},
+            {"map_server": "chefbot.devices.maps.map_file:MapFileDevice"},
             {},
-            {"map_file": {"map": str(path), "zones": str(other)}},
+            {"map_server": {"map": str(path), "zones": str(other)}},
         )

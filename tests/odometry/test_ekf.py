@@ -12,7 +12,7 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY
 from chefbot.odometry.diagnostics import diagnostic_message
 from chefbot.odometry.ekf import HORIZON_NS, Ekf
-from chefbot.odometry.readings import UNMEASURED, ImuReading, WheelCounts, WheelTwist
+from chefbot.odometry.readings import UNMEASURED_VARIANCES, ImuReading, WheelCounts, WheelTwist
 from chefbot.odometry.sensor_health import Condition, Source
 from chefbot.robot.spec import GRAVITY
 
@@ -24,7 +24,7 @@ def attitude(stamp_ns, yaw):
     return ImuReading(
         stamp_ns,
         (0.0,) * 3,
-        UNMEASURED,
+        UNMEASURED_VARIANCES,
         attitude=(0.0, 0.0, yaw),
         attitude_variance=(math.inf, math.inf, 1e-4),
     )

@@ -13,7 +13,7 @@ from chefbot.odometry.fusion import propagate
 from chefbot.odometry.motion_model import DELTA_YAW_GYRO, SIZE, Array
 from chefbot.odometry.propagation import _inflate_covariance
 from chefbot.odometry.readings import IMU, ImuReading
-from chefbot.odometry.sensor_health import ACCELEROMETER, ATTITUDE, GYRO, NEVER, Records
+from chefbot.odometry.sensor_health import ACCELEROMETER, ATTITUDE, GYRO, NEVER_NS, Records
 from chefbot.odometry.wheel_travel import WheelTravel
 
 STEP_NS, GYRO_NS = 20_000_000, -5_000_000
@@ -57,7 +57,7 @@ def test_an_interval_equals_the_plain_formulas(seed: int, standing: bool, stamps
         [imu(ms * 10**6, rng) for ms in stamps],
     )
     if standing:
-        belief.memory["tilt_ns"] = NEVER
+        belief.memory["tilt_ns"] = NEVER_NS
     before = belief.state, belief.covariance, belief.monitor_records, belief.memory
     after = propagate(*before, BODY.parameters, rolled, 0, STEP_NS, standing, np.array(readings, IMU))
     timed = [(reading.stamp_ns / 1e9, reading) for reading in readings]

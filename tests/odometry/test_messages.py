@@ -16,7 +16,7 @@ from chefbot.msgs.sensor_msgs import Imu
 from chefbot.msgs.std_msgs import Header
 from chefbot.odometry.estimate import MotionEstimate
 from chefbot.odometry.messages import ImuConverter, mount_rotation, odometry_message
-from chefbot.odometry.readings import UNMEASURED
+from chefbot.odometry.readings import UNMEASURED_VARIANCES
 from chefbot.robot.load import load_robot
 from chefbot.robot.section import Mount
 from chefbot.robot.spec import Robot
@@ -92,7 +92,7 @@ def test_given_variances_turn_with_the_mount() -> None:
 
 def test_a_sensor_that_is_absent_measures_nothing() -> None:
     reading = ImuConverter(mounted(0.5)).reading(message(covariance=[-1.0] + [0.0] * 8))
-    assert reading.rates_variance == reading.force_variance == UNMEASURED
+    assert reading.rates_variance == reading.force_variance == UNMEASURED_VARIANCES
 
 
 def test_covariances_stand_where_ros_has_them() -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.people.background import CELL, HIT_TIME, MAX_STATIC, STATIC, Background
+from chefbot.people.background import CELL, HIT_TIME, MAX_STATIC_EVIDENCE, STATIC_EVIDENCE, Background
 from chefbot.people.observation import Observation
 
 LIMIT = 12.0
@@ -47,16 +47,16 @@ def stays(background: Background, x: float, y: float = 0.0) -> bool:
     return bool(background.was_free(np.array([[x, y]]), -1.0)[1][0])
 
 
-@pytest.mark.parametrize("times", [1, STATIC - 1, STATIC, STATIC + 5])
+@pytest.mark.parametrize("times", [1, STATIC_EVIDENCE - 1, STATIC_EVIDENCE, STATIC_EVIDENCE + 5])
 def test_what_is_seen_often_in_one_place_stays(times: int) -> None:
     background = Background()
     enter(background, beam(3.05), times)
-    assert stays(background, 3.05) == (times >= STATIC)
+    assert stays(background, 3.05) == (times >= STATIC_EVIDENCE)
 
 
 def test_cells_beside_what_stays_count_as_staying() -> None:
     background = Background()
-    enter(background, beam(3.05), STATIC)
+    enter(background, beam(3.05), STATIC_EVIDENCE)
     around = {
         (x, y)
         for x in range(-3, 4)
@@ -76,13 +76,13 @@ def test_two_returns_of_one_observation_count_once() -> None:
         np.full(2, 3.05),
         np.ones(2, np.bool_),
     )
-    enter(background, close, STATIC - 1)
+    enter(background, close, STATIC_EVIDENCE - 1)
     assert not stays(background, 3.05)
 
 
 def test_people_are_no_background_however_long_they_stand() -> None:
     background = Background()
-    now = enter(background, beam(3.05), MAX_STATIC)
+    now = enter(background, beam(3.05), MAX_STATIC_EVIDENCE)
     enter(background, beam(3.05), 1, now, person=True)
     assert not stays(background, 3.05)
     enter(background, beam(2.05), 50, person=True)
@@ -112,7 +112,7 @@ def test_something_new_on_free_floor_is_new_until_it_stays() -> None:
     background = Background()
     now = enter(background, beam(0.0, free=5.0), 3)
     assert was_free(background, 3.05) and not stays(background, 3.05)
-    now = enter(background, beam(3.05), STATIC - 1, now)
+    now = enter(background, beam(3.05), STATIC_EVIDENCE - 1, now)
     assert was_free(background, 3.05) and not stays(background, 3.05)
     enter(background, beam(3.05), 2, now)
     assert stays(background, 3.05)
@@ -127,7 +127,7 @@ def test_floor_was_free_only_after_the_time_it_was_seen() -> None:
 
 def test_what_was_taken_away_no_longer_stays() -> None:
     background = Background()
-    now = enter(background, beam(3.05), MAX_STATIC + 50)
+    now = enter(background, beam(3.05), MAX_STATIC_EVIDENCE + 50)
     later = enter(background, beam(5.0), 1, now)
     assert stays(background, 3.05), "one beam does not outweigh many returns"
     enter(background, beam(5.0), 60, later)
@@ -136,7 +136,7 @@ def test_what_was_taken_away_no_longer_stays() -> None:
 
 def test_beams_beside_a_return_do_not_free_its_cell() -> None:
     background, now = Background(), 0.0
-    for _ in range(3 * STATIC):
+    for _ in range(3 * STATIC_EVIDENCE):
         enter(background, beam(3.05), 1, now)
         now = enter(background, beam(5.0, bearing=0.005), 1, now + 0.5 * HIT_TIME)
     assert stays(background, 3.05) and not was_free(background, 3.05)
@@ -144,14 +144,14 @@ def test_beams_beside_a_return_do_not_free_its_cell() -> None:
 
 def test_nothing_is_entered_beyond_the_limit() -> None:
     background = Background()
-    enter(background, beam(LIMIT + 1.0), 2 * STATIC)
+    enter(background, beam(LIMIT + 1.0), 2 * STATIC_EVIDENCE)
     assert not stays(background, LIMIT + 1.0)
     assert was_free(background, LIMIT - 0.35) and not was_free(background, LIMIT + 0.2)
 
 
 def test_places_far_apart_are_not_taken_for_each_other() -> None:
     background, away = Background(), 256 * CELL
-    enter(background, beam(3.05), STATIC)
+    enter(background, beam(3.05), STATIC_EVIDENCE)
     now = enter(background, beam(0.0, free=2.0), 1)
     assert not stays(background, 3.05 + away) and not stays(background, 3.05, away)
     assert was_free(background, 1.05) and not was_free(background, 1.05 - away)
@@ -167,7 +167,7 @@ def test_points_nowhere_were_never_free(x: float) -> None:
 
 def test_a_clock_set_back_forgets_when_but_not_what() -> None:
     background = Background()
-    now = enter(background, beam(3.05), STATIC, start=1000.0)
+    now = enter(background, beam(3.05), STATIC_EVIDENCE, start=1000.0)
     enter(background, beam(2.05, bearing=1.0), 1, now)
     background.forget_times()
     assert stays(background, 3.05)

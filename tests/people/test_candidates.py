@@ -13,7 +13,7 @@ from tests.people.scene import LEG_RADIUS, ORIGIN, legs, observe
 
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.people.background import STATIC, Background
+from chefbot.people.background import STATIC_EVIDENCE, Background
 from chefbot.people.candidates import (
     LEG_DEPTH,
     LEG_DISTANCE,
@@ -146,7 +146,7 @@ def test_what_is_new_on_free_floor_is_novel() -> None:
     background.set_map(Grid(np.full((90, 90), FREE, np.int8), 0.1, -4.5, -4.5))
     assert not any(novel()), "on a map, floor has to be known as free"
     assert all(novel(IDENTITY))
-    for k in range(STATIC):
+    for k in range(STATIC_EVIDENCE):
         background.update(person, np.zeros(len(person.ranges), np.bool_), 1.0 + 0.1 * k, RANGE)
     assert not any(novel(IDENTITY)), "it stays"
 

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from chefbot.people.candidates import Measurement
 from chefbot.people.motion_model import MotionState, propagate
 from chefbot.people.track import (
-    CONFIRMED,
+    CONFIRMED_EVIDENCE,
     MAX_EVIDENCE,
-    ON_MAP,
-    REFUTED,
+    ON_MAP_EVIDENCE,
+    REFUTED_EVIDENCE,
     STANDING_TIME,
-    STILL,
-    TENTATIVE,
+    STILL_EVIDENCE,
+    TENTATIVE_ID,
     UNSEEN_DELAY,
     VISIBLE_TIME,
     PersonTrack,
@@ -31,7 +31,7 @@ def state(x: float = 0.0, speed: float = 0.0, speed_variance: float = 1e-4) -> M
     return MotionState(x, 0.0, speed, 0.0, 0.01, 0.0, speed_variance)
 
 
-def track(evidence: float = 0.0, number: int = TENTATIVE) -> PersonTrack:
+def track(evidence: float = 0.0, number: int = TENTATIVE_ID) -> PersonTrack:
     first = Sighting(0.0, 0.0, 10.0)
     return PersonTrack(number, state(), 10.0, first, first, evidence)
 
@@ -57,14 +57,14 @@ def test_more_of_a_person_is_more_evidence() -> None:
         gained("novel", "pair"),
     ]
     assert kinds == sorted(kinds) and len(set(kinds)) == len(kinds)
-    assert kinds[0] == STILL < 0.0 < kinds[1]
+    assert kinds[0] == STILL_EVIDENCE < 0.0 < kinds[1]
     assert gained("pair", "body", "leg") == gained("pair"), "legs are counted once"
 
 
 @given(st.sets(st.sampled_from(FLAGS[:4])))
 def test_an_obstacle_of_the_map_is_evidence_against(flags: set[str]) -> None:
-    assert gained("on_map", *flags) == ON_MAP
-    assert gained(*flags, at=state(1.0, 3.5)) == ON_MAP, "nobody is so fast"
+    assert gained("on_map", *flags) == ON_MAP_EVIDENCE
+    assert gained(*flags, at=state(1.0, 3.5)) == ON_MAP_EVIDENCE, "nobody is so fast"
 
 
 @pytest.mark.parametrize(
@@ -100,14 +100,16 @@ def test_even_odds_are_a_probability_of_one_half() -> None:
 
 
 def test_evidence_against_a_person_counts_half_until_confirmed() -> None:
-    assert not track(0.4 * REFUTED).over and track(0.5 * REFUTED).over
-    assert not track(0.9 * REFUTED, 7).over and track(REFUTED, 7).over
+    assert not track(0.4 * REFUTED_EVIDENCE).over and track(0.5 * REFUTED_EVIDENCE).over
+    assert not track(0.9 * REFUTED_EVIDENCE, 7).over and track(REFUTED_EVIDENCE, 7).over
 
 
 def test_a_person_is_likely_whatever_the_evidence() -> None:
     assert track(-1.0, 3).likely and track(-1.0, 3).confirmed
     assert not track().likely and not track().confirmed
-    assert track(CONFIRMED).likely and not track(CONFIRMED).confirmed, "a number is given by the tracker"
+    assert track(CONFIRMED_EVIDENCE).likely and not track(CONFIRMED_EVIDENCE).confirmed, (
+        "a number is given by the tracker"
+    )
 
 
 def test_who_is_slow_for_a_while_stands() -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point
-from chefbot.people.trails import LEFT, MAX_PLACES, PeopleTrails
+from chefbot.people.trails import LEFT_DISTANCE, MAX_PLACES, PeopleTrails
 
 positions = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
 
@@ -29,9 +29,9 @@ def people(*given: tuple[float, float], visible: bool = True, variance: float = 
 def test_a_place_is_left_once_the_person_is_elsewhere() -> None:
     trails = PeopleTrails()
     assert len(trails.left(people((0.0, 0.0)))) == 0
-    assert len(trails.left(people((0.5 * LEFT, 0.0)))) == 0
-    assert trails.left(people((1.1 * LEFT, 0.0))).tolist() == [[0.0, 0.0]]
-    assert len(trails.left(people((1.1 * LEFT, 0.0)))) == 0
+    assert len(trails.left(people((0.5 * LEFT_DISTANCE, 0.0)))) == 0
+    assert trails.left(people((1.1 * LEFT_DISTANCE, 0.0))).tolist() == [[0.0, 0.0]]
+    assert len(trails.left(people((1.1 * LEFT_DISTANCE, 0.0)))) == 0
 
 
 def test_places_of_the_lost_and_the_hidden_are_not_left() -> None:
@@ -57,7 +57,7 @@ def test_no_place_is_left_at_which_somebody_is(history: list[list[tuple[float, f
         seen |= set(now)
         for place in gone:
             assert tuple(place) in seen
-            assert all(math.dist(place, other) > LEFT for other in now)
+            assert all(math.dist(place, other) > LEFT_DISTANCE for other in now)
 
 
 def test_memory_is_bounded() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.people.motion_model import MotionState
 from chefbot.people.observation import Observation
-from chefbot.people.visibility import BODY, HALF_WIDTH, MAX_SPREAD, seen_free
+from chefbot.people.visibility import BODY_DEPTH, HALF_WIDTH, MAX_SPREAD, seen_free
 
 BEAMS = 360
 TURN = np.arange(BEAMS) * 2.0 * math.pi / BEAMS - math.pi
@@ -35,9 +35,9 @@ def state(x: float, y: float, deviation: float = 0.0) -> MotionState:
 def test_a_place_is_free_if_beams_end_behind_it(place, end: float, sensor) -> None:
     distance, bearing = place
     at = SE2(*sensor) @ SE2(distance * math.cos(bearing), distance * math.sin(bearing), 0.0)
-    if abs(distance + BODY - end) > 1e-9:
+    if abs(distance + BODY_DEPTH - end) > 1e-9:
         free = seen_free(observation(TURN, end, sensor=SE2(*sensor)), state(at.x, at.y))
-        assert free == (1.0 if distance + BODY < end else 0.0)
+        assert free == (1.0 if distance + BODY_DEPTH < end else 0.0)
 
 
 @settings(max_examples=60)

@@ -25,7 +25,7 @@ from chefbot.proving.built_robot import BuiltSetup, HardwareProcess, RobotProces
 from chefbot.proving.scenario_tasks import BuiltTask
 from chefbot.proving.simulated_run import TaskFailedError
 from chefbot.proving.tasks import built
-from chefbot.proving.tasks.built import STANDING, BuiltDrive, drawn_goals, drive_built
+from chefbot.proving.tasks.built import STANDING_TIME, BuiltDrive, drawn_goals, drive_built
 from chefbot.sim.ports.hardware import TrueState
 from chefbot.sim.world.floor_plan import reachable
 from chefbot.sim.world.world import load_world
@@ -195,7 +195,7 @@ class FakeHardware:
             raise TaskFailedError(f"{what} after {limit:.0f} s")
 
     def stands(self, seconds: float) -> bool:
-        assert seconds == STANDING
+        assert seconds == STANDING_TIME
         return self.standing
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ from PIL import Image
 from tests.support.proving_runs import a_record, tiny
 
 from chefbot.proving.comparison import changes
-from chefbot.proving.page import JUDGED, TUNING, WORST, again_command, page, worst_first
+from chefbot.proving.page import DETAILED_RUNS, JUDGED, TUNING, again_command, page, worst_first
 from chefbot.proving.pictures import distributions, path_picture
 from chefbot.proving.record import RunRecord
 
@@ -113,7 +113,7 @@ def test_the_worst_runs_come_first_with_their_commands(no_pictures: None) -> Non
     text = Reader(page([tiny()], records(), [], OUT)).text
     found = [int(seed) for seed in re.findall(r"seed (\d+):", text)]
     assert found[:2] == [3, 6]
-    assert len(found) == WORST
+    assert len(found) == DETAILED_RUNS
     assert "table_1 <b>was</b> not reached" in text, "escaped, not shown in bold"
     command = "chefbot prove runs/tiny/scenarios/tiny.yaml --seeds 3 --record --out runs/tiny_3"
     assert command in text

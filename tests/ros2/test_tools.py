@@ -69,7 +69,7 @@ def verb(
     """`verb("topic", "list")` is exit code, output and errors."""
     monkeypatch.setenv("CHEFBOT_WIRE_PORT", str(wire._port))
     monkeypatch.setenv("ROS_DOMAIN_ID", str(wire.domain))
-    monkeypatch.setattr("chefbot.ros2.tools.common.SETTLED", 0.08)
+    monkeypatch.setattr("chefbot.ros2.tools.common.SETTLED_TIME", 0.08)
     monkeypatch.setattr("chefbot.ros2.tools.common.NAME_WAIT", 0.1)
 
     def run(*arguments: str) -> tuple[int, str, str]:

@@ -17,8 +17,8 @@ from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
 from chefbot.safety.collision_monitor import FREE, CollisionMonitor
+from chefbot.safety.monitor_polygons import CREEP_SPEED, PLANNED_BRAKING_FRACTION, safe_fraction
 from chefbot.safety.params import CollisionMonitorParams
-from chefbot.safety.zones import CREEP_SPEED, PLANNED_BRAKING_FRACTION, safe_fraction
 
 SECOND = 1_000_000_000
 LATENCY = 0.1
@@ -135,7 +135,7 @@ def test_what_is_far_enough_limits_nothing() -> None:
 
 
 def test_of_two_obstacles_the_one_that_stops_is_named() -> None:
-    """One is a centimetre before the bumper, the other beside it, where only the slow zone reaches."""
+    """One is a centimetre before the bumper, the other beside it, where only the slow polygon reaches."""
     front, side = JACKAL.footprint.polygon().max(axis=0)
     one = seeing(JACKAL, (0.1, side + 0.015), (front + 0.005, 0.0))
     found = one.check(0.2, 0.5, IDENTITY, SECOND, LATENCY)

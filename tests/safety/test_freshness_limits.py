@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 def view(stamp_ns: int, ranges: Floats) -> SensorView:
     met = np.isfinite(ranges) & (ranges > 0.0)
-    return SensorView(stamp_ns, ranges.astype(np.float32)[:, None], met, met, ~(ranges > 0.0), False)
+    return SensorView(stamp_ns, ranges.astype(np.float32)[:, None], met, met, ~(ranges > 0.0), False, "laser")
 
 
 class Lidar:
@@ -141,7 +141,9 @@ def test_noise_in_one_of_several_measurements_is_noise() -> None:
     watch, met = ObstacleSensorMonitor("depth camera", 0.1), np.ones(100, np.bool_)
     for k in range(20):
         data = np.column_stack([walls() + 0.01 * (k % 2) * (k < 10), np.full(100, 0.7)]).astype(np.float32)
-        watch.process_view(SensorView(100 * k * MS, data, met, met, ~met, False), 100 * k * MS, HERE)
+        watch.process_view(
+            SensorView(100 * k * MS, data, met, met, ~met, False, "camera"), 100 * k * MS, HERE
+        )
         watch.note_marked(100 * k * MS)
     assert "frozen" in watch.fault(1900 * MS, HERE)
 
@@ -230,7 +232,7 @@ def test_walls_do_not_vanish_but_far_ones_may() -> None:
         for k, (hit, near) in enumerate([(met, True), (met, last), (met & False, False)]):
             data = np.where(hit, 3.0, np.inf)[:, None].astype(np.float32)
             watch.process_view(
-                SensorView(100 * k * MS, data, hit, hit, hit & False, near), 100 * k * MS, HERE
+                SensorView(100 * k * MS, data, hit, hit, hit & False, near, "laser"), 100 * k * MS, HERE
             )
         assert watch.blind() == blind
 
@@ -305,7 +307,7 @@ def test_transforms_have_their_time_again_after_a_gap() -> None:
         faults.append(lidar.watch.fault(lidar.now_ns, HERE))
         lidar.now_ns += 100 * MS
     assert all("too seldom" in fault for fault in faults[:4]), faults
-    assert "cannot be placed" in faults[4], "no data are marked for longer than the limit"
+    assert "no transform" in faults[4], "no data are marked for longer than the limit"
 
 
 def test_measurable_directions_are_without_bands_at_the_edges() -> None:

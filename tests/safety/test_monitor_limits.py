@@ -17,8 +17,8 @@ from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
 from chefbot.safety import local_memory as memory
 from chefbot.safety.collision_monitor import FREE
+from chefbot.safety.monitor_polygons import CREEP_SPEED, safe_fraction
 from chefbot.safety.monitor_text import MOVES_BACKWARD
-from chefbot.safety.zones import CREEP_SPEED, safe_fraction
 
 LATENCY = 0.1
 LIDAR, CAMERA, JACKAL = load_robot("chefbot_lidar"), load_robot("chefbot"), load_robot("jackal")
@@ -76,7 +76,7 @@ def test_a_ranger_may_look_to_one_side() -> None:
 
 
 def test_an_echo_counts_at_its_distance_and_with_its_age() -> None:
-    """A surface straight ahead is 0.12 m from the stop zone; 0.04 m of it are the ranger's margin."""
+    """A surface straight ahead is 0.12 m from the stop polygon; 0.04 m of it are the ranger's margin."""
     one = monitor(ranger_at(0.0, 0.0, 0.0, math.radians(80.0)))
     one.process_echo(echo(0.28))
     found = one.check(0.35, 0.0, IDENTITY, SECOND + 250 * MS, LATENCY)
@@ -179,14 +179,14 @@ def test_a_slow_robot_does_not_back_step_by_step(v: float, w: float) -> None:
             fraction = one.check(v, w, pose, SECOND + k * 50 * MS, LATENCY).fraction
             pose = pose @ SE2(0.05 * fraction * v, 0.0, 0.05 * fraction * w)
             driven += 0.05 * fraction * abs(v)
-        assert driven < 0.25 * one.zones.resolution
+        assert driven < 0.25 * one.polygons.resolution
 
 
 @pytest.mark.parametrize(("gap", "free"), [(2, True), (3, False)])
 def test_two_cells_between_rays_may_be_unseen(gap: int, free: bool) -> None:
     """Behind the robot a strip across its path was not seen; a strip narrower than three points does not matter."""
     one = monitor(CAMERA)
-    cell, seen = one.zones.resolution, one._memory
+    cell, seen = one.polygons.resolution, one._memory
     n = seen.seen_ns.shape[1]
     for row in range(-12, 12):
         for column in range(-16, 12):
@@ -201,7 +201,7 @@ def test_two_cells_between_rays_may_be_unseen(gap: int, free: bool) -> None:
 def test_ahead_half_the_width_may_be_unseen_of_late(gap: int, free: bool) -> None:
     """A strip across the path that was seen once is new ground again for a robot as wide as twelve cells."""
     one = monitor(CAMERA)
-    cell, seen = one.zones.resolution, one._memory
+    cell, seen = one.polygons.resolution, one._memory
     n = seen.seen_ns.shape[1]
     for row in range(-12, 12):
         for column in range(-12, 20):

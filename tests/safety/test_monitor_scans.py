@@ -108,7 +108,7 @@ def test_a_fine_scan_clears_all_that_it_passes() -> None:
 def test_of_fine_rays_one_passes_through_each_cell(robot: Robot) -> None:
     """More cost time and clear nothing more: at the end of the memory they are a cell apart."""
     one = monitor(robot)
-    cell, farthest = one.zones.resolution, one._reach
+    cell, farthest = one.polygons.resolution, one._reach
     for increment in (cell / farthest / 7.5, -cell / farthest / 7.5):
         assert one._thinning(increment) == 7
     assert one._thinning(cell / farthest * 1.1) == 1 == one._thinning(0.0) == one._thinning(1.0)
@@ -155,7 +155,7 @@ def test_over_seen_floor_the_camera_has_looked_as_well() -> None:
 def test_a_camera_without_data_has_seen_no_ground() -> None:
     one = monitor(CAMERA)
     one.process_obstacles(obstacles(NOTHING, NOTHING, 0.0), IDENTITY)
-    assert (one._memory.seen_ns == memory.NEVER).all()
+    assert (one._memory.seen_ns == memory.NEVER_NS).all()
 
 
 def test_floor_without_a_beginning_is_not_seen() -> None:
@@ -163,7 +163,7 @@ def test_floor_without_a_beginning_is_not_seen() -> None:
     one = monitor(CAMERA)
     for clear_from in (NOTHING, math.nan):
         one.process_obstacles(obstacles(NOTHING, clear_from, 0.6), IDENTITY)
-    assert (one._memory.seen_ns[memory.GROUND] == memory.NEVER).all()
+    assert (one._memory.seen_ns[memory.GROUND] == memory.NEVER_NS).all()
 
 
 def test_ground_that_was_seen_at_time_zero_was_seen() -> None:
@@ -180,7 +180,7 @@ def test_ground_that_was_seen_at_time_zero_was_seen() -> None:
 @pytest.mark.parametrize(("age_ms", "left"), [(0, True), (5000, True), (5001, False)])
 @pytest.mark.parametrize("begin_s", [0, 1, 100])
 def test_points_are_kept_for_the_requested_time(begin_s: int, age_ms: int, left: bool) -> None:
-    one = CollisionMonitor(LIDAR, CollisionMonitorParams(memory=5.0), 0.04)
+    one = CollisionMonitor(LIDAR, CollisionMonitorParams(obstacle_memory_time=5.0), 0.04)
     one.process_scan(scan(0.5, begin_s), IDENTITY)
     assert bool(distances(one, begin_s + age_ms / 1000.0)) == left
 
@@ -193,16 +193,16 @@ def test_points_are_kept_for_the_requested_time(begin_s: int, age_ms: int, left:
 def test_the_memory_reaches_the_first_floor_in_the_picture(z: float, pitch: float, blind: float) -> None:
     """Up to where a camera sees the floor, and around a body that has driven there."""
     one = monitor(with_camera(z, pitch))
-    farthest, cell = blind + 2.0 * CAMERA.circumscribed_radius, one.zones.resolution
+    farthest, cell = blind + 2.0 * CAMERA.circumscribed_radius, one.polygons.resolution
     for distance, kept in ((farthest - 0.003, True), (farthest + cell + 0.003, False)):
         one.process_obstacles(obstacles(distance, NOTHING, 0.0, distance), IDENTITY)
         assert bool(distances(one, distance, 20.0)) == kept
         one = monitor(with_camera(z, pitch))
 
 
-def test_without_a_camera_the_memory_is_as_large_as_the_zones() -> None:
+def test_without_a_camera_the_memory_is_as_large_as_the_polygons() -> None:
     one = monitor(JACKAL)
-    farthest, cell = one.zones.reach + 2.0 * JACKAL.circumscribed_radius, one.zones.resolution
+    farthest, cell = one.polygons.reach + 2.0 * JACKAL.circumscribed_radius, one.polygons.resolution
     one.process_scan(scan(farthest + cell), IDENTITY)
     assert distances(one, 1.0, 20.0) == []
     one.process_scan(scan(farthest), IDENTITY)

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from chefbot.robot.load import load_robot
+from chefbot.safety.monitor_polygons import MonitorPolygons
 from chefbot.safety.monitor_text import (
     REPEAT_NS,
     ReasonKeeper,
@@ -16,7 +17,6 @@ from chefbot.safety.monitor_text import (
     obstacle_text,
     unseen_text,
 )
-from chefbot.safety.zones import Zones
 
 LIMIT = "the lidar sees an obstacle 0.12 m ahead on the left"
 
@@ -71,7 +71,7 @@ ROUND, RECTANGULAR = load_robot("chefbot"), load_robot("jackal")
     ],
 )
 def test_what_was_seen_earlier_is_named_as_the_past(age: float, text: str) -> None:
-    assert obstacle_text(SensedPoint("lidar", 0.4, 0.0, age), Zones.of(ROUND, 0.01, 0.02)) == text
+    assert obstacle_text(SensedPoint("lidar", 0.4, 0.0, age), MonitorPolygons.of(ROUND, 0.01, 0.02)) == text
 
 
 def test_distances_are_from_the_skin_and_never_negative() -> None:
@@ -81,7 +81,7 @@ def test_distances_are_from_the_skin_and_never_negative() -> None:
         (ROUND, 0.1, "0.00"),
         (RECTANGULAR, 0.1, "0.00"),
     ):
-        text = obstacle_text(SensedPoint("lidar", x, 0.0, 0.0), Zones.of(robot, 0.01, 0.02))
+        text = obstacle_text(SensedPoint("lidar", x, 0.0, 0.0), MonitorPolygons.of(robot, 0.01, 0.02))
         assert text == f"the lidar sees an obstacle {gap} m ahead"
 
 

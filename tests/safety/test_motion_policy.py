@@ -69,7 +69,7 @@ def test_a_sensor_that_stops_restricts_until_it_is_back(silent: str, restriction
     feed(policy, 1100, 1500, silent)
     found = judged(policy, 1510)
     assert found.restriction is restriction and silent in found.fault
-    assert found.standing == (found.fault if restriction is Restriction.CREEP else "")
+    assert found.stop_reason == (found.fault if restriction is Restriction.CREEP else "")
     feed(policy, 1600, 2200)
     assert judged(policy, 2210) == SensorVerdict(Restriction.NONE)
 
@@ -156,10 +156,10 @@ def test_restrictions_limit_backwards_and_turning(
 
 def test_nobody_drives_while_the_motors_are_off() -> None:
     seen = SensorVerdict(Restriction.SLOW, "ranger")
-    assert seen.with_board_fault("") is seen and not seen.stands
+    assert seen.with_board_fault("") is seen and not seen.requires_stop
     verdict = seen.with_board_fault("encoder")
-    assert verdict == SensorVerdict(Restriction.STAND, "encoder")
-    assert verdict.stands and verdict.standing == "encoder"
+    assert verdict == SensorVerdict(Restriction.STOP, "encoder")
+    assert verdict.requires_stop and verdict.stop_reason == "encoder"
     for source in (TELEOP, NAVIGATION, None):
         for twist in ((0.3, 0.0), (-0.3, 0.0), (0.0, 1.0), (0.001, 0.001)):
             assert restricted(StampedCommand(*twist, 0, source), verdict, 0.15, 0.14) == 0.0
@@ -183,7 +183,7 @@ def test_odometry_is_needed_by_who_sees_only() -> None:
         feed(policy, 0, 1000)
         assert policy.judge(1010 * MS, IDENTITY, 1010 * MS, lambda: NOTHING).restriction is Restriction.NONE
         lost = policy.judge(1010 * MS, None, None, lambda: NOTHING)
-        assert lost.restriction is Restriction.CREEP and "no odometry yet" in lost.standing
+        assert lost.restriction is Restriction.CREEP and "no odometry yet" in lost.stop_reason
 
 
 def test_a_fault_of_a_sensor_is_named_before_the_odometry() -> None:
@@ -221,7 +221,7 @@ def test_a_blind_camera_forbids_driving_forward() -> None:
     )
     policy.obstacle_sensors.process_obstacles(empty, 1100 * MS, IDENTITY)
     found = judged(policy, 1110)
-    assert found.restriction is Restriction.NO_FORWARD and "blind" in found.fault and found.standing == ""
+    assert found.restriction is Restriction.NO_FORWARD and "blind" in found.fault and found.stop_reason == ""
 
 
 @given(

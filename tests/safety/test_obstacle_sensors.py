@@ -178,7 +178,7 @@ def test_data_that_cannot_be_placed_stop_the_robot() -> None:
     for note in ("note_scan_marked", "note_obstacles_marked"):
         sensors = ObstacleSensors(ROBOT)
         setattr(sensors, note, lambda _: None)
-        assert "cannot be placed" in sensors.fault(run(sensors, 12), STANDING)
+        assert "There is no transform from" in sensors.fault(run(sensors, 12), STANDING)
 
 
 @pytest.mark.parametrize("sensor", ["lidar", "depth camera"])

@@ -17,9 +17,9 @@ SAFE_RANGES: list[tuple[type[msgspec.Struct], str, float, float, float]] = [
     (CollisionMonitorParams, "margin", 0.0, 0.02, 1.0),
     (CollisionMonitorParams, "side_margin", 0.0, 0.01, 1.0),
     (CollisionMonitorParams, "slow_margin", 0.0, 0.02, 1.0),
-    (CollisionMonitorParams, "slow", 0.05, 0.5, 1.0),
-    (CollisionMonitorParams, "memory", 5.0, 60.0, 600.0),
-    (CollisionMonitorParams, "seen", 1.0, 30.0, 60.0),
+    (CollisionMonitorParams, "slowdown_ratio", 0.05, 0.5, 1.0),
+    (CollisionMonitorParams, "obstacle_memory_time", 5.0, 60.0, 600.0),
+    (CollisionMonitorParams, "ground_memory_time", 1.0, 30.0, 60.0),
 ]
 """What the owner of a robot can set, from where to where, and what holds if he sets nothing."""
 

@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from chefbot.safety.local_memory import CAMERA, GRAZING, GROUND, LIDAR, LocalMemory, clear_rays, new_memory
+from chefbot.safety.local_memory import (
+    CAMERA,
+    GRAZING_DISTANCE,
+    GROUND,
+    LIDAR,
+    LocalMemory,
+    clear_rays,
+    new_memory,
+)
 
 RESOLUTION, CELLS, REACH = 0.125, 22, 1.25
 """Numbers that binary fractions hold. CELLS: side of the grid, cells. REACH: of a ray, m."""
@@ -98,7 +106,9 @@ def test_a_ray_clears_what_it_passes_close_by(seed: int, neighbour: float | None
     seen, left = ground_seen(memory, cells), points_left(memory, points, CAMERA)
     for cell in cells:
         length = length_within(cell, sensor, angle, start, min(end, REACH))
-        limit = max(GRAZING * RESOLUTION, spacing * max(start, distance_of_entry(cell, sensor, angle)))
+        limit = max(
+            GRAZING_DISTANCE * RESOLUTION, spacing * max(start, distance_of_entry(cell, sensor, angle))
+        )
         margin = limit - distance_beside(points[cell], sensor, angle)
         if min(abs(length), abs(margin)) > TOO_CLOSE:
             assert (cell in seen) == (length > 0.0)

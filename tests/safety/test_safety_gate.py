@@ -24,7 +24,7 @@ SMALL = (
     "chefbot.safety.latency",
     "chefbot.safety.velocity_limiter",
     "chefbot.safety.motion_policy",
-    "chefbot.safety.zones",
+    "chefbot.safety.monitor_polygons",
     "chefbot.safety.sensor_freshness",
     "chefbot.safety.obstacle_sensors",
     "chefbot.nodes.emergency_stop",
@@ -106,11 +106,11 @@ def test_equivalent_mutants_exist_and_have_a_reason() -> None:
 
 def test_survivors_are_listed_with_their_place() -> None:
     verdicts = [
-        Verdict("chefbot.safety.zones", 7, "f", "a < b -> a <= b", False),
+        Verdict("chefbot.safety.monitor_polygons", 7, "f", "a < b -> a <= b", False),
         Verdict("m", 1, "", "x -> y", True),
     ]
     assert share_killed(verdicts) == 0.5 and share_killed([]) == 1.0
-    assert survivors(verdicts) == "src/chefbot/safety/zones.py:7 f\n  - a < b\n  + a <= b\n"
+    assert survivors(verdicts) == "src/chefbot/safety/monitor_polygons.py:7 f\n  - a < b\n  + a <= b\n"
 
 
 def run_gate(step: str, module: str) -> subprocess.CompletedProcess[str]:

@@ -23,7 +23,9 @@ HERE = SE2(0.0, 0.0, 0.0)
 def view(stamp_ns: int, ranges: np.ndarray) -> SensorView:
     ranges = np.asarray(ranges, np.float32)
     met = np.isfinite(ranges) & (ranges > 0.0)
-    return SensorView(stamp_ns, ranges[:, None], met, met, ~(ranges > 0.0), bool((ranges[met] < 4.0).any()))
+    return SensorView(
+        stamp_ns, ranges[:, None], met, met, ~(ranges > 0.0), bool((ranges[met] < 4.0).any()), "laser"
+    )
 
 
 class Bench:
@@ -193,7 +195,7 @@ def test_a_quarter_without_data_is_blind_scattered_dropouts_not(bench: Bench, no
 
 
 def test_data_outside_the_costmap_count_as_none(bench: Bench) -> None:
-    assert "no transform" in bench.run(1.0, placed=False)[-1]
+    assert "no transform from laser to odom for the lidar;" in bench.run(1.0, placed=False)[-1]
 
 
 @given(

@@ -205,7 +205,7 @@ def test_a_large_map_is_simulated_around_the_robot(monkeypatch: pytest.MonkeyPat
     """States and readings are those of a simulation with all solids, also while these are chosen again and again."""
     monkeypatch.setattr(nearby_solids, "SLACK", 0.05)
     part = Simulation(ROBOT, dots(), "real", 1)
-    monkeypatch.setattr(nearby_solids, "FEW", 10**6)
+    monkeypatch.setattr(nearby_solids, "MAX_UNFILTERED_SOLIDS", 10**6)
     whole = Simulation(ROBOT, dots(), "real", 1)
     assert part._model.ngeom < whole._model.ngeom / 2
     for sim in (part, whole):
@@ -225,7 +225,7 @@ def test_a_large_map_is_simulated_around_the_robot(monkeypatch: pytest.MonkeyPat
 
 
 def test_solids_change_only_after_the_robot_moves_away(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(nearby_solids, "FEW", 10)
+    monkeypatch.setattr(nearby_solids, "MAX_UNFILTERED_SOLIDS", 10)
     world = world_from_map("rooms", Grid(rooms(45, 160, 1), 0.2, 0.0, 0.0), RADIUS)
     solids = NearbySolids(world, ROBOT)
     assert solids.follow(5.0, 5.0)

@@ -10,7 +10,7 @@ import pytest
 from chefbot.lidar.emulators import Ld19Emulator
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
-from chefbot.sim.lidar import TurningLidar
+from chefbot.sim.lidar import RotatingLidar
 from chefbot.sim.lidar_line import BITS_PER_BYTE, EmulatedLidar, LidarLine
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
@@ -33,7 +33,7 @@ def sim() -> Simulation:
 
 def started(driver: str, sim: Simulation, begin: int = 0) -> EmulatedLidar:
     """Return a lidar that was commanded to scan."""
-    lidar = EmulatedLidar(driver, TurningLidar(sim, begin), begin)
+    lidar = EmulatedLidar(driver, RotatingLidar(sim, begin), begin)
     session = lidar.model.open()
     for now in range(begin, begin + STARTED, 5 * MS):
         lidar.receive(session.data_to_send(now), now)
@@ -44,13 +44,13 @@ def started(driver: str, sim: Simulation, begin: int = 0) -> EmulatedLidar:
 
 @pytest.mark.parametrize("driver", KINDS)
 def test_its_driver_decodes_the_room(driver: str, sim: Simulation) -> None:
-    turning = TurningLidar(sim, 0)
-    line, scans = LidarLine(driver, turning, 0), []
+    rotating = RotatingLidar(sim, 0)
+    line, scans = LidarLine(driver, rotating, 0), []
     for tick in range(1, 181):
-        turning.follow(tick * 10 * MS)
+        rotating.follow(tick * 10 * MS)
         scans += line.advance(tick * 10 * MS)
-    angles = lidar_angles(turning.lidar)
-    true = turning.measure(angles, np.zeros(len(angles), np.int64))
+    angles = lidar_angles(rotating.lidar)
+    true = rotating.measure(angles, np.zeros(len(angles), np.int64))
     assert len(scans) >= 0.5 * RATE
     stamps = [scan.header.stamp.ns for scan in scans]
     gaps = [(b - a) / 1e9 for a, b in itertools.pairwise(stamps)]
@@ -58,7 +58,7 @@ def test_its_driver_decodes_the_room(driver: str, sim: Simulation) -> None:
     assert np.mean(gaps) == pytest.approx(1.0 / RATE, rel=0.01)
     for scan in scans:
         assert len(scan.ranges) == len(true) and scan.header.frame_id == "laser"
-        both = np.isfinite(scan.ranges) & np.isfinite(true) & (true > turning.lidar.range_min)
+        both = np.isfinite(scan.ranges) & np.isfinite(true) & (true > rotating.lidar.range_min)
         assert both.sum() > 0.3 * len(true)
         error = np.abs(scan.ranges[both] - true[both])
         assert np.median(error) < 0.02 and np.quantile(error, 0.8) < 0.1
@@ -66,7 +66,7 @@ def test_its_driver_decodes_the_room(driver: str, sim: Simulation) -> None:
 
 @pytest.mark.parametrize("driver", ["rplidar_a1", "ydlidar_tmini"])
 def test_a_lidar_without_a_scan_request_is_silent(driver: str, sim: Simulation) -> None:
-    lidar = EmulatedLidar(driver, TurningLidar(sim, 0), 0)
+    lidar = EmulatedLidar(driver, RotatingLidar(sim, 0), 0)
     assert lidar.bytes_until(500 * MS) == []
     lidar.receive(b"", 500 * MS)
     assert lidar.bytes_until(600 * MS) == []
@@ -91,7 +91,7 @@ def test_bytes_arrive_in_order_when_the_line_has_sent_them(driver: str, sim: Sim
 @pytest.mark.parametrize("step", [1, 7, 100])
 def test_how_often_bytes_are_taken_makes_no_difference(sim: Simulation, step: int) -> None:
     def taken(milliseconds: int) -> bytes:
-        lidar, data = EmulatedLidar("ld19", TurningLidar(sim, 0), 0), b""
+        lidar, data = EmulatedLidar("ld19", RotatingLidar(sim, 0), 0), b""
         for now in range(milliseconds, 701, milliseconds):
             data += b"".join(part for _, part in lidar.bytes_until(now * MS))
         return data
@@ -99,7 +99,7 @@ def test_how_often_bytes_are_taken_makes_no_difference(sim: Simulation, step: in
     assert taken(step) == taken(700)
 
 
-class FarTurning(TurningLidar):
+class FarRotating(RotatingLidar):
     """A lidar around which everything is as far as its range, or a little nearer or farther."""
 
     RANGES = ROBOT.sensors.lidar.range_max * np.linspace(0.5, 1.5, 12)
@@ -119,7 +119,7 @@ def test_nothing_is_seen_beyond_the_range_of_the_lidar(
         return bytes(len(angles))
 
     monkeypatch.setattr(Ld19Emulator, "_encode", note)
-    EmulatedLidar("ld19", FarTurning(sim, 0), 0).bytes_until(10 * MS)
+    EmulatedLidar("ld19", FarRotating(sim, 0), 0).bytes_until(10 * MS)
     assert seen
     for ranges in seen:
         assert np.isinf(ranges).tolist() == 6 * [False] + 6 * [True]

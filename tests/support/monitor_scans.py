@@ -46,7 +46,7 @@ def obstacles(
 
 def is_seen(one: CollisionMonitor, x: float, kind: int) -> bool:
     """Return whether the ground there, on the x axis of odom, counts as seen."""
-    cell, outline = one.zones.resolution, np.zeros((1, 2))
+    cell, outline = one.polygons.resolution, np.zeros((1, 2))
     pose = np.array([x - cell, 0.0, 0.0])
     time = memory.time_on_seen_ground(one._memory, pose, cell, 0.0, outline, 0.5, 0, 0, kind)
     return time == math.inf

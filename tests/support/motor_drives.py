@@ -125,7 +125,7 @@ class EmulatedDdsm115:
             return b""
         if frame[1] != ddsm115.SPEED or ddsm115.crc8(frame[:-1]) != frame[-1]:
             return b""
-        sign, rpm = ddsm115.MIRRORED[wheel], struct.unpack(">h", frame[2:4])[0]
+        sign, rpm = ddsm115.FORWARD_SIGNS[wheel], struct.unpack(">h", frame[2:4])[0]
         if self.mode[wheel] == ddsm115.VELOCITY_MODE:
             self.motors.command(wheel, sign * rpm * 2.0 * math.pi / 60.0)
         turns = sign * self.motors.angle[wheel] / (2.0 * math.pi)

@@ -24,7 +24,7 @@ MAX_STEP = 0.04
 """Largest rise in a minute, as a share, of a pack that is being charged (2.4 C)."""
 MIN_STEP = 0.002
 """Smallest rise in a minute of a pack that is being charged (0.12 C)."""
-STEADY = 0.04
+MAX_STEADY_CHANGE = 0.04
 """Largest change in STANDING_TIME, as a share, by use alone."""
 POWER_OFF_TIME = 10.0
 """Time without a reading from which the board may have been without power, and its pack changed, s."""
@@ -143,7 +143,7 @@ class ChargeGauge:
     @property
     def is_steady(self) -> bool:
         """Whether the measured charge has not jumped lately."""
-        return abs(self._recent.rise) <= STEADY
+        return abs(self._recent.rise) <= MAX_STEADY_CHANGE
 
     @property
     def is_standing(self) -> bool:

@@ -14,13 +14,13 @@ DIRECTIONS = 72
 """Number of directions that are compared: one every 5 degrees."""
 CLEARANCE = 0.08
 """Distance that is kept on both sides and ahead, m: half of what a doorway of 0.8 m leaves a robot of 0.5 m."""
-FARTHEST = 4.0
+MAX_LEG_LENGTH = 4.0
 """Longest way, m."""
-FORGOTTEN = 0.1
+REVISIT_DISCOUNT_DISTANCE = 0.1
 """Distance by which a visited place counts as farther away with each one visited after it, m."""
 STEPS = 9
 """Number of places that are compared along a way."""
-NEARLY = 0.95
+GOOD_SHARE = 0.95
 """Share of the best worth from which on a direction is as good."""
 Floats = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class OpenDirections:
         if not known.any():
             return
         seen = self._in_view(bearings[known], yaw)
-        reach = min(range_max, FARTHEST + self._radius + CLEARANCE)
+        reach = min(range_max, MAX_LEG_LENGTH + self._radius + CLEARANCE)
         ends = np.minimum(ranges[known], reach)
         headings = bearings[known] + yaw
         # across and along each direction (d, n) of the ends of the beams
@@ -61,7 +61,7 @@ class OpenDirections:
         along, across = ends * np.cos(turned), ends * np.sin(turned)
         blocks = (np.abs(across) < self._radius + CLEARANCE) & (along > 0.0) & (ends < reach)
         lengths = np.where(blocks, along, np.inf).min(axis=1, initial=reach)
-        self._lengths[seen] = np.clip(lengths - self._radius - CLEARANCE, 0.0, FARTHEST)
+        self._lengths[seen] = np.clip(lengths - self._radius - CLEARANCE, 0.0, MAX_LEG_LENGTH)
 
     def _in_view(self, bearings: Floats, yaw: float) -> NDArray[np.int64]:
         """Return the directions (d,) with a known beam near them."""
@@ -78,7 +78,7 @@ class OpenDirections:
         beams = np.column_stack([np.cos(self._headings), np.sin(self._headings)])
         lengths = self._lengths[:, None] * steps  # (d, s)
         places = position + lengths[:, :, None] * beams[:, None, :]
-        age = FORGOTTEN * np.arange(len(visited))[::-1]
+        age = REVISIT_DISCOUNT_DISTANCE * np.arange(len(visited))[::-1]
         apart = (np.linalg.norm(places[:, :, None, :] - visited, axis=3) + age).min(axis=2)
         worth = apart.max(axis=1)
         middle = _middle_of_best(worth)
@@ -88,7 +88,7 @@ class OpenDirections:
 def _middle_of_best(worth: Floats) -> int:
     """Return the middle of the directions around the best one that are nearly as good, as through a doorway."""
     n, best = len(worth), int(worth.argmax())
-    good = worth >= NEARLY * worth[best]
+    good = worth >= GOOD_SHARE * worth[best]
     last = next((k for k in range(n) if not good[(best + k + 1) % n]), n - 1)
     first = next((k for k in range(n - last) if not good[(best - k - 1) % n]), 0)
     return (best + (last - first) // 2) % n

@@ -56,13 +56,13 @@ class RelocalizationStep(Enum):
 
 
 class Relocalization:
-    """Judges one rotation step after the other; `fault` is the reason once it has failed, else empty."""
+    """Judges one rotation step after the other; `failure_reason` is a sentence once it has failed, else empty."""
 
     def __init__(self, localization: LocalizationMonitor) -> None:
         self._localization = localization
         self._steps = self._blocked = 0
         self._direction = 1.0
-        self.fault = ""
+        self.failure_reason = ""
 
     @property
     def goal(self) -> Spin_Goal:
@@ -92,6 +92,6 @@ class Relocalization:
             return RelocalizationStep.SPIN
         return self._fail(NOT_FOUND.format(round(MAX_SPIN_STEPS * SPIN_STEP / (2.0 * math.pi))))
 
-    def _fail(self, fault: str) -> RelocalizationStep:
-        self.fault = fault
+    def _fail(self, failure_reason: str) -> RelocalizationStep:
+        self.failure_reason = failure_reason
         return RelocalizationStep.FAILED

@@ -14,7 +14,7 @@ SPACING = 0.03
 """Distance between two poses of the track, m."""
 TRACK_TIME_NS = 25_000_000_000
 """Time for which the track is kept, ns: ground that the body covered longer ago may be taken, and the collision
-monitor does not let the robot back over it (its parameter `seen`)."""
+monitor does not let the robot back over it (its parameter `ground_memory_time`)."""
 MAX_RETREAT = 0.5
 """Maximum distance of a retreat, m: it needs no localization, and without it the robot drives no farther."""
 SIGHT_MARGIN = 0.1

@@ -12,13 +12,13 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import FindBlockage_Result, Quantity
 from chefbot.msgs.chefbot_people import TrackedPeople
 
-MOVED = 0.4
+MOVED_DISTANCE = 0.4
 """Distance from which somebody who stands counts as having gone elsewhere, m."""
-STOOD = 1.0
+STANDING_TIME = 1.0
 """Time from which somebody stands and does not only turn, s."""
-SAME_PLACE = 1.5
+SAME_PLACE_DISTANCE = 1.5
 """Distance up to which two blockages are the same one, m: people shift from foot to foot, and the robot sees more."""
-FORGOTTEN = 60.0
+BLOCKAGE_MEMORY = 60.0
 """Time after which a blockage at the same place is another one, s."""
 OBSTACLE_WAIT = 10.0
 """First time to wait for what is not known to be a person before a recovery behavior is tried, s; it doubles."""
@@ -47,14 +47,14 @@ class StandingTimes:
         self._since = {}
         for one in message.people:
             since, x, y = before.get(one.id, (now, one.position.x, one.position.y))
-            if not one.standing or math.hypot(one.position.x - x, one.position.y - y) > MOVED:
+            if not one.standing or math.hypot(one.position.x - x, one.position.y - y) > MOVED_DISTANCE:
                 since, x, y = now, one.position.x, one.position.y
             self._since[one.id] = since, x, y
 
     def stood(self, person: int, now: float) -> float:
         """Return for how long a person has stood, s; 0 for one who walks or is not known."""
         stood = now - self._since[person][0] if person in self._since else 0.0
-        return stood if stood >= STOOD else 0.0
+        return stood if stood >= STANDING_TIME else 0.0
 
     @property
     def anybody(self) -> bool:
@@ -166,9 +166,9 @@ class WaitingPolicy:
     def _note_place(self, found: FindBlockage_Result, now: float) -> None:
         """Restart the time of waiting at a blockage elsewhere, or after a free path."""
         place = found.point.x, found.point.y
-        if math.dist(place, self._place) > SAME_PLACE or now - self._seen > FORGOTTEN:
+        if math.dist(place, self._place) > SAME_PLACE_DISTANCE or now - self._seen > BLOCKAGE_MEMORY:
             self._began = now
-        if now - self._seen > FORGOTTEN:
+        if now - self._seen > BLOCKAGE_MEMORY:
             self._attempts = 0
         self._place, self._seen = place, now
 

@@ -16,7 +16,7 @@ from chefbot.msgs.nav2_msgs import COMPLETED, FAILED, PENDING, SKIPPED, FollowWa
 
 UNKNOWN, NO_VALID_WAYPOINTS, STOP_ON_MISSED_WAYPOINT = 600, 602, 603
 """Error codes of nav2_msgs/action/FollowWaypoints."""
-ENDLESS = 2**32 - 1
+ENDLESS_LOOPS = 2**32 - 1
 """Number of loops of a patrol that only ends when it is cancelled: the largest that the field can hold."""
 PASSING_PATH_FACTOR = 2.0
 """Length of the path to a pose, in passing radii, up to which the pose counts as passed: not one beyond a wall."""
@@ -48,7 +48,7 @@ class WaypointRun:
         self._reached = self._reached_now = 0
 
     @property
-    def fault(self) -> str:
+    def failure_reason(self) -> str:
         """Why there is no waypoint to drive to; empty if there is one."""
         if not self._poses:
             return "The list of waypoints is empty."

@@ -22,7 +22,7 @@ from chefbot.board.chapter_messages import (
     ChapterTime,
     duty_line,
 )
-from chefbot.board.command_gate import NEVER_NS, STANDING, CommandGate
+from chefbot.board.command_gate import NEVER_NS, STANDSTILL, CommandGate
 from chefbot.board.sensors import range_message
 from chefbot.board.wheel_pid import WheelPid
 from chefbot.maths.clock_sync import ClockSync
@@ -154,7 +154,7 @@ class ChapterLink:
         return []
 
     def _control(self, deltas: tuple[int, int], dt: float, now_ns: int) -> None:
-        target = self._gate.speeds(now_ns) if self._may_drive(now_ns) else STANDING
+        target = self._gate.speeds(now_ns) if self._may_drive(now_ns) else STANDSTILL
         # One PI controller with feed-forward per wheel gives the duty cycle.
         duties = (
             pid.update(speed, ticks, dt) for pid, speed, ticks in zip(self._pids, target, deltas, strict=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 Speeds = tuple[float, float]
-STANDING: Speeds = (0.0, 0.0)
+STANDSTILL: Speeds = (0.0, 0.0)
 NEVER_NS = -(1 << 62)
 COMMAND_TIMEOUT_NS = 100_000_000
 """Maximum age of a command, ns; an older one counts as a stop."""
@@ -25,7 +25,7 @@ class CommandGate:
 
     def reset(self) -> None:
         """Forget the command, and wait for a stop; an emergency stop stays latched."""
-        self._target, self._commanded_ns, self._neutral_first = STANDING, NEVER_NS, True
+        self._target, self._commanded_ns, self._neutral_first = STANDSTILL, NEVER_NS, True
 
     def command(self, left: float, right: float, now_ns: int) -> None:
         """Set the angular velocities of the wheels, rad/s; values that are not finite are ignored."""
@@ -33,7 +33,7 @@ class CommandGate:
             return
         # One common factor for both wheels preserves the curvature.
         scale = min(1.0, self.max_speed / max(abs(left), abs(right), self.max_speed))
-        self._neutral_first = self._neutral_first and (left, right) != STANDING
+        self._neutral_first = self._neutral_first and (left, right) != STANDSTILL
         self._target, self._commanded_ns = (left * scale, right * scale), now_ns
 
     def stop(self) -> None:
@@ -51,4 +51,4 @@ class CommandGate:
 
     def speeds(self, now_ns: int) -> Speeds:
         """Return the angular velocities to drive with, rad/s."""
-        return self._target if self.may_drive(now_ns) else STANDING
+        return self._target if self.may_drive(now_ns) else STANDSTILL

@@ -20,7 +20,7 @@ from chefbot.maths.se2 import SE2
 
 MATCH_DISTANCES = (0.3, 0.15, 0.08, 0.05)
 """Maximum distances of a correspondence, m, from the first guess to the last iterations."""
-STEPS, CLOSE = 3, 2e-4
+STEPS, CONVERGENCE_STEP = 3, 2e-4
 """Maximum iterations at each distance, and the step, m and rad, below which they stop early."""
 MIN_NORMAL_COSINE = math.cos(math.radians(40.0))
 """Minimum cosine of the angle between the normals of a correspondence."""
@@ -131,7 +131,7 @@ def match(first: int, second: int, guess: SE2, surfaces: Sequence[Surface]) -> S
             # Gauss-Newton: (J^T J / sigma^2 + damping) dx = J^T r / sigma^2
             step = np.linalg.solve(J.T @ J / END**2 + DAMPING, J.T @ error / END**2)
             estimate = SE2.of(estimate.array() - step)
-            if np.abs(step).max() < CLOSE:
+            if np.abs(step).max() < CONVERGENCE_STEP:
                 break
     moved = guess.between(estimate)
     if math.hypot(moved.x, moved.y) > MAX_CORRECTION[0] or abs(moved.yaw) > MAX_CORRECTION[1]:

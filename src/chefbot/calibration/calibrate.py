@@ -19,7 +19,7 @@ from chefbot.maths.se2 import SE2
 
 ROUNDS = 4
 """Maximum rounds of matching and solving; better station poses give more matches between their scans."""
-CONVERGED = 2e-5
+CONVERGENCE_CHANGE = 2e-5
 """Change of the wheel factors between rounds below which the solution has converged."""
 MIN_LINKED_FRACTION = 0.8
 """Minimum fraction of the stations that must be linked by scan matches."""
@@ -112,7 +112,7 @@ def _match_and_solve(
         _check_links(found_links, known, len(surfaces))
         solution = solve(legs, found_links, poses, assumed, sensor, known)
         poses, factors = solution.poses, np.array(solution.wheels.factors(assumed))
-        if np.abs(factors - previous).max() < CONVERGED:
+        if np.abs(factors - previous).max() < CONVERGENCE_CHANGE:
             break
         previous = factors
     return solution, found_links

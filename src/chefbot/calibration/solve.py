@@ -44,7 +44,7 @@ MIN_LEGS = 8
 MEDIAN_TO_SIGMA = 1.4826
 ROUNDS = 5
 """Maximum rounds of outlier rejection; fewer on convergence."""
-STEPS, CLOSE = 10, 1e-5
+STEPS, CONVERGENCE_STEP = 10, 1e-5
 DIFFERENCE_STEP = 1e-6
 FIXED_INFORMATION = 1e8
 """Inverse variance of fixed poses: the first station, which defines the frame, or all that are known."""
@@ -213,7 +213,7 @@ class _Problem:
             # (J^T W J) dx = J^T W r
             step = np.linalg.solve(H, g)
             x = x - step
-            if np.abs(step).max() < CLOSE:
+            if np.abs(step).max() < CONVERGENCE_STEP:
                 break
         return x
 

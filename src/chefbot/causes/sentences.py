@@ -9,7 +9,7 @@ from chefbot.msgs.chefbot_msgs import Cause
 
 PERSON, ON_MAP, NOT_ON_MAP = "person", "on the map", "not on the map"
 """What an obstacle is, by the tracked people and the static map."""
-FRESH = 0.15
+MAX_FRESH_AGE = 0.15
 """Age of a mark up to which it counts as of now, s: a measurement and its way through the robot."""
 _PLAIN_WORD = re.compile(r"[A-Z][a-z]*(?!\w)")
 EFFECT_NAMES = {SLOW: "Slower", STOP: "Stopped", DETOUR: "Detour", FAILURE: "Failed", END: "Over"}
@@ -42,7 +42,7 @@ def place_sentence(cause: Cause) -> str:
     if is_zone(cause.sensor):
         return f"The {cause.sensor} lies {where}."
     age = age_of_mark(cause)
-    when = f", {age:.1f} s earlier" if age > FRESH else ""
+    when = f", {age:.1f} s earlier" if age > MAX_FRESH_AGE else ""
     what = obstacle_phrase(cause)
     if cause.sensor == TRACKER:
         return f"{what[0].upper()}{what[1:]} is {where}{when}."

@@ -25,11 +25,11 @@ class ContactDetector:
             self._driven_since = now_ns
         self._v = v
 
-    def explains(self, standing: str, now_ns: int) -> bool:
+    def explains(self, stop_reason: str, now_ns: int) -> bool:
         """Return whether a contact explains that there is no progress: the base drives, but the robot does not move.
 
-        standing: the fault for which the base stands, such as motors that the board has switched off; empty for none.
+        stop_reason: the fault for which the base stops, such as motors that the board switched off; empty for none.
         """
-        if standing or self._v == 0.0 or self._driven_since is None:
+        if stop_reason or self._v == 0.0 or self._driven_since is None:
             return False
         return now_ns - self._driven_since >= MIN_DRIVEN_NS

@@ -14,27 +14,27 @@ from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.robot.motion_limits import Limits
 
-BEGIN, END = 0.35, 0.6
+BEGIN_DISTANCE, END_DISTANCE = 0.35, 0.6
 """Distances from the goal at which the final approach begins, and beyond which it is left again, m."""
-CREEPING = 0.15
+MAX_SPEED = 0.15
 """Highest speed, m/s."""
-SLOWEST, SLOWEST_TURN = 0.02, 0.06
+MIN_SPEED, MIN_TURN_RATE = 0.02, 0.06
 """Lowest speeds that the wheels keep up, m/s and rad/s."""
-MAX_REVERSE = 0.12
+MAX_REVERSE_DISTANCE = 0.12
 """Distance up to which a goal behind the robot is reached backwards, m: over floor that it has just driven over."""
-TURN_FROM, TURN_TO = 0.15, 0.04
+TURN_BEGIN_ANGLE, TURN_END_ANGLE = 0.15, 0.04
 """Errors of the direction to the goal from which the robot turns in place, and at which it drives again, rad."""
-STEERING = 2.5
+STEERING_GAIN = 2.5
 """Turn rate per error of the direction, 1/s."""
 STEERING_DISTANCE = 0.08
 """Distance below which it steers less, as the direction to a point so near is mostly noise, m."""
 LATENCY = 0.15
 """Time from a command to the motion, s; what the robot turns or drives in it is subtracted."""
-BRAKING = 0.5
+BRAKING_FRACTION = 0.5
 """Fraction of the maximum accelerations that planned braking uses."""
-ACCEPTED = 0.5
+TOLERANCE_FRACTION = 0.5
 """Fraction of the tolerances at which a phase ends: the pose estimate still changes a little."""
-STANDING = 0.02
+STANDSTILL_SPEED = 0.02
 """Speeds below which the robot stands, m/s and rad/s."""
 
 
@@ -72,7 +72,7 @@ class FinalApproach:
 
     def is_active(self, pose: SE2, goal: SE2, costmap: Costmap) -> bool:
         """Return whether the robot is in the final approach: near the goal, with a free straight path to it."""
-        near = pose.distance(goal) <= (END if self._active else BEGIN)
+        near = pose.distance(goal) <= (END_DISTANCE if self._active else BEGIN_DISTANCE)
         self._active = self.is_wanted and near and _is_free(costmap, pose, goal)
         return self._active
 
@@ -86,9 +86,9 @@ class FinalApproach:
         if self._phase is Phase.DRIVE:
             return self._drive(pose, twist, goal, costmap)
         angle = wrap(goal.yaw - pose.yaw)
-        if abs(angle) > ACCEPTED * self._tolerance.yaw_tolerance:
+        if abs(angle) > TOLERANCE_FRACTION * self._tolerance.yaw_tolerance:
             return self._turn(pose, twist, angle, costmap)
-        if max(abs(twist[0]), abs(twist[1])) > STANDING:
+        if max(abs(twist[0]), abs(twist[1])) > STANDSTILL_SPEED:
             return ControllerCommand(0.0, 0.0, ControllerStatus.RUNNING)
         if pose.distance(goal) <= self._tolerance.xy_tolerance:
             return ControllerCommand(0.0, 0.0, ControllerStatus.REACHED)
@@ -100,22 +100,29 @@ class FinalApproach:
         assert self._tolerance is not None
         ahead = pose.between(goal)
         away = math.hypot(ahead.x, ahead.y)
-        passed = abs(ahead.x) < abs(ahead.y) and away <= (1.0 + ACCEPTED) / 2.0 * self._tolerance.xy_tolerance
-        return away <= ACCEPTED * self._tolerance.xy_tolerance or passed
+        passed = (
+            abs(ahead.x) < abs(ahead.y)
+            and away <= (1.0 + TOLERANCE_FRACTION) / 2.0 * self._tolerance.xy_tolerance
+        )
+        return away <= TOLERANCE_FRACTION * self._tolerance.xy_tolerance or passed
 
     def _drive(self, pose: SE2, twist: tuple[float, float], goal: SE2, costmap: Costmap) -> ControllerCommand:
         """Turn to the point if it is far off the heading, else drive to it."""
         ahead = pose.between(goal)
         away, bearing = math.hypot(ahead.x, ahead.y), math.atan2(ahead.y, ahead.x)
-        backwards = abs(bearing) > math.pi / 2 and away <= MAX_REVERSE
+        backwards = abs(bearing) > math.pi / 2 and away <= MAX_REVERSE_DISTANCE
         error = wrap(bearing - math.pi) if backwards else bearing
-        self._turning = abs(error) > (TURN_TO if self._turning else TURN_FROM)
+        self._turning = abs(error) > (TURN_END_ANGLE if self._turning else TURN_BEGIN_ANGLE)
         if self._turning:
             return self._turn(pose, twist, error, costmap)
         rest = max(abs(ahead.x) - abs(twist[0]) * LATENCY, 0.0)
-        speed = min(CREEPING, self._limits.speed, math.sqrt(2.0 * BRAKING * self._limits.acceleration * rest))
-        v = math.copysign(max(speed, SLOWEST), -1.0 if backwards else 1.0)
-        w = STEERING * error * min(1.0, away / STEERING_DISTANCE)
+        speed = min(
+            MAX_SPEED,
+            self._limits.speed,
+            math.sqrt(2.0 * BRAKING_FRACTION * self._limits.acceleration * rest),
+        )
+        v = math.copysign(max(speed, MIN_SPEED), -1.0 if backwards else 1.0)
+        w = STEERING_GAIN * error * min(1.0, away / STEERING_DISTANCE)
         return ControllerCommand(v, w, ControllerStatus.RUNNING)
 
     def _turn(
@@ -125,8 +132,8 @@ class FinalApproach:
         if costmap.comes_nearer_by_rotating(pose, angle):
             return ControllerCommand(0.0, 0.0, ControllerStatus.BLOCKED)
         rest = max(abs(angle) - abs(twist[1]) * LATENCY, 0.0)
-        fastest = math.sqrt(2.0 * BRAKING * self._limits.angular_acceleration * rest)
-        rate = max(min(self._limits.angular_speed, fastest), SLOWEST_TURN)
+        fastest = math.sqrt(2.0 * BRAKING_FRACTION * self._limits.angular_acceleration * rest)
+        rate = max(min(self._limits.angular_speed, fastest), MIN_TURN_RATE)
         w = math.copysign(rate, angle)
         return ControllerCommand(0.0, w * self._limits.scale(0.0, w), ControllerStatus.RUNNING)
 

@@ -16,7 +16,7 @@ from chefbot.maths.se2 import SE2
 
 PATIENCE = 1.0
 """Time for which the path is blocked near the robot before a narrow passage is tried, s: people pass by."""
-NEAR = 0.5
+NEAR_LENGTH = 0.5
 """Length of the path ahead that is blocked, or free again behind the passage, m."""
 LENGTH = 1.0
 """Length of the path ahead that must be free with narrow passages open, m."""
@@ -65,10 +65,10 @@ class NarrowPassage:
         """
         if self._entrance is not None:
             self._blocked_time = 0.0
-            is_behind = pose.distance(self._entrance) > NEAR and usual.at(pose.x, pose.y) < INSCRIBED
-            if is_behind and not self._is_blocked(given, pose, usual, NEAR):
+            is_behind = pose.distance(self._entrance) > NEAR_LENGTH and usual.at(pose.x, pose.y) < INSCRIBED
+            if is_behind and not self._is_blocked(given, pose, usual, NEAR_LENGTH):
                 self._entrance = None
-        elif self._is_blocked_for_long(stands or self._collides(followed, pose, usual, NEAR)):
+        elif self._is_blocked_for_long(stands or self._collides(followed, pose, usual, NEAR_LENGTH)):
             self._entrance = None if self._is_blocked(given, pose, narrow(), LENGTH) else pose
         return narrow() if self.entered else usual
 

@@ -16,7 +16,7 @@ SEEN_FRACTION = 0.5
 """Fraction of a sector's beams that must have data for it to be seen."""
 SAME_PLACE = 0.15
 """Distance up to which the robot is in the same place, and sees the same ground in a direction, m."""
-NEVER = np.iinfo(np.int64).min
+NEVER_NS = np.iinfo(np.int64).min
 
 
 class SeenDirections:
@@ -27,7 +27,7 @@ class SeenDirections:
     """
 
     def __init__(self) -> None:
-        self._seen_ns = np.full(SECTORS, NEVER)
+        self._seen_ns = np.full(SECTORS, NEVER_NS)
         self._place: SE2 | None = None
 
     def process(
@@ -36,13 +36,13 @@ class SeenDirections:
         """Process the beams (n,) of one message; has_data: whether each measured anything, or need not to."""
         if self._place is None or robot.distance(self._place) > SAME_PLACE:
             self._place = robot
-            self._seen_ns[:] = NEVER
+            self._seen_ns[:] = NEVER_NS
         sectors = np.floor(directions / SECTOR).astype(np.int64) % SECTORS
         beams = np.bincount(sectors, minlength=SECTORS)
         with_data = np.bincount(sectors[has_data], minlength=SECTORS)
         # where there is no data now, somebody may have come who is too near to be seen
         seen = with_data >= SEEN_FRACTION * beams
-        self._seen_ns[beams > 0] = np.where(seen, stamp_ns, NEVER)[beams > 0]
+        self._seen_ns[beams > 0] = np.where(seen, stamp_ns, NEVER_NS)[beams > 0]
 
     def not_seen_since(self, since_ns: int, low: float, high: float) -> NDArray[np.float64]:
         """Return the middles (n,) of the sectors from `low` to `high`, rad, that were not seen since then."""

@@ -20,22 +20,22 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.robot.motion_limits import Limits
 
-SIDE = math.radians(80.0)
+SIDE_BEARING = math.radians(80.0)
 """Bearing up to which it looks to each side: somebody farther back is not before the robot that drives off."""
-DRIVEN = 0.25
+DRIVEN_DISTANCE = 0.25
 """Distance from which the robot has driven on, m: it sees its sides while they are still before it."""
 STANDING_TIME, TURNED_ANGLE = 2.0, math.radians(45.0)
 """Time for which the robot has not driven on, s, and angle by which it has turned since, rad: somebody may be at its
 sides then."""
 PEOPLE_MEMORY = 600.0
 """Time after the last person was seen for which people are about, s: out of view they may come from anywhere."""
-SEEN_BEFORE_STANDING, SEEN_BEFORE_PASSING = 3.0, 1.0
+MAX_AGE_BEFORE_START, MAX_AGE_BEFORE_PASSING = 3.0, 1.0
 """Ages, s, up to which a side counts as seen: before driving off, and beside somebody who walks."""
-NEAR = 0.8
+PERSON_DISTANCE = 0.8
 """Distance to a person's centre, less the standard deviation of the prediction, within which it looks for them, m."""
 MAX_DEVIATION = 0.5
 """Standard deviation of a prediction that counts at most, m: else it would look for everybody who has passed."""
-FRONT = math.radians(110.0)
+FRONT_BEARING = math.radians(110.0)
 """Bearing beyond which a person is behind the robot, rad."""
 HIDDEN_TIME = 6.0
 """Time for which it waits at a direction without data, s: somebody leaves, furniture that returns nothing stays."""
@@ -45,9 +45,9 @@ PAUSE, SHORT_PAUSE = 4.0, 2.0
 """Times after a look before the next one in about the same direction, and before one after a person, s."""
 INNER_VIEW = 0.65
 """Fraction of the view in which a direction is surely seen, with the latency of the sensor while the robot turns."""
-BACK = 0.1
+RETURN_TOLERANCE = 0.1
 """Error of the heading at which it has turned back, rad."""
-STANDS = 0.02
+STANDSTILL_SPEED = 0.02
 """Speed below which it stands and may turn, m/s."""
 
 
@@ -102,7 +102,7 @@ class SideLook:
 
         wanted: forward speed that the controller wants, speed: the one at present, m/s. people: those around.
         """
-        if pose.distance(self._drove_to) >= DRIVEN:
+        if pose.distance(self._drove_to) >= DRIVEN_DISTANCE:
             self._drove_ns, self._drove_to = now_ns, pose
         if self._look is None and wanted > 0.0:
             self._look = self._needed(pose, people, now_ns)
@@ -117,22 +117,22 @@ class SideLook:
         stood = now_ns - self._drove_ns >= STANDING_TIME * 1e9 or turned >= TURNED_ANGLE
         looks = []
         if about and stood:
-            since_ns = now_ns - round(SEEN_BEFORE_STANDING * 1e9)
-            looks.append(_Look(pose.yaw, pose.yaw - SIDE, pose.yaw + SIDE, since_ns, now_ns))
+            since_ns = now_ns - round(MAX_AGE_BEFORE_START * 1e9)
+            looks.append(_Look(pose.yaw, pose.yaw - SIDE_BEARING, pose.yaw + SIDE_BEARING, since_ns, now_ns))
         side = self._side_of_unseen_person(pose, people, now_ns)
         if side and now_ns >= self._pause_until_ns:
-            low, high = sorted((pose.yaw + side * self._half_view, pose.yaw + side * SIDE))
-            looks.append(_Look(pose.yaw, low, high, now_ns - round(SEEN_BEFORE_PASSING * 1e9), now_ns))
+            low, high = sorted((pose.yaw + side * self._half_view, pose.yaw + side * SIDE_BEARING))
+            looks.append(_Look(pose.yaw, low, high, now_ns - round(MAX_AGE_BEFORE_PASSING * 1e9), now_ns))
         return next((look for look in looks if len(self._unseen(look))), None)
 
     def _side_of_unseen_person(self, pose: SE2, people: NearbyPeople, now_ns: int) -> float:
         """Return the side, 1 left and -1 right, on which somebody may be near and out of view; 0 for nobody."""
-        since_ns = now_ns - round(SEEN_BEFORE_PASSING * 1e9)
+        since_ns = now_ns - round(MAX_AGE_BEFORE_PASSING * 1e9)
         for x, y, _, _, variance, *_ in people.states.tolist():
             distance = math.hypot(x - pose.x, y - pose.y)
             deviation = min(math.sqrt(max(variance, 0.0)), MAX_DEVIATION)
             bearing = wrap(math.atan2(y - pose.y, x - pose.x) - pose.yaw)
-            if distance - deviation > NEAR or abs(bearing) > FRONT:
+            if distance - deviation > PERSON_DISTANCE or abs(bearing) > FRONT_BEARING:
                 continue
             # they may be farther to the side than predicted, beyond the edge of the view
             outward = bearing + math.copysign(math.atan2(deviation, distance), bearing)
@@ -146,7 +146,7 @@ class SideLook:
 
     def _continue(self, look: _Look, pose: SE2, speed: float, now_ns: int) -> SideView | None:
         """Return the next command of a look; None once all was seen and the robot is back at its heading."""
-        if speed > STANDS:
+        if speed > STANDSTILL_SPEED:
             return SideView(0.0)
         gives_up = self._hidden_time >= HIDDEN_TIME or now_ns - look.began_ns >= MAX_TIME * 1e9
         offsets = [] if gives_up else [wrap(one - pose.yaw) for one in self._unseen(look).tolist()]
@@ -163,7 +163,7 @@ class SideLook:
     def _return(self, look: _Look, pose: SE2, now_ns: int) -> SideView | None:
         """Return the rotation back to the heading of a look; None once the robot is there."""
         angle = wrap(look.heading - pose.yaw)
-        if abs(angle) > BACK:
+        if abs(angle) > RETURN_TOLERANCE:
             return SideView(rotation_rate(angle, self._limits))
         self.reset()
         self._pause_until_ns = now_ns + round(SHORT_PAUSE * 1e9)

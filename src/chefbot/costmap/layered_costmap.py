@@ -16,7 +16,7 @@ from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
 from chefbot.costmap.layers import InflationLayer, StaticLayer, built_in_layers
 from chefbot.costmap.master_costmap import MasterCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.ranger_marks import GLASS, LASTING
+from chefbot.costmap.ranger_marks import GLASS, LASTING_SOURCES
 from chefbot.costmap.sensor_marks import SensorMarks, shifted
 from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
 from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN, Costmap
@@ -242,7 +242,7 @@ class LayeredCostmap:
         decay = self.params.decay_time
         if self.rolling:
             return marks.remove_older(self._time - decay)
-        if self._sensor is None or name in LASTING:
+        if self._sensor is None or name in LASTING_SOURCES:
             return EMPTY_WINDOW
         column = (self._sensor.x - self.origin_x) / self.resolution
         row = (self._sensor.y - self.origin_y) / self.resolution

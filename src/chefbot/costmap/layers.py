@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 from chefbot.costmap.conversions import ObstacleMarking, mark_laser, mark_obstacles
 from chefbot.costmap.inflation import inflate
 from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
-from chefbot.costmap.ranger_marks import CONTACT, LASTING, RANGER, contact_radius, mark_contact, mark_range
+from chefbot.costmap.ranger_marks import (
+    CONTACT,
+    LASTING_SOURCES,
+    RANGER,
+    contact_radius,
+    mark_contact,
+    mark_range,
+)
 from chefbot.costmap.update_window import CellWindow
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN
 from chefbot.maths.se2 import SE2
@@ -115,7 +122,7 @@ class InflationLayer(CostmapLayer):
 
 
 def _others(costs: LayeredCostmap) -> tuple[str, ...]:
-    return tuple(name for name in costs.sources if name not in LASTING)
+    return tuple(name for name in costs.sources if name not in LASTING_SOURCES)
 
 
 def merge_sources(

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 RANGER, CONTACT, GLASS = "ranger", "contact", "glass"
 """Sources of marks: obstacles of the ranger's echoes, obstacles that the robot has touched, and glass that returned
 beams of the lidar."""
-LASTING = (RANGER, CONTACT, GLASS)
+LASTING_SOURCES = (RANGER, CONTACT, GLASS)
 """Sources of obstacles that other sensors may not see: beams of the lidar and recovery behaviors leave them."""
 MARKING_RANGE = 1.0
 """Maximum distance of an echo that marks, m; beyond, its arc is too wide to distinguish a doorway from a wall."""
 DECAY_RANGE = 1.2
 """Distance at which the ranger's weight has halved, m (phi_v of RangeSensorLayer)."""
-MARKED = 0.8
+MARK_PROBABILITY = 0.8
 """Probability from which a cell is marked (mark_threshold of RangeSensorLayer)."""
 EXPLAINED_DISTANCE = 0.12
 """Difference between an echo and a known obstacle in the cone up to which that explains it, m."""
@@ -50,7 +50,7 @@ def mark_range(costs: LayeredCostmap, sensor: SE2, echo: Range) -> None:
     if not (measured and echo.field_of_view > 0.0):
         return
     marks = distance <= MARKING_RANGE
-    if not (marks or any(costs.has_layer(name) for name in LASTING)):
+    if not (marks or any(costs.has_layer(name) for name in LASTING_SOURCES)):
         return
     reach = min(distance, MARKING_RANGE) + 2.0 * costs.resolution
     window = costs.window_around(sensor, reach).expanded(0, costs.shape)
@@ -122,12 +122,14 @@ def _updated(
     gamma = np.maximum(1.0 - (theta / (field_of_view / 2.0)) ** 2, 0.0)
     weight = delta * gamma
     likelihood = _likelihood((phi - distance) / resolution, weight)
-    # Bayes' rule; a marked cell counts as MARKED and no more, so that evidence against it can clear it
-    prior = np.minimum(np.where(layer == UNKNOWN, PRIOR, layer) / LETHAL, MARKED)
+    # Bayes' rule; a marked cell counts as MARK_PROBABILITY and no more, so that evidence against it can clear it
+    prior = np.minimum(np.where(layer == UNKNOWN, PRIOR, layer) / LETHAL, MARK_PROBABILITY)
     occupied, empty = likelihood * prior, (1.0 - likelihood) * (1.0 - prior)
     posterior = occupied / np.maximum(occupied + empty, 1e-9)
     # LETHAL and FREE count in the costmap: a cell is either marked or not, and never free by the ranger alone
-    return np.where(posterior >= MARKED, LETHAL, np.clip(posterior * LETHAL, 1, LETHAL - 1)).astype(np.uint8)
+    return np.where(posterior >= MARK_PROBABILITY, LETHAL, np.clip(posterior * LETHAL, 1, LETHAL - 1)).astype(
+        np.uint8
+    )
 
 
 def _likelihood(offset: NDArray[np.float64], weight: NDArray[np.float64]) -> NDArray[np.float64]:

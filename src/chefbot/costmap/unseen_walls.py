@@ -9,7 +9,7 @@ from scipy.spatial.distance import cdist
 from chefbot.maths.grid import OCCUPIED_FROM, Grid
 from chefbot.maths.se2 import SE2
 
-CONFIRMED = 0.15
+CONFIRMATION_DISTANCE = 0.15
 """Distance of a measured point from the middle of a cell that it confirms, m: a cell, and the error of the pose."""
 
 
@@ -28,4 +28,4 @@ def unseen_walls(grid: Grid, robot: SE2, reach: float, measured: NDArray[np.floa
     walls = walls[np.hypot(walls[:, 0], walls[:, 1]) <= reach]
     if not len(walls) or not len(measured):
         return walls
-    return walls[cdist(walls, measured).min(axis=1) > CONFIRMED]
+    return walls[cdist(walls, measured).min(axis=1) > CONFIRMATION_DISTANCE]

@@ -225,9 +225,9 @@ class BatteryRound(DeliveryRound):
         outcome = OrderOutcome(status.order_id, status.delivered, BATTERY_TOO_LOW, status_messages.PARKING)
         self._on_end(outcome)
 
-    def arrived(self, fault: str = "") -> None:
+    def arrived(self, failure_reason: str = "") -> None:
         """Process the end of a drive; a parked robot asks to be charged."""
-        parked = self._is_parking and not fault
-        super().arrived(fault)
+        parked = self._is_parking and not failure_reason
+        super().arrived(failure_reason)
         if parked and self.status.state == "idle":
             self._update_status(description=status_messages.PARKED)

@@ -24,8 +24,8 @@ class ButtonTimer:
 
     def update(self, mission: DeliveryRound, params: DeliveryParams) -> ButtonPress | None:
         """Return the press to start waiting for now, or None if nothing has changed or no press is pending."""
-        taking = params.taking_time
-        times = {"loading": params.loading_time, "waiting": taking, "unloading": taking}
+        pickup = params.pickup_timeout
+        times = {"loading": params.loading_timeout, "waiting": pickup, "unloading": pickup}
         seconds = 0.0 if mission.status.hold_reason else times.get(mission.status.state, 0.0)
         press = ButtonPress(seconds, mission.status.state, mission.number) if seconds else None
         if (press and press[1:]) == (self._pending and self._pending[1:]):

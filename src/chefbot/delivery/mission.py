@@ -179,12 +179,12 @@ class DeliveryRound(RoundState):
         elif self.status.state == "loading":
             self._update_status(description=status_messages.load(self.status, self.trays))
 
-    def arrived(self, fault: str = "") -> None:
-        """Process the end of the drive of `leg`; `fault` is the reason if the place was not reached."""
+    def arrived(self, failure_reason: str = "") -> None:
+        """Process the end of the drive of `leg`; `failure_reason` is empty if the place was reached."""
         leg = self.leg
         if leg is None:
             return
-        missed = status_messages.not_reached(leg.place, fault) if fault else ""
+        missed = status_messages.not_reached(leg.place, failure_reason) if failure_reason else ""
         if self.status.hold_reason == "errand":
             self._drop_current_errand()
             self._wait_for_choice(missed or status_messages.at(leg.place))

@@ -15,11 +15,11 @@ class DeliveryParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         "kitchen"
     )
     home: Annotated[str, Meta(min_length=1, description="name of the place to wait for orders")] = "home"
-    loading_time: Annotated[
+    loading_timeout: Annotated[
         float,
         Meta(ge=0, le=3600, description="loading timeout, s; 0: wait for 'Loaded'"),
     ] = 0.0
-    taking_time: Annotated[
+    pickup_timeout: Annotated[
         float,
         Meta(ge=0, le=3600, description="pickup timeout, s; 0: wait for 'Taken'"),
     ] = 0.0

@@ -36,7 +36,7 @@ class StopTimes:
 
     def expected(self, *, at_kitchen: bool) -> float:
         """Return the expected time of a stop in the kitchen or at a table, s."""
-        timer = self.params.loading_time if at_kitchen else self.params.taking_time
+        timer = self.params.loading_timeout if at_kitchen else self.params.pickup_timeout
         return timer or self._average.get("loading" if at_kitchen else "waiting", self.params.stop_time)
 
     def rest(self, now: float) -> float:

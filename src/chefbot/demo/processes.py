@@ -29,10 +29,10 @@ MAX_REAL_TIME_FACTOR = 4.0
 PROCESSES = {
     "slam": ("gmapping", "amcl"),
     "navigation": (
-        *("people_tracker", "planner", "controller", "navigator", "explorer", "finder"),
+        *("people_tracker", "planner", "controller", "navigator", "explorer", "global_localizer"),
         *("waypoint_follower", "pose_sequence", "following_server"),
     ),
-    "service": ("places", "map_file", "delivery", "page"),
+    "service": ("places", "map_server", "delivery", "page"),
 }
 """Nodes of each worker process; all others run with the simulator in the demo's own process: drivers,
 odometry, the drive base."""

@@ -26,7 +26,7 @@ READ_TIMEOUT, RETRY_PERIOD, STOP_TIMEOUT = 0.2, 1.0, 5.0
 """Time to wait for one image, between two attempts to open the camera, and for an SDK to release it, s."""
 SILENCE_NS = 2_000_000_000
 """Time without an image after which the camera is opened again, ns."""
-EARLY = 0.75
+MIN_PERIOD_SHARE = 0.75
 """Share of the period after which the next image is taken; a camera that is faster than the robot file skips some."""
 NO_DRIVER = (
     "Depth camera: the robot file names no driver (sensors.depth_camera.driver); images are expected from another"
@@ -140,7 +140,7 @@ class DepthCameraDevice(Device):
 
     def _read(self, camera: OpenCamera) -> None:
         """Read images until the node stops. CameraError if the camera sends none."""
-        period_ns = EARLY * 1e9 / self._camera.rate
+        period_ns = MIN_PERIOD_SHARE * 1e9 / self._camera.rate
         taken_ns, received_ns = 0, wall_ns()
         while not self._closing.is_set():
             frame = camera.read(READ_TIMEOUT)

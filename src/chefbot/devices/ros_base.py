@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from chefbot.board.command_gate import NEVER_NS, CommandGate
-from chefbot.board.drives.drive_link import SLOW
+from chefbot.board.drives.drive_link import MAX_UNATTENDED_SPEED
 from chefbot.control.kinematics import twist_of
 from chefbot.devices.board_node import MotorBoardNode
 from chefbot.devices.odometry_ticks import OdometryTicks
@@ -50,12 +50,16 @@ class RosBaseDevice(MotorBoardNode):
                 port.unadvertise()
             return
         slow = robot.drive.command_timeout is None
-        self._gate = CommandGate(SLOW / robot.wheel_radius if slow else robot.motor.no_load_speed)
+        self._gate = CommandGate(
+            MAX_UNATTENDED_SPEED / robot.wheel_radius if slow else robot.motor.no_load_speed
+        )
         self._ticks = OdometryTicks(robot, max_speed(robot), max_turn(robot))
         self._odometry_ns, self._wrong_stamps, self._was_silent = NEVER_NS, 0, True
         self.announcement = "ROS 2 base: waiting for odometry on base/odom/unfiltered."
         if slow:
-            self.announcement += f" It is limited to {SLOW:g} m/s: drive.command_timeout is not given."
+            self.announcement += (
+                f" It is limited to {MAX_UNATTENDED_SPEED:g} m/s: drive.command_timeout is not given."
+            )
 
     # -- to the base
 

@@ -17,8 +17,8 @@ from chefbot.devices.serial_sensor import SensorText, SerialSensorDevice
 from chefbot.lidar.laser_scan import scan_of
 from chefbot.lidar.models import LIDARS, LidarModel
 from chefbot.lidar.own_body import OwnBody
+from chefbot.lidar.revolutions import RevolutionAssembler, Samples
 from chefbot.lidar.session import LidarError, LidarSession
-from chefbot.lidar.turns import Samples, TurnAssembler
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import Out, topic
@@ -26,7 +26,7 @@ from chefbot.runtime.node import Out, topic
 RIVALS_NS = 1_000_000_000
 """Time for which a second lidar of the model is looked for after the first was found, ns."""
 MIN_SAMPLES = 20
-"""Samples of a turn below which it is not a scan."""
+"""Samples of a revolution below which it is not a scan."""
 
 
 NO_DRIVER = (
@@ -46,7 +46,7 @@ class SerialLidarParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class SerialLidarDevice(SerialSensorDevice[LidarSession]):
-    """Publishes a scan for each turn of the robot's lidar.
+    """Publishes a scan for each revolution of the robot's lidar.
 
     A robot whose file names no driver has its scans from another node, and this one does nothing.
     """
@@ -65,13 +65,13 @@ class SerialLidarDevice(SerialSensorDevice[LidarSession]):
             return
         self._lidar, model = lidar, LIDARS[lidar.driver]
         self._own_body = OwnBody(lidar, self.robot.footprint)
-        self._turns, self._newest_ns = TurnAssembler(), 0
-        text = SensorText("lidar", model.maker, "laser", "complete turn", "scans")
+        self._revolutions, self._newest_ns = RevolutionAssembler(), 0
+        text = SensorText("lidar", model.maker, "laser", "complete revolution", "scans")
         self.connect(self.params.port or lidar.port, lidar_device(model), self._open(model), text)
 
     def _open(self, model: LidarModel) -> Callable[[], LidarSession]:
         def opened() -> LidarSession:
-            self._turns.clear()
+            self._revolutions.clear()
             return model.open()
 
         return opened
@@ -81,20 +81,20 @@ class SerialLidarDevice(SerialSensorDevice[LidarSession]):
         return b"" if self._line is None or self.session is None else self.session.stop_command()
 
     def process(self, session: LidarSession, data: bytes, received_ns: int) -> None:
-        """Publish the turns that end in received bytes."""
+        """Publish the revolutions that end in received bytes."""
         try:
             parts = session.receive_data(data, received_ns)
         except LidarError as error:
             self.fail(str(error))
             return
         for part in parts:
-            for turn in self._turns.push(part):
-                self._publish(turn)
+            for revolution in self._revolutions.push(part):
+                self._publish(revolution)
 
-    def _publish(self, turn: Samples) -> None:
-        if len(turn.ranges) < MIN_SAMPLES:
+    def _publish(self, revolution: Samples) -> None:
+        if len(revolution.ranges) < MIN_SAMPLES:
             return
-        scan = scan_of(turn, self._lidar, self._own_body, "laser")
+        scan = scan_of(revolution, self._lidar, self._own_body, "laser")
         if scan.header.stamp.ns <= self._newest_ns:
             return  # it has waited on the line, so that its time is not known
         self._newest_ns = scan.header.stamp.ns

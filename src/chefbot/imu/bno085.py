@@ -11,7 +11,7 @@ import math
 import struct
 
 from chefbot.byte_frames import FrameFormat, Framer
-from chefbot.imu.session import STANDARD_GRAVITY, UNMEASURED, ImuSample, ImuSession
+from chefbot.imu.session import STANDARD_GRAVITY, UNMEASURED_VARIANCE, ImuSample, ImuSession
 from chefbot.maths.clock_sync import ClockSync
 
 HEADER = bytes((0xAA, 0xAA))
@@ -79,7 +79,7 @@ class Bno085Session(ImuSession):
         return ImuSample(
             self._clock.stamp(self._sent_us, began_ns),
             (0.0, 0.0, turn * CENTIDEGREE / seconds),
-            (UNMEASURED, UNMEASURED, variance),
+            (UNMEASURED_VARIANCE, UNMEASURED_VARIANCE, variance),
             force,
         )
 

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 Triple = tuple[float, float, float]
-UNMEASURED = 1.0
+UNMEASURED_VARIANCE = 1.0
 """Variance of an angular rate that is not measured, rad^2/s^2."""
 STANDARD_GRAVITY = 9.80665
 """Acceleration in the unit g, m/s^2."""
@@ -16,8 +16,8 @@ class ImuSample(NamedTuple):
     """One sample in the axes of the sensor.
 
     stamp_ns: time of the measurement. rates: mean angular velocity since the sample before, rad/s. rates_variance: of
-    the resolution alone, without the sensor's noise; UNMEASURED for an axis that is not measured. acceleration:
-    specific force, +9.8 upwards at rest, m/s^2.
+    the resolution alone, without the sensor's noise; UNMEASURED_VARIANCE for an axis that is not measured.
+    acceleration: specific force, +9.8 upwards at rest, m/s^2.
     """
 
     stamp_ns: int

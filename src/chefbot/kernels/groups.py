@@ -42,7 +42,7 @@ from chefbot.runtime.node_container import NodeContainer
 HALF_SIDE, CELL = 2.5, 0.05
 """Half a side of the square room of the workload, and the resolution of its map, m."""
 NODE_CLASSES = {
-    "frames": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
+    "robot_state_publisher": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
     "depth_to_scan": "chefbot.nodes.depth_to_scan:DepthToScanNode",
     "gmapping": "chefbot.nodes.gmapping:GmappingNode",
@@ -70,7 +70,7 @@ class KernelWorkload:
         self.system = NodeContainer(self.loop, self.robot, 1)
         nodes = {
             name: NodeEntry(kind=NODE_CLASSES[name], params=(params or {}).get(name, {}))
-            for name in ("frames", *names)
+            for name in ("robot_state_publisher", *names)
         }
         self.system.launch(Launch(name="kernels", description="", args={}, nodes=nodes))
         self.run()

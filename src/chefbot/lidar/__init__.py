@@ -1,1 +1,1 @@
-"""Serial protocols of lidars: bytes to turns of samples, and back for emulators. No input or output of its own."""
+"""Serial protocols of lidars: bytes to revolutions of samples, and back for emulators, without input or output."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from chefbot.lidar import ld19, rplidar, ydlidar
 from chefbot.lidar.models import LIDARS, YDLIDARS
+from chefbot.lidar.revolutions import bearings_of
 from chefbot.lidar.rplidar_samples import (
     CAPSULES,
     DENSE,
@@ -20,7 +21,6 @@ from chefbot.lidar.rplidar_samples import (
     encode_express,
     encode_standard,
 )
-from chefbot.lidar.turns import bearings_of
 
 RangesAt = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Returns the ranges (n,), m, inf for nothing, at bearings (n,), rad, in the sensor frame."""
@@ -29,12 +29,12 @@ RangesAt = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 class LidarEmulator(ABC):
     """A lidar on the far end of a serial line.
 
-    turn_rate: turns a second. Every call of `next_frame` takes the next samples of the turn.
+    revolution_rate: revolutions a second. Every call of `next_frame` takes the next samples of the revolution.
     """
 
-    def __init__(self, sample_rate: float, turn_rate: float, zero: float = 0.0) -> None:
-        self.sample_rate, self.turn_rate, self._zero = sample_rate, turn_rate, zero
-        self._step = 2.0 * math.pi * turn_rate / sample_rate
+    def __init__(self, sample_rate: float, revolution_rate: float, zero: float = 0.0) -> None:
+        self.sample_rate, self.revolution_rate, self._zero = sample_rate, revolution_rate, zero
+        self._step = 2.0 * math.pi * revolution_rate / sample_rate
         self.angle = 0.0
         """Angle of the next sample, rad, clockwise."""
         self.scanning = False
@@ -69,8 +69,8 @@ class LidarEmulator(ABC):
 class Ld19Emulator(LidarEmulator):
     """An LD19 or a lidar with its protocol; it scans as soon as it has power."""
 
-    def __init__(self, sample_rate: float, turn_rate: float = 10.0) -> None:
-        super().__init__(sample_rate, turn_rate)
+    def __init__(self, sample_rate: float, revolution_rate: float = 10.0) -> None:
+        super().__init__(sample_rate, revolution_rate)
         self.scanning = True
         self._sent = 0
 
@@ -86,7 +86,7 @@ class Ld19Emulator(LidarEmulator):
     def _encode(self, angles: NDArray[np.float64], ranges: NDArray[np.float64]) -> bytes:
         self._sent += 1
         milliseconds = int(1000.0 * self._sent * self.samples / self.sample_rate)
-        speed = 2.0 * math.pi * self.turn_rate
+        speed = 2.0 * math.pi * self.revolution_rate
         return ld19.encode(float(angles[0]), float(angles[-1]), ranges, speed, milliseconds)
 
 
@@ -94,15 +94,15 @@ class YdlidarEmulator(LidarEmulator):
     """An emulated YDLIDAR of a given model."""
 
     SAMPLES = 40
-    """Samples of a packet, but of the first one of a turn: that has one."""
+    """Samples of a packet, but of the first one of a revolution: that has one."""
 
-    def __init__(self, model: ydlidar.YdlidarModel, turn_rate: float = 7.0) -> None:
-        super().__init__(model.sample_rate, turn_rate)
+    def __init__(self, model: ydlidar.YdlidarModel, revolution_rate: float = 7.0) -> None:
+        super().__init__(model.sample_rate, revolution_rate)
         self._model, self.scanning = model, model.one_way
 
     @property
     def samples(self) -> int:
-        """Samples up to the end of the turn, at most SAMPLES."""
+        """Samples up to the end of the revolution, at most SAMPLES."""
         if self.angle < self._step:
             return 1
         return max(1, min(self.SAMPLES, math.ceil((2.0 * math.pi - self.angle) / self._step)))
@@ -136,9 +136,9 @@ class RplidarEmulator(LidarEmulator):
     """Number of the typical mode."""
 
     def __init__(
-        self, sample_rate: float, data_type: int, turn_rate: float = 10.0, model: int = 0x18
+        self, sample_rate: float, data_type: int, revolution_rate: float = 10.0, model: int = 0x18
     ) -> None:
-        super().__init__(sample_rate, turn_rate, rplidar.ZERO)
+        super().__init__(sample_rate, revolution_rate, rplidar.ZERO)
         self._type, self._model, self._begins = data_type, model, False
         self.healthy, self.motor = True, True
         self._received = b""
@@ -196,17 +196,18 @@ class RplidarEmulator(LidarEmulator):
             return encode_express(float(angles[0]), ranges, begins=begins)
         if self._type == DENSE:
             return encode_dense(float(angles[0]), ranges, begins=begins)
-        turn = 2.0 * math.pi
+        revolution = 2.0 * math.pi
         pairs = zip(angles.tolist(), ranges.tolist(), strict=True)
         return b"".join(
-            encode_standard(angle % turn, metres, first=angle % turn < self._step) for angle, metres in pairs
+            encode_standard(angle % revolution, metres, first=angle % revolution < self._step)
+            for angle, metres in pairs
         )
 
 
-def emulator_of(driver: str, turn_rate: float = 10.0) -> LidarEmulator:
-    """Return an emulator for a driver of LIDARS that makes so many turns a second."""
+def emulator_of(driver: str, revolution_rate: float = 10.0) -> LidarEmulator:
+    """Return an emulator for a driver of LIDARS that makes so many revolutions a second."""
     if driver in YDLIDARS:
-        return YdlidarEmulator(YDLIDARS[driver], turn_rate)
+        return YdlidarEmulator(YDLIDARS[driver], revolution_rate)
     if driver.startswith("rplidar"):
         kinds = {
             "rplidar_a1": EXPRESS,
@@ -216,7 +217,7 @@ def emulator_of(driver: str, turn_rate: float = 10.0) -> LidarEmulator:
         }
         session = LIDARS[driver].open()
         assert isinstance(session, rplidar.RplidarSession)
-        return RplidarEmulator(session.sample_rate, kinds.get(driver, DENSE), turn_rate)
+        return RplidarEmulator(session.sample_rate, kinds.get(driver, DENSE), revolution_rate)
     session = LIDARS[driver].open()
     assert isinstance(session, ld19.Ld19Session)
-    return Ld19Emulator(session.sample_rate, turn_rate)
+    return Ld19Emulator(session.sample_rate, revolution_rate)

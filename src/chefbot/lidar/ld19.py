@@ -13,8 +13,8 @@ import struct
 import numpy as np
 
 from chefbot.byte_frames import ByteFrame, FrameFormat, Framer
+from chefbot.lidar.revolutions import Samples, bearings_of
 from chefbot.lidar.session import LidarSession
-from chefbot.lidar.turns import Samples, bearings_of
 
 HEADER = bytes((0x54, 0x2C))
 POINTS = 12
@@ -68,7 +68,7 @@ FORMAT = FrameFormat(
 
 
 class Ld19Session(LidarSession):
-    """Samples of a lidar that sends as soon as it turns.
+    """Samples of a lidar that sends as soon as it rotates.
 
     baud: of the line. sample_rate: samples a second.
     """

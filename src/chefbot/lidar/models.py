@@ -15,8 +15,8 @@ from chefbot.lidar.ydlidar import YdlidarModel, YdlidarSession
 class LidarModel(NamedTuple):
     """How to communicate with a lidar.
 
-    maker: and models, for people. baud: of the line. open: begins the talk after the port was opened. dtr: level of
-    the line DTR on which the adapter lets the motor run, None if it does not matter.
+    maker: manufacturer and models, for display. baud: baud rate of the line. open: opens the protocol session on the
+    port. dtr: level of the line DTR on which the adapter lets the motor run, None if it does not matter.
     """
 
     maker: str

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chefbot.byte_frames import ByteFrame, FrameFormat, Framer
+from chefbot.lidar.revolutions import Samples, bearings_of
 from chefbot.lidar.rplidar_samples import (
     CAPSULES,
     FULL_TURN,
@@ -31,7 +32,6 @@ from chefbot.lidar.rplidar_samples import (
     start_angle,
 )
 from chefbot.lidar.session import LidarError, LidarSession
-from chefbot.lidar.turns import Samples, bearings_of
 
 SYNC, STREAM = 0xA5, 1 << 30
 STOP, RESET, SCAN, EXPRESS_SCAN = 0x25, 0x40, 0x20, 0x82
@@ -56,8 +56,8 @@ SILENCE_NS = 2_000_000_000
 """Time without samples after which everything begins again, ns."""
 MAX_ANSWER = 256
 """Size of the largest single answer, bytes."""
-MAX_TURN_RATE = 20.0
-"""Turns a second that no lidar makes: capsules whose angles would need more do not belong together."""
+MAX_REVOLUTION_RATE = 20.0
+"""Revolutions a second that no lidar makes: capsules whose angles would need more do not belong together."""
 ZERO = np.pi
 """Bearing of the lidar's zero mark: Slamtec's ROS driver has x pointing away from it, to the cable's side."""
 
@@ -242,7 +242,7 @@ class RplidarSession(LidarSession):
         span = (
             start_angle(frame.data, capsule.angle_at) - start_angle(previous.data, capsule.angle_at)
         ) % FULL_TURN
-        if span > MAX_TURN_RATE * FULL_TURN * capsule.samples * self._mode.sample_ns / 1e9:
+        if span > MAX_REVOLUTION_RATE * FULL_TURN * capsule.samples * self._mode.sample_ns / 1e9:
             return None
         return self._samples(*capsule.decode(previous.data, frame.data), previous.began_ns)
 

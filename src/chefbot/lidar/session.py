@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from chefbot.errors import ChefbotError
-from chefbot.lidar.turns import Samples
+from chefbot.lidar.revolutions import Samples
 
 
 class LidarError(ChefbotError):

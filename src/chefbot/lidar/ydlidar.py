@@ -1,8 +1,8 @@
 """YDLIDAR X2, X4, G2, G4 and Tmini: packets of samples with their first and last angle.
 
 Packet, little-endian: AA 55 | CT u8 | LSN u8, samples | FSA u16 | LSA u16 | CS u16 | samples. CT bit 0: the first
-sample of a turn; CT >> 1: turns per second times ten, if not 0. Angles: (value >> 1) / 64 degrees, clockwise, evenly
-spaced. CS: exclusive or of 55AA and all other 16-bit values. Source: YDLidar-SDK at 01cdda4,
+sample of a revolution; CT >> 1: revolutions per second times ten, if not 0. Angles: (value >> 1) / 64 degrees,
+clockwise, evenly spaced. CS: exclusive or of 55AA and all other 16-bit values. Source: YDLidar-SDK at 01cdda4,
 doc/YDLidar-SDK-Communication-Protocol.md.
 """
 
@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.byte_frames import ByteFrame, FrameFormat, Framer
+from chefbot.lidar.revolutions import Samples, bearings_of
 from chefbot.lidar.session import LidarSession
-from chefbot.lidar.turns import Samples, bearings_of
 
 HEADER = bytes((0xAA, 0x55))
 HEAD = struct.Struct("<2sBBHHH")
@@ -108,7 +108,7 @@ class YdlidarSession(LidarSession):
 
     @property
     def damaged(self) -> int:
-        """Number of packets with a wrong checksum or angles beyond a turn."""
+        """Number of packets with a wrong checksum or angles beyond a revolution."""
         return self._framer.damaged + self._implausible
 
     def stop_command(self) -> bytes:

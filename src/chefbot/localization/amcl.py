@@ -153,17 +153,17 @@ class Amcl:
         if self._recovery.initialized or self._filter.is_narrow:
             # Augmented MCL: short-term and long-term average of the likelihood
             self._recovery.update(math.exp(self._filter.score))
-        alternative_leads = self._hypothesis_test is not None and self._hypothesis_test.leads
+        alternative_favoured = self._hypothesis_test is not None and self._hypothesis_test.favoured
         # No sign of a localization failure: end the test
-        if self._recovery.random_particle_probability == 0.0 and not alternative_leads:
+        if self._recovery.random_particle_probability == 0.0 and not alternative_favoured:
             self._hypothesis_test = None
             return
-        if self._hypothesis_test is None or self._hypothesis_test.lost:
+        if self._hypothesis_test is None or self._hypothesis_test.rejected:
             # Global localization runs next to the current hypothesis
             self._hypothesis_test = HypothesisTest(self._global_filter())
         self._hypothesis_test.correct(self._filter, beams)
         # Sequential likelihood ratio test: replace the current hypothesis
-        if self._hypothesis_test.won:
+        if self._hypothesis_test.accepted:
             self._filter, self._hypothesis_test = self._hypothesis_test.alternative, None
             self._recovery.reset()
 

@@ -119,7 +119,7 @@ class ParticleFilter:
 
         A likelihood too peaked for the particle set is applied in tempered stages with a roughening after
         each, as in the annealed particle filter (Deutscher & Reid 2005). While the posterior may be
-        multimodal each scan gets a single stage and the evidence that is left for its view, since otherwise
+        multimodal each scan gets a single stage and the evidence that is left for its viewpoint, since otherwise
         errors of the map could outweigh the difference between rooms.
         """
         # A multimodal posterior gets one stage and more particles

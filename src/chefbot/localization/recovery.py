@@ -67,9 +67,9 @@ class HypothesisTest:
     scans once the alternative is unimodal (sequential probability ratio test, Wald 1945).
     """
 
-    def __init__(self, challenger: ParticleFilter) -> None:
-        self.alternative = challenger
-        self.lead = 0.0
+    def __init__(self, alternative: ParticleFilter) -> None:
+        self.alternative = alternative
+        self.log_odds = 0.0
         self._update_count = 0
 
     def correct(self, current: ParticleFilter, beams: BeamEnds) -> None:
@@ -78,31 +78,31 @@ class HypothesisTest:
         if self.alternative.is_narrow:
             self._update_count += 1
             # Log likelihood ratio of the scan; correlated beams count once
-            self.lead += beams.independent * (self.alternative.score - current.score)
+            self.log_odds += beams.independent * (self.alternative.score - current.score)
         else:
             # Not unimodal yet: the test starts over
-            self._update_count, self.lead = 0, 0.0
+            self._update_count, self.log_odds = 0, 0.0
 
     @property
-    def won(self) -> bool:
-        """Whether the alternative should replace the current hypothesis."""
-        return self._update_count >= MIN_TEST_UPDATES and self.lead > LOG_ODDS_THRESHOLD
+    def accepted(self) -> bool:
+        """Whether the alternative is accepted and should replace the current hypothesis."""
+        return self._update_count >= MIN_TEST_UPDATES and self.log_odds > LOG_ODDS_THRESHOLD
 
     @property
-    def leads(self) -> bool:
-        """Whether the alternative has explained the scans better so far."""
-        return self.lead > 0.0
+    def favoured(self) -> bool:
+        """Whether the scans so far favour the alternative."""
+        return self.log_odds > 0.0
 
     @property
     def outperforms(self) -> bool:
         """Whether it explains them so much better that the current hypothesis is not reliable.
 
-        A small lead is none: among people who stand about the robot some pose always fits a little better, and a
-        robot that stops for it gets no scans from elsewhere that would decide.
+        A small advantage is not enough: among people who stand about the robot some pose always fits a little better,
+        and a robot that stops for it gets no scans from elsewhere that would decide.
         """
-        return self.lead > LOG_ODDS_THRESHOLD / 2.0
+        return self.log_odds > LOG_ODDS_THRESHOLD / 2.0
 
     @property
-    def lost(self) -> bool:
+    def rejected(self) -> bool:
         """Whether the alternative has converged to a worse pose, so that another one should be initialized."""
-        return self.lead < -LOG_ODDS_THRESHOLD
+        return self.log_odds < -LOG_ODDS_THRESHOLD

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 LETHAL_COST = 254
-TOUCHING, SLIP = 0.5, 0.02
+TOUCH_DISTANCE, MAX_DECREASE = 0.5, 0.02
 """Distance of the middle of a cell from a footprint that touches it, and by how much it may decrease, cells."""
 SAMPLES_PER_CELL = 2.0
 """Points per cell along an edge; a corner of a cell that is missed is less than a quarter of a cell deep."""
@@ -53,9 +53,9 @@ def comes_nearer(cells: NDArray[np.uint8], poses: NDArray[np.float64], corners: 
     """
     if not len(corners):
         return False
-    reach = TOUCHING
+    reach = TOUCH_DISTANCE
     for k in range(len(corners)):
-        reach = max(reach, math.hypot(corners[k, 0], corners[k, 1]) + TOUCHING)
+        reach = max(reach, math.hypot(corners[k, 0], corners[k, 1]) + TOUCH_DISTANCE)
     # the window of the cells that any pose may touch
     top, bottom = poses[:, 1].min() - reach, poses[:, 1].max() + reach
     left, right = poses[:, 0].min() - reach, poses[:, 0].max() + reach
@@ -64,9 +64,9 @@ def comes_nearer(cells: NDArray[np.uint8], poses: NDArray[np.float64], corners: 
             if cells[row, column] != LETHAL_COST:
                 continue
             before = _clearance(row, column, poses[0], corners)
-            if before < -TOUCHING:
+            if before < -TOUCH_DISTANCE:
                 continue  # no edge touches it: it is under the robot
-            allowed = min(before, TOUCHING) - SLIP
+            allowed = min(before, TOUCH_DISTANCE) - MAX_DECREASE
             for i in range(1, len(poses)):
                 if _clearance(row, column, poses[i], corners) < allowed:
                     return True

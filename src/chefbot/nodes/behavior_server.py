@@ -30,7 +30,7 @@ MotionResult = tuple[Duration, int, str]
 class BehaviorServerNode(LocalCausesNode):
     """Base class of a node that serves spin, backup and drive_on_heading, one motion at a time.
 
-    While it waits for a sensor it publishes the reason on `standing`, else an empty one.
+    While it waits for a sensor it publishes the reason on `controller/wait_reason`, else an empty one.
     """
 
     emergency_stop: In[Bool]
@@ -38,7 +38,7 @@ class BehaviorServerNode(LocalCausesNode):
     backup = action_server(nav2.BackUp)
     drive_on_heading = action_server(nav2.DriveOnHeading)
     cmd_vel_nav: Out[Twist]
-    standing: Out[String] = topic("controller/wait_reason", latched=True)
+    wait_reason: Out[String] = topic("controller/wait_reason", latched=True)
     remark: Out[String] = topic("controller/remark")
 
     def start(self) -> None:
@@ -146,5 +146,5 @@ class BehaviorServerNode(LocalCausesNode):
     def _publish_waiting(self) -> None:
         remark = self._waiting.take_remark()
         if remark:
-            self.standing.publish(String(self._waiting.reason))
+            self.wait_reason.publish(String(self._waiting.reason))
             self.remark.publish(String(remark))

@@ -44,7 +44,7 @@ class CollisionMonitorNode(MotionReasonsNode):
     obstacles: In[ObstacleScan]
     ultrasonic: In[Range]
     board_fault: In[String]
-    standing: Out[String] = topic("base/stop_reason", latched=True)
+    stop_reason: Out[String] = topic("base/stop_reason", latched=True)
     diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
@@ -106,18 +106,18 @@ class CollisionMonitorNode(MotionReasonsNode):
 
         def known() -> NDArray[np.float64]:
             assert pose is not None, "without odometry no camera is judged"
-            return self._monitor.points(pose, now_ns, self._monitor.zones.reach)
+            return self._monitor.points(pose, now_ns, self._monitor.polygons.reach)
 
         before = self._verdict
         judged = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)
         self._verdict = judged.with_board_fault(self.board_fault.last.data if self.board_fault.last else "")
-        if before.standing != self._verdict.standing:
-            self.standing.publish(String(self._verdict.standing))
+        if before.stop_reason != self._verdict.stop_reason:
+            self.stop_reason.publish(String(self._verdict.stop_reason))
         return self._verdict
 
     def _allowed_fraction(self, command: StampedCommand) -> float:
         """Return the fraction of a command that faults of sensors and of the motor board leave."""
-        slow = self.params.monitor.slow * max_speed(self.robot)
+        slow = self.params.monitor.slowdown_ratio * max_speed(self.robot)
         return restricted(command, self._verdict, self.robot.circumscribed_radius, slow)
 
     def _checked(self, v: float, w: float) -> CheckedTwist:
@@ -138,8 +138,8 @@ class CollisionMonitorNode(MotionReasonsNode):
     @every(hz=1)
     def publish_health(self) -> None:
         """Publish what limits the motion, also while the robot stands; again, as others can publish it as well."""
-        self.standing.publish(String(self._verdict.standing))
+        self.stop_reason.publish(String(self._verdict.stop_reason))
         sentence = self._reasons.sentence
-        level = ERROR if self._verdict.stands else WARN if sentence else OK
+        level = ERROR if self._verdict.requires_stop else WARN if sentence else OK
         status = DiagnosticStatus(level, STATUS, sentence or OK_MESSAGE, self.robot.name)
         self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))

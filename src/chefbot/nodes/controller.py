@@ -40,7 +40,7 @@ class ControllerNode(
 
     It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
     while localization, if there is one, has converged and sends its pose. Otherwise it stands still, publishes the
-    reason on `standing` (empty while it does not wait), and resumes by itself.
+    reason on `controller/wait_reason` (empty while it does not wait), and resumes by itself.
     """
 
     live_params = (*LocalCostmapNode.live_params, *LIVE_PARAMS)

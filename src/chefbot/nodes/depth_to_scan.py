@@ -21,7 +21,7 @@ from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
 from chefbot.scan.drop_offs import FloorLimits
 from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams, without_floor_gaps
 
-OVERHEAD = 0.05
+OVERHEAD_CLEARANCE = 0.05
 """Height above the robot's top that must be free as well, m."""
 FIELD_OF_VIEW_TOLERANCE = 0.1
 """Share by which a camera's field of view may differ from that of the robot file without a warning."""
@@ -100,7 +100,7 @@ class DepthToScanNode(Node):
         camera, params = self._camera, self.params
         self._model = model
         self._converter = DepthToScan(model, params.scan)
-        max_height = overall_height(self.robot) + OVERHEAD
+        max_height = overall_height(self.robot) + OVERHEAD_CLEARANCE
         floor = FloorLimits.of(self.robot, camera, params.obstacles.pitch_tolerance)
         self._obstacles = ObstacleScanner(model, camera.mount, max_height, floor, params.obstacles)
 

@@ -31,7 +31,14 @@ class DriveBaseNode(EmergencyStopNode):
     commanded. A command that is not repeated is a stop.
     """
 
-    live_params = ("limiter.*", "teleop_hold", "*margin", "monitor.slow", "monitor.memory", "monitor.seen")
+    live_params = (
+        "limiter.*",
+        "teleop_hold",
+        "*margin",
+        "monitor.slowdown_ratio",
+        "monitor.obstacle_memory_time",
+        "monitor.ground_memory_time",
+    )
     params: DriveBaseParams
     cmd_vel_teleop: In[Twist]
     cmd_vel_nav: In[Twist]
@@ -86,9 +93,9 @@ class DriveBaseNode(EmergencyStopNode):
     @every(hz=COMMAND_RATE)
     def command(self) -> None:
         """Publish the next step of the velocity ramp, as far as it is safe."""
-        now_ns, stood = self.now_ns, self._verdict.stands
+        now_ns, stopped = self.now_ns, self._verdict.requires_stop
         self.forget_own_stops()
-        if self._judge_sensors().stands and not stood:
+        if self._judge_sensors().requires_stop and not stopped:
             self._commands.interrupt(CommandSource.TELEOP, now_ns)
             self._limiter.reset()  # at once, without a ramp
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)

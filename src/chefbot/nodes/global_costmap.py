@@ -7,7 +7,7 @@ from typing import Any
 from chefbot.costmap.conversions import DROP_OFFS, costmap_message
 from chefbot.costmap.params import LIVE_PARAMS
 from chefbot.costmap.pose_jump import PoseJumpDetector
-from chefbot.costmap.ranger_marks import LASTING
+from chefbot.costmap.ranger_marks import LASTING_SOURCES
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_maps import MapZones
 from chefbot.msgs.chefbot_msgs import ObstacleScan
@@ -101,7 +101,7 @@ class GlobalCostmapNode(PeopleMarksNode):
         """Clear the marks within a radius (m) of the robot, but not those that other sensors do not see."""
         try:
             robot = self.tf.lookup("map", "base_link")
-            self._costs.clear_around(robot, radius.data, keep=(DROP_OFFS, *LASTING))
+            self._costs.clear_around(robot, radius.data, keep=(DROP_OFFS, *LASTING_SOURCES))
         except TransformError:
             self._costs.clear()  # not localized: all marks are unreliable
 

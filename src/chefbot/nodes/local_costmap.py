@@ -40,7 +40,7 @@ class LocalCostmapNode(PeopleMarksNode):
     contact: In[PoseStamped]
     zones: In[MapZones]
     clear_costmaps: In[Float64]
-    base_standing: In[String] = topic("base/stop_reason")
+    base_stop_reason: In[String] = topic("base/stop_reason")
     monitor_reason: In[String] = topic("collision_monitor/reason")
     costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
     diagnostics: Out[DiagnosticArray]
@@ -116,7 +116,7 @@ class LocalCostmapNode(PeopleMarksNode):
     @property
     def _base_fault(self) -> str:
         """The fault for which the base stands; empty if it does not."""
-        return self.base_standing.last.data if self.base_standing.last else ""
+        return self.base_stop_reason.last.data if self.base_stop_reason.last else ""
 
     @property
     def _limit(self) -> str:

@@ -122,6 +122,6 @@ class NavigatorNode(TreeRunnerNode):
 
     def _publish_status(self, state: str, reason: str) -> None:
         self._state.state, self._state.reason = state, reason
-        waiting_reason = self.standing.last.data if self.standing.last else ""
+        waiting_reason = self.wait_reason.last.data if self.wait_reason.last else ""
         status = self._state.message(self.now_ns, self._recoveries, waiting_reason, self._limit)
         self.navigation_status.publish(status)

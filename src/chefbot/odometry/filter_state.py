@@ -9,7 +9,7 @@ import numpy as np
 from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.motion_model import Array
 from chefbot.odometry.readings import ImuReading
-from chefbot.odometry.sensor_health import IMU_SOURCES, NEVER, Records, SensorMonitor, Source, new_monitors
+from chefbot.odometry.sensor_health import IMU_SOURCES, NEVER_NS, Records, SensorMonitor, Source, new_monitors
 from chefbot.odometry.wheel_travel import EncoderState
 
 MEMORY = np.dtype(
@@ -27,7 +27,7 @@ MEMORY = np.dtype(
         ("contradicted_ns", np.int64),  # stamp since which wheels and gyro contradict each other
     ]
 )
-"""Record of what the filter keeps from one interval between wheel readings to the next; a stamp may be `NEVER`."""
+"""Record of what the filter keeps from one interval between wheel readings to the next; a stamp may be `NEVER_NS`."""
 
 
 class MeanVelocity(NamedTuple):
@@ -64,7 +64,7 @@ class FilterState(NamedTuple):
     def initial(cls, body: DriveModel) -> FilterState:
         """Return the initial belief at the origin of odom, without readings."""
         memory = np.zeros(1, MEMORY)
-        memory["gyro_ns"] = memory["tilt_ns"] = memory["contradicted_ns"] = NEVER
+        memory["gyro_ns"] = memory["tilt_ns"] = memory["contradicted_ns"] = NEVER_NS
         return cls(*body.start(), new_monitors(), memory)
 
     @property
@@ -89,10 +89,10 @@ class FilterState(NamedTuple):
     @property
     def contradicted(self) -> bool:
         """Whether wheels and gyro contradicted each other in the last interval."""
-        return int(self.memory["contradicted_ns"][0]) != NEVER
+        return int(self.memory["contradicted_ns"][0]) != NEVER_NS
 
     def with_gyro_since(self, gyro_ns: int) -> FilterState:
-        """Return the belief with the yaw increment of the gyro beginning at a stamp; NEVER if it is unknown."""
+        """Return the belief with the yaw increment of the gyro beginning at a stamp; NEVER_NS if it is unknown."""
         memory = self.memory.copy()
         memory["gyro_ns"] = gyro_ns
         return self._replace(memory=memory)
@@ -100,6 +100,6 @@ class FilterState(NamedTuple):
     def without_readings(self) -> FilterState:
         """Return the belief without the readings of the IMU that it keeps for the next interval."""
         memory = self.memory.copy()
-        memory["gyro_ns"] = memory["tilt_ns"] = NEVER
+        memory["gyro_ns"] = memory["tilt_ns"] = NEVER_NS
         memory["spikes"] = memory["spike_angle"] = memory["mirrored_angle"] = 0
         return self._replace(memory=memory, pending=())

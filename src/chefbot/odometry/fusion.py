@@ -12,7 +12,7 @@ from chefbot.odometry.measurement_updates import update_imu
 from chefbot.odometry.motion_model import Array
 from chefbot.odometry.propagation import begin_interval, end_interval, move_to
 from chefbot.odometry.readings import IMU, ImuReading, Reading, WheelCounts, WheelTwist
-from chefbot.odometry.sensor_health import NEVER, Records
+from chefbot.odometry.sensor_health import NEVER_NS, Records
 from chefbot.odometry.wheel_travel import (
     EncoderState,
     WheelTravel,
@@ -95,7 +95,7 @@ def _initialise(belief: FilterState, reading: WheelCounts | WheelTwist) -> Filte
     """Set the origin of odom at the first wheel reading; discard the readings before it."""
     counts = (reading.left, reading.right) if isinstance(reading, WheelCounts) else None
     counters = belief.counters._replace(counts=counts)
-    timed = belief.with_gyro_since(reading.stamp_ns if belief.pending else NEVER)
+    timed = belief.with_gyro_since(reading.stamp_ns if belief.pending else NEVER_NS)
     return timed._replace(stamp_ns=reading.stamp_ns, counters=counters, pending=())
 
 

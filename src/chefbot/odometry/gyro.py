@@ -27,7 +27,7 @@ from chefbot.odometry.propagation import (
 )
 from chefbot.odometry.sensor_health import (
     GYRO,
-    NEVER,
+    NEVER_NS,
     REVERSED,
     SATURATED,
     STUCK,
@@ -74,7 +74,7 @@ def _check_and_update(interval: PropagationInterval, reading: Record, last_ns: i
     memory["spikes"], memory["spike_angle"] = 0, 0.0
     # Saturated: the heading may have changed by the measured angle or more
     if body.gyro_range <= abs(rate) <= DAMAGED_RANGE_FACTOR * body.gyro_range:
-        period = 0.0 if last_ns == NEVER else min(stamp_ns - last_ns, GYRO_TIMEOUT_NS) / 1e9
+        period = 0.0 if last_ns == NEVER_NS else min(stamp_ns - last_ns, GYRO_TIMEOUT_NS) / 1e9
         inflate_heading(interval, (rate * period) ** 2)
         note_fault(monitor, SATURATED)
         return
@@ -82,10 +82,10 @@ def _check_and_update(interval: PropagationInterval, reading: Record, last_ns: i
     if not abs(rate) <= min(body.max_yaw_rate, DAMAGED_RANGE_FACTOR * body.gyro_range):  # true for NaN
         note_rejection(monitor)
         return
-    if memory["gyro_ns"] == NEVER or not 0 < stamp_ns - memory["gyro_ns"] <= GYRO_TIMEOUT_NS:
+    if memory["gyro_ns"] == NEVER_NS or not 0 < stamp_ns - memory["gyro_ns"] <= GYRO_TIMEOUT_NS:
         return  # the period of the rate is unknown
     rotation = gyro_rotation(interval, reading)
-    is_jump = last_ns != NEVER and _is_jump(body.max_yaw_acceleration, rotation, last_rate)
+    is_jump = last_ns != NEVER_NS and _is_jump(body.max_yaw_acceleration, rotation, last_rate)
     _update_or_reject(interval, rotation, is_jump, spikes, spike_angle)
 
 

@@ -33,7 +33,7 @@ from chefbot.odometry.sensor_health import (
     ACCELEROMETER,
     ATTITUDE,
     GYRO,
-    NEVER,
+    NEVER_NS,
     NO_FAULT,
     SATURATED,
     Record,
@@ -67,7 +67,7 @@ def update_imu(interval: PropagationInterval, reading: Record) -> None:
     """Update the state with gyro, accelerometer and attitude at the stamp of the reading, of type `IMU`."""
     # Rates about x and y: zero-velocity update at standstill, otherwise input of the next prediction
     memory = interval.memory[0]
-    memory["tilt_ns"] = NEVER
+    memory["tilt_ns"] = NEVER_NS
     if _has_tilt_rates(interval, reading) and not _zero_velocity_update(interval, reading):
         memory["tilt_ns"] = reading["stamp_ns"]
         memory["tilt_rates"][:] = reading["rates"][:2]

@@ -19,7 +19,7 @@ from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import Imu
 from chefbot.msgs.std_msgs import Header
 from chefbot.odometry.estimate import MotionEstimate
-from chefbot.odometry.readings import UNMEASURED, ImuReading, Triple
+from chefbot.odometry.readings import UNMEASURED_VARIANCES, ImuReading, Triple
 from chefbot.robot.section import Mount
 from chefbot.robot.spec import Robot
 
@@ -63,7 +63,7 @@ class ImuConverter:
         """
         elements = covariance.tolist()
         if elements[0] < 0.0:
-            return UNMEASURED
+            return UNMEASURED_VARIANCES
         return self._rotated_diagonal(elements) if any(elements) else unknown
 
     def _rotated_diagonal(self, covariance: list[float]) -> Triple:

@@ -26,7 +26,7 @@ from chefbot.odometry.motion_model import (
 from chefbot.odometry.sensor_health import (
     ACCELEROMETER,
     ATTITUDE,
-    NEVER,
+    NEVER_NS,
     STUCK,
     Record,
     Records,
@@ -121,8 +121,8 @@ def end_interval(interval: PropagationInterval) -> None:
     memory["speed"], memory["turn"] = interval.velocity.speed, interval.velocity.turn
     memory["dt"] = interval.velocity.dt
     if not part["contradicted"]:
-        memory["contradicted_ns"] = NEVER
-    elif memory["contradicted_ns"] == NEVER:
+        memory["contradicted_ns"] = NEVER_NS
+    elif memory["contradicted_ns"] == NEVER_NS:
         memory["contradicted_ns"] = part["now_ns"]
 
 
@@ -142,8 +142,8 @@ def move_to(interval: PropagationInterval, stamp_ns: int) -> None:
     part["dt"] = 0.0
     if stamp_ns <= part["now_ns"]:
         return
-    if memory["tilt_ns"] != NEVER and stamp_ns - memory["tilt_ns"] > GYRO_TIMEOUT_NS:
-        memory["tilt_ns"] = NEVER
+    if memory["tilt_ns"] != NEVER_NS and stamp_ns - memory["tilt_ns"] > GYRO_TIMEOUT_NS:
+        memory["tilt_ns"] = NEVER_NS
     part["dt"], part["now_ns"] = (stamp_ns - part["now_ns"]) / 1e9, stamp_ns
     _predict_part(interval, 0.0)
     _expect_changes(interval)
@@ -166,7 +166,7 @@ def _predict_part(interval: PropagationInterval, slipped: float) -> None:
     share, settling, gyro_seconds, rotation = seconds / interval.velocity.dt, 0.0, 0.0, np.zeros(2)
     noise = _wheel_noise(interval.rolled, share, slipped)
     # Roll and pitch from the gyro, or else from the slope model of the floor
-    if memory["tilt_ns"] != NEVER:
+    if memory["tilt_ns"] != NEVER_NS:
         gyro_seconds, rotation = seconds, memory["tilt_rates"] * seconds
         noise[2, 2] = memory["tilt_variances"][0] * seconds**2
         noise[3, 3] = memory["tilt_variances"][1] * seconds**2

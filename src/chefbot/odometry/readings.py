@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-UNMEASURED = (math.inf, math.inf, math.inf)
+UNMEASURED_VARIANCES = (math.inf, math.inf, math.inf)
 """Variances of three axes that were not measured."""
 Triple = tuple[float, float, float]
 
@@ -47,9 +47,9 @@ class ImuReading(NamedTuple):
     rates: Triple
     rates_variance: Triple
     force: Triple = (0.0, 0.0, 0.0)
-    force_variance: Triple = UNMEASURED
+    force_variance: Triple = UNMEASURED_VARIANCES
     attitude: Triple = (0.0, 0.0, 0.0)
-    attitude_variance: Triple = UNMEASURED
+    attitude_variance: Triple = UNMEASURED_VARIANCES
 
 
 IMU = np.dtype(

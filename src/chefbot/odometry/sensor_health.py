@@ -47,7 +47,7 @@ FAULTS = (Condition.FRESH, Condition.STUCK, Condition.SATURATED, Condition.REVER
 """Conditions of a source by its last readings alone."""
 NO_FAULT, STUCK, SATURATED, REVERSED = range(len(FAULTS))
 """Codes of `FAULTS` in the records."""
-NEVER = int(np.iinfo(np.int64).min)
+NEVER_NS = int(np.iinfo(np.int64).min)
 """Stamp in a record of something that has not happened yet."""
 
 Record = Any
@@ -103,7 +103,7 @@ class SensorMonitor(NamedTuple):
     def of(cls, record: Record) -> SensorMonitor:
         """Return the monitor that a record holds."""
         last_ns, used_ns, value, repeats, expected_change, mirrored, refused, run, fault = record.item()
-        last, used = (None if stamp == NEVER else stamp for stamp in (last_ns, used_ns))
+        last, used = (None if stamp == NEVER_NS else stamp for stamp in (last_ns, used_ns))
         counts = repeats, expected_change, mirrored, refused, run
         return cls(last, used, tuple(value.tolist()), *counts, FAULTS[fault])
 
@@ -111,7 +111,7 @@ class SensorMonitor(NamedTuple):
 def new_monitors() -> Records:
     """Return the monitors (3,) of `IMU_SOURCES` before the first reading."""
     monitors = np.zeros(len(IMU_SOURCES), MONITOR)
-    monitors["last_ns"] = monitors["used_ns"] = NEVER
+    monitors["last_ns"] = monitors["used_ns"] = NEVER_NS
     monitors["value"] = np.nan
     return monitors
 

@@ -24,11 +24,11 @@ FREE_MARGIN, MAX_FREE_MARGIN = 0.2, 2.0
 """Distance before a return from which on a beam shows nothing, m: at a right angle, and at the smallest angle."""
 HIT_TIME = 0.5
 """Time after a return for which beams through the cell do not count, s: they pass beside what stands in it."""
-MAX_STATIC, STATIC = 100, 10
+MAX_STATIC_EVIDENCE, STATIC_EVIDENCE = 100, 10
 """Largest evidence that something stays in a cell, and evidence from which it does; one for each observation."""
 FREE_STEP = 3
 """Evidence that a beam through a cell takes off."""
-OCCUPIED = 65
+OCCUPIED_THRESHOLD = 65
 """Occupancy of the static map from which a cell is an obstacle, percent."""
 MAX_COORDINATE = 1e6
 """Coordinate of a point beyond which it has no cell, m."""
@@ -92,7 +92,7 @@ def _update(
         if people[i]:
             static[r, c] = 0
         elif hit_at[r, c] < now:
-            static[r, c] = min(static[r, c] + 1, MAX_STATIC)
+            static[r, c] = min(static[r, c] + 1, MAX_STATIC_EVIDENCE)
         hit_at[r, c] = now
     # Free floor along the beams.
     for i in range(len(ranges)):
@@ -133,7 +133,7 @@ def _read(
             for nc in range(column - 1, column + 2):
                 if (
                     keys[nr % n, nc % n] == (nr << 32) ^ (nc & 0xFFFFFFFF)
-                    and static[nr % n, nc % n] >= STATIC
+                    and static[nr % n, nc % n] >= STATIC_EVIDENCE
                 ):
                     stays[i] = True
 
@@ -165,7 +165,7 @@ def _find_near_obstacles(
         for r in range(max(row - reach, 0), min(row + reach + 1, height)):
             for c in range(max(column - reach, 0), min(column + reach + 1, width)):
                 distance = math.sqrt((r - row) ** 2 + (c - column) ** 2) * resolution
-                if cells[r, c] >= OCCUPIED and distance <= margin[i]:
+                if cells[r, c] >= OCCUPIED_THRESHOLD and distance <= margin[i]:
                     near[i] = True
 
 

@@ -27,7 +27,7 @@ CHAIN_GAP, MAX_CHAIN = 0.3, 1.5
 """Distance of neighbouring segments up to which they belong together, and maximum extent that is not a wall, m."""
 MAP_MARGIN, MAP_MARGIN_GROWTH = 0.1, 0.02
 """Distance from an obstacle of the map within which a return belongs to it, m, and its growth with the range, rad."""
-NEAR = 2.5
+NEAR_DISTANCE = 2.5
 """Distance within which a person gives several returns, m."""
 LEG_DEPTH, SECOND_LEG = 0.055, 0.07
 """Distance of a leg's centre behind the mean of its returns, and of a person's centre behind that if the other leg is
@@ -103,7 +103,7 @@ def find_candidates(
 
     free_after: time (s) after which a place was free if it is new that something is there.
     """
-    few = (segments.returns < 2) & (segments.range < NEAR)
+    few = (segments.returns < 2) & (segments.range < NEAR_DISTANCE)
     # The ends of a wall all around the sensor are neighbours.
     around = segments.returns * observation.spacing > math.pi
     mask = (segments.width <= MAX_WIDTH) & (segments.range <= max_range) & (segments.upright >= 0.5)
@@ -178,7 +178,7 @@ def measure(candidates: Candidates, chosen: NDArray[np.int64], sensor: SE2) -> M
     width = float(segments.width[chosen].max())
     single = len(chosen) == 1 and width < LEG_WIDTH[1]
     centre = points.mean(axis=0)
-    if single and segments.range[chosen[0]] < NEAR:
+    if single and segments.range[chosen[0]] < NEAR_DISTANCE:
         centre = _between_legs(centre, sensor)
     pair = len(chosen) == 2 and bool(candidates.leg[chosen].all()) and _apart(points)
     return Measurement(

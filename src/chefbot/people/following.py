@@ -15,13 +15,13 @@ from chefbot.msgs.nav2_msgs import CONTROLLING, INITIAL_PERCEPTION, RETRY, STOPP
 
 GOAL_REJECTED, TF_ERROR, FAILED_TO_DETECT_OBJECT, FAILED_TO_CONTROL = 1, 901, 902, 903
 """Error codes of nav2_msgs/action/FollowObject."""
-AHEAD, NEAR = math.radians(60.0), 4.0
+MAX_AHEAD_BEARING, MAX_AHEAD_DISTANCE = math.radians(60.0), 4.0
 """Bearing (rad) and distance (m) within which the nearest person ahead is chosen."""
-DISTANCE_TOLERANCE, FACING = 0.25, 0.4
+DISTANCE_TOLERANCE, FACING_TOLERANCE = 0.25, 0.4
 """Errors of the distance (m) and of the heading towards the person (rad) at which the robot stands."""
-LEAVING, TURNING = 0.4, 0.7
+DRIVE_DISTANCE_ERROR, TURN_HEADING_ERROR = 0.4, 0.7
 """The same errors at which it drives or turns again."""
-ARRIVED = 0.6
+ARRIVAL_DISTANCE = 0.6
 """Distance from the place where a person was last seen at which the robot looks round, m."""
 GATE, WALKING_SPEED, MAX_GATE = 1.0, 1.5, 4.0
 """Distance from there within which somebody new is taken for the same person: at once (m), its growth (m/s), and
@@ -111,7 +111,11 @@ class PersonFollower:
 
     def _keep_distance(self, robot: SE2, person: TrackedPerson) -> FollowStep:
         away, bearing = _polar(robot, person)
-        distance, angle = (LEAVING, TURNING) if self._standing else (DISTANCE_TOLERANCE, FACING)
+        distance, angle = (
+            (DRIVE_DISTANCE_ERROR, TURN_HEADING_ERROR)
+            if self._standing
+            else (DISTANCE_TOLERANCE, FACING_TOLERANCE)
+        )
         near = away <= self.params.desired_distance + distance
         self._standing = near and abs(wrap(bearing - robot.yaw)) <= angle
         if self._standing:
@@ -137,7 +141,7 @@ class PersonFollower:
             text = f"Lost person {self.number} and did not find it in {hidden:.0f} s."
             return FollowStep(RETRY, text, error_code=FAILED_TO_DETECT_OBJECT)
         away, bearing = _polar(robot, person)
-        self._arrived = self._arrived or away <= ARRIVED or hidden > self.params.search_timeout / 2.0
+        self._arrived = self._arrived or away <= ARRIVAL_DISTANCE or hidden > self.params.search_timeout / 2.0
         if self._arrived:
             return FollowStep(RETRY, f"Lost person {self.number}; looking around.", look_round=True)
         heading = math.atan2(person.velocity.y, person.velocity.x) if not person.standing else bearing
@@ -166,6 +170,6 @@ def _nearest_ahead(robot: SE2, visible: list[TrackedPerson]) -> int:
     ahead = []
     for person in visible:
         away, bearing = _polar(robot, person)
-        if away <= NEAR and abs(wrap(bearing - robot.yaw)) <= AHEAD:
+        if away <= MAX_AHEAD_DISTANCE and abs(wrap(bearing - robot.yaw)) <= MAX_AHEAD_BEARING:
             ahead.append((away, person.id))
     return min(ahead)[1] if ahead else 0

@@ -9,20 +9,28 @@ from typing import NamedTuple
 from chefbot.people.candidates import Measurement
 from chefbot.people.motion_model import MotionState, propagate
 
-TENTATIVE = 0
+TENTATIVE_ID = 0
 """Id of a track that is not known to be a person yet."""
-CONFIRMED, LIKELY, REFUTED, MAX_EVIDENCE = 3.0, 0.5, -1.5, 6.0
+CONFIRMED_EVIDENCE, LIKELY_EVIDENCE, REFUTED_EVIDENCE, MAX_EVIDENCE = 3.0, 0.5, -1.5, 6.0
 """Evidence (log odds) from which a track is a person, and may be one; below which it ends; and its bound."""
-NOVEL, MOVING, PAIR, BODY, LEG, STILL, ON_MAP = 1.0, 0.45, 0.12, 0.06, 0.04, -0.05, -1.0
+(
+    NOVEL_EVIDENCE,
+    MOVING_EVIDENCE,
+    PAIR_EVIDENCE,
+    BODY_EVIDENCE,
+    LEG_EVIDENCE,
+    STILL_EVIDENCE,
+    ON_MAP_EVIDENCE,
+) = 1.0, 0.45, 0.12, 0.06, 0.04, -0.05, -1.0
 """Evidence of a measurement: where nothing was before; of a track that moves; of two legs; as wide as two legs; as
 wide as one; none of these; on an obstacle of the map."""
-FREE = -0.8
+FREE_EVIDENCE = -0.8
 """Evidence of an observation that shows a track's place to be free."""
 MIN_MEASUREMENTS = 4
 """Measurements before a track is a person."""
 MOVING_SPEED = 0.3
 """Speed from which a track moves, m/s."""
-MOVED = 0.35
+MOVED_DISTANCE = 0.35
 """Distance from the first measurement from which a track moves, m."""
 STANDING_SPEED, STANDING_TIME = 0.2, 1.0
 """Speed below which a person stands, m/s, once it has lasted for this time, s."""
@@ -48,8 +56,8 @@ class Sighting(NamedTuple):
 class PersonTrack:
     """A confirmed track, a person, or a tentative one.
 
-    id: number of the person, above 0, TENTATIVE before it is one. state: at `time`, s. evidence: log odds that it is
-    a person. first, last_seen: first and last measurement. measurements: their number. standing_since: time since
+    id: number of the person, above 0, TENTATIVE_ID before it is one. state: at `time`, s. evidence: log odds that it
+    is a person. first, last_seen: first and last measurement. measurements: their number. standing_since: time since
     which it has been slow, s; inf while it moves.
     """
 
@@ -65,7 +73,7 @@ class PersonTrack:
     @property
     def confirmed(self) -> bool:
         """Whether it is known to be a person."""
-        return self.id != TENTATIVE
+        return self.id != TENTATIVE_ID
 
     @property
     def confidence(self) -> float:
@@ -75,7 +83,7 @@ class PersonTrack:
     @property
     def likely(self) -> bool:
         """Whether it is a person or may well be one, so that its returns are not background."""
-        return self.confirmed or self.evidence > LIKELY
+        return self.confirmed or self.evidence > LIKELY_EVIDENCE
 
     @property
     def standing(self) -> bool:
@@ -111,19 +119,23 @@ class PersonTrack:
 
     def _evidence_of(self, seen: Measurement) -> float:
         if seen.on_map or self.state.speed > MAX_SPEED:
-            return ON_MAP
-        evidence = NOVEL if seen.novel else 0.0
-        evidence += MOVING if self._moves() else 0.0
-        evidence += PAIR if seen.pair else BODY if seen.body else LEG if seen.leg else 0.0
-        return evidence if evidence > 0.0 else STILL
+            return ON_MAP_EVIDENCE
+        evidence = NOVEL_EVIDENCE if seen.novel else 0.0
+        evidence += MOVING_EVIDENCE if self._moves() else 0.0
+        evidence += (
+            PAIR_EVIDENCE if seen.pair else BODY_EVIDENCE if seen.body else LEG_EVIDENCE if seen.leg else 0.0
+        )
+        return evidence if evidence > 0.0 else STILL_EVIDENCE
 
     def _moves(self) -> bool:
         """Return whether it certainly moves."""
         state = self.state
         sure = state.speed > max(MOVING_SPEED, 2.0 * math.sqrt(state.speed_variance))
-        return sure and state.distance(self.first.x, self.first.y) > MOVED
+        return sure and state.distance(self.first.x, self.first.y) > MOVED_DISTANCE
 
     @property
     def over(self) -> bool:
         """Whether the evidence is against a person."""
-        return self.evidence <= REFUTED or (not self.confirmed and self.evidence <= 0.5 * REFUTED)
+        return self.evidence <= REFUTED_EVIDENCE or (
+            not self.confirmed and self.evidence <= 0.5 * REFUTED_EVIDENCE
+        )

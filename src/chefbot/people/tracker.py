@@ -21,11 +21,11 @@ from chefbot.people.observation import Observation
 from chefbot.people.params import PeopleTrackerParams
 from chefbot.people.segmentation import find_segments
 from chefbot.people.track import (
-    CONFIRMED,
-    FREE,
+    CONFIRMED_EVIDENCE,
+    FREE_EVIDENCE,
     INITIAL_SPEED,
     MIN_MEASUREMENTS,
-    TENTATIVE,
+    TENTATIVE_ID,
     PersonTrack,
     Sighting,
 )
@@ -60,7 +60,7 @@ class PeopleTracker:
         self.params = params
         self._warning = ""
         self._background = Background()
-        self._next_id = TENTATIVE + 1
+        self._next_id = TENTATIVE_ID + 1
         self._reset(-math.inf)
 
     def _reset(self, time: float) -> None:
@@ -176,7 +176,7 @@ class PeopleTracker:
         seen = set(owner.tolist())
         for i, track in enumerate(self.tracks):
             if i not in seen:
-                track.add_evidence(FREE * seen_free(observation, track.state))
+                track.add_evidence(FREE_EVIDENCE * seen_free(observation, track.state))
 
     def _begin(self, candidates: Candidates, owner: NDArray[np.int64], sensor: SE2) -> None:
         """Begin a tentative track for each pair of legs or single segment without a track that may be a person."""
@@ -193,7 +193,7 @@ class PeopleTracker:
             return
         state = MotionState(seen.x, seen.y, 0.0, 0.0, seen.deviation**2, 0.0, INITIAL_SPEED**2)
         sighting = Sighting(seen.x, seen.y, self.time)
-        self.tracks.append(PersonTrack(TENTATIVE, state, self.time, sighting, sighting))
+        self.tracks.append(PersonTrack(TENTATIVE_ID, state, self.time, sighting, sighting))
 
     def _may_be_person(self, candidates: Candidates, group: NDArray[np.int64], seen: Measurement) -> bool:
         if any(track.state.distance(seen.x, seen.y) < MIN_DISTANCE for track in self.tracks):
@@ -211,7 +211,11 @@ class PeopleTracker:
                 kept.append(track)
         self.tracks = kept
         for track in kept:
-            if not track.confirmed and track.evidence >= CONFIRMED and track.measurements >= MIN_MEASUREMENTS:
+            if (
+                not track.confirmed
+                and track.evidence >= CONFIRMED_EVIDENCE
+                and track.measurements >= MIN_MEASUREMENTS
+            ):
                 track.id = self._next_id
                 self._next_id += 1
 

@@ -14,7 +14,7 @@ BODY_RADIUS = 0.25
 """Radius of a place, m: a body takes it, so no furniture was within it while a person was there."""
 SPACING = 0.1
 """Distance of places along a trail, m."""
-LEFT = 0.55
+LEFT_DISTANCE = 0.55
 """Distance from all people beyond which a place has been left, m: two bodies, and what delayed images show."""
 MAX_PLACES = 200
 """Places of a person that are remembered, the newest."""
@@ -53,7 +53,7 @@ class PeopleTrails:
         if not places or math.dist(places[-1], here) >= SPACING:
             places.append(here)
             del places[:-MAX_PLACES]
-        gone = [place for place in places if all(math.dist(place, other) > LEFT for other in now)]
+        gone = [place for place in places if all(math.dist(place, other) > LEFT_DISTANCE for other in now)]
         places[:] = [place for place in places if place not in gone]
         return gone
 

@@ -10,7 +10,7 @@ from numba import njit
 from chefbot.people.motion_model import MotionState
 from chefbot.people.observation import Floats, Observation
 
-BODY = 0.3
+BODY_DEPTH = 0.3
 """Distance behind a place up to which nothing must be seen for it to be free, m."""
 HALF_WIDTH = 0.12
 """Half the width of a place that must be free, m."""
@@ -38,7 +38,7 @@ def seen_free(observation: Observation, state: MotionState) -> float:
 def _count_free(
     points: Floats, sensor: Floats, first: float, spacing: float, start: Floats, end: Floats
 ) -> int:
-    """Return the number of points (k, 2) through which all beams pass and show nothing up to BODY behind them.
+    """Return the number of points (k, 2) through which all beams pass and show nothing up to BODY_DEPTH behind them.
 
     sensor: (3,) pose. first, spacing: angle of the first beam and between beams, rad. start, end: (n,) as in
     Observation.
@@ -58,6 +58,6 @@ def _count_free(
             continue
         clear = True
         for i in range(low, high + 1):
-            clear = clear and start[i % n] <= distance and end[i % n] >= distance + BODY
+            clear = clear and start[i % n] <= distance and end[i % n] >= distance + BODY_DEPTH
         free += clear
     return free

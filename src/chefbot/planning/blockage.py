@@ -14,11 +14,11 @@ from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import path_length
 from chefbot.planning.planner import Planner, PlanningError
 
-BODY = 0.4
+BODY_MARKS_RADIUS = 0.4
 """Radius around the middle of a person within which marks are the person's, m: half her width and a stride's lag."""
-BESIDE = 0.25
+BESIDE_DISTANCE = 0.25
 """Distance from a body to the robot's edge up to which a person is in its way, m."""
-NOTABLE = 0.3
+NOTABLE_EXTRA_LENGTH = 0.3
 """Extra length of a path from which another one is blocked, m: less is the noise of two searches."""
 
 Path = NDArray[np.float64]
@@ -72,7 +72,7 @@ def find_blockage(
     around = _plan(planner, costs.marked, robot, goal)
     length = math.inf if around is None else path_length(around)
     if len(people):
-        free = _plan(planner, costs.without(people, BODY + radius), robot, goal)
+        free = _plan(planner, costs.without(people, BODY_MARKS_RADIUS + radius), robot, goal)
         found = None if free is None else _blockage(costs.marked, free, length, people, radius)
         if found is not None:
             return found
@@ -85,13 +85,17 @@ def find_blockage(
 def _blockage(costs: Costmap, free: Path, length: float, people: Path, radius: float) -> Blockage | None:
     """Return the blockage of a path that is free without some marks; None if it is hardly shorter than the other."""
     free_length = path_length(free)
-    if length - free_length < NOTABLE:
+    if length - free_length < NOTABLE_EXTRA_LENGTH:
         return None
     values = costs.values(free[:, 0], free[:, 1], outside=0)
     hits = np.flatnonzero((values >= INSCRIBED) & (values != UNKNOWN))
     blocked = int(hits[0]) if len(hits) else len(free) - 1
     gaps = np.hypot(free[:, None, 0] - people[None, :, 0], free[:, None, 1] - people[None, :, 1])
-    near = np.flatnonzero(gaps.min(axis=0) <= BODY + radius + BESIDE) if len(people) else ()
+    near = (
+        np.flatnonzero(gaps.min(axis=0) <= BODY_MARKS_RADIUS + radius + BESIDE_DISTANCE)
+        if len(people)
+        else ()
+    )
     return Blockage(length, free, free_length, tuple(int(i) for i in near), blocked)
 
 

@@ -37,16 +37,16 @@ ROUND_UP = np.float32(1.0 + 1e-6)
 """Factor that makes a 32-bit sum no less than the exact one."""
 ROW_STEPS, COLUMN_STEPS = (0, 0, 1, -1, 1, 1, -1, -1), (1, -1, 0, 0, 1, -1, 1, -1)
 """Row and column offsets of the eight neighbours, the diagonal ones last."""
-SPARSE = 8
+SPARSE_RATIO = 8
 """A cell in so many is written at random in about the time in which all are written in order."""
-AGAINST = 1e-6
+MIN_AGAINST_CELLS = 1e-6
 """Cells against a lane's direction from which a step is against it: rounding of a direction across the lane."""
 
 
 @njit(cache=True, nogil=True)
 def clear(g: NDArray[np.float32], written: NDArray[np.int32], count: int) -> None:
     """Reset the cost-to-come of the first `count` cells of `written` to infinity."""
-    if count > g.shape[0] // SPARSE:
+    if count > g.shape[0] // SPARSE_RATIO:
         g[:] = np.inf
         return
     for i in range(count):
@@ -140,7 +140,7 @@ def _against_lane(grid: CostGrid, a: int, b: int, column_step: float, row_step: 
             direction[first, 0] * column_step + direction[first, 1] * row_step,
             direction[second, 0] * column_step + direction[second, 1] * row_step,
         )
-        < -AGAINST
+        < -MIN_AGAINST_CELLS
     )
 
 

@@ -20,12 +20,12 @@ STANDOFF = 0.8
 """Length of the path that stays free before the first blocked pose, m: room for those who come out."""
 LOOK_BACK = 4.0
 """Length of the path up to which the robot drives back to make room, m."""
-APART, IN_SIGHT = 1.0, 2.0
+MIN_PLACE_DISTANCE, SIGHT_DISTANCE = 1.0, 2.0
 """Distances of such a place from the blocked pose, m: at least, and up to which its sensors see when it is free."""
-BEYOND = 0.8
+SEEN_LENGTH_BEHIND = 0.8
 """Length of the path behind the blocked pose that it is to see as well, m: who has left the doorway may be there."""
 FAR_WEIGHT = 2.0
-"""Metres of driving that one metre nearer to the blocked pose is worth, beyond IN_SIGHT."""
+"""Metres of driving that one metre nearer to the blocked pose is worth, beyond SIGHT_DISTANCE."""
 SPACING = 0.2
 """Distance between two places on the path that are tried, m."""
 MAX_TRIALS = 200
@@ -69,7 +69,7 @@ class _View:
         self._static, self._step = static, static.resolution / 2.0
         behind = blockage.free[blockage.blocked :]
         length = np.cumsum(np.hypot(*np.diff(behind[:, :2], axis=0, prepend=behind[:1, :2]).T))
-        self._end = SE2.of(behind[min(int(np.searchsorted(length, BEYOND)), len(behind) - 1)])
+        self._end = SE2.of(behind[min(int(np.searchsorted(length, SEEN_LENGTH_BEHIND)), len(behind) - 1)])
 
     def has(self, x: float, y: float) -> bool:
         """Return whether both are seen from a point."""
@@ -100,8 +100,8 @@ def _beside(
 ) -> NDArray[np.int64]:
     """Return cells (n, 2), row and column, to which the robot gets and from which it sees the blocked pose.
 
-    The best are first: near to the robot, and not farther from the blocked pose than IN_SIGHT. distance: length of
-    the path to that pose, m.
+    The best are first: near to the robot, and not farther from the blocked pose than SIGHT_DISTANCE. distance: length
+    of the path to that pose, m.
     """
     try:
         potential = GridPlanner(settings).potential(costs, robot)
@@ -111,7 +111,7 @@ def _beside(
     x = costs.origin_x + (cells[:, 1] + 0.5) * costs.resolution
     y = costs.origin_y + (cells[:, 0] + 0.5) * costs.resolution
     gap = np.hypot(x - blocked.x, y - blocked.y)
-    score = potential[cells[:, 0], cells[:, 1]] + FAR_WEIGHT * np.maximum(gap - IN_SIGHT, 0.0)
+    score = potential[cells[:, 0], cells[:, 1]] + FAR_WEIGHT * np.maximum(gap - SIGHT_DISTANCE, 0.0)
     order = np.argsort(score, kind="stable")
-    order = order[gap[order] >= APART]
+    order = order[gap[order] >= MIN_PLACE_DISTANCE]
     return cells[order[:: 1 + len(order) // MAX_TRIALS]]

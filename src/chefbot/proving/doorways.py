@@ -16,17 +16,17 @@ SPEECH = "robotsound"
 """Topic of the robot's speech."""
 IN_DOOR = 0.9
 """Distance of a person to the middle of a door up to which it is not free, m."""
-OPEN = 0.95
+OPEN_SHARE = 0.95
 """Opening from which a door is free, of 1."""
-BEYOND = 0.5
+BEHIND_DOOR_DISTANCE = 0.5
 """Distance behind a door at which the robot is through, m."""
-STANDING, STANDING_TURN = 0.05, 0.1
+STANDSTILL_SPEED, STANDSTILL_TURN_RATE = 0.05, 0.1
 """Speeds below which the robot stands, m/s and rad/s."""
 HELD_UP = 1.0
 """Time from which a robot that stands waits, and before a door that is not free is held up, s."""
-NEAR = 6.0
+NEAR_DOOR_DISTANCE = 6.0
 """Distance to the door within which a robot that stands is held up by it, m."""
-BEFORE = 1.2
+PERSON_AHEAD_DISTANCE = 1.2
 """Distance within which a person in front of the robot holds it up, m."""
 HALF_WALL = 0.08
 """Half the thickness of the wall of a doorway, m."""
@@ -76,13 +76,15 @@ class DoorwayObserver:
         now, pose, twist = self._run.time, truth.pose.pose.se2, truth.twist.twist
         seconds, self._last = now - (self._last if self._last is not None else now), now
         self.distance = self._middle.distance(pose)
-        stands = abs(twist.linear.x) < STANDING and abs(twist.angular.z) < STANDING_TURN
+        stands = abs(twist.linear.x) < STANDSTILL_SPEED and abs(twist.angular.z) < STANDSTILL_TURN_RATE
         if not (stands and self._active):
             self._stands_since = None
         elif self._stands_since is None:
             self._stands_since = now
         x, y, _ = self._middle.between(pose)
-        self._through = self._through or (BEYOND < self._side * x < 2.0 * BEYOND and abs(y) < self.door.width)
+        self._through = self._through or (
+            BEHIND_DOOR_DISTANCE < self._side * x < 2.0 * BEHIND_DOOR_DISTANCE and abs(y) < self.door.width
+        )
         if not self._through:
             self._hold_up(now, pose)
             self._free += seconds if self.released and self._is_free() else 0.0
@@ -93,7 +95,7 @@ class DoorwayObserver:
 
     def _hold_up(self, now: float, pose: SE2) -> None:
         since = self._stands_since
-        if since is None or now - since < HELD_UP or self.distance > NEAR or not self.blocks:
+        if since is None or now - since < HELD_UP or self.distance > NEAR_DOOR_DISTANCE or not self.blocks:
             return
         if not self._is_free() or self._people_before(pose):
             self.held_up_at = min(self.held_up_at, since)
@@ -102,12 +104,12 @@ class DoorwayObserver:
         """Return whether a person stands in front of the robot."""
         simulation = self._run.safety.simulation
         near = [pose.between(one) for one in (simulation.people if simulation else [])]
-        return any(one.x > 0.0 and math.hypot(one.x, one.y) <= BEFORE for one in near)
+        return any(one.x > 0.0 and math.hypot(one.x, one.y) <= PERSON_AHEAD_DISTANCE for one in near)
 
     def _is_free(self) -> bool:
         simulation = self._run.safety.simulation
         opening = simulation.doors()[self.door.name] if simulation else 1.0
-        return opening >= OPEN and self.people_within(IN_DOOR) == 0
+        return opening >= OPEN_SHARE and self.people_within(IN_DOOR) == 0
 
     def _stands_in_doorway(self, pose: SE2) -> bool:
         radius = self._run.system.robot.circumscribed_radius

@@ -22,7 +22,7 @@ NEAR_MISS = 0.05
 """Distance to an obstacle below which a moving robot nearly hits it, m."""
 NEAR_MISS_END = 0.15
 """Distance at which a near miss is over, m."""
-MOVING = 0.05
+MOVING_SPEED = 0.05
 """Speed from which the robot counts as moving, m/s."""
 PERSON_REACH = 0.25
 """Radius of a person, m."""
@@ -102,9 +102,9 @@ class SafetyObserver:
         if self._last_ns is not None and self._approaches_people(truth.pose, truth.v):
             self.seconds_near_people += (time_ns - self._last_ns) / 1e9
         self._last_ns = time_ns
-        if abs(truth.v) > MOVING:
+        if abs(truth.v) > MOVING_SPEED:
             self.min_clearance = min(self.min_clearance, clearance)
-        if clearance < NEAR_MISS and abs(truth.v) > MOVING and not self._in_near_miss:
+        if clearance < NEAR_MISS and abs(truth.v) > MOVING_SPEED and not self._in_near_miss:
             self.near_misses += 1
             self._note(time_ns, "near miss")
             self._in_near_miss = True
@@ -117,7 +117,7 @@ class SafetyObserver:
         for person in self.simulation.people:
             distance = pose.distance(person)
             ahead = pose.between(person).x / max(distance, 1e-9)
-            if distance - PERSON_REACH - self._radius < PERSONAL_SPACE and v * ahead > MOVING:
+            if distance - PERSON_REACH - self._radius < PERSONAL_SPACE and v * ahead > MOVING_SPEED:
                 return True
         return False
 

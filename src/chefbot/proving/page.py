@@ -19,7 +19,7 @@ from chefbot.proving.results_folder import SCENARIOS
 from chefbot.proving.scenario import Scenario, is_judging
 from chefbot.proving.statistics import wilson
 
-WORST = 10
+DETAILED_RUNS = 10
 """Number of runs that are shown in detail."""
 JUDGED = "odd: judged"
 TUNING = "even: for tuning, not judged"
@@ -133,7 +133,7 @@ def worst_first(records: Sequence[RunRecord]) -> list[RunRecord]:
 
 def _worst(scenario: Scenario, records: Sequence[RunRecord], out: Path) -> str:
     cards = []
-    for record in worst_first(records)[:WORST]:
+    for record in worst_first(records)[:DETAILED_RUNS]:
         picture, again = path_picture(record), html.escape(again_command(scenario, record, out))
         verdict = (
             "<span class='good'>success</span>"

@@ -23,7 +23,7 @@ from chefbot.storage.atomic_files import write_into_folder
 
 SEEDS = list(range(1, 40, 2))
 """Odd seeds: nothing was tuned on them."""
-LONG = 3600.0
+LONG_RUN_TIME = 3600.0
 """Limit of the simulated time from which the runs of a scenario are long, s."""
 console = Console(highlight=False, soft_wrap=True)
 
@@ -60,7 +60,7 @@ def _duration_class(scenario: Scenario) -> int:
     """Return 0 for a usual scenario, 1 for one with long runs, and 2 for one in real time."""
     if isinstance(scenario.task, BuiltTask):
         return 2
-    return 1 if scenario.limits.time >= LONG else 0
+    return 1 if scenario.limits.time >= LONG_RUN_TIME else 0
 
 
 def scoreboard_text(scenarios: Sequence[Scenario], records: Sequence[RunRecord]) -> str:

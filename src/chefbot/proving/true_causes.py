@@ -28,7 +28,7 @@ PERIOD_NS = 40_000_000
 """Time between two snapshots of the truth, ns."""
 KEPT_SNAPSHOTS = 2000
 """Snapshots that are kept: more than the time for which a mark lasts without being confirmed."""
-STANDING = 0.01
+STANDSTILL_SPEED = 0.01
 """Speed below which the robot stands, m/s; turning, rad/s, counts as moving from ten times this on."""
 STANDING_TIME = 1.0
 """Time from which standing needs a reason, s."""
@@ -168,7 +168,7 @@ class StandingTime:
 
     def move(self, time_ns: int, v: float, w: float) -> None:
         """Take the true velocities (m/s, rad/s) of the robot."""
-        stands = abs(v) < STANDING and abs(w) < 10.0 * STANDING
+        stands = abs(v) < STANDSTILL_SPEED and abs(w) < 10.0 * STANDSTILL_SPEED
         if stands and self._driving:
             self._since_ns = self._since_ns or time_ns
         else:

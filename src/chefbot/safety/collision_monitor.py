@@ -20,9 +20,9 @@ from chefbot.robot.scan_plane import plane_of, through_plane
 from chefbot.robot.spec import Robot
 from chefbot.safety import local_memory as memory
 from chefbot.safety.contact_time import first_contact
+from chefbot.safety.monitor_polygons import CREEP_SPEED, OUTLINE_INSET, MonitorPolygons, safe_fraction
 from chefbot.safety.monitor_text import MOVES_BACKWARD, SensedPoint, obstacle_text, unseen_text
 from chefbot.safety.params import CollisionMonitorParams
-from chefbot.safety.zones import CREEP_SPEED, OUTLINE_INSET, Zones, safe_fraction
 
 ECHO_TIMEOUT_NS = 300_000_000
 """Maximum age of an echo of the ultrasonic ranger, ns."""
@@ -32,7 +32,7 @@ TOLERATED_GAP = 2
 """Neighbouring points of the body's outline, a cell apart each, that may be over unseen ground, as between two rays.
 Ahead, over ground not seen recently, it is half the body's width: on an arc a camera does not look over the ground
 before the inner side."""
-EVER = 0
+ANY_TIME_NS = 0
 """The oldest time of which ground counts as seen at any time, ns."""
 SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
 """How rays show the ground, see `local_memory`."""
@@ -65,15 +65,15 @@ class CollisionMonitor:
     def __init__(self, robot: Robot, params: CollisionMonitorParams, ultrasonic_margin: float) -> None:
         self._robot, self._sensors, self._plane = robot, robot.sensors, plane_of(robot)
         self.configure(params, ultrasonic_margin)
-        camera, zones = robot.sensors.depth_camera, self.zones
+        camera, polygons = robot.sensors.depth_camera, self.polygons
         blind = 0.0
         if camera is not None:
             steepest = camera.mount.pitch + math.atan(camera.half_height)
             blind = camera.mount.x + camera.mount.z / math.tan(max(steepest, 0.1))
         lidar = robot.sensors.lidar
         self._near_noise = NEAR_DEVIATIONS * lidar.noise if lidar is not None else 0.0
-        self._reach = max(zones.reach, blind) + 2.0 * zones.circumscribed
-        self._memory = memory.new_memory(self._reach, zones.resolution)
+        self._reach = max(polygons.reach, blind) + 2.0 * polygons.circumscribed
+        self._memory = memory.new_memory(self._reach, polygons.resolution)
         self._points = np.empty((memory.MAX_POINTS, 2))
         self._layers = np.empty(memory.MAX_POINTS, np.int64)
         self._stamps = np.empty(memory.MAX_POINTS, np.int64)
@@ -84,7 +84,9 @@ class CollisionMonitor:
     def configure(self, params: CollisionMonitorParams, ultrasonic_margin: float) -> None:
         """Use other parameters from the next twist on."""
         self.params, self._ultrasonic_margin = params, ultrasonic_margin
-        self.zones = Zones.of(self._robot, params.side_margin, max(params.side_margin, params.slow_margin))
+        self.polygons = MonitorPolygons.of(
+            self._robot, params.side_margin, max(params.side_margin, params.slow_margin)
+        )
 
     # -- sensors
 
@@ -100,7 +102,7 @@ class CollisionMonitor:
         # a ray without a return shows what is free as far as the sensor measures, and no farther; of a surface at the
         # minimum range only the returns that are too long remain, so they do not clear nearer points
         clears_none = invalid | (ranges < scan.range_min + self._near_noise)
-        ends = np.where(clears_none, -np.inf, np.minimum(ranges, scan.range_max) - self.zones.resolution)
+        ends = np.where(clears_none, -np.inf, np.minimum(ranges, scan.range_max) - self.polygons.resolution)
         clears = np.array([is_lidar, False, True])
         thin = slice(None, None, self._thinning(float(scan.angle_increment)))
         rays = [np.ascontiguousarray(values[thin]) for values in (angles, starts, ends)]
@@ -112,7 +114,7 @@ class CollisionMonitor:
     def _thinning(self, increment: float) -> int:
         """Return of how many neighbouring rays one passes through each cell within reach."""
         spacing = abs(increment) * self._reach
-        return max(1, int(self.zones.resolution / spacing)) if spacing > 0.0 else 1
+        return max(1, int(self.polygons.resolution / spacing)) if spacing > 0.0 else 1
 
     def process_obstacles(self, scan: ObstacleScan, sensor: SE2) -> None:
         """Process an obstacle scan of the depth camera, seen from the point on the floor below it."""
@@ -140,9 +142,9 @@ class CollisionMonitor:
 
     def check(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
         """Return which fraction of the twist (m/s, rad/s) is safe from `pose`; latency: until braking begins, s."""
-        zones = self.zones
-        memory.cover_body(self._memory, pose.array(), zones.circumscribed, zones.corners, now_ns)
-        if zones.body_speed(v, w) == 0.0:
+        polygons = self.polygons
+        memory.cover_body(self._memory, pose.array(), polygons.circumscribed, polygons.corners, now_ns)
+        if polygons.body_speed(v, w) == 0.0:
             return FREE
         checks = [self._check_points(v, w, pose, now_ns, latency), self._check_echo(v, w, now_ns, latency)]
         if not self._sensors.covers_rear and (self._sensors.lidar or self._sensors.depth_camera):
@@ -151,20 +153,24 @@ class CollisionMonitor:
 
     def points(self, pose: SE2, now_ns: int, reach: float) -> NDArray[np.float64]:
         """Return the remembered points (n, 2) not farther than `reach` (m) from `pose`, in base_link."""
-        oldest_ns = now_ns - round(self.params.memory * 1e9)
+        oldest_ns = now_ns - round(self.params.obstacle_memory_time * 1e9)
         arrays = self._points, self._layers, self._stamps
         count = memory.points_around(self._memory, pose.array(), reach, oldest_ns, *arrays)
         return self._points[:count]
 
     def _check_points(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
-        zones = self.zones
-        points = self.points(pose, now_ns, zones.reach_of(v, w, latency))
+        polygons = self.polygons
+        points = self.points(pose, now_ns, polygons.reach_of(v, w, latency))
         if not len(points):
             return FREE
-        slow_time, slow = first_contact(points, v, w, zones.slow_radius, zones.slow_corners, zones.inscribed)
+        slow_time, slow = first_contact(
+            points, v, w, polygons.slow_radius, polygons.slow_corners, polygons.inscribed
+        )
         if slow < 0:
             return FREE
-        stop_time, stop = first_contact(points, v, w, zones.stop_radius, zones.stop_corners, zones.inscribed)
+        stop_time, stop = first_contact(
+            points, v, w, polygons.stop_radius, polygons.stop_corners, polygons.inscribed
+        )
         fraction, index = self._fraction(v, w, stop_time, self.params.margin, latency), stop
         careful = self._fraction(v, w, slow_time, self.params.margin, latency)
         if careful < fraction:
@@ -175,11 +181,11 @@ class CollisionMonitor:
         x, y = points[index].tolist()
         age = (now_ns - int(self._stamps[index])) / 1e9
         seen = SensedPoint(SENSORS[int(self._layers[index])], x, y, age)
-        return CheckedTwist(fraction, obstacle_text(seen, zones), seen)
+        return CheckedTwist(fraction, obstacle_text(seen, polygons), seen)
 
     def _check_echo(self, v: float, w: float, now_ns: int, latency: float) -> CheckedTwist:
         """Check the surface that the ultrasonic ranger measures, anywhere in its cone."""
-        ranger, echo, zones = self._sensors.ultrasonic, self._echo, self.zones
+        ranger, echo, polygons = self._sensors.ultrasonic, self._echo, self.polygons
         if ranger is None or echo is None or now_ns - echo.header.stamp.ns > ECHO_TIMEOUT_NS:
             return FREE
         distance = max(0.0, echo.range)  # -inf: nearer than the minimum range (REP-117); 0 also for NaN
@@ -191,12 +197,12 @@ class CollisionMonitor:
         points = np.column_stack(
             [ranger.mount.x + distance * np.cos(angles), ranger.mount.y + distance * np.sin(angles)]
         )
-        time, index = first_contact(points, v, w, zones.stop_radius, zones.stop_corners, 0.0)
+        time, index = first_contact(points, v, w, polygons.stop_radius, polygons.stop_corners, 0.0)
         fraction = self._fraction(v, w, time, self._ultrasonic_margin, latency)
         if fraction < 1.0:
             x, y = points[index].tolist()
             seen = SensedPoint("ultrasonic ranger", x, y, (now_ns - echo.header.stamp.ns) / 1e9)
-            return CheckedTwist(fraction, obstacle_text(seen, zones), seen)
+            return CheckedTwist(fraction, obstacle_text(seen, polygons), seen)
         return FREE
 
     def _check_ground(self, v: float, w: float, pose: SE2, now_ns: int, latency: float) -> CheckedTwist:
@@ -207,21 +213,21 @@ class CollisionMonitor:
 
         Where it backs up over ground that it saw, or covered, a moment ago, somebody may have come since: it creeps.
         """
-        zones = self.zones
-        if not len(zones.corners) and abs(v) < MOVES_BACKWARD:
+        polygons = self.polygons
+        if not len(polygons.corners) and abs(v) < MOVES_BACKWARD:
             return FREE  # a disc covers the same ground while it rotates
-        oldest_ns = now_ns - round(self.params.seen * 1e9)
-        creep = CREEP_SPEED / zones.body_speed(v, w)
+        oldest_ns = now_ns - round(self.params.ground_memory_time * 1e9)
+        creep = CREEP_SPEED / polygons.body_speed(v, w)
         if v < -MOVES_BACKWARD:
-            margin = GROUND_MARGIN * zones.resolution
+            margin = GROUND_MARGIN * polygons.resolution
             seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.GROUND, TOLERATED_GAP, margin)
             fraction = min(seen, creep)
         else:
             # without sensors nobody can look first, as on a robot whose camera is not connected
             ever = math.inf
             if self._has_looked:
-                ever = self._ground_fraction(v, w, pose, latency, EVER, memory.VIEW, TOLERATED_GAP)
-            half_width = round(zones.inscribed / zones.resolution)
+                ever = self._ground_fraction(v, w, pose, latency, ANY_TIME_NS, memory.VIEW, TOLERATED_GAP)
+            half_width = round(polygons.inscribed / polygons.resolution)
             seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.VIEW, half_width)
             fraction = min(max(ever, creep), max(seen, self._slow_fraction(v, w)))
         return FREE if fraction >= 1.0 else CheckedTwist(fraction, unseen_text(v))
@@ -241,19 +247,19 @@ class CollisionMonitor:
 
         kind, tolerated: see `local_memory.time_on_seen_ground`.
         """
-        beyond = margin / self.zones.body_speed(v, w)
+        beyond = margin / self.polygons.body_speed(v, w)
         beyond = min(beyond, math.tau / abs(w)) if w else beyond  # after a full turn nothing is new
-        duration = latency + self.zones.braking_time(v, w) + beyond
+        duration = latency + self.polygons.braking_time(v, w) + beyond
         free_time = memory.time_on_seen_ground(
-            self._memory, pose.array(), v, w, self.zones.outline, duration, oldest_ns, tolerated, kind
+            self._memory, pose.array(), v, w, self.polygons.outline, duration, oldest_ns, tolerated, kind
         )
         return self._fraction(v, w, free_time, margin, latency)
 
     def _fraction(self, v: float, w: float, time: float, margin: float, latency: float) -> float:
-        zones = self.zones
-        free = time - margin / zones.body_speed(v, w)
-        return safe_fraction(free, latency, zones.braking_time(v, w))
+        polygons = self.polygons
+        free = time - margin / polygons.body_speed(v, w)
+        return safe_fraction(free, latency, polygons.braking_time(v, w))
 
     def _slow_fraction(self, v: float, w: float) -> float:
         """Return the fraction, or the multiple, of the twist at which the body has the slow speed."""
-        return self.params.slow * self.zones.limits.speed / self.zones.body_speed(v, w)
+        return self.params.slowdown_ratio * self.polygons.limits.speed / self.polygons.body_speed(v, w)

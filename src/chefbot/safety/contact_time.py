@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 NO_CONTACT = math.inf
-STRAIGHT = 1e-4
+MAX_STRAIGHT_CURVATURE = 1e-4
 """Turn rate per speed, 1/m, below which the arc is a straight line."""
 APPROACH_RATE = 1e-6
 """Speed, m/s, above which a point that is within the body's outline already counts as coming nearer."""
-TOUCHING = 1e-6
+TOUCH_DISTANCE = 1e-6
 """Distance, m, within which a point touches the body: nearer to it the closed forms lose all their digits, and the
 contact that is due now would be found a whole turn later."""
 OWN_PART_DEPTH = 0.5
@@ -35,11 +35,11 @@ def _angle_along(angle: float) -> float:
 @njit(cache=True, nogil=True)
 def disc_contact(x: float, y: float, v: float, w: float, radius: float) -> float:
     """Return the time (s) until a disc touches the point; 0 if it does already and would come nearer."""
-    if math.hypot(x, y) <= radius + TOUCHING:
+    if math.hypot(x, y) <= radius + TOUCH_DISTANCE:
         return 0.0 if v * x > APPROACH_RATE * radius else NO_CONTACT
     if abs(v) < APPROACH_RATE:
         return NO_CONTACT
-    if abs(w) < STRAIGHT * abs(v):
+    if abs(w) < MAX_STRAIGHT_CURVATURE * abs(v):
         along = x if v > 0.0 else -x
         if along <= 0.0 or abs(y) >= radius:
             return NO_CONTACT
@@ -107,10 +107,10 @@ def _arc_into_edge(
 def polygon_contact(x: float, y: float, v: float, w: float, corners: Floats) -> float:
     """Return the time (s) until a convex polygon (n, 2) touches the point; 0 if it does and would come nearer."""
     depth, rate = _depth_and_rate(x, y, v, w, corners)
-    if depth <= TOUCHING:
+    if depth <= TOUCH_DISTANCE:
         return 0.0 if rate < -APPROACH_RATE else NO_CONTACT
     n, first = corners.shape[0], NO_CONTACT
-    straight = abs(w) <= STRAIGHT * abs(v)
+    straight = abs(w) <= MAX_STRAIGHT_CURVATURE * abs(v)
     if straight and abs(v) < APPROACH_RATE:
         return NO_CONTACT
     for i in range(n):

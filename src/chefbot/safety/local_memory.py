@@ -23,8 +23,8 @@ camera that extend through the plane, so that the scan clears them as well."""
 LAYERS = 3
 GROUND, VIEW = range(2)
 """How ground was seen: the floor itself; or only the space above it, in a sensor's view that nothing reaches into."""
-NEVER = np.int64(-1)
-GRAZING = 0.2
+NEVER_NS = np.int64(-1)
+GRAZING_DISTANCE = 0.2
 """Cells beside a ray, or the distance to the next ray if that is more, within which it clears points."""
 MAX_POINTS = 4096
 """Maximum number of remembered points that one check looks at; the others are farther away."""
@@ -49,9 +49,9 @@ def new_memory(half_side: float, resolution: float) -> LocalMemory:
     """Return an empty memory that reaches at least `half_side` metres in each direction."""
     n = 2 * math.ceil(half_side / resolution) + 2
     return LocalMemory(
-        np.full((LAYERS, n, n), NEVER),
+        np.full((LAYERS, n, n), NEVER_NS),
         np.zeros((LAYERS, n, n, 2)),
-        np.full((2, n, n), NEVER),
+        np.full((2, n, n), NEVER_NS),
         np.zeros((2, n, n, 2), np.int64),
         resolution,
     )
@@ -87,12 +87,12 @@ def clear_rays(
         while r <= end:
             u, t = column % n, row % n
             for layer in range(LAYERS):
-                if not layers[layer] or not NEVER < memory.hit_ns[layer, t, u] < stamp_ns:
+                if not layers[layer] or not NEVER_NS < memory.hit_ns[layer, t, u] < stamp_ns:
                     continue
                 # a ray that passes beside a point in its cell shows nothing about it: it may be the edge of a surface
                 dx, dy = memory.hit_xy[layer, t, u, 0] - sensor[0], memory.hit_xy[layer, t, u, 1] - sensor[1]
-                if abs(dy * c - dx * s) <= max(GRAZING * resolution, spacing * r):
-                    memory.hit_ns[layer, t, u] = NEVER
+                if abs(dy * c - dx * s) <= max(GRAZING_DISTANCE * resolution, spacing * r):
+                    memory.hit_ns[layer, t, u] = NEVER_NS
             for kind in range(2):
                 if shows[kind] and memory.seen_ns[kind, t, u] < stamp_ns:
                     memory.seen_ns[kind, t, u] = stamp_ns
@@ -165,7 +165,7 @@ def cover_body(memory: LocalMemory, pose: Floats, radius: float, corners: Floats
                 px, py = held[0] - pose[0], held[1] - pose[1]
                 # a point in the cell, but outside the body, stays
                 if _inside(c * px + s * py, c * py - s * px, radius - resolution / 2, corners):
-                    memory.hit_ns[layer, t, u] = NEVER
+                    memory.hit_ns[layer, t, u] = NEVER_NS
 
 
 @njit(cache=True, nogil=True)
@@ -195,7 +195,7 @@ def points_around(
             for j in range(-ring, ring + 1, step):
                 u = (middle_column + j) % n
                 for layer in range(LAYERS):
-                    if memory.hit_ns[layer, t, u] < oldest_ns or memory.hit_ns[layer, t, u] == NEVER:
+                    if memory.hit_ns[layer, t, u] < oldest_ns or memory.hit_ns[layer, t, u] == NEVER_NS:
                         continue
                     dx, dy = memory.hit_xy[layer, t, u, 0] - pose[0], memory.hit_xy[layer, t, u, 1] - pose[1]
                     if dx * dx + dy * dy > reach * reach:
@@ -214,7 +214,7 @@ def _is_seen(memory: LocalMemory, x: float, y: float, oldest_ns: int, kind: int)
     column, row = math.floor(x / resolution), math.floor(y / resolution)
     t, u = row % n, column % n
     known = memory.seen_cell[kind, t, u, 0] == column and memory.seen_cell[kind, t, u, 1] == row
-    return known and memory.seen_ns[kind, t, u] >= oldest_ns and memory.seen_ns[kind, t, u] != NEVER
+    return known and memory.seen_ns[kind, t, u] >= oldest_ns and memory.seen_ns[kind, t, u] != NEVER_NS
 
 
 @njit(cache=True, nogil=True)

@@ -6,13 +6,13 @@ import math
 from typing import NamedTuple
 
 from chefbot.safety.contact_time import distance_from_body
-from chefbot.safety.zones import Zones
+from chefbot.safety.monitor_polygons import MonitorPolygons
 
-STOPPED = 0.05
+STOPPED_SHARE = 0.05
 """Share of the commanded motion below which the robot counts as stopped."""
 MOVES_BACKWARD = 1e-3
 """Speed, m/s, from which the robot drives rather than rotates in place."""
-OLD = 0.5
+MAX_PRESENT_AGE = 0.5
 """Age from which a point is one that was seen rather than is, s."""
 REPEAT_NS = 500_000_000
 """Minimum time between two sentences that differ only in what they name, ns."""
@@ -37,11 +37,17 @@ def direction_text(x: float, y: float) -> str:
     return SECTORS[round(math.atan2(y, x) / (math.pi / 4.0)) % len(SECTORS)]
 
 
-def obstacle_text(point: SensedPoint, zones: Zones) -> str:
+def obstacle_text(point: SensedPoint, polygons: MonitorPolygons) -> str:
     """Return what limits a twist: "the lidar sees an obstacle 0.12 m ahead on the left"."""
-    distance = max(0.0, distance_from_body(point.x, point.y, zones.circumscribed, zones.corners))
-    verb = "sees" if point.age < OLD else "saw"
-    ago = "" if point.age < OLD else f", {point.age:.0f} s ago" if point.age >= 1.0 else ", a moment ago"
+    distance = max(0.0, distance_from_body(point.x, point.y, polygons.circumscribed, polygons.corners))
+    verb = "sees" if point.age < MAX_PRESENT_AGE else "saw"
+    ago = (
+        ""
+        if point.age < MAX_PRESENT_AGE
+        else f", {point.age:.0f} s ago"
+        if point.age >= 1.0
+        else ", a moment ago"
+    )
     return f"the {point.sensor} {verb} an obstacle {distance:.2f} m {direction_text(point.x, point.y)}{ago}"
 
 
@@ -56,7 +62,7 @@ def limited_text(limit: str, commanded: tuple[float, float], left: tuple[float, 
     amount = abs(commanded[0]) + abs(commanded[1])
     if not limit or amount == 0.0:
         return ""
-    stands = abs(left[0]) + abs(left[1]) < STOPPED * amount
+    stands = abs(left[0]) + abs(left[1]) < STOPPED_SHARE * amount
     return f"{'Stopped' if stands else 'Slowed'}: {limit}."
 
 

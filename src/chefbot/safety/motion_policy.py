@@ -1,4 +1,4 @@
-"""What the base may do while a sensor or the motor board fails: stand, creep by an operator, drive slowly."""
+"""What the base may do while a sensor or the motor board fails: stop, creep by an operator, drive slowly."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 from chefbot.safety.command_multiplexer import CommandSource, StampedCommand
+from chefbot.safety.monitor_polygons import CREEP_SPEED
 from chefbot.safety.obstacle_sensors import ObstacleSensors
 from chefbot.safety.ranger_freshness import TITLE, RangerMonitor
 from chefbot.safety.sensor_freshness import CLOCK_TOLERANCE_NS
-from chefbot.safety.zones import CREEP_SPEED
 
 ODOMETRY_TIMEOUT_NS = 300_000_000
 """Maximum age of the pose in odom, ns."""
@@ -28,9 +28,9 @@ class Restriction(Enum):
     SLOW = "slow"
     NO_FORWARD = "not forward"
     CREEP = "creep"
-    """Stand; an operator may creep once he has let go of the stick."""
-    STAND = "stand"
-    """Stand, whoever commands: the motors are off."""
+    """Stop; an operator may creep once he has let go of the stick."""
+    STOP = "stop"
+    """Stop, whoever commands: the motors are off."""
 
 
 class SensorVerdict(NamedTuple):
@@ -44,18 +44,18 @@ class SensorVerdict(NamedTuple):
     others: tuple[Restriction, ...] = ()
 
     @property
-    def standing(self) -> str:
-        """The fault for which the robot stands, empty if it does not."""
-        return self.fault if self.stands else ""
+    def stop_reason(self) -> str:
+        """The fault for which the robot has to stop, empty if it does not."""
+        return self.fault if self.requires_stop else ""
 
     @property
-    def stands(self) -> bool:
-        """Whether the robot stands, unless an operator makes it creep."""
-        return self.restriction in (Restriction.CREEP, Restriction.STAND)
+    def requires_stop(self) -> bool:
+        """Whether the robot has to stop, unless an operator makes it creep."""
+        return self.restriction in (Restriction.CREEP, Restriction.STOP)
 
     def with_board_fault(self, fault: str) -> SensorVerdict:
         """Return the verdict with the motor board's fault, empty for none; its motors are off, so it comes first."""
-        return SensorVerdict(Restriction.STAND, fault) if fault else self
+        return SensorVerdict(Restriction.STOP, fault) if fault else self
 
 
 class SensorPolicy:
@@ -129,7 +129,7 @@ def _fraction(command: StampedCommand, restriction: Restriction, radius: float, 
     speed = abs(command.v) + abs(command.w) * radius
     if speed == 0.0 or restriction is Restriction.NONE:
         return 1.0
-    if restriction is Restriction.STAND:
+    if restriction is Restriction.STOP:
         return 0.0
     if restriction is Restriction.NO_FORWARD:
         return 1.0 if command.v <= 0.0 else 0.0

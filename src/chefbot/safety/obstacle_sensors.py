@@ -47,7 +47,7 @@ def laser_view(scan: LaserScan) -> SensorView:
     valid = (ranges > 0.0) & (scan.range_max > 0.0)
     hits = valid & (ranges < scan.range_max)
     near = bool((ranges[hits] < NEAR_FRACTION * scan.range_max).any())
-    return SensorView(scan.header.stamp.ns, ranges[:, None], hits, hits, ~valid, near)
+    return SensorView(scan.header.stamp.ns, ranges[:, None], hits, hits, ~valid, near, scan.header.frame_id)
 
 
 def scatters(ranges: NDArray[np.float32], noise: float) -> bool:
@@ -74,7 +74,7 @@ def camera_view(scan: ObstacleScan) -> SensorView:
     hits = np.isfinite(scan.ranges)
     measured = hits | (scan.clear_to > 0.0)
     data = np.column_stack([scan.ranges, scan.clear_from, scan.clear_to])
-    return SensorView(scan.header.stamp.ns, data, hits, measured, ~measured, False)
+    return SensorView(scan.header.stamp.ns, data, hits, measured, ~measured, False, scan.header.frame_id)
 
 
 def camera_directions(scan: ObstacleScan, sensor: SE2) -> NDArray[np.float64]:

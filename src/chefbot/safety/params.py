@@ -42,11 +42,11 @@ class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_u
         Meta(
             ge=0.0,
             le=1.0,
-            description="distance beside the body that must be free for more than `slow`, m",
+            description="distance beside the body that must be free for more than `slowdown_ratio`, m",
             extra=LARGER_IS_SAFER,
         ),
     ] = 0.02
-    slow: Annotated[
+    slowdown_ratio: Annotated[
         float,
         Meta(
             ge=0.05,
@@ -55,7 +55,7 @@ class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_u
             extra=SMALLER_IS_SAFER,
         ),
     ] = 0.5
-    memory: Annotated[
+    obstacle_memory_time: Annotated[
         float,
         Meta(
             ge=5.0,
@@ -64,7 +64,7 @@ class CollisionMonitorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_u
             extra=LARGER_IS_SAFER,
         ),
     ] = 60.0
-    seen: Annotated[
+    ground_memory_time: Annotated[
         float,
         Meta(
             ge=1.0,

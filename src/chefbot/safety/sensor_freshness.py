@@ -44,7 +44,7 @@ class SensorView(NamedTuple):
 
     stamp_ns: time of measurement. data: (n, k) all measurements, m. met: (n,) whether an obstacle was hit.
     measured: (n,) whether an obstacle or the floor was hit. mute: (n,) whether there is no data, not even free space.
-    near: whether an obstacle well within the range was hit.
+    near: whether an obstacle well within the range was hit. frame: in which the sensor measures.
     """
 
     stamp_ns: int
@@ -53,6 +53,7 @@ class SensorView(NamedTuple):
     measured: NDArray[np.bool_]
     mute: NDArray[np.bool_]
     near: bool
+    frame: str
 
 
 class ObstacleSensorMonitor:
@@ -167,7 +168,10 @@ class ObstacleSensorMonitor:
         if now_ns - self._changed_ns > limit and self._should_differ(pose):
             return f"The {self.title} is frozen: it keeps sending the same data."
         if now_ns - self._placed_ns > limit:
-            return f"The {self.title}'s data cannot be placed: no transform leads from their frame to odom."
+            return (
+                f"There is no transform from {last.frame} to odom for the {self.title}; "
+                "check the odometry, /tf_static and the driver's frame_id."
+            )
         return ""
 
     def _detect_noise(self, view: SensorView, pose: SE2 | None) -> None:

@@ -15,9 +15,9 @@ from chefbot.sim.world.world_mjcf import PREFIX
 EPISODE_GAP_NS = 500_000_000
 """A contact with the same object within half a second of the last one belongs to the same episode."""
 
-NEVER = -(10**18)
+NEVER_NS = -(10**18)
 PERSON_NAME = re.compile(r"person_\d+$")
-STANDSTILL, STANDSTILL_TURN = 0.02, 0.05
+STANDSTILL_SPEED, STANDSTILL_TURN_RATE = 0.02, 0.05
 """Speeds in m/s and rad/s below which the robot stands."""
 
 
@@ -68,10 +68,12 @@ class ContactMonitor:
         self.touching = tuple(sorted(touched))
         if not touched:
             return
-        stands = abs(velocity[0]) + abs(velocity[1]) < STANDSTILL and abs(velocity[5]) < STANDSTILL_TURN
+        stands = (
+            abs(velocity[0]) + abs(velocity[1]) < STANDSTILL_SPEED and abs(velocity[5]) < STANDSTILL_TURN_RATE
+        )
         for name in self.touching:
-            goes_on = time_ns - self._last.get(name, NEVER) <= EPISODE_GAP_NS
-            walked_in = stands or time_ns - self._walked_in.get(name, NEVER) <= EPISODE_GAP_NS
+            goes_on = time_ns - self._last.get(name, NEVER_NS) <= EPISODE_GAP_NS
+            walked_in = stands or time_ns - self._walked_in.get(name, NEVER_NS) <= EPISODE_GAP_NS
             if PERSON_NAME.match(name) and not goes_on and walked_in:
                 self._walked_in[name] = time_ns
                 continue

@@ -21,7 +21,7 @@ from chefbot.sim.realism import RealismProfile
 from chefbot.sim.shading import shade
 from chefbot.sim.world.shapes import MIRROR
 
-GRAZING = math.radians(80.0)
+GRAZING_ANGLE = math.radians(80.0)
 """Incidence angle across the image beyond which a surface, or an edge like one, may give no depth."""
 DROPOUT = 0.7
 """Probability that such a surface gives no depth."""
@@ -89,7 +89,7 @@ class DepthRenderer:
         """Return the measured depth of frame `index`: (h, w) metres, NaN out of range or dropped out."""
         camera = self._camera
         measured = np.empty_like(rendering.depth)
-        max_jump = math.tan(GRAZING) / camera.focal_length_px
+        max_jump = math.tan(GRAZING_ANGLE) / camera.focal_length_px
         limits = (camera.range_min, camera.range_max)
         draws = self._draws(rendering.depth.shape, index)
         quantiles = normal_quantiles()

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from chefbot.sim.world.shapes import BOX, CAPSULE, CYLINDER
 
-NEAR = 0.01
+NEAR_PLANE_DISTANCE = 0.01
 """Distance of the near plane from the lens, metres."""
 NOTHING, FLOOR = -1, -2
 """Values of an image of shape indices where no solid is seen."""
@@ -105,8 +105,8 @@ def draw_floor(
             slope = rotation[2, 0] * tangent[u] + rotation[2, 1] * y + rotation[2, 2]
             t = -position[2] / slope
             # Without branches, so that it vectorises.
-            depth[v, u] = t if t > NEAR else np.inf
-            number[v, u] = FLOOR if t > NEAR else NOTHING
+            depth[v, u] = t if t > NEAR_PLANE_DISTANCE else np.inf
+            number[v, u] = FLOOR if t > NEAR_PLANE_DISTANCE else NOTHING
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -145,18 +145,18 @@ def outline(
     u0, u1, v0, v1, near = np.inf, -np.inf, np.inf, -np.inf, np.inf
     for i in range(8):
         # Project corners in front of the near plane: u = x / z, v = y / z.
-        if corner[i, 2] >= NEAR:
+        if corner[i, 2] >= NEAR_PLANE_DISTANCE:
             u, v = corner[i, 0] / corner[i, 2], corner[i, 1] / corner[i, 2]
             u0, u1, v0, v1 = min(u0, u), max(u1, u), min(v0, v), max(v1, v)
             near = min(near, corner[i, 2])
         # Clip the three edges from this corner at the near plane.
         for bit in (1, 2, 4):
             j = i ^ bit
-            if corner[i, 2] < NEAR < corner[j, 2]:
-                t = (NEAR - corner[i, 2]) / (corner[j, 2] - corner[i, 2])
-                u = (corner[i, 0] + t * (corner[j, 0] - corner[i, 0])) / NEAR
-                v = (corner[i, 1] + t * (corner[j, 1] - corner[i, 1])) / NEAR
-                u0, u1, v0, v1, near = min(u0, u), max(u1, u), min(v0, v), max(v1, v), NEAR
+            if corner[i, 2] < NEAR_PLANE_DISTANCE < corner[j, 2]:
+                t = (NEAR_PLANE_DISTANCE - corner[i, 2]) / (corner[j, 2] - corner[i, 2])
+                u = (corner[i, 0] + t * (corner[j, 0] - corner[i, 0])) / NEAR_PLANE_DISTANCE
+                v = (corner[i, 1] + t * (corner[j, 1] - corner[i, 1])) / NEAR_PLANE_DISTANCE
+                u0, u1, v0, v1, near = min(u0, u), max(u1, u), min(v0, v), max(v1, v), NEAR_PLANE_DISTANCE
     pixel_window(u0, u1, v0, v1, near, focal, size, out)
 
 
@@ -237,7 +237,7 @@ def draw_box(
             t0, t1 = min2 * i2, max2 * i2
             t_enter, t_exit = max(t_enter, min(t0, t1)), min(t_exit, max(t0, t1))
             # Hit in front of everything drawn so far.
-            if NEAR < t_enter <= t_exit and t_enter < depth[v, u]:
+            if NEAR_PLANE_DISTANCE < t_enter <= t_exit and t_enter < depth[v, u]:
                 depth[v, u], number[v, u] = t_enter, index
 
 
@@ -271,7 +271,7 @@ def draw_cylinder_or_capsule(
                 t = intersect_cylinder(half[0], half[2], eye, dx, dy, dz)
             else:
                 t = intersect_capsule(half[0], half[2], eye, dx, dy, dz)
-            if NEAR < t < depth[v, u]:
+            if NEAR_PLANE_DISTANCE < t < depth[v, u]:
                 depth[v, u], number[v, u] = t, index
 
 
@@ -285,7 +285,7 @@ def intersect_tube(radius: float, length: float, eye: Floats, dx: float, dy: flo
     if discriminant < 0.0 or a == 0.0:
         return np.inf
     t = (-b - math.sqrt(discriminant)) / a
-    return t if t > NEAR and abs(eye[2] + t * dz) <= length else np.inf
+    return t if t > NEAR_PLANE_DISTANCE and abs(eye[2] + t * dz) <= length else np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -298,7 +298,7 @@ def intersect_cylinder(radius: float, length: float, eye: Floats, dx: float, dy:
     cap = length if eye[2] > 0.0 else -length
     t = (cap - eye[2]) / dz
     x, y = eye[0] + t * dx, eye[1] + t * dy
-    return t if t > NEAR and x * x + y * y <= radius * radius else np.inf
+    return t if t > NEAR_PLANE_DISTANCE and x * x + y * y <= radius * radius else np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -313,6 +313,6 @@ def intersect_capsule(radius: float, length: float, eye: Floats, dx: float, dy: 
         discriminant = b * b - a * (eye[0] * eye[0] + eye[1] * eye[1] + z * z - radius * radius)
         if discriminant >= 0.0:
             t_enter = (-b - math.sqrt(discriminant)) / a
-            if NEAR < t_enter < t:
+            if NEAR_PLANE_DISTANCE < t_enter < t:
                 t = t_enter
     return t

@@ -1,6 +1,6 @@
-"""A simulated lidar that turns while the robot moves: each ray has its own time, and the robot's pose then.
+"""A simulated lidar that rotates while the robot moves: each ray has its own time, and the robot's pose then.
 
-It turns clockwise as seen from above, as all lidars do that have a driver here; a turn begins at the bearing pi.
+It rotates clockwise as seen from above, as all lidars do that have a driver here; a revolution begins at bearing pi.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from chefbot.sim.simulation import Simulation
 Floats = NDArray[np.float64]
 MAX_STEP = 0.01
 """Distance that the robot drives while all rays have one origin, m, about the noise of a range."""
-CARRIED = 1.0
+CARRIED_DISTANCE = 1.0
 """Distance between two poses beyond which the robot was carried from one to the other, m: no ray is between."""
 POSES = 4
 """Number of poses that are kept: samples of a packet may be older than the last one."""
 
 
-class TurningLidar:
+class RotatingLidar:
     """The rays of the robot's lidar while it moves. Call `follow` at short intervals, as motion between is even."""
 
     def __init__(self, simulation: Simulation, now_ns: int) -> None:
@@ -38,7 +38,7 @@ class TurningLidar:
     def follow(self, now_ns: int) -> None:
         """Take the robot's present pose as that at a time, ns."""
         pose = self._simulation.base_pose()
-        if self._poses and math.dist(pose[0], self._poses[-1][1][0]) > CARRIED:
+        if self._poses and math.dist(pose[0], self._poses[-1][1][0]) > CARRIED_DISTANCE:
             self._poses.clear()
         self._poses.append((now_ns, pose))
 
@@ -108,16 +108,16 @@ class TurningLidar:
 
 
 class SweptScan:
-    """Collects the rays of a turn in a number of equal parts.
+    """Collects the rays of a revolution in a number of equal parts.
 
-    parts: of a turn, one for each call of `add`.
+    parts: of a revolution, one for each call of `add`.
     """
 
-    def __init__(self, turning: TurningLidar, parts: int) -> None:
-        self._turning, self._parts, self._part = turning, parts, 0
-        lidar = turning.lidar
+    def __init__(self, rotating: RotatingLidar, parts: int) -> None:
+        self._rotating, self._parts, self._part = rotating, parts, 0
+        lidar = rotating.lidar
         self._angles = lidar_angles(lidar)
-        # share of the turn at which each beam is measured: it begins at pi
+        # share of the revolution at which each beam is measured: it begins at pi
         self._shares = (math.pi - self._angles) / (2.0 * math.pi)
         self._beams = [self._beams_of(part / parts, (part + 1) / parts) for part in range(parts)]
         self._aim()
@@ -125,28 +125,28 @@ class SweptScan:
 
     @property
     def first_share(self) -> float:
-        """Share of the turn at which the first beam of the scan is measured; it is the last one."""
+        """Share of the revolution at which the first beam of the scan is measured; it is the last one."""
         return float(self._shares[0])
 
     def add(self, before_ns: int, now_ns: int) -> NDArray[np.float32] | None:
-        """Measure the next part of the turn, between two times, ns; return the ranges (beams,) after the last one."""
+        """Measure the next part of a revolution, between two times, ns; return the ranges (beams,) after the last."""
         beams, low = self._beams[self._part], self._part / self._parts
         times = before_ns + (self._shares[beams] - low) * self._parts * (now_ns - before_ns)
-        if self._turning.caster is not self._caster:  # the lidar was mounted otherwise
+        if self._rotating.caster is not self._caster:  # the lidar was mounted otherwise
             self._aim()
         rays, own = self._rays[self._part]
-        self._ranges[beams] = self._turning.measure_along(rays, own, times.astype(np.int64))
+        self._ranges[beams] = self._rotating.measure_along(rays, own, times.astype(np.int64))
         self._part = (self._part + 1) % self._parts
         if self._part:
             return None
-        lidar: Lidar = self._turning.lidar
+        lidar: Lidar = self._rotating.lidar
         return to_rep117(self._ranges, lidar.range_min, lidar.range_max)
 
     def _aim(self) -> None:
         """Compute the rays of each part as the lidar is mounted now."""
-        self._caster = self._turning.caster
-        self._rays = [self._turning.rays_at(self._angles[beams]) for beams in self._beams]
+        self._caster = self._rotating.caster
+        self._rays = [self._rotating.rays_at(self._angles[beams]) for beams in self._beams]
 
     def _beams_of(self, low: float, high: float) -> NDArray[np.int64]:
-        """Return the beams that are measured between two shares of the turn, in the order of time."""
+        """Return the beams that are measured between two shares of the revolution, in the order of time."""
         return np.flatnonzero((self._shares > low) & (self._shares <= high + 1e-9))[::-1]

@@ -12,9 +12,9 @@ from chefbot.lidar.emulators import emulator_of
 from chefbot.lidar.laser_scan import scan_of
 from chefbot.lidar.models import LIDARS
 from chefbot.lidar.own_body import OwnBody
-from chefbot.lidar.turns import Samples, TurnAssembler
+from chefbot.lidar.revolutions import RevolutionAssembler, Samples
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.sim.lidar import Floats, TurningLidar
+from chefbot.sim.lidar import Floats, RotatingLidar
 
 BITS_PER_BYTE = 10
 """Bits on the line per byte: start, eight data bits, stop."""
@@ -23,9 +23,9 @@ BITS_PER_BYTE = 10
 class EmulatedLidar:
     """An emulated model that measures the simulated world, and takes as long for its bytes as its line does."""
 
-    def __init__(self, driver: str, turning: TurningLidar, now_ns: int) -> None:
-        self._turning, self.model = turning, LIDARS[driver]
-        self._lidar = emulator_of(driver, turning.lidar.rate)
+    def __init__(self, driver: str, rotating: RotatingLidar, now_ns: int) -> None:
+        self._rotating, self.model = rotating, LIDARS[driver]
+        self._lidar = emulator_of(driver, rotating.lidar.rate)
         self._sampled_ns = float(now_ns)
         self._line_free_ns = float(now_ns)
         self._sent: deque[tuple[int, bytes]] = deque()
@@ -57,23 +57,25 @@ class EmulatedLidar:
         self._sent.append((round(self._line_free_ns), data))
 
     def _measure(self, times_ns: NDArray[np.int64], bearings: Floats) -> Floats:
-        ranges = self._turning.measure(bearings, times_ns)
-        return np.where(ranges > self._turning.lidar.range_max, np.inf, ranges)
+        ranges = self._rotating.measure(bearings, times_ns)
+        return np.where(ranges > self._rotating.lidar.range_max, np.inf, ranges)
 
 
 class LidarLine:
-    """An emulated lidar with the driver's half of the line: requests, decoding, turns and scans."""
+    """An emulated lidar with the driver's half of the line: requests, decoding, revolutions and scans."""
 
-    def __init__(self, driver: str, turning: TurningLidar, now_ns: int) -> None:
-        self._turning, self._lidar = turning, EmulatedLidar(driver, turning, now_ns)
-        self._session, self._turns = self._lidar.model.open(), TurnAssembler()
-        self._own_body = OwnBody(turning.lidar, turning.footprint)
+    def __init__(self, driver: str, rotating: RotatingLidar, now_ns: int) -> None:
+        self._rotating, self._lidar = rotating, EmulatedLidar(driver, rotating, now_ns)
+        self._session, self._revolutions = self._lidar.model.open(), RevolutionAssembler()
+        self._own_body = OwnBody(rotating.lidar, rotating.footprint)
 
     def advance(self, now_ns: int) -> list[LaserScan]:
-        """Let the lidar and its driver run up to a time, ns; return the scans of the turns that ended."""
+        """Let the lidar and its driver run up to a time, ns; return the scans of the revolutions that ended."""
         self._lidar.receive(self._session.data_to_send(now_ns), now_ns)
         parts: list[Samples] = []
         for received_ns, data in self._lidar.bytes_until(now_ns):
             parts += self._session.receive_data(data, received_ns)
-        turns = [turn for part in parts for turn in self._turns.push(part)]
-        return [scan_of(turn, self._turning.lidar, self._own_body, "laser") for turn in turns]
+        revolutions = [revolution for part in parts for revolution in self._revolutions.push(part)]
+        return [
+            scan_of(revolution, self._rotating.lidar, self._own_body, "laser") for revolution in revolutions
+        ]

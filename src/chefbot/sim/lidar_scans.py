@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chefbot.lidar.own_body import OwnBody
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
-from chefbot.sim.lidar import SweptScan, TurningLidar
+from chefbot.sim.lidar import RotatingLidar, SweptScan
 from chefbot.sim.lidar_line import LidarLine
 from chefbot.sim.simulation import Simulation
 
@@ -29,15 +29,15 @@ class SimulatedScans:
         self._simulation, self._spec, self._before_ns = simulation, lidar, now_ns
         self._parts = max(1, round(hz / lidar.rate))
         self._period, self._ticks = self._parts / hz, 0
-        self._turning = TurningLidar(simulation, now_ns)
+        self._rotating = RotatingLidar(simulation, now_ns)
         self._own_body = OwnBody(lidar, simulation.robot.footprint)
-        self._sweep = SweptScan(self._turning, self._parts) if mode == SWEEP else None
-        self._line = LidarLine(mode, self._turning, now_ns) if mode not in (SWEEP, SNAPSHOT) else None
+        self._sweep = SweptScan(self._rotating, self._parts) if mode == SWEEP else None
+        self._line = LidarLine(mode, self._rotating, now_ns) if mode not in (SWEEP, SNAPSHOT) else None
 
     def advance(self, now_ns: int) -> list[LaserScan]:
         """Return the scans that ended since the last call."""
         before_ns, self._before_ns = self._before_ns, now_ns
-        self._turning.follow(now_ns)
+        self._rotating.follow(now_ns)
         self._ticks += 1
         if self._line is not None:
             return self._line.advance(now_ns)

@@ -12,7 +12,7 @@ from chefbot.robot.spec import Robot
 from chefbot.sim.world.shapes import GLASS, ShapeArrays, SimulatedShape, shape_arrays
 from chefbot.sim.world.world import World
 
-FEW = 2000
+MAX_UNFILTERED_SOLIDS = 2000
 """Number of solids up to which all of them are simulated; with 20 000, a physics step takes five times as long."""
 SLACK = 4.0
 """Distance in metres that the robot moves before the solids around it are chosen again."""
@@ -34,7 +34,7 @@ class NearbySolids:
     def __init__(self, world: World, robot: Robot) -> None:
         self._all = world.static if world.floor is None else tuple(map(_grown, world.static))
         self._reach = _longest_range(robot) + SLACK
-        self._follows = len(self._all) > FEW
+        self._follows = len(self._all) > MAX_UNFILTERED_SOLIDS
         self._boxes = _bounding_boxes(self._all) if self._follows else np.zeros((0, 4))
         self._centre = math.inf, math.inf
         self.touchable = self._all

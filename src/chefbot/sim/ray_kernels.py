@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.sim.depth_raycast import NEAR, Floats, intersect_capsule, intersect_cylinder
+from chefbot.sim.depth_raycast import NEAR_PLANE_DISTANCE, Floats, intersect_capsule, intersect_cylinder
 from chefbot.sim.world.shapes import BOX, CAPSULE, CYLINDER, GLASS, MIRROR
 
 NO_HIT, FLOOR_HIT = -1, -2
@@ -20,7 +20,7 @@ NO_HIT, FLOOR_HIT = -1, -2
 SECTORS = 180
 """Number of sectors of azimuth into which the rays are sorted."""
 SECTORS_PER_RADIAN = SECTORS / (2.0 * math.pi)
-STEEP = 1e-3
+STEEP_LENGTH = 1e-3
 """Horizontal part of a unit vector below which a ray has no azimuth."""
 REFLECTION_OFFSET = 1e-4
 """Distance from a mirror at which a reflected ray begins, m."""
@@ -78,7 +78,7 @@ def sort_by_azimuth(rays: Floats) -> tuple[Integers, Integers]:
     for j in range(len(rays)):
         x, y = rays[j, 0], rays[j, 1]
         sector = SECTORS
-        if x * x + y * y > STEEP * STEEP:
+        if x * x + y * y > STEEP_LENGTH * STEEP_LENGTH:
             sector = sector_at(math.atan2(y, x)) % SECTORS
         following[j], first[sector] = first[sector], j
     return first, following
@@ -169,7 +169,7 @@ def hit_floor(origin: Floats, rays: Floats, distance: Floats, normal: Floats, hi
 @njit(cache=True, error_model="numpy")
 def hit_box(size: Vector, eye: Vector, ray: Vector) -> float:
     """Return the distance to the entry into a box of half sides `size`, inf for a miss (slab method)."""
-    enter, leave = NEAR, np.inf
+    enter, leave = NEAR_PLANE_DISTANCE, np.inf
     for axis in range(3):
         if ray[axis] == 0.0:
             if abs(eye[axis]) > size[axis]:
@@ -177,7 +177,7 @@ def hit_box(size: Vector, eye: Vector, ray: Vector) -> float:
             continue
         middle, half = -eye[axis] / ray[axis], size[axis] / abs(ray[axis])
         enter, leave = max(enter, middle - half), min(leave, middle + half)
-    return enter if NEAR < enter <= leave else np.inf
+    return enter if NEAR_PLANE_DISTANCE < enter <= leave else np.inf
 
 
 @njit(cache=True, error_model="numpy")

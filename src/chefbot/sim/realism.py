@@ -36,7 +36,7 @@ LOWEST_FRICTION, MAX_FRICTION_RIPPLE = 0.1, 0.9
 
 
 def check_profile(profile: str) -> None:
-    """Raise UserError if a profile's name is none."""
+    """Raise UserError if a profile's name is unknown."""
     if profile not in get_args(RealismProfile):
         raise UserError(f"--profile {profile} must be real, perfect or assembled")
 

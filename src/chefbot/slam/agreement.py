@@ -13,9 +13,9 @@ from chefbot.maths.grid import OCCUPIED_FROM, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.slam.recorded_scan import RecordedScan
 
-NEAR = 0.2
+AGREEMENT_DISTANCE = 0.2
 """Distance from a wall of the map within which the end of a beam agrees with it, m."""
-FAR = 0.5
+CONTRADICTION_DISTANCE = 0.5
 """Distance from every wall beyond which the end of a beam in free space contradicts the map, m."""
 MIN_SHARE, MIN_COVERED, FIRST_SCANS = 0.85, 0.5, 30
 """Shares of beams that agree with the map, of the whole drive and of its first scans, below which it does not fit.
@@ -83,7 +83,7 @@ def agreement(
         rows = np.floor((ends[:, 1] - grid.origin_y) / grid.resolution).astype(int)
         inside = (rows >= 0) & (columns >= 0) & (rows < walls.shape[0]) & (columns < walls.shape[1])
         cells, away = grid.cells[rows[inside], columns[inside]], distance[rows[inside], columns[inside]]
-        near += int((away <= NEAR).sum())
-        far += int(((cells != UNKNOWN) & (away > FAR)).sum())
+        near += int((away <= AGREEMENT_DISTANCE).sum())
+        far += int(((cells != UNKNOWN) & (away > CONTRADICTION_DISTANCE)).sum())
         total += len(ends)
     return Agreement(near, far, total)

@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from chefbot.slam.shared_tiles import EMPTY, FAR, SHIFT, SIDE, STRIDE
+from chefbot.slam.shared_tiles import EMPTY, FAR_COORDINATE, SHIFT, SIDE, STRIDE
 
 _MASK = SIDE - 1
-_NO_SURFACE = np.float32(2.0) * FAR * FAR
+_NO_SURFACE = np.float32(2.0) * FAR_COORDINATE * FAR_COORDINATE
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -26,7 +26,7 @@ SIDE = 1 << SHIFT
 """Side of a tile, cells."""
 STRIDE = SIDE + 2
 AREA = STRIDE * STRIDE
-FAR = np.float32(1e6)
+FAR_COORDINATE = np.float32(1e6)
 """Coordinate of the mean of a cell without hits: beyond the range of any beam."""
 EMPTY = 0
 _MARGIN = 16
@@ -43,8 +43,8 @@ class TileMaps:
         self._extent = EMPTY_BOUNDS
         """Bounding rectangle of the tables, tiles."""
         self._max_cells = max_cells
-        self.mean_x: NDArray[np.float32] = np.full((256, AREA), FAR, np.float32)
-        self.mean_y: NDArray[np.float32] = np.full((256, AREA), FAR, np.float32)
+        self.mean_x: NDArray[np.float32] = np.full((256, AREA), FAR_COORDINATE, np.float32)
+        self.mean_y: NDArray[np.float32] = np.full((256, AREA), FAR_COORDINATE, np.float32)
         self.hits: NDArray[np.int32] = np.zeros((256, AREA), np.int32)
         self._references: NDArray[np.int32] = np.zeros(256, np.int32)
         self._free = np.arange(255, 0, -1, dtype=np.int32)

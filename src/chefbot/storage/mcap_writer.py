@@ -19,7 +19,7 @@ CHUNK, CHUNK_CHANNEL = 1024, 10
 """Upper bounds of the overhead of a chunk and its index, and of each channel in that index, bytes."""
 END = 1024
 """Upper bound for footer, statistics and offsets, bytes."""
-WORST = 1.01
+MAX_GROWTH = 1.01
 """Upper bound of the growth of incompressible data (zstd's bound: 1/256 and some bytes)."""
 
 
@@ -109,7 +109,7 @@ class McapWriter:
         """
         # worst case: this write completes a chunk of incompressible data, and the file then has to be closed
         chunk_bytes = (
-            (self._chunk_bytes + size) * WORST + CHUNK + (CHUNK_CHANNEL + CHANNEL_INDEX) * self._channels
+            (self._chunk_bytes + size) * MAX_GROWTH + CHUNK + (CHUNK_CHANNEL + CHANNEL_INDEX) * self._channels
         )
         try:
             self._reservation.reserve(self._stream.position + int(chunk_bytes) + self._end_bytes)

@@ -15,7 +15,7 @@ WIDTH = 320
 """Maximum width of an image, pixels."""
 QUALITY = 70
 """JPEG quality."""
-NEAR, FAR = 0.4, 5.0
+MIN_DEPTH, MAX_DEPTH = 0.4, 5.0
 """Range of the colour map, m."""
 _ANCHORS = np.array(
     [(170, 20, 20), (240, 120, 30), (230, 220, 60), (60, 190, 130), (50, 110, 220), (40, 30, 110)]
@@ -39,8 +39,8 @@ def colorize_depth(depth: NDArray[Any]) -> NDArray[np.uint8]:
     """Convert depth (h, w), float metres or uint16 millimetres, to RGB: red is near, blue far, black unknown."""
     metres = depth / 1000.0 if depth.dtype == np.uint16 else depth
     valid = np.isfinite(metres) & (metres > 0)
-    # Normalize depth to [0, 1] between NEAR and FAR; invalid pixels are black.
-    fraction = np.clip((np.where(valid, metres, FAR) - NEAR) / (FAR - NEAR), 0, 1)
+    # Normalize depth to [0, 1] between MIN_DEPTH and MAX_DEPTH; invalid pixels are black.
+    fraction = np.clip((np.where(valid, metres, MAX_DEPTH) - MIN_DEPTH) / (MAX_DEPTH - MIN_DEPTH), 0, 1)
     colours = _COLOR_MAP[(fraction * 255).astype(np.uint8)]
     return np.where(valid[:, :, None], colours, np.uint8(0))
 

@@ -12,7 +12,7 @@ from chefbot.msgs.chefbot_maps import KEEP_OUT, PREFERRED, SLOW_ZONE, MapZones
 
 KEEP_OUT_FILTER, SPEED_FILTER = 0, 2
 """Types of nav2_msgs/CostmapFilterInfo: keep-out and preferred areas; maximum speed, m/s."""
-OCCUPIED, OTHER = 100, 33
+KEEP_OUT_OCCUPANCY, OTHER_OCCUPANCY = 100, 33
 """Occupancy in a keep-out zone, and outside preferred zones if there are any, percent."""
 
 
@@ -28,11 +28,11 @@ def keep_out_mask(zones: MapZones, map_grid: Grid) -> FilterMask:
     """Return the mask of Nav2's KeepoutFilter for keep-out and preferred zones, of the size of the map."""
     geometry = _geometry(map_grid)
     preferred = zones.of_kind(PREFERRED)
-    cells = np.full(map_grid.cells.shape, OTHER if preferred else 0, np.int8)
+    cells = np.full(map_grid.cells.shape, OTHER_OCCUPANCY if preferred else 0, np.int8)
     for zone in preferred:
         cells[cells_inside(zone.array, geometry)] = 0
     for zone in zones.of_kind(KEEP_OUT):
-        cells[cells_touched(zone.array, geometry)] = OCCUPIED
+        cells[cells_touched(zone.array, geometry)] = KEEP_OUT_OCCUPANCY
     return FilterMask(KEEP_OUT_FILTER, _like(map_grid, cells), 1.0)
 
 

@@ -11,7 +11,7 @@ import pytest
 from tests.support.waiting import PATIENCE
 
 from chefbot.devices import depth_camera
-from chefbot.devices.depth_camera import EARLY, NO_DRIVER, DepthCameraDevice
+from chefbot.devices.depth_camera import MIN_PERIOD_SHARE, NO_DRIVER, DepthCameraDevice
 from chefbot.devices.depth_cameras.camera import CameraError, CameraFrame, Intrinsics, StreamRequest
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.idl.message import Message
@@ -127,7 +127,7 @@ def test_a_camera_faster_than_the_robot_file_skips_images(driver: Driver) -> Non
     driver.until(lambda: len(driver.images) > 20, "images")
     span = (driver.images[20].header.stamp.ns - driver.images[0].header.stamp.ns) / 1e9
     rate = driver.device.robot.sensors.depth_camera.rate  # type: ignore[union-attr]
-    assert span > 20 * EARLY / rate - 0.2  # twenty of its own periods take 0.2 s
+    assert span > 20 * MIN_PERIOD_SHARE / rate - 0.2  # twenty of its own periods take 0.2 s
 
 
 @pytest.mark.slow

@@ -37,7 +37,7 @@ def path(tmp_path: Path) -> Path:
 
 def served(path: Path) -> NodeRunner:
     runner = NodeRunner(
-        {"map_file": "chefbot.devices.maps.map_file:MapFileDevice"}, {}, {"map_file": {"map": str(path)}}
+        {"map_server": "chefbot.devices.maps.map_file:MapFileDevice"}, {}, {"map_server": {"map": str(path)}}
     )
     runner.run(0.2)
     return runner

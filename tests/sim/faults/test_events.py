@@ -26,8 +26,8 @@ BAD = [
     ({"at": 1, "fault": "freeze", "sensor": "lidr"}, r"\[0\].sensor: .*'lidr' \(did you mean 'lidar'\?\)"),
     ({"at": 1, "fault": "freeze", "sensr": "lidar"}, r"'\[0\].sensr' \(did you mean 'sensor'\?\)"),
     ({"at": 1, "fault": "freeze"}, "'.*sensor' is missing"),
-    ({"at": -1, "fault": "weak"}, r"\[0\].at: -1 must be at least 0"),
-    ({"at": 5, "until": 4, "fault": "weak"}, "`until` is 4 s, but must be later than `at`, 5 s"),
+    ({"at": -1, "fault": "voltage_drop"}, r"\[0\].at: -1 must be at least 0"),
+    ({"at": 5, "until": 4, "fault": "voltage_drop"}, "`until` is 4 s, but must be later than `at`, 5 s"),
     ({"at": 5, "until": 9, "fault": "bump"}, "unknown key '.*until'"),
     ({"at": 1, "fault": "slow"}, "either node or link"),
     ({"at": 1, "fault": "slow", "node": "a", "link": "b"}, "either node or link"),
@@ -68,7 +68,7 @@ def test_every_kind_has_a_word_of_its_own() -> None:
         ("slip left share=0.2", e.WheelSlip(at=2.0, wheel="left", share=0.2)),
         ("slow planner seconds=1", e.Slow(at=2.0, node="planner", seconds=1.0)),
         ("slow link=page", e.Slow(at=2.0, link="page")),
-        ("weak", e.WeakBattery(at=2.0)),
+        ("voltage_drop", e.VoltageDrop(at=2.0)),
         ("none", ""),
         ("none lidar", "lidar"),
     ],
@@ -84,16 +84,16 @@ def test_a_remark_names_fault_target_strength_and_end() -> None:
 
 def test_a_schedule_begins_and_ends_events_in_their_order() -> None:
     seen: list[str] = []
-    events = [e.Bump(at=3.0), e.WeakBattery(at=1.0, until=3.0), e.WheelStall(at=2.0, wheel="left", until=2.5)]
+    events = [e.Bump(at=3.0), e.VoltageDrop(at=1.0, until=3.0), e.WheelStall(at=2.0, wheel="left", until=2.5)]
     schedule = FaultSchedule[Any](events, lambda _: None, lambda _: None, seen.append)
     assert schedule.times_ns() == [10**9, 2 * 10**9, 25 * 10**8, 3 * 10**9]
     for time_ns in schedule.times_ns():
         schedule.advance(time_ns)
     assert [text.split()[1:3] for text in seen] == [
-        ["begins:", "weak"],
+        ["begins:", "voltage_drop"],
         ["begins:", "stall"],
         ["ends:", "stall"],
-        ["ends:", "weak."],
+        ["ends:", "voltage_drop."],
         ["begins:", "bump"],
     ]
 
@@ -103,6 +103,6 @@ def test_an_impossible_event_is_remarked_and_not_active() -> None:
         raise UserError("no such sensor")
 
     seen: list[str] = []
-    schedule = FaultSchedule[Any]([e.WeakBattery(at=1.0, until=3.0)], refuse, lambda _: None, seen.append)
+    schedule = FaultSchedule[Any]([e.VoltageDrop(at=1.0, until=3.0)], refuse, lambda _: None, seen.append)
     schedule.advance(2 * 10**9)
-    assert seen == ["Fault impossible: weak: no such sensor."] and not schedule.active
+    assert seen == ["Fault impossible: voltage_drop: no such sensor."] and not schedule.active

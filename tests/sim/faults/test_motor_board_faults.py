@@ -62,13 +62,13 @@ def test_without_faults_a_board_is_as_it_is() -> None:
     assert faults.measured_voltage(11.7) == 11.7
 
 
-def test_a_lying_voltage_is_measured_whatever_the_battery_has() -> None:
+def test_a_wrong_voltage_is_read_whatever_the_battery_has() -> None:
     faults = board()
-    faults.lying_voltage = 12.6
+    faults.wrong_voltage_reading = 12.6
     assert [faults.measured_voltage(voltage) for voltage in (3.0, 11.0)] == [12.6, 12.6]
-    faults.lying_voltage = 0.0
+    faults.wrong_voltage_reading = 0.0
     assert faults.measured_voltage(11.0) == 0.0, "an empty battery, too"
-    faults.lying_voltage = None
+    faults.wrong_voltage_reading = None
     assert faults.measured_voltage(11.0) == 11.0
 
 

@@ -50,8 +50,8 @@ OTHER_FAULTS: list[Any] = [
     e.WheelStall(wheel="left", **LASTING),
     e.Bump(at=AT),
     e.Carried(at=AT),
-    e.WeakBattery(share=0.8, **LASTING),
-    e.LyingBattery(voltage=9.0, **LASTING),
+    e.VoltageDrop(share=0.8, **LASTING),
+    e.WrongVoltageReading(voltage=9.0, **LASTING),
     e.BoardUnplugged(**LASTING),
     e.BitErrors(rate=0.01, **LASTING),
     e.ClockJump(clock="board", seconds=5.0, **LASTING),
@@ -260,17 +260,17 @@ def test_a_carried_robot_is_placed_by_the_event_or_the_seed() -> None:
     assert drawn[0] == drawn[1] != drawn[2]
 
 
-def test_a_weak_battery_slows_the_robot_and_a_lying_one_does_not() -> None:
+def test_a_voltage_drop_slows_the_robot_a_wrong_reading_does_not() -> None:
     def voltage(run: FaultRun) -> float:
         return float(run.on("battery_state", 4.0, 5.0)[-1].voltage)
 
     during: dict[str, float] = {"at": 1.0, "until": 5.5}
-    healthy, weak = driven(), driven(e.WeakBattery(share=0.2, **during))
-    lying = driven(e.LyingBattery(voltage=12.5, **during))
-    assert voltage(weak) == pytest.approx(0.2 * voltage(healthy), rel=0.05)
-    assert voltage(lying) == pytest.approx(12.5, abs=0.05)
-    assert np.mean(speeds(weak, 2.0, 5.0)) < 0.8 * np.mean(speeds(healthy, 2.0, 5.0))
-    assert lying.pose == healthy.pose
+    healthy, dropped = driven(), driven(e.VoltageDrop(share=0.2, **during))
+    misread = driven(e.WrongVoltageReading(voltage=12.5, **during))
+    assert voltage(dropped) == pytest.approx(0.2 * voltage(healthy), rel=0.05)
+    assert voltage(misread) == pytest.approx(12.5, abs=0.05)
+    assert np.mean(speeds(dropped, 2.0, 5.0)) < 0.8 * np.mean(speeds(healthy, 2.0, 5.0))
+    assert misread.pose == healthy.pose
 
 
 def test_an_unplugged_board_is_silent_and_stops_the_wheels() -> None:
@@ -312,10 +312,10 @@ def request(run: FaultRun, text: str) -> None:
 
 def test_an_operator_begins_and_ends_faults_with_the_same_keys() -> None:
     run = FaultRun().run(1.0)
-    for text in ("freeze lidar", "slip both share=0.5", "weak"):
+    for text in ("freeze lidar", "slip both share=0.5", "voltage_drop"):
         request(run, text)
     run.run(1.1)
-    assert [text.split()[2] for _, text in run.remarks] == ["freeze", "slip", "weak"]
+    assert [text.split()[2] for _, text in run.remarks] == ["freeze", "slip", "voltage_drop"]
     request(run, "none lidar")
     run.run(1.2)
     request(run, "none")
@@ -324,7 +324,7 @@ def test_an_operator_begins_and_ends_faults_with_the_same_keys() -> None:
     assert [text for _, text in run.remarks[3:]] == [
         "Fault ends: freeze of lidar.",
         "Fault ends: slip of both.",
-        "Fault ends: weak.",
+        "Fault ends: voltage_drop.",
     ]
 
 

@@ -14,8 +14,8 @@ from shapely import LineString, Point
 
 from chefbot.sim.people.distance_field import lower_to_boxes
 from chefbot.sim.people.forces import (
-    BEHIND,
-    FAINT,
+    BEHIND_WEIGHT,
+    FAINT_RANGES,
     INTERACTION_DISTANCE,
     RELAXATION,
     SIGHT_STEPS,
@@ -117,7 +117,7 @@ def test_what_is_faint_near_by_is_a_fiftieth_of_the_strength(dx, dy, vx, vy) -> 
         assert math.hypot(*interaction(dx, dy, vx, vy)) <= 0.02 * math.sqrt(2.0) * STRENGTH
     elif distance > 0.01:
         reach = GAMMA * abs(LAMBDA * complex(vx, vy) + complex(dx, dy) / distance)
-        assert distance <= FAINT * reach + 1e-6
+        assert distance <= FAINT_RANGES * reach + 1e-6
 
 
 def test_people_in_one_place_are_never_faint() -> None:
@@ -127,7 +127,7 @@ def test_people_in_one_place_are_never_faint() -> None:
 
 
 @pytest.mark.parametrize(
-    ("degrees", "weight"), [(0, 1.0), (90, 1.0), (99, 1.0), (101, BEHIND), (180, BEHIND)]
+    ("degrees", "weight"), [(0, 1.0), (90, 1.0), (99, 1.0), (101, BEHIND_WEIGHT), (180, BEHIND_WEIGHT)]
 )
 @pytest.mark.parametrize("heading", [0.0, 2.0])
 def test_what_is_behind_counts_half(degrees: float, weight: float, heading: float) -> None:
@@ -144,7 +144,9 @@ def test_the_force_of_people_is_the_sum_of_those_seen() -> None:
     sees = np.ones((5, 5), np.bool_)
     np.fill_diagonal(sees, False)
     sees[0, 3] = False
-    expected = np.array(interaction(1.0, 0.1, 1.5, 0.0)) + BEHIND * np.array(interaction(-1.0, 0.2, 1.0, 0.0))
+    expected = np.array(interaction(1.0, 0.1, 1.5, 0.0)) + BEHIND_WEIGHT * np.array(
+        interaction(-1.0, 0.2, 1.0, 0.0)
+    )
     assert force_of_people(position, velocity, heading, sees, 0) == pytest.approx(
         expected, rel=0.02, abs=0.02
     )
@@ -173,7 +175,7 @@ def robot_force(seen, sight: float = 3.0, boxes=(), at=(1.0, 2.0)) -> tuple[floa
 def test_a_robot_that_is_seen_is_felt_as_a_person_is() -> None:
     assert robot_force((2.0, 2.1, -0.5, 0.0)) == pytest.approx(interaction(1.0, 0.1, 0.5, 0.0))
     behind = np.array(interaction(-0.6, 0.1, -0.5, 0.0))
-    assert robot_force((0.4, 2.1, 0.5, 0.0)) == pytest.approx(BEHIND * behind)
+    assert robot_force((0.4, 2.1, 0.5, 0.0)) == pytest.approx(BEHIND_WEIGHT * behind)
 
 
 def test_a_robot_out_of_sight_is_not_felt() -> None:

@@ -34,7 +34,7 @@ from chefbot.sim.people.kinds import (
     Talker,
     UsesDoors,
 )
-from chefbot.sim.people.person import ARRIVED, NEAR, SimulatedPerson
+from chefbot.sim.people.person import ARRIVAL_DISTANCE, MIN_ROUTE_LENGTH, SimulatedPerson
 from chefbot.sim.people.walkers import APPROACH, STAND, WALK
 from chefbot.sim.world.furniture import PERSON_RADIUS
 
@@ -139,7 +139,9 @@ def test_destinations_are_far_if_there_are_such() -> None:
         drawn.append(person._draw_destination())
     on_route = {number for number, _ in one.people.route_ends}
     lengths = [one.people.floor.path_length(number, 1.1, 1.0) for number, _ in drawn]
-    assert min(lengths) > ARRIVED and sum(length > NEAR for length in lengths) >= 57, "but for bad luck"
+    assert min(lengths) > ARRIVAL_DISTANCE and sum(length > MIN_ROUTE_LENGTH for length in lengths) >= 57, (
+        "but for bad luck"
+    )
     assert all(pace == (0.3 if number in on_route else person.pace) for number, pace in drawn)
     share = sum(number in on_route for number, _ in drawn) / 60
     assert 0.3 < share < 0.95, "most, but not all, lie on routes"
@@ -150,7 +152,10 @@ def test_in_a_small_room_a_near_destination_will_do() -> None:
     one.put(0, 0.6, 0.6)
     for _ in range(20):
         number, _ = person_of(one)._draw_destination()
-        assert number is None or ARRIVED < one.people.floor.path_length(number, 0.6, 0.6) <= NEAR
+        assert (
+            number is None
+            or ARRIVAL_DISTANCE < one.people.floor.path_length(number, 0.6, 0.6) <= MIN_ROUTE_LENGTH
+        )
 
 
 def test_an_interruption_ends_what_somebody_is_at() -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from chefbot.maths.grid import UNKNOWN
 from chefbot.slam.map_error.error_grid import MAX_VALUE, error_grid
 from chefbot.slam.map_error.estimate import REGION, MapErrorEstimate, MapRegion
-from chefbot.slam.map_error.verdict import GOOD, USABLE, centimetres, verdict
+from chefbot.slam.map_error.verdict import MAX_GOOD_ERROR, MAX_USABLE_ERROR, centimetres, verdict
 
 CELLS = st.dictionaries(
     st.tuples(st.integers(-20, 20), st.integers(-20, 20)), st.floats(0.0, 3.0), min_size=1
@@ -22,7 +22,13 @@ def estimate_of(drift: float, contradiction: float) -> MapErrorEstimate:
 
 
 @pytest.mark.parametrize(
-    ("error", "word"), [(GOOD, "good"), (1.01 * GOOD, "usable"), (USABLE, "usable"), (1.01 * USABLE, "bad")]
+    ("error", "word"),
+    [
+        (MAX_GOOD_ERROR, "good"),
+        (1.01 * MAX_GOOD_ERROR, "usable"),
+        (MAX_USABLE_ERROR, "usable"),
+        (1.01 * MAX_USABLE_ERROR, "bad"),
+    ],
 )
 def test_the_verdict_follows_the_error(error: float, word: str) -> None:
     assert f"The map is {word}: its estimated error is {centimetres(error)}." in verdict(

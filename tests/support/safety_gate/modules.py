@@ -31,7 +31,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "chefbot.safety.latency": _safety("latency"),
     "chefbot.safety.motion_policy": _safety("motion_policy"),
     "chefbot.robot.motion_limits": ("tests/robot/test_motion_limits.py",),
-    "chefbot.safety.zones": _safety("zones"),
+    "chefbot.safety.monitor_polygons": _safety("monitor_polygons"),
     "chefbot.safety.sensor_freshness": _safety("sensor_freshness", "freshness_limits"),
     "chefbot.safety.obstacle_sensors": _safety("obstacle_sensors", "lidar_scatter"),
     "chefbot.safety.contact_time": _safety("contact_time", "contact_edges"),

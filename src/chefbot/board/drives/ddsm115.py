@@ -22,7 +22,7 @@ SPEED, MODE = 0x64, 0xA0
 VELOCITY_MODE = 2
 IDS = (1, 2)
 """Of the left and of the right motor."""
-MIRRORED = (1, -1)
+FORWARD_SIGNS = (1, -1)
 """Sign of each motor's rotation when the robot drives forward: both shafts point outwards."""
 MAX_RPM = 330
 COUNTS_PER_TURN, COUNTER_BITS = 32_768, 15
@@ -119,7 +119,7 @@ class Ddsm115Link(DriveLink):
                 return None
             self._driven_ns = now_ns
         wheel, self._next = self._next, 1 - self._next
-        rpm = round(MIRRORED[wheel] * self.speeds(now_ns)[wheel] * 60.0 / (2.0 * math.pi))
+        rpm = round(FORWARD_SIGNS[wheel] * self.speeds(now_ns)[wheel] * 60.0 / (2.0 * math.pi))
         return speed_request(wheel, max(-MAX_RPM, min(MAX_RPM, rpm)))
 
     def process(self, answer: Answer) -> list[Message]:
@@ -127,7 +127,7 @@ class Ddsm115Link(DriveLink):
         wheel = int(answer.name)
         _, mode, _, _, position, errors, _ = ANSWER.unpack(answer.data)
         self._errors[wheel] = errors
-        self._positions[wheel] = MIRRORED[wheel] * position
+        self._positions[wheel] = FORWARD_SIGNS[wheel] * position
         if mode != VELOCITY_MODE:
             self._mode_frames += mode_frame(IDS[wheel])
         left, right = self._positions

@@ -13,7 +13,7 @@ from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.spec import Robot
 
-SLOW = 0.15
+MAX_UNATTENDED_SPEED = 0.15
 """Maximum speed of a wheel at the ground, m/s, whose drive keeps turning when this computer fails."""
 SILENCE_NS = 300_000_000
 """Time without ticks after which the motion of the wheels is unknown, and they are stopped, ns."""
@@ -26,7 +26,7 @@ class DriveLink(ABC):
 
     def __init__(self, robot: Robot) -> None:
         self.robot, self.line = robot, HalfDuplexLine()
-        self.gate = CommandGate(SLOW / robot.wheel_radius)
+        self.gate = CommandGate(MAX_UNATTENDED_SPEED / robot.wheel_radius)
         self._refused: str | None = None
         self.connection_lost()
 

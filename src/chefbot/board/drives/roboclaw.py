@@ -11,7 +11,7 @@ import struct
 from binascii import crc_hqx
 from functools import partial
 
-from chefbot.board.drives.drive_link import SLOW, DriveLink
+from chefbot.board.drives.drive_link import MAX_UNATTENDED_SPEED, DriveLink
 from chefbot.board.drives.half_duplex import Answer, LineRequest
 from chefbot.board.sensors import battery_state
 from chefbot.msgs.idl.message import Message
@@ -106,7 +106,7 @@ class RoboClawLink(DriveLink):
         self._setup = ["version", "pid", "timeout"]
         self._has_timeout, self._qpps = False, -1
         self._due: list[str] = []
-        self.gate.max_speed = SLOW / self.robot.wheel_radius
+        self.gate.max_speed = MAX_UNATTENDED_SPEED / self.robot.wheel_radius
 
     @property
     def refused(self) -> str | None:

@@ -48,7 +48,7 @@ METER_TOLERANCE = 0.02
 """Share by which board and meter may differ without a correction."""
 ATTEMPTS = 5
 """Number of times that a motion is commanded whose speeds arrived with a pause."""
-UPRIGHT = 7.0
+MIN_UPRIGHT_ACCELERATION = 7.0
 """Acceleration along the IMU's z axis, m/s^2, above which it is upright."""
 
 
@@ -129,7 +129,7 @@ class BoardTest:
         uptime, inertia = self._board.newest(UptimeLine), self._board.newest(InertiaLine)
         if uptime is None or inertia is None:
             self._report(f"{imu_fault(uptime.imu if uptime else 0)}.")
-        elif inertia.az < 1000.0 * UPRIGHT:
+        elif inertia.az < 1000.0 * MIN_UPRIGHT_ACCELERATION:
             self._report(
                 f"The IMU's z axis does not point up: it measures {inertia.az / 1000:.1f} m/s^2 along it."
             )

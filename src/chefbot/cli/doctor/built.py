@@ -31,7 +31,7 @@ from chefbot.runtime.node_container import NodeContainer
 
 SECONDS = 12.0
 """Time for which the drivers run: a Mega with its boot loader may take 6 s to answer."""
-MEASURED = 3.0
+OBSERVATION_TIME = 3.0
 """Time for which each device is observed, s."""
 TICK_RATE, DRIVE_RATE = 50.0, 20.0
 """Rates of tick messages, Hz: of the motor board, and the least of a motor drive, which is polled."""
@@ -83,7 +83,7 @@ class Observations:
     def is_measured(self, topic: str) -> bool:
         """Return whether a topic has been received for long enough."""
         times = self.times.get(topic, [])
-        return len(times) > 1 and times[-1] - times[0] >= MEASURED
+        return len(times) > 1 and times[-1] - times[0] >= OBSERVATION_TIME
 
     def rate(self, topic: str) -> float:
         """Return the mean rate of a topic since its first message, Hz; 0 with less than two."""

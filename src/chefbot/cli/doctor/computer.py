@@ -26,7 +26,7 @@ from chefbot.ui.browser import has_screen
 
 TIMEOUT = 1.0
 """Maximum time in which a web UI of this computer or a program responds, s."""
-SCARCE = 1_000_000_000
+MIN_FREE_BYTES = 1_000_000_000
 """Free space below which logs and maps may not fit, bytes."""
 SHOWN_MAPS = 5
 """Number of maps that are listed, the newest."""
@@ -76,7 +76,7 @@ def disk_lines() -> list[str]:
 
 def _space(folder: Path, where: str) -> str:
     free = shutil.disk_usage(folder).free
-    problem = "! " if free < SCARCE else ""
+    problem = "! " if free < MIN_FREE_BYTES else ""
     return f"{problem}disk: {free / 1e9:.1f} GB free {where}"
 
 

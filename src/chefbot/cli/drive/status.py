@@ -14,9 +14,9 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
-HERE = 0.3
+AT_PLACE_DISTANCE = 0.3
 """Distance from a place at which the robot is there, m."""
-SLOWEST = 0.01
+STANDSTILL_SPEED = 0.01
 """Speed below which the robot stands, m/s."""
 LONG_TIME = 90.0
 """Time from which minutes are printed, s."""
@@ -88,7 +88,7 @@ def place_sentence(robot: dict[str, float] | None, places: dict[str, SE2]) -> st
     if not places:
         return pose
     distance, name = min((math.hypot(place.x - x, place.y - y), name) for name, place in places.items())
-    if distance < HERE:
+    if distance < AT_PLACE_DISTANCE:
         return f"at {display_name(name)}; {pose}"
     return f"{distance:.1f} m from {display_name(name)}; {pose}"
 
@@ -96,7 +96,7 @@ def place_sentence(robot: dict[str, float] | None, places: dict[str, SE2]) -> st
 def _speed(robot: dict[str, float] | None) -> str:
     if robot is None:
         return "unknown"
-    return "0, it stands" if abs(robot["v"]) < SLOWEST else f"{robot['v']:.2f} m/s"
+    return "0, it stands" if abs(robot["v"]) < STANDSTILL_SPEED else f"{robot['v']:.2f} m/s"
 
 
 def _battery(status: dict[str, Any]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from chefbot.slam.map_error import REGION, MapErrorEstimate, MapRegion, centimetres
 
-WORST = 5
+LISTED_REGIONS = 5
 """Number of regions that are listed."""
 
 
@@ -25,7 +25,7 @@ def worst_regions(regions: Sequence[MapRegion]) -> list[MapRegion]:
     """Return the regions with the largest errors, one of those that lie side by side."""
     found: list[MapRegion] = []
     for region in sorted(regions, key=lambda region: -region.error):
-        if len(found) < WORST and not any(_are_neighbours(region, other) for other in found):
+        if len(found) < LISTED_REGIONS and not any(_are_neighbours(region, other) for other in found):
             found.append(region)
     return found
 

@@ -25,7 +25,7 @@ from chefbot.slam.map_error import estimate_map_error, verdict
 from chefbot.slam.offline import SlamResult
 from chefbot.slam.params import GmappingParams
 
-WORST = 10
+LISTED_CLOSURES = 10
 """Number of closures with the largest residuals that are listed."""
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:2rem auto;padding:0 1rem;color:#222}"
@@ -92,7 +92,7 @@ def _quality(result: SlamResult) -> str:
 def _closures(result: SlamResult) -> str:
     if not result.closures:
         return "<h2>Loop closures</h2><p>None.</p>"
-    worst = sorted(result.closures, key=lambda closure: -closure.linear)[:WORST]
+    worst = sorted(result.closures, key=lambda closure: -closure.linear)[:LISTED_CLOSURES]
     rows = "".join(
         f"<tr><td>{c.of}</td><td>{c.to}</td><td>{1e2 * c.linear:.1f} cm</td>"
         f"<td>{np.degrees(c.angular):.2f}&deg;</td></tr>"

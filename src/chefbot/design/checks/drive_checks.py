@@ -34,7 +34,7 @@ SEEN_ELSEWHERE = "room round it"
 MENDED_OUTSIDE = ("driver", "input level without a level shifter")
 """Checks that a part outside the robot file repairs: a level shifter."""
 NO_OTHER = "; no single other part of the catalogue mends it: `chefbot robot design` tries all sets"
-HEAVIEST = 5
+NAMED_PARTS = 5
 
 
 def check_drive(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
@@ -66,7 +66,7 @@ def _budget(robot: Robot) -> Iterator[Finding]:
     heaviest: dict[str, float] = {}
     for part in solids(robot):
         heaviest[part.kind] = heaviest.get(part.kind, 0.0) + part.mass
-    ordered = sorted(heaviest, key=lambda kind: -heaviest[kind])[:HEAVIEST]
+    ordered = sorted(heaviest, key=lambda kind: -heaviest[kind])[:NAMED_PARTS]
     named = ", ".join(f"{kind} {1000 * heaviest[kind]:.0f} g" for kind in ordered)
     budget, mass = robot.body.mass_budget, unloaded_mass(robot)
     value = f"{math.ceil(10.0 * mass - 1e-9) / 10.0:g} kg"

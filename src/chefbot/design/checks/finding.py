@@ -15,7 +15,7 @@ from chefbot.robot.validation import check_buildable, check_geometry
 
 Severity = Literal["error", "warning"]
 _INDEXED = re.compile(r"(\w+)\[(\d+)\]")
-AWAY = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 90, 100, 120, 150)
+SEARCH_OFFSETS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 90, 100, 120, 150)
 """Range of the search for a valid length, mm."""
 
 
@@ -107,7 +107,7 @@ def nearest_valid_length(
 ) -> tuple[str, str]:
     """The first of the keys, and the length nearest to its present one, with which the robot is good.
 
-    ("", "") where there is none within the last of AWAY.
+    ("", "") where there is none within the last of SEARCH_OFFSETS.
     """
     for key in keys:
         for value in _outwards(float(value_at(robot, key))):
@@ -120,7 +120,7 @@ def nearest_valid_length(
 def _outwards(present: float) -> Iterator[float]:
     """Integer millimetres around the present value, the nearest first."""
     start = round(1000.0 * present)
-    for away in AWAY:
+    for away in SEARCH_OFFSETS:
         yield (start + away) / 1000.0
         yield (start - away) / 1000.0
 

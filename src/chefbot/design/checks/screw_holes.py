@@ -21,7 +21,7 @@ from chefbot.robot.geometry.outlines import (
 )
 from chefbot.robot.spec import Robot
 
-FINE = 1e-5
+CHORD_DEVIATION = 1e-5
 """Metres between an arc and the chords that distances are measured to."""
 EDGE_DISTANCE = 1.2
 """Hole's middle to the edge, in diameters (EN 1993-1-8, table 3.3: e1, e2); for thin plates a rule of thumb."""
@@ -61,11 +61,11 @@ def _named(part: str, name: str, places: list[tuple[float, float]], key: str) ->
 
 def _in_outline(outline: Outline, found: list[Hole], diameter: float) -> Iterator[Finding]:
     """The worst hole of each kind, against the edges and all other screws."""
-    loops = [np.array(points(outline.edge, FINE))]
+    loops = [np.array(points(outline.edge, CHORD_DEVIATION))]
     for loop in outline.holes:
         arc = arc_between(loop[0], loop[1])
-        if all(np.hypot(arc.x - hole.at[0], arc.y - hole.at[1]) > FINE for hole in found):
-            loops.append(np.array(points(loop, FINE)))
+        if all(np.hypot(arc.x - hole.at[0], arc.y - hole.at[1]) > CHORD_DEVIATION for hole in found):
+            loops.append(np.array(points(loop, CHORD_DEVIATION)))
     for name in dict.fromkeys(hole.name for hole in found):
         same = [hole for hole in found if hole.name == name]
         margin, worst = min((_margin(hole.at, loops), hole) for hole in same)
@@ -129,7 +129,7 @@ def _shaft_hole(robot: Robot) -> Iterator[Finding]:
     """The material of the clamp's face around the hole of the shaft."""
     outline = clamp_face_outline(robot, layout.plate_undersides(robot)[0] - robot.motor_clamp.thickness)
     arc = arc_between(*outline.holes[0][:2])
-    margin = _margin((arc.x, arc.y), [np.array(points(outline.edge, FINE))])
+    margin = _margin((arc.x, arc.y), [np.array(points(outline.edge, CHORD_DEVIATION))])
     wanted = arc.radius + robot.motor_clamp.thickness
     yield from below(
         "hole", "motor_clamp", "the clamp's face has too little material round the shaft's hole",

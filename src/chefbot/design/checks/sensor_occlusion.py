@@ -25,7 +25,7 @@ from chefbot.robot.spec import Robot
 if TYPE_CHECKING:
     from manifold3d import CrossSection, Manifold
 
-NEAR = 1e-4
+NEAR_PLANE_DISTANCE = 1e-4
 """Distance of the near plane from the sensor, m."""
 HIDDEN_WARNING, HIDDEN_ERROR = 0.001, 0.02
 """Permitted occlusion by the robot: share of a picture, or of a cone's section."""
@@ -151,7 +151,7 @@ def _pyramid(window: NDArray[np.float64], far: float) -> Manifold:
     from manifold3d import Manifold
 
     rays = np.column_stack([np.ones(len(window)), window])
-    return Manifold.hull_points(np.vstack([NEAR * rays, far * rays]))
+    return Manifold.hull_points(np.vstack([NEAR_PLANE_DISTANCE * rays, far * rays]))
 
 
 def _shadow(seen: Manifold, turn: NDArray[np.float64], at: NDArray[np.float64]) -> CrossSection:

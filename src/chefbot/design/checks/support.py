@@ -19,7 +19,7 @@ from chefbot.robot.spec import Robot
 if TYPE_CHECKING:
     from manifold3d import CrossSection
 
-TOUCHING = 1e-4
+CONTACT_TOLERANCE = 1e-4
 """Metres between parts that touch."""
 PRESS = 1e-5
 """Distance below a foot at which its support is searched, m."""
@@ -144,9 +144,9 @@ def _touch(one: PartBody, other: PartBody) -> bool:
     """A tilted sensor is fixed to its stand, which ends below the middle of the housing."""
     if f"{one.name}_stand" == other.name or f"{other.name}_stand" == one.name:
         return True
-    if np.any(one.low > other.high + TOUCHING) or np.any(other.low > one.high + TOUCHING):
+    if np.any(one.low > other.high + CONTACT_TOLERANCE) or np.any(other.low > one.high + CONTACT_TOLERANCE):
         return False
-    return one.surface.min_gap(other.surface, 2.0 * TOUCHING) <= TOUCHING
+    return one.surface.min_gap(other.surface, 2.0 * CONTACT_TOLERANCE) <= CONTACT_TOLERANCE
 
 
 def _nothing_holds(robot: Robot, body: PartBody) -> Finding:

@@ -29,7 +29,7 @@ HARD = 'solimp="0.99 0.999 0.001" solref="0.01 1"'
 radius, and a wheel that rolls on a smaller radius falls short of its encoder: 215 mm over the 40 m of a 10 m
 square. With this it is 7 mm."""
 PHYSICS_STEP = 0.005  # s
-FAR = 1000.0
+FAR_COORDINATE = 1000.0
 """Coordinate in metres from which nine digits are too few: the origin of a map may be anywhere."""
 OPTION = f'<option timestep="{PHYSICS_STEP}" integrator="discrete" cone="elliptic" gravity="0 0 {-GRAVITY}"/>'
 FLOOR_FRICTION = 1.0
@@ -86,8 +86,8 @@ def robot_xml(robot: Robot, as_built: AsBuilt = AS_DRAWN, start: SE2 = IDENTITY)
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Return numbers with nine digits, separated by spaces; with 15 from FAR on, which is a micrometre and less."""
-    return " ".join(f"{value:.15g}" if abs(value) >= FAR else f"{value:.9g}" for value in values)
+    """Return numbers with nine digits, separated by spaces; from FAR_COORDINATE on with 15, a micrometre and less."""
+    return " ".join(f"{value:.15g}" if abs(value) >= FAR_COORDINATE else f"{value:.9g}" for value in values)
 
 
 def _inertial(inertia: MassProperties) -> str:

@@ -15,7 +15,7 @@ from chefbot.robot.section import Housing, Mount, Offset, Size
 from chefbot.robot.sensors import DepthCamera, ImuSpec, Lidar, Sensors, Ultrasonic
 from chefbot.robot.spec import Robot
 
-CLEAR = 0.003
+HOUSING_CLEARANCE = 0.003
 """Distance of a housing from plates and from the edge, m."""
 ABOVE_BOXES = {1: 0.10, 2: 0.04}
 """Height above a plate that its equipment may take, m: the catalogue's highest battery, and the computer."""
@@ -58,12 +58,15 @@ def sensors_of(robot: Robot, n: Mapping[str, float]) -> Sensors:
 
 
 def _bay(robot: Robot, plate: int, taken: float) -> _Bay:
-    return _Bay(layout.plate_top(robot, plate) + taken + CLEAR, layout.plate_undersides(robot)[plate] - CLEAR)
+    return _Bay(
+        layout.plate_top(robot, plate) + taken + HOUSING_CLEARANCE,
+        layout.plate_undersides(robot)[plate] - HOUSING_CLEARANCE,
+    )
 
 
 def _front(robot: Robot, housing: Housing, y: float = 0.0) -> float:
     """Return x of a frame at `y` whose housing ends at the edge of the plates, m."""
-    front = math.sqrt((plate_radius(robot) - CLEAR) ** 2 - (y + housing.size.y / 2.0) ** 2)
+    front = math.sqrt((plate_radius(robot) - HOUSING_CLEARANCE) ** 2 - (y + housing.size.y / 2.0) ** 2)
     return round(front - housing.centre.x - housing.size.x / 2.0, 4)
 
 

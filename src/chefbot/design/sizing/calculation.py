@@ -15,7 +15,7 @@ MIN_DIGITS, MAX_DIGITS = 5, 17
 """Significant digits of a printed number; 17 give any float exactly."""
 RELATIVE_ERROR = 1e-3
 """Permitted error of the printed calculation."""
-NEGLIGIBLE = 1e-3
+NEGLIGIBLE_SHARE = 1e-3
 """Share of the largest symbol below which a result counts as zero."""
 
 
@@ -58,7 +58,9 @@ class Result(NamedTuple):
         rounded = {name: float(f"{value:.{digits}g}") for name, value in self.symbols.items()}
         evaluated = evaluate(self.formula.replace("^", "**"), _FUNCTIONS | rounded)
         largest = max((abs(value) for value in self.symbols.values()), default=0.0)
-        return abs(evaluated - self.value) <= RELATIVE_ERROR * max(abs(self.value), NEGLIGIBLE * largest)
+        return abs(evaluated - self.value) <= RELATIVE_ERROR * max(
+            abs(self.value), NEGLIGIBLE_SHARE * largest
+        )
 
 
 def calculated(name: str, value: float, unit: str, formula: str, source: str, **symbols: float) -> Result:

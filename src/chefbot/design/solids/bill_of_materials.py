@@ -15,7 +15,7 @@ from chefbot.robot.geometry.shapes import AXES, Ball, Solid
 from chefbot.robot.geometry.solids import RobotPart, solids
 from chefbot.robot.spec import Robot
 
-SAME = 7
+AGREEING_DIGITS = 7
 """Digits in which equal pieces agree; left and right ones are rotated."""
 ALL, ASSEMBLY = "all", "assembly"
 """Names that are not parts and can be selected like one."""
@@ -84,8 +84,14 @@ def box(pieces: tuple[Solid, ...]) -> tuple[float, float, float]:
 
 def _sort(part: RobotPart) -> tuple[object, ...]:
     """The same for equal pieces."""
-    size = tuple(f"{side:.{SAME}g}" for side in sorted(box(part.solids)))
-    return part.kind, part.material, f"{part.mass:.{SAME}g}", f"{part.volume:.{SAME}g}", size
+    size = tuple(f"{side:.{AGREEING_DIGITS}g}" for side in sorted(box(part.solids)))
+    return (
+        part.kind,
+        part.material,
+        f"{part.mass:.{AGREEING_DIGITS}g}",
+        f"{part.volume:.{AGREEING_DIGITS}g}",
+        size,
+    )
 
 
 def _ends(solid: Solid) -> NDArray[np.float64]:

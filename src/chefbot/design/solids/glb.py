@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """Rotation from the robot's x, y, z to glTF's x, z, -y, in which y is up."""
-ROUGH = 0.65
+ROUGHNESS = 0.65
 """glTF's roughness of all materials; none is metallic, because there is no room to reflect."""
 
 
@@ -120,7 +120,7 @@ def _material(name: str, colour: RgbaColour) -> PBRMaterial:
         name=name,
         baseColorFactor=[*map(_linear, (red, green, blue)), opacity],
         metallicFactor=0.0,
-        roughnessFactor=ROUGH,
+        roughnessFactor=ROUGHNESS,
         alphaMode="OPAQUE" if opacity == 1.0 else "BLEND",
     )
 

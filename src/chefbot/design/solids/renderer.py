@@ -15,9 +15,9 @@ from chefbot.robot.materials import RgbaColour
 
 SIZE = (960, 800)
 """Pixels, width and height."""
-FINE = 2
+SUPERSAMPLING = 2
 """Factor of supersampling."""
-FILLED = 0.86
+FILLED_SHARE = 0.86
 """Share of the picture that the solids fill, along the tighter side."""
 AZIMUTH, ELEVATION = math.radians(-38.0), math.radians(28.0)
 """Direction of the camera from the solids: in front (+x), to the right (-y), above."""
@@ -35,12 +35,12 @@ GAP = 12.0
 """Difference of depth between neighbours without an edge, pixels."""
 CIRCLES, CORNER = (0.012, 0.04), 0.3
 """Ambient occlusion: radii over the picture's width, and strength of each."""
-BAND = 100 * FINE
+BAND = 100 * SUPERSAMPLING
 """Rows."""
 CREASE = math.cos(math.radians(30.0))
 """Cosine between neighbours' normals below which there is an edge; chords of an arc meet at 15 degrees."""
 Image = NDArray[np.float32]
-UP = np.array([[0.0, 0.0, 1.0]], np.float32)
+UP_AXIS = np.array([[0.0, 0.0, 1.0]], np.float32)
 
 
 class RenderedBody(NamedTuple):
@@ -75,7 +75,7 @@ class _Eye(NamedTuple):
 
 def picture(bodies: list[RenderedBody], size: tuple[int, int] = SIZE) -> NDArray[np.uint8]:
     """Return red, green, blue (height, width, 3) of bodies that stand on a floor at their lowest point."""
-    width, height = FINE * size[0], FINE * size[1]
+    width, height = SUPERSAMPLING * size[0], SUPERSAMPLING * size[1]
     scene = _scene(bodies)
     eye = _eye(scene.corners, AZIMUTH, ELEVATION, width, height)
     seen = rasterize(eye.project(scene.corners), width, height)
@@ -86,8 +86,10 @@ def picture(bodies: list[RenderedBody], size: tuple[int, int] = SIZE) -> NDArray
     result = np.empty((size[1], size[0], 3), np.uint8)
     for rows in _bands(height):
         light = _lit(scene, seen.triangle[rows], lamp[rows], sky[rows]) * shade[rows, :, None]
-        small = light.reshape(-1, FINE, size[0], FINE, 3).mean(axis=(1, 3))
-        result[rows.start // FINE : rows.stop // FINE] = np.round(255.0 * np.clip(small, 0.0, 1.0))
+        small = light.reshape(-1, SUPERSAMPLING, size[0], SUPERSAMPLING, 3).mean(axis=(1, 3))
+        result[rows.start // SUPERSAMPLING : rows.stop // SUPERSAMPLING] = np.round(
+            255.0 * np.clip(small, 0.0, 1.0)
+        )
     return result
 
 
@@ -114,13 +116,13 @@ def _eye(corners: NDArray[np.float64], azimuth: float, elevation: float, width: 
     turn = np.array([[-sa, ca, 0.0], [ca * se, sa * se, -ce], [-ca * ce, -sa * ce, -se]])
     flat = corners.reshape(-1, 3) @ turn[:2].T
     low, high = flat.min(axis=0), flat.max(axis=0)
-    pixel = float(((high - low) / (FILLED * np.array([width, height]))).max())
+    pixel = float(((high - low) / (FILLED_SHARE * np.array([width, height]))).max())
     return _Eye(turn, pixel, (low + high) / 2 - pixel * np.array([width, height]) / 2)
 
 
 def _normals(scene: _Scene, triangles: NDArray[np.int32]) -> Image:
     """Normals of visible faces, (..., 3); the floor's for the background."""
-    return np.vstack([scene.normals, UP])[triangles]
+    return np.vstack([scene.normals, UP_AXIS])[triangles]
 
 
 def _lit(scene: _Scene, triangles: NDArray[np.int32], lamp: Image, sky: Image) -> Image:
@@ -144,7 +146,7 @@ def _lamplight(scene: _Scene, eye: _Eye, seen: RasterizedView, floor: float) -> 
         places = _places(eye, seen.depth[rows], rows.start, floor)
         cosine[rows] = np.maximum(normals @ towards, 0.0)
         shadow[rows] = _hidden(lamp, nearest, places + np.float32(BIAS * lamp.pixel) * normals)
-    return cosine * (np.float32(1.0) - _blurred(_blurred(shadow, 3 * FINE), 3 * FINE))
+    return cosine * (np.float32(1.0) - _blurred(_blurred(shadow, 3 * SUPERSAMPLING), 3 * SUPERSAMPLING))
 
 
 def _hidden(lamp: _Eye, nearest: Image, places: Image) -> Image:

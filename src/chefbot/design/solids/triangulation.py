@@ -18,14 +18,14 @@ DEVIATION = 2e-5
 """Metres between a true arc and its chords at most: less than a printer or a laser resolves."""
 VOLUME_SHARE = 8e-4
 """Maximum volume error over the volume of a solid."""
-THINNEST = 0.01
+MIN_OUTLINE_SHARE = 0.01
 """Minimum remaining share of an outline with holes for which the volume error is bounded."""
-FINER = 0.7
+REFINEMENT_FACTOR = 0.7
 """Factor between refinements while the volume error is too large."""
-SAME = 1e-6
+COORDINATE_TOLERANCE = 1e-6
 """Millimetres: coordinates that differ by less are rounding errors of the same one."""
 MILLI = 1e-3
-SHARP = 45.0
+MIN_EDGE_ANGLE = 45.0
 """Degrees between two triangles that make an edge; chords of an arc meet at 15 at most."""
 BALL_TURN = (12.0, 23.0, 37.0)
 """Rotation of balls about x, y, z, degrees, so that their edges miss those of the cup."""
@@ -91,7 +91,7 @@ def _together(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     for axis, values in enumerate(corners.T):
         order = np.argsort(values)
         rising = values[order]
-        fresh = np.append(True, np.diff(rising) > SAME)
+        fresh = np.append(True, np.diff(rising) > COORDINATE_TOLERANCE)
         result[order, axis] = rising[fresh][np.cumsum(fresh) - 1]
     return result
 
@@ -115,13 +115,13 @@ def _section(outline: Outline, deviation: float) -> CrossSection:
     from manifold3d import CrossSection, FillRule
 
     exact = outline.moments().area
-    bound = VOLUME_SHARE * max(exact, THINNEST * Outline(outline.edge).moments().area)
+    bound = VOLUME_SHARE * max(exact, MIN_OUTLINE_SHARE * Outline(outline.edge).moments().area)
     while True:
         edge, *holes = (_millimetres(loop, deviation) for loop in (outline.edge, *outline.holes))
         area = _area(edge) - sum(map(_area, holes))
         if abs(area * MILLI**2 - exact) <= bound:
             return CrossSection([edge], FillRule.NonZero) - CrossSection(holes, FillRule.NonZero)
-        deviation *= FINER
+        deviation *= REFINEMENT_FACTOR
 
 
 def _area(polygon: NDArray[np.float64]) -> float:
@@ -143,7 +143,7 @@ def _ball(ball: Ball, deviation: float) -> Manifold:
         body = Manifold.sphere(ball.radius / MILLI, segments)
         if abs(body.volume() * MILLI**3 - exact) <= VOLUME_SHARE * exact:
             return body.rotate(BALL_TURN).transform(_matrix(np.eye(3), ball.at))
-        deviation *= FINER
+        deviation *= REFINEMENT_FACTOR
 
 
 def _matrix(turn: NDArray[np.float64], at: tuple[float, float, float]) -> NDArray[np.float64]:
@@ -151,7 +151,7 @@ def _matrix(turn: NDArray[np.float64], at: tuple[float, float, float]) -> NDArra
 
 
 def _mesh(body: Manifold, shaded: bool = False) -> Mesh:
-    found: Any = (body.calculate_normals(0, SHARP) if shaded else body).to_mesh64()
+    found: Any = (body.calculate_normals(0, MIN_EDGE_ANGLE) if shaded else body).to_mesh64()
     corners = np.asarray(found.vert_properties)
     normals = corners[:, 3:6].copy() if shaded else None
     return Mesh(corners[:, :3] * MILLI, np.asarray(found.tri_verts).astype(np.int64), normals)

@@ -11,9 +11,9 @@ from chefbot.msgs.std_msgs import String
 from chefbot.nodes.causes.reports import CauseReportsNode
 from chefbot.runtime.node import Out, topic
 from chefbot.safety.collision_monitor import CheckedTwist
-from chefbot.safety.monitor_text import STOPPED, ReasonKeeper, SensedPoint
+from chefbot.safety.monitor_text import STOPPED_SHARE, ReasonKeeper, SensedPoint
 
-NOTABLE = 0.9
+NOTABLE_FRACTION = 0.9
 """Fraction of the commanded motion from which less is not a slow-down worth a report."""
 MONITOR, CONDITION = "collision monitor", "sensor data"
 """Checks: an obstacle or unseen ground on the path of the twist; a fault of a sensor."""
@@ -55,12 +55,12 @@ class MotionReasonsNode(CauseReportsNode):
             self.report("motion", make_report(STOP, CONDITION, fault or refusal))
             return
         fraction = min(1.0, (abs(left[0]) + abs(left[1])) / amount) if amount else 1.0
-        limited = checked.fraction < NOTABLE
-        if fraction >= NOTABLE or not (fault or limited):
+        limited = checked.fraction < NOTABLE_FRACTION
+        if fraction >= NOTABLE_FRACTION or not (fault or limited):
             self.report("motion", None)
             return
         numbers = (Quantity("fraction of the commanded motion", fraction, ""),)
-        kind = STOP if fraction < STOPPED else SLOW
+        kind = STOP if fraction < STOPPED_SHARE else SLOW
         if fault:
             self.report("motion", make_report(kind, CONDITION, fault, numbers=numbers))
             return

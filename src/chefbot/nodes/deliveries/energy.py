@@ -27,7 +27,7 @@ class DeliveryEnergyNode(Node):
     """Base class of a node that compares routes with the energy of the battery."""
 
     # not `trays`: which food is on board depends on it
-    live_params = ("kitchen", "home", "loading_time", "taking_time", "stop_time")
+    live_params = ("kitchen", "home", "loading_timeout", "pickup_timeout", "stop_time")
     params: DeliveryParams
     map: In[OccupancyGrid]
     places: In[Places]

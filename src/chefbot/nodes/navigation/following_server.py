@@ -81,10 +81,10 @@ class FollowingServerNode(MissionNode, TargetDriverNode):
         if goal.pose_topic or number is None:
             return self._end(nav2.FollowObject_Result(error_code=GOAL_REJECTED, error_msg=NOT_A_PERSON))
         status = self.navigation_status.last
-        fault = REFUSED if is_pressed(self.emergency_stop.last) else ""
-        fault = fault or (BUSY if status is not None and status.state != "idle" else "")
-        if fault:
-            return self._end(nav2.FollowObject_Result(error_code=GOAL_REJECTED, error_msg=fault))
+        refusal = REFUSED if is_pressed(self.emergency_stop.last) else ""
+        refusal = refusal or (BUSY if status is not None and status.state != "idle" else "")
+        if refusal:
+            return self._end(nav2.FollowObject_Result(error_code=GOAL_REJECTED, error_msg=refusal))
         self._begin()
         try:
             return self._end(await self._run(number, goal.max_duration.seconds, feedback))

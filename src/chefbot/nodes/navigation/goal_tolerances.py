@@ -11,7 +11,7 @@ from chefbot.msgs.nav_msgs import Path
 from chefbot.runtime.node import In, Node
 from chefbot.runtime.transform_buffer import TransformError
 
-SAME = 1e-3
+SAME_POSE_TOLERANCE = 1e-3
 """Differences up to which two poses are one, m and rad."""
 
 
@@ -26,7 +26,10 @@ class GoalTolerancesNode(Node):
         self._path_frame, end = path.header.frame_id, SE2.of(path.array[-1])
         for place in self.places.last.places if self.places.last else ():
             pose = place.pose.pose.se2
-            same = pose.distance(end) <= SAME and abs(wrap(pose.yaw - end.yaw)) <= SAME
+            same = (
+                pose.distance(end) <= SAME_POSE_TOLERANCE
+                and abs(wrap(pose.yaw - end.yaw)) <= SAME_POSE_TOLERANCE
+            )
             if same and (place.xy_tolerance or place.yaw_tolerance):
                 usual = GoalParams()
                 return GoalParams(

@@ -23,13 +23,13 @@ from chefbot.runtime.transform_buffer import TransformError
 
 NO_VALID_PATH = 208
 """Error code of nav2_msgs/action/ComputePathToPose."""
-BLOCKED_PATHS = (205, 206, 208)
+BLOCKED_PATH_ERRORS = (205, 206, 208)
 """Error codes of ComputePathToPose for paths that people may block: start or goal occupied, no valid path."""
-HELD_UP = (105, 106)
+HELD_UP_ERRORS = (105, 106)
 """Error codes of FollowPath of a robot that something near holds up: no progress, no valid control."""
-NEAR = 1.3
+HELD_UP_DISTANCE = 1.3
 """Distance within which a person in front of the robot may hold it up, m."""
-STEP_ASIDE = 6.0
+STEP_ASIDE_TIME = 6.0
 """Time for which the robot waits for a person before it although its plan leads past, s."""
 PERIOD = 1.0
 """Time between two checks whether the path is free, s."""
@@ -63,7 +63,9 @@ class PathWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
 
     def _may_be_blocked(self, error_code: int) -> bool:
         """Return whether the planner may know what blocks the path after this error, 0 for none."""
-        return error_code in (*BLOCKED_PATHS, *HELD_UP) or (error_code == 0 and self._standing.anybody)
+        return error_code in (*BLOCKED_PATH_ERRORS, *HELD_UP_ERRORS) or (
+            error_code == 0 and self._standing.anybody
+        )
 
     async def _blocked_path(
         self, goal: PoseStamped, error_code: int, find_waiting_pose: bool
@@ -78,7 +80,9 @@ class PathWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
         if decision.waits:
             return found
         patient = self._requests.waited(self.now_ns) < self.params.waiting.patience
-        return found if error_code in HELD_UP and patient and self._person_ahead() is not None else None
+        return (
+            found if error_code in HELD_UP_ERRORS and patient and self._person_ahead() is not None else None
+        )
 
     async def _wait_for_path(self, goal: PoseStamped, held_up: bool) -> ComputePathToPose_Result:
         """Wait until the path is free or another one is quicker; an error if it takes too long.
@@ -95,7 +99,7 @@ class PathWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
                 if decision.gives_up:
                     return ComputePathToPose_Result(error_code=NO_VALID_PATH, error_msg=decision.sentence)
                 person = self._person_ahead() if held_up and not decision.waits else None
-                if person is not None and self.now_ns - began_ns < STEP_ASIDE * 1e9:
+                if person is not None and self.now_ns - began_ns < STEP_ASIDE_TIME * 1e9:
                     decision = WaitDecision(
                         True, sentence=f"Person {person} stands in front of the robot. Waiting."
                     )
@@ -124,7 +128,7 @@ class PathWaitingNode(PathRequestNode, BlockageRequestNode, CauseReportsNode):
             robot = self.tf.lookup(tracked.header.frame_id, "base_link")
         except TransformError:
             return None
-        return person_ahead(tracked, robot, NEAR)
+        return person_ahead(tracked, robot, HELD_UP_DISTANCE)
 
     def _request(self) -> str:
         """Request to pass, if it is time, and return the request as a sentence."""

@@ -8,7 +8,7 @@ from functools import cached_property
 from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.costmap.conversions import DROP_OFFS
 from chefbot.costmap.layered_costmap import LayeredCostmap
-from chefbot.costmap.ranger_marks import LASTING
+from chefbot.costmap.ranger_marks import LASTING_SOURCES
 from chefbot.msgs.chefbot_people import TrackedPeople
 from chefbot.people.people_messages import predicted_states
 from chefbot.people.trails import BODY_RADIUS, PeopleTrails
@@ -43,7 +43,7 @@ class PeopleMarksNode(Node):
             frame = self.tf.lookup(self.costmap_frame, message.header.frame_id)
         except TransformError:
             return  # not localized: the costmap has no marks
-        self._costs.clear_discs(frame.apply(places), BODY_RADIUS, keep=(DROP_OFFS, *LASTING))
+        self._costs.clear_discs(frame.apply(places), BODY_RADIUS, keep=(DROP_OFFS, *LASTING_SOURCES))
 
     def _nearby_people(self) -> NearbyPeople:
         """Return the people around in the frame of the costmap; none if the tracker is silent."""

@@ -32,7 +32,7 @@ class RecoveryBehaviorsNode(Node):
     """Base class of a node that runs recovery behaviors and knows whether localization has converged."""
 
     localization_status: In[LocalizationStatus]
-    standing: In[String] = topic("controller/wait_reason")
+    wait_reason: In[String] = topic("controller/wait_reason")
     monitor_reason: In[String] = topic("collision_monitor/reason")
     spin = action_client(Spin)
     backup = action_client(BackUp)
@@ -73,7 +73,7 @@ class RecoveryBehaviorsNode(Node):
             if step is RelocalizationStep.YIELD:
                 await self.sleep(YIELD_TIME)
                 step = relocalization.after_yield()
-        return relocalization.fault
+        return relocalization.failure_reason
 
     async def _motion_result(
         self, motion: Future[R], allowance: float, result: Callable[[int, str], R], codes: BehaviorErrorCodes

@@ -21,7 +21,7 @@ from chefbot.safety.obstacle_sensors import camera_directions, camera_view, mark
 
 LOOKS = "People are about: the robot looks to its sides before it drives on."
 HIDDEN = "Something beside the robot is too near to be seen; the robot waits."
-AHEAD = 0.1
+MAX_AHEAD_YAW = 0.1
 """Yaw of the camera's mount up to which it looks ahead, rad."""
 
 
@@ -34,7 +34,7 @@ def side_look_of(robot: Robot) -> SideLook | None:
     camera = robot.sensors.depth_camera
     if camera is None or robot.sensors.lidar is not None or robot.footprint.corners:
         return None
-    if abs(camera.mount.yaw) > AHEAD:
+    if abs(camera.mount.yaw) > MAX_AHEAD_YAW:
         return None
     return SideLook(camera.field_of_view / 2.0, Limits.of(robot), CONTROL_PERIOD)
 

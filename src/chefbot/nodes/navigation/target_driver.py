@@ -17,7 +17,7 @@ from chefbot.runtime.node import Node
 
 FRAME = "odom"
 """Frame of the targets: poses in it do not jump."""
-MOVED, TURNED = 0.15, 0.3
+REPLAN_DISTANCE, REPLAN_ANGLE = 0.15, 0.3
 """Changes of the target after which a path is planned again, m and rad."""
 PATIENCE = 15.0
 """Time without a path that can be followed after which the robot gives up, s."""
@@ -127,4 +127,4 @@ def _result(future: Future[Any]) -> Any:
 
 
 def _same(a: SE2, b: SE2) -> bool:
-    return a.distance(b) < MOVED and abs(wrap(a.yaw - b.yaw)) < TURNED
+    return a.distance(b) < REPLAN_DISTANCE and abs(wrap(a.yaw - b.yaw)) < REPLAN_ANGLE

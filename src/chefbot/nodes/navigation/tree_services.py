@@ -12,7 +12,7 @@ from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.geometry_msgs import Point, PoseStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.nodes.navigation.obstacle_facing import ObstacleFacingNode
-from chefbot.nodes.navigation.path_waiting import HELD_UP, PathWaitingNode
+from chefbot.nodes.navigation.path_waiting import HELD_UP_ERRORS, PathWaitingNode
 from chefbot.nodes.navigation.retreating import RetreatingNode
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.transform_buffer import TransformError
@@ -70,8 +70,10 @@ class NodeServices:
         return self._node._pending(self._relocalize())
 
     async def _relocalize(self) -> nav2.FollowPath_Result:
-        fault = await self._node._relocalize()
-        return nav2.FollowPath_Result(error_code=PATIENCE_EXCEEDED if fault else 0, error_msg=fault)
+        failure_reason = await self._node._relocalize()
+        return nav2.FollowPath_Result(
+            error_code=PATIENCE_EXCEEDED if failure_reason else 0, error_msg=failure_reason
+        )
 
     def compute_path(self, goal: object, start: object) -> Pending:
         """Plan a path to a PoseStamped, from another one or from the robot's pose."""
@@ -116,7 +118,7 @@ class NodeServices:
 
     def wait_for_path(self, goal: object, error_code: int) -> Pending:
         """Wait until the path is free or another one is quicker."""
-        waiting = self._node._wait_for_path(cast(PoseStamped, goal), error_code in HELD_UP)
+        waiting = self._node._wait_for_path(cast(PoseStamped, goal), error_code in HELD_UP_ERRORS)
         return self._node._pending(waiting)
 
     def is_at(self, pose: object) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from chefbot.behavior.waypoints import (
-    ENDLESS,
+    ENDLESS_LOOPS,
     NO_VALID_WAYPOINTS,
     UNKNOWN,
     WaypointFollowerParams,
@@ -61,7 +61,7 @@ class WaypointFollowerNode(MissionNode):
             )
             await self.passage_client.call(nav2.NavigateThroughPoses_Goal(goals))
         else:
-            loops = order.rounds - 1 if order.rounds else ENDLESS
+            loops = order.rounds - 1 if order.rounds else ENDLESS_LOOPS
             await self.patrol_client.call(nav2.FollowWaypoints_Goal(loops, 0, poses))
 
     def _poses_of(self, names: Sequence[str]) -> tuple[PoseStamped, ...]:
@@ -80,8 +80,8 @@ class WaypointFollowerNode(MissionNode):
     ) -> nav2.FollowWaypoints_Result:
         """Drive to each waypoint; one that is missed ends the run or is left out, by `stop_on_failure`."""
         run = WaypointRun(goal.poses, goal.goal_index, goal.number_of_loops)
-        if run.fault:
-            return self._end(nav2.FollowWaypoints_Result((), NO_VALID_WAYPOINTS, run.fault))
+        if run.failure_reason:
+            return self._end(nav2.FollowWaypoints_Result((), NO_VALID_WAYPOINTS, run.failure_reason))
         try:
             return self._end(await self._drive(run, len(goal.poses), feedback))
         except Cancelled:
@@ -110,7 +110,7 @@ class WaypointFollowerNode(MissionNode):
     def _leg_sentence(self, run: WaypointRun, count: int) -> str:
         """Return where the robot drives to, as a sentence."""
         name = self._name_of(run.pose) or "waypoint"
-        rounds = "" if run.number_of_loops == ENDLESS else f" of {run.number_of_loops + 1}"
+        rounds = "" if run.number_of_loops == ENDLESS_LOOPS else f" of {run.number_of_loops + 1}"
         turn = f", round {run.loop + 1}{rounds}" if run.number_of_loops else ""
         return f"Driving to {name} ({run.index + 1} of {count}{turn})."
 

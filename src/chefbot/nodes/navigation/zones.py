@@ -21,7 +21,7 @@ from chefbot.zones.speed_limits import ZoneLimit, zone_limit
 
 RATE = 10.0
 """Rate at which the speed limit is calculated, Hz."""
-NOTABLE = 1.02
+NOTABLE_RATIO = 1.02
 """Ratio of the commanded speed to the limit from which the slow zone is what slows the robot down."""
 KEEP_OUT_MASK, SPEED_MASK = "keepout_filter_mask", "speed_filter_mask"
 """Topics of the masks, as in Nav2's tutorials."""
@@ -79,7 +79,7 @@ class ZonesNode(CauseReportsNode):
             self._published = speed
             self.speed_limit.publish(SpeedLimit(Header.of(self.now_ns, "map"), False, speed))
         commanded = abs(self.cmd_vel_nav.last.linear.x) if self.cmd_vel_nav.last is not None else 0.0
-        slows = limit is not None and commanded > NOTABLE * speed
+        slows = limit is not None and commanded > NOTABLE_RATIO * speed
         self._report_zone(limit if slows else None)
 
     def _limit(self) -> ZoneLimit | None:

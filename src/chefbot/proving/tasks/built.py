@@ -24,7 +24,7 @@ from chefbot.sim.world.floor_plan import reachable
 from chefbot.sim.world.free_floor import MARGIN
 from chefbot.sim.world.world import World
 
-STANDING, GOAL_TIMEOUT = 4.0, 180.0
+STANDING_TIME, GOAL_TIMEOUT = 4.0, 180.0
 """Time after which the robot stands, and time for one goal, s."""
 MIN_DRIVE = 3.0
 """Distance that the robot must have driven before its return to the start counts, m."""
@@ -71,7 +71,7 @@ class BuiltDrive:
 
     def _has_returned(self) -> bool:
         at_start = self.hardware.pose.distance(SE2(0.0, 0.0, 0.0)) < ARRIVAL_TOLERANCE
-        return at_start and self.path_length > MIN_DRIVE and self.hardware.stands(STANDING)
+        return at_start and self.path_length > MIN_DRIVE and self.hardware.stands(STANDING_TIME)
 
     def _deliver_to_goals(self) -> None:
         """Restart on the saved map, at the start, and drive to the goals by the command of the operator."""
@@ -91,7 +91,7 @@ class BuiltDrive:
         )
 
         def arrived() -> bool:
-            return hardware.pose.distance(goal) < ARRIVAL_TOLERANCE and hardware.stands(STANDING)
+            return hardware.pose.distance(goal) < ARRIVAL_TOLERANCE and hardware.stands(STANDING_TIME)
 
         try:
             hardware.wait(arrived, "the goal was not reached", GOAL_TIMEOUT)

@@ -13,7 +13,7 @@ TIMEOUT = 400.0
 """Time to localize in, s."""
 TOLERANCE = 0.5
 """Largest position error of a robot that is localized, m."""
-SETTLE = 2.0
+SETTLE_TIME = 2.0
 """Time after the report before the error is measured, s."""
 
 
@@ -21,7 +21,7 @@ def localize(run: SimulatedRun) -> None:
     """LocalizeTask as the task asks, and compare the pose with the ground truth."""
     assert isinstance(run.scenario.task, LocalizeTask)
     start_localized(run, run.scenario.task.initial_pose == "unknown")
-    run.run_for(SETTLE)
+    run.run_for(SETTLE_TIME)
     track = run.scorer.delivering
     if not track.truth:
         raise TaskFailedError("the robot never published a pose")

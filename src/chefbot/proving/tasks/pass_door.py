@@ -27,13 +27,13 @@ from chefbot.sim.world.world import World
 
 EVENTS = ("talk", "crowd", "close", "block")
 TALKERS = 2
-NEAR = 9.0
+ROUTE_END_DISTANCE = 9.0
 """Distance to the door up to which start and goal are drawn, m, if a place is so near."""
-GATHERING = 60.0
+GATHERING_TIME = 60.0
 """Time that people get to reach the door before the robot sets out, s."""
-ARRIVED = 3.0
+ARRIVAL_DISTANCE = 3.0
 """Distance to the door at which the robot has arrived at it, m."""
-BESIDE = 0.6
+SIDE_DISTANCE = 0.6
 """Distance to the middle of a door at which one side of it is looked at, m."""
 PATIENCE = 300.0
 """Time before which no goal may be given up, s."""
@@ -67,7 +67,7 @@ def draw_passage(world: World, robot: Robot, seed: int) -> Passage:
     door, sides, closed = sided[int(rng.integers(len(sided)))]
     one, other = (sides[i] for i in rng.permutation(2))
     start, goal = (_near_place(world, door, names, rng) for names in (one, other))
-    ahead = _is_free(closed, closed_middle(door) @ SE2(BESIDE, 0.0, 0.0))
+    ahead = _is_free(closed, closed_middle(door) @ SE2(SIDE_DISTANCE, 0.0, 0.0))
     side = 1.0 if ahead == _is_free(closed, world.places[goal]) else -1.0
     return Passage(door, world.places[start], goal, side)
 
@@ -93,7 +93,7 @@ def _is_free(floor: Grid, pose: SE2) -> bool:
 def _near_place(world: World, door: Door, names: list[str], rng: np.random.Generator) -> str:
     """Draw one of the places near the door, else take the nearest one."""
     middle = closed_middle(door)
-    near = [name for name in names if world.places[name].distance(middle) <= NEAR]
+    near = [name for name in names if world.places[name].distance(middle) <= ROUTE_END_DISTANCE]
     if not near:
         return min(names, key=lambda name: world.places[name].distance(middle))
     return near[int(rng.integers(len(near)))]
@@ -128,7 +128,7 @@ def _gather(run: SimulatedRun, observer: DoorwayObserver, number: int) -> None:
     """Let people go to the door, and wait until they stand in it."""
     run.publish("simulation/people", String(f"meet {observer.door.name} {number}"))
     run.run_until(
-        lambda: observer.people_within(1.2) >= min(number, TALKERS), "nobody came to the door", GATHERING
+        lambda: observer.people_within(1.2) >= min(number, TALKERS), "nobody came to the door", GATHERING_TIME
     )
 
 
@@ -147,7 +147,7 @@ class _Hold:
         if self._released or publication.topic != "ground_truth":
             return
         if self._since is None:
-            if observer.distance <= ARRIVED or observer.held_up_at < math.inf:
+            if observer.distance <= ARRIVAL_DISTANCE or observer.held_up_at < math.inf:
                 self._since, observer.blocks = run.time, True
                 if self._event in _BEGIN:
                     run.publish(*_request(_BEGIN[self._event], observer.door.name))

@@ -31,9 +31,9 @@ from chefbot.ros2.rmw.session import RmwContext
 
 NODE = "chefbot_dds"
 WAIT_TIMEOUT_NS = 200_000_000
-SETTLE = 0.02
+SETTLE_TIME = 0.02
 """Seconds over which graph changes are batched: a launch announces hundreds of tokens."""
-CHECK = 0.5
+CHECK_PERIOD = 0.5
 """Seconds between two checks for endpoints that DDS has not matched."""
 _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 Chosen = Callable[[str], bool]
@@ -106,18 +106,18 @@ class DdsBridge:
         more = False
         while not self._closing.is_set():
             if not more:
-                self._waitset.wait(int(SETTLE * 1e9) if due else WAIT_TIMEOUT_NS)
+                self._waitset.wait(int(SETTLE_TIME * 1e9) if due else WAIT_TIMEOUT_NS)
             self._wake.set(False)
-            # Batch graph changes of both sides for SETTLE seconds, then update the routes once
+            # Batch graph changes of both sides for SETTLE_TIME seconds, then update the routes once
             if self._guarded(self._discovery.update) or self._graph_news.is_set():
-                due = due or time.monotonic() + SETTLE
+                due = due or time.monotonic() + SETTLE_TIME
                 self._graph_news.clear()
             if due and time.monotonic() >= due:
                 due = 0.0
                 self._guarded(self._update_routes)
             # Check periodically for endpoints that DDS did not match
             if time.monotonic() >= check_at:
-                check_at = time.monotonic() + CHECK
+                check_at = time.monotonic() + CHECK_PERIOD
                 self._guarded(self._check_matches)
             # Copy new samples; skip the next wait if a route has more than it could copy in one turn
             more = sum(bool(self._guarded(route.copy)) for route in self._inward.values()) > 0

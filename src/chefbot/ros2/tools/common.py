@@ -30,7 +30,7 @@ LAUNCH = "/chefbot"
 """Name of a launch's own node, which appears some seconds before the others."""
 NAME_WAIT = 1.0
 """Maximum time to wait for a name that is not in the graph, s."""
-SETTLED, SETTLE_WAIT = 0.25, 2.0
+SETTLED_TIME, SETTLE_WAIT = 0.25, 2.0
 """Time without graph changes after which the graph counts as complete, and its maximum wait, s."""
 NO_MESSAGE_TIMEOUT = 2.0
 """Time without a message after which the reasons are printed, s."""
@@ -73,7 +73,7 @@ def settle(graph: Graph) -> None:
     graph.refresh()
     deadline = time.monotonic() + SETTLE_WAIT
     count, unchanged_since = -1, time.monotonic()
-    while time.monotonic() < deadline and (time.monotonic() - unchanged_since < SETTLED or count < 2):
+    while time.monotonic() < deadline and (time.monotonic() - unchanged_since < SETTLED_TIME or count < 2):
         # Restart the quiet period whenever the number of tokens changes
         if (now := len(graph.tokens())) != count:
             count, unchanged_since = now, time.monotonic()

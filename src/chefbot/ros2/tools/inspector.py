@@ -31,7 +31,7 @@ from chefbot.ros2.tools.watched_topic import WatchedTopic
 
 MAX_TOPICS, MAX_NODES = 12, 4
 """Maximum numbers of topics, and of nodes with parameters, that are watched at once, by all pages together."""
-PERIOD, SLOW = 0.2, 5
+PERIOD, SLOW_PERIODS = 0.2, 5
 """Period at which values are shown, s; graph, parameters and log are shown every so many of these periods."""
 SEARCH = 2.0
 """Time after which a network that was not found counts as none, s."""
@@ -125,7 +125,7 @@ class Inspector:
             while not self._closing.wait(PERIOD) and self._graph.names():
                 found = node.wire.connected or time.monotonic() - begin > SEARCH
                 self._set_parameters(parameters)
-                if found and step % SLOW == 0:
+                if found and step % SLOW_PERIODS == 0:
                     self._display.graph(summary(node.wire.graph, connected=node.wire.connected))
                     self._display.parameters(parameters.read(self._nodes.names()))
                     self._display.log(log.lines())

@@ -145,13 +145,15 @@ class Carried(InjectedFault, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     ] = None
 
 
-class WeakBattery(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="weak"):
+class VoltageDrop(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="voltage_drop"):
     """The terminal voltage drops, for the motors and for the reading."""
 
     share: Annotated[float, Meta(ge=0, lt=1, description="share of the voltage that is left")] = 0.75
 
 
-class LyingBattery(LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="lying"):
+class WrongVoltageReading(
+    LastingFault, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="wrong_voltage_reading"
+):
     """The board measures another voltage than the battery has."""
 
     voltage: Annotated[float, Meta(ge=0, le=65, description="voltage that is measured, V")]
@@ -221,7 +223,7 @@ SensorFault: TypeAlias = (
     SensorStop | SensorFreeze | SensorLate | SensorNoise | SensorHalfBlind | SensorOffset | SensorUpsideDown
 )
 WheelFault: TypeAlias = WheelSlip | WheelStall | Bump | Carried
-BoardFault: TypeAlias = WeakBattery | LyingBattery | BoardUnplugged | BitErrors | ClockJump
+BoardFault: TypeAlias = VoltageDrop | WrongVoltageReading | BoardUnplugged | BitErrors | ClockJump
 SimulatorFault: TypeAlias = SensorFault | WheelFault | BoardFault
 """Faults of what the simulator simulates: sensors, wheels, battery, board, and the clocks of devices."""
 LinkFault: TypeAlias = LinkCut | LinkBlackHole

@@ -26,9 +26,9 @@ class MotorBoardFaults:
         """Distance of the echo, m."""
         self.encoders = FaultyEncoders(rngs[2])
         self.serial_link = FaultySerialLink(firmware.write, firmware.read, rngs[3])
-        self.lying_voltage: float | None = None
+        self.wrong_voltage_reading: float | None = None
         """Voltage that the board measures whatever the battery has, V."""
 
     def measured_voltage(self, voltage: float) -> float:
         """Return the voltage that the board measures, V."""
-        return voltage if self.lying_voltage is None else self.lying_voltage
+        return voltage if self.wrong_voltage_reading is None else self.wrong_voltage_reading

@@ -21,14 +21,14 @@ from chefbot.sim.faults.events import (
     Carried,
     ClockJump,
     InjectedFault,
-    LyingBattery,
     SensorFault,
     SensorOffset,
     SensorUpsideDown,
     SimulatorFault,
-    WeakBattery,
+    VoltageDrop,
     WheelSlip,
     WheelStall,
+    WrongVoltageReading,
 )
 from chefbot.sim.faults.schedule import FaultSchedule, describe, to_ns
 from chefbot.sim.faults.topic_sensors import FaultySensor
@@ -145,9 +145,9 @@ class SimulatedRobotFaults:
 
     def _apply_to_board(self) -> None:
         board = self._board.motors.faults
-        self._simulation.battery.voltage_share = math.prod(e.share for e in self._active(WeakBattery))
-        lying = self._active(LyingBattery)
-        board.lying_voltage = lying[-1].voltage if lying else None
+        self._simulation.battery.voltage_share = math.prod(e.share for e in self._active(VoltageDrop))
+        wrong = self._active(WrongVoltageReading)
+        board.wrong_voltage_reading = wrong[-1].voltage if wrong else None
         board.serial_link.unplugged = bool(self._active(BoardUnplugged))
         board.serial_link.bit_errors = max((e.rate for e in self._active(BitErrors)), default=0.0)
 

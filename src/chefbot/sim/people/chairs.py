@@ -18,7 +18,7 @@ CHAIR_RADIUS = 0.25
 """Radius of the disc that stands for a chair, m."""
 TRAVEL = 0.45
 """How far a chair is pulled out, m."""
-BEHIND = 0.62
+BEHIND_CHAIR_DISTANCE = 0.62
 """Distance from the middle of a chair to the person who pulls or pushes it, m."""
 PULL_SPEED = 0.3
 """Speed of a chair that is pulled or pushed, m/s."""
@@ -48,7 +48,7 @@ class MovableChair:
 
     def behind(self, out: float) -> tuple[float, float]:
         """Return where the person stands who has pulled the chair out by `out` metres."""
-        place = self.home @ SE2(-out - BEHIND, 0.0, 0.0)
+        place = self.home @ SE2(-out - BEHIND_CHAIR_DISTANCE, 0.0, 0.0)
         return place.x, place.y
 
     def advance(self, duration: float, others: Sequence[OccupiedCircle]) -> bool:

@@ -25,7 +25,7 @@ from chefbot.sim.world.shapes import BOX, SimulatedShape
 
 PATH_CELL = 0.1
 """Side of the cells of the navigation functions, m, in a world that is not large."""
-FINER = 2
+FINER_CELLS = 2
 """Cells of the distance field along the side of one of these."""
 MAX_PATH_CELLS = 250_000
 """Cells of a navigation function; in larger worlds they are larger, up to twice, and people stay near the start."""
@@ -54,8 +54,8 @@ class PeopleFloor:
         x0, y0, x1, y1, cell = _region(bounds, start)
         height, width = math.ceil((y1 - y0) / cell), math.ceil((x1 - x0) / cell)
         self.start, self.path_frame = start, np.array([x0, y0, cell])
-        self.frame = np.array([x0, y0, cell / FINER])
-        self.distance: Field = np.full((FINER * height, FINER * width), REACH, np.float32)
+        self.frame = np.array([x0, y0, cell / FINER_CELLS])
+        self.distance: Field = np.full((FINER_CELLS * height, FINER_CELLS * width), REACH, np.float32)
         self._weights = np.zeros((height, width), np.int32)
         self.path_costs: NDArray[np.int32] = np.zeros((MAX_DESTINATIONS, height, width), np.int32)
         self._destinations: list[Point] = []

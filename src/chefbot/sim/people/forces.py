@@ -33,7 +33,7 @@ WALL_STRENGTH, WALL_RANGE = 3.0, 0.1
 """Repulsion of a wall at contact, m/s^2, and its range, m (a and b; Moussaid 2009)."""
 WALL_FAINT = 0.6
 """Distance beyond which people do not feel a wall, m."""
-BEHIND, VIEW_COSINE = 0.5, -0.17364817766693033
+BEHIND_WEIGHT, VIEW_COSINE = 0.5, -0.17364817766693033
 """Weight of what lies beyond 100 degrees to either side (c and cos(phi); Helbing & Molnar)."""
 GAZE, COHESION, SPACING = 4.0, 3.0, 1.0
 """Strengths within a group (beta_1, beta_2, beta_3; Moussaid 2010)."""
@@ -41,7 +41,7 @@ SPACE_IN_GROUP = 0.8
 """Distance below which members of a group repel each other, m (d_0; Moussaid 2010)."""
 SIGHT_STEPS = 12
 """Steps in which all pairs of people look at each other once."""
-INTERACTION_DISTANCE, FAINT = 4.0, 4.0
+INTERACTION_DISTANCE, FAINT_RANGES = 4.0, 4.0
 """Distance in m, and in ranges of the interaction, beyond which people do not react to each other."""
 
 
@@ -81,7 +81,7 @@ def is_faint(dx: float, dy: float, vx: float, vy: float) -> bool:
         return False
     speed_square = VELOCITY_SHARE * VELOCITY_SHARE * (vx * vx + vy * vy)
     length_square = speed_square + 2.0 * VELOCITY_SHARE * (vx * dx + vy * dy) / d + 1.0
-    reach = FAINT * RANGE_FACTOR
+    reach = FAINT_RANGES * RANGE_FACTOR
     return square > reach * reach * length_square
 
 
@@ -138,7 +138,7 @@ def force_of_robot(w: Walkers, s: Surroundings, i: int) -> tuple[float, float]:
 def weight_of_view(hx: float, hy: float, dx: float, dy: float) -> float:
     """Return the weight of what lies at (dx, dy) for who looks along (hx, hy); Helbing & Molnar, equation (7)."""
     in_view = dx * hx + dy * hy >= VIEW_COSINE * math.sqrt(dx * dx + dy * dy)
-    return 1.0 if in_view else BEHIND
+    return 1.0 if in_view else BEHIND_WEIGHT
 
 
 @njit(cache=True, nogil=True)

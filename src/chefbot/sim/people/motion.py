@@ -29,7 +29,7 @@ FORCE_STEPS = 2
 """Steps for which a force is kept."""
 LOOK_STEPS, NEAR_COURSE = 6, 0.3
 """Steps after which people look for their path again; distance to its next point at which they do at once, m."""
-TURNING = 0.25
+TURNING_SHARE = 0.25
 """Share of the angle to the direction of motion by which the heading turns in a step."""
 STUCK_SHARE = 0.15
 """Share of the wanted speed below which a person does not get on."""
@@ -132,7 +132,7 @@ def _turn(w: Walkers, i: int) -> None:
     # Who has to turn round turns to the left.
     if hx * tx + hy * ty < -0.9:
         tx, ty = -hy, hx
-    hx, hy = hx + TURNING * (tx - hx), hy + TURNING * (ty - hy)
+    hx, hy = hx + TURNING_SHARE * (tx - hx), hy + TURNING_SHARE * (ty - hy)
     length = math.sqrt(hx * hx + hy * hy)
     w.heading[i, 0], w.heading[i, 1] = hx / length, hy / length
 

@@ -32,7 +32,7 @@ DESTINATIONS, ROUTE_ENDS, SPOTS, CHAIRS, DOORS = 16, 20, 10, 20, 10
 CHAIRS_PER_PERSON = 3
 SETTLING_UPDATES = 10
 """Updates for which doors and chairs rest before paths lead round them."""
-MOVING = 0.05
+MOVING_SPEED = 0.05
 """Speed from which people take the robot as moving, m/s."""
 
 
@@ -165,7 +165,7 @@ class SimulatedPeople:
     @property
     def robot_moves(self) -> bool:
         """Whether people see the robot moving."""
-        return math.hypot(*self._robot_velocity()) > MOVING
+        return math.hypot(*self._robot_velocity()) > MOVING_SPEED
 
     def ahead_of_robot(self, distance: float) -> Point:
         """Return the point at a distance in front of the robot as people see it."""

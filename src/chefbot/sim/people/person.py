@@ -24,9 +24,9 @@ PATIENCE = (1.0, 2.5)
 """Time after which a person who does not get on steps aside, s."""
 STEP_ASIDE = (0.6, 1.4)
 """Distances of the points to which people step aside, m."""
-ARRIVED = 0.35
+ARRIVAL_DISTANCE = 0.35
 """Distance to a destination at which people have arrived, m."""
-NEAR = 2.0
+MIN_ROUTE_LENGTH = 2.0
 """Least length of the path to a destination, m, if there is one so far away."""
 ROUTE_SHARE = 0.7
 """Share of the destinations that lie on the routes of the world file."""
@@ -108,7 +108,7 @@ class SimulatedPerson:
         w.mode[i], w.pace[i] = APPROACH, self.pace if pace is None else pace
         w.aim[i] = x, y
 
-    def travel(self, destination: int, pace: float | None = None, within: float = ARRIVED) -> Trying:
+    def travel(self, destination: int, pace: float | None = None, within: float = ARRIVAL_DISTANCE) -> Trying:
         """Walk to a destination; return whether it was reached."""
         attempts = 0
         while attempts < 3 and math.isfinite(self.scene.floor.path_length(destination, *self.at)):
@@ -168,8 +168,8 @@ class SimulatedPerson:
             numbers = scene.route_ends if on_route else scene.anywhere
             number, pace = numbers[int(self.rng.integers(len(numbers)))]
             length = scene.floor.path_length(number, *self.at)
-            if NEAR < length < math.inf:
+            if MIN_ROUTE_LENGTH < length < math.inf:
                 return number, min(self.pace, pace)
-            if ARRIVED < length < NEAR:
+            if ARRIVAL_DISTANCE < length < MIN_ROUTE_LENGTH:
                 nearest = number
         return nearest, self.pace

@@ -21,7 +21,7 @@ PLACES = ((0.4, 0.0), (-0.4, 0.0), (0.95, 0.3), (-0.95, -0.3), (0.95, -0.4), (-0
 """Where people stand in a doorway, the first comers first: along the passage through it and across it, m."""
 AT_PLACE = 0.12
 """Distance up to which somebody stands at a place, m."""
-BEFORE = 1.5
+APPROACH_DISTANCE = 1.5
 """Distance to the middle of a doorway from which people go straight to their places, m."""
 HELP = "'meet DOOR NUMBER', 'block' or 'leave'"
 
@@ -87,10 +87,10 @@ def _stand_at(person: SimulatedPerson, number: int, place: SE2, middle: SE2) -> 
         if math.dist(person.at, place[:2]) <= AT_PLACE:
             person.stand(middle[:2])
             yield
-        elif math.dist(person.at, middle[:2]) < BEFORE + AT_PLACE:
+        elif math.dist(person.at, middle[:2]) < APPROACH_DISTANCE + AT_PLACE:
             yield from person.come_to(place.x, place.y, AT_PLACE, 3.0)
         else:
-            yield from person.travel(number, within=BEFORE)
+            yield from person.travel(number, within=APPROACH_DISTANCE)
 
 
 def _block(person: SimulatedPerson) -> Doing:

@@ -34,16 +34,16 @@ DIRECTIONS = np.array(
 """Sixteen unit vectors (16, 2) all around, counter-clockwise, from square roots only."""
 DOORWAY_WIDTH = (0.55, 1.6)
 """Widths of a passage that counts as a doorway, m."""
-OPENS_BY, OPENS_WITHIN, ROOM_BEHIND = 0.6, 0.7, 1.0
+MIN_WIDENING, WIDENING_DISTANCE, ROOM_BEHIND = 0.6, 0.7, 1.0
 """A doorway is narrower by this than the floor at this distance on both sides, which is this deep; m."""
 HIDING_FREE = (0.26, 0.5)
 """Distances to the wall at which a person hides behind a corner, m."""
-CORNER_NEAR, CORNER_DEPTH = 0.9, 1.5
+MAX_CORNER_DISTANCE, CORNER_DEPTH = 0.9, 1.5
 """Largest distance to the edge of a corner, and the least depth of the floor behind it, m."""
-PAST_WALL = 0.3
+PAST_WALL_DISTANCE = 0.3
 """Distance behind the front of the nearest wall that is seen past its edge, m; along a wall without an edge nothing
 is."""
-OUT = 0.6
+OUT_DISTANCE = 0.6
 """Distance beyond the edge to which a person steps out, m."""
 OUT_DIRECTIONS = 3
 """Directions in which it may do so, from that past the edge on away from the wall."""
@@ -142,8 +142,8 @@ def _opens(field: Field, frame: Floats, x: float, y: float, vx: float, vy: float
     """Return whether the floor gets wider along (vx, vy)."""
     if free_range(field, frame, x, y, vx, vy, ROOM_BEHIND) < ROOM_BEHIND:
         return False
-    x, y = x + OPENS_WITHIN * vx, y + OPENS_WITHIN * vy
-    limit = width + OPENS_BY
+    x, y = x + WIDENING_DISTANCE * vx, y + WIDENING_DISTANCE * vy
+    limit = width + MIN_WIDENING
     left = free_range(field, frame, x, y, -vy, vx, limit)
     return left + free_range(field, frame, x, y, vy, -vx, limit) >= limit
 
@@ -161,17 +161,19 @@ def _find_corners(field: Field, frame: Floats, points: Floats, directions: Float
         wx, wy = away_from_obstacle(field, frame, x, y)
         for n in range(count):
             ranges[n] = free_range(
-                field, frame, x, y, directions[n, 0], directions[n, 1], CORNER_NEAR + CORNER_DEPTH
+                field, frame, x, y, directions[n, 0], directions[n, 1], MAX_CORNER_DISTANCE + CORNER_DEPTH
             )
         # An edge: a near range beside a far one, on either side.
         for n in range(2 * count):
             turn = 1 if n < count else -1
             near, far = n % count, (n + turn) % count
             past_wall = -ranges[far] * (wx * directions[far, 0] + wy * directions[far, 1]) - wall
-            is_edge = ranges[near] < CORNER_NEAR and ranges[far] > ranges[near] + CORNER_DEPTH
-            if is_edge and past_wall >= PAST_WALL:
+            is_edge = ranges[near] < MAX_CORNER_DISTANCE and ranges[far] > ranges[near] + CORNER_DEPTH
+            if is_edge and past_wall >= PAST_WALL_DISTANCE:
                 turns = [(far + more * turn) % count for more in range(OUT_DIRECTIONS)]
-                if _step_out(field, frame, x, y, ranges[near] + OUT, directions[np.array(turns)], out[k]):
+                if _step_out(
+                    field, frame, x, y, ranges[near] + OUT_DISTANCE, directions[np.array(turns)], out[k]
+                ):
                     break
 
 

@@ -18,7 +18,7 @@ from chefbot.errors import UserError
 from chefbot.robot.spec import Robot
 from chefbot.runtime.clock import wall_ns
 from chefbot.sim.firmware import CONTROL_NS
-from chefbot.sim.lidar import TurningLidar
+from chefbot.sim.lidar import RotatingLidar
 from chefbot.sim.lidar_line import EmulatedLidar
 from chefbot.sim.motor_board import SimulatedMotorBoard
 from chefbot.sim.ports.boot_loader import BoardWithBootLoader
@@ -71,8 +71,8 @@ class EmulatedHardware:
         self._start = self._simulation.truth().pose
         board = SimulatedMotorBoard(robot, self._simulation)
         self._board, self._motors = BoardWithBootLoader(board, 0), board
-        self._turning = TurningLidar(self._simulation, 0)
-        self._lidar = EmulatedLidar(lidar.driver, self._turning, 0)
+        self._rotating = RotatingLidar(self._simulation, 0)
+        self._lidar = EmulatedLidar(lidar.driver, self._rotating, 0)
         self.ports = {"board": PseudoTerminal(options.board), "lidar": PseudoTerminal(options.lidar)}
         self._paths = {"board": options.board, "lidar": options.lidar}
 
@@ -93,7 +93,7 @@ class EmulatedHardware:
         sent = self._board.read(self.now_ns)
         if port is not None:
             port.write(sent)
-        self._turning.follow(self.now_ns)
+        self._rotating.follow(self.now_ns)
         self._serve_lidar(self.ports.get("lidar"))
 
     def _serve_lidar(self, port: PseudoTerminal | None) -> None:

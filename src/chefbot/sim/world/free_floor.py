@@ -18,7 +18,7 @@ MARGIN = 0.05
 TABLES = 5
 MIN_PLACE_DISTANCE = 0.3
 """Minimum distance between two places, metres."""
-FACING = 1.0
+FACING_LENGTH = 1.0
 """Metres of free floor that a drawn place faces, as far as there are."""
 MAX_CANDIDATES = 200_000
 """Maximum number of cells that places are drawn from; of more, every second, third and so on is taken."""
@@ -110,22 +110,22 @@ class FreeFloor:
         return {name: self._facing(*xy, turn) for name, xy, turn in zip(names, chosen, turns, strict=False)}
 
     def _facing(self, x: float, y: float, turn: int) -> SE2:
-        """Return the pose at a point, turned left by quarters from `turn` until it faces FACING metres of floor."""
+        """Return the pose at a point, turned left by quarters from `turn` until it faces FACING_LENGTH of floor."""
         turns = [(turn + i) % 4 for i in range(4)]
         ahead = [self._free_ahead(x, y, quarter) for quarter in turns]
         return SE2(x, y, turns[int(np.argmax(ahead))] * math.pi / 2)
 
     def _free_ahead(self, x: float, y: float, turn: int) -> float:
-        """Return the length of free floor ahead, at most FACING, m."""
+        """Return the length of free floor ahead, at most FACING_LENGTH, m."""
         row, column = self.grid.cell(x, y)
-        steps = np.arange(1, 2 + int(FACING / self.grid.resolution))
+        steps = np.arange(1, 2 + int(FACING_LENGTH / self.grid.resolution))
         across, up = ((1, 0), (0, 1), (-1, 0), (0, -1))[turn]
         rows, columns = row + up * steps, column + across * steps
         inside = (rows >= 0) & (rows < self.grid.height) & (columns >= 0) & (columns < self.grid.width)
         free = np.zeros(len(steps), np.bool_)
         free[inside] = self._free[rows[inside], columns[inside]]
         blocked = len(steps) if free.all() else int(np.argmin(free))
-        return min(blocked * self.grid.resolution, FACING)
+        return min(blocked * self.grid.resolution, FACING_LENGTH)
 
     def _component_of(self, start: SE2) -> NDArray[np.bool_]:
         """Return the cells (h, w) of the component of the start, or of the one nearest to it on its way: the known

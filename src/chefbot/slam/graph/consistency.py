@@ -18,7 +18,7 @@ from chefbot.slam.motion_model import compose
 
 MAX_CYCLE = 16.3
 """Largest squared Mahalanobis distance of a true cycle: 99.9 % of them, three degrees of freedom."""
-_WEAK = 1e-3
+_WEAK_INFORMATION = 1e-3
 """Information of a closure in a direction that no surface faces, 1/m^2."""
 
 
@@ -33,7 +33,7 @@ class Consistency:
     def add(self, closure: Closure, graph: SubmapGraph) -> None:
         """Compare a closure with all earlier ones."""
         n = len(self._closures)
-        covariance = inverse(closure_information(closure) + _WEAK * np.eye(3))
+        covariance = inverse(closure_information(closure) + _WEAK_INFORMATION * np.eye(3))
         grown = np.ones((n + 1, n + 1), np.bool_)
         grown[:n, :n] = self._consistent
         if n:

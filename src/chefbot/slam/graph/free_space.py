@@ -14,7 +14,7 @@ _BEFORE_SURFACE = 0.3
 """Part of a ray before its end that is not counted as free, m."""
 _MAX_RAY = 20.0
 """Part of a ray that is drawn, m."""
-_EXPLAINED, _FAR = 60, 8
+_EXPLAINED_VALUE, _FAR_VALUE = 60, 8
 """Field values from which a point lies on a known surface, and below which none is near."""
 
 
@@ -51,8 +51,8 @@ def count_explained(points, pose, field, free, origin):  # type: ignore[no-untyp
         if not (u >= 0.0 and v >= 0.0 and u < width and v < height):
             continue
         value = field[int(v), int(u)]
-        if value >= _EXPLAINED:
+        if value >= _EXPLAINED_VALUE:
             explained += 1
-        elif value < _FAR and free[int(v), int(u)]:
+        elif value < _FAR_VALUE and free[int(v), int(u)]:
             contradicted += 1
     return explained, contradicted

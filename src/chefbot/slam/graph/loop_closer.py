@@ -18,7 +18,7 @@ from chefbot.slam.graph.submap_view import SubmapViews
 
 _MIN_OVERLAP, _MAX_OVERLAP = 8.0, 20.0
 """Limits of the distance of the frames of submaps that may see the same surfaces, m: half their reach."""
-_CERTAIN = 1.0
+_CERTAIN_STD = 1.0
 """Standard deviation in m up to which a relative position counts as known."""
 _MAX_CERTAIN, _MAX_UNCERTAIN = 6, 12
 """Number of submaps at known and at uncertain relative positions that one is compared with."""
@@ -53,7 +53,7 @@ class LoopCloser:
             deviation = math.sqrt(max(covariance[0, 0], covariance[1, 1]))
             share = float(distance[other]) / (overlap + 2.0 * deviation)
             if share < 1.0:
-                (certain if deviation < _CERTAIN else uncertain).append((share, other))
+                (certain if deviation < _CERTAIN_STD else uncertain).append((share, other))
         chosen = sorted(certain)[:_MAX_CERTAIN] + sorted(uncertain)[:_MAX_UNCERTAIN]
         self._queue.extend((other, query) for _, other in chosen)
 

@@ -12,7 +12,7 @@ from chefbot.slam.graph.surface_grid import CELL
 ITERATIONS = 8
 SURFACE_NOISE = 0.03
 """Standard deviation of a point about a mean surface, m."""
-_WIDEST, _NARROWEST = 0.2, 0.06
+_FIRST_SCALE, _LAST_SCALE = 0.2, 0.06
 """Scale of the robust kernel in m at the first iteration and at the last."""
 _POINT_WEIGHT = 0.25
 """Weight in each axis of a point that lies on no line."""
@@ -31,7 +31,7 @@ def refine(points, normals, start, prior, information, beams, slot, totals, orig
     scan_information = np.zeros((3, 3))
     share = 0.0
     for iteration in range(ITERATIONS):
-        scale = max(_WIDEST * 0.6**iteration, _NARROWEST)
+        scale = max(_FIRST_SCALE * 0.6**iteration, _LAST_SCALE)
         h, g, inliers = linearized(points, normals, pose, scale, slot, totals, origin)
         share = inliers / max(len(points), 1)
         weight = min(1.0, beams / max(len(points), 1)) / SURFACE_NOISE**2
@@ -42,7 +42,7 @@ def refine(points, normals, start, prior, information, beams, slot, totals, orig
         step = np.linalg.solve(scan_information + information, -gradient)
         pose += step
         settled = abs(step[0]) + abs(step[1]) < _STOP_LINEAR and abs(step[2]) < _STOP_ANGULAR
-        if settled and scale <= _NARROWEST:
+        if settled and scale <= _LAST_SCALE:
             break
     return pose, scan_information, share
 

@@ -24,7 +24,7 @@ OUTLINE_SPACING = 0.1
 """Spacing of the interpolated points, m."""
 _MAX_INTERPOLATED = 40
 """Largest number of points between two neighbours."""
-_ACROSS = 0.2
+_MAX_ACROSS_COSINE = 0.2
 """Largest cosine of the angle between a normal and its surface."""
 
 
@@ -172,7 +172,7 @@ def outline_of(points, normals, sensor):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, inline="always")
 def _is_across(normals, i, dx, dy):  # type: ignore[no-untyped-def]
     nx, ny = normals[i, 0], normals[i, 1]
-    return (nx != 0.0 or ny != 0.0) and abs(nx * dx + ny * dy) < _ACROSS
+    return (nx != 0.0 or ny != 0.0) and abs(nx * dx + ny * dy) < _MAX_ACROSS_COSINE
 
 
 @njit(cache=True, nogil=True, inline="always")

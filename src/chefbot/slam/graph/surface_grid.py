@@ -21,7 +21,7 @@ SIGMA = 0.1
 FIELD_MAX = 255
 _RADIUS = 3
 """Reach of the Gaussian around a point, cells."""
-_SPARE = 40
+_SPARE_CELLS = 40
 """Cells beyond what is needed when the grid grows."""
 _EMPTY = -1
 _TABLE_STEPS = 32.0
@@ -72,7 +72,7 @@ class SurfaceGrid:
     def _grow(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
         if self._bounds.contains(low, high):
             return
-        bounds = self._bounds.expanded(low, high, np.full(2, _SPARE)).check_size(self._max_cells)
+        bounds = self._bounds.expanded(low, high, np.full(2, _SPARE_CELLS)).check_size(self._max_cells)
         self.field = self._bounds.copied_into(self.field, bounds)
         # Slots are shifted by one while copying, since new cells are zeros
         self.slot = self._bounds.copied_into(self.slot + 1, bounds) + _EMPTY

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from chefbot.slam.map_error.estimate import MapErrorEstimate
 
-GOOD, USABLE = 0.1, 0.3
+MAX_GOOD_ERROR, MAX_USABLE_ERROR = 0.1, 0.3
 """Error up to which a map is good, and up to which a robot localizes and drives in it with care, m."""
 
 
 def verdict(estimate: MapErrorEstimate) -> str:
     """Return a sentence for the owner of the building."""
     error = centimetres(estimate.error)
-    if estimate.error <= GOOD:
+    if estimate.error <= MAX_GOOD_ERROR:
         return f"The map is good: its estimated error is {error}."
-    if estimate.error <= USABLE:
+    if estimate.error <= MAX_USABLE_ERROR:
         return f"The map is usable: its estimated error is {error}. Drive once more where it is worst."
     return (
         f"The map is bad: its estimated error is {error}. Map again, and return to places you have been at."

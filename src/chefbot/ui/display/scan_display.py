@@ -15,7 +15,7 @@ NOISE = 0.06
 """Difference of a range up to which it is noise, m."""
 NOISY_SHARE = 0.02
 """Share of the ranges that may differ by more: single beams at edges jump; a person covers more of them."""
-MOVED, TURNED = 0.01, 0.005
+MOVED_DISTANCE, TURNED_ANGLE = 0.01, 0.005
 """Motion of the sensor from which its scan is new, m and rad."""
 
 
@@ -41,7 +41,11 @@ def differs(shown: ScanView, scan: ScanView) -> bool:
     """Return whether a scan shows something else than another: from elsewhere, or more than noise."""
     (x, y, yaw), (shown_x, shown_y, shown_yaw) = scan.pose, shown.pose
     turned = abs(float(np.angle(np.exp(1j * (yaw - shown_yaw)))))
-    if np.hypot(x - shown_x, y - shown_y) > MOVED or turned > TURNED or len(scan.ranges) != len(shown.ranges):
+    if (
+        np.hypot(x - shown_x, y - shown_y) > MOVED_DISTANCE
+        or turned > TURNED_ANGLE
+        or len(scan.ranges) != len(shown.ranges)
+    ):
         return True
     seen, before = np.isfinite(scan.ranges), np.isfinite(shown.ranges)
     with np.errstate(invalid="ignore"):

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
 
 FROM_BELOW = View((1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
-BETWEEN = 14.0
+VIEW_SPACING = 14.0
 """Of both views, mm on paper."""
 
 
@@ -44,7 +44,7 @@ def caster(robot: Robot, factor: float) -> Plan:
     items += _sizes(robot, box, factor)
     below = [item for one in visible([seen(solid, FROM_BELOW) for solid in solids]) for item in one.items]
     below += cross(0.0, 0.0, box.width / 2, factor)
-    shift = box.right + BETWEEN * factor + row(1, factor) + box.width / 2
+    shift = box.right + VIEW_SPACING * factor + row(1, factor) + box.width / 2
     items += [moved(item, shift, box.middle[1]) for item in below]
     caption = box.middle[1] + box.width / 2 + 6.0 * factor
     items.append(Text("TITLE", shift, caption, "From below", 3.5, "middle"))

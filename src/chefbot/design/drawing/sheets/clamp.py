@@ -28,9 +28,9 @@ FROM_LEFT = View((0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
 """Right of FACE in first-angle projection."""
 FROM_ABOVE = View((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
 """Below FACE in first-angle projection."""
-BETWEEN = 28.0
+VIEW_SPACING = 28.0
 """Of two views, mm on paper."""
-LEADER, CLEAR = 35.0, 2.0
+LEADER_ANGLE, LEADER_CLEARANCE = 35.0, 2.0
 """Degrees; mm on paper."""
 
 
@@ -41,7 +41,7 @@ def motor_clamp(robot: Robot, factor: float) -> Plan:
         [seen(solid, view) for solid in part.solids] for view in (FACE, FROM_LEFT, FROM_ABOVE)
     )
     box, side_box, above_box = (_box(view) for view in (face, side, above))
-    gap = BETWEEN * factor
+    gap = VIEW_SPACING * factor
     items = _face(face, box, factor)
     items += _at(_side(side, side_box, factor), box.right + gap - side_box.left, 0.0)
     items += _at(_above(above, above_box, factor), 0.0, box.low - gap - above_box.high)
@@ -65,7 +65,7 @@ def _face(shapes: list[ViewShape], box: BoundingBox, factor: float) -> list[Item
     items = shape_items(flange) + shape_items(face) + cross(x, y, hole.width / 2, factor)
     return [
         *items,
-        Radial("diameter", x, y, hole.width / 2, LEADER, _beyond(box, hole, factor)),
+        Radial("diameter", x, y, hole.width / 2, LEADER_ANGLE, _beyond(box, hole, factor)),
         Linear((box.left, box.low), (box.left, box.high), "y", box.left - row(1, factor)),
         Linear((x, y), (box.left, box.high), "y", box.left - row(0, factor)),
     ]
@@ -73,8 +73,8 @@ def _face(shapes: list[ViewShape], box: BoundingBox, factor: float) -> list[Item
 
 def _beyond(box: BoundingBox, hole: BoundingBox, factor: float) -> float:
     """Length of the leader from the hole to the text outside the face, mm on paper."""
-    across = box.right - hole.middle[0] + CLEAR * factor
-    return (across / math.cos(math.radians(LEADER)) - hole.width / 2) / factor
+    across = box.right - hole.middle[0] + LEADER_CLEARANCE * factor
+    return (across / math.cos(math.radians(LEADER_ANGLE)) - hole.width / 2) / factor
 
 
 def _side(shapes: list[ViewShape], box: BoundingBox, factor: float) -> list[Item]:

@@ -16,7 +16,7 @@ LINE = 5.5
 COLUMNS = (0.0, 10.0, 44.0, 58.0, 124.0, 150.0)
 """Edges of number, name, pieces, material and mass, mm on paper."""
 HEADS = ("No.", "Part", "Pieces", "Material", "Mass of one")
-LONGEST = 30
+MAX_LETTERS = 30
 """Letters of a material that fit into its column."""
 BALLOON, STEP = 3.2, 8.0
 """Radius of a numbered circle and distance of two, mm on paper."""
@@ -87,4 +87,4 @@ def _material(robot: Robot, entry: Entry) -> str:
     """The material; for a bought part its name."""
     bought = {"motor": robot.motor.title, "driver": robot.driver.title, "battery": robot.battery.title}
     text = bought.get(entry.kind, entry.parts[0].material)
-    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+    return text if len(text) <= MAX_LETTERS else text[: MAX_LETTERS - 3] + "..."

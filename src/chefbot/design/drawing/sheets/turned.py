@@ -13,9 +13,9 @@ from chefbot.robot.geometry.shapes import Prism
 if TYPE_CHECKING:
     from chefbot.robot.spec import Robot
 
-LYING = View((0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
-ALONG = View((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-BETWEEN = 30.0
+LYING_VIEW = View((0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+AXIAL_VIEW = View((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+VIEW_SPACING = 30.0
 """Of the two views, mm on paper."""
 
 
@@ -25,7 +25,7 @@ def turned(robot: Robot, kind: str, factor: float) -> Plan:
     assert isinstance(solid, Prism)
     length, radius = solid.length * MM, loop_box(solid.outline.edge).width * MM / 2
     bore = loop_box(solid.outline.holes[0]).width * MM / 2
-    items = _section(solid, factor) + _end(solid, length / 2 + BETWEEN * factor + radius, factor)
+    items = _section(solid, factor) + _end(solid, length / 2 + VIEW_SPACING * factor + radius, factor)
     items += [
         Linear((-length / 2, -radius), (length / 2, -radius), "x", -radius - row(0, factor)),
         Linear((-length / 2, -radius), (-length / 2, radius), "y", -length / 2 - row(1, factor), "Ø<>"),
@@ -39,7 +39,7 @@ def _section(solid: Prism, factor: float) -> list[Item]:
     """Walls hatched, the bore's edges at both ends, the axis."""
     half = solid.length * MM / 2
     walls = [_wall(low * MM, high * MM, half) for low, high in cut(solid.outline)]
-    shape = seen(solid, LYING)
+    shape = seen(solid, LYING_VIEW)
     items: list[Item] = [Hatch((wall,)) for wall in walls]
     items += shape_items(shape, hidden=False)
     for bore in map(loop_box, shape.hidden):
@@ -54,6 +54,6 @@ def _wall(low: float, high: float, half: float) -> Loop:
 
 def _end(solid: Prism, x: float, factor: float) -> list[Item]:
     """Seen along the axis; the wall's radius where the part is a tube's or rod's outside."""
-    shape = seen(solid._replace(at=(x / MM, 0.0, 0.0)), ALONG)
+    shape = seen(solid._replace(at=(x / MM, 0.0, 0.0)), AXIAL_VIEW)
     radius = loop_box(shape.edge).width / 2
     return [*shape_items(shape), *cross(x, 0.0, radius, factor)]

@@ -16,7 +16,7 @@ EXAMPLE_SPEED, EXAMPLE_TURN, EXAMPLE_AHEAD, EXAMPLE_CELL = 0.5, 1.9, 1.4, 0.05
 """Nav2's example robot: m/s, rad/s, m, m."""
 CRAWL = 0.02
 """Share of the full speed above which the robot never counts as standing."""
-STOPPED = 0.1
+STANDSTILL_SHARE = 0.1
 """Share of the full speed that counts as standing."""
 
 
@@ -132,7 +132,7 @@ def dwb(figures: Figures) -> Tree:
         ),
         "linear_granularity": figures.resolution.explained("a cell"),
         "xy_goal_tolerance": figures.goal_tolerance.explained(),
-        "trans_stopped_velocity": v.times(STOPPED, f"{STOPPED:g} of the full speed"),
+        "trans_stopped_velocity": v.times(STANDSTILL_SHARE, f"{STANDSTILL_SHARE:g} of the full speed"),
         "PathAlign": {"forward_point_distance": point},
         "GoalAlign": {"forward_point_distance": point},
     }

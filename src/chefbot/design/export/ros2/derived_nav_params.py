@@ -29,7 +29,7 @@ CELLS = (0.05, 0.025, 0.02, 0.01)
 """Sides of a map's cell in use, m: the usual 5 cm, and finer for small robots."""
 CELLS_PER_RADIUS = 3.0
 """Minimum resolution of a circular footprint, cells per radius."""
-SLOWEST, FASTEST = 10.0, 30.0
+MIN_FREQUENCY, MAX_FREQUENCY = 10.0, 30.0
 """Hz: limits of the controller frequency; below, commands come close to the timeout of the base."""
 EDGE = 2.0
 """Natural logarithm of the decay of costs at the inflation radius: 252 to 34, as in chefbot's costmap."""
@@ -151,7 +151,7 @@ class Figures:
         """Return the maximum speed from which the robot stops within its range of view, m/s: v t + v^2 / 2a = d."""
         scan_sensor, a = self.scan_sensor, self.acceleration.number
         distance = max(scan_sensor.range_max - self.radius.number, 0.0)
-        t = 1.0 / scan_sensor.rate + 1.0 / SLOWEST
+        t = 1.0 / scan_sensor.rate + 1.0 / MIN_FREQUENCY
         v = a * (math.sqrt(t * t + 2.0 * distance / a) - t)
         return Figure(
             v,
@@ -203,11 +203,11 @@ class Figures:
     def frequency(self) -> Figure:
         """Return the frequency of the controller, Hz."""
         cells = self.speed.number / self.resolution.number
-        hz = min(max(5.0 * math.ceil(2.0 * cells / 5.0), SLOWEST), FASTEST)
+        hz = min(max(5.0 * math.ceil(2.0 * cells / 5.0), MIN_FREQUENCY), MAX_FREQUENCY)
         return Figure(
             hz,
             f"twice per cell at full speed: 2 x {short(self.speed.number)} / {short(self.resolution.number)} ="
-            f" {short(2 * cells)}, in steps of 5 from {SLOWEST:g} to {FASTEST:g}",
+            f" {short(2 * cells)}, in steps of 5 from {MIN_FREQUENCY:g} to {MAX_FREQUENCY:g}",
         )
 
     @cached_property

@@ -19,7 +19,7 @@ from chefbot.design.export.ros2.odometry_noise import gyro_deviation, wheels_tur
 
 STATE = ("x", "y", "z", "roll", "pitch", "yaw", "vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az")
 """Order of every vector and matrix of robot_localization."""
-STILL = 1e-6
+CONSTANT_STATE_VARIANCE = 1e-6
 """Process variance of states that plane motion keeps constant."""
 
 
@@ -79,9 +79,11 @@ def _gyro(figures: Figures) -> Tree:
 
 def _process(figures: Figures) -> Explained:
     """Diagonal, row by row."""
-    variances = dict.fromkeys(STATE, STILL) | _plane_variances(figures)
+    variances = dict.fromkeys(STATE, CONSTANT_STATE_VARIANCE) | _plane_variances(figures)
     rows = [[rounded(variances[row]) if row == column else 0.0 for column in STATE] for row in STATE]
-    reason = ", ".join(f"{name} {short(value)}" for name, value in variances.items() if value != STILL)
+    reason = ", ".join(
+        f"{name} {short(value)}" for name, value in variances.items() if value != CONSTANT_STATE_VARIANCE
+    )
     return Explained(
         [value for row in rows for value in row],
         f"variances per second on the diagonal: {reason}. x, y: slip^2 v; yaw: 2 slip^2 v / track^2; vx: a v"

@@ -1,4 +1,4 @@
-"""Samples of a turning lidar, collected to whole turns."""
+"""Samples of a rotating lidar, collected to whole revolutions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_SAMPLES = 100_000
-"""Samples without the end of a turn after which they are discarded: no lidar takes so many in one."""
+"""Samples without the end of a revolution after which they are discarded: no lidar takes so many in one."""
 
 
 class Samples(NamedTuple):
@@ -36,10 +36,10 @@ def bearings_of(clockwise: NDArray[np.float64], zero: float) -> NDArray[np.float
     return np.mod(zero - clockwise + math.pi, 2.0 * math.pi) - math.pi
 
 
-class TurnAssembler:
-    """Joins samples to turns from bearing pi down to -pi, as lidars that turn clockwise take them.
+class RevolutionAssembler:
+    """Joins samples to revolutions from bearing pi down to -pi, as lidars that rotate clockwise take them.
 
-    The samples before the first beginning of a turn are left out.
+    The samples before the first beginning of a revolution are left out.
     """
 
     def __init__(self) -> None:
@@ -48,28 +48,28 @@ class TurnAssembler:
         self._begun = self._passed_front = False
 
     def push(self, samples: Samples) -> list[Samples]:
-        """Return the turns that these samples end."""
+        """Return the revolutions that these samples end."""
         bearings = samples.bearings
         if not len(bearings):
             return []
-        # a bearing that jumps up by more than half a turn begins a turn, once half of the one before is over: angles
-        # that depend on the range may step back
+        # a bearing that jumps up by more than half a revolution begins one, once half of the one before is over:
+        # angles that depend on the range may step back
         before = np.concatenate(([self._last], bearings[:-1]))
         self._last = float(bearings[-1])
-        turns, start = [], 0
+        revolutions, start = [], 0
         for begin in np.flatnonzero(bearings - before > math.pi).tolist():
             self._append(samples, start, begin)
             start = begin
             if self._passed_front:
-                turns += [_joined(self._parts)] if self._begun else []
+                revolutions += [_joined(self._parts)] if self._begun else []
                 self._parts, self._begun, self._passed_front = [], True, False
         self._append(samples, start, len(bearings))
         if sum(len(part.bearings) for part in self._parts) > MAX_SAMPLES:
             self.clear()
-        return turns
+        return revolutions
 
     def clear(self) -> None:
-        """Discard an unfinished turn, as the next samples do not continue it."""
+        """Discard an unfinished revolution, as the next samples do not continue it."""
         self._parts, self._begun, self._passed_front = [], False, False
 
     def _append(self, samples: Samples, start: int, end: int) -> None:

@@ -1,4 +1,4 @@
-"""The zones of the collision monitor, worked out by hand for a disc and a rectangle."""
+"""The polygons of the collision monitor, worked out by hand for a disc and a rectangle."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
-from chefbot.safety.zones import CREEP_SPEED, Zones, outline_points, safe_fraction
+from chefbot.safety.monitor_polygons import CREEP_SPEED, MonitorPolygons, outline_points, safe_fraction
 
 DISC, RECTANGLE = load_robot("chefbot"), load_robot("jackal")
 
@@ -26,20 +26,24 @@ def faster(speed: float, acceleration: float) -> Robot:
     return msgspec.structs.replace(robot, drive=drive, motor=motor)
 
 
-def test_zones_of_a_disc() -> None:
-    zones, r = Zones.of(DISC, 0.01, 0.03), DISC.circumscribed_radius
-    assert (zones.inscribed, zones.circumscribed) == (DISC.inscribed_radius, r)
-    assert (zones.stop_radius, zones.slow_radius) == (r + 0.01, r + 0.03)
-    assert len(zones.corners) == len(zones.stop_corners) == len(zones.slow_corners) == 0
-    assert zones.limits == Limits.of(DISC)
+def test_polygons_of_a_disc() -> None:
+    polygons, r = MonitorPolygons.of(DISC, 0.01, 0.03), DISC.circumscribed_radius
+    assert (polygons.inscribed, polygons.circumscribed) == (DISC.inscribed_radius, r)
+    assert (polygons.stop_radius, polygons.slow_radius) == (r + 0.01, r + 0.03)
+    assert len(polygons.corners) == len(polygons.stop_corners) == len(polygons.slow_corners) == 0
+    assert polygons.limits == Limits.of(DISC)
     # 0.6 of 0.5 m/s^2, and half a second of latency
-    assert zones.reach == pytest.approx(r + 0.03 + 0.35**2 / (2 * 0.6 * 0.5) + 0.35 * 0.5)
-    assert zones.resolution == pytest.approx(DISC.inscribed_radius / 6)
+    assert polygons.reach == pytest.approx(r + 0.03 + 0.35**2 / (2 * 0.6 * 0.5) + 0.35 * 0.5)
+    assert polygons.resolution == pytest.approx(DISC.inscribed_radius / 6)
 
 
-def test_zones_of_a_rectangle_grow_on_all_sides() -> None:
-    zones = Zones.of(RECTANGLE, 0.01, 0.03)
-    for corners, margin in ((zones.corners, 0.0), (zones.stop_corners, 0.01), (zones.slow_corners, 0.03)):
+def test_polygons_of_a_rectangle_grow_on_all_sides() -> None:
+    polygons = MonitorPolygons.of(RECTANGLE, 0.01, 0.03)
+    for corners, margin in (
+        (polygons.corners, 0.0),
+        (polygons.stop_corners, 0.01),
+        (polygons.slow_corners, 0.03),
+    ):
         assert corners.max(axis=0) == pytest.approx(RECTANGLE.footprint.polygon().max(axis=0) + margin)
         assert corners.min(axis=0) == pytest.approx(RECTANGLE.footprint.polygon().min(axis=0) - margin)
 
@@ -47,45 +51,45 @@ def test_zones_of_a_rectangle_grow_on_all_sides() -> None:
 @pytest.mark.parametrize("robot", [DISC, RECTANGLE], ids=lambda robot: robot.name)
 def test_the_outline_lies_inside_and_has_no_gaps(robot: Robot) -> None:
     """A point of the outline and what it stands for, half a cell on each side, is over what the body covers."""
-    zones = Zones.of(robot, 0.01, 0.02)
-    inset, steps = 0.75 * zones.resolution, np.roll(zones.outline, -1, axis=0) - zones.outline
-    assert np.hypot(*steps.T).max() <= zones.resolution * (1 + 1e-9)
-    assert np.hypot(*steps.T).min() > 0.5 * zones.resolution, "no more points than needed"
-    if len(zones.corners):
-        assert zones.outline.max(axis=0) == pytest.approx(zones.corners.max(axis=0) - inset)
-        assert zones.outline.min(axis=0) == pytest.approx(zones.corners.min(axis=0) + inset)
+    polygons = MonitorPolygons.of(robot, 0.01, 0.02)
+    inset, steps = 0.75 * polygons.resolution, np.roll(polygons.outline, -1, axis=0) - polygons.outline
+    assert np.hypot(*steps.T).max() <= polygons.resolution * (1 + 1e-9)
+    assert np.hypot(*steps.T).min() > 0.5 * polygons.resolution, "no more points than needed"
+    if len(polygons.corners):
+        assert polygons.outline.max(axis=0) == pytest.approx(polygons.corners.max(axis=0) - inset)
+        assert polygons.outline.min(axis=0) == pytest.approx(polygons.corners.min(axis=0) + inset)
     else:
-        assert np.hypot(*zones.outline.T) == pytest.approx(zones.circumscribed - inset)
+        assert np.hypot(*polygons.outline.T) == pytest.approx(polygons.circumscribed - inset)
 
 
 @pytest.mark.parametrize(("speed", "acceleration"), [(1.0, 0.5), (2.0, 0.5), (3.0, 0.5), (5.0, 1.0)])
 def test_a_fast_robot_keeps_an_outline(speed: float, acceleration: float) -> None:
     """Its cells grow with its braking distance, but a body of a few cells would have no edge to look at."""
-    zones = Zones.of(faster(speed, acceleration), 0.01, 0.02)
-    assert zones.limits.speed == speed
-    assert zones.resolution == pytest.approx(max(0.15 / 6, min(zones.reach / 64, 0.15 / 3)))
-    assert len(zones.outline) >= 12 and np.hypot(*zones.outline.T).min() > 0.1
+    polygons = MonitorPolygons.of(faster(speed, acceleration), 0.01, 0.02)
+    assert polygons.limits.speed == speed
+    assert polygons.resolution == pytest.approx(max(0.15 / 6, min(polygons.reach / 64, 0.15 / 3)))
+    assert len(polygons.outline) >= 12 and np.hypot(*polygons.outline.T).min() > 0.1
 
 
 def test_braking_takes_as_long_as_the_slower_of_both_motions() -> None:
-    zones, limits = Zones.of(DISC, 0.01, 0.02), Limits.of(DISC)
-    assert zones.braking_time(-0.3, 0.0) == pytest.approx(0.3 / (0.6 * limits.acceleration))
-    assert zones.braking_time(0.0, -1.0) == pytest.approx(1.0 / (0.6 * limits.angular_acceleration))
-    assert zones.braking_time(0.3, 1.0) == zones.braking_time(-0.3, 0.0)
-    assert zones.braking_time(0.01, 1.0) == zones.braking_time(0.0, 1.0)
+    polygons, limits = MonitorPolygons.of(DISC, 0.01, 0.02), Limits.of(DISC)
+    assert polygons.braking_time(-0.3, 0.0) == pytest.approx(0.3 / (0.6 * limits.acceleration))
+    assert polygons.braking_time(0.0, -1.0) == pytest.approx(1.0 / (0.6 * limits.angular_acceleration))
+    assert polygons.braking_time(0.3, 1.0) == polygons.braking_time(-0.3, 0.0)
+    assert polygons.braking_time(0.01, 1.0) == polygons.braking_time(0.0, 1.0)
 
 
 def test_the_fastest_point_of_the_body_is_a_corner() -> None:
-    disc, rectangle = Zones.of(DISC, 0.01, 0.02), Zones.of(RECTANGLE, 0.01, 0.02)
+    disc, rectangle = MonitorPolygons.of(DISC, 0.01, 0.02), MonitorPolygons.of(RECTANGLE, 0.01, 0.02)
     assert disc.body_speed(-0.3, 2.0) == 0.3, "a disc that turns does not move outwards"
     assert rectangle.body_speed(-0.2, -2.0) == pytest.approx(0.2 + 2.0 * RECTANGLE.circumscribed_radius)
 
 
 def test_what_matters_lies_within_latency_and_braking() -> None:
-    zones = Zones.of(DISC, 0.01, 0.02)
-    distance = 0.2 * (0.1 + 0.2 / (0.6 * zones.limits.acceleration))
-    assert zones.reach_of(0.2, 0.0, 0.1) == pytest.approx(DISC.circumscribed_radius + 0.02 + distance)
-    assert zones.reach_of(0.35, 0.0, 30.0) == zones.reach
+    polygons = MonitorPolygons.of(DISC, 0.01, 0.02)
+    distance = 0.2 * (0.1 + 0.2 / (0.6 * polygons.limits.acceleration))
+    assert polygons.reach_of(0.2, 0.0, 0.1) == pytest.approx(DISC.circumscribed_radius + 0.02 + distance)
+    assert polygons.reach_of(0.35, 0.0, 30.0) == polygons.reach
 
 
 def test_a_triangle_and_a_short_side_are_outlined() -> None:

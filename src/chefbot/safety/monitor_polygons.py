@@ -1,4 +1,4 @@
-"""The zones of the collision monitor: how far a twist has to be free, as functions of the Robot."""
+"""The polygons of the collision monitor: how far a twist has to be free, as functions of the Robot."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ OUTLINE_INSET = 0.75
 """Cells by which the outline lies inside the body, so that the cells below it are those that the body covers."""
 
 
-class Zones(NamedTuple):
-    """Distances and speeds of one robot, m, m/s and s.
+class MonitorPolygons(NamedTuple):
+    """Polygons of one robot as in Nav2's Collision Monitor, circles for a round one; distances in m, speeds in m/s.
 
-    The body is a disc of `radius`, or the polygon `corners` (n, 2). The stop zone is the body grown by the side
-    margin, the slow zone the body grown by the slow margin; the approach zone is what the body sweeps while it
-    brakes.
+    The body is a disc of radius `circumscribed`, or the polygon `corners` (n, 2). The stop polygon is the body grown
+    by the side margin, the slow polygon the body grown by the slow margin; what the body sweeps while it brakes is
+    Nav2's approach.
     """
 
     limits: Limits
@@ -50,15 +50,15 @@ class Zones(NamedTuple):
     """Distance from the origin within which an obstacle can matter."""
 
     @staticmethod
-    def of(robot: Robot, side_margin: float, slow_margin: float) -> Zones:
-        """Return the zones of a robot; the margins are in metres."""
+    def of(robot: Robot, side_margin: float, slow_margin: float) -> MonitorPolygons:
+        """Return the polygons of a robot; the margins are in metres."""
         footprint, radius = robot.footprint, robot.circumscribed_radius
         limits = Limits.of(robot)
         reach = radius + slow_margin + _stopping_distance(limits)
         finest, coarsest = (robot.inscribed_radius / n for n in (CELLS_PER_RADIUS, MIN_CELLS_PER_RADIUS))
         resolution = min(max(finest, reach / CELLS_IN_REACH), coarsest)
         inset = OUTLINE_INSET * resolution
-        return Zones(
+        return MonitorPolygons(
             limits,
             robot.inscribed_radius,
             radius,

@@ -15,7 +15,7 @@ from tests.chaos.matrix.rows import ROOT, SoakCheck, SuiteCheck
 from tests.chaos.matrix.units import Unit
 
 from chefbot.proving.record import RunRecord
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import Scenario
 from chefbot.proving.worker import make_run_in_process
 
@@ -113,8 +113,8 @@ def reason(case: ET.Element) -> str:
 
 def make_run(scenario: Scenario, seed: int) -> tuple[bool, bool, str, int]:
     """Make one run on the proving ground; it is safe if its criteria are kept and no node failed."""
-    order = run_orders(scenario, Path(), [seed])[0]
-    record = msgspec.json.decode(make_run_in_process(msgspec.msgpack.encode(order)).record, type=RunRecord)
+    spec = run_specs(scenario, Path(), [seed])[0]
+    record = msgspec.json.decode(make_run_in_process(msgspec.msgpack.encode(spec)).record, type=RunRecord)
     contact = record.figures.get("contact_speed")
     bound = scenario.criteria["contact_speed"].max or 0.0
     safe = contact is not None and contact <= bound and "a node failed" not in record.failure

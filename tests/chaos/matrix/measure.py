@@ -14,6 +14,7 @@ import msgspec
 from tests.chaos.matrix.rows import ROOT, SoakCheck, SuiteCheck
 from tests.chaos.matrix.units import Unit
 
+from chefbot.plural import number_of
 from chefbot.proving.record import RunRecord
 from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import Scenario
@@ -91,7 +92,7 @@ def run_tests(check: SuiteCheck) -> tuple[bool, bool, str, int]:
         return (
             False,
             False,
-            f"{len(broken)} of {tried} fail: {broken[0].get('name')}{reason(broken[0])}",
+            f"{len(broken)} of {number_of(tried, 'test')} failed: {broken[0].get('name')}{reason(broken[0])}",
             tried,
         )
     figures = [
@@ -100,7 +101,10 @@ def run_tests(check: SuiteCheck) -> tuple[bool, bool, str, int]:
         for line in (case.findtext("system-out") or "").splitlines()
         if "---" not in line
     ]
-    sentence = "; ".join(filter(None, figures[:MAX_SENTENCES])) or f"{tried} tests pass"
+    sentence = (
+        "; ".join(filter(None, figures[:MAX_SENTENCES]))
+        or f"{number_of(tried, 'test')} {'passes' if tried == 1 else 'pass'}"
+    )
     return tried > 0, tried > 0, sentence if tried else "all tests are skipped here", tried
 
 

@@ -233,7 +233,7 @@ def test_goto_sends_a_place_or_a_pose(target: list[str], command: Goal | GoPlace
         (["1", "2", "inf"], "finite"),
     ],
 )
-def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> None:
+def test_an_invalid_target_is_reported_in_one_sentence(target: list[str], sentence: str) -> None:
     with fake_robot() as robot:
         robot.show_places()
         with pytest.raises(UserError, match=sentence):
@@ -323,7 +323,7 @@ def test_one_waiting_order_is_cancelled_by_its_number(capsys: pytest.CaptureFixt
     with fake_robot() as robot:
         orders = tuple(WaitingOrderView(id=key, places=(f"table_{key}",)) for key in "12")
         robot.server.set_layer("delivery", DeliveryView(state="driving", orders=orders))
-        with pytest.raises(UserError, match="order 3 is none of the 2 that wait"):
+        with pytest.raises(UserError, match="order 3 is not one of the 2 waiting orders"):
             cancel_order(3, robot.url)
         cancel_order(2, robot.url)
         assert robot.commands.get(timeout=PATIENCE) == ChangeQueue([], "2")

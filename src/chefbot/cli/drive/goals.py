@@ -119,7 +119,7 @@ def pose_of(texts: list[str]) -> SE2:
 
 
 def _numbers(texts: list[str]) -> list[float] | None:
-    """Return the numbers, None if a text is none."""
+    """Return the numbers, or None if one of the texts is not a number."""
     try:
         return [float(text) for text in texts]
     except ValueError:
@@ -133,7 +133,7 @@ def cancel_order(number: int, page: str) -> None:
         orders = delivery["orders"] if delivery else []
         if number > len(orders):
             raise UserError(
-                f"order {number} is none of the {len(orders)} that wait; `chefbot drive status` numbers them"
+                f"order {number} is not one of the {len(orders)} waiting orders; `chefbot drive status` numbers them"
             )
         order = orders[number - 1]
         robot.send(ChangeQueue([], order["id"]))

@@ -33,7 +33,9 @@ SEEN_ELSEWHERE = "room round it"
 """Checks that the design sheet estimates and the solids decide."""
 MENDED_OUTSIDE = ("driver", "input level without a level shifter")
 """Checks that a part outside the robot file repairs: a level shifter."""
-NO_OTHER = "; no single other part of the catalogue mends it: `chefbot robot design` tries all sets"
+NO_OTHER = (
+    "; replacing a single part from the catalogue does not fix it: `chefbot robot design` tries all sets"
+)
 HEAVIEST = 5
 
 

@@ -19,7 +19,7 @@ from chefbot.localization.recovery import LOG_ODDS_THRESHOLD, HypothesisTest
         (1.1, True, True, False),
     ],
 )
-def test_a_small_lead_is_none(lead: float, leads: bool, outperforms: bool, lost: bool) -> None:
+def test_a_small_lead_does_not_count(lead: float, leads: bool, outperforms: bool, lost: bool) -> None:
     test = HypothesisTest(cast(Any, None))
     test.lead = lead * LOG_ODDS_THRESHOLD
     assert (test.leads, test.outperforms, test.lost) == (leads, outperforms, lost)

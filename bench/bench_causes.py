@@ -27,7 +27,7 @@ from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.proving.run import site_of
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import Building, Scenario
 from chefbot.proving.scenario_tasks import GoTask, RunLimits
 from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
@@ -77,16 +77,16 @@ class DroppedBoxes:
 
 def drive(scenario: Scenario, seed: int, folder: Path) -> tuple[TrueCauses, str]:
     """Make one drive; return what was judged, and why it failed, or an empty string."""
-    (order,) = run_orders(scenario, Path(), [seed])
-    site = site_of(order, folder)
-    with session(order.robot, seed, "simulation", 0.0, folder / "run.mcap") as system:
+    (spec,) = run_specs(scenario, Path(), [seed])
+    site = site_of(spec, folder)
+    with session(spec.robot, seed, "simulation", 0.0, folder / "run.mcap") as system:
         run = SimulatedRun(system, scenario, seed, site, folder)
-        heights = ground_clearance(order.robot), overall_height(order.robot)
+        heights = ground_clearance(spec.robot), overall_height(spec.robot)
         judge: list[TrueCauses] = []
 
         def observe(publication: Any) -> None:
             if not judge and run.safety.simulation is not None:
-                grid = floor_plan(run.world, mapping_sensor_height(order.robot))
+                grid = floor_plan(run.world, mapping_sensor_height(spec.robot))
                 judge.append(TrueCauses(run.safety.simulation, heights, grid, seed))
             if judge:
                 judge[0](publication)

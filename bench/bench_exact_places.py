@@ -26,7 +26,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Header
 from chefbot.proving.run import site_of
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import RunLimits, Scenario
 from chefbot.proving.scenario_tasks import GoTask
 from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
@@ -88,13 +88,13 @@ def measure(world: str, robot: str, seed: int) -> list[tuple[float, ...]]:
     scenario = Scenario(
         name="exact", description="", world=world, robot=robot, task=GoTask(), limits=RunLimits(time=2000.0)
     )
-    (order,) = run_orders(scenario, Path(), [seed])
+    (spec,) = run_specs(scenario, Path(), [seed])
     found = []
     with (
         tempfile.TemporaryDirectory() as folder,
-        session(order.robot, seed, "simulation", 0.0, None) as system,
+        session(spec.robot, seed, "simulation", 0.0, None) as system,
     ):
-        run = ExactRun(system, scenario, seed, site_of(order, Path(folder)), Path(folder))
+        run = ExactRun(system, scenario, seed, site_of(spec, Path(folder)), Path(folder))
         system.loop.add_observer(run.keep_truth)
         run.track = []
         start_localized(run, unknown=False)

@@ -30,7 +30,7 @@ from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.people.observation import observe_obstacles, observe_scan
 from chefbot.proving.run import site_of
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import Building, RunLimits, Scenario
 from chefbot.proving.scenario_tasks import GoTask
 from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
@@ -189,13 +189,13 @@ def judged(robot: str, world: str, count: int, seed: int, seconds: float) -> Sco
         task=GoTask(goals=50),
         limits=RunLimits(time=seconds),
     )
-    order = run_orders(scenario, Path(), [seed])[0]
+    spec = run_specs(scenario, Path(), [seed])[0]
     with (
         tempfile.TemporaryDirectory() as folder,
-        session(order.robot, seed, "simulation", 0.0, None) as system,
+        session(spec.robot, seed, "simulation", 0.0, None) as system,
     ):
-        run = SimulatedRun(system, scenario, seed, site_of(order, Path(folder)), Path(folder))
-        judge = Judge(run, order.robot.sensors.lidar is not None)
+        run = SimulatedRun(system, scenario, seed, site_of(spec, Path(folder)), Path(folder))
+        judge = Judge(run, spec.robot.sensors.lidar is not None)
         launch = run.launch
         run.launch = lambda *given: (launch(*given), _time_updates(system, judge.score))[0]  # type: ignore[method-assign]
         with contextlib.suppress(TaskFailedError):  # the time is up

@@ -18,7 +18,7 @@ from chefbot.kernels.precompile import compile_kernels
 from chefbot.proving.cluster import cluster
 from chefbot.proving.collect import collect
 from chefbot.proving.record import RunRecord
-from chefbot.proving.run_order import RunOrder, run_orders
+from chefbot.proving.run_spec import RunSpec, run_specs
 from chefbot.proving.scenario import parse_scenario
 from chefbot.proving.worker import make_run_in_process
 
@@ -27,22 +27,22 @@ DASK_LIMIT, SPEED_UP = 0.5, 1.9
 """Wanted: at most so many seconds for Dask, at least so much from a second worker."""
 
 
-def alone(orders: list[RunOrder]) -> list[float]:
+def alone(specs: list[RunSpec]) -> list[float]:
     """Return the wall time of each run in a process of its own, without Dask, s."""
     times = []
-    for order in orders:
+    for spec in specs:
         began = time.perf_counter()
-        make_run_in_process(msgspec.msgpack.encode(order))
+        make_run_in_process(msgspec.msgpack.encode(spec))
         times.append(time.perf_counter() - began)
     return times
 
 
-def through_dask(orders: list[RunOrder], workers: int) -> tuple[float, list[RunRecord]]:
+def through_dask(specs: list[RunSpec], workers: int) -> tuple[float, list[RunRecord]]:
     """Return the wall time of all runs, without the start of the cluster, s, and their records."""
     records: list[RunRecord] = []
     with cluster("", workers) as connected:
         began = time.perf_counter()
-        collect(connected, orders, lambda record, _: records.append(record))
+        collect(connected, specs, lambda record, _: records.append(record))
         return time.perf_counter() - began, records
 
 
@@ -53,10 +53,10 @@ def main() -> None:
     given = parser.parse_args()
     compile_kernels(Console())
     print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
-    orders = run_orders(parse_scenario(SCENARIO, "bench"), Path(), list(range(1, given.runs + 1)))
-    plain = alone(orders)
-    one, records = through_dask(orders, 1)
-    two, _ = through_dask(orders, 2)
+    specs = run_specs(parse_scenario(SCENARIO, "bench"), Path(), list(range(1, given.runs + 1)))
+    plain = alone(specs)
+    one, records = through_dask(specs, 1)
+    two, _ = through_dask(specs, 2)
     added = one / given.runs - statistics.mean(plain)
     simulated = sum(record.sim_time for record in records)
     outside = statistics.median(

@@ -21,7 +21,7 @@ from tests.support.same_examples import ignore_constants_of_the_code
 
 __all__ = ["fleet", "network", "other", "peer", "port", "wire"]
 
-settings.register_profile("search", deadline=None)  # a busy machine is no finding
+settings.register_profile("search", deadline=None)  # a busy machine is not a finding
 settings.register_profile("thorough", settings.get_profile("search"), derandomize=True)
 settings.register_profile("same", settings.get_profile("thorough"), max_examples=30)
 PROFILE = os.environ.get("HYPOTHESIS_PROFILE", "same")

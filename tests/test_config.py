@@ -141,7 +141,7 @@ def test_configuration_files_load_or_are_refused(tmp_path):
 
 @settings(max_examples=200)
 @given(st.text(max_size=60))
-def test_any_text_is_plain_data_or_one_sentence(text):
+def test_any_text_gives_plain_data_or_one_sentence(text):
     try:
         parse_yaml(text.encode("utf-8", "surrogatepass"), "f")
     except ConfigError as error:
@@ -167,7 +167,7 @@ plain: st.SearchStrategy[Any] = st.recursive(
 @settings(max_examples=300)
 @given(plain)
 @pytest.mark.slow
-def test_any_plain_data_is_a_value_or_one_sentence(value):
+def test_any_plain_data_gives_a_value_or_one_sentence(value):
     for data in (value, {"inner": value}, {"inner": {"length": "1 m"}, "many": value, "by_name": value}):
         try:
             result = build(data, Outer, "f")

@@ -74,7 +74,7 @@ def test_a_picture_is_answered_with_its_yaml_file(expected: str, name: str, tmp_
         READERS[expected](path)
 
 
-def test_a_picture_in_the_present_folder_is_no_name() -> None:
+def test_a_picture_in_the_present_folder_is_not_a_name() -> None:
     with pytest.raises(UserError, match=r"office\.pgm is a picture"):
         load_any_world("office.pgm", CHEFBOT)
 

@@ -52,7 +52,7 @@ def test_a_written_document_reads_back(element: ET.Element, encoding: str) -> No
 
 @settings(max_examples=50)
 @given(st.one_of(st.binary(max_size=60), st.text("<>/ab='&;!?[]- \n", max_size=40).map(str.encode)))
-def test_any_bytes_are_a_document_or_one_sentence(data: bytes) -> None:
+def test_any_bytes_give_a_document_or_one_sentence(data: bytes) -> None:
     try:
         parse(data)
     except ThingError as error:
@@ -75,7 +75,7 @@ def test_any_bytes_are_a_document_or_one_sentence(data: bytes) -> None:
         (b'<!DOCTYPE a SYSTEM "file:///etc/passwd"><a/>', "DOCTYPE"),
     ],
 )
-def test_what_is_no_plain_document_is_refused(data: bytes, reason: str) -> None:
+def test_what_is_not_a_plain_document_is_refused(data: bytes, reason: str) -> None:
     assert reason in refusal(data)
 
 

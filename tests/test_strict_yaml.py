@@ -51,7 +51,7 @@ def test_plain_data_reads_back(load: Load, value: object) -> None:
         ("a: !thing 1", "could not determine a constructor"),
     ],
 )
-def test_what_is_no_plain_data_is_refused(load: Load, text: str, reason: str) -> None:
+def test_what_is_not_plain_data_is_refused(load: Load, text: str, reason: str) -> None:
     with pytest.raises(yaml.MarkedYAMLError) as caught:
         load(text)
     assert reason in str(caught.value.problem)

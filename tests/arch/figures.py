@@ -17,7 +17,7 @@ REPOSITORY = Path(__file__).parents[2]
 SOURCE = REPOSITORY / "src" / "chefbot"
 FILES = sorted(SOURCE.rglob("*.py"))
 KERNEL_FOLDERS = ("odometry", "slam", "localization", "control", "planning", "costmap")
-"""Folders whose kernels and filters read like the paper's box: with a comment a step."""
+"""Folders whose kernels and filters read like the paper's box: with a comment per step."""
 MAX_NODE_LINES, MAX_FLAT_FILES, FEWEST_WORDS = 150, 25, 5
 FEWEST_COMMENTS = 5.0
 """Comments per 100 code lines that the kernels have at least."""
@@ -28,8 +28,8 @@ def parse(path: Path) -> ast.Module:
 
 
 def parts_of(identifier: str) -> list[str]:
-    """'_TellHealth' -> ['tell', 'health']; a bound, as in `at_least_one`, is plain English."""
-    words = re.sub("at_(least|most)", "", identifier)
+    """'_TellHealth' -> ['tell', 'health']; `at_least_one` and `least_squares` are plain English."""
+    words = re.sub("at_(least|most)|least_squares", "", identifier)
     return [part.lower() for part in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", words)]
 
 
@@ -169,7 +169,7 @@ def is_fragment(docstring: str) -> bool:
 
 
 def fragments() -> list[str]:
-    """Places of public docstrings whose first paragraph is no sentence."""
+    """Places of public docstrings whose first paragraph is not a sentence."""
     return [
         f"{path.relative_to(SOURCE)}:{place}"
         for path in FILES

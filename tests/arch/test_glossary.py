@@ -121,7 +121,15 @@ def test_a_word_of_the_list_is_found(tmp_path: Path, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["saying_goodbye = 1", "swordsman = 2", '"""The trim of a sensor."""', "class Telltale: ..."]
+    "text",
+    [
+        "saying_goodbye = 1",
+        "swordsman = 2",
+        "least_squares = 3",
+        '"""The trim of a sensor."""',
+        '"""Recursive least squares of the log."""',
+        "class Telltale: ...",
+    ],
 )
 def test_parts_of_other_words_are_not_found(tmp_path: Path, text: str) -> None:
     assert not dialect_in(write_module(tmp_path, text))

@@ -62,6 +62,6 @@ def test_a_copy_would_be_found(source, home: str, text: str) -> None:
         "speed / robot.wheels.separation",
     ],
 )
-def test_the_use_of_a_formula_is_no_copy(source, text: str) -> None:
+def test_the_use_of_a_formula_is_not_a_copy(source, text: str) -> None:
     used = formulas(f"def use(robot, ticks, speed):\n    return {text}\n", "use.py")
     assert copies([*source, *used]) == []

@@ -86,7 +86,7 @@ def test_a_low_reading_is_believed_at_once_and_named() -> None:
     )
 
 
-def test_a_charge_that_rises_while_driving_is_no_charging() -> None:
+def test_a_charge_that_rises_while_driving_is_not_charging() -> None:
     one = Discharge(0.4).run(600.0, speed=0.2).run(HOUR, lambda v: v + 0.3 * SPAN, speed=0.2)
     assert one.gauge.charge <= one.charge + 0.02 and "without being charged" in one.gauge.voltage_fault
 
@@ -99,7 +99,7 @@ def test_charging_is_believed_of_a_robot_that_stands(hours: float) -> None:
     assert one.gauge.charge == pytest.approx(one.charge, abs=0.06) and not one.gauge.voltage_fault
 
 
-def test_the_voltage_after_a_drive_is_no_charging() -> None:
+def test_the_voltage_after_a_drive_is_not_charging() -> None:
     """An old pack recovers slowly when the robot stops; with a reading that lies high that looked like a charger."""
     one, more = Discharge(0.7).run(600.0), 0.2 * SPAN
     for _ in range(20):
@@ -139,7 +139,7 @@ def test_without_a_reading_the_use_is_counted() -> None:
 
 
 @pytest.mark.parametrize("voltage", [-3.0, 0.0, 1.5, 40.0])
-def test_a_voltage_that_no_running_robot_has_is_no_reading(voltage: float) -> None:
+def test_a_voltage_that_no_running_robot_has_is_not_a_reading(voltage: float) -> None:
     one = Discharge(0.9).run(600.0).run(60.0, lambda _: voltage)
     assert one.gauge.voltage_fault == NO_READING and one.charge - 0.08 < one.gauge.charge < one.charge
     assert one.run(60.0).gauge.voltage_fault == ""

@@ -69,7 +69,7 @@ def test_there_is_none_if_the_place_is_far_or_the_track_short() -> None:
     assert RecentTrack().retreat(SE2(0.0, 0.0, 0.0), 0.2, 0.0, 0.6) is None
 
 
-def test_ground_that_was_covered_long_ago_is_no_track() -> None:
+def test_ground_that_was_covered_long_ago_is_not_a_track() -> None:
     track = driven(straight(1.0))
     robot = straight(1.0)[-1]
     track.add(robot, 20 * SECOND)

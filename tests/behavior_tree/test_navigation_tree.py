@@ -336,7 +336,7 @@ def test_a_tree_of_a_file_is_run_instead(tmp_path: Path) -> None:
     assert navigation.services.names() == ["wait 2.5", "spin 1.5"]
 
 
-def test_a_file_that_is_no_tree_is_refused_at_the_start(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_tree_is_refused_at_the_start(tmp_path: Path) -> None:
     with pytest.raises(BehaviorTreeError, match=r"absent\.xml: cannot be read: No such file"):
         Navigation(always(None), params=NavigatorParams(behavior_tree=str(tmp_path / "absent.xml")))
     large = tmp_path / "large.xml"

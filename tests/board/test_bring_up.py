@@ -35,8 +35,8 @@ def test_a_wheel_that_turns_alone_is_right(side: int, own: float, foreign: float
 @pytest.mark.parametrize(
     ("side", "ticks", "flags", "text"),
     [
-        (0, (3, 900), 0, "exchange the connectors"),
-        (1, (900, 3), 0, "exchange the connectors"),
+        (0, (3, 900), 0, "swap the connectors"),
+        (1, (900, 3), 0, "swap the connectors"),
         (0, (-40, 0), BoardFlag.ENCODER_LEFT, "left encoder counts against its motor"),
         (1, (0, -40), BoardFlag.ENCODER_RIGHT, "right encoder counts against its motor"),
         (1, (0, 0), BoardFlag.ENCODER_RIGHT, "right encoder counted nothing"),

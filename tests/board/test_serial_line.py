@@ -240,7 +240,7 @@ def test_stamps_are_monotonic_for_any_line_delay(steps: list[tuple[int, int]]) -
 def test_ticks_and_yaw_survive_wraps_and_lost_lines(
     t: int, start: int, speed: int, rate: int, lost: set[int]
 ) -> None:
-    """speed: ticks a step; rate: 1e-8 rad a step."""
+    """speed: ticks per step; rate: 1e-8 rad per step."""
     session, sensors = BoardSession(ROBOT), SensorConverter(ROBOT)
     ticks: list[WheelTicks] = []
     turned, before = 0.0, 0

@@ -121,7 +121,7 @@ def test_a_closed_session_needs_a_new_handshake() -> None:
 
 
 @pytest.mark.parametrize(("driver", "flag"), [("", BoardFlag.IMU_BAD), ("bno085_rvc", 0)])
-def test_a_board_without_an_imu_beside_another_one_is_no_fault(driver: str, flag: int) -> None:
+def test_a_board_without_imu_beside_another_one_is_not_a_fault(driver: str, flag: int) -> None:
     imu = msgspec.structs.replace(ROBOT.sensors.imu, driver=driver)
     sensors = msgspec.structs.replace(ROBOT.sensors, imu=imu)
     session = BoardSession(msgspec.structs.replace(ROBOT, sensors=sensors))
@@ -195,7 +195,7 @@ def test_a_refused_line_is_reported_for_a_limited_time() -> None:
     assert health.report(session, "port", 3100 * MS).level == OK
 
 
-def test_a_refusal_for_a_latched_fault_is_no_fault_of_its_own() -> None:
+def test_a_refusal_for_a_latched_fault_is_not_another_fault() -> None:
     """After the release nothing is wrong any more; while it is latched, the fault itself is reported."""
     health, session = LinkDiagnostics(), opened()
     health.update(status(), 0)

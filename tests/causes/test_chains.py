@@ -162,7 +162,7 @@ def test_a_name_keeps_its_capitals_after_a_colon(name: str) -> None:
     assert after_colon("The path is blocked.") == "the path is blocked."
 
 
-def test_a_zone_is_named_and_is_no_obstacle_of_the_map() -> None:
+def test_a_zone_is_named_and_is_not_an_obstacle_of_the_map() -> None:
     chains = CauseChains()
     chains.set_map(map_with_a_wall())
     chains.people = (TrackedPoint(4, 3.0, 1.0),)

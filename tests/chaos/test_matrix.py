@@ -87,9 +87,11 @@ def test_a_failing_test_is_not_safe(tmp_path: Path) -> None:
     assert run_tests(SuiteCheck(paths=[str(tmp_path / "test_two.py")])) == (
         False,
         False,
-        "1 of 2 fail: test_b: assert False",
+        "1 of 2 tests failed: test_b: assert False",
         2,
     )
+    (tmp_path / "test_quiet.py").write_text("def test_a(): pass\n")
+    assert run_tests(SuiteCheck(paths=[str(tmp_path / "test_quiet.py")]))[2] == "1 test passes"
     (tmp_path / "test_three.py").write_text("import pytest\ndef test_a(): pytest.skip('not here')\n")
     assert not run_tests(SuiteCheck(paths=[str(tmp_path / "test_three.py")]))[0]
 
@@ -102,6 +104,13 @@ def test_the_page_lists_failures_first() -> None:
     assert f"- R10, {units[3].name}: contact at 0.35 m/s" in fails
     assert re.search(r"\| R10 \|.*1 of 2 runs safe.*\*\*fails\*\* \|", table)
     assert all(f"| {row.id} |" in table for row in ROWS)
+
+
+def test_what_was_measured_is_one_list_in_a_cell() -> None:
+    unit = next(unit for unit in UNITS if unit.row == "R4" and not unit.seed)
+    results = [a_result(unit, sentence="8 tests pass"), a_result(unit, sentence="1 test passes")]
+    text = page(ROWS, {row.id: 2 for row in ROWS}, results, "abc", "2026-01-01")
+    assert "| 8 tests pass; 1 test passes; the Tiva runs in no emulator |" in text
 
 
 def test_results_of_another_commit_do_not_count() -> None:

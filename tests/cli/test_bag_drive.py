@@ -131,7 +131,7 @@ def test_names_of_frames_may_begin_with_a_slash() -> None:
     )
 
 
-def test_a_bag_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
+def test_a_bag_that_cannot_be_used_is_reported_in_one_sentence(tmp_path: Path) -> None:
     def refused(name: str, reason: str, choice: BagChoice = ONLY_TOPICS, **parts: Any) -> None:
         (tmp_path / name).mkdir()
         bag = DriveBag(tmp_path / name, "mcap")
@@ -163,7 +163,7 @@ def test_a_bag_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 @pytest.mark.parametrize("kind", ["ros1", "sqlite"])
-def test_a_damaged_bag_is_one_sentence(kind: str, share: float, tmp_path: Path) -> None:
+def test_a_damaged_bag_is_reported_in_one_sentence(kind: str, share: float, tmp_path: Path) -> None:
     path = bag_of(tmp_path, kind).close()
     file = path if kind == "ros1" else next(path.glob("*.db3"))
     data = file.read_bytes()
@@ -173,7 +173,7 @@ def test_a_damaged_bag_is_one_sentence(kind: str, share: float, tmp_path: Path) 
         read_drive(path, ONLY_TOPICS)
 
 
-def test_bags_that_are_not_there_are_one_sentence(tmp_path: Path) -> None:
+def test_bags_that_are_not_there_are_reported_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(ChefbotError, match="does not exist"):
         read_drive(tmp_path / "none.bag", ONLY_TOPICS)
     path = bag_of(tmp_path, "sqlite").close()

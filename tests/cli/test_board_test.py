@@ -81,7 +81,7 @@ def test_a_board_that_is_right_passes(
     code = run(monkeypatch, owner, emulated, "chefbot", tmp_path / "step.png")
     text = capsys.readouterr().out
     assert code == 0, text
-    assert "MPU-6050" in text and "Nothing to mend was found." in text and "90 % of the speed after" in text
+    assert "MPU-6050" in text and "No problems found." in text and "90 % of the speed after" in text
     assert (tmp_path / "step.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -114,7 +114,7 @@ def test_the_picture_shows_each_wheel(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_answers_that_end_and_a_built_in_robot_are_one_sentence(
+def test_ended_answers_and_built_in_robots_have_one_sentence(
     emulated: Emulator, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     with pytest.raises(UserError, match="is a built-in robot"):

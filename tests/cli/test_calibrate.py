@@ -105,7 +105,7 @@ class _Stopping:
         CalibratorNode._straight = self._original  # type: ignore[method-assign]
 
 
-def test_bad_arguments_are_one_sentence(tmp_path: Path) -> None:
+def test_bad_arguments_are_reported_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="has no node calibrator"):
         run_calibrate(CalibrateOptions("chefbot", [], False, 1, tmp_path, "model_robot"))
     with pytest.raises(UserError, match="key:=value"):

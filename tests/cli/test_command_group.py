@@ -100,7 +100,7 @@ def test_an_unknown_command_of_a_subgroup_is_named_with_its_path() -> None:
         (["order", "soup"], "`x order`: got unexpected extra argument(s) (soup); see `x order --help`"),
     ],
 )
-def test_a_wrong_option_or_argument_is_one_sentence(arguments: list[str], sentence: str) -> None:
+def test_a_wrong_option_or_argument_is_reported_in_one_sentence(arguments: list[str], sentence: str) -> None:
     with pytest.raises(UsageError) as error:
         run(*arguments)
     explanation = explain_usage_error(error.value)

@@ -90,7 +90,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
         "launch explore world",
     ],
 )
-def test_a_wrong_value_is_one_sentence_with_code_2(
+def test_a_wrong_value_is_reported_in_one_sentence_with_code_2(
     line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(monkeypatch, *line.split()) == 2
@@ -98,7 +98,7 @@ def test_a_wrong_value_is_one_sentence_with_code_2(
     assert stderr.startswith("chefbot: ") and stderr.count("\n") == 1 and "Traceback" not in stderr
 
 
-def test_a_missing_file_is_one_sentence_with_code_2(
+def test_a_missing_file_is_reported_in_one_sentence_with_code_2(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

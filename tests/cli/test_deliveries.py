@@ -51,7 +51,7 @@ def test_a_table_of_any_name_is_a_line_of_the_csv_file(history: DeliveryHistory,
     ]
 
 
-def test_a_robot_without_history_is_one_sentence(
+def test_a_robot_without_history_is_reported_in_one_sentence(
     history: DeliveryHistory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(

@@ -48,7 +48,7 @@ def test_an_unknown_robot_writes_nothing(name: str, tmp_path: Path) -> None:
     assert not (tmp_path / "file").exists()
 
 
-def test_an_unknown_world_is_one_sentence(tmp_path: Path) -> None:
+def test_an_unknown_world_is_reported_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(ChefbotError, match="hotell"):
         run_sdf("chefbot", "hotell", tmp_path / "file")
 

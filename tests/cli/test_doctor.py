@@ -68,7 +68,7 @@ def test_another_program_at_the_port_is_a_problem(answer: bytes | None) -> None:
     assert line.startswith("! web UI: another program uses port ") and "port:=8090" in line
 
 
-def test_a_program_that_never_answers_is_no_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_program_that_never_answers_causes_no_wait(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(computer, "TIMEOUT", 0.05)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         (line,) = web_ui_lines(f"http://127.0.0.1:{silent.getsockname()[1]}")

@@ -50,7 +50,7 @@ def test_a_place_that_is_refused_has_its_reason() -> None:
 
 
 @pytest.mark.slow
-def test_a_pose_that_is_unknown_or_invalid_is_one_sentence() -> None:
+def test_an_unknown_or_invalid_pose_is_reported_in_one_sentence() -> None:
     with fake_robot() as robot:
         with pytest.raises(UserError, match="does not know where it is"):
             put_place("bar", [], robot.url)

@@ -36,7 +36,7 @@ def test_the_link_of_another_board_is_kept(tmp_path: Path) -> None:
     assert link.resolve() == port
 
 
-def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_has_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(StorageError, match="file"):
         run_emulator("chefbot", tmp_path / "file" / "board")

@@ -43,7 +43,7 @@ class OwnError(ChefbotError):
 @pytest.mark.parametrize(
     "error", [ChefbotError("no such thing"), UserError("no such thing"), OwnError("no such thing")]
 )
-def test_bad_input_is_one_sentence_and_code_2(
+def test_bad_input_is_reported_in_one_sentence_and_code_2(
     error: ChefbotError, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert end_of(error) == 2
@@ -55,7 +55,7 @@ def test_ctrl_c_gives_the_code_of_the_signal(capsys: pytest.CaptureFixture[str])
     assert capsys.readouterr().err == "chefbot: interrupted\n"
 
 
-def test_ctrl_c_in_the_call_of_a_kernel_is_no_fault(capsys: pytest.CaptureFixture[str]) -> None:
+def test_ctrl_c_in_the_call_of_a_kernel_is_not_a_fault(capsys: pytest.CaptureFixture[str]) -> None:
     in_kernel = SystemError("CPUDispatcher returned a result with an exception set")
     in_kernel.__cause__ = KeyboardInterrupt()
     assert end_of(in_kernel) == 130
@@ -79,7 +79,7 @@ def test_a_fault_of_the_program_is_not_hidden() -> None:
 
 
 @pytest.mark.parametrize("error", [None, BrokenPipeError(errno.EPIPE, "Broken pipe")])
-def test_a_closed_pipe_at_the_output_is_no_fault(
+def test_a_closed_pipe_at_the_output_is_not_a_fault(
     error: BaseException | None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with closed_pipe():
@@ -99,7 +99,7 @@ def test_a_closed_pipe_does_not_change_the_exit_code() -> None:
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
-def test_a_full_disk_at_the_output_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_full_disk_at_the_output_is_reported_in_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     with FULL.open("w") as file, redirect_stdout(file):
         file.write("a line")
         assert end_of(None) == 2

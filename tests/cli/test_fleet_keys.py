@@ -91,7 +91,7 @@ def test_the_folder_of_the_environment_is_the_default(
 def test_requests_and_signatures_show_the_same_key(office: Path, capsys: pytest.CaptureFixture[str]) -> None:
     join("robot1", office)
     out = capsys.readouterr().out
-    (requested,) = re.findall(r"Its key is (\w{32});", out)
+    (requested,) = re.findall(r"Key fingerprint: (\w{32})\.", out)
     assert f"with key {requested}." in out
     signed, accepted = re.findall(r"The authority's key is (\w{32})", out)
     assert signed == accepted == Keyring(office).authority_fingerprint() != requested
@@ -153,7 +153,7 @@ def test_expiring_members_are_shown(office: Path, capsys: pytest.CaptureFixture[
         ("fleet init hotel --folder file/x", "file/x"),
     ],
 )
-def test_bad_input_is_one_sentence_with_code_2(
+def test_bad_input_is_reported_in_one_sentence_with_code_2(
     line: str,
     fragment: str,
     office: Path,
@@ -174,7 +174,7 @@ def test_bad_input_is_one_sentence_with_code_2(
     assert (office / "card.json").read_bytes() == before
 
 
-def test_what_cannot_be_done_is_one_sentence(office: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_done_is_reported_in_one_sentence(office: Path, tmp_path: Path) -> None:
     (tmp_path / "not.card").write_bytes(b"{")
     for call in (
         lambda: create_fleet("hotel", office),

@@ -57,7 +57,7 @@ def test_the_file_passes_the_check_and_repeats(
         ("--out robot.json", "ends in .yaml"),
     ],
 )
-def test_bad_input_is_one_sentence(
+def test_bad_input_is_reported_in_one_sentence(
     arguments: str,
     message: str,
     monkeypatch: pytest.MonkeyPatch,

@@ -26,7 +26,7 @@ def test_the_last_one_of_a_name_counts() -> None:
 
 
 @pytest.mark.parametrize("text", ["radius", "radius=", "=", "radius=wide", "radius=0.2 m", "radius=1=2", ""])
-def test_what_is_no_number_is_a_sentence_with_an_example(text: str) -> None:
+def test_what_is_not_a_number_has_a_sentence_with_an_example(text: str) -> None:
     with pytest.raises(UserError) as caught:
         given_numbers(["a=1", text], "radius=0.2")
     assert str(caught.value) == f"--set {text}: give a name and a number, as --set radius=0.2"

@@ -79,7 +79,7 @@ def test_a_group_without_a_command_shows_its_help(
         ("topic ecko", "did you mean `chefbot topic echo`?"),
         ("board qqq", "`chefbot board --help` lists all commands"),
         ("robot check chefbot --jsn", "`chefbot robot check` has no option --jsn (did you mean '--json'?)"),
-        ("drive goto 1.5 -0.3", "-0 is no option; write `--` before negative numbers"),
+        ("drive goto 1.5 -0.3", "-0 is not an option; write `--` before negative numbers"),
         ("--versio", "has no option --versio (did you mean '--version'?)"),
         ("robot check", "missing argument"),
         ("demo --port many", "invalid value for '--port'"),
@@ -88,7 +88,7 @@ def test_a_group_without_a_command_shows_its_help(
         ("drive goto", "missing argument"),
     ],
 )
-def test_a_wrong_command_or_option_is_one_sentence(
+def test_a_wrong_command_or_option_is_reported_in_one_sentence(
     line: str, sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(monkeypatch, *line.split()) == 2

@@ -125,7 +125,7 @@ def test_two_maps_of_a_building_are_merged(tmp_path: Path, capsys: pytest.Captur
     assert len(load_drives(tmp_path / "both").sessions) == 2
     print_info(tmp_path / "both")
     text = capsys.readouterr().out
-    assert "2 drives, pose graph" in text and "the origin" in text
+    assert "2 sessions, pose graph" in text and "the origin" in text
 
 
 @pytest.mark.slow

@@ -57,7 +57,7 @@ def test_a_change_that_changes_nothing_makes_no_version(
     file: Path, capsys: pytest.CaptureFixture[str], change: Callable[[Path], None]
 ) -> None:
     change(file)
-    assert "nothing is written" in capsys.readouterr().out
+    assert "is unchanged" in capsys.readouterr().out
     with pytest.raises(UserError, match="no change of the map"):
         undo_change(file)
 

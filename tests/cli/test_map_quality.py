@@ -52,7 +52,7 @@ def test_a_picture_does_not_replace_the_map(name: str, tmp_path: Path) -> None:
         print_quality(tmp_path, tmp_path / name)
 
 
-def test_a_robot_that_stood_still_is_a_sentence(tmp_path: Path) -> None:
+def test_a_robot_that_stood_still_is_reported_in_a_sentence(tmp_path: Path) -> None:
     run_slam(
         log_of_a_round_room(tmp_path / "a.log"),
         tmp_path / "out",

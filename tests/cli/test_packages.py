@@ -41,7 +41,7 @@ def test_an_installed_package_is_found_behind_those_above(disk: Path) -> None:
     assert find("ws", disk) == disk / "ws"
 
 
-def test_an_unknown_package_is_one_sentence(disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_package_is_reported_in_one_sentence(disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(UserError, match=r"^arm\.urdf: package nothing is not found; put the file"):
         find("nothing", disk)
     monkeypatch.delenv("AMENT_PREFIX_PATH")

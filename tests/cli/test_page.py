@@ -80,7 +80,9 @@ def test_revoke_ends_a_link(capsys: pytest.CaptureFixture[str]) -> None:
         ("waiter", "", "", "name the robot or its file with --robot"),
     ],
 )
-def test_invalid_arguments_are_one_sentence(role: str, robot: str, address: str, sentence: str) -> None:
+def test_invalid_arguments_are_reported_in_one_sentence(
+    role: str, robot: str, address: str, sentence: str
+) -> None:
     with pytest.raises(ChefbotError, match=sentence):
         invite_person("anna", role, robot, address)
 

@@ -84,7 +84,7 @@ def test_a_picture_of_another_kind_is_refused(name: str, tmp_path: Path) -> None
     assert not (tmp_path / "other").exists()
 
 
-def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_has_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(StorageError):
         write_picture(CHEFBOT, tmp_path / "file" / "x.png")

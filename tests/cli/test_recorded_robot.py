@@ -31,6 +31,8 @@ def test_the_only_robot_needs_no_name() -> None:
         ("anna", (), r"^no logs of robot 'anna'.*; there are no logs in /state/audit$"),
     ],
 )
-def test_a_missing_log_is_one_sentence(robot: str, robots: tuple[str, ...], sentence: str) -> None:
+def test_a_missing_log_is_reported_in_one_sentence(
+    robot: str, robots: tuple[str, ...], sentence: str
+) -> None:
     with pytest.raises(UserError, match=sentence):
         chosen(robot, *robots)

@@ -90,7 +90,9 @@ def test_a_file_or_an_unwritable_folder_as_output_is_refused(tmp_path: Path) -> 
         (["gone.yaml", "--out", "ws"], "does not exist"),
     ],
 )
-def test_an_unknown_robot_is_one_sentence(tmp_path: Path, arguments: list[str], expected: str) -> None:
+def test_an_unknown_robot_is_reported_in_one_sentence(
+    tmp_path: Path, arguments: list[str], expected: str
+) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "chefbot", "robot", "export", "ros2", *arguments],
         capture_output=True, text=True, cwd=tmp_path, timeout=PATIENCE, check=False,

@@ -50,7 +50,7 @@ def test_a_difference_is_a_failure_when_it_is_checked(
     assert "equal messages the log contains" in output and "double" in output
 
 
-def test_a_replay_of_nothing_is_a_sentence(tmp_path: Path) -> None:
+def test_a_replay_of_nothing_is_reported_in_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"none\.mcap"):
         replay.run_replay(tmp_path / "none.mcap", check=True)
 
@@ -92,7 +92,7 @@ def test_a_supervised_launch_runs_the_command_without_option(monkeypatch: pytest
     assert started == [["launch", "robot", "a:=--x", "--host", "b"]]
 
 
-def test_sentences_of_a_supervised_launch_are_no_markup(
+def test_sentences_of_a_supervised_launch_are_not_markup(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(

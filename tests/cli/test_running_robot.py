@@ -233,7 +233,7 @@ def test_goto_sends_a_place_or_a_pose(target: list[str], command: Goal | GoPlace
         (["1", "2", "inf"], "finite"),
     ],
 )
-def test_an_invalid_target_is_one_sentence(target: list[str], sentence: str) -> None:
+def test_an_invalid_target_is_reported_in_one_sentence(target: list[str], sentence: str) -> None:
     with fake_robot() as robot:
         robot.show_places()
         with pytest.raises(UserError, match=sentence):

@@ -71,7 +71,7 @@ def test_an_existing_log_is_replaced(sending_link: Link, tmp_path: Path) -> None
     assert "old" not in (tmp_path / "board.log").read_text()
 
 
-def test_a_log_that_cannot_be_written_is_one_sentence(link: Link, tmp_path: Path) -> None:
+def test_a_log_that_cannot_be_written_has_one_sentence(link: Link, tmp_path: Path) -> None:
     with pytest.raises(ChefbotError, match=str(tmp_path)):
         run_log(link.port, tmp_path, BRIEF)
 
@@ -90,7 +90,7 @@ def test_a_silent_port_ends_after_the_time(link: Link, capsys: pytest.CaptureFix
     assert capsys.readouterr().out == ""
 
 
-def test_a_port_that_does_not_open_is_one_sentence(tmp_path: Path) -> None:
+def test_a_port_that_does_not_open_is_reported_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="is not there"):
         opened_port(str(tmp_path / "none"))
     (tmp_path / "file").touch()

@@ -1,4 +1,4 @@
-"""`chefbot slam`: all results of a log, or none."""
+"""`chefbot map slam`: all results of a log, or none."""
 
 from __future__ import annotations
 
@@ -84,7 +84,9 @@ def test_a_full_disk_leaves_all_old_results(
         ("FLASER 2 1 1 0 0 0 9e9 0 0 0 host 0\n", r"room\.log: line 1 of the CARMEN log"),
     ],
 )
-def test_a_log_that_cannot_be_mapped_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
+def test_a_log_that_cannot_be_mapped_is_reported_in_one_sentence(
+    text: str, sentence: str, tmp_path: Path
+) -> None:
     (tmp_path / "room.log").write_text(text)
     with pytest.raises(UserError, match=sentence) as caught:
         run_slam(

@@ -186,7 +186,7 @@ def test_each_scan_has_the_time_since_the_one_before(monkeypatch: pytest.MonkeyP
         assert all(1.0 < megabytes < 1e6 for _, megabytes in costs.memory)
 
 
-def test_reading_the_memory_is_no_time_of_a_scan(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reading_the_memory_does_not_count_as_time_of_a_scan(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [0]
     monkeypatch.setattr(slam_costs, "wall_ns", lambda: now[0])
     costs = SlamCosts(_last_ns=0)

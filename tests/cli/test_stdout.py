@@ -11,7 +11,7 @@ FULL = Path("/dev/full")
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("verb", [["robot", "export", "urdf"], ["--version"]])
-def test_a_full_disk_on_stdout_is_one_sentence(verb: list[str]) -> None:
+def test_a_full_disk_on_stdout_is_reported_in_one_sentence(verb: list[str]) -> None:
     with FULL.open("w") as full:
         done = subprocess.run(
             [sys.executable, "-m", "chefbot", *verb],

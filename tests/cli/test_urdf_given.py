@@ -90,7 +90,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_each_urdf_fault_is_one_sentence(fault: str, tmp_path: Path) -> None:
+def test_each_urdf_fault_is_reported_in_one_sentence(fault: str, tmp_path: Path) -> None:
     text, sentence = FAULTS[fault]
     file = tmp_path / "given.urdf"
     file.write_text(text)

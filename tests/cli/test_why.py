@@ -1,4 +1,4 @@
-"""`chefbot why` on logs of runs: lines, JSON, a picture, and one sentence for what is no log of a run."""
+"""`chefbot why` on logs of runs: lines, JSON, a picture, and one sentence for what is not the log of a run."""
 
 from __future__ import annotations
 
@@ -165,14 +165,14 @@ def test_a_log_that_ends_too_early_is_read_up_to_there(run: Path, capsys: pytest
 
 
 @pytest.mark.parametrize("length", [0, 5, 300, 1000])
-def test_a_log_cut_in_its_first_chunk_is_a_sentence(run: Path, length: int) -> None:
+def test_a_log_cut_in_its_first_chunk_is_reported_in_a_sentence(run: Path, length: int) -> None:
     log = run / "run.mcap"
     log.write_bytes(log.read_bytes()[:length])
     with pytest.raises(UserError, match=r"run\.mcap"):
         print_reasons(run, 20, False, None)
 
 
-def test_what_is_no_run_is_a_sentence(tmp_path: Path) -> None:
+def test_what_is_not_a_run_is_reported_in_a_sentence(tmp_path: Path) -> None:
     text = tmp_path / "notes.txt"
     text.write_text("nothing\n" * 100)
     empty = write_log(tmp_path / "empty" / "run.mcap", [("phase", String("Idle."))])

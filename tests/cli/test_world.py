@@ -77,7 +77,7 @@ def test_the_first_line_of_the_file_repeats_the_command(
         ("kinds offce", "did you mean 'office'"),
     ],
 )
-def test_bad_input_is_one_sentence(
+def test_bad_input_is_reported_in_one_sentence(
     arguments: str,
     message: str,
     monkeypatch: pytest.MonkeyPatch,

@@ -66,7 +66,7 @@ def test_packages_and_folders_are_substituted(tmp_path: Path) -> None:
         ('<link name="${nothing}"/>', "nothing"),
     ],
 )
-def test_what_is_not_evaluated_is_one_sentence(body: str, sentence: str, tmp_path: Path) -> None:
+def test_what_is_not_evaluated_is_reported_in_one_sentence(body: str, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=sentence) as end:
         expand(body, tmp_path)
     assert "Traceback" not in str(end.value)

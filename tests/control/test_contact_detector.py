@@ -27,7 +27,7 @@ def test_a_robot_that_stands_or_turns_touches_nothing() -> None:
     assert not driven(0.0).explains("", 2000 * MS) and not driven(0.0, 1.0).explains("", 2000 * MS)
 
 
-def test_motors_that_are_off_are_no_contact() -> None:
+def test_motors_that_are_off_are_not_a_contact() -> None:
     assert not driven(0.1).explains("The left encoder is silent.", 2000 * MS)
 
 

@@ -46,7 +46,7 @@ def test_the_period_of_the_settings_is_that_of_the_commands() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.09, 1.01, -0.5, math.inf, math.nan, "fast"])
-def test_a_speed_that_is_no_fraction_is_refused(speed: object) -> None:
+def test_a_speed_that_is_not_a_fraction_is_refused(speed: object) -> None:
     with pytest.raises(msgspec.ValidationError):
         msgspec.convert({"speed": speed}, ControllerParams)
 

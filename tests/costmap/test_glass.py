@@ -70,7 +70,7 @@ def test_glass_beside_a_drive_is_found(
 
 @pytest.mark.parametrize("radius", [0.02, 0.05, 0.1, 0.2])
 @pytest.mark.parametrize("x", [0.5, 1.0, 1.8])
-def test_posts_and_legs_are_no_glass(radius: float, x: float) -> None:
+def test_posts_and_legs_are_not_glass(radius: float, x: float) -> None:
     places = [(x, y) for y in (-0.5, 0.0, 0.6, 1.1, 1.9)]
     scans = [
         (pose, np.min([post(pose, *place, radius) for place in places], axis=0)) for pose in drive(0.3, 2.0)
@@ -79,14 +79,14 @@ def test_posts_and_legs_are_no_glass(radius: float, x: float) -> None:
 
 
 @pytest.mark.parametrize("speed", [0.15, 0.5])
-def test_opaque_walls_and_pillars_are_no_glass(speed: float) -> None:
+def test_opaque_walls_and_pillars_are_not_glass(speed: float) -> None:
     for start, end in ((-0.3, 3.0), (0.4, 0.7), (0.2, 0.9)):
         scans = [(pose, wall(pose, 1.0, glass=False, start=start, end=end)) for pose in drive(speed, 1.6)]
         assert not detect(scans)
 
 
 @pytest.mark.parametrize("walk", [-1.0, -0.3, 0.0, 0.7, 1.2])
-def test_people_who_pass_are_no_glass(walk: float) -> None:
+def test_people_who_pass_are_not_glass(walk: float) -> None:
     """All but those who keep abreast of the robot, whose marks a beam at a right angle clears."""
     scans = [
         (pose, post(pose, 1.2, 0.5 + walk * PERIOD * step, 0.15)) for step, pose in enumerate(drive(0.3, 1.5))
@@ -96,7 +96,7 @@ def test_people_who_pass_are_no_glass(walk: float) -> None:
 
 @pytest.mark.parametrize("x", [0.8, 2.0, 3.5])
 @pytest.mark.parametrize("walk", [0.2, 0.8, -1.2])
-def test_people_who_pass_a_robot_that_stands_are_no_glass(x: float, walk: float) -> None:
+def test_people_who_pass_a_robot_that_stands_are_not_glass(x: float, walk: float) -> None:
     pose = SE2(0.0, 0.0, math.pi / 2.0)
     steps = range(round(1.6 / abs(walk) / PERIOD))
     assert not detect(

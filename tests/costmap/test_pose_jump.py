@@ -14,7 +14,7 @@ from chefbot.maths.se2 import SE2
 POSE = SE2(3.0, -2.0, 0.4)
 
 
-def test_the_first_pose_is_no_jump() -> None:
+def test_the_first_pose_is_not_a_jump() -> None:
     assert not PoseJumpDetector().process(SE2(5.0, 5.0, 1.0), POSE)
 
 

@@ -27,6 +27,6 @@ def test_three_tables_order_or_all_that_there_are(count: int, chosen: int) -> No
     assert chosen_tables(world, 7) == tables
 
 
-def test_a_world_without_tables_is_one_sentence() -> None:
+def test_a_world_without_tables_is_reported_in_one_sentence() -> None:
     with pytest.raises(UserError, match="nowhere to go"):
         chosen_tables(with_tables(0), 7)

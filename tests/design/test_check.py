@@ -72,8 +72,8 @@ def test_a_fault_is_found_and_its_remedy_fixes_it(name, key, value, rule, subjec
     assert found
     fault = found[0]
     assert fault.value and (fault.have < fault.bound) == fault.at_least
-    mended = with_value(robot, fault.key, quantity(fault.value))
-    left = [(f.rule, f.subject, f.sentence) for f in check(mended, CATALOGUE) if f.severity == "error"]
+    repaired = with_value(robot, fault.key, quantity(fault.value))
+    left = [(f.rule, f.subject, f.sentence) for f in check(repaired, CATALOGUE) if f.severity == "error"]
     assert (fault.rule, fault.subject, fault.sentence) not in left
 
 

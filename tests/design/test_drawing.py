@@ -377,7 +377,7 @@ def test_draw_writes_three_files_per_sheet(tmp_path: Path) -> None:
         (["pole", "--out", "/proc/nothing"], "cannot be made"),
     ],
 )
-def test_bad_input_is_one_sentence(
+def test_bad_input_is_reported_in_one_sentence(
     arguments: list[str],
     sentence: str,
     tmp_path: Path,

@@ -98,6 +98,6 @@ def test_every_number_is_drawn_from_its_range() -> None:
         ({"obstacle_sensors": 0.5}, "a whole number from 0 to 2"),
     ],
 )
-def test_a_bad_number_is_one_sentence(given: dict[str, float], message: str) -> None:
+def test_a_bad_number_is_reported_in_one_sentence(given: dict[str, float], message: str) -> None:
     with pytest.raises(DesignError, match=message):
         generate_robot(1, given, TEMPLATE, CATALOGUE)

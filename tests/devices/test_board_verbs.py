@@ -74,7 +74,7 @@ def test_the_log_contains_every_received_line(
     assert times == sorted(times)
 
 
-def test_an_unwritable_log_is_one_sentence(
+def test_an_unwritable_log_is_reported_in_one_sentence(
     emulated: Emulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "file").touch()
@@ -122,7 +122,7 @@ def test_doctor_prints_a_udev_rule_without_world_access(
         (["board", "image", "--board", "mega", "--robot", "no.yaml"], "no.yaml"),
     ],
 )
-def test_bad_input_is_one_sentence(
+def test_bad_input_is_reported_in_one_sentence(
     line: list[str],
     sentence: str,
     tmp_path: Path,
@@ -134,7 +134,7 @@ def test_bad_input_is_one_sentence(
     assert error.startswith("chefbot: ") and sentence in error and error.count("\n") == 1
 
 
-def test_a_path_where_no_board_can_be_is_one_sentence(
+def test_a_path_where_no_board_can_be_has_one_sentence(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert run(monkeypatch, "board", "emulate", "--link", "/proc/board") == 2

@@ -54,6 +54,6 @@ def test_other_kinds_and_gaps_for_the_robot_cut_off_nothing(zone: MapZone) -> No
     assert lost((), (zone,)) == []
 
 
-def test_a_gap_narrower_than_the_robot_is_no_passage() -> None:
+def test_a_gap_narrower_than_the_robot_is_not_a_passage() -> None:
     gap = 2.0 * ROBOT.circumscribed_radius - 0.1
     assert lost((), (barrier(top=1.95 - gap),)) == ["far"]

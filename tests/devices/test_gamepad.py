@@ -170,7 +170,7 @@ def test_a_silent_gamepad_releases_the_dead_man_switch(pad: Pad) -> None:
     driven.system.stop()
 
 
-def test_a_missing_gamepad_is_one_sentence(tmp_path: Path) -> None:
+def test_a_missing_gamepad_is_reported_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="event7 does not exist; plug it in"):
         Driven(tmp_path / "event7")
 
@@ -183,7 +183,7 @@ def test_a_lost_report_lets_go_of_the_dead_man_button(pad: Pad, driven: Driven) 
     driven.until(lambda: driven.speed() == 0.0)
 
 
-def test_a_device_that_is_no_gamepad_drives_by_numbers(pad: Pad) -> None:
+def test_a_device_that_is_not_a_gamepad_drives_by_numbers(pad: Pad) -> None:
     driven = Driven(pad.path, drive={"dead_man_button": "292", "forward_axis": "5"})
     pad.push(5, -1.0)
     pad.release(292)

@@ -114,7 +114,7 @@ def test_silence_and_a_pulled_cable_are_errors_until_it_is_back(tmp_path: Path) 
 
 
 @pytest.mark.slow
-def test_another_device_is_no_imu_and_gets_no_bytes(tmp_path: Path) -> None:
+def test_another_device_is_not_an_imu_and_gets_no_bytes(tmp_path: Path) -> None:
     plugged = EmulatedImu("bno085_rvc", tmp_path / "port")
     with Driver(robot_with("witmotion"), tmp_path / "port") as robot:
         robot.until(lambda: "not from a WitMotion" in robot.health.message, "the reason")

@@ -169,7 +169,7 @@ def test_a_connection_without_a_board_reports_it(tmp_path: Path) -> None:
     assert "is not there" in reasons[0]
 
 
-def test_a_write_that_fails_is_no_success() -> None:
+def test_a_write_that_fails_is_not_a_success() -> None:
     def failing(_: bytes) -> int:
         raise OSError("gone")
 

@@ -125,7 +125,9 @@ def test_an_unknown_stop_state_is_stopped_and_can_be_released(
     life.end()
 
 
-def test_a_lost_board_is_no_stop_after_a_restart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lost_board_does_not_stop_the_robot_after_a_restart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
     life = Life()
     life.lose_board()

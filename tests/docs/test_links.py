@@ -48,5 +48,5 @@ def test_a_page_that_nothing_leads_to_is_listed(tmp_path: Path) -> None:
     assert [line.split(":")[0] for line in problems(tmp_path)] == ["a.html", "b.html"]
 
 
-def test_a_folder_without_a_site_is_one_sentence(tmp_path: Path) -> None:
+def test_a_folder_without_a_site_is_reported_in_one_sentence(tmp_path: Path) -> None:
     assert len(problems(tmp_path)) == 1

@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from chefbot.proving.run import make_run
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import load_scenario
 from chefbot.proving.scenario_tasks import BuiltTask
 
@@ -19,8 +19,8 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs pseudo
 @pytest.mark.long
 def test_a_built_robot_maps_saves_localizes_and_drives_to_a_goal(tmp_path: Path) -> None:
     scenario = msgspec.structs.replace(load_scenario("built"), task=BuiltTask(goals=1))
-    (order,) = run_orders(scenario, Path(), [1])
-    record = make_run(order, tmp_path)
+    (spec,) = run_specs(scenario, Path(), [1])
+    record = make_run(spec, tmp_path)
     logs = "".join(path.read_text() for path in sorted(tmp_path.glob("*.log")))
     assert record.success, f"{record.failure}\n{logs}"
     assert (tmp_path / "map.yaml").exists()

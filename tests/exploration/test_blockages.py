@@ -61,7 +61,7 @@ def test_it_is_free_again_once_the_obstacle_is_seen_gone() -> None:
     assert blockages.on(grid) is grid
 
 
-def test_obstacles_of_the_map_are_none() -> None:
+def test_obstacles_of_the_map_are_not_blockages() -> None:
     grid, blockages = room(), Blockages()
     blockages.add(ROBOT, with_mirror(room(), column=60), with_mirror(grid, column=61))
     assert blockages.on(grid) is grid, "a cell beside a wall of the map is that wall, seen again"

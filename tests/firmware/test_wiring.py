@@ -185,7 +185,7 @@ def test_no_3v3_input_gets_the_5v_of_the_ranger(kind: str) -> None:
         ),
     ],
 )
-def test_a_board_that_cannot_be_wired_is_one_sentence(board: str, problem: str, tmp_path: Path) -> None:
+def test_a_board_that_cannot_be_wired_has_one_sentence(board: str, problem: str, tmp_path: Path) -> None:
     path = tmp_path / "robot.yaml"
     path.write_text(f"like: chefbot\nname: robot\nboard: {board}\n")
     with pytest.raises(ChefbotError, match=re.escape(problem)):

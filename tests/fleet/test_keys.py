@@ -155,7 +155,7 @@ def test_without_keys_nothing_listens_and_tls_is_refused() -> None:
 @pytest.mark.parametrize(
     "text", ["robot1", "udp/robot1:1", "tls/", "tls/a b", "tls/robot1:port", "tls/x:7447/y"]
 )
-def test_an_invalid_endpoint_is_one_sentence(text: str) -> None:
+def test_an_invalid_endpoint_is_reported_in_one_sentence(text: str) -> None:
     with pytest.raises(UserError, match="is not an endpoint"):
         endpoint(text)
 
@@ -211,7 +211,7 @@ def request_of(key: object, subject: x509.Name, kind: str = "") -> bytes:
 
 
 @pytest.mark.parametrize("kind", ["rsa", "p384", "ed25519"])
-def test_a_request_for_another_kind_of_key_is_one_sentence(
+def test_a_request_for_another_kind_of_key_has_one_sentence(
     kind: str, tmp_path: Path, office: Keyring
 ) -> None:
     key = {

@@ -143,7 +143,7 @@ def test_no_change_of_a_list_keeps_its_signature(place: int, change: bytes) -> N
             changed.members("the card")
 
 
-def test_a_list_of_another_version_is_one_sentence() -> None:
+def test_a_list_of_another_version_is_reported_in_one_sentence() -> None:
     old = msgspec.json.encode({"name": "hotel", "serial": 3, "members": {"robot1": "robot"}})
     card = Card(certificate_pem(AUTHORITY), old, ecdsa_sign(old, KEY))
     with pytest.raises(UserError, match="is of another version of chefbot; create the fleet again"):

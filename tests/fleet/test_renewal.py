@@ -139,7 +139,7 @@ def test_what_does_not_exist_cannot_be_replaced(tmp_path: Path, office: Keyring)
         (2000, "expired"),
     ],
 )
-def test_expiry_and_clocks_are_sentences(robot: Keyring, age: int, expected: str) -> None:
+def test_expiry_and_wrong_clocks_are_reported_in_sentences(robot: Keyring, age: int, expected: str) -> None:
     found = robot.warning(NOW + age * DAY)
     assert re.search(expected, found) if expected else found == ""
     if age < -1 or age >= 365:

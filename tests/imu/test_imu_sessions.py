@@ -139,5 +139,5 @@ def test_a_packet_of_the_maker_s_manual() -> None:
 
 @pytest.mark.parametrize("driver", IMU_DRIVERS)
 @given(st.binary(max_size=400))
-def test_random_bytes_are_no_samples(driver: str, data: bytes) -> None:
+def test_random_bytes_are_not_samples(driver: str, data: bytes) -> None:
     assert len(IMUS[driver].open().receive_data(data, START_NS)) <= len(data) // 19

@@ -69,7 +69,7 @@ def test_a_full_disk_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_in_the_place_of_the_folder_is_a_sentence(tmp_path: Path) -> None:
+def test_a_file_in_place_of_the_folder_is_reported_in_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "incidents").write_text("")
     with pytest.raises(StorageError, match="incidents"):
         save_incident(tmp_path / "incidents", BOX, [], ROBOT, 7)
@@ -100,7 +100,7 @@ def test_only_the_oldest_automatic_ones_are_removed(tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.parametrize("notes", [{}, {"robot": "chefbot"}, {"robot": "a", "time": "b", "who": "c"}])
-def test_notes_of_another_program_are_no_incident(tmp_path: Path, notes: dict[str, str]) -> None:
+def test_notes_of_another_program_are_not_an_incident(tmp_path: Path, notes: dict[str, str]) -> None:
     path = tmp_path / "a.mcap"
     Recorder(path, ROBOT, 7, notes={files.INCIDENT_METADATA: notes}).close()
     assert read_incident(path) is None

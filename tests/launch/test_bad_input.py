@@ -58,7 +58,7 @@ QUICK = ["headless:=true", "speed:=0", "duration:=0.1"]
         (["robot_standalone", "board_port:=/no/board"], "/no/board does not exist"),
     ],
 )
-def test_bad_input_is_one_sentence_with_exit_code_2(
+def test_bad_input_is_reported_in_one_sentence_with_exit_code_2(
     line: list[str], sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     keys = {text.partition(":=")[0] for text in line}

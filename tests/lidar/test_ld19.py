@@ -112,7 +112,7 @@ def test_a_frame_with_a_changed_byte_has_no_samples(at: int, change: int) -> Non
     broken = bytearray(DATA_SHEET)
     broken[at] ^= change
     samples, session = received(bytes(broken))
-    assert samples == [] and session.damaged == (at >= len(HEADER)), "without its header it is no frame"
+    assert samples == [] and session.damaged == (at >= len(HEADER)), "without its header it is not a frame"
 
 
 def test_nothing_is_sent_to_a_lidar_that_takes_no_commands() -> None:

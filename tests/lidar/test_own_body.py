@@ -1,4 +1,4 @@
-"""What a lidar sees of its own robot is no range, and everything else stays one."""
+"""What a lidar sees of its own robot is not a range, and everything else stays one."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_ranges_that_end_within_the_footprint_are_unknown(
     assert kept[~is_inside(*ends, footprint, MARGIN + 1e-6)].all()
 
 
-def test_what_is_no_range_stays_as_it_is() -> None:
+def test_what_is_not_a_range_stays_as_it_is() -> None:
     body = OwnBody(LIDAR, ROBOT.footprint)
     ranges = np.full(LIDAR.beams, 0.1, np.float32)
     ranges[:4] = math.nan, math.inf, 2.0, 0.05
@@ -61,7 +61,7 @@ def test_what_is_no_range_stays_as_it_is() -> None:
 
 
 @pytest.mark.parametrize("mode", ["snapshot", "sweep", "ld19"])
-def test_poles_before_a_lidar_are_no_obstacles(mode: str) -> None:
+def test_poles_before_a_lidar_are_not_obstacles(mode: str) -> None:
     near = msgspec.structs.replace(LIDAR, range_min=0.02)
     sensors = msgspec.structs.replace(ROBOT.sensors, lidar=near)
     robot = msgspec.structs.replace(ROBOT, sensors=sensors)

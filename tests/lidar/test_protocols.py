@@ -124,7 +124,7 @@ def test_damaged_bytes_never_make_a_wrong_range(driver: str) -> None:
 @pytest.mark.parametrize("driver", DRIVERS)
 @given(noise=st.binary(max_size=3000))
 @settings(max_examples=15, deadline=None)
-def test_noise_is_no_range_and_ends_nothing(driver: str, noise: bytes) -> None:
+def test_noise_is_not_a_range_and_ends_nothing(driver: str, noise: bytes) -> None:
     wire = Wire(driver)
     wire.start()
     try:
@@ -134,7 +134,7 @@ def test_noise_is_no_range_and_ends_nothing(driver: str, noise: bytes) -> None:
     assert sum(len(part.ranges) for part in parts) <= 48
 
 
-def test_nothing_in_range_is_no_obstacle() -> None:
+def test_nothing_in_range_is_not_an_obstacle() -> None:
     wire = Wire("ld19")
     revolution = wire.run(2)[-1]
     behind = np.abs(np.abs(revolution.bearings) - math.pi) < OPEN - 0.05

@@ -98,12 +98,12 @@ def test_angles_that_increase_are_a_group_over_a_full_turn_too(steps: list[int],
 
 
 @pytest.mark.parametrize("step", [MAX_STEP + 1, -1, 180 * 64])
-def test_angles_that_leap_or_fall_are_no_group(step: int) -> None:
+def test_angles_that_leap_or_fall_are_not_a_group(step: int) -> None:
     assert not is_standard(bytes(group([100, 100, step, 100, 100, 100, 100])))
 
 
 @pytest.mark.parametrize("sample", range(8))
-def test_wrong_check_bits_are_no_group(sample: int) -> None:
+def test_wrong_check_bits_are_not_a_group(sample: int) -> None:
     good = group([60] * 7)
     for byte, bit in ((0, 1), (0, 2), (1, 1)):  # S, not S, and the bit that is always 1
         wrong = good.copy()
@@ -111,7 +111,7 @@ def test_wrong_check_bits_are_no_group(sample: int) -> None:
         assert not is_standard(bytes(wrong))
     beyond = good.copy()
     beyond[5 * sample + 1 : 5 * sample + 3] = word(360 * 64 << 1 | 1)
-    assert not is_standard(bytes(beyond)), "360 degrees are none"
+    assert not is_standard(bytes(beyond)), "360 degrees are not valid"
 
 
 @given(st.floats(0.0, 359.9), st.floats(0.5, 40.0), many(32))
@@ -226,7 +226,7 @@ def test_ultra_predictions_start_from_both_neighbours(
         assert ranges[k] == (pytest.approx(millimetres / 1000.0) if millimetres > 0 else math.inf)
 
 
-def test_ultra_predictions_of_nothing_are_no_measurement() -> None:
+def test_ultra_predictions_of_nothing_are_not_a_measurement() -> None:
     for nothing in (-512, 511):
         ranges = ultra_ranges([(1000, nothing, 5), (1000, 5, nothing)])
         assert np.isinf(ranges[[1, 5]]).all() and np.isfinite(ranges[[0, 2, 3, 4]]).all()

@@ -1,4 +1,4 @@
-"""The dialogue with an RPLIDAR: its requests in order, what the answers change, and which bytes are no answer."""
+"""The dialogue with an RPLIDAR: its requests in order, what the answers change, and which bytes are not an answer."""
 
 from __future__ import annotations
 

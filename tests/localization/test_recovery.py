@@ -19,7 +19,7 @@ from chefbot.localization.recovery import LOG_ODDS_THRESHOLD, HypothesisTest
         (1.1, True, True, False),
     ],
 )
-def test_a_small_advantage_is_not_enough(
+def test_a_small_advantage_does_not_count(
     advantage: float, favoured: bool, outperforms: bool, rejected: bool
 ) -> None:
     test = HypothesisTest(cast(Any, None))

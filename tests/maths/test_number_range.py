@@ -42,7 +42,7 @@ def test_the_same_seed_draws_the_same_numbers() -> None:
 
 
 @pytest.mark.parametrize("value", [0.5, 0.999, 2.001, -1.0, math.inf, -math.inf, math.nan])
-def test_a_number_outside_is_one_sentence(value: float) -> None:
+def test_a_number_outside_is_reported_in_one_sentence(value: float) -> None:
     with pytest.raises(RangeError) as caught:
         NumberRange(1.0, 2.0, "m", "a length").check("the width", value, RangeError)
     assert str(caught.value) == f"the width is {value:g}; it must be a number from 1 to 2 m"

@@ -135,7 +135,7 @@ def test_localization_is_lost_and_found_by_its_status() -> None:
         ("drive_on_heading", DriveOnHeading_Goal(Point(0.3, 0.1), 0.1, Duration.of(5.0)), DRIVE.invalid),
     ],
 )
-def test_a_goal_that_is_no_motion_is_refused_and_nothing_moves(name: str, goal: Any, code: int) -> None:
+def test_a_goal_that_is_not_a_motion_is_refused(name: str, goal: Any, code: int) -> None:
     robot = StationaryRobot()
     send_goal_and_run(robot, name, goal, 1.0)
     (outcome,) = robot.results(name)

@@ -186,7 +186,7 @@ def test_an_old_pose_makes_it_brake_earlier() -> None:
 
 
 def test_an_age_of_the_pose_counts_for_a_second_at_most() -> None:
-    """A pose of an hour ago, or of the future, is a fault of its own; it is no distance that the robot has driven."""
+    """A pose of an hour ago, or of the future, is a fault of its own; it is not a distance driven by the robot."""
     base = BaseBench(monitor=NO_SENSORS)
     base.silent |= {"lidar", "depth camera"}
     latencies = []
@@ -248,7 +248,7 @@ def test_a_lidar_beside_the_middle_marks_where_it_is() -> None:
     assert np.hypot(*(points - [0.4, 0.1]).T).min() < 0.02
 
 
-def test_an_echo_without_a_ranger_is_no_fault() -> None:
+def test_an_echo_without_a_ranger_is_not_a_fault() -> None:
     """Another robot's file, the same board: the echo is received, and nothing waits for the next one."""
     robot = msgspec.structs.replace(
         LIDAR_ROBOT, sensors=msgspec.structs.replace(LIDAR_ROBOT.sensors, ultrasonic=None)

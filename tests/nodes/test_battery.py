@@ -117,7 +117,9 @@ def test_the_log_is_kept_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize(
     "content", [b"", b"{", b"[]", b'{"standing_power": 1e99}', b"\xff\xfe", b"x" * 20_000, b'{"a": NaN}']
 )
-def test_a_damaged_log_is_a_sentence(content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_damaged_log_is_reported_in_a_sentence(
+    content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
     (tmp_path / f"{ROBOT.name}.battery.json").write_bytes(content)
     robot = Monitored({**MONITOR, "battery_log": "chefbot.devices.battery_log:BatteryLogStore"})

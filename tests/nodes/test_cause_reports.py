@@ -199,7 +199,7 @@ def test_the_kind_follows_from_what_is_left(left: tuple[float, float], kind: str
     assert (None if cause is None else cause.kind) == kind
 
 
-def test_ramps_and_small_limits_are_no_causes() -> None:
+def test_ramps_and_small_limits_are_not_causes() -> None:
     assert limit_report((0.1, 0.0), FREE) is None, "the velocity limiter alone"
     assert limit_report((0.1, 0.0), CheckedTwist(0.9, "a limit")) is None
     assert limit_report((0.1, 0.0), CheckedTwist(0.89, "a limit")) is not None

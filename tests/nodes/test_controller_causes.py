@@ -235,7 +235,7 @@ def test_a_robot_slows_down_before_its_goal_without_a_cause() -> None:
     assert len(slow_beside_a_wall(0.58 * possible, path=near)) == 1
 
 
-def test_the_limit_of_a_slow_zone_is_no_obstacle() -> None:
+def test_the_limit_of_a_slow_zone_is_not_an_obstacle() -> None:
     for limit, slow in ((0.15, False), (0.2, True), (0.0, True)):
         drive = Drive()
         drive.publish("speed_limit", SpeedLimit(speed_limit=limit))
@@ -273,7 +273,7 @@ def test_a_local_detour_names_the_obstacle_on_the_given_path() -> None:
 
 
 @pytest.mark.parametrize(("away", "marked"), [(0.1, True), (0.4, False)])
-def test_small_deviations_and_free_paths_are_no_detours(away: float, marked: bool) -> None:
+def test_small_deviations_and_free_paths_are_not_detours(away: float, marked: bool) -> None:
     drive = Drive()
     if marked:
         drive.mark(CAMERA_LAYER, (0.72, 0.02))

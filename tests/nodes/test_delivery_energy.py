@@ -83,7 +83,7 @@ def test_a_route_follows_the_rooms(floor: Floor) -> None:
     assert around <= floor.length("table_1") <= 1.7 * around
 
 
-def test_no_stop_is_no_route(floor: Floor) -> None:
+def test_a_route_without_stops_has_no_length(floor: Floor) -> None:
     assert floor.length() == 0.0
 
 
@@ -125,7 +125,7 @@ def test_no_parking_where_people_are_served(floor: Floor) -> None:
     assert other.pose.se2.distance(taken) > ROBOT.circumscribed_radius + 0.4
     floor.send_places(home=taken, table_1=PLACES["table_1"])
     again, _ = floor.node._parking_place()
-    assert again.pose.se2 == taken, "home is no place where somebody is served"
+    assert again.pose.se2 == taken, "no one is served at home"
 
 
 def test_without_map_or_pose_there_is_no_parking_place() -> None:

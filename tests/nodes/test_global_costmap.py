@@ -245,6 +245,6 @@ def test_the_layers_are_those_of_the_parameters_in_their_order() -> None:
 
 
 @pytest.mark.parametrize("name", ["nothing", "chefbot.costmap.layers:Nothing", "chefbot.nowhere:Layer"])
-def test_a_layer_that_does_not_exist_is_one_sentence(name: str) -> None:
+def test_a_layer_that_does_not_exist_is_reported_in_one_sentence(name: str) -> None:
     with pytest.raises(ChefbotError, match=name.replace(":", ".")):
         make_costmap(CostmapParams(layers=(name,)), ROBOT, rolling=False)

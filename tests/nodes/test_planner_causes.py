@@ -144,7 +144,7 @@ def test_a_plan_around_what_blocks_the_last_one_is_a_detour() -> None:
 @pytest.mark.parametrize(
     ("away", "marked", "goal"), [(0.3, True, GOAL), (1.0, False, GOAL), (1.0, True, SE2(5.0, 2.2, 0.0))]
 )
-def test_other_plans_are_no_detours(away: float, marked: bool, goal: SE2) -> None:
+def test_other_plans_are_not_detours(away: float, marked: bool, goal: SE2) -> None:
     hall = Hall()
     hall.plan(around(0.0))
     if marked:
@@ -174,12 +174,12 @@ def test_half_a_metre_more_is_notable(away: float, reported: bool) -> None:
     assert bool(Hall(BUFFET).plan(around(away))) == reported
 
 
-def test_zones_beside_the_path_and_closed_maps_are_no_cause() -> None:
+def test_zones_beside_the_path_and_closed_maps_are_not_a_cause() -> None:
     assert Hall(zone("corner", KEEP_OUT, (0.2, 0.2, 0.6, 0.6))).plan(around(1.5)) == []
     assert Hall(BUFFET).plan(around(1.5), closed=True) == [], "the map itself has no other path"
     hall = Hall(zone("corner", KEEP_OUT, (0.2, 0.2, 0.6, 0.6)))
     hall.mark(3.02, 2.02)
-    assert hall.plan(around(1.5)) == [], "what a sensor has marked is no zone"
+    assert hall.plan(around(1.5)) == [], "what a sensor has marked is not a zone"
 
 
 def test_a_lane_against_the_straight_path_is_named() -> None:

@@ -189,7 +189,7 @@ def test_each_silence_is_reported_once_with_its_end() -> None:
 
 
 @pytest.mark.parametrize("silence", [2.0, 3.2])
-def test_a_short_silence_is_none(silence: float) -> None:
+def test_a_short_silence_is_not_reported(silence: float) -> None:
     scene = Scene()
     scene.drive(1.0)
     scene.drive(silence, scans=False)

@@ -124,7 +124,7 @@ def test_a_target_that_moved_is_planned_to_again(change: SE2, again: bool) -> No
     drive.to(SE2(NEAR.x + change.x, NEAR.y + change.y, NEAR.yaw + change.yaw))
     assert len(drive.servers.planned) == len(drive.servers.followed) == 1 + again
     assert drive.cancelled == [], "the new path takes the place of the old one without a stop"
-    assert not drive.driver._diverted, "and that is no goal of another client"
+    assert not drive.driver._diverted, "and that is not a goal of another client"
 
 
 def test_a_slow_target_is_compared_with_the_last_plan() -> None:

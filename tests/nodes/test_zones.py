@@ -119,7 +119,7 @@ def test_nav2_finds_the_masks() -> None:
     )
 
 
-def test_a_slow_zone_is_no_obstacle_beside_the_trajectory() -> None:
+def test_a_slow_zone_is_not_an_obstacle_beside_the_trajectory() -> None:
     limit = SpeedLimit(speed_limit=0.15)
     assert fraction_within(limit, 0.4, 0.5) * 0.4 == pytest.approx(0.15)
     assert subscribes_to(ControllerNode, SpeedLimit) and subscribes_to(DriveBaseNode, SpeedLimit)

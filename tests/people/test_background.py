@@ -80,7 +80,7 @@ def test_two_returns_of_one_observation_count_once() -> None:
     assert not stays(background, 3.05)
 
 
-def test_people_are_no_background_however_long_they_stand() -> None:
+def test_people_are_not_background_however_long_they_stand() -> None:
     background = Background()
     now = enter(background, beam(3.05), MAX_STATIC_EVIDENCE)
     enter(background, beam(3.05), 1, now, person=True)

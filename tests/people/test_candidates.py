@@ -86,13 +86,13 @@ def test_legs_of_a_person_are_found_at_their_centres(place, heading: float) -> N
 
 
 @pytest.mark.parametrize("half_side", [1.0, 2.0, 4.0, 6.0, 10.0])
-def test_walls_all_around_are_no_candidates(half_side: float) -> None:
+def test_walls_all_around_are_not_candidates(half_side: float) -> None:
     bearings = np.radians(np.arange(360.0) - 180.0)
     ranges = half_side / np.maximum(np.abs(np.cos(bearings)), np.abs(np.sin(bearings)))
     assert found_in(beams(bearings, ranges)).size == 0
 
 
-def test_posts_all_around_are_no_legs() -> None:
+def test_posts_all_around_are_not_legs() -> None:
     bearings = np.radians(np.arange(360.0) - 180.0)
     fence = np.where(np.arange(360) // 5 % 2, 2.0, 2.25)
     assert found_in(beams(bearings, fence)).size == 72
@@ -108,7 +108,7 @@ def test_a_leg_is_neither_thin_nor_broad(width: float, leg: bool) -> None:
 
 
 @pytest.mark.parametrize(("width", "count"), [(0.9 * MAX_WIDTH, 1), (1.1 * MAX_WIDTH, 0)])
-def test_what_is_wider_than_a_person_is_no_candidate(width: float, count: int) -> None:
+def test_what_is_wider_than_a_person_is_not_a_candidate(width: float, count: int) -> None:
     y = np.linspace(-width / 2, width / 2, 30)
     assert found_in(scan(np.column_stack([np.full(30, 1.5), y]))).size == count
 
@@ -120,7 +120,7 @@ def test_one_return_is_a_candidate_from_afar_only(distance: float, count: int) -
     assert found_in(beams(np.radians(np.arange(9.0)), ranges)).size == count
 
 
-def test_legs_of_a_chain_as_long_as_a_wall_are_no_legs() -> None:
+def test_legs_of_a_chain_as_long_as_a_wall_are_not_legs() -> None:
     leg = np.column_stack([np.full(9, 2.0), np.linspace(-0.07, 0.07, 9)])
     posts = [[2.0, y] for y in np.arange(0.35, 1.9, 0.28) for y in (y, y + 0.01)]
     assert found_in(scan(leg)).leg.tolist() == [True]
@@ -195,7 +195,7 @@ def test_a_person_is_between_two_legs() -> None:
 
 
 @pytest.mark.parametrize("gap", [0.5 * LEG_DISTANCE[0], 1.1 * LEG_DISTANCE[1]])
-def test_legs_too_near_or_too_far_are_no_pair(gap: float) -> None:
+def test_legs_too_near_or_too_far_are_not_a_pair(gap: float) -> None:
     candidates = candidates_at([(2.0, 0.0), (2.0, gap)], leg=True)
     assert not measure(candidates, np.array([0, 1]), ORIGIN).pair
     narrow = candidates_at([(2.0, 0.0), (2.0, 0.3)], leg=[True, False])

@@ -1,4 +1,4 @@
-"""Walls at small angles and behind doors, whose visible pieces move as the robot does, are no people."""
+"""Walls at small angles and behind doors, whose visible pieces move as the robot does, are not people."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def before_door(y: float, behind: Floats) -> Floats:
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("speed", [0.2, 0.35])
-def test_walls_of_a_corridor_with_a_door_are_no_people(speed: float, seed: int) -> None:
+def test_walls_of_a_corridor_with_a_door_are_not_people(speed: float, seed: int) -> None:
     """Far away each beam gives a point of its own, which moves along the wall as the robot drives."""
     tracker, rng = PeopleTracker(PeopleTrackerParams()), np.random.default_rng(seed)
     for step in range(round(3.0 / (speed * PERIOD))):

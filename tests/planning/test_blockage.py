@@ -74,7 +74,7 @@ def test_a_closed_door_blocks_the_path_but_is_nobody(floor: Floor) -> None:
     assert found is not None and found.people == () and math.isinf(found.length)
 
 
-def test_a_wall_of_the_map_is_no_blockage() -> None:
+def test_a_wall_of_the_map_is_not_a_blockage() -> None:
     grid = two_rooms(door=1.0)
     cells = grid.cells.copy()
     cells[:, int((4.0 - grid.origin_x) / grid.resolution)] = 100

@@ -55,7 +55,7 @@ def test_places_where_people_are_served_stay_free() -> None:
     assert place is not None and place.pose.distance(table) >= RADIUS + PLACE_DISTANCE - RESOLUTION
 
 
-def test_legs_of_chairs_are_no_walls() -> None:
+def test_legs_of_chairs_are_not_walls() -> None:
     grid = two_rooms(door=1.0)
     cells = grid.cells.copy()
     cells[40, 40] = 100

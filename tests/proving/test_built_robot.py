@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 import pytest
 from tests.proving.fake_run import ROBOT
-from tests.support.proving_runs import tiny_orders
+from tests.support.proving_runs import tiny_specs
 
 from chefbot.demo.score import ARRIVAL_TOLERANCE
 from chefbot.errors import UserError
@@ -241,8 +241,8 @@ def fakes(monkeypatch: pytest.MonkeyPatch) -> type[FakeRobot]:
 
 
 def drive(folder: Path, goals: int = 3) -> tuple[str, built.BuiltRun]:
-    (order,) = tiny_orders([5], task=BuiltTask(goals=goals), robot="chefbot_lidar")
-    return drive_built(order, load_world("room"), "room", folder)
+    (spec,) = tiny_specs([5], task=BuiltTask(goals=goals), robot="chefbot_lidar")
+    return drive_built(spec, load_world("room"), "room", folder)
 
 
 def test_a_robot_maps_returns_and_drives_to_all_goals(tmp_path: Path, fakes: type[FakeRobot]) -> None:
@@ -272,8 +272,8 @@ def test_a_robot_that_never_left_its_start_has_mapped_nothing(tmp_path: Path, fa
 
 
 def test_a_robot_that_still_moves_has_not_returned(tmp_path: Path, fakes: type[FakeRobot]) -> None:
-    (order,) = tiny_orders([5], task=BuiltTask(goals=1), robot="chefbot_lidar")
-    one: Any = BuiltDrive(order, load_world("room"), "room", tmp_path)
+    (spec,) = tiny_specs([5], task=BuiltTask(goals=1), robot="chefbot_lidar")
+    one: Any = BuiltDrive(spec, load_world("room"), "room", tmp_path)
     one.hardware.drive((2.0, 0.0, 0.0), (0.2, 0.1, 0.0))
     assert one._has_returned() and one.path_length == pytest.approx(2.0 + math.hypot(1.8, 0.1))
     one.hardware.standing = False
@@ -284,7 +284,7 @@ def test_a_robot_that_still_moves_has_not_returned(tmp_path: Path, fakes: type[F
 
 
 def test_a_robot_of_a_file_is_refused(tmp_path: Path, fakes: type[FakeRobot]) -> None:
-    (order,) = tiny_orders([5], task=BuiltTask(goals=1), robot="chefbot_lidar")
-    foreign = msgspec.structs.replace(order, robot=msgspec.structs.replace(order.robot, name="my_own"))
+    (spec,) = tiny_specs([5], task=BuiltTask(goals=1), robot="chefbot_lidar")
+    foreign = msgspec.structs.replace(spec, robot=msgspec.structs.replace(spec.robot, name="my_own"))
     with pytest.raises(UserError, match="robot my_own: the task `built` needs a built-in robot"):
         BuiltDrive(foreign, load_world("room"), "room", tmp_path)

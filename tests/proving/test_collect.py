@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 import pytest
 from tests.support import proving_runs
-from tests.support.proving_runs import DRIVE, FOLDER, HELD, tiny_orders
+from tests.support.proving_runs import DRIVE, FOLDER, HELD, tiny_specs
 from tests.support.waiting import wait_for
 
 from chefbot.errors import ChefbotError, UserError
@@ -26,9 +26,9 @@ from chefbot.proving.collect import MAX_ATTEMPTS, LostRunError, collect
 from chefbot.proving.prove import ProveOptions, run_prove
 from chefbot.proving.record import RunRecord
 from chefbot.proving.results_folder import ResultsFolder
-from chefbot.proving.run_order import code_hash
+from chefbot.proving.run_spec import code_hash
 
-ORDERS = tiny_orders([1, 2, 3, 4, 5])
+SPECS = tiny_specs([1, 2, 3, 4, 5])
 HELD_SEEDS = [*range(1, 6), *range(11, 16), *range(21, 26)]
 """Seeds of the runs that tests hold back, each of its own: runs that one leaves behind are not held by the next."""
 """Each test has seeds of its own: the scheduler may still have the results of the test before, by the same keys."""
@@ -37,15 +37,15 @@ HELD_SEEDS = [*range(1, 6), *range(11, 16), *range(21, 26)]
 class Collection:
     """A collection under way in a thread, with what it has added."""
 
-    def __init__(self, connected: DaskCluster, orders: list[Any]) -> None:
+    def __init__(self, connected: DaskCluster, specs: list[Any]) -> None:
         self.added: list[RunRecord] = []
         self.error: BaseException | None = None
-        self._thread = Thread(target=self._run, args=(connected, orders), daemon=True)
+        self._thread = Thread(target=self._run, args=(connected, specs), daemon=True)
         self._thread.start()
 
-    def _run(self, connected: DaskCluster, orders: list[Any]) -> None:
+    def _run(self, connected: DaskCluster, specs: list[Any]) -> None:
         try:
-            collect(connected, orders, lambda record, _: self.added.append(record))
+            collect(connected, specs, lambda record, _: self.added.append(record))
         except BaseException as error:
             self.error = error
 
@@ -101,7 +101,7 @@ def two_under_way(folder: Path) -> list[tuple[int, int]]:
 
 @pytest.mark.slow
 def test_a_killed_worker_loses_nothing_and_counts_once(connected: DaskCluster, held: Path) -> None:
-    collection = Collection(connected, ORDERS)
+    collection = Collection(connected, SPECS)
     seed, worker = wait_for(lambda: two_under_way(held), "two runs")[0]
     os.kill(worker, signal.SIGKILL)
     wait_for(lambda: len({process for _, process in begun(held)}) > 2, "a worker in its place")
@@ -109,7 +109,7 @@ def test_a_killed_worker_loses_nothing_and_counts_once(connected: DaskCluster, h
     (held / HELD).unlink()
     assert collection.seeds() == {1: 1, 2: 1, 3: 1, 4: 1, 5: 1}
     assert len((held / f"begun_{seed}").read_text().split()) == 2, "it was made again"
-    assert {record.key for record in collection.added} == {order.key for order in ORDERS}
+    assert {record.key for record in collection.added} == {spec.key for spec in SPECS}
 
 
 @pytest.mark.slow
@@ -117,7 +117,7 @@ def test_a_killed_worker_loses_nothing_and_counts_once(connected: DaskCluster, h
 def test_a_cut_connection_loses_nothing_and_counts_once(
     connected: DaskCluster, held: Path, how: str, seeds: list[int]
 ) -> None:
-    collection, client = Collection(connected, tiny_orders(seeds)), connected.client
+    collection, client = Collection(connected, tiny_specs(seeds)), connected.client
     wait_for(lambda: two_under_way(held), "two runs")
     if how == "comm":
         asyncio.run_coroutine_threadsafe(_abort(client), client.loop.asyncio_loop).result(60)
@@ -142,15 +142,15 @@ def test_a_client_that_failed_to_reconnect_is_replaced(
     connected.client.close()
     monkeypatch.setattr(connected.client, "close", fails)
     done: list[str] = []
-    collect(connected, tiny_orders([10]), lambda record, _: done.append(record.key))
+    collect(connected, tiny_specs([10]), lambda record, _: done.append(record.key))
     assert len(done) == 1
 
 
 @pytest.mark.slow
 def test_bad_input_that_a_run_meets_ends_the_collection(connected: DaskCluster) -> None:
-    orders = [msgspec.structs.replace(order, code="0123") for order in tiny_orders([7])]
+    specs = [msgspec.structs.replace(spec, code="0123") for spec in tiny_specs([7])]
     with pytest.raises(UserError, match=r"has another version of chefbot .*not 0123"):
-        collect(connected, orders, lambda *_: None)
+        collect(connected, specs, lambda *_: None)
 
 
 @pytest.mark.slow
@@ -159,7 +159,7 @@ def test_a_full_disk_here_ends_the_collection(connected: DaskCluster) -> None:
         raise ChefbotError("record cannot be written: No space left on device")
 
     with pytest.raises(ChefbotError, match="No space left on device"):
-        collect(connected, tiny_orders([8, 9]), full)
+        collect(connected, tiny_specs([8, 9]), full)
 
 
 @pytest.mark.slow
@@ -206,7 +206,7 @@ def test_runs_that_are_lost_again_and_again_are_given_up(monkeypatch: pytest.Mon
     with pytest.raises(
         LostRunError, match=f"5 runs without a result after {MAX_ATTEMPTS} attempts; check tcp://lost:1"
     ):
-        collect(lost, ORDERS, lambda *_: None)
+        collect(lost, SPECS, lambda *_: None)
     assert lost.connections == MAX_ATTEMPTS
 
 
@@ -219,7 +219,7 @@ def test_an_address_of_another_form_is_refused(address: str) -> None:
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tls://127.0.0.1:1"])
-def test_a_scheduler_that_does_not_answer_is_one_sentence(
+def test_a_scheduler_that_does_not_answer_has_one_sentence(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cluster_module, "CONNECT_TIMEOUT", "200ms")
@@ -254,7 +254,7 @@ def test_a_worker_with_other_code_is_refused_by_name(answer: Any, sentence: str)
         answering({"tcp://a:1": code_hash(), "tcp://b:2": answer}).check_workers()
 
 
-def test_workers_that_do_not_answer_are_one_sentence() -> None:
+def test_workers_that_do_not_answer_are_reported_in_one_sentence() -> None:
     def silent(function: Any, on_error: str) -> Any:
         raise TimeoutError("timed out")
 

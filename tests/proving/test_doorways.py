@@ -81,7 +81,7 @@ def test_the_first_request_is_timed_from_when_the_robot_stands() -> None:
     assert passage.figures()["request_delay"] == pytest.approx(4.0, abs=2 * PERIOD)
 
 
-def test_a_request_before_the_robot_stands_is_no_delay() -> None:
+def test_a_request_before_the_robot_stands_is_not_a_delay() -> None:
     passage = blocked()
     passage.publish(SPEECH, String("may I pass?"))
     passage.stand(5.0)
@@ -135,7 +135,7 @@ def test_who_stands_before_the_robot_holds_it_up_anywhere_near() -> None:
         assert (passage.observer.held_up_at < math.inf) == held_up
 
 
-def test_pauses_and_turns_are_no_waiting() -> None:
+def test_pauses_and_turns_are_not_waiting() -> None:
     passage = blocked()
     for _ in range(5):
         passage.stand(0.8 * HELD_UP)

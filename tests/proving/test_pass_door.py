@@ -9,7 +9,7 @@ import pytest
 
 from chefbot.errors import UserError
 from chefbot.proving.run import make_run
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import load_scenario
 from chefbot.proving.scenario_tasks import PassDoorTask
 from chefbot.proving.tasks.pass_door import EVENTS, draw_passage, event_of
@@ -50,9 +50,9 @@ def test_odd_and_even_seeds_have_all_events(first: int) -> None:
 def pass_doors(folder: Path, seeds: list[int]) -> dict[str, list[float]]:
     """Run the scenario `doors` with these seeds, in which no goal is given up, and return its figures."""
     records = []
-    for order in run_orders(load_scenario("doors"), folder, seeds):
-        (folder / str(order.seed)).mkdir()
-        records.append(make_run(order, folder / str(order.seed)))
+    for spec in run_specs(load_scenario("doors"), folder, seeds):
+        (folder / str(spec.seed)).mkdir()
+        records.append(make_run(spec, folder / str(spec.seed)))
     figures = {name: [one.figures[name] for one in records] for name in records[0].figures}
     assert figures["goals_reached"] == [1.0] * len(seeds), [one.failure for one in records]
     assert max(figures["given_up"]) == max(figures["collisions"]) == 0.0

@@ -23,13 +23,13 @@ from chefbot.proving import page, prove
 from chefbot.proving.prove import PAGE, ProveOptions, list_scenarios, run_prove
 from chefbot.proving.record import RunRecord
 from chefbot.proving.results_folder import GOALS_TABLE, RUNS_TABLE, ResultsFolder
-from chefbot.proving.run_order import RunOrder, run_orders
+from chefbot.proving.run_spec import RunSpec, run_specs
 from chefbot.proving.scenario import built_in_scenarios, load_scenario
 from chefbot.storage.atomic_files import StorageError
 
 
 class Runs:
-    """Makes the runs instead of a cluster; `made`: seeds in order."""
+    """Makes the runs instead of a cluster; `made`: seeds in spec."""
 
     def __init__(self) -> None:
         self.made: list[int] = []
@@ -40,16 +40,16 @@ class Runs:
         self.after = 10**9
         """Runs after which `error` is raised."""
 
-    def collect(self, _: Any, orders: list[RunOrder], add: Any) -> None:
-        for order in orders:
+    def collect(self, _: Any, specs: list[RunSpec], add: Any) -> None:
+        for spec in specs:
             if self.error is not None and len(self.made) >= self.after:
                 raise self.error
-            self.made.append(order.seed)
-            ok = order.seed not in self.fail
-            record = a_record(order.seed, success=ok, key=order.key, scenario=order.scenario.name)
+            self.made.append(spec.seed)
+            ok = spec.seed not in self.fail
+            record = a_record(spec.seed, success=ok, key=spec.key, scenario=spec.scenario.name)
             if not ok and self.reason:
                 record = msgspec.structs.replace(record, failure=self.reason)
-            add(with_figures(record, self.figures), b"log" if order.record else b"")
+            add(with_figures(record, self.figures), b"log" if spec.record else b"")
 
 
 def with_figures(record: RunRecord, figures: dict[str, float]) -> RunRecord:
@@ -159,7 +159,7 @@ def test_nothing_done_before_an_error_leaves_the_error(tmp_path: Path, scenario:
     assert not (tmp_path / "out" / PAGE).exists()
 
 
-def test_a_full_disk_in_the_middle_is_one_sentence(
+def test_a_full_disk_in_the_middle_is_reported_in_one_sentence(
     tmp_path: Path, scenario: str, runs: Runs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out, write = tmp_path / "out", os.write
@@ -207,7 +207,7 @@ def test_even_seeds_neither_keep_nor_miss_a_claim(
 def test_a_run_that_could_not_begin_gives_exit_code_1(
     tmp_path: Path, scenario: str, runs: Runs, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Also with even seeds: it is no failure of the robot."""
+    """Also with even seeds: it is not a failure of the robot."""
     runs.fail, runs.reason = {4}, "it cannot run: no node is called [plannner]"
     assert run_prove(options(tmp_path / "out", scenario, seeds="2,4")) == 1
     assert "1 of 2 runs could not begin: no node is called [plannner]" in capsys.readouterr().out
@@ -273,7 +273,7 @@ def test_only_what_got_worse_gives_exit_code_1(
         ({"against": Path("absent")}, "absent holds no results of runs"),
     ],
 )
-def test_bad_options_are_one_sentence_and_make_nothing(
+def test_bad_options_have_one_sentence_and_run_nothing(
     tmp_path: Path, scenario: str, runs: Runs, given: dict[str, Any], sentence: str
 ) -> None:
     with pytest.raises(ChefbotError, match=sentence) as caught:
@@ -361,6 +361,6 @@ def test_a_wrong_scheduler_is_refused_before_compiling(
     monkeypatch.setattr(prove, "compile_kernels", lambda *_: pytest.fail("compiled first"))
     with pytest.raises(UserError, match="tcp://HOST:PORT"):
         prove.make_missing(
-            ResultsFolder(tmp_path / "out"), run_orders(load_scenario(scenario), tmp_path, [1]), {}, 1, "foo"
+            ResultsFolder(tmp_path / "out"), run_specs(load_scenario(scenario), tmp_path, [1]), {}, 1, "foo"
         )
     assert runs.made == []

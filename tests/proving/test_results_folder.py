@@ -86,14 +86,14 @@ def test_the_request_is_read_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"{}", b"[1", b"\xff\xfe"])
-def test_a_damaged_request_is_one_sentence(tmp_path: Path, content: bytes) -> None:
+def test_a_damaged_request_is_reported_in_one_sentence(tmp_path: Path, content: bytes) -> None:
     results = created(tmp_path)
     (results.folder / REQUEST).write_bytes(content)
     with pytest.raises(UserError, match=r"request.json is damaged"):
         results.request()
 
 
-def test_a_folder_without_a_proof_is_one_sentence(tmp_path: Path) -> None:
+def test_a_folder_without_a_proof_is_reported_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"holds no results to resume: request.json is missing"):
         ResultsFolder(tmp_path).request()
     with pytest.raises(UserError, match=r"holds no results of runs"):
@@ -135,7 +135,7 @@ def test_a_full_disk_leaves_what_is_done(tmp_path: Path, monkeypatch: pytest.Mon
     assert [path.name for path in (results.folder / RECORDS).iterdir()] == ["tiny1.json"], "no litter"
 
 
-def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_has_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(StorageError, match="cannot be made"):
         ResultsFolder(tmp_path / "file" / "results").create(REQUESTED)

@@ -19,7 +19,7 @@ from chefbot.errors import ChefbotError, UserError
 from chefbot.proving.figures import FIGURES
 from chefbot.proving.results_folder import SCENARIOS, Request, ResultsFolder
 from chefbot.proving.run import broken_criteria
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import (
     Building,
     Scenario,
@@ -54,8 +54,8 @@ def test_built_in_scenarios_name_what_exists(name: str) -> None:
     scenario = load_scenario(name)
     assert scenario.name == name
     assert scenario.description.endswith(".")
-    order = run_orders(scenario, Path(), [1])[0]  # loads robot and world
-    assert order.files == {}
+    spec = run_specs(scenario, Path(), [1])[0]  # loads robot and world
+    assert spec.files == {}
     if isinstance(scenario.world, Building):
         numbers = draw_numbers(scenario.world.kind, scenario.world.numbers, np.random.default_rng(1))
         assert numbers.items() >= scenario.world.numbers.items()
@@ -102,7 +102,7 @@ def test_built_in_scenarios_try_every_simulated_task() -> None:
         (BASE + "seeds: 1-4\n", "seeds '1-4': give seeds as 1..20, 7 or 1..5,9"),
     ],
 )
-def test_a_bad_scenario_is_one_sentence_with_its_file(text: str, sentence: str) -> None:
+def test_a_bad_scenario_has_one_sentence_with_its_file(text: str, sentence: str) -> None:
     with pytest.raises(ChefbotError, match=sentence) as caught:
         written(text)
     assert str(caught.value).startswith("scenario a.yaml")
@@ -116,7 +116,7 @@ def test_a_bad_scenario_is_one_sentence_with_its_file(text: str, sentence: str) 
         ("absent.yaml", "scenario absent.yaml does not exist"),
     ],
 )
-def test_an_unknown_scenario_is_one_sentence(name: str, sentence: str) -> None:
+def test_an_unknown_scenario_is_reported_in_one_sentence(name: str, sentence: str) -> None:
     with pytest.raises(ChefbotError, match=sentence):
         load_scenario(name)
 
@@ -134,7 +134,7 @@ def test_an_unknown_scenario_is_one_sentence(name: str, sentence: str) -> None:
 )
 def test_what_a_scenario_names_must_exist(change: dict[str, Any], sentence: str, tmp_path: Path) -> None:
     with pytest.raises(ChefbotError, match=sentence) as caught:
-        run_orders(tiny(**change), tmp_path, [1])
+        run_specs(tiny(**change), tmp_path, [1])
     assert "\n" not in str(caught.value)
 
 
@@ -158,7 +158,7 @@ def test_seeds_are_those_of_all_ranges_in_order(ranges: list[tuple[int, int]], g
 @example("2147483648")
 @example("5..1")
 @example("")
-def test_any_other_text_of_seeds_is_one_sentence(text: str) -> None:
+def test_any_other_text_of_seeds_is_reported_in_one_sentence(text: str) -> None:
     try:
         seeds = parse_seeds(text, "--seeds")
     except UserError as error:
@@ -189,7 +189,7 @@ def test_a_figure_outside_its_bounds_is_named(low: float | None, high: float | N
     assert bool(sentence) == (not inside)
     if sentence:
         wanted = f"at least {low:g}" if low is not None and value < low else f"at most {high:g}"
-        assert sentence == f"explored is {value:.3g}, {wanted} was wanted" or not bounds.can_be_kept
+        assert sentence == f"explored is {value:.3g}, expected {wanted}" or not bounds.can_be_kept
 
 
 @given(BOUND, BOUND)
@@ -200,8 +200,10 @@ def test_bounds_need_a_value_that_keeps_them(low: float | None, high: float | No
 
 
 @pytest.mark.parametrize("bounds", [Bounds(max=0.0), Bounds(min=0.0), Bounds(min=0.0, max=1.0)])
-def test_a_figure_that_was_not_measured_is_no_success(bounds: Bounds) -> None:
-    assert broken_criteria(tiny(criteria={"explored": bounds}), {}).startswith("explored is nan, at ")
+def test_a_figure_that_was_not_measured_is_not_a_success(bounds: Bounds) -> None:
+    assert broken_criteria(tiny(criteria={"explored": bounds}), {}).startswith(
+        "explored is nan, expected at "
+    )
 
 
 def test_a_log_is_judged_by_collisions_only_on_request() -> None:
@@ -268,7 +270,7 @@ def test_a_scenario_kept_with_results_is_the_same_run(tmp_path: Path) -> None:
     kept = results.folder / SCENARIOS / "tiny.yaml"
     again = load_scenario(str(kept))
     assert again.world == str(here / "plan.yaml")
-    keys = [run_orders(one, base, [1])[0].key for one, base in ((scenario, here), (again, kept.parent))]
+    keys = [run_specs(one, base, [1])[0].key for one, base in ((scenario, here), (again, kept.parent))]
     assert keys[0] == keys[1]
 
 

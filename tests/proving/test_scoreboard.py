@@ -83,14 +83,14 @@ def test_the_processors_of_all_machines_are_named_once() -> None:
 
 
 @pytest.fixture
-def orders(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+def specs(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Make no run but for the first three that are missing; return what was requested."""
     requested: list[Any] = []
 
     def make_missing(results: Any, missing: Any, done: dict[str, RunRecord], *_: Any) -> None:
         requested.extend(missing)
-        for order in missing[:3]:
-            done[order.key] = a_record(order.seed, scenario=order.scenario.name, key=order.key)
+        for spec in missing[:3]:
+            done[spec.key] = a_record(spec.seed, scenario=spec.scenario.name, key=spec.key)
 
     monkeypatch.setattr(scoreboard, "make_missing", make_missing)
     monkeypatch.setattr(scoreboard, "built_in_scenarios", lambda: {"drive": Path(), "go": Path()})
@@ -98,19 +98,19 @@ def orders(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return requested
 
 
-def test_all_scenarios_with_the_first_odd_seed_come_first(tmp_path: Path, orders: list[Any]) -> None:
+def test_all_scenarios_with_the_first_odd_seed_come_first(tmp_path: Path, specs: list[Any]) -> None:
     assert run_scoreboard(tmp_path / "page.md", tmp_path / "out", 1.0, 1, "") == 0
-    assert [(order.scenario.name, order.seed) for order in orders[:4]] == [
+    assert [(spec.scenario.name, spec.seed) for spec in specs[:4]] == [
         ("drive", 1), ("go", 1), ("drive", 3), ("go", 3),
     ]  # fmt: skip
-    assert len(orders) == 2 * len(SEEDS) and all(order.seed % 2 for order in orders)
+    assert len(specs) == 2 * len(SEEDS) and all(spec.seed % 2 for spec in specs)
     table = rows((tmp_path / "page.md").read_text())
     assert {name: cells[1] for name, cells in table.items()} == {"drive": "2", "go": "1"}
     assert list((tmp_path / "out").glob("*.csv")) or list((tmp_path / "out").glob("*.parquet"))
 
 
 def test_long_runs_come_late_and_those_in_real_time_last(
-    tmp_path: Path, orders: list[Any], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, specs: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usual = tiny()
     kinds = {
@@ -125,6 +125,6 @@ def test_long_runs_come_late_and_those_in_real_time_last(
         lambda name: tiny(**{"name": name, "task": usual.task, "limits": usual.limits, **kinds[name]}),
     )
     run_scoreboard(tmp_path / "page.md", tmp_path / "out", 1.0, 1, "")
-    names = [order.scenario.name for order in orders]
+    names = [spec.scenario.name for spec in specs]
     assert names == [name for name in ("go", "explore", "built") for _ in SEEDS]
-    assert [order.seed for order in orders] == 3 * SEEDS
+    assert [spec.seed for spec in specs] == 3 * SEEDS

@@ -156,7 +156,7 @@ def test_a_drive_ends_soon_after_its_last_incident() -> None:
     assert reductions(shorter, scenario(), record) == []
 
 
-def test_a_perfect_robot_is_no_longer_made_perfect() -> None:
+def test_a_perfect_robot_is_not_made_perfect_again() -> None:
     (one,) = reductions(perfect_robot, scenario())
     assert one.profile == "perfect" and reductions(perfect_robot, one) == []
 

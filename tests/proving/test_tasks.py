@@ -9,7 +9,7 @@ import pytest
 
 from chefbot.proving.record import RunRecord
 from chefbot.proving.run import make_run
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import load_scenario, parse_scenario
 
 REGRESSIONS = sorted((Path(__file__).parents[1] / "regressions").glob("*.yaml"))
@@ -28,7 +28,7 @@ ROOM = 4.0
 def run(text: str, folder: Path, seed: int = 1) -> RunRecord:
     scenario = parse_scenario(f"{{name: test, {text}}}".encode(), "test")
     (folder / "run").mkdir()
-    return make_run(run_orders(scenario, folder, [seed])[0], folder / "run")
+    return make_run(run_specs(scenario, folder, [seed])[0], folder / "run")
 
 
 @pytest.mark.rotated("drives of whole robots")
@@ -86,9 +86,9 @@ def test_a_log_is_mapped_and_compared_with_relations(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("path", REGRESSIONS, ids=lambda path: path.stem)
 def test_a_known_failure_stays_known(tmp_path: Path, path: Path) -> None:
-    """A mended one succeeds: empty its `known_failure`, and it must not fail again."""
+    """A fixed one succeeds: empty its `known_failure`, and it must not fail again."""
     scenario = load_scenario(str(path))
     (tmp_path / "run").mkdir()
-    order = run_orders(scenario, path.parent, [int(scenario.seeds)])[0]
-    record = make_run(order, tmp_path / "run")
+    spec = run_specs(scenario, path.parent, [int(scenario.seeds)])[0]
+    record = make_run(spec, tmp_path / "run")
     assert record.success == (not scenario.known_failure), record.failure

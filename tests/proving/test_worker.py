@@ -11,12 +11,12 @@ from pathlib import Path
 import msgspec
 import pytest
 from tests.support.processes import children_of, is_alive
-from tests.support.proving_runs import tiny_orders
+from tests.support.proving_runs import tiny_specs
 from tests.support.waiting import wait_for
 
 from chefbot.errors import UserError
 from chefbot.proving.record import LENGTH_BYTES, RunRecord
-from chefbot.proving.run_order import RunOrder
+from chefbot.proving.run_spec import RunSpec
 from chefbot.proving.scenario_tasks import DriveRandomlyTask, RunLimits
 from chefbot.proving.worker import dask_setup, make_run_in_process
 
@@ -26,7 +26,7 @@ CRASH = """
 import sys
 if "chefbot.proving.child" in sys.orig_argv:
     import chefbot.proving.run
-    def crash(order, folder):
+    def crash(spec, folder):
         raise RuntimeError("the wheel fell off")
     chefbot.proving.run.make_run = crash
 """
@@ -38,17 +38,17 @@ def starting_with(code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
 
 
-def packed(order: RunOrder) -> bytes:
-    return msgspec.msgpack.encode(order)
+def packed(spec: RunSpec) -> bytes:
+    return msgspec.msgpack.encode(spec)
 
 
-def made(order: RunOrder) -> RunRecord:
-    return msgspec.json.decode(make_run_in_process(packed(order)).record, type=RunRecord)
+def made(spec: RunSpec) -> RunRecord:
+    return msgspec.json.decode(make_run_in_process(packed(spec)).record, type=RunRecord)
 
 
 @pytest.mark.slow
 def test_equal_runs_in_two_processes_have_equal_messages() -> None:
-    one = tiny_orders([3])[0]
+    one = tiny_specs([3])[0]
     first = msgspec.json.decode((result := make_run_in_process(packed(one))).record, type=RunRecord)
     assert result.log == b""
     assert first.success, first.failure
@@ -66,7 +66,7 @@ def test_equal_runs_in_two_processes_have_equal_messages() -> None:
 
 @pytest.mark.slow
 def test_a_drive_that_reaches_the_time_limit_has_failed() -> None:
-    record = made(tiny_orders([1], limits=RunLimits(time=0.5))[0])
+    record = made(tiny_specs([1], limits=RunLimits(time=0.5))[0])
     assert not record.success
     assert record.failure == "the drive was not over after 0 s (the limit of 0.5 s was reached)"
     assert record.sim_time == pytest.approx(0.5, abs=1e-6)
@@ -75,14 +75,14 @@ def test_a_drive_that_reaches_the_time_limit_has_failed() -> None:
 @pytest.mark.slow
 def test_a_run_that_hangs_ends_at_its_wall_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     starting_with(HANG, tmp_path, monkeypatch)
-    record = made(tiny_orders([1], limits=RunLimits(wall_time=1.0))[0])
+    record = made(tiny_specs([1], limits=RunLimits(wall_time=1.0))[0])
     assert (record.success, record.failure) == (False, "not done after 1 s on the clock")
     assert record.machine["host"]
 
 
 def test_a_run_with_too_much_memory_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     starting_with("x = bytearray(b'1') * 500_000_000\n" + HANG, tmp_path, monkeypatch)
-    record = made(tiny_orders([1], limits=RunLimits(memory=300.0))[0])
+    record = made(tiny_specs([1], limits=RunLimits(memory=300.0))[0])
     assert not record.success
     assert record.failure.startswith("used ")
     assert record.failure.endswith(" MB of memory, more than 300 MB")
@@ -91,7 +91,7 @@ def test_a_run_with_too_much_memory_ends(tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.slow
 def test_a_program_error_becomes_a_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     starting_with(CRASH, tmp_path, monkeypatch)
-    record = made(tiny_orders([5])[0])
+    record = made(tiny_specs([5])[0])
     assert (record.success, record.seed) == (False, 5)
     assert record.failure.strip().endswith("RuntimeError: the wheel fell off")
 
@@ -111,56 +111,56 @@ def test_a_process_that_dies_becomes_a_record(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str, failure: str
 ) -> None:
     starting_with(code, tmp_path, monkeypatch)
-    record = made(tiny_orders([1])[0])
+    record = made(tiny_specs([1])[0])
     assert (record.success, record.failure) == (False, failure)
 
 
 @pytest.mark.slow
 def test_a_run_that_cannot_begin_is_a_failed_run() -> None:
-    order = tiny_orders([4])[0]
-    scenario = msgspec.structs.replace(order.scenario, world="nosuch")
-    record = made(msgspec.structs.replace(order, scenario=scenario))
+    spec = tiny_specs([4])[0]
+    scenario = msgspec.structs.replace(spec.scenario, world="nosuch")
+    record = made(msgspec.structs.replace(spec, scenario=scenario))
     assert not record.success
     assert record.failure.startswith("it cannot run: no world is called 'nosuch'")
 
 
 @pytest.mark.slow
 def test_a_run_killed_from_outside_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Linux kills a process for want of memory: that is no result of the run."""
+    """Linux kills a process for lack of memory: that is not a result of the run."""
     kill = "import os, pathlib, signal, time\nmark = pathlib.Path('killed')\n"
     kill += "if not mark.exists():\n    mark.touch()\n    os.kill(os.getpid(), signal.SIGKILL)\n"
     starting_with(kill, tmp_path, monkeypatch)
-    record = made(tiny_orders([1])[0])
+    record = made(tiny_specs([1])[0])
     assert "killed" not in record.failure and record.figures
 
 
 def test_a_worker_with_other_code_makes_no_run() -> None:
-    order = msgspec.structs.replace(tiny_orders([1])[0], code="0123")
+    spec = msgspec.structs.replace(tiny_specs([1])[0], code="0123")
     with pytest.raises(UserError, match="has another version of chefbot"):
-        make_run_in_process(packed(order))
+        make_run_in_process(packed(spec))
 
 
 def test_no_run_leaves_a_folder_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     starting_with("import os\nos._exit(9)\n", tmp_path, monkeypatch)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
     (tmp_path / "temporary").mkdir()
-    made(tiny_orders([1])[0])
+    made(tiny_specs([1])[0])
     assert list((tmp_path / "temporary").iterdir()) == []
 
 
-def child(folder: Path, order: RunOrder) -> subprocess.Popen[bytes]:
+def child(folder: Path, spec: RunSpec) -> subprocess.Popen[bytes]:
     process = subprocess.Popen(
         [sys.executable, "-m", "chefbot.proving.child", str(folder)], stdin=subprocess.PIPE
     )
     assert process.stdin is not None
-    process.stdin.write(len(packed(order)).to_bytes(LENGTH_BYTES, "big") + packed(order))
+    process.stdin.write(len(packed(spec)).to_bytes(LENGTH_BYTES, "big") + packed(spec))
     process.stdin.flush()
     return process
 
 
 @pytest.mark.slow
 def test_a_child_ends_with_its_input(tmp_path: Path) -> None:
-    process = child(tmp_path, tiny_orders([1], task=LONG, limits=RunLimits(time=100_000.0))[0])
+    process = child(tmp_path, tiny_specs([1], task=LONG, limits=RunLimits(time=100_000.0))[0])
     assert process.stdin is not None
     process.stdin.close()
     assert process.wait(300) == 1
@@ -178,7 +178,7 @@ make_run_in_process(sys.stdin.buffer.read())
 def test_a_child_dies_with_its_worker() -> None:
     worker = subprocess.Popen([sys.executable, "-c", WORKER], stdin=subprocess.PIPE)
     assert worker.stdin is not None
-    worker.stdin.write(packed(tiny_orders([1], task=LONG, limits=RunLimits(time=100_000.0))[0]))
+    worker.stdin.write(packed(tiny_specs([1], task=LONG, limits=RunLimits(time=100_000.0))[0]))
     worker.stdin.close()
     (run,) = wait_for(lambda: children_of(worker.pid), "the run's process")
     os.kill(worker.pid, signal.SIGKILL)

@@ -33,7 +33,7 @@ def test_a_built_in_robot_names_its_lidar() -> None:
         ("port: ''", "sensors.lidar.port"),
     ],
 )
-def test_a_wrong_key_is_one_sentence(keys: str, sentence: str) -> None:
+def test_a_wrong_key_is_reported_in_one_sentence(keys: str, sentence: str) -> None:
     with pytest.raises(ChefbotError) as error:
         parse_robot(robot_with(keys), Path("mine.yaml"))
     assert sentence in str(error.value) and "\n" not in str(error.value)

@@ -142,7 +142,7 @@ def test_the_chefbot_meets_the_requirements_of_its_chapter():
         ("sensors", "imu__gyro_noise", "-1 deg/s", "gyro_noise"),
     ],
 )
-def test_an_impossible_robot_is_one_sentence(section, key, value, sentence):
+def test_an_impossible_robot_is_reported_in_one_sentence(section, key, value, sentence):
     with pytest.raises(ConfigError) as caught:
         load(changed(**{section: {key: value}}))
     assert sentence in str(caught.value)
@@ -226,7 +226,7 @@ def test_another_file_given_as_a_robot_is_named(tmp_path, text, kind):
         ("/etc/passwd", "not valid YAML|must be|missing|Expected|sections"),
     ],
 )
-def test_a_circular_or_missing_base_robot_is_one_sentence(tmp_path, like, sentence):
+def test_a_circular_or_missing_base_robot_has_one_sentence(tmp_path, like, sentence):
     (tmp_path / "one.yaml").write_text("like: two.yaml\nname: one\n")
     (tmp_path / "two.yaml").write_text(f"like: {like}\nname: two\n")
     with pytest.raises(ConfigError, match=sentence):

@@ -73,7 +73,7 @@ def test_invalid_lengths_are_refused(text):
 
 @settings(max_examples=300)
 @given(st.text("0123456789.e+-*/()^% kmcsradegHzVWACN\x00'\"_[]{}:,\n", max_size=14))
-def test_any_text_is_a_number_or_one_sentence(text):
+def test_any_text_gives_a_number_or_one_sentence(text):
     with contextlib.suppress(UnitError):
         assert isinstance(to_si(text, "m"), float)
 

@@ -143,7 +143,7 @@ def test_a_bare_client_of_each_distribution_is_served(turner: Turner, peer: zeno
     assert turner.goals[-1].target_yaw == 2.5 and not turner.goals[-1].disable_collision_checks
 
 
-def test_several_interface_editions_are_no_type_mismatch(turner: Turner, wire: RmwContext) -> None:
+def test_several_interface_editions_are_not_a_type_mismatch(turner: Turner, wire: RmwContext) -> None:
     assert wire.graph.wait_for(lambda graph: "/spin" in graph.actions(), PATIENCE)
     goals = "/spin/_action/send_goal"
     assert wire.graph.wait_for(lambda graph: len(graph.services()[goals].types) == 2, PATIENCE)

@@ -319,7 +319,7 @@ def test_bag_record_and_info_do_not_drive_a_running_robot(
 
 
 @pytest.mark.slow
-def test_an_empty_network_is_one_sentence(
+def test_an_empty_network_is_reported_in_one_sentence(
     port: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("CHEFBOT_WIRE_PORT", str(port))

@@ -153,7 +153,7 @@ def test_a_stopped_goal_is_cancelled_once() -> None:
     assert awaited(handle, stop) == 0 and handle.cancelled == 1
 
 
-def test_a_service_without_a_server_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_service_without_a_server_is_reported_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     def call(*_: Any) -> None:
         raise NoTimeLeftError
 

@@ -259,7 +259,7 @@ def test_a_foreign_picture_beside_the_map_is_kept(tmp_path):
         ("huge.yaml", "longer"),
     ],
 )
-def test_a_missing_map_is_one_sentence(tmp_path, name, reason):
+def test_a_missing_map_is_reported_in_one_sentence(tmp_path, name, reason):
     save_map(tmp_path / "m", a_map(0))
     text = (tmp_path / "m.yaml").read_text()
     os.mkfifo(tmp_path / "pipe")
@@ -272,7 +272,7 @@ def test_a_missing_map_is_one_sentence(tmp_path, name, reason):
 
 
 @pytest.mark.parametrize("name", ["no/such/folder/m", "file/m", "a\0b", "loop/m"])
-def test_an_unwritable_folder_is_one_sentence(tmp_path, name):
+def test_an_unwritable_folder_is_reported_in_one_sentence(tmp_path, name):
     (tmp_path / "file").write_bytes(b"")
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     with pytest.raises(StorageError, match="cannot be written"):

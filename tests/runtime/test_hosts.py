@@ -37,7 +37,7 @@ def test_unknown_machines_are_named() -> None:
         check_host(launch, "nucc", "nucc", may_be_robot=True)
     with pytest.raises(UserError, match=r"alice is not a robot.*laptop, nuc"):
         check_host(launch, "", "alice", may_be_robot=False)
-    with pytest.raises(UserError, match="no node of it has `host:`"):
+    with pytest.raises(UserError, match="none of its nodes has `host:`"):
         check_host(load_launch("explore"), "nuc", "nuc", may_be_robot=True)
 
 
@@ -72,6 +72,6 @@ nodes:
         ("nodes: {a: {kind: 'x:Y', hots: nuc}}", "did you mean 'host'"),
     ],
 )
-def test_invalid_host_entries_are_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
+def test_invalid_host_entries_are_reported_in_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(ChefbotError, match=sentence):
         load_launch(write(tmp_path, text))

@@ -67,7 +67,7 @@ def test_tolerances_of_a_place_are_read_and_kept(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "key", ["xy_tolerance: 1 mm", "xy_tolerance: 2 deg", "xy_tolerance: .nan m", "yaw_tolerance: wide"]
 )
-def test_a_wrong_tolerance_is_one_sentence_with_its_key(tmp_path: Path, key: str) -> None:
+def test_a_wrong_tolerance_has_one_sentence_with_its_key(tmp_path: Path, key: str) -> None:
     path = tmp_path / "a.places.yaml"
     path.write_text(f"places: {{dock: {{x: 1 m, y: 0 m, {key}}}}}\n")
     with pytest.raises(ConfigError, match=rf"places\.dock\.{key.partition(':')[0]}"):

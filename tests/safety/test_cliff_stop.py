@@ -78,7 +78,7 @@ def test_a_robot_without_cliff_sensors_is_not_limited() -> None:
     assert stop.limit(0.3, 10**12) == 0.3
 
 
-def test_a_reading_of_the_future_is_no_floor() -> None:
+def test_a_reading_from_the_future_does_not_show_floor() -> None:
     """A sensor whose clock is an hour ahead would otherwise see floor for an hour after its last reading."""
     stop = stop_with(0, stamp_ns=3_600 * 10**9)
     assert stop.limit(0.3, 10**9) == 0.0
@@ -95,7 +95,7 @@ def test_a_fifth_of_a_second_without_readings_is_a_cliff() -> None:
 
 
 @pytest.mark.parametrize("distance", [math.nan, math.inf])
-def test_a_reading_without_a_distance_is_no_floor(distance: float) -> None:
+def test_a_reading_without_a_distance_does_not_show_floor(distance: float) -> None:
     stop = stop_with(0)
     frame = "cliff_1_link"
     stop.process(Range(Header.of(0, frame), Range.INFRARED, 0.1, 0.05, 0.05, distance))

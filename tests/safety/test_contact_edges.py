@@ -79,7 +79,7 @@ def test_a_slanted_edge_is_met_where_the_path_crosses_it() -> None:
 
 @pytest.mark.parametrize("v", [0.1, 1.0, 3.0])
 @pytest.mark.parametrize(("curvature", "bends"), [(0.9e-4, False), (1e-4, True), (1.5e-4, True)])
-def test_a_tenth_of_a_millimetre_per_metre_is_no_curve(v: float, curvature: float, bends: bool) -> None:
+def test_a_tenth_of_a_millimetre_per_metre_is_not_a_curve(v: float, curvature: float, bends: bool) -> None:
     """On a metre a curve of 1e-4 / m leads 0.05 mm to the side, where a post is that a straight path misses."""
     beside = 0.00002
     assert (disc_contact(1.0, RADIUS + beside, v, curvature * v * 1.0000001, RADIUS) < 2.0 / v) == bends
@@ -203,7 +203,7 @@ def test_distances_from_a_rectangle_worked_out_by_hand(x: float, y: float, dista
     assert distance_from_body(x, y, RADIUS, DISC) == pytest.approx(math.hypot(x, y) - RADIUS)
 
 
-def test_a_point_that_moves_along_the_skin_is_no_contact() -> None:
+def test_a_point_that_moves_along_the_skin_is_not_a_contact() -> None:
     """A rectangle drives along what touches its side, and a point in it that comes no nearer does not stop it."""
     assert polygon_contact(0.0, 0.1, 1.0, 0.0, SQUARE) == math.inf
     assert polygon_contact(0.3, 0.0, 0.0, 1.0, SQUARE) == math.inf, "the middle of the front moves sidewards"

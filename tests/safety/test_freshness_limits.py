@@ -93,7 +93,7 @@ def test_only_at_standstill_changes_are_noise(step: float, noisy: bool) -> None:
     assert not is_noisy_after(messages, [HERE, None] * 4 + [HERE])
 
 
-def test_other_numbers_of_beams_are_no_noise() -> None:
+def test_other_numbers_of_beams_are_not_noise() -> None:
     """A lidar may send a beam more or less in each turn; such scans cannot be compared."""
     assert not is_noisy_after([walls(100 + k % 2) for k in range(9)])
 
@@ -111,13 +111,13 @@ def test_after_two_centimetres_walls_look_different(metres: float, radians: floa
 
 
 @pytest.mark.parametrize(("metres", "radians"), [(0.02, 0.0), (0.0, 0.03)])
-def test_exactly_two_centimetres_are_no_motion(metres: float, radians: float) -> None:
+def test_exactly_two_centimetres_are_not_motion(metres: float, radians: float) -> None:
     origin, lidar = SE2(0.0, 0.0, 0.0), Lidar()
     lidar.repeat(walls(), origin)
     assert "frozen" not in lidar.repeat(walls(), SE2(metres, 0.0, radians))
 
 
-def test_a_small_turn_across_the_back_is_no_motion() -> None:
+def test_a_small_turn_across_the_back_is_not_motion() -> None:
     """Where the heading jumps from pi to -pi."""
     lidar = Lidar()
     lidar.repeat(walls(), SE2(0.0, 0.0, math.pi - 0.001))
@@ -130,7 +130,7 @@ def test_a_frozen_scan_need_not_see_on_all_sides() -> None:
     assert "frozen" in lidar.repeat(ranges, SE2(2.0, 2.0, 3.0))
 
 
-def test_directions_that_come_and_go_are_no_noise() -> None:
+def test_directions_that_come_and_go_are_not_noise() -> None:
     """At the end of its range a lidar without noise may measure in every other scan."""
     far = np.arange(100) < 60
     assert not is_noisy_after([np.where(far & (k % 2 == 0), np.inf, walls()) for k in range(9)])
@@ -297,7 +297,7 @@ def test_missing_data_within_the_view_are_not_hidden_at_its_edge() -> None:
 
 
 def test_transforms_have_their_time_again_after_a_gap() -> None:
-    """The first data after a gap are not in the costmap yet: that is no missing transform."""
+    """The first data after a gap are not in the costmap yet: that is not a missing transform."""
     lidar = Lidar()
     lidar.repeat(walls())
     lidar.now_ns += 5000 * MS

@@ -85,7 +85,7 @@ def test_the_limits_themselves_still_count(deviation: int, disturbed: bool) -> N
     assert estimator.latency == (0.0 if disturbed else pytest.approx(0.2 * 8 / 16))
 
 
-def test_speeds_that_are_no_numbers_teach_nothing() -> None:
+def test_speeds_that_are_not_numbers_teach_nothing() -> None:
     speeds = ramps()
     measured = lagging(speeds, 2)
     measured[::30] = np.nan

@@ -23,7 +23,7 @@ def with_legs(rng: np.random.Generator, count: int) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("seed", range(1, 20, 2))
-def test_furniture_is_no_scatter_but_a_damaged_lidar_is(seed: int) -> None:
+def test_furniture_is_not_scatter_but_a_damaged_lidar_is(seed: int) -> None:
     rng = np.random.default_rng(seed)
     for legs in (0, 10, 25, 60, 80):  # with 60 legs half of the differences are edges
         clean = with_legs(rng, legs) + NOISE * rng.standard_normal(360)
@@ -35,7 +35,7 @@ def test_furniture_is_no_scatter_but_a_damaged_lidar_is(seed: int) -> None:
 
 
 @pytest.mark.parametrize("missing", [0.0, -1.0, np.nan, np.inf])
-def test_dropouts_are_no_scatter(missing: float) -> None:
+def test_dropouts_are_not_scatter(missing: float) -> None:
     """Whatever number a lidar sends for them, and although most ranges have one beside them."""
     rng = np.random.default_rng(5)
     clean = ROOM + NOISE * rng.standard_normal(360)

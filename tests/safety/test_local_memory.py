@@ -79,7 +79,7 @@ def test_a_point_is_where_it_was_seen_from_anywhere(
 
 
 @pytest.mark.parametrize("r", [math.nan, math.inf, -0.1, -math.inf, 1.01, 1e30])
-def test_what_is_no_distance_within_reach_marks_nothing(r: float) -> None:
+def test_what_is_not_a_distance_within_reach_marks_nothing(r: float) -> None:
     one = memory()
     mark_points(one, ORIGIN, at(0.0, 1.0), at(r, 0.5), 5, LIDAR)
     assert len(found(one)) == 1, "and the ranges after it count"

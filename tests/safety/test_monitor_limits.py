@@ -214,7 +214,7 @@ def test_ahead_half_the_width_may_be_unseen_of_late(gap: int, free: bool) -> Non
     assert fraction == pytest.approx(1.0 if free else 0.5)
 
 
-def test_a_millimetre_per_second_backwards_is_no_motion() -> None:
+def test_a_millimetre_per_second_backwards_is_not_motion() -> None:
     """A turn on the spot has it by rounding; a hundredth more is a motion backwards."""
     one = monitor(CAMERA)
     for v, w in ((-MOVES_BACKWARD, 0.0), (-0.5 * MOVES_BACKWARD, 1.0), (0.5 * MOVES_BACKWARD, 1.0)):

@@ -66,7 +66,7 @@ def test_invalid_ranges_mark_and_clear_nothing(invalid: float) -> None:
     assert distances(one) == before and np.array_equal(one._memory.seen_ns, seen)
 
 
-def test_the_maximum_range_is_no_obstacle() -> None:
+def test_the_maximum_range_is_not_an_obstacle() -> None:
     """Some lidars send it where they measure nothing."""
     one = monitor(LIDAR)
     one.process_scan(scan(0.5, range_max=0.5), IDENTITY)

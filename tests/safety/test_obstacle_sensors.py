@@ -106,7 +106,7 @@ def test_a_scan_whose_maximum_range_is_zero_has_no_data() -> None:
     assert laser_view(empty).mute.all() and not laser_view(empty).met.any()
 
 
-def test_direction_camera_without_obstacle_and_floor_has_no_data() -> None:
+def test_camera_directions_without_obstacle_or_floor_lack_data() -> None:
     message = obstacles(9)
     message.ranges[:2], message.clear_to[1:3] = np.inf, 0.0
     view = camera_view(message)
@@ -166,7 +166,7 @@ def test_each_sensor_has_the_rate_of_the_robot_file(sensor: str) -> None:
 
 
 def test_a_sensor_that_is_not_mounted_is_ignored() -> None:
-    """The scan that is made of a camera's picture is no lidar's, and nothing is marked for who is not there."""
+    """The scan made of a camera's picture is not a lidar's, and a sensor that is not mounted marks nothing."""
     bare = ObstacleSensors(with_sensors(lidar=None, depth_camera=None))
     now_ns = run(bare, 3)
     assert not bare.any_counted and bare.fault(now_ns, STANDING) == ""

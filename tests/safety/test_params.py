@@ -1,4 +1,4 @@
-"""Bounds of what may stop the wheels: a value that is no number is refused as one out of range."""
+"""Bounds of what may stop the wheels: a value that is not a number is refused as one out of range."""
 
 from __future__ import annotations
 

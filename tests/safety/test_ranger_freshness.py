@@ -66,7 +66,7 @@ def test_the_twenty_ranges_are_in_a_row(between: float) -> None:
         assert repeat(noisy, 1.5 + 0.1 * (k % 2), begin + 500 * k, 5) == ""
 
 
-def test_a_tenth_of_a_second_of_repetition_is_no_noise() -> None:
+def test_a_tenth_of_a_second_of_repetition_is_not_noise() -> None:
     """Ranges in pairs, as of a ranger that is read twice as often as it measures, do not show noise."""
     ranger = RangerMonitor(0.1)
     for k in range(100):

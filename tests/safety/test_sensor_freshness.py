@@ -105,7 +105,7 @@ def test_silence_is_reported_within_three_periods_and_a_tick(bench: Bench) -> No
     assert all("lidar has sent nothing" in fault for fault in faults[3:])
 
 
-def test_silence_after_data_with_latency_is_no_lateness(bench: Bench) -> None:
+def test_silence_after_data_with_latency_is_not_lateness(bench: Bench) -> None:
     bench.run(1.0, age_ms=80.0)
     faults = [fault for fault in bench.run(1.0, period_ms=0) if fault]
     assert faults and all("has sent nothing" in fault for fault in faults)

@@ -91,7 +91,7 @@ def test_a_reversal_brakes_to_standstill_first():
 
 
 @pytest.mark.parametrize("dt", [0.0, -1.0, math.nan, math.inf])
-def test_no_time_is_no_change_of_speed(dt):
+def test_in_no_time_the_speed_does_not_change(dt):
     limiter = VelocityLimiter(LIMITS)
     assert limiter.step(0.3, 1.0, 0.0, dt) == (0.0, 0.0)
 

@@ -102,12 +102,12 @@ def test_a_narrow_shaft_is_found_by_its_far_wall() -> None:
         ("uneven tiles", ((0.9, 0.0), (0.9001, -0.005), (1.2, -0.005), (1.2001, 0.004), (1.5, 0.0))),
     ],
 )
-def test_floor_that_carries_the_robot_is_no_drop_off(name: str, profile: Profile, nod: float) -> None:
+def test_floor_that_carries_the_robot_is_not_a_drop_off(name: str, profile: Profile, nod: float) -> None:
     for seed in range(5):
         assert not drops(SCANNER.scan(render(profile, nod, seed=seed))).any(), name
 
 
-def test_noise_is_no_drop_off() -> None:
+def test_noise_is_not_a_drop_off() -> None:
     found = [drops(SCANNER.scan(render(step(50.0, 0.0), seed=seed))).sum() for seed in range(100)]
     assert sum(found) == 0
 

@@ -211,7 +211,7 @@ def test_an_empty_image_clears_and_marks_nothing() -> None:
     assert (scan.bottom > scan.top).all()
 
 
-def test_a_single_pixel_is_no_obstacle_and_two_are() -> None:
+def test_a_single_pixel_is_not_an_obstacle_and_two_are() -> None:
     image = render([])
     image[100, 160] = 1.0
     alone = scanner().scan(image)

@@ -47,7 +47,7 @@ def test_every_point_is_seen_at_its_pixel(seed: int, step: int, metres: bool) ->
     assert 55.0 * y / z + 22.0 == pytest.approx(step * rows, abs=1e-3)
 
 
-def test_no_reading_is_no_point() -> None:
+def test_a_pixel_without_a_reading_gives_no_point() -> None:
     depth = np.full((48, 64), 2.0, np.float32)
     depth[0, 0], depth[0, 1], depth[0, 2] = np.nan, np.inf, -1.0
     cloud = PointCloudConverter(MODEL, 1).points(depth)

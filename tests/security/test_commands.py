@@ -65,7 +65,7 @@ def refused(arguments: list[str], tmp_path: Path) -> str:
 
 @pytest.mark.parametrize("kind", [*CONTENTS, *OBSTACLES])
 @pytest.mark.parametrize("command", COMMANDS)
-def test_what_is_no_such_file_is_one_sentence(command: str, kind: str, tmp_path: Path) -> None:
+def test_another_kind_of_file_is_reported_in_one_sentence(command: str, kind: str, tmp_path: Path) -> None:
     if (command, kind) == ("bag info", "folder"):
         pytest.skip("a bag may be a folder")
     arguments = [

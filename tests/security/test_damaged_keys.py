@@ -85,7 +85,7 @@ def use_of(name: str, folder: Path) -> Callable[[], object]:
         "office/card.json",
     ],
 )
-def test_a_damaged_file_is_one_sentence(name: str, folders: Path, tmp_path: Path) -> None:
+def test_a_damaged_file_is_reported_in_one_sentence(name: str, folders: Path, tmp_path: Path) -> None:
     """Odd mutants that are still valid, as a changed comment outside the PEM, may be accepted."""
     data = (folders / name).read_bytes()
     kept = {path: path.read_bytes() for path in folders.rglob("*") if path.is_file()}
@@ -114,7 +114,7 @@ def test_any_bytes_are_read_or_refused(data: bytes) -> None:
 
 
 @pytest.mark.parametrize("name", ["me.key", "me.pem", "card.json", "authority.pem"])
-def test_a_folder_in_place_of_a_file_is_one_sentence(name: str, folders: Path) -> None:
+def test_a_folder_in_place_of_a_file_is_reported_in_one_sentence(name: str, folders: Path) -> None:
     path = folders / "office" / name
     path.unlink()
     path.mkdir(mode=0o700)

@@ -120,7 +120,7 @@ def test_strangers_in_the_handshake_lock_nobody_out(site: Site, monkeypatch: pyt
 
 
 @pytest.mark.slow
-def test_a_tls_connection_without_an_end_is_no_error(
+def test_a_tls_connection_without_an_end_is_not_an_error(
     site: Site, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(listener, "STRANGER_TIMEOUT", 1.0)

@@ -161,7 +161,7 @@ def test_damaged_invitations_let_nobody_in_and_are_kept(served: Served, data: by
 
 
 @pytest.mark.parametrize("name", ["", " anna", "anna ", "a\nb", "a\x00", "x" * (MAX_NAME + 1)])
-def test_invalid_names_are_one_sentence(name: str) -> None:
+def test_invalid_names_are_reported_in_one_sentence(name: str) -> None:
     with pytest.raises(UserError, match="1 to 40 printable characters"):
         Invitations(ROBOT).invite(name, "guest")
 

@@ -236,7 +236,7 @@ def test_xml_has_a_limited_number_of_parts(kind: str) -> None:
         parse_urdf_xml(text.encode(), "it")
 
 
-def test_what_only_one_parser_accepts_is_a_sentence(tmp_path: Path) -> None:
+def test_what_only_one_parser_accepts_has_a_sentence(tmp_path: Path) -> None:
     """A tab within braces: the loader accepts it, the editor, which keeps comments, does not."""
     path = tmp_path / "m.places.yaml"
     path.write_text("places:\n  kitchen: {x: 1.0\tm, y: 0.5 m}\n")

@@ -162,7 +162,9 @@ def test_only_a_process_of_the_page_alone_may_be_late() -> None:
     assert VelocityLimiterParams().timeout < WebUiDevice.max_silence
 
 
-def test_an_invalid_secret_is_one_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_an_invalid_secret_is_reported_in_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     from chefbot.errors import UserError
 
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))

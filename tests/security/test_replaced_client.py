@@ -43,7 +43,7 @@ def test_a_cancelled_sender_ends_at_any_moment(steps: int) -> None:
     assert asyncio.run(ends())
 
 
-def test_a_frame_after_the_closing_handshake_is_no_error() -> None:
+def test_a_frame_after_the_closing_handshake_is_not_an_error() -> None:
     async def send() -> None:
         web: Any = Socket(RuntimeError("Unexpected ASGI message, after sending 'websocket.close'."))
         client = BrowserConnection(web, ENGINEER, "127.0.0.1")

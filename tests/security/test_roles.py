@@ -118,7 +118,7 @@ def test_the_page_offers_what_the_role_may_do(site: Site, role: Role) -> None:
         assert tab.evaluate(row) == may(role, "waiter")
 
 
-def test_the_link_of_a_guest_is_no_other_role(site: Site) -> None:
+def test_the_link_of_a_guest_gives_no_other_role(site: Site) -> None:
     address = site.server.url_for(Visitor("anna", "guest"))
     assert httpx.get(address, follow_redirects=False).status_code == 303
     assert httpx.get(address.replace("guest", "engineer"), follow_redirects=False).status_code == 403

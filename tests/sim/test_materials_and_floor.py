@@ -125,7 +125,7 @@ def test_a_depth_camera_sees_a_hole_deeper_than_the_floor() -> None:
     assert float(ahead.min()) > 1.3 and float(ahead.max()) < 2.7
 
 
-def test_a_hole_is_no_passage() -> None:
+def test_a_hole_is_not_a_passage() -> None:
     hole = FloorHole(name="ditch", x=3.0, y=0.0, size=[0.5, 3.9], depth=0.3)
     floor = reachable(room(holes=[hole]), ROBOT)
     assert floor.at(1.0, 0.0) == FREE

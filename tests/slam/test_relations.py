@@ -84,7 +84,7 @@ def test_relations_round_trip(rows: list[list[float]]) -> None:
         ("1 2 nan 4 5 6 7 8\n", "line 1: a relation is 8 finite numbers"),
     ],
 )
-def test_a_bad_line_is_one_sentence(text: str, sentence: str) -> None:
+def test_a_bad_line_is_reported_in_one_sentence(text: str, sentence: str) -> None:
     with pytest.raises(RelationsError, match=f"^{sentence}$"):
         parse_relations(text)
 

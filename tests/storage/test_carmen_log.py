@@ -1,4 +1,4 @@
-"""The text of a log, gzip-compressed or not, and one sentence for what is none."""
+"""The text of a log, gzip-compressed or not, and one sentence for what is not a log."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_the_text_is_that_of_the_file(
         ("Küche".encode(), "is not a CARMEN log: it is not text"),
     ],
 )
-def test_what_is_no_log_is_one_sentence(tmp_path: Path, data: bytes, sentence: str) -> None:
+def test_what_is_not_a_log_is_reported_in_one_sentence(tmp_path: Path, data: bytes, sentence: str) -> None:
     path = tmp_path / "a.log"
     path.write_bytes(data)
     with pytest.raises(UserError, match=sentence) as caught:
@@ -53,7 +53,7 @@ def test_of_a_cut_file_what_it_has_is_used(tmp_path: Path, missing: int) -> None
     assert found.note == "The gzip file is cut off; what it has is used."
 
 
-def test_a_missing_log_is_one_sentence(tmp_path: Path) -> None:
+def test_a_missing_log_is_reported_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(ChefbotError, match=r"absent\.log does not exist"):
         read_text(tmp_path / "absent.log")
 

@@ -82,7 +82,7 @@ def test_two_connections_write_in_turn(records: CauseRecords) -> None:
     assert (len(records.causes(50)), len(history.rounds(50))) == (20, 20)
 
 
-def test_a_damaged_file_is_one_sentence(tmp_path: Path) -> None:
+def test_a_damaged_file_is_reported_in_one_sentence(tmp_path: Path) -> None:
     path = tmp_path / "one.sqlite"
     path.write_bytes(b"not a database" * 100)
     with pytest.raises(StorageError, match="cannot be used"):

@@ -135,7 +135,7 @@ def test_an_older_file_is_brought_to_the_newest_version(
 
 
 @pytest.mark.parametrize("content", [b"not a database" * 100, b"SQLite format 3\0" + b"\xff" * 4000])
-def test_a_damaged_file_is_one_sentence_and_stays(tmp_path: Path, content: bytes) -> None:
+def test_a_damaged_file_has_one_sentence_and_stays(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "one.sqlite"
     path.write_bytes(content)
     with pytest.raises(StorageError, match=r"^the history .*one\.sqlite cannot be used: "):
@@ -143,7 +143,7 @@ def test_a_damaged_file_is_one_sentence_and_stays(tmp_path: Path, content: bytes
     assert path.read_bytes() == content
 
 
-def test_a_folder_in_the_way_is_one_sentence(tmp_path: Path) -> None:
+def test_a_folder_in_the_way_is_reported_in_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(StorageError):
         DeliveryHistory(tmp_path / "file" / "one.sqlite")

@@ -34,8 +34,8 @@ def archive(files: dict[str, bytes]) -> bytes:
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (b"", "no map bundle"),
-        (b"image: map.pgm\n", "no map bundle"),
+        (b"", "not a map bundle"),
+        (b"image: map.pgm\n", "not a map bundle"),
         (archive({"map.yaml": b""}), "no manifest.json"),
         (archive({"manifest.json": b'{"version": 2, "files": {}}'}), "version 2 .* this chefbot reads 1"),
         (archive({"manifest.json": b"[1]"}), "damaged"),
@@ -47,7 +47,7 @@ def archive(files: dict[str, bytes]) -> bytes:
         ),
     ],
 )
-def test_what_is_no_bundle_is_one_sentence(tmp_path: Path, data: bytes, reason: str) -> None:
+def test_what_is_not_a_bundle_is_reported_in_one_sentence(tmp_path: Path, data: bytes, reason: str) -> None:
     path = tmp_path / "map.bundle"
     path.write_bytes(data)
     with pytest.raises(MapBundleError, match=reason):

@@ -40,7 +40,7 @@ def test_only_the_newest_versions_are_kept(
     assert not versions.restore().files
 
 
-def test_an_incomplete_version_is_none(tmp_path: Path, files: tuple[Path, Path]) -> None:
+def test_an_incomplete_version_does_not_count(tmp_path: Path, files: tuple[Path, Path]) -> None:
     """A crash between the copies of two files: bringing such a version back would remove the second."""
     versions = MapVersions(tmp_path / "versions", files)
     for file in files:
@@ -54,7 +54,7 @@ def test_an_incomplete_version_is_none(tmp_path: Path, files: tuple[Path, Path])
     assert versions.restore().files and [file.read_text() for file in files] == ["one", "one"]
 
 
-def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path: Path, files: tuple[Path, Path]) -> None:
+def test_a_folder_that_cannot_be_written_has_one_sentence(tmp_path: Path, files: tuple[Path, Path]) -> None:
     (tmp_path / "versions").write_text("a file")
     with pytest.raises(StorageError, match="versions"):
         MapVersions(tmp_path / "versions", files).keep(files)

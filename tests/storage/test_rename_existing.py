@@ -19,12 +19,12 @@ def test_an_existing_file_is_kept_under_the_first_free_number(tmp_path: Path) ->
     assert (tmp_path / "run.1.mcap").read_text() == "recording 1"
 
 
-def test_what_is_no_file_stays(tmp_path: Path) -> None:
+def test_what_is_not_a_file_stays(tmp_path: Path) -> None:
     assert rename_existing(tmp_path) is None
     assert rename_existing(Path("/dev/full")) is None
 
 
-def test_a_folder_that_forbids_renaming_is_one_sentence(
+def test_a_folder_that_forbids_renaming_has_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "run.mcap"

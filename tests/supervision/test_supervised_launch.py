@@ -85,7 +85,7 @@ def test_an_orderly_end_is_final(tmp_path: Path, code: int) -> None:
     assert (parent.end(), len(parent.pids())) == (code, 1)
 
 
-def test_faults_of_nodes_at_an_orderly_end_are_no_crash(tmp_path: Path) -> None:
+def test_faults_of_nodes_at_an_orderly_end_are_not_a_crash(tmp_path: Path) -> None:
     parent = Parent(tmp_path, "notify('READY=1'); notify('STOPPING=1'); sys.exit(1)")
     assert (parent.end(), len(parent.pids())) == (1, 1)
 

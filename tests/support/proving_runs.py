@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from chefbot.proving.record import GoalRecord, RunRecord
-from chefbot.proving.run_order import RunOrder, run_orders
+from chefbot.proving.run_spec import RunSpec, run_specs
 from chefbot.proving.scenario import Scenario, parse_scenario
 from chefbot.proving.worker import RunResult
 
@@ -27,9 +27,9 @@ def tiny(**changes: Any) -> Scenario:
     return msgspec.structs.replace(parse_scenario(DRIVE.encode(), "tiny"), **changes)
 
 
-def tiny_orders(wanted: list[int], **changes: Any) -> list[RunOrder]:
+def tiny_specs(wanted: list[int], **changes: Any) -> list[RunSpec]:
     """Return the runs of the tiny scenario."""
-    return run_orders(tiny(**changes), Path(), wanted)
+    return run_specs(tiny(**changes), Path(), wanted)
 
 
 def a_record(seed: int, *, success: bool = True, scenario: str = "tiny", **fields: Any) -> RunRecord:
@@ -58,12 +58,12 @@ def held_seeds(folder: Path) -> list[str]:
 
 def counted_run(packed: bytes) -> RunResult:
     """Note that a run has begun, wait while runs are held back, note that it has ended, and return a record."""
-    order = msgspec.msgpack.decode(packed, type=RunOrder)
+    spec = msgspec.msgpack.decode(packed, type=RunSpec)
     folder = Path(os.environ[FOLDER])
-    with (folder / f"begun_{order.seed}").open("a") as file:
+    with (folder / f"begun_{spec.seed}").open("a") as file:
         file.write(f"{os.getpid()}\n")
-    while str(order.seed) in held_seeds(folder):
+    while str(spec.seed) in held_seeds(folder):
         time.sleep(0.02)
-    with (folder / f"ended_{order.seed}").open("a") as file:
+    with (folder / f"ended_{spec.seed}").open("a") as file:
         file.write(f"{os.getpid()}\n")
-    return RunResult(msgspec.json.encode(a_record(order.seed, key=order.key)))
+    return RunResult(msgspec.json.encode(a_record(spec.seed, key=spec.key)))

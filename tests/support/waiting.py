@@ -9,7 +9,7 @@ from typing import TypeVar
 
 T = TypeVar("T")
 PATIENCE = 300.0
-"""Seconds until a wait fails; it is no requirement on the product, but longer than any machine needs."""
+"""Seconds until a wait fails; it is not a requirement on the product, but longer than any machine needs."""
 STEP = 0.01
 QUIET = os.environ.get("CHEFBOT_QUIET_MACHINE") == "1"
 """Set by `make test-long`, when nothing else runs on the machine, so that limits of wall time are checked too."""

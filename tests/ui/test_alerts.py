@@ -68,7 +68,7 @@ def test_the_page_calls_for_what_is_new_and_only_if_chosen(page: Any, tab: Tab) 
     assert tab.errors() == []
 
 
-def test_the_choice_outlives_the_page_and_old_news_is_none(page: Any, tab: Tab) -> None:
+def test_the_choice_outlives_the_page_and_old_news_is_not_given(page: Any, tab: Tab) -> None:
     tab.evaluate("document.getElementById('alerts').scrollIntoView()")
     tab.click("#alerts")
     tab.call("Page.reload")

@@ -113,7 +113,7 @@ def test_topics_are_a_tree_whose_branches_stay_closed(tab: Tab, page: Any) -> No
     assert tab.evaluate(texts) == ["/camera", "/depth"]
     leaf = "document.querySelector('[data-topic=\"{}\"]').firstChild.textContent"
     assert tab.evaluate(leaf.format("/camera/depth/info")) == "/info"
-    assert tab.evaluate(leaf.format("/slam/pose")) == "/slam/pose", "a branch with one topic is none"
+    assert tab.evaluate(leaf.format("/slam/pose")) == "/slam/pose", "a branch with one topic is not a branch"
     tab.evaluate("document.querySelector('#topic-list details').open = false")
     tab.wait_for("!document.querySelector('#topic-list details').open")
     tab.evaluate("document.querySelector('[data-topic=\"/map\"]').click()")

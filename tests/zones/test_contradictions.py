@@ -35,7 +35,7 @@ def box(x: float, y: float, width: float = 1.0, height: float = 1.0) -> list[tup
         (box(20.0, 1.0), "zone a lies outside the map"),
     ],
 )
-def test_a_zone_that_is_no_area_of_the_map_is_refused(
+def test_a_zone_that_is_not_an_area_of_the_map_is_refused(
     points: list[tuple[float, float]], problem: str
 ) -> None:
     with pytest.raises(ZoneError, match=problem):

@@ -63,7 +63,7 @@ class Window(NamedTuple):
 
 
 class ConsumptionEstimator:
-    """Recursive lowest squares on windows of the log: energy = standing * duration + per_metre * distance.
+    """Recursive least squares on windows of the log: energy = standing * duration + per_metre * distance.
 
     A window by voltage has to be nearly a whole discharge, because the voltage does not fall evenly.
 

@@ -15,7 +15,7 @@ from chefbot.maths.counter_unwrap import wrap_signed
 
 SIDES = ("left", "right")
 MIN_SHARE, CROSSTALK = 0.5, 0.1
-"""Shares of the expected ticks: the least of a wheel that turns, and the most of one that stands."""
+"""Shares of the expected ticks: the minimum of a wheel that turns, and the maximum of one that stands."""
 TURN_TOLERANCE = 0.03
 """Share by which a turn by hand may differ from the robot file's ticks per turn."""
 BEGIN_US = 300_000
@@ -44,12 +44,12 @@ def wheel_findings(run: WheelRun) -> list[str]:
     encoder = BoardFlag.ENCODER_RIGHT if run.side else BoardFlag.ENCODER_LEFT
     if abs(foreign) > MIN_SHARE * run.expected > abs(own):
         return [
-            f"The {other} encoder counted while the {name} wheel was driven: exchange the connectors of the two"
+            f"The {other} encoder counted while the {name} wheel was driven: swap the connectors of the two"
             " encoders, or of the two motors."
         ]
     if run.flags & encoder and own < 0:
         return [
-            f"The {name} encoder counts against its motor: exchange its wires A and B, or the motor's two wires."
+            f"The {name} encoder counts against its motor: swap its A and B wires, or the motor's two wires."
         ]
     if run.flags & encoder:
         return [
@@ -67,12 +67,10 @@ def direction_remedy(side: int, answer: str) -> str:
     """Return what to do after a wheel was seen to turn backward ('b') or not to turn ('n'); empty if forward."""
     name = SIDES[side]
     if answer == "b":
-        return (
-            f"Exchange the two wires of the {name} motor, and A and B of its encoder: both are the wrong way."
-        )
+        return f"Swap the two wires of the {name} motor, and the A and B wires of its encoder: both are reversed."
     if answer == "n":
         return (
-            f"The {name} encoder counts, but the wheel stands: the connectors of the motors may be exchanged."
+            f"The {name} encoder counts, but the wheel stands: the connectors of the motors may be swapped."
         )
     return ""
 

@@ -34,7 +34,7 @@ class MotorBoardLink(Protocol):
     def fault(self) -> str:
         """Why the board has switched its motors off, in sentences with the remedy; empty if it has not.
 
-        An emergency stop commanded by the computer is no fault.
+        An emergency stop commanded by the computer is not a fault.
         """
 
     def receive_data(self, data: bytes, now_ns: int) -> list[Message]:

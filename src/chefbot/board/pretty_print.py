@@ -71,7 +71,7 @@ def _version(line: board.VersionLine) -> str:
     limits = f"wheel {line.max_wheel}, forward {line.max_forward}, turn {line.max_turn} ticks/s"
     return (
         f"{line.name} protocol {line.protocol} on {line.port}, robot {line.hash:08X}, "
-        f"{line.ticks_per_turn_milli / 1000:g} ticks a turn, {limits}, {line.acceleration} ticks/s^2"
+        f"{line.ticks_per_turn_milli / 1000:g} ticks per turn, {limits}, {line.acceleration} ticks/s^2"
     )
 
 

@@ -157,7 +157,7 @@ def range_message(stamp_ns: int, distance: float, robot: Robot) -> Range:
 def cliff_messages(stamp_ns: int, cliffs: int, robot: Robot) -> list[Message]:
     """Convert the bits of the cliff sensors to a Range message each.
 
-    As sensor_msgs/Range has it for a fixed distance: -inf is floor within the range, +inf is none.
+    As sensor_msgs/Range has it for a fixed distance: -inf means floor within the range, +inf no floor.
     """
     messages: list[Message] = []
     for i, (frame, sensor) in enumerate(robot.sensors.cliff_sensors.items()):

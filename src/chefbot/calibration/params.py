@@ -15,11 +15,11 @@ class CalibratorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     """Number and size of the squares, and the settling time."""
 
     squares: Annotated[
-        int, Meta(ge=1, le=20, description="squares each way to calibrate by, and as many to check it")
+        int, Meta(ge=1, le=20, description="squares per direction; the same number again for validation")
     ] = 4
     side: Annotated[
-        float, Meta(ge=0, le=10, description="of the squares, m; 0: as large as there is room")
+        float, Meta(ge=0, le=10, description="side length of the squares, m; 0: the largest that fits")
     ] = 0.0
-    settle: Annotated[float, Meta(ge=0, le=5, description="pause before the first look of a stand, s")] = (
-        SETTLING_TIME
-    )
+    settle: Annotated[
+        float, Meta(ge=0, le=5, description="settling time before the first scan at a station, s")
+    ] = SETTLING_TIME

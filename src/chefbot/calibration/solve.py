@@ -110,7 +110,7 @@ def solve(
 
 
 def _check(noise: tuple[float, float], slipped: NDArray[np.bool_]) -> None:
-    slips, advice = int(slipped.sum()), "clean tyres and floor, drive where nobody walks, and calibrate again"
+    slips, advice = int(slipped.sum()), "clean tyres and floor, drive where no one walks, and calibrate again"
     if slipped.mean() > MAX_OUTLIERS:
         raise CalibrationError(
             f"{slips} of {len(slipped)} drives fit no wheels: they slip, or the walls move; {advice}"

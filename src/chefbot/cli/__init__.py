@@ -1,1 +1,1 @@
-"""The command line `chefbot GROUP VERB`: one package a group, whose `commands.py` declares its verbs."""
+"""The command line `chefbot GROUP VERB`: one package per group, whose `commands.py` declares its verbs."""

@@ -24,7 +24,7 @@ LIBRARY_PHRASES = {
     r"Input should be a valid integer.*": "must be a whole number",
     r"Input should be a valid number.*": "must be a number",
 }
-"""Phrases of the libraries that check options, as patterns, and what they mean to somebody at a terminal."""
+"""Phrases of the libraries that check options, as patterns, and what they mean to a person at a terminal."""
 HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 
@@ -105,7 +105,8 @@ def explain_usage_error(error: Any) -> str:
         sentence = _without_library_phrases(error.format_message().rstrip("."))
         return f"`{path}`: {sentence[:1].lower()}{sentence[1:]}; see `{path} --help`"
     if error.option_name.lstrip("-")[:1].isdigit():
-        return f"`{path}`: {error.option_name} is no option; write `--` before negative numbers, after all options"
+        hint = "write `--` before negative numbers, after all options"
+        return f"`{path}`: {error.option_name} is not an option; {hint}"
     options = [text for parameter in error.ctx.command.params for text in parameter.opts if text[:1] == "-"]
     return f"`{path}` has no option {error.option_name}{name_hint(error.option_name, [*options, '--help'])}"
 

@@ -12,7 +12,7 @@ START = typer.Option(
     help="start pose '\\[x, y, yaw]', m and rad; default: the world's; on a map, where clearance is largest"
 )
 UNKNOWN = typer.Option(
-    help="unknown cells of a map: wall, free, or auto, walls if large or at the map's edge",
+    help="what unknown cells of a map are: wall, free, or auto: walls if large or at the map's edge",
     autocompletion=completion.unknown_cells,
 )
 WEB_UI = "http://127.0.0.1:8080"
@@ -24,5 +24,7 @@ LAN = typer.Option(
     "--lan", help="serve the web UI to phones in this network; prints its address as a QR code"
 )
 JOIN = typer.Option(help="Zenoh endpoint of another machine, tls/HOST; repeatable")
-AS_JSON = typer.Option("--json", help="as JSON, in SI units")
-KEY_VALUES = typer.Argument(help="key:=value ...", autocompletion=completion.launch_arguments)
+AS_JSON = typer.Option("--json", help="print the result as JSON, in SI units")
+KEY_VALUES = typer.Argument(
+    help="arguments of the launch, key:=value ...", autocompletion=completion.launch_arguments
+)

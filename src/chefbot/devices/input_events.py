@@ -24,7 +24,7 @@ EVENT = struct.Struct("@llHHi")
 SYN, KEY, ABS = 0x00, 0x01, 0x03
 """Event types: synchronization, button, axis."""
 SYN_REPORT, SYN_DROPPED = 0, 3
-"""Codes of synchronization: end of a report; events were lost because nobody read in time."""
+"""Codes of synchronization: end of a report; events were lost because they were not read in time."""
 BUTTONS = {
     0x130: "south",
     0x131: "east",
@@ -76,7 +76,7 @@ class AxisRange(NamedTuple):
 
 
 class DeviceState(NamedTuple):
-    """What is pressed, the value of each axis, and its range; empty of a file that is no input device."""
+    """What is pressed, the value of each axis, and its range; empty for a file that is not an input device."""
 
     pressed: frozenset[int]
     values: dict[int, int]

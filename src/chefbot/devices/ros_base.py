@@ -147,7 +147,7 @@ class RosBaseDevice(MotorBoardNode):
         elif self._wrong_stamps:
             level, text = (
                 WARN,
-                "The clock of the base is not that of this computer; its messages count as of now.",
+                "The clock of the base is not that of this computer; its messages get the time of their arrival.",
             )
         counters = {"wrong stamps": self._wrong_stamps, "restarts": self._ticks.restarts}
         values = tuple(KeyValue(key, str(value)) for key, value in counters.items())

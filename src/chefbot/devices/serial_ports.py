@@ -77,7 +77,7 @@ def find_same_device(device: Port) -> Port:
     device.
 
     Some adapters all have the same serial number: then it is the one at the same path, which may be a symbolic link,
-    and with none there nobody knows.
+    and if none is there, it is not known.
     """
     if device.identity is None:
         return device

@@ -30,8 +30,8 @@ class Terminal:
     """
 
     def __init__(self, on_keys: Callable[[str], None], on_end: Callable[[], None]) -> None:
-        """Both callbacks run in the thread; `on_end` is called when the terminal is gone. UserError if there
-        is none."""
+        """Both callbacks run in the thread; `on_end` is called when the terminal is gone. UserError without a
+        terminal."""
         self._on_keys, self._on_end = on_keys, on_end
         self._fd = _handle_of_stdin()
         self._saved_settings = termios.tcgetattr(self._fd)
@@ -81,7 +81,7 @@ def _handle_of_stdin() -> int:
         )
     if sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
         raise UserError(
-            "the keyboard needs a terminal, but the standard input is none; start it in a terminal window, "
+            "the keyboard needs a terminal, but standard input is not a terminal; start it in a terminal window, "
             "or drive with the keys or the joystick in the robot's web UI"
         )
     return sys.stdin.fileno()

@@ -88,7 +88,7 @@ def read_key(pem: bytes, where: str) -> PrivateKey:
 
 
 def read_certificate(pem: bytes, where: str) -> x509.Certificate:
-    """Load a certificate from PEM. Raises UserError if it is none, or its key is not on the curve P-256."""
+    """Load a certificate from PEM. Raises UserError if it is not a certificate with a key on the curve P-256."""
     try:
         certificate = x509.load_pem_x509_certificate(pem)
         certificate.subject, certificate.issuer, certificate.extensions  # noqa: B018
@@ -126,7 +126,7 @@ def request_pem(key: PrivateKey, member: str) -> bytes:
 def read_request(pem: bytes, where: str) -> x509.CertificateSigningRequest:
     """Load a certificate signing request.
 
-    Raises UserError if it is none, its signature is invalid or its key is not on the curve P-256.
+    Raises UserError if it is not a request, its signature is invalid or its key is not on the curve P-256.
     """
     try:
         request = x509.load_pem_x509_csr(pem)

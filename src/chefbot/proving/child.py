@@ -1,4 +1,4 @@
-"""The process of one run: `python -m chefbot.proving.child FOLDER`, with the run's order on standard input.
+"""The process of one run: `python -m chefbot.proving.child FOLDER`, with the run's spec on standard input.
 
 It writes FOLDER/record.json. It exits when its standard input ends, so that it never outlives its worker.
 """
@@ -16,7 +16,7 @@ import msgspec
 from chefbot.errors import ChefbotError
 from chefbot.proving.record import CANNOT_RUN, LENGTH_BYTES, RECORD_NAME
 from chefbot.proving.run import make_run
-from chefbot.proving.run_order import RunOrder, crashed
+from chefbot.proving.run_spec import RunSpec, crashed
 from chefbot.storage.atomic_files import write_atomic
 
 TRACEBACK_LINES = 4
@@ -26,14 +26,14 @@ def main() -> int:
     """Make the run; an error becomes the failure of its record, as other seeds may do without it."""
     folder = Path(sys.argv[1])
     stdin = sys.stdin.buffer
-    order = msgspec.msgpack.decode(stdin.read(int.from_bytes(stdin.read(LENGTH_BYTES), "big")), type=RunOrder)
+    spec = msgspec.msgpack.decode(stdin.read(int.from_bytes(stdin.read(LENGTH_BYTES), "big")), type=RunSpec)
     threading.Thread(target=_exit_at_end_of_input, name="parent watch", daemon=True).start()
     try:
-        record = make_run(order, folder)
+        record = make_run(spec, folder)
     except ChefbotError as error:
-        record = crashed(order, f"{CANNOT_RUN}{error}")
+        record = crashed(spec, f"{CANNOT_RUN}{error}")
     except Exception:
-        record = crashed(order, "".join(traceback.format_exc().splitlines(keepends=True)[-TRACEBACK_LINES:]))
+        record = crashed(spec, "".join(traceback.format_exc().splitlines(keepends=True)[-TRACEBACK_LINES:]))
     write_atomic(folder / RECORD_NAME, msgspec.json.encode(record))
     return 0
 

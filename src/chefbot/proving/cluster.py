@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from chefbot.errors import UserError
-from chefbot.proving.run_order import code_hash
+from chefbot.proving.run_spec import code_hash
 from chefbot.proving.worker import dask_setup
 
 ADDRESS = re.compile(r"(tcp|tls|ws|wss)://(\[[^\]]+\]|[^:/]+):\d{1,5}")
@@ -24,7 +24,7 @@ ALLOWED_FAILURES = 1000
 
 
 def check_address(address: str) -> None:
-    """Raise UserError if a scheduler's address is none; empty is for processes of this machine."""
+    """Raise UserError for an invalid address of a scheduler; an empty one stands for processes of this machine."""
     if address and not ADDRESS.fullmatch(address):
         raise UserError(f"--scheduler {address[:80]}: give an address as tcp://HOST:PORT")
 

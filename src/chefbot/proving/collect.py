@@ -11,7 +11,7 @@ from chefbot.errors import ChefbotError
 from chefbot.plural import number_of
 from chefbot.proving.cluster import DaskCluster
 from chefbot.proving.record import RunRecord
-from chefbot.proving.run_order import RunOrder
+from chefbot.proving.run_spec import RunSpec
 from chefbot.proving.worker import RunResult, make_run_in_process
 
 MAX_ATTEMPTS = 20
@@ -23,13 +23,13 @@ class LostRunError(ChefbotError):
     """A run whose result was lost repeatedly."""
 
 
-def collect(cluster: DaskCluster, orders: Iterable[RunOrder], add: Collected) -> None:
+def collect(cluster: DaskCluster, specs: Iterable[RunSpec], add: Collected) -> None:
     """Make all runs and call `add` once for each, as they end.
 
     A run whose worker dies is made again by the scheduler; when the connection to the scheduler is lost, runs without
     a result are submitted again. Raises UserError for a worker with other code, and LostRunError.
     """
-    remaining = {order.key: order for order in orders}
+    remaining = {spec.key: spec for spec in specs}
     attempts = 0
     while remaining:
         if attempts:
@@ -44,14 +44,14 @@ def collect(cluster: DaskCluster, orders: Iterable[RunOrder], add: Collected) ->
             )
 
 
-def _collect_connected(cluster: DaskCluster, remaining: dict[str, RunOrder], add: Collected) -> None:
+def _collect_connected(cluster: DaskCluster, remaining: dict[str, RunSpec], add: Collected) -> None:
     """Collect until all are done or the connection is lost; done ones are removed from `remaining`."""
     from distributed import as_completed
     from distributed.client import ClosedClientError
 
     futures: dict[str, Any] = {}
     try:
-        futures.update((key, _submit(cluster.client, order)) for key, order in remaining.items())
+        futures.update((key, _submit(cluster.client, spec)) for key, spec in remaining.items())
         keys = {future.key: key for key, future in futures.items()}
         for future in as_completed(list(futures.values()), loop=cluster.client.loop):
             result = _result(future)
@@ -68,10 +68,10 @@ def _collect_connected(cluster: DaskCluster, remaining: dict[str, RunOrder], add
             future.release()
 
 
-def _submit(client: Any, order: RunOrder) -> Any:
+def _submit(client: Any, spec: RunSpec) -> Any:
     """Submit a run under its own key, so that it is not made twice."""
-    packed = msgspec.msgpack.encode(order)
-    return client.submit(make_run_in_process, packed, key=f"chefbot-run-{order.key}", retries=0)
+    packed = msgspec.msgpack.encode(spec)
+    return client.submit(make_run_in_process, packed, key=f"chefbot-run-{spec.key}", retries=0)
 
 
 def _result(future: Any) -> RunResult | None:

@@ -21,7 +21,7 @@ FIGURES: Mapping[str, RunFigure] = {
     "contact_speed": RunFigure("m/s", "speed of the fastest of these contacts, 0 without any"),
     "near_misses": RunFigure("", "times that the moving robot came nearer than 5 cm to an obstacle"),
     "min_clearance": RunFigure("m", "smallest distance of the moving robot to an obstacle", 1),
-    "near_people": RunFigure("s", "time during which it drove towards somebody nearer than 0.45 m"),
+    "near_people": RunFigure("s", "time during which it drove towards a person nearer than 0.45 m"),
     "goals_reached": RunFigure("", "share of the goals that the robot truly reached, 0 to 1", 1),
     "recoveries": RunFigure("", "recovery behaviors"),
     "passage_delay": RunFigure("s", "time that the blocked door was free again until the robot was through"),
@@ -35,7 +35,7 @@ FIGURES: Mapping[str, RunFigure] = {
     "localization_error_median": RunFigure("m", "median position error while localized"),
     "localization_error_max": RunFigure("m", "largest position error while localized"),
     "wrongly_localized": RunFigure(
-        "s", "time during which it reports to be localized with an error above 1 m"
+        "s", "time during which it claims to be localized with an error above 1 m"
     ),
     "explored": RunFigure("", "share of the reachable floor in the map, 0 to 1", 1),
     "map_precision": RunFigure("", "share of the map's walls that are true, 0 to 1", 1),
@@ -43,4 +43,4 @@ FIGURES: Mapping[str, RunFigure] = {
     "odometry_drift": RunFigure("m/m", "position error of the odometry by the distance driven"),
     "relation_error": RunFigure("m", "mean error of the relations between true poses"),
 }
-"""RunFigure by name; a run has those that its task measures."""
+"""Figures by name; a run has those that its task measures."""

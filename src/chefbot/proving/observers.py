@@ -29,7 +29,7 @@ PERSON_REACH = 0.25
 PERSONAL_SPACE = 0.45
 """Distance from which on people keep from each other unless they are intimate, m (Hall 1966)."""
 WRONG_POSE = 1.0
-"""Position error from which a robot that reports to be localized is wrong, m."""
+"""Position error from which a robot that claims to be localized is wrong, m."""
 PATH_PERIOD_NS = 500_000_000
 
 
@@ -75,7 +75,7 @@ class SafetyObserver:
         self.near_misses = 0
         self.min_clearance = math.inf
         self.seconds_near_people = 0.0
-        """Time for which the robot drove towards somebody nearer than their personal space, s."""
+        """Time for which the robot drove towards a person who was nearer than their personal space, s."""
         self._last_ns: int | None = None
         self.contact_speed = 0.0
         """Speed of the fastest contact, m/s."""
@@ -112,7 +112,7 @@ class SafetyObserver:
             self._in_near_miss = False
 
     def _approaches_people(self, pose: SE2, v: float) -> bool:
-        """Return whether the robot drives towards somebody in whose personal space it is."""
+        """Return whether the robot drives towards a person in whose personal space it is."""
         assert self.simulation is not None
         for person in self.simulation.people:
             distance = pose.distance(person)
@@ -147,7 +147,7 @@ def _distance_to(obstacles: Grid) -> Grid:
 
 
 class WrongClaims:
-    """Time during which the robot reports to be localized and is elsewhere."""
+    """Time during which the robot claims to be localized and is elsewhere."""
 
     def __init__(self, scorer: Scorer) -> None:
         self._scorer = scorer

@@ -23,7 +23,7 @@ from chefbot.proving.page import page
 from chefbot.proving.progress import run_progress
 from chefbot.proving.record import CANNOT_RUN, RunRecord
 from chefbot.proving.results_folder import Request, ResultsFolder, write_tables
-from chefbot.proving.run_order import RunOrder, run_orders
+from chefbot.proving.run_spec import RunSpec, run_specs
 from chefbot.proving.scenario import Scenario, built_in_scenarios, is_judging, load_scenario, parse_seeds
 from chefbot.proving.statistics import wilson
 from chefbot.robot.load import built_in_robots, find_robot
@@ -62,15 +62,15 @@ def run_prove(options: ProveOptions) -> int:
     results = ResultsFolder(options.out)
     old = ResultsFolder(options.against).records() if options.against else []
     request = results.request() if options.resume and not options.names else requested(options)
-    orders = orders_of(request, options.record)
-    check_common_runs(options, old, orders)
+    specs = specs_of(request, options.record)
+    check_common_runs(options, old, specs)
     results.create(request)
-    done = {order.key: record for order in orders if (record := _done(results, order, options.record))}
-    missing = [order for order in orders if order.key not in done]
+    done = {spec.key: record for spec in specs if (record := _done(results, spec, options.record))}
+    missing = [spec for spec in specs if spec.key not in done]
     try:
         make_missing(results, missing, done, options.workers, options.scheduler)
     finally:
-        made = [done[order.key] for order in orders if order.key in done]
+        made = [done[spec.key] for spec in specs if spec.key in done]
         if made:
             differences = changes(old, made)
             write_results(options, request.scenarios, made, differences)
@@ -85,21 +85,21 @@ def run_prove(options: ProveOptions) -> int:
     return int(missed or any(change.is_worse for change in differences))
 
 
-def orders_of(request: Request, record: bool) -> list[RunOrder]:
+def specs_of(request: Request, record: bool) -> list[RunSpec]:
     """Return the runs of all scenarios. Raises UserError that names the scenario with bad input."""
-    orders: list[RunOrder] = []
+    specs: list[RunSpec] = []
     for scenario, folder, seeds in zip(request.scenarios, request.folders, request.seeds, strict=True):
         try:
-            orders += run_orders(scenario, Path(folder), seeds, record)
+            specs += run_specs(scenario, Path(folder), seeds, record)
         except ChefbotError as error:
             raise UserError(f"scenario {scenario.name}: {error}") from None
-    return orders
+    return specs
 
 
-def check_common_runs(options: ProveOptions, old: Sequence[RunRecord], orders: Sequence[RunOrder]) -> None:
+def check_common_runs(options: ProveOptions, old: Sequence[RunRecord], specs: Sequence[RunSpec]) -> None:
     """Raise UserError if the older results have no run to compare with."""
     known = {(record.scenario, record.seed) for record in old}
-    if old and not any((order.scenario.name, order.seed) in known for order in orders):
+    if old and not any((spec.scenario.name, spec.seed) in known for spec in specs):
         raise UserError(
             f"--against {options.against}: it has no run of these scenarios with one of these seeds"
         )
@@ -123,7 +123,7 @@ def requested(options: ProveOptions) -> Request:
 
 def make_missing(
     results: ResultsFolder,
-    missing: list[RunOrder],
+    missing: list[RunSpec],
     done: dict[str, RunRecord],
     workers: int,
     scheduler: str,
@@ -131,7 +131,7 @@ def make_missing(
 ) -> None:
     """Make the runs that have no record, and add theirs to `done`; begin no more after `minutes`.
 
-    workers: processes of this machine, 0 for one a core.
+    workers: processes of this machine, 0 for one per core.
     """
     if not missing or minutes <= 0.0:
         return
@@ -231,7 +231,7 @@ def claims_missed(scenarios: Sequence[Scenario], made: Sequence[RunRecord]) -> b
 
 
 def any_that_could_not_run(made: Sequence[RunRecord]) -> bool:
-    """Return whether a run could not begin, which is no failure of the robot; print how many, and why."""
+    """Return whether a run could not begin, which is not a failure of the robot; print how many, and why."""
     reasons = [record.failure for record in made if record.failure.startswith(CANNOT_RUN)]
     if reasons:
         console.print(f"[red]{len(reasons)} of {number_of(len(made), 'run')} could not begin[/]: ", end="")
@@ -239,9 +239,9 @@ def any_that_could_not_run(made: Sequence[RunRecord]) -> bool:
     return bool(reasons)
 
 
-def _done(results: ResultsFolder, order: RunOrder, needs_log: bool) -> RunRecord | None:
+def _done(results: ResultsFolder, spec: RunSpec, needs_log: bool) -> RunRecord | None:
     """Return the record of a run that need not be made again."""
-    record = results.find(order.key)
+    record = results.find(spec.key)
     if record is None or (needs_log and not results.log_path(record).exists()):
         return None
     return record

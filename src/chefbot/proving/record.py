@@ -17,7 +17,7 @@ RECORD_NAME, LOG_NAME = "record.json", "run.mcap"
 CANNOT_RUN = "it cannot run: "
 """Beginning of the failure of a run that could not begin."""
 LENGTH_BYTES = 8
-"""Bytes of an order's length, big-endian, before the order itself in MessagePack, as a run's process reads it."""
+"""Bytes of the length of a RunSpec, big-endian; the spec follows in MessagePack, as a run's process reads it."""
 
 
 class GoalRecord(msgspec.Struct, frozen=True, kw_only=True):

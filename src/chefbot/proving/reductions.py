@@ -46,11 +46,11 @@ def fewer_faults(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
     if len(faults) > 2:
         for left_out in range(len(faults)):
             rest = tuple(fault for i, fault in enumerate(faults) if i != left_out)
-            yield _with(scenario, "with a fault less", faults=rest)
+            yield _with(scenario, "with one fault fewer", faults=rest)
 
 
 def fewer_people(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
-    """Yield nobody, then ever more people."""
+    """Yield scenarios without people, then with more and more of them."""
     people = scenario.people
     count = people.count if isinstance(people, PeopleSpec) else people
     for fewer in FEW_PEOPLE:

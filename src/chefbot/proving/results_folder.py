@@ -1,4 +1,4 @@
-"""The folder of results: the request, a record a run, and the tables made of them."""
+"""The folder of results: the request, a record per run, and the tables made of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from chefbot.config import read_bytes
 from chefbot.config_text import plain_sections, yaml_text
 from chefbot.errors import UserError
 from chefbot.proving.record import RunRecord
-from chefbot.proving.run_order import with_absolute_paths
+from chefbot.proving.run_spec import with_absolute_paths
 from chefbot.proving.scenario import Scenario
 from chefbot.storage.atomic_files import make_folder, os_errors_as_storage_errors, write_atomic
 
@@ -87,7 +87,7 @@ class ResultsFolder:
 
 
 def write_tables(folder: Path, records: list[RunRecord]) -> None:
-    """Write one row a run and one row a goal as Parquet; figures are columns."""
+    """Write one row per run and one row per goal as Parquet; figures are columns."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

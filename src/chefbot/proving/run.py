@@ -17,7 +17,7 @@ from chefbot.launcher.session import session
 from chefbot.maths.grid import FREE, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.proving.record import LOG_NAME, GoalRecord, RunRecord, machine
-from chefbot.proving.run_order import RunOrder, start_text
+from chefbot.proving.run_spec import RunSpec, start_text
 from chefbot.proving.scenario import Building, Scenario
 from chefbot.proving.scenario_tasks import (
     BuiltTask,
@@ -68,29 +68,29 @@ class Outcome(NamedTuple):
     goals: Sequence[GoalRecord] = ()
 
 
-def make_run(order: RunOrder, folder: Path) -> RunRecord:
+def make_run(spec: RunSpec, folder: Path) -> RunRecord:
     """Make one run in an empty folder and return its record. Raises UserError if it cannot begin.
 
-    With `order.record` the folder then holds the log, run.mcap.
+    With `spec.record` the folder then holds the log, run.mcap.
     """
     began_ns, cpu = wall_ns(), process_time()
-    for name, content in order.files.items():
+    for name, content in spec.files.items():
         (folder / Path(name).name).write_bytes(content)
-    scenario, task = order.scenario, order.scenario.task
+    scenario, task = spec.scenario, spec.scenario.task
     if isinstance(task, MapLogTask):
-        figures, path = map_log(task, order.seed, folder)
+        figures, path = map_log(task, spec.seed, folder)
         outcome = Outcome("", figures, None, path)
     elif isinstance(task, BuiltTask):
-        outcome = _drive_built(order, folder)
+        outcome = _drive_built(spec, folder)
     else:
-        outcome = _simulate(order, folder)
+        outcome = _simulate(spec, folder)
     broken = broken_criteria(scenario, outcome.figures)
     failure = "; ".join(sentence for sentence in (broken, outcome.failure) if sentence)
     run = outcome.run
     return RunRecord(
-        key=order.key,
+        key=spec.key,
         scenario=scenario.name,
-        seed=order.seed,
+        seed=spec.seed,
         success=not failure,
         failure=failure,
         figures={name: round(value, 6) for name, value in outcome.figures.items() if math.isfinite(value)},
@@ -130,17 +130,17 @@ def broken_criteria(scenario: Scenario, figures: dict[str, float]) -> str:
                 if bounds.max is not None and not value < bounds.max
                 else (f"at least {bounds.min:g}")
             )
-            broken.append(f"{name} is {value:.3g}, {limit} was wanted")
+            broken.append(f"{name} is {value:.3g}, expected {limit}")
     return "; ".join(broken)
 
 
-def _simulate(order: RunOrder, folder: Path) -> Outcome:
-    scenario, robot = order.scenario, order.robot
-    site = site_of(order, folder)
-    log = folder / LOG_NAME if order.record else None
+def _simulate(spec: RunSpec, folder: Path) -> Outcome:
+    scenario, robot = spec.scenario, spec.robot
+    site = site_of(spec, folder)
+    log = folder / LOG_NAME if spec.record else None
     failure = ""
-    with session(robot, order.seed, "simulation", 0.0, log) as system:
-        run = SimulatedRun(system, scenario, order.seed, site, folder)
+    with session(robot, spec.seed, "simulation", 0.0, log) as system:
+        run = SimulatedRun(system, scenario, spec.seed, site, folder)
         try:
             TASK_FUNCTIONS[type(scenario.task)](run)
         except TaskFailedError as error:
@@ -152,22 +152,22 @@ def _simulate(order: RunOrder, folder: Path) -> Outcome:
     return Outcome(f"a node failed: {fault}" if fault else failure, figures_of(run), run)
 
 
-def _drive_built(order: RunOrder, folder: Path) -> Outcome:
-    site = site_of(order, folder)
-    failure, left = drive_built(order, site.world, site.name, folder)
+def _drive_built(spec: RunSpec, folder: Path) -> Outcome:
+    site = site_of(spec, folder)
+    failure, left = drive_built(spec, site.world, site.name, folder)
     return Outcome(failure, left.figures, None, left.path, left.goals)
 
 
-def site_of(order: RunOrder, folder: Path) -> Site:
+def site_of(spec: RunSpec, folder: Path) -> Site:
     """Load or generate the world of a run; its start is drawn by the seed where the robot has to localize."""
-    scenario, robot = order.scenario, order.robot
-    name = world_name(order, folder)
+    scenario, robot = spec.scenario, spec.robot
+    name = world_name(spec, folder)
     world = load_any_world(name, robot, start_text(scenario))
     if isinstance(scenario.task, LocalizeTask) and scenario.start is None:
-        world = load_any_world(name, robot, str(list(_drawn_start(world, robot, order.seed))))
-    world = with_drawn_places(world, robot, order.seed)
+        world = load_any_world(name, robot, str(list(_drawn_start(world, robot, spec.seed))))
+    world = with_drawn_places(world, robot, spec.seed)
     if isinstance(scenario.task, PassDoorTask):
-        start = draw_passage(world, robot, order.seed).start
+        start = draw_passage(world, robot, spec.seed).start
         world = replace(world, places={**world.places, "home": start})
     makes_map = isinstance(scenario.task, ExploreTask | DriveRandomlyTask)
     return Site(world, name, world.start if makes_map else IDENTITY)
@@ -182,14 +182,14 @@ def _drawn_start(world: World, robot: Robot, seed: int) -> SE2:
     return SE2(round(float(x), 3), round(float(y), 3), round(float(rng.uniform(-math.pi, math.pi)), 3))
 
 
-def world_name(order: RunOrder, folder: Path) -> str:
+def world_name(spec: RunSpec, folder: Path) -> str:
     """Return the name or path of the run's world; a building is generated by the seed and written first."""
-    world = order.scenario.world
+    world = spec.scenario.world
     if isinstance(world, Building):
-        spec = generate(world.kind, order.seed, world.numbers, order.robot.circumscribed_radius)
-        (folder / "world.yaml").write_text(world_text(spec, f"{world.kind}, seed {order.seed}"))
+        building = generate(world.kind, spec.seed, world.numbers, spec.robot.circumscribed_radius)
+        (folder / "world.yaml").write_text(world_text(building, f"{world.kind}, seed {spec.seed}"))
         return str(folder / "world.yaml")
-    return str(folder / world) if world in order.files else world
+    return str(folder / world) if world in spec.files else world
 
 
 def figures_of(run: SimulatedRun) -> dict[str, float]:

@@ -29,7 +29,8 @@ class Building(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     kind: Annotated[str, Meta(description="kind of building")]
     numbers: Annotated[
-        dict[str, float], Meta(description="numbers that are not drawn, as of `chefbot world generate --set`")
+        dict[str, float],
+        Meta(description="numbers that are not drawn, as with `chefbot world generate --set`"),
     ] = {}
 
 
@@ -37,7 +38,8 @@ class DrawnRobot(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """A robot that is generated with the run's seed; see `chefbot robot generate`."""
 
     numbers: Annotated[
-        dict[str, float], Meta(description="numbers that are not drawn, as of `chefbot robot generate --set`")
+        dict[str, float],
+        Meta(description="numbers that are not drawn, as with `chefbot robot generate --set`"),
     ] = {}
 
 
@@ -78,7 +80,7 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         float, Meta(ge=0, le=1, description="smallest share of successful runs; below it the exit code is 1")
     ] = 0.0
     known_failure: Annotated[
-        str, Meta(description="why it fails today, in a file of tests/regressions; empty once it is mended")
+        str, Meta(description="why it fails today, in a file of tests/regressions; empty once it is fixed")
     ] = ""
     peer: Annotated[str, Meta(description="figure that others publish for the same, with its source")] = ""
     seeds: Annotated[str, Meta(description="seeds if none are given, as 1..20 or 3,7")] = "1..20"

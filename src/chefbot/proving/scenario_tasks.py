@@ -23,9 +23,9 @@ class MapLogTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         str, Meta(description="file of true relations (Kuemmerle et al. 2009): t1 t2 x y z roll pitch yaw")
     ] = ""
     particles: Annotated[int, Meta(ge=1, le=1000, description="particles of the mapper")] = 30
-    max_range: Annotated[float, Meta(gt=0, le=1000, description="ranges from here on are no return, m")] = (
-        80.0
-    )
+    max_range: Annotated[
+        float, Meta(gt=0, le=1000, description="ranges from here on count as no return, m")
+    ] = 80.0
 
 
 class LocalizeTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="localize"):

@@ -15,7 +15,7 @@ from chefbot.plural import number_of
 from chefbot.proving.prove import make_missing
 from chefbot.proving.record import RunRecord
 from chefbot.proving.results_folder import Request, ResultsFolder, write_tables
-from chefbot.proving.run_order import RunOrder, code_hash, run_orders
+from chefbot.proving.run_spec import RunSpec, code_hash, run_specs
 from chefbot.proving.scenario import Scenario, built_in_scenarios, load_scenario
 from chefbot.proving.scenario_tasks import BuiltTask
 from chefbot.proving.statistics import wilson
@@ -38,22 +38,22 @@ def run_scoreboard(page: Path, out: Path, minutes: float, workers: int, schedule
     results.create(
         Request(scenarios=scenarios, folders=["."] * len(scenarios), seeds=[SEEDS] * len(scenarios))
     )
-    orders = _orders(scenarios)
-    done = {order.key: record for order in orders if (record := results.find(order.key)) is not None}
-    missing = [order for order in orders if order.key not in done]
+    specs = _specs(scenarios)
+    done = {spec.key: record for spec in specs if (record := results.find(spec.key)) is not None}
+    missing = [spec for spec in specs if spec.key not in done]
     make_missing(results, missing, done, workers, scheduler, minutes)
-    made = [done[order.key] for order in orders if order.key in done]
+    made = [done[spec.key] for spec in specs if spec.key in done]
     if made:
         write_tables(out, made)
     write_into_folder(page, scoreboard_text(scenarios, made).encode())
-    console.print(f"{len(made)} of {number_of(len(orders), 'run')}; scoreboard in {page}")
+    console.print(f"{len(made)} of {number_of(len(specs), 'run')}; scoreboard in {page}")
     return 0
 
 
-def _orders(scenarios: Sequence[Scenario]) -> list[RunOrder]:
-    by_scenario = [run_orders(scenario, Path(), SEEDS) for scenario in scenarios]
-    orders = [order for same_seed in zip(*by_scenario, strict=True) for order in same_seed]
-    return sorted(orders, key=lambda order: _duration_class(order.scenario))
+def _specs(scenarios: Sequence[Scenario]) -> list[RunSpec]:
+    by_scenario = [run_specs(scenario, Path(), SEEDS) for scenario in scenarios]
+    specs = [spec for same_seed in zip(*by_scenario, strict=True) for spec in same_seed]
+    return sorted(specs, key=lambda spec: _duration_class(spec.scenario))
 
 
 def _duration_class(scenario: Scenario) -> int:

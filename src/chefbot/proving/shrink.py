@@ -15,7 +15,7 @@ from chefbot.kernels.precompile import compile_kernels
 from chefbot.plural import number_of
 from chefbot.proving.record import RunRecord
 from chefbot.proving.reductions import REDUCERS, Reduction
-from chefbot.proving.run_order import run_orders, with_absolute_paths, with_relative_paths
+from chefbot.proving.run_spec import run_specs, with_absolute_paths, with_relative_paths
 from chefbot.proving.scenario import Scenario, load_scenario
 from chefbot.proving.worker import make_run_in_process
 from chefbot.storage.atomic_files import write_into_folder
@@ -89,14 +89,14 @@ def regression_text(scenario: Scenario, record: RunRecord, seed: int) -> str:
         known_failure=record.failure[:300],
     )
     return yaml_text(
-        plain_sections(kept), "Made by `chefbot prove --shrink`; empty known_failure once it is mended."
+        plain_sections(kept), "Made by `chefbot prove --shrink`; empty known_failure once it is fixed."
     )
 
 
 def _made(scenario: Scenario, seed: int) -> RunRecord:
-    order = run_orders(scenario, Path(), [seed])[0]
-    return msgspec.json.decode(make_run_in_process(msgspec.msgpack.encode(order)).record, type=RunRecord)
+    spec = run_specs(scenario, Path(), [seed])[0]
+    return msgspec.json.decode(make_run_in_process(msgspec.msgpack.encode(spec)).record, type=RunRecord)
 
 
 def _report(reduction: Reduction, fails: bool) -> None:
-    console.print(f"  {reduction.what}: {'still fails' if fails else 'does not fail so'}")
+    console.print(f"  {reduction.what}: {'still fails' if fails else 'no longer fails this way'}")

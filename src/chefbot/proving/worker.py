@@ -15,7 +15,7 @@ import msgspec
 
 from chefbot.errors import UserError
 from chefbot.proving.record import LENGTH_BYTES, LOG_NAME, RECORD_NAME, RunRecord
-from chefbot.proving.run_order import RunOrder, code_hash, crashed
+from chefbot.proving.run_spec import RunSpec, code_hash, crashed
 
 POLL_PERIOD = 0.05
 """Period at which a run's memory and time are checked, s."""
@@ -42,21 +42,21 @@ def dask_setup(_: Any) -> None:
 
 
 def make_run_in_process(packed: bytes) -> RunResult:
-    """Make the run of an order (MessagePack) in a fresh process.
+    """Make the run of a RunSpec (MessagePack) in a fresh process.
 
-    Raises UserError if this worker has other code than the order asks for.
+    Raises UserError if the code of this worker is not that of the spec.
     """
-    order = msgspec.msgpack.decode(packed, type=RunOrder)
-    check_code(order.code)
+    spec = msgspec.msgpack.decode(packed, type=RunSpec)
+    check_code(spec.code)
     with tempfile.TemporaryDirectory(prefix="chefbot_run_") as name:
         folder = Path(name)
-        record = _supervised(order, packed, folder)
+        record = _supervised(spec, packed, folder)
         for _ in range(MAX_KILLS - 1):
             if record is not None:
                 break
-            record = _supervised(order, packed, folder)
+            record = _supervised(spec, packed, folder)
         record = record or crashed(
-            order, f"killed {MAX_KILLS} times from outside; the machine may be out of memory"
+            spec, f"killed {MAX_KILLS} times from outside; the machine may be out of memory"
         )
         log = folder / LOG_NAME
         return RunResult(msgspec.json.encode(record), log.read_bytes() if log.exists() else b"")
@@ -71,8 +71,8 @@ def check_code(expected: str) -> None:
         )
 
 
-def _supervised(order: RunOrder, packed: bytes, folder: Path) -> RunRecord | None:
-    """Run the child process and end it at its limits; return None if somebody else killed it, as Linux does without
+def _supervised(spec: RunSpec, packed: bytes, folder: Path) -> RunRecord | None:
+    """Run the child process and end it at its limits; return None if something else killed it, as Linux does without
     memory: that is not a result of the run.
     """
     with tempfile.TemporaryFile() as errors:
@@ -85,19 +85,19 @@ def _supervised(order: RunOrder, packed: bytes, folder: Path) -> RunRecord | Non
         )
         try:
             _send(process, packed)
-            broken_limit, memory = _wait(process, order)
+            broken_limit, memory = _wait(process, spec)
         finally:
             process.kill()
             process.wait()
             if process.stdin is not None:
                 process.stdin.close()
         if broken_limit:
-            return crashed(order, broken_limit)
+            return crashed(spec, broken_limit)
         if process.returncode == -signal.SIGKILL:
             return None
         path = folder / RECORD_NAME
         if process.returncode or not path.exists():
-            return crashed(order, f"the process ended with {process.returncode}: {_tail(errors)}")
+            return crashed(spec, f"the process ended with {process.returncode}: {_tail(errors)}")
         record = msgspec.json.decode(path.read_bytes(), type=RunRecord)
         return msgspec.structs.replace(record, memory=round(memory, 1))
 
@@ -108,7 +108,7 @@ def name_of(folder: Path) -> str:
 
 
 def _send(process: subprocess.Popen[bytes], packed: bytes) -> None:
-    """Write the order; the pipe stays open, as the process exits when it ends."""
+    """Write the spec; the pipe stays open, as the process exits when it ends."""
     assert process.stdin is not None
     try:
         process.stdin.write(len(packed).to_bytes(LENGTH_BYTES, "big") + packed)
@@ -117,9 +117,9 @@ def _send(process: subprocess.Popen[bytes], packed: bytes) -> None:
         return  # it has ended already, which its exit code shows
 
 
-def _wait(process: subprocess.Popen[bytes], order: RunOrder) -> tuple[str, float]:
+def _wait(process: subprocess.Popen[bytes], spec: RunSpec) -> tuple[str, float]:
     """Wait for the end of the process; return a sentence if it reached a limit first, and its largest memory, MB."""
-    limits, began, largest = order.scenario.limits, time.monotonic(), 0.0
+    limits, began, largest = spec.scenario.limits, time.monotonic(), 0.0
     while process.poll() is None:
         time.sleep(POLL_PERIOD)
         if time.monotonic() - began > limits.wall_time:

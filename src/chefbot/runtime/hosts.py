@@ -36,7 +36,7 @@ def check_host(launch: Launch, requested: str, machine: str, *, may_be_robot: bo
     hosts = hosts_of(launch)
     if requested and not hosts:
         raise UserError(
-            f"launch {launch.name}: no node of it has `host:`, so --host {requested} means nothing"
+            f"launch {launch.name}: none of its nodes has `host:`, so --host {requested} has no effect"
         )
     if requested and requested not in hosts:
         raise UserError(

@@ -71,7 +71,7 @@ def read_bundle(path: Path) -> dict[str, bytes]:
         raise
     except Exception:  # whatever zipfile and zlib raise for damaged bytes
         hint = f"; the bundle beside a map is map{BUNDLE_SUFFIX}" if path.suffix != BUNDLE_SUFFIX else ""
-        raise MapBundleError(f"{path} is no map bundle, or it is damaged{hint}") from None
+        raise MapBundleError(f"{path} is not a map bundle, or it is damaged{hint}") from None
 
 
 def _checked(path: Path, archive: zipfile.ZipFile) -> dict[str, bytes]:
@@ -82,7 +82,7 @@ def _checked(path: Path, archive: zipfile.ZipFile) -> dict[str, bytes]:
             f"{path} has {len(archive.infolist())} files of {total} bytes, too many for a map bundle"
         )
     if MANIFEST not in entries:
-        raise MapBundleError(f"{path} is no map bundle: it has no {MANIFEST}")
+        raise MapBundleError(f"{path} is not a map bundle: it has no {MANIFEST}")
     manifest = _manifest(path, archive.read(MANIFEST))
     if set(entries) != {MANIFEST, *manifest.files}:
         raise MapBundleError(f"{path} is damaged: its files are not those of its {MANIFEST}")
@@ -101,5 +101,5 @@ def _manifest(path: Path, data: bytes) -> Manifest:
                 f"{path} has version {version} of map bundles, this chefbot reads {VERSION}; update it"
             )
         return msgspec.json.decode(data, type=Manifest)
-    except (msgspec.MsgspecError, ValueError) as error:  # also bytes that are no text
+    except (msgspec.MsgspecError, ValueError) as error:  # also bytes that are not text
         raise MapBundleError(f"{path} is damaged: {MANIFEST}: {error}") from None

@@ -65,12 +65,12 @@ def algorithm_of(params: MapperParams) -> str:
 
 
 def decode_mapper(data: bytes) -> MapperParams:
-    """Return the parameters of such JSON. Raises ScanError if it is none."""
+    """Return the parameters of such JSON. Raises ScanError for any other content."""
     try:
         mapper = msgspec.json.decode(data, type=Mapper)
         kind: type[MapperParams] = GmappingParams if mapper.algorithm == "gmapping" else GraphSlamParams
         return msgspec.json.decode(mapper.params, type=kind)
-    except (msgspec.MsgspecError, ValueError) as error:  # also bytes that are no text
+    except (msgspec.MsgspecError, ValueError) as error:  # also bytes that are not text
         raise ScanError(f"{MAPPER}: {error}") from None
 
 

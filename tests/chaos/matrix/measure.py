@@ -14,8 +14,9 @@ import msgspec
 from tests.chaos.matrix.rows import ROOT, SoakCheck, SuiteCheck
 from tests.chaos.matrix.units import Unit
 
+from chefbot.plural import number_of
 from chefbot.proving.record import RunRecord
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import Scenario
 from chefbot.proving.worker import make_run_in_process
 
@@ -91,7 +92,7 @@ def run_tests(check: SuiteCheck) -> tuple[bool, bool, str, int]:
         return (
             False,
             False,
-            f"{len(broken)} of {tried} fail: {broken[0].get('name')}{reason(broken[0])}",
+            f"{len(broken)} of {number_of(tried, 'test')} failed: {broken[0].get('name')}{reason(broken[0])}",
             tried,
         )
     figures = [
@@ -100,7 +101,10 @@ def run_tests(check: SuiteCheck) -> tuple[bool, bool, str, int]:
         for line in (case.findtext("system-out") or "").splitlines()
         if "---" not in line
     ]
-    sentence = "; ".join(filter(None, figures[:MAX_SENTENCES])) or f"{tried} tests pass"
+    sentence = (
+        "; ".join(filter(None, figures[:MAX_SENTENCES]))
+        or f"{number_of(tried, 'test')} {'passes' if tried == 1 else 'pass'}"
+    )
     return tried > 0, tried > 0, sentence if tried else "all tests are skipped here", tried
 
 
@@ -113,8 +117,8 @@ def reason(case: ET.Element) -> str:
 
 def make_run(scenario: Scenario, seed: int) -> tuple[bool, bool, str, int]:
     """Make one run on the proving ground; it is safe if its criteria are kept and no node failed."""
-    order = run_orders(scenario, Path(), [seed])[0]
-    record = msgspec.json.decode(make_run_in_process(msgspec.msgpack.encode(order)).record, type=RunRecord)
+    spec = run_specs(scenario, Path(), [seed])[0]
+    record = msgspec.json.decode(make_run_in_process(msgspec.msgpack.encode(spec)).record, type=RunRecord)
     contact = record.figures.get("contact_speed")
     bound = scenario.criteria["contact_speed"].max or 0.0
     safe = contact is not None and contact <= bound and "a node failed" not in record.failure

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from tests.chaos.matrix.measure import UnitResult
 from tests.chaos.matrix.rows import Row
 
+from chefbot.plural import number_of
 from chefbot.proving.statistics import wilson
 
 HEAD = """# Reliability
@@ -47,7 +48,7 @@ def _failures(broken: Sequence[UnitResult]) -> list[str]:
 
 
 def _line(row: Row, count: int, results: Sequence[UnitResult]) -> str:
-    measured = " ".join(part for part in (_summary(results), row.unmeasured) if part) or "not run"
+    measured = "; ".join(part for part in (_summary(results), row.unmeasured) if part) or "not run"
     run = f"{len(results)} of {count}" if count else "none"
     return f"| {row.id} | {row.fault} | {row.target} | {measured} | {run} | {verdict(count, results)} |"
 
@@ -70,10 +71,9 @@ def _summary(results: Sequence[UnitResult]) -> str:
     if runs:
         safe = wilson(sum(run.safe for run in runs), len(runs))
         done = sum(run.done for run in runs)
-        sentences.append(
-            f"{safe.successes} of {safe.total} runs safe ({safe.low:.0%} to {safe.high:.0%}), task done in {done}."
-        )
-    return " ".join(sentences)
+        share = f"{safe.successes} of {number_of(safe.total, 'run')} safe"
+        sentences.append(f"{share} ({safe.low:.0%} to {safe.high:.0%}), task done in {done}")
+    return "; ".join(sentences)
 
 
 def _cell(text: str) -> str:

@@ -54,7 +54,10 @@ Check = SuiteCheck | RunCheck | SoakCheck
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A row of the matrix. unmeasured: why a part of the promise, or all of it, is not measured."""
+    """A row of the matrix.
+
+    unmeasured: why a part of the promise, or all of it, is not measured; a clause without a full stop.
+    """
 
     id: Annotated[str, Meta(pattern=r"^R\d{1,2}$")]
     fault: str

@@ -18,7 +18,7 @@ from chefbot.demo.button_presser import ButtonPresser
 from chefbot.launcher.session import session
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
 from chefbot.proving.run import site_of
-from chefbot.proving.run_order import run_orders
+from chefbot.proving.run_spec import run_specs
 from chefbot.proving.scenario import Scenario
 from chefbot.proving.scenario_tasks import DeliverTask, RunLimits
 from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
@@ -81,10 +81,10 @@ def main() -> None:
     robot, world, hours, seconds = sys.argv[1], sys.argv[2], float(sys.argv[3]), float(sys.argv[4])
     limits = RunLimits(time=1e6, wall_time=1e6)
     scenario = Scenario(name="soak", robot=robot, world=world, task=DeliverTask(tables=TABLES), limits=limits)
-    order = run_orders(scenario, Path(), [SEED])[0]
+    spec = run_specs(scenario, Path(), [SEED])[0]
     began, first = time.monotonic(), 0.0
-    with tempfile.TemporaryDirectory() as name, session(order.robot, SEED, "simulation", 0.0, None) as system:
-        run = SimulatedRun(system, scenario, SEED, site_of(order, Path(name)), Path(name))
+    with tempfile.TemporaryDirectory() as name, session(spec.robot, SEED, "simulation", 0.0, None) as system:
+        run = SimulatedRun(system, scenario, SEED, site_of(spec, Path(name)), Path(name))
         soak = Soak(run)
         while run.time < hours * 3600.0 and time.monotonic() - began < seconds:
             soak.deliver()

@@ -86,7 +86,7 @@ def test_depth_is_in_millimetres_or_no_reading(unit: float, raw: int) -> None:
         assert depth == 0 or abs(depth - exact) <= 0.51 + 1e-6 * exact
 
 
-def test_the_image_of_a_camera_is_no_part_of_its_memory() -> None:
+def test_the_image_of_a_camera_is_not_part_of_its_memory() -> None:
     memory = np.full((2, 3), 1000, np.uint16)
     image = to_millimetres(memory, 1e-3)
     memory[:] = 0

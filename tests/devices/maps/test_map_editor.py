@@ -190,7 +190,7 @@ def test_changes_are_taken_back_one_by_one(editor: MapEditor, tmp_path: Path) ->
         (MapEdit(zones=(zone(corners=((9, 9), (10, 9), (10, 10))),)), "lies outside the map"),
     ],
 )
-def test_an_invalid_change_is_one_sentence_and_no_change(
+def test_an_invalid_change_has_one_sentence_and_no_effect(
     editor: MapEditor, edit: MapEdit, sentence: str
 ) -> None:
     before = editor.content()

@@ -66,7 +66,7 @@ def test_peers_and_robots_reconnect(
         assert wait_for(lambda: peer.take("rt/texts"), "the text") == ["back"]
 
 
-def test_invalid_arguments_are_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_invalid_arguments_are_reported_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     """One sentence each, before anything is opened."""
     for arguments, wanted in (
         ((300, [], "lo"), "domain 300"),

@@ -48,7 +48,7 @@ def test_there_is_no_doorway_without_a_passage(solids) -> None:
     assert doorways(floor_of(solids), rng(), 5) == []
 
 
-def test_a_corridor_is_no_doorway() -> None:
+def test_a_corridor_is_not_a_doorway() -> None:
     walls = room(8.0, 4.0, [(1.0, 1.5, 7.0, 1.5), (1.0, 2.5, 7.0, 2.5)])
     for spot in doorways(floor_of(walls), rng(), 9):
         assert not 2.0 < spot.x < 6.0 or not 1.5 < spot.y < 2.5

@@ -97,7 +97,7 @@ def test_one_outlier_moves_the_scale_within_bounds() -> None:
     assert before < model.scale[0] < 1.05 * before
 
 
-def test_a_turn_past_pi_is_no_error() -> None:
+def test_a_turn_past_pi_is_not_an_error() -> None:
     step, model = step_of(SE2(0.0, 0.0, 3.1)), OdometryModel(PARAMS)
     step.add(SE2(0.0, 0.0, 0.1))
     for _ in range(100):

@@ -154,7 +154,7 @@ def test_a_few_steps_lead_to_the_true_pose(ring, features_at, x, y, yaw) -> None
     assert pose == pytest.approx(moved.array(), abs=0.01)
 
 
-def test_both_sides_of_a_thin_wall_are_no_pair() -> None:
+def test_both_sides_of_a_thin_wall_are_not_a_pair() -> None:
     x = np.linspace(-0.5, 0.5, 20)
     points, up = np.column_stack([x, np.full(20, -1.0)]), np.tile([0.0, 1.0], (20, 1))
     _, _, counts = linearized([cloud(points, up), cloud(points, up)], np.zeros((2, 3)))

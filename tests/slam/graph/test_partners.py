@@ -71,7 +71,7 @@ def test_place_and_turns_of_the_map_do_not_matter(poses, shift: float, turns: in
     assert pairs_of(moved) == pairs_of(poses)
 
 
-def test_opposite_views_from_afar_are_no_partners() -> None:
+def test_opposite_views_from_afar_are_not_partners() -> None:
     ahead, back = [0.0, 0.0, 0.0], [5.0, 0.0, math.pi]
     away = [[100.0 * k, 50.0, 0.0] for k in range(1, 4)]
     assert (0, 4) not in pairs_of([ahead, *away, back])

@@ -53,7 +53,7 @@ class HalfDuplexLine:
         return self._pending is None
 
     def send(self, request: LineRequest, now_ns: int) -> bytes:
-        """Return the bytes of a request; what was received before it is no answer to it."""
+        """Return the bytes of a request; what was received before it is not its answer."""
         self._pending, self._buffer, self._sent_ns = request, b"", now_ns
         return request.data
 

@@ -1,4 +1,4 @@
-"""`chefbot board test`: the first motions of a newly wired board, step by step, with what to mend."""
+"""`chefbot board test`: the first motions of a newly wired board, step by step, with what to fix."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ from chefbot.design.sizing.robot_file_editor import Change, changed, value_of
 from chefbot.devices.bench_board import CLEAR_SECONDS, BenchBoard
 from chefbot.errors import UserError
 from chefbot.maths.counter_unwrap import wrap_signed
+from chefbot.plural import number_of
 from chefbot.robot.load import load_robot
 from chefbot.robot.quantities import MAX_CALIBRATION, MIN_CALIBRATION
 from chefbot.robot.spec import Robot
@@ -61,7 +62,7 @@ class BenchMotion(NamedTuple):
 
 
 class BoardTest:
-    """The test of one board; each step prints what it found, and `problems` keeps what has to be mended."""
+    """The test of one board; each step prints what it found, and `problems` keeps what has to be fixed."""
 
     def __init__(
         self, board: BenchBoard, robot: Robot, seconds: float = BUTTON_SECONDS, attempts: int = ATTEMPTS
@@ -169,7 +170,7 @@ class BoardTest:
         if turn.agrees:
             console.print(f"{turn.ticks / turn.turns:.0f} ticks per turn, as the robot file has it.")
         elif turn.ticks < 0:
-            self._report(f"The {SIDES[side]} encoder counts backward: exchange its wires A and B.")
+            self._report(f"The {SIDES[side]} encoder counts backward: swap its A and B wires.")
         elif not 0.1 < turn.ratio < 10.0:
             self._report(
                 f"The {SIDES[side]} encoder counted {turn.ticks} ticks: check its supply, ground, A and B."
@@ -178,7 +179,7 @@ class BoardTest:
             self._change(
                 ("motor", "gear_ratio"),
                 turn.ratio * self._robot.motor.gear_ratio,
-                f"{turn.ticks / turn.turns:.0f} ticks a turn",
+                f"{turn.ticks / turn.turns:.0f} ticks per turn",
             )
 
     # -- with wheels that turn
@@ -265,7 +266,7 @@ class BoardTest:
 
     def _report(self, text: str) -> None:
         self.problems.append(text)
-        console.print(f"To mend: {text[0].upper()}{text[1:]}")
+        console.print(f"To fix: {text[0].upper()}{text[1:]}")
 
     def _change(self, path: tuple[str, ...], value: float, comment: str) -> None:
         self.changes.append(Change(path, f"{value:.4g}", comment))
@@ -302,7 +303,7 @@ def run_board_test(
 ) -> int:
     """Test a board with its owner; write a picture, and the robot file's changes if wanted.
 
-    Returns the exit code: 1 if something has to be mended.
+    Returns the exit code: 1 if something has to be fixed.
     """
     robot = load_robot(robot_name)
     if write and not Path(robot_name).is_file():
@@ -323,7 +324,7 @@ def run_board_test(
     if test.changes:
         _write_changes(test.changes, robot_name, write)
     count = len(test.problems)
-    console.print("Nothing to mend was found." if not count else f"{count} to mend, see above.")
+    console.print("No problems found." if not count else f"{number_of(count, 'problem')} to fix, see above.")
     return 1 if count else 0
 
 

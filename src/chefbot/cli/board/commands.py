@@ -12,12 +12,12 @@ from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import ROBOT_OPTION
 
 board_app = new_group("Motor board: wiring, find, check, test, flash, monitor, log.")
-_BOARD = typer.Option(help="mega, tiva or pico; by default board.kind of the robot file")
+_BOARD = typer.Option(help="kind of board: mega, tiva or pico; default: board.kind of the robot file")
 _PORT = typer.Argument(
     help="path of a serial port, or auto where there is only one", autocompletion=completion.serial_ports
 )
 _PROGRAM = typer.Option(
-    help="a program of your own, as of `make -C firmware images`, instead of the package's"
+    help="file of a firmware image built by `make -C firmware images`; default: the image in this package"
 )
 _SECONDS = typer.Option(min=0, help="duration, s; 0: until Ctrl-C")
 
@@ -62,7 +62,7 @@ def image(
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
     program: Annotated[Path | None, _PROGRAM] = None,
     out: Annotated[
-        Path | None, typer.Option(help="the firmware, .hex, .bin or .uf2; default in runs/")
+        Path | None, typer.Option(help="firmware file to write, .hex, .bin or .uf2; default: a file in runs/")
     ] = None,
 ) -> None:
     """Write the firmware for a robot to a file, for tools of your own, and list its constants."""
@@ -75,7 +75,7 @@ def image(
 def wiring(
     board: Annotated[str, _BOARD] = "",
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
-    out: Annotated[Path, typer.Option(help="the picture, SVG")] = Path("runs/wiring.svg"),
+    out: Annotated[Path, typer.Option(help="picture to write, NAME.svg")] = Path("runs/wiring.svg"),
 ) -> None:
     """Draw the wiring of a robot's motor board: every terminal with its pin."""
     from chefbot.cli.board.wiring import draw_wiring
@@ -87,10 +87,12 @@ def wiring(
 def test(
     port: Annotated[str, _PORT] = "auto",
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
-    out: Annotated[Path, typer.Option(help="picture of the wheels' step response")] = Path(
+    out: Annotated[Path, typer.Option(help="picture of the wheels' step response, NAME.png")] = Path(
         "runs/board_test.png"
     ),
-    write: Annotated[bool, typer.Option("--write", help="write what was measured to the robot file")] = False,
+    write: Annotated[
+        bool, typer.Option("--write", help="write the measured values to the robot file")
+    ] = False,
 ) -> None:
     """Test a newly wired board step by step: battery, IMU, emergency stop, encoders, directions, step response."""
     from chefbot.cli.board.bring_up import run_board_test
@@ -109,7 +111,7 @@ def monitor(port: Annotated[str, _PORT] = "auto", seconds: Annotated[float, _SEC
 @board_app.command("log")
 def log(
     port: Annotated[str, _PORT] = "auto",
-    out: Annotated[Path, typer.Option(help="log file")] = Path("runs/board.log"),
+    out: Annotated[Path, typer.Option(help="log file to write")] = Path("runs/board.log"),
     seconds: Annotated[float, _SECONDS] = 0.0,
 ) -> None:
     """Log the messages of a board as received, with times."""
@@ -127,13 +129,16 @@ def emulate(
     world: Annotated[
         str,
         typer.Option(
-            help="drive a simulated robot in this world, with its lidar", autocompletion=completion.worlds
+            help="world in which the board drives a simulated robot with its lidar; default: a board alone",
+            autocompletion=completion.worlds,
         ),
     ] = "",
     lidar: Annotated[
         Path, typer.Option(help="path at which the port of the emulated lidar is opened, in a world")
     ] = Path("runs/lidar"),
-    profile: Annotated[str, typer.Option(help="realism in a world: real, perfect or assembled")] = "real",
+    profile: Annotated[
+        str, typer.Option(help="imperfections of the simulated robot in a world: real, perfect or assembled")
+    ] = "real",
     seed: Annotated[int, typer.Option(min=0, help="random seed of the simulated robot in a world")] = 1,
 ) -> None:
     """Emulate a board: run the firmware on this computer, with modelled motors, at a pseudo-terminal.

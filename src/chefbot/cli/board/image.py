@@ -50,7 +50,7 @@ class FirmwareImage(NamedTuple):
 def firmware_image(kind: str, robot_file: str, program: Path | None) -> FirmwareImage:
     """Return the firmware with the robot filled in, in the format of the board's tools.
 
-    program: a program that was compiled by oneself; None: that of the package. Raises UserError for an unknown board,
+    program: a program compiled by the user; None: that of the package. Raises UserError for an unknown board,
     a robot without motor board, or a program that cannot be read or is not one.
     """
     robot = load_robot(robot_file)

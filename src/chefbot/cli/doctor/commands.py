@@ -21,11 +21,15 @@ def doctor(
     ctx: typer.Context,
     everything: Annotated[
         bool,
-        typer.Option("--all", help="also libraries, tools to build firmware, and a udev rule for all boards"),
+        typer.Option(
+            "--all", help="also show libraries, tools to build firmware, and a udev rule for all boards"
+        ),
     ] = False,
     built: Annotated[
         str,
-        typer.Option("--built", metavar="ROBOT", help="also the devices of this built robot, by its file"),
+        typer.Option(
+            "--built", metavar="ROBOT", help="robot file of a built robot, whose devices are checked as well"
+        ),
     ] = "",
     board_port: Annotated[str, typer.Option(help="with --built: port of the motor board")] = "",
     lidar_port: Annotated[str, typer.Option(help="with --built: port of the lidar")] = "",

@@ -30,11 +30,13 @@ from chefbot.kernels.cache_stamp import is_complete, stamp_path
 from chefbot.plural import number_of
 from chefbot.ros2.tools.health import graph_lines
 
+BUILD_FIRMWARE = "make -C firmware images"
+"""Builds the firmware from source; `chefbot board flash` writes the images of the package without it."""
 TOOLS = {
     "g++": "make host in firmware/, and pip install of the sources",
-    "avr-g++": "chefbot board flash --board mega",
-    "arm-none-eabi-g++": "chefbot board flash --board tiva or pico",
-    "make": "chefbot board flash",
+    "avr-g++": BUILD_FIRMWARE,
+    "arm-none-eabi-g++": BUILD_FIRMWARE,
+    "make": BUILD_FIRMWARE,
     "avrdude": "chefbot board flash --board mega",
     "lm4flash": "chefbot board flash --board tiva",
     "picotool": "chefbot board flash --board pico",

@@ -11,7 +11,7 @@ from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import JOIN, PAGE, WEB_UI
 
 drive_app = new_group("Drive: keyboard, gamepad, goals, deliveries, emergency stop.")
-_KEY_VALUES = typer.Argument(help="key:=value of the launch")
+_KEY_VALUES = typer.Argument(help="arguments of the launch, key:=value ...")
 
 
 @drive_app.command("keyboard")
@@ -53,13 +53,13 @@ def status(page: Annotated[str, PAGE] = WEB_UI) -> None:
 @drive_app.command("goto")
 def goto(
     target: Annotated[
-        list[str], typer.Argument(help="a named place or table number, or X Y [YAW] in m and degrees")
+        list[str], typer.Argument(help="goal: a named place, a table number, or X Y [YAW] in m and degrees")
     ],
     page: Annotated[str, PAGE] = WEB_UI,
     when: Annotated[
         Literal["", "now", "after", "instead"],
         typer.Option(
-            help="during a delivery: pause it (now), complete it first (after), or end it (instead)"
+            help="what to do with a delivery under way: now pauses it, after completes it first, instead ends it"
         ),
     ] = "",
 ) -> None:
@@ -101,10 +101,17 @@ def follow(
 
 @drive_app.command("place")
 def place(
-    name: Annotated[str, typer.Argument(help="such as kitchen, home, 3 (table_3); default: list them")] = "",
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="name of the place, such as kitchen, home, 3 (table_3); default: list all places"
+        ),
+    ] = "",
     pose: Annotated[
         list[str] | None,
-        typer.Argument(help="X Y [YAW] in the map frame, m and degrees; default: where the robot is"),
+        typer.Argument(
+            help="pose of the place, X Y [YAW] in the map frame, m and degrees; default: where the robot is"
+        ),
     ] = None,
     remove: Annotated[bool, typer.Option("--remove", help="remove this place")] = False,
     page: Annotated[str, PAGE] = WEB_UI,
@@ -123,7 +130,11 @@ def place(
 @drive_app.command("cancel")
 def cancel(
     order: Annotated[
-        int, typer.Option(min=0, help="number of a waiting order in `chefbot drive status`; 0: everything")
+        int,
+        typer.Option(
+            min=0,
+            help="number of the waiting order to cancel, as in `chefbot drive status`; 0: cancel everything",
+        ),
     ] = 0,
     page: Annotated[str, PAGE] = WEB_UI,
 ) -> None:
@@ -154,7 +165,9 @@ def release(page: Annotated[str, PAGE] = WEB_UI) -> None:
 
 @drive_app.command("order")
 def order(
-    tables: Annotated[list[str], typer.Argument(help="tables in order: 3 7 5, or names of places")],
+    tables: Annotated[
+        list[str], typer.Argument(help="table numbers or names of places in order, such as 3 7 5")
+    ],
     page: Annotated[str, PAGE] = WEB_UI,
     wait: Annotated[bool, typer.Option("--wait/--no-wait", help="wait until the robot is home again")] = True,
 ) -> None:
@@ -169,8 +182,9 @@ def confirm(
     answer: Annotated[
         Literal["", "loaded", "taken", "not-taken", "go-on", "kitchen", "end"],
         typer.Argument(
-            help="loaded: the food is on the tray; taken: the guest has it; not-taken: it stays on the tray; after a "
-            "stop or an additional goal: go-on, kitchen (load again), end. Default: show what the delivery waits for"
+            help="what to confirm. loaded: the food is on the tray; taken: the guest has it; not-taken: it stays "
+            "on the tray; after a stop or an additional goal: go-on, kitchen (load again), end. Default: show what "
+            "the delivery waits for"
         ),
     ] = "",
     page: Annotated[str, PAGE] = WEB_UI,
@@ -184,8 +198,8 @@ def confirm(
 @drive_app.command("deliveries")
 def deliveries(
     robot: Annotated[str, typer.Argument(help="name of the robot; not needed if it is the only one")] = "",
-    last: Annotated[int, typer.Option(min=1, help="number of rounds")] = 50,
-    csv: Annotated[Path | None, typer.Option(help="write them to this file, a line for each place")] = None,
+    last: Annotated[int, typer.Option(min=1, help="number of rounds to print, the newest ones")] = 50,
+    csv: Annotated[Path | None, typer.Option(help="CSV file to write instead, one line per place")] = None,
 ) -> None:
     """Print the robot's delivery rounds: when, ordered by whom, what became of each table; on its own computer."""
     from chefbot.cli.drive.deliveries import print_deliveries
@@ -196,9 +210,9 @@ def deliveries(
 @drive_app.command("history")
 def history(
     robot: Annotated[str, typer.Argument(help="name of the robot; not needed if it is the only one")] = "",
-    last: Annotated[int, typer.Option(min=1, help="number of entries")] = 50,
+    last: Annotated[int, typer.Option(min=1, help="number of entries to print, the newest ones")] = 50,
     connections: Annotated[
-        bool, typer.Option("--connections", help="also who connected and disconnected")
+        bool, typer.Option("--connections", help="also print who connected and disconnected")
     ] = False,
 ) -> None:
     """Print who gave which command in the web UI and when; on the robot's own computer."""

@@ -124,7 +124,7 @@ def pose_of(texts: list[str]) -> SE2:
 
 
 def _numbers(texts: list[str]) -> list[float] | None:
-    """Return the numbers, None if a text is none."""
+    """Return the numbers, or None if one of the texts is not a number."""
     try:
         return [float(text) for text in texts]
     except ValueError:

@@ -17,10 +17,10 @@ fleet_app = new_group(
 )
 _FOLDER = typer.Option(help="folder of this machine's keys; default: CHEFBOT_KEYS, or ~/.config/chefbot/keys")
 _ROLE = typer.Option(
-    help="of a new member: `robot` may use names in its namespace only, `operator` and `site` may command all"
+    help="role of a new member: `robot` may use names in its namespace only, `operator` and `site` may command all"
 )
 _REPLACE = typer.Option(
-    "--replace", help="sign for a name that has a certificate, which is refused from then on"
+    "--replace", help="sign although the name has a certificate, which is refused from then on"
 )
 _OUT = typer.Option(help="output file; default: NAME.card in the current folder")
 
@@ -51,7 +51,7 @@ def request(
 
 @fleet_app.command("sign")
 def sign(
-    request: Annotated[Path, typer.Argument(help="the request of a robot or an operator")],
+    request: Annotated[Path, typer.Argument(help="request file of a robot or an operator")],
     role: Annotated[str, _ROLE] = "",
     replace: Annotated[bool, _REPLACE] = False,
     out: Annotated[Path | None, _OUT] = None,
@@ -65,7 +65,7 @@ def sign(
 
 @fleet_app.command("accept")
 def accept(
-    card: Annotated[Path, typer.Argument(help="a card from the machine that signs")],
+    card: Annotated[Path, typer.Argument(help="card file from the machine that signs")],
     folder: Annotated[Path | None, _FOLDER] = None,
 ) -> None:
     """Accept a card: this machine's certificate, or the newest list of members."""

@@ -21,7 +21,7 @@ def create_fleet(name: str, folder: Path | None) -> None:
     ring = _keyring(folder)
     fleet = ring.create_fleet(name, datetime.now(UTC))
     console.print(
-        f"Fleet {fleet.name} created. Keep a copy of {ring.folder} in a place where nobody else can read it."
+        f"Fleet {fleet.name} created. Keep a copy of {ring.folder} in a place where no one else can read it."
     )
     console.print("Next, on a robot: chefbot fleet request robot1")
 
@@ -33,7 +33,7 @@ def request_membership(name: str, folder: Path | None) -> None:
 
 
 def renew_membership(folder: Path | None) -> None:
-    """Create a new key and request for this member. Raises UserError if it is none.
+    """Create a new key and request for this member. Raises UserError if this machine is not a member.
 
     On the authority's machine the new certificate is signed and put into use at once.
     """
@@ -53,7 +53,9 @@ def _print_request(request: Path, options: str) -> None:
     console.print(
         f"Copy {request} to the machine that signs, and run there: chefbot fleet sign {request.name} {options}"
     )
-    console.print(f"Its key is {request_fingerprint(request)}; the same number appears there.")
+    console.print(
+        f"Key fingerprint: {request_fingerprint(request)}. Check that `chefbot fleet sign` prints the same one."
+    )
 
 
 def sign_request(request: Path, role: str, replace: bool, out: Path | None, folder: Path | None) -> None:

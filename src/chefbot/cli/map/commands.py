@@ -23,22 +23,24 @@ class Algorithm(StrEnum):
 
 _MAP = typer.Argument(help="a map, NAME.yaml, or the folder of its map.yaml")
 _LOG = "a CARMEN log, .log or .log.gz, or a bag: an .mcap or .bag file, or a folder of rosbag2"
-_OTHER_LOG = f"another drive: {_LOG}"
+_OTHER_LOG = f"log of another drive: {_LOG}"
 _SCAN_TOPIC = typer.Option(help="topic of the laser scans in a bag that has several")
 _ODOMETRY_TOPIC = typer.Option(help="topic of the odometry in a bag that has several")
 _LASER = typer.Option(
-    help="x and y, m, and yaw, rad, of the laser on the robot's base, instead of the transforms in a bag"
+    help="pose of the laser on the robot's base, x and y, m, and yaw, rad, instead of the transforms in a bag"
 )
-_ALGORITHM = typer.Option(help="particle filter (gmapping) or pose graph (graph)")
-_MAX_RANGE = typer.Option(min=0.1, max=1000, help="longer ranges count as no return, m")
+_ALGORITHM = typer.Option(help="algorithm: gmapping, a particle filter, or graph, a pose graph")
+_MAX_RANGE = typer.Option(min=0.1, max=1000, help="range above which a beam counts as no return, m")
 _REPORT = "write report.html: closures, residuals, time, memory"
-_BUNDLE = typer.Argument(help="map.bundle, or the folder that it is in")
-_COORDINATE = typer.Option(help="coordinate in the map frame, m; without it the edge of the map")
+_BUNDLE = typer.Argument(help="map bundle, map.bundle, or the folder that it is in")
+_COORDINATE = typer.Option(help="coordinate of an edge in the map frame, m; default: the edge of the map")
 
 
 @map_app.command("save")
 def save(
-    file: Annotated[Path, typer.Option("-f", help="name of the map, without extension")] = Path("map"),
+    file: Annotated[Path, typer.Option("-f", help="name of the map to write, without extension")] = Path(
+        "map"
+    ),
     page: Annotated[str, PAGE] = WEB_UI,
 ) -> None:
     """Save the map of a running robot as NAME.pgm and NAME.yaml, as map_saver of ROS does."""
@@ -76,7 +78,7 @@ def continue_(
     start: Annotated[
         tuple[float, float, float] | None,
         typer.Option(
-            help="x and y, m, and yaw, rad, in the map at its first scan; found by localization if not given"
+            help="pose in the map at the first scan: x and y, m, and yaw, rad; default: found by localization"
         ),
     ] = None,
     report: Annotated[bool, typer.Option("--report", help=_REPORT)] = False,
@@ -108,7 +110,7 @@ def merge(
 def quality(
     bundle: Annotated[Path, _BUNDLE],
     out: Annotated[
-        Path | None, typer.Option(help="picture of the errors; by default quality.png beside the bundle")
+        Path | None, typer.Option(help="picture of the errors; default: quality.png beside the bundle")
     ] = None,
 ) -> None:
     """Estimate the error of a map from its own scans, of the whole and by region; no floor plan is needed."""
@@ -134,7 +136,7 @@ def compare(
 def info(
     file: Annotated[Path, typer.Argument(help="a map, NAME.yaml, or map.bundle, or the folder of both")],
 ) -> None:
-    """Show size, area, places and zones of a map, or the drives that a bundle's map was built from."""
+    """Show size, area, places and zones of a map, or the sessions that a bundle's map was built from."""
     from chefbot.cli.map.edit import print_info
 
     print_info(file)
@@ -157,7 +159,10 @@ def crop(
 @map_app.command("rotate")
 def rotate(
     file: Annotated[Path, _MAP],
-    degrees: Annotated[float, typer.Option(min=-360, max=360, help="angle, counterclockwise")],
+    degrees: Annotated[
+        float,
+        typer.Option(min=-360, max=360, help="angle by which to turn the map counterclockwise, degrees"),
+    ],
 ) -> None:
     """Turn a map with its places and zones about the origin of its frame. The map before is kept, too."""
     from chefbot.cli.map.edit import rotate_map

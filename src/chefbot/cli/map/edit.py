@@ -25,13 +25,13 @@ console = Console(highlight=False, soft_wrap=True, markup=False)
 
 
 def print_info(file: Path) -> None:
-    """Print size, area, places and zones of a map, or the drives of a bundle. UserError for an unreadable one."""
+    """Print size, area, places and zones of a map, or the sessions of a bundle. UserError for an unreadable one."""
     if file.suffix == BUNDLE_SUFFIX:
-        _print_drives(file)
+        _print_sessions(file)
         return
     bundle = file / BUNDLE
     if file.is_dir() and not map_in(file).exists() and bundle.exists():
-        _print_drives(bundle)
+        _print_sessions(bundle)
         return
     editor = _editor(file)
     content, grid = editor.content(), editor.grid
@@ -52,20 +52,20 @@ def print_info(file: Path) -> None:
     table.add_row("versions", f"{number_of(len(editor.versions), 'change')} can be taken back")
     console.print(table)
     if file.is_dir() and bundle.exists():
-        _print_drives(bundle)
+        _print_sessions(bundle)
 
 
-def _print_drives(bundle: Path) -> None:
-    """Print how the map of a bundle was built."""
+def _print_sessions(bundle: Path) -> None:
+    """Print the sessions from which the map of a bundle was built."""
     drives = load_drives(bundle)
     algorithm = "particle filter" if isinstance(drives.params, GmappingParams) else "pose graph"
-    table = Table("drive", "scans", "of them in the map", "duration", "begins at", box=None)
+    table = Table("session", "scans", "scans in the map", "duration", "begins at", box=None)
     for number, session in enumerate(drives.sessions, 1):
         minutes = float(session.stamps.max() - session.stamps.min()) / 60.0
         start = "the origin" if number == 1 else "({:.2f}, {:.2f}), {:.2f} rad".format(*session.start)
         scans = (str(len(session.stamps)), str(int(session.used.sum())))
         table.add_row(str(number), *scans, f"{minutes:.1f} min", start)
-    console.print(f"{bundle}: {number_of(len(drives.sessions), 'drive')}, {algorithm}")
+    console.print(f"{bundle}: {number_of(len(drives.sessions), 'session')}, {algorithm}")
     console.print(table)
 
 
@@ -110,7 +110,7 @@ def _apply(editor: MapEditor, file: Path, edit: MapEdit) -> None:
     except ChefbotError as error:
         raise UserError(f"{file}: {error}") from None
     if not changed:
-        console.print(f"{file} is so already: {before}; nothing is written.")
+        console.print(f"{file} is unchanged: it already has this extent ({before}).")
         return
     console.print(
         f"{file}: {before} before, {_extent(editor.grid)} now; `chefbot map undo {file}` takes it back."

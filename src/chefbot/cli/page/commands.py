@@ -15,13 +15,13 @@ page_app = new_group(
 )
 _NAME = typer.Argument(help="name of the person or device, as the log of commands shows it")
 _ROLE = typer.Option(
-    help="guest: sees and stops; waiter: delivers; manager: drives anywhere; engineer: everything"
+    help="role: guest may look and stop; waiter may deliver; manager may drive anywhere; engineer may do everything"
 )
 _ROBOT = typer.Option(
-    help="robot name or file; default: the only one that was served to a network", show_default=False
+    help="robot name or file; default: the only robot that was served to a network", show_default=False
 )
 _ADDRESS = typer.Option(
-    help="where the person opens the web UI, as https://robot.example.org; default: where it was served last",
+    help="address at which the person opens the web UI, as https://robot.example.org; default: the last one served",
     show_default=False,
 )
 

@@ -1,4 +1,4 @@
-"""`chefbot page invite`, `people` and `revoke`: who has a lasting link to a robot's web UI."""
+"""`chefbot page invite`, `users` and `revoke`: who has a lasting link to a robot's web UI."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def print_users(robot: str) -> None:
     robot = _robot(robot)
     people = Invitations(robot).people()
     if not people:
-        console.print(f"Nobody is invited to {robot}: chefbot page invite NAME --role waiter --robot {robot}")
+        console.print(f"No one is invited to {robot}: chefbot page invite NAME --role waiter --robot {robot}")
     last = _last_seen(robot)
     width = max((cell_len(person.name) for person in people), default=0)
     for person in people:
@@ -57,7 +57,7 @@ def print_users(robot: str) -> None:
 
 
 def revoke_person(name: str, robot: str) -> None:
-    """Make the link of a person invalid. Raises UserError if nobody of this name is invited."""
+    """Make the link of a person invalid. Raises UserError if no one of this name is invited."""
     robot = _robot(robot)
     Invitations(robot).revoke(name)
     console.print(f"The link of {name} to {robot} is not valid any more.")
@@ -75,7 +75,7 @@ def _robot(robot: str) -> str:
 
 
 def _base(address: str) -> str:
-    """Return an address that the user gave as a complete one. Raises UserError if it is none."""
+    """Return an address that the user gave as a complete URL. Raises UserError if it is not a URL."""
     parts = urlsplit(address)
     if parts.scheme not in ("http", "https") or not parts.hostname or parts.query or parts.fragment:
         raise UserError(

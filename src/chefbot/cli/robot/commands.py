@@ -26,8 +26,8 @@ def list_robots() -> None:
 @robot_app.command("design")
 def design(
     robot: Annotated[str, ROBOT_ARGUMENT] = "chefbot",
-    payload: Annotated[str | None, typer.Option(help="6, '6 kg' or '13 lb'")] = None,
-    speed: Annotated[str | None, typer.Option(help="maximum speed, m/s, or with a unit")] = None,
+    payload: Annotated[str | None, typer.Option(help="payload, as 6, '6 kg' or '13 lb'")] = None,
+    speed: Annotated[str | None, typer.Option(help="maximum speed, in m/s or with a unit")] = None,
     acceleration: Annotated[str | None, typer.Option(help="maximum acceleration, m/s^2")] = None,
     slope: Annotated[str | None, typer.Option(help="steepest ramp, degrees")] = None,
     run_time: Annotated[str | None, typer.Option(help="run time of one battery charge, hours")] = None,
@@ -55,9 +55,10 @@ def design(
 def generate(
     seed: Annotated[int, typer.Option(min=0, help="random seed; same seed, same robot")] = 1,
     numbers: Annotated[
-        list[str] | None, typer.Option("--set", help="NAME=VALUE, a number that is not drawn; repeatable")
+        list[str] | None,
+        typer.Option("--set", help="a number to set instead of drawing it, NAME=VALUE; repeatable"),
     ] = None,
-    out: Annotated[Path, typer.Option(help="robot file")] = Path("robot.yaml"),
+    out: Annotated[Path, typer.Option(help="robot file to write")] = Path("robot.yaml"),
 ) -> None:
     """Generate a robot by a seed: size, speed and sensors drawn, motors and battery sized, everything checked."""
     from chefbot.cli.robot.generate import run_generate
@@ -69,7 +70,9 @@ def generate(
 def check(
     robot: Annotated[str, ROBOT_ARGUMENT],
     as_json: Annotated[bool, AS_JSON] = False,
-    out: Annotated[Path | None, typer.Option(help="PNG of the robot from above, overlaps in red")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="picture to write, NAME.png: the robot from above, overlaps in red")
+    ] = None,
 ) -> None:
     """Check a robot before it is built; exit code 1 with errors, 0 with warnings only."""
     from chefbot.cli.robot.check import run_check
@@ -79,7 +82,7 @@ def check(
 
 @robot_app.command("check-urdf")
 def check_urdf(
-    file: Annotated[Path, typer.Argument(help="a URDF or xacro file, from any source")],
+    file: Annotated[Path, typer.Argument(help="URDF or xacro file to check, from any source")],
 ) -> None:
     """Check a URDF or xacro file and print its tree of links."""
     from chefbot.cli.robot.urdf import run_check
@@ -92,7 +95,7 @@ def draw(
     sheets: Annotated[
         list[str],
         typer.Argument(
-            help="base_plate, middle_plate, top_plate, pole, tube, motor_clamp, caster, assembly, or all"
+            help="part: base_plate, middle_plate, top_plate, pole, tube, motor_clamp, caster, assembly; or all"
         ),
     ],
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
@@ -109,7 +112,7 @@ def calibrate(
     robot: Annotated[str, ROBOT_ARGUMENT] = "chefbot",
     arguments: Annotated[
         list[str] | None,
-        typer.Argument(help="key:=value of the launch, such as squares:=2 or board_port:=/dev/ttyACM0"),
+        typer.Argument(help="arguments of the launch, such as squares:=2 or board_port:=/dev/ttyACM0"),
     ] = None,
     sim: Annotated[bool, typer.Option("--sim", help="use an uncalibrated simulated robot")] = False,
     seed: Annotated[int, typer.Option(min=0, help="random seed of the simulated robot's errors")] = 1,
@@ -131,8 +134,8 @@ def service(
         typer.Argument(help="launch of a built robot, or a launch file", autocompletion=completion.launches),
     ] = "robot_standalone",
     arguments: Annotated[list[str] | None, KEY_VALUES] = None,
-    user: Annotated[str, typer.Option(help="user that it runs as; default: this one")] = "",
-    out: Annotated[Path, typer.Option(help="unit file")] = Path("chefbot.service"),
+    user: Annotated[str, typer.Option(help="user that the launch runs as; default: the current one")] = "",
+    out: Annotated[Path, typer.Option(help="unit file to write")] = Path("chefbot.service"),
 ) -> None:
     """Write a systemd unit that starts a built robot with its computer, and again when it crashes or hangs."""
     from chefbot.cli.robot.service import run_service

@@ -12,7 +12,7 @@ from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import OUT_FILE, ROBOT_ARGUMENT, START, UNKNOWN, WORLDS
 from chefbot.errors import UserError
 
-export_app = new_group("Export the robot: URDF, SDF, MJCF, ROS 2 packages, solids, firmware constants.")
+export_app = new_group("Export the robot: URDF, SDF, MJCF, ROS 2 packages, solids.")
 
 
 @export_app.command("urdf")
@@ -62,7 +62,9 @@ def mjcf(
 
 @export_app.command("ros2")
 def ros2(
-    out: Annotated[Path, typer.Option(help="the src folder of a ROS 2 workspace; gets four packages")],
+    out: Annotated[
+        Path, typer.Option(help="src folder of a ROS 2 workspace, into which four packages are written")
+    ],
     robot: Annotated[str, ROBOT_ARGUMENT] = "chefbot",
 ) -> None:
     """Export ROS 2 packages: description, launch files, Nav2 parameters with reasons, Gazebo worlds."""
@@ -77,13 +79,20 @@ def solids(
     form: Annotated[
         Literal["stl", "glb", "obj", "step"],
         typer.Option(
-            "--format", help="stl for 3-D printers, glb for viewers, obj for older programs, step for CAD"
+            "--format",
+            help="file format: stl for 3-D printers, glb for viewers, obj for older programs, step for CAD",
         ),
     ] = "stl",
-    part: Annotated[str, typer.Option(help="a part such as base_plate, all, or assembly")] = "all",
-    mm: Annotated[bool, typer.Option("--mm", help="stl and obj in millimetres instead of metres")] = False,
+    part: Annotated[
+        str,
+        typer.Option(help="part to export, such as base_plate; all: every part; assembly: the whole robot"),
+    ] = "all",
+    mm: Annotated[
+        bool, typer.Option("--mm", help="write stl and obj in millimetres instead of metres")
+    ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="folder for stl and obj, file for glb and step; default in runs/")
+        Path | None,
+        typer.Option(help="output folder for stl and obj, output file for glb and step; default: in runs/"),
     ] = None,
 ) -> None:
     """Export the parts and the assembly as solids, with the bill of materials and a picture."""

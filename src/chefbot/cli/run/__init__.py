@@ -1,1 +1,1 @@
-"""Implementation of the commands that stand alone: `chefbot demo`, `chefbot launch` and `chefbot replay`."""
+"""Implementation of the commands that stand alone: `demo`, `launch`, `replay`, `sim` and `prove`."""

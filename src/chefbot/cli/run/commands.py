@@ -15,7 +15,7 @@ def demo(
     world: Annotated[str, typer.Option(help=WORLDS, autocompletion=completion.worlds)] = "hotel",
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
     seed: Annotated[int, typer.Option(min=0, help="random seed; same seed, same run")] = 1,
-    headless: Annotated[bool, typer.Option("--headless", help="without the web UI")] = False,
+    headless: Annotated[bool, typer.Option("--headless", help="run without the web UI")] = False,
     speed: Annotated[str, typer.Option(help="real-time factor, or max")] = "max",
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("runs/demo"),
     profile: Annotated[
@@ -75,14 +75,18 @@ def launch(
     join: Annotated[list[str] | None, JOIN] = None,
     listen: Annotated[
         list[str] | None,
-        typer.Option(help="tcp/ADDRESS: accept connections there without keys or encryption; repeatable"),
+        typer.Option(
+            help="address at which to accept connections without keys or encryption, tcp/ADDRESS; repeatable"
+        ),
     ] = None,
     host: Annotated[
-        str, typer.Option(help="run the nodes of this `host:`; default: this machine's name")
+        str,
+        typer.Option(help="machine whose nodes to run, a `host:` of the launch file; default: this machine"),
     ] = "",
     lan: Annotated[bool, LAN] = False,
     supervised: Annotated[
-        bool, typer.Option("--supervised", help="start it again when it crashes or hangs; see robot service")
+        bool,
+        typer.Option("--supervised", help="restart the launch when it crashes or hangs; see `robot service`"),
     ] = False,
 ) -> None:
     """Run a launch file: NAME key:=value ...; without NAME, list all."""
@@ -99,14 +103,14 @@ def launch(
 
 
 def replay(
-    log: Annotated[Path, typer.Argument(help="a log, run.mcap")],
+    log: Annotated[Path, typer.Argument(help="log of a run, run.mcap")],
     check: Annotated[
         bool, typer.Option("--check", help="exit with code 1 unless every output is bit-identical")
     ] = False,
     show: Annotated[
-        bool, typer.Option("--show", help="show it in the web UI instead; an incident always is")
+        bool, typer.Option("--show", help="show the log in the web UI instead; an incident is always shown")
     ] = False,
-    port: Annotated[int, typer.Option(min=1, max=65535, help="of the web UI")] = 8080,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="port of the web UI")] = 8080,
 ) -> None:
     """Run the nodes again on a recorded log, or show it in the web UI."""
     from chefbot.cli.run.replay import run_replay
@@ -117,7 +121,8 @@ def replay(
 def sim(
     world: Annotated[str, typer.Argument(help=WORLDS, autocompletion=completion.worlds)] = "empty",
     arguments: Annotated[
-        list[str] | None, typer.Argument(help="key:=value ..., such as people:=3 or headless:=true")
+        list[str] | None,
+        typer.Argument(help="arguments of the launch, key:=value ..., such as people:=3 or headless:=true"),
     ] = None,
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
     start: Annotated[str, START] = "",

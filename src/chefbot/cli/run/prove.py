@@ -20,25 +20,31 @@ def prove(
     seeds: Annotated[
         str | None,
         typer.Option(
-            help="as 1..100, 7 or 1..9,15; odd seeds are held out for evaluation, even seeds are for tuning"
+            help="seeds, as 1..100, 7 or 1..9,15; odd ones are held out for evaluation, even ones are for tuning"
         ),
     ] = None,
     robot: Annotated[str, ROBOT_OPTION] = "",
-    workers: Annotated[int, typer.Option(min=0, help="processes of this machine; 0: one a core")] = 0,
-    scheduler: Annotated[str, typer.Option(help="tcp://HOST:PORT of a Dask scheduler to run on")] = "",
+    workers: Annotated[
+        int, typer.Option(min=0, help="number of processes on this machine; 0: one per core")
+    ] = 0,
+    scheduler: Annotated[str, typer.Option(help="Dask scheduler to run on, tcp://HOST:PORT")] = "",
     out: Annotated[Path, typer.Option(help="folder for the results; runs done there are kept")] = Path(
         "runs/prove"
     ),
-    resume: Annotated[bool, typer.Option("--resume", help="make the runs that --out lacks")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="run what is missing in --out")] = False,
     record: Annotated[bool, typer.Option("--record", help="keep the log of each run, for `replay`")] = False,
     shrink: Annotated[
         str,
-        typer.Option(help="SCENARIO:SEED, a failing run to make small; --out: folder of the scenario file"),
+        typer.Option(
+            help="a failing run to minimize, SCENARIO:SEED; the smaller scenario is written into --out"
+        ),
     ] = "",
     scoreboard: Annotated[
         Path | None, typer.Option(help="run the built-in scenarios on odd seeds and write this page")
     ] = None,
-    minutes: Annotated[float, typer.Option(min=0, help="time for the scoreboard's runs")] = 30.0,
+    minutes: Annotated[
+        float, typer.Option(min=0, help="time after which no other run of the scoreboard begins, min")
+    ] = 30.0,
     against: Annotated[
         Path | None, typer.Option(help="folder with older results; exit code 1 if something got worse")
     ] = None,

@@ -1,1 +1,1 @@
-"""The command groups of the ROS graph tools: `topic`, `node`, `service`, `action`, `param`, `bag` and `graph`."""
+"""The command groups of the ROS graph tools: `topic`, `node`, `service`, `action`, `param` and `bag`."""

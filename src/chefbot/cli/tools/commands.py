@@ -23,11 +23,13 @@ TOOLS = {
     "param": param_app,
     "bag": bag_app,
 }
-_TOPIC = typer.Argument(help="a topic's name, such as /scan")
-_NODE = typer.Argument(help="a node's name, such as /base")
-_PARAMETER = typer.Argument(help="its name")
-_VALUES = typer.Argument(help="[TYPE] VALUES: YAML or JSON in quotes; fields left out have their defaults")
-_VERBOSE = typer.Option("-v", "--verbose", help="with types and endpoints")
+_TOPIC = typer.Argument(help="topic name, such as /scan")
+_NODE = typer.Argument(help="node name, such as /base")
+_PARAMETER = typer.Argument(help="parameter name, such as teleop_hold")
+_VALUES = typer.Argument(
+    help="[TYPE] VALUES: the type, if needed, and the fields as YAML or JSON in quotes; others get their defaults"
+)
+_VERBOSE = typer.Option("-v", "--verbose", help="show types and endpoints as well")
 _ALL = typer.Option("--all", help="include hidden names: action internals and tools")
 _SECONDS = typer.Option(min=0, help="duration, s; 0: until Ctrl-C")
 
@@ -53,8 +55,10 @@ def topic_info(topic: Annotated[str, _TOPIC]) -> None:
 @topic_app.command("echo")
 def topic_echo(
     topic: Annotated[str, _TOPIC],
-    once: Annotated[bool, typer.Option("--once", help="one message, then stop")] = False,
-    field: Annotated[str, typer.Option(help="only a part, such as pose.pose.position or ranges[0]")] = "",
+    once: Annotated[bool, typer.Option("--once", help="print one message, then stop")] = False,
+    field: Annotated[
+        str, typer.Option(help="the only field to print, such as pose.pose.position or ranges[0]")
+    ] = "",
     full_length: Annotated[bool, typer.Option("--full-length", help="print arrays in full length")] = False,
     duration: Annotated[float, _SECONDS] = 0.0,
 ) -> None:
@@ -77,7 +81,7 @@ def topic_pub(
     topic: Annotated[str, _TOPIC],
     values: Annotated[list[str], _VALUES],
     rate: Annotated[float, typer.Option(min=0.01, max=1000, help="publishing rate, Hz")] = 1.0,
-    once: Annotated[bool, typer.Option("--once", help="one message, then stop")] = False,
+    once: Annotated[bool, typer.Option("--once", help="publish one message, then stop")] = False,
 ) -> None:
     """Publish messages until Ctrl-C; times may be written as now, headers as auto."""
     from chefbot.ros2.tools.topic_pub import run_pub
@@ -130,7 +134,7 @@ def service_list(
 
 @service_app.command("call")
 def service_call(
-    name: Annotated[str, typer.Argument(help="the service's name")],
+    name: Annotated[str, typer.Argument(help="service name, such as /base/get_parameters")],
     values: Annotated[list[str] | None, _VALUES] = None,
     timeout: Annotated[float, typer.Option(min=0.1, max=3600, help="timeout of the response, s")] = 5.0,
 ) -> None:
@@ -150,9 +154,9 @@ def action_list(verbose: Annotated[bool, _VERBOSE] = False) -> None:
 
 @action_app.command("send")
 def action_send(
-    name: Annotated[str, typer.Argument(help="the action's name")],
+    name: Annotated[str, typer.Argument(help="action name, such as /navigate_to_pose")],
     values: Annotated[list[str] | None, _VALUES] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="without feedback")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print no feedback")] = False,
 ) -> None:
     """Send a goal and wait for its result; Ctrl-C cancels it. Exit code 1 unless it succeeded."""
     from chefbot.ros2.tools.action import run_send
@@ -180,7 +184,7 @@ def param_get(node: Annotated[str, _NODE], parameter: Annotated[str, _PARAMETER]
 def param_set(
     node: Annotated[str, _NODE],
     parameter: Annotated[str, _PARAMETER],
-    value: Annotated[str, typer.Argument(help="as YAML: 0.3, true, text, [1, 2]")],
+    value: Annotated[str, typer.Argument(help="new value as YAML: 0.3, true, text, [1, 2]")],
 ) -> None:
     """Set a parameter; exit code 1 if the node rejects the value."""
     from chefbot.ros2.tools.param import run_set
@@ -198,9 +202,13 @@ def param_describe(node: Annotated[str, _NODE], parameter: Annotated[str, _PARAM
 
 @node_app.command("graph")
 def node_graph(
-    out: Annotated[Path, typer.Option(help="picture: svg, png or pdf; dot: text")] = Path("runs/graph.svg"),
-    as_json: Annotated[bool, typer.Option("--json", help="print it as JSON, without a picture")] = False,
-    duration: Annotated[float, typer.Option(min=0, help="how long rates are measured, s")] = 3.0,
+    out: Annotated[
+        Path, typer.Option(help="output file: .svg, .png or .pdf for a picture, .dot for text")
+    ] = Path("runs/graph.svg"),
+    as_json: Annotated[
+        bool, typer.Option("--json", help="print the graph as JSON, without a picture")
+    ] = False,
+    duration: Annotated[float, typer.Option(min=0, help="duration for which rates are measured, s")] = 3.0,
 ) -> None:
     """Draw nodes, topics and measured rates with Graphviz."""
     from chefbot.ros2.tools.graph import run_graph
@@ -213,7 +221,9 @@ def bag_record(
     topics: Annotated[list[str] | None, typer.Argument(help="topics to record; default: all")] = None,
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", help="a new folder, or a file NAME.mcap; default: by the time"),
+        typer.Option(
+            "-o", "--out", help="new folder or file NAME.mcap of the bag; default: a folder named by the time"
+        ),
     ] = None,
     include_hidden: Annotated[bool, _ALL] = False,
     duration: Annotated[float, _SECONDS] = 0.0,
@@ -231,7 +241,7 @@ def bag_play(
         float, typer.Option(min=0.01, max=1000, help="playback rate relative to the recording")
     ] = 1.0,
     loop: Annotated[bool, typer.Option("--loop", help="repeat until Ctrl-C")] = False,
-    topics: Annotated[list[str] | None, typer.Option(help="play only this topic; may be repeated")] = None,
+    topics: Annotated[list[str] | None, typer.Option(help="play only this topic; repeatable")] = None,
     clock: Annotated[bool, typer.Option("--clock", help="publish the recorded time on /clock")] = False,
 ) -> None:
     """Publish the messages of a bag."""

@@ -10,16 +10,24 @@ import typer
 
 def why(
     log: Annotated[
-        Path | None, typer.Option(help="a run's folder, or its log; default: the newest log in runs/")
+        Path | None, typer.Option(help="folder of a run, or its log; default: the newest log in runs/")
     ] = None,
-    last: Annotated[int, typer.Option(min=1, help="how many causes, the newest")] = 20,
-    everything: Annotated[bool, typer.Option("--all", help="all causes of the run")] = False,
+    last: Annotated[int, typer.Option(min=1, help="number of causes to print, the newest ones")] = 20,
+    everything: Annotated[bool, typer.Option("--all", help="print all causes of the run")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="print the chains as JSON, one per line")] = False,
     picture: Annotated[
-        Path | None, typer.Option(help="also draw the places on the map, as PNG", show_default=False)
+        Path | None, typer.Option(help="PNG file in which to draw the causes on the map", show_default=False)
     ] = None,
-    history: Annotated[bool, typer.Option(help="of all runs, as the web UI recorded them")] = False,
-    robot: Annotated[str, typer.Option(help="whose history, if there are several", show_default=False)] = "",
+    history: Annotated[
+        bool, typer.Option(help="print the causes of all runs, as the web UI recorded them")
+    ] = False,
+    robot: Annotated[
+        str,
+        typer.Option(
+            help="name of the robot whose history to print; not needed if it is the only one",
+            show_default=False,
+        ),
+    ] = "",
 ) -> None:
     """Show why a robot slowed down, stopped or failed.
 

@@ -25,7 +25,10 @@ def list_() -> None:
 @world_app.command("kinds")
 def kinds(
     kind: Annotated[
-        str, typer.Argument(help="one kind; default: all", autocompletion=completion.building_kinds)
+        str,
+        typer.Argument(
+            help="kind of building to list; default: all", autocompletion=completion.building_kinds
+        ),
     ] = "",
 ) -> None:
     """List the kinds of buildings, and the ranges that their numbers are drawn from."""
@@ -42,10 +45,13 @@ def generate(
     seed: Annotated[int, typer.Option(min=0, help="random seed; same seed, same building")] = 1,
     size: Annotated[str, typer.Option(help="extent along x and y in metres, as 30x20")] = "",
     numbers: Annotated[
-        list[str] | None, typer.Option("--set", help="NAME=VALUE, a number that is not drawn; repeatable")
+        list[str] | None,
+        typer.Option("--set", help="a number to set instead of drawing it, NAME=VALUE; repeatable"),
     ] = None,
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
-    out: Annotated[Path, typer.Option(help="world file; its map is written beside it")] = Path("world.yaml"),
+    out: Annotated[Path, typer.Option(help="world file to write; its map is written beside it")] = Path(
+        "world.yaml"
+    ),
 ) -> None:
     """Generate a building whose places the robot can reach: a world file, and the true map of it."""
     from chefbot.cli.world.generate import generate_world
@@ -57,7 +63,7 @@ def generate(
 def draw(
     world: Annotated[str, typer.Argument(help=WORLDS, autocompletion=completion.worlds)],
     robot: Annotated[str, ROBOT_OPTION] = "chefbot",
-    out: Annotated[Path, typer.Option(help="picture, NAME.png")] = Path("world.png"),
+    out: Annotated[Path, typer.Option(help="picture to write, NAME.png")] = Path("world.png"),
     start: Annotated[str, START] = "",
     unknown: Annotated[str, UNKNOWN] = "auto",
     seed: Annotated[int | None, typer.Option(min=0, help="also draw the places that this seed gives")] = None,

@@ -31,9 +31,11 @@ from chefbot.robot.spec import GRAVITY, Robot
 
 SEEN_ELSEWHERE = "room round it"
 """Checks that the design sheet estimates and the solids decide."""
-MENDED_OUTSIDE = ("driver", "input level without a level shifter")
+FIXED_OUTSIDE = ("driver", "input level without a level shifter")
 """Checks that a part outside the robot file repairs: a level shifter."""
-NO_OTHER = "; no single other part of the catalogue mends it: `chefbot robot design` tries all sets"
+NO_OTHER = (
+    "; replacing a single part from the catalogue does not fix it: `chefbot robot design` tries all sets"
+)
 NAMED_PARTS = 5
 
 
@@ -47,7 +49,7 @@ def check_drive(robot: Robot, catalogue: Catalogue) -> Iterator[Finding]:
 
 
 def _finding(robot: Robot, check: Check, load: Load, catalogue: Catalogue) -> Finding:
-    severity: Severity = "warning" if (check.part, check.name) == MENDED_OUTSIDE else "error"
+    severity: Severity = "warning" if (check.part, check.name) == FIXED_OUTSIDE else "error"
     rule = "stability" if check.part == "robot" else "drive"
     key, sentence = check.key, f"{check.part}: {check.name}"
     value = REMEDIES[key](robot, load, catalogue)

@@ -1,1 +1,1 @@
-"""The tasks of scenarios, one file a task: each runs it and raises TaskFailedError if it is not done."""
+"""The tasks of scenarios, one file per task: each runs it and raises TaskFailedError if it is not done."""

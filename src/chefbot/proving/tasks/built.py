@@ -15,7 +15,7 @@ from chefbot.maths.grid import FREE
 from chefbot.maths.se2 import SE2
 from chefbot.proving.built_robot import BuiltSetup, HardwareProcess, RobotProcess
 from chefbot.proving.record import GoalRecord
-from chefbot.proving.run_order import RunOrder
+from chefbot.proving.run_spec import RunSpec
 from chefbot.proving.scenario_tasks import BuiltTask
 from chefbot.proving.simulated_run import TaskFailedError
 from chefbot.robot.load import built_in_robots
@@ -41,15 +41,15 @@ class BuiltRun(NamedTuple):
 class BuiltDrive:
     """One run of the chapter: map, save the map, restart, localize, drive to goals."""
 
-    def __init__(self, order: RunOrder, world: World, name: str, folder: Path) -> None:
-        scenario = order.scenario
-        if order.robot.name not in built_in_robots():
-            raise UserError(f"robot {order.robot.name}: the task `built` needs a built-in robot")
+    def __init__(self, spec: RunSpec, world: World, name: str, folder: Path) -> None:
+        scenario = spec.scenario
+        if spec.robot.name not in built_in_robots():
+            raise UserError(f"robot {spec.robot.name}: the task `built` needs a built-in robot")
         assert isinstance(scenario.task, BuiltTask)
-        self._robot, self._world, self._task = order.robot, world, scenario.task
-        self._setup = BuiltSetup(order.robot.name, name, scenario.profile, order.seed, folder)
+        self._robot, self._world, self._task = spec.robot, world, scenario.task
+        self._setup = BuiltSetup(spec.robot.name, name, scenario.profile, spec.seed, folder)
         self._limit = scenario.limits.time
-        self._rng = np.random.default_rng([order.seed, 0xB017])
+        self._rng = np.random.default_rng([spec.seed, 0xB017])
         self._map = folder / "map"
         self.goals: list[GoalRecord] = []
         self.errors: list[float] = []
@@ -149,10 +149,10 @@ def drawn_goals(world: World, robot: Robot, rng: np.random.Generator, count: int
     return goals
 
 
-def drive_built(order: RunOrder, world: World, name: str, folder: Path) -> tuple[str, BuiltRun]:
+def drive_built(spec: RunSpec, world: World, name: str, folder: Path) -> tuple[str, BuiltRun]:
     """Make the run; return a sentence if it failed, and its results. Raises UserError if it cannot begin."""
     failure = ""
-    drive = BuiltDrive(order, world, name, folder)
+    drive = BuiltDrive(spec, world, name, folder)
     with closing(drive.hardware):
         try:
             drive.run()

@@ -14,7 +14,7 @@ from chefbot.runtime.loop import Publication
 
 
 def deliver(run: SimulatedRun) -> None:
-    """LocalizeTask, order food for the drawn tables, and check that each was truly reached."""
+    """Localize, order food for the drawn tables, and check that each was truly reached."""
     assert isinstance(run.scenario.task, DeliverTask)
     start_localized(run, unknown=False)
     drawn = _drawn_tables(run, run.scenario.task.tables)
@@ -58,7 +58,7 @@ class _Arrivals:
             self._add(status.place, "")
 
     def add_missing(self, drawn: list[str]) -> None:
-        """Record the tables at which the robot never reported to have arrived."""
+        """Record the tables at which the robot never reported its arrival."""
         known = [goal.place for goal in self._run.goals]
         for name in drawn:
             if name not in known:

@@ -9,7 +9,7 @@ from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
 
 
 def explore(run: SimulatedRun) -> None:
-    """ExploreTask until the explorer is done, and check that the robot is back."""
+    """Explore until the explorer is done, and check that the robot is back."""
     run.launch("explore", {})
     run.run_until(lambda: _status(run).done, "exploration was not done")
     if not run.scorer.at_home():

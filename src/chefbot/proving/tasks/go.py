@@ -1,4 +1,4 @@
-"""Task `go`: drive to places on the true map, in order."""
+"""Task `go`: drive to places on the true map, in spec."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from chefbot.proving.tasks.localize import start_localized
 
 
 def go(run: SimulatedRun) -> None:
-    """LocalizeTask, then drive to the drawn places."""
+    """Localize, then drive to the drawn places."""
     assert isinstance(run.scenario.task, GoTask)
     start_localized(run, unknown=False)
     # A goal at the start would be reached without driving.

@@ -18,7 +18,7 @@ SETTLE_TIME = 2.0
 
 
 def localize(run: SimulatedRun) -> None:
-    """LocalizeTask as the task asks, and compare the pose with the ground truth."""
+    """Localize as the task requires, and compare the pose with the ground truth."""
     assert isinstance(run.scenario.task, LocalizeTask)
     start_localized(run, run.scenario.task.initial_pose == "unknown")
     run.run_for(SETTLE_TIME)
@@ -27,7 +27,7 @@ def localize(run: SimulatedRun) -> None:
         raise TaskFailedError("the robot never published a pose")
     error = track.truth[-1].distance(track.estimate[-1])
     if error > TOLERANCE:
-        raise TaskFailedError(f"the robot reports to be localized and is {error:.2f} m off")
+        raise TaskFailedError(f"the robot claims to be localized and is {error:.2f} m off")
 
 
 def start_localized(run: SimulatedRun, unknown: bool) -> None:

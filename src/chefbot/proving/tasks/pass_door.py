@@ -128,7 +128,7 @@ def _gather(run: SimulatedRun, observer: DoorwayObserver, number: int) -> None:
     """Let people go to the door, and wait until they stand in it."""
     run.publish("simulation/people", String(f"meet {observer.door.name} {number}"))
     run.run_until(
-        lambda: observer.people_within(1.2) >= min(number, TALKERS), "nobody came to the door", GATHERING_TIME
+        lambda: observer.people_within(1.2) >= min(number, TALKERS), "no one came to the door", GATHERING_TIME
     )
 
 

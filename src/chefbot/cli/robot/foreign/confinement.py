@@ -1,4 +1,4 @@
-"""Confinement of this process before it works on data of a stranger: no files, no network, no other programs.
+"""Confinement of this process before it works on untrusted data: no files, no network, no other programs.
 
 | system | enforced by | against |
 |---|---|---|

@@ -8,16 +8,16 @@ import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.support.proving_runs import tiny, tiny_orders
+from tests.support.proving_runs import tiny, tiny_specs
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
-from chefbot.proving import run_order
-from chefbot.proving.run_order import (
-    RunOrder,
+from chefbot.proving import run_spec
+from chefbot.proving.run_spec import (
+    RunSpec,
     code_hash,
-    run_orders,
+    run_specs,
     with_absolute_paths,
     with_relative_paths,
 )
@@ -28,17 +28,17 @@ from chefbot.sim.faults.events import SensorFreeze
 from chefbot.storage.map_files import save_map
 from chefbot.storage.places import places_path, save_places
 
-KEY = tiny_orders([1])[0].key
+KEY = tiny_specs([1])[0].key
 
 
-def test_equal_runs_have_equal_keys_whoever_orders_them(tmp_path: Path) -> None:
-    assert run_orders(tiny(), tmp_path, [1], record=True)[0].key == KEY
-    assert [order.key for order in tiny_orders([3, 1])][1] == KEY
+def test_equal_runs_have_equal_keys_whoever_makes_them(tmp_path: Path) -> None:
+    assert run_specs(tiny(), tmp_path, [1], record=True)[0].key == KEY
+    assert [spec.key for spec in tiny_specs([3, 1])][1] == KEY
 
 
 @pytest.mark.parametrize("change", [{"description": "x."}, {"claim": 0.9}, {"seeds": "1..7"}])
 def test_what_no_result_depends_on_is_not_in_the_key(change: dict[str, object]) -> None:
-    assert tiny_orders([1], **change)[0].key == KEY
+    assert tiny_specs([1], **change)[0].key == KEY
 
 
 def test_all_that_a_result_depends_on_is_in_the_key() -> None:
@@ -55,7 +55,7 @@ def test_all_that_a_result_depends_on_is_in_the_key() -> None:
         {"limits": RunLimits(time=60.0)},
         {"criteria": {"collisions": Bounds(max=1)}},
     ]
-    keys = {tiny_orders([1], **change)[0].key for change in changes}
+    keys = {tiny_specs([1], **change)[0].key for change in changes}
     assert len(keys | {KEY}) == len(changes) + 1
 
 
@@ -73,9 +73,9 @@ def test_files_move_with_the_scenario_that_names_them(tmp_path: Path) -> None:
 
 def test_a_fault_of_a_sensor_that_the_robot_lacks_is_refused() -> None:
     fault = SensorFreeze(sensor="lidar", at=3.0)
-    assert tiny_orders([1], robot="chefbot_lidar", faults=(fault,))
+    assert tiny_specs([1], robot="chefbot_lidar", faults=(fault,))
     with pytest.raises(UserError, match="lidar is impossible: robot chefbot has no lidar"):
-        tiny_orders([1], robot="chefbot", faults=(fault,))
+        tiny_specs([1], robot="chefbot", faults=(fault,))
 
 
 def test_every_field_of_a_scenario_was_thought_of() -> None:
@@ -86,13 +86,13 @@ def test_every_field_of_a_scenario_was_thought_of() -> None:
 
 
 def test_each_seed_has_its_own_key() -> None:
-    assert len({order.key for order in tiny_orders(list(range(200)))}) == 200
+    assert len({spec.key for spec in tiny_specs(list(range(200)))}) == 200
 
 
 def test_the_key_depends_on_the_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run_order, "code_hash", lambda: "other")
-    order = tiny_orders([1])[0]
-    assert (order.key != KEY, order.code) == (True, "other")
+    monkeypatch.setattr(run_spec, "code_hash", lambda: "other")
+    spec = tiny_specs([1])[0]
+    assert (spec.key != KEY, spec.code) == (True, "other")
 
 
 def test_the_code_is_all_source_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,7 +102,7 @@ def test_the_code_is_all_source_files(tmp_path: Path, monkeypatch: pytest.Monkey
     hashes = set()
     for name, text in (("a.py", "1"), ("a.py", "2"), ("worlds/a.yaml", "1"), ("worlds/b.yaml", "1")):
         (package / name).write_text(text)
-        monkeypatch.setattr(run_order.chefbot, "__file__", str(package / "__init__.py"))
+        monkeypatch.setattr(run_spec.chefbot, "__file__", str(package / "__init__.py"))
         hashes.add(code_hash.__wrapped__())
     (package / "a.pyc").write_text("compiled")
     assert len(hashes) == 4
@@ -127,20 +127,20 @@ def room_of(size: int) -> NDArray[np.int8]:
     return cells
 
 
-def order_of_map(folder: Path) -> RunOrder:
-    return run_orders(tiny(world="plan.yaml"), folder, [1])[0]
+def spec_of_map(folder: Path) -> RunSpec:
+    return run_specs(tiny(world="plan.yaml"), folder, [1])[0]
 
 
 def test_the_files_of_a_map_travel_with_the_run(tmp_path: Path) -> None:
     own_map(tmp_path)
-    order = order_of_map(tmp_path)
-    assert set(order.files) == {"world.yaml", "plan.pgm"}
-    assert order.scenario.world == "world.yaml"
+    spec = spec_of_map(tmp_path)
+    assert set(spec.files) == {"world.yaml", "plan.pgm"}
+    assert spec.scenario.world == "world.yaml"
     save_places(places_path(tmp_path / "plan.yaml"), {"home": SE2(0.5, 0.5, 0.0)})
-    placed = order_of_map(tmp_path)
+    placed = spec_of_map(tmp_path)
     assert set(placed.files) == {"world.yaml", "plan.pgm", "world.places.yaml"}
     own_map(tmp_path, 41)
-    assert len({order.key, placed.key, order_of_map(tmp_path).key}) == 3
+    assert len({spec.key, placed.key, spec_of_map(tmp_path).key}) == 3
 
 
 def test_the_folder_of_the_files_is_not_in_the_key(tmp_path: Path) -> None:
@@ -149,9 +149,9 @@ def test_the_folder_of_the_files_is_not_in_the_key(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
         own_map(tmp_path / name)
         (tmp_path / name / "own.yaml").write_text("like: chefbot_lidar\nname: own\n")
-        keys.add(run_orders(tiny(world="plan.yaml", robot="own.yaml"), tmp_path / name, [1])[0].key)
+        keys.add(run_specs(tiny(world="plan.yaml", robot="own.yaml"), tmp_path / name, [1])[0].key)
         keys.add(
-            run_orders(
+            run_specs(
                 tiny(world=str(tmp_path / name / "plan.yaml"), robot=str(tmp_path / name / "own.yaml")),
                 Path(),
                 [1],
@@ -166,7 +166,7 @@ def test_the_robot_is_in_the_key_and_not_its_file(tmp_path: Path) -> None:
         (tmp_path / "own.yaml").write_text(
             f"like: chefbot_lidar\nname: own\ndrive:\n  max_speed: {speed}\n# {len(keys)}\n"
         )
-        keys.append(run_orders(tiny(robot="own.yaml"), tmp_path, [1])[0].key)
+        keys.append(run_specs(tiny(robot="own.yaml"), tmp_path, [1])[0].key)
     assert keys[0] == keys[1] != keys[2]
 
 
@@ -175,12 +175,12 @@ def test_a_log_and_its_relations_may_share_a_name(tmp_path: Path) -> None:
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "intel.txt").write_text(folder)
     task = MapLogTask(log="logs/intel.txt", relations="relations/intel.txt")
-    order = run_orders(tiny(task=task), tmp_path, [1])[0]
-    assert isinstance(order.scenario.task, MapLogTask)
-    assert order.files[order.scenario.task.log] == b"logs"
-    assert order.files[order.scenario.task.relations] == b"relations"
+    spec = run_specs(tiny(task=task), tmp_path, [1])[0]
+    assert isinstance(spec.scenario.task, MapLogTask)
+    assert spec.files[spec.scenario.task.log] == b"logs"
+    assert spec.files[spec.scenario.task.relations] == b"relations"
 
 
-def test_an_order_is_the_same_after_its_way_to_a_worker() -> None:
-    order = tiny_orders([1])[0]
-    assert msgspec.msgpack.decode(msgspec.msgpack.encode(order), type=RunOrder) == order
+def test_a_spec_is_the_same_after_its_way_to_a_worker() -> None:
+    spec = tiny_specs([1])[0]
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(spec), type=RunSpec) == spec

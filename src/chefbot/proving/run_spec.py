@@ -27,11 +27,11 @@ from chefbot.storage.places import places_path
 
 MAX_FILE_BYTES = 500_000_000
 TEMPLATE = "chefbot"
-"""Robot from which a drawn one has what no number describes, as of `chefbot robot generate`."""
+"""Robot from which a drawn one has what no number describes, as in `chefbot robot generate`."""
 SOURCE_SUFFIXES = (".py", ".yaml")
 
 
-class RunOrder(msgspec.Struct, frozen=True, kw_only=True):
+class RunSpec(msgspec.Struct, frozen=True, kw_only=True):
     """One run: the scenario, its robot, the contents of its files by name, the seed, and the code that must make it.
 
     key: hash of all that the result depends on. record: whether the run's log is returned as well.
@@ -58,16 +58,16 @@ def code_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-def run_orders(scenario: Scenario, base: Path, seeds: list[int], record: bool = False) -> list[RunOrder]:
+def run_specs(scenario: Scenario, base: Path, seeds: list[int], record: bool = False) -> list[RunSpec]:
     """Return the runs of a scenario, with the files that it names; relative ones lie in the folder `base`.
 
     Raises UserError for a file that is missing or invalid, and for a fault of a sensor that the robot lacks: both are
     found here and not on a worker.
     """
-    orders: list[RunOrder] = []
+    specs: list[RunSpec] = []
     for seed in seeds:
-        if orders and isinstance(scenario.robot, str):
-            first = orders[0]
+        if specs and isinstance(scenario.robot, str):
+            first = specs[0]
             robot, packed, files = first.robot, first.scenario, first.files
         else:
             robot = robot_of(scenario, base, seed)
@@ -75,8 +75,8 @@ def run_orders(scenario: Scenario, base: Path, seeds: list[int], record: bool = 
                 check_robot_has(robot, event)
             packed, files = _packed(scenario, robot, base)
         key = _key(packed, robot, files, seed)
-        orders.append(
-            RunOrder(
+        specs.append(
+            RunSpec(
                 key=key,
                 scenario=packed,
                 robot=robot,
@@ -86,7 +86,7 @@ def run_orders(scenario: Scenario, base: Path, seeds: list[int], record: bool = 
                 record=record,
             )
         )
-    return orders
+    return specs
 
 
 def robot_of(scenario: Scenario, base: Path, seed: int) -> Robot:
@@ -201,12 +201,12 @@ def _add_log(files: dict[str, bytes], task: MapLogTask, base: Path) -> MapLogTas
     return msgspec.structs.replace(task, log=log, relations=relations)
 
 
-def crashed(order: RunOrder, reason: str) -> RunRecord:
+def crashed(spec: RunSpec, reason: str) -> RunRecord:
     """Return the record of a run that ended without a result."""
     return RunRecord(
-        key=order.key,
-        scenario=order.scenario.name,
-        seed=order.seed,
+        key=spec.key,
+        scenario=spec.scenario.name,
+        seed=spec.seed,
         success=False,
         failure=reason,
         machine=machine(),

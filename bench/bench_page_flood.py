@@ -45,7 +45,7 @@ from tests.support.processes import children_of  # noqa: E402
 from chefbot.demo.processes import cpu_seconds  # noqa: E402
 from chefbot.msgs.chefbot_msgs import WheelSpeeds  # noqa: E402
 from chefbot.ros2.rmw.node import RmwNode  # noqa: E402
-from chefbot.ui.access.places import ESTABLISHED_TIME  # noqa: E402
+from chefbot.ui.access.client_slots import ESTABLISHED_TIME  # noqa: E402
 from chefbot.ui.access.visitors import OPERATOR, TokenKey  # noqa: E402
 
 SECRET = "a secret for this measurement only"

@@ -196,7 +196,7 @@ class Operator:
         self._browser.send(json.dumps({"do": "stop", "id": key}))
         self._await(lambda stop: key in stop["confirmed"])
         took = time.monotonic() - began
-        self._browser.send('{"do":"resume"}')
+        self._browser.send('{"do":"release_stop"}')
         self._await(lambda stop: not stop["stopped"])
         return took
 

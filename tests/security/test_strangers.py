@@ -183,7 +183,7 @@ def test_a_web_socket_that_never_reads_gets_no_queue(site: Site) -> None:
 
 def test_guests_see_and_stop_but_do_not_drive(site: Site) -> None:
     guest = site.browser(Visitor("tablet", "guest"))
-    for command in ('{"do":"drive","v":1,"w":0}', '{"do":"resume"}', '{"do":"map_saved","file":"a"}'):
+    for command in ('{"do":"drive","v":1,"w":0}', '{"do":"release_stop"}', '{"do":"map_saved","file":"a"}'):
         guest.send(command)
         assert refusal(guest) == ONLY_VIEW
     guest.send('{"do":"stop","id":"a"}')
@@ -191,7 +191,11 @@ def test_guests_see_and_stop_but_do_not_drive(site: Site) -> None:
     wait_for(lambda: [entry.action for entry in site.audit()][-1:] == ["stop"])
     entry = site.audit()[-1]
     assert (entry.name, entry.role, entry.address, entry.refused) == ("tablet", "guest", "127.0.0.1", "")
-    assert [e.action for e in site.audit() if e.refused == ONLY_VIEW] == ["drive", "resume", "map_saved"]
+    assert [e.action for e in site.audit() if e.refused == ONLY_VIEW] == [
+        "drive",
+        "release_stop",
+        "map_saved",
+    ]
 
 
 @pytest.mark.slow

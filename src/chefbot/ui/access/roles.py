@@ -16,7 +16,7 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
     **dict.fromkeys(
         (
             do.Deliver, do.Loaded, do.Taken, do.NotTaken, do.Choose, do.ChangeQueue, do.ShortestOrder,
-            do.GoPlace, do.Cancel, do.Resume, do.LeaveKiosk,
+            do.GoPlace, do.Cancel, do.ReleaseStop, do.LeaveKiosk,
         ),
         "waiter",
     ),

@@ -105,7 +105,7 @@ def test_a_withdrawn_press_does_not_count_when_it_arrives(phone: Phone) -> None:
     phone.tab.evaluate("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")
     phone.tab.wait_for(ALARM)
     assert (
-        phone.tab.evaluate("document.getElementById('release-stop').textContent") == "Withdraw this stop"
+        phone.tab.evaluate("document.getElementById('release-stop').textContent") == "Cancel the stop request"
     )
     phone.tab.evaluate("document.getElementById('release-stop').click()")
     phone.network.mode = "pass"

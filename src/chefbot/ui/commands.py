@@ -96,7 +96,7 @@ class ChangeQueue(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag=
 
 
 class ShortestOrder(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="shortest_order"):
-    """Serve the tables that are left in the order of the shortest route; `order` as in ChangeQueue."""
+    """Serve the remaining tables by the shortest route; `order` as in ChangeQueue."""
 
     order: Id = ""
 

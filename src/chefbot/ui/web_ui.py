@@ -323,7 +323,7 @@ class WebUiDevice(NavigationDevice):
         validate_command(command, self._places, self._round)
         if isinstance(command, do.ReleaseStop) and command.pressed not in ("", self._last_stop.pressed):
             raise UserError(
-                "Emergency stop was pressed again meanwhile; check the robot, then press Resume again"
+                "Emergency stop was pressed again in the meantime; check the robot, then release STOP again"
             )
         if isinstance(command, do.Stop) and not self._last_status.stopped:
             # Display the press at once: the event loop may be late, or simulated time may be paused.

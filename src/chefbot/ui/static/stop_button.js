@@ -37,7 +37,7 @@ export class StopButton {
     document.body.classList.toggle("stopped", state !== "free");
     document.body.classList.toggle("alarmed", alarmed);
     text("stop", LABELS[state]);
-    text("release-stop", state === "not confirmed" ? tr("Withdraw this stop") : tr("Resume"));
+    text("release-stop", state === "not confirmed" ? tr("Cancel the stop request") : tr("Release STOP"));
     $("release-stop").hidden = state === "free";
     $("alarm").hidden = !alarmed;
     if (alarmed && performance.now() - this.vibrated > VIBRATION_PERIOD) {

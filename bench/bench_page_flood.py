@@ -45,7 +45,7 @@ from tests.support.processes import children_of  # noqa: E402
 from chefbot.demo.processes import cpu_seconds  # noqa: E402
 from chefbot.msgs.chefbot_msgs import WheelSpeeds  # noqa: E402
 from chefbot.ros2.rmw.node import RmwNode  # noqa: E402
-from chefbot.ui.access.places import ESTABLISHED_TIME  # noqa: E402
+from chefbot.ui.access.client_slots import ESTABLISHED_TIME  # noqa: E402
 from chefbot.ui.access.visitors import OPERATOR, TokenKey  # noqa: E402
 
 SECRET = "a secret for this measurement only"
@@ -196,7 +196,7 @@ class Operator:
         self._browser.send(json.dumps({"do": "stop", "id": key}))
         self._await(lambda stop: key in stop["confirmed"])
         took = time.monotonic() - began
-        self._browser.send('{"do":"resume"}')
+        self._browser.send('{"do":"release_stop"}')
         self._await(lambda stop: not stop["stopped"])
         return took
 

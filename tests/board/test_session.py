@@ -163,7 +163,7 @@ def test_the_fault_that_keeps_the_motors_off_has_its_remedy(stopped: int) -> Non
     assert link.fault == "", "neither a stop by the computer nor a warning is a fault"
     link.receive_data(motion(2, MS, stopped | BoardFlag.ENCODER_LEFT), MS)
     silent = "The left encoder is silent or counts against the motor."
-    assert link.fault == f"{silent} The motors are off; press STOP, then Resume, to clear it."
+    assert link.fault == f"{silent} The motors are off; press STOP, then Release STOP, to clear it."
     link.receive_data(motion(3, 2 * MS, stopped), 2 * MS)
     assert link.fault == ""
 

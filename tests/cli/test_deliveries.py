@@ -31,7 +31,7 @@ def test_rounds_are_printed_with_what_became_of_each_table(
     assert "  anna: table 1 (taken), table 2 (open); until " in first and first.endswith(
         "; At home. [simulated]"
     )
-    assert second.endswith("  bar (open); not ended")
+    assert second.endswith("  bar (open); unfinished")
     print_deliveries("waiter", 1, None)
     assert capsys.readouterr().out.count("\n") == 1
 

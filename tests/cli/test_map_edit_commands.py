@@ -35,7 +35,7 @@ def test_a_map_is_described(file: Path, capsys: pytest.CaptureFixture[str]) -> N
     print_info(file)
     text = capsys.readouterr().out
     assert "160 x 120 cells of 0.05 m" in text and "8.00 x 6.00 m from (-2.00, -1.00)" in text
-    assert "厨房" in text and "0 changes can be taken back" in text
+    assert "厨房" in text and "0 changes can be undone" in text
 
 
 def test_a_part_is_kept_and_taken_back(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -46,7 +46,7 @@ def test_a_part_is_kept_and_taken_back(file: Path, capsys: pytest.CaptureFixture
     assert "7.00 x 4.00 m now" in capsys.readouterr().out
     undo_change(file)
     assert file.with_suffix(".pgm").read_bytes() == before
-    with pytest.raises(UserError, match="no change of the map"):
+    with pytest.raises(UserError, match="no map change to undo"):
         undo_change(file)
 
 
@@ -58,7 +58,7 @@ def test_a_change_that_changes_nothing_makes_no_version(
 ) -> None:
     change(file)
     assert "is unchanged" in capsys.readouterr().out
-    with pytest.raises(UserError, match="no change of the map"):
+    with pytest.raises(UserError, match="no map change to undo"):
         undo_change(file)
 
 

@@ -36,7 +36,7 @@ from chefbot.ui.commands import (
     GoPlace,
     Loaded,
     Patrol,
-    Resume,
+    ReleaseStop,
     Stop,
 )
 from chefbot.ui.display.views import DeliveryView, StopView, WaitingOrderView
@@ -358,7 +358,7 @@ def test_release_names_the_press_that_it_releases() -> None:
     with fake_robot() as robot:
         robot.server.set_layer("stop", StopView(stopped=True, pressed="17"))
         assert release_stop(robot.url) == 1
-        assert robot.commands.get(timeout=PATIENCE) == Resume("17")
+        assert robot.commands.get(timeout=PATIENCE) == ReleaseStop("17")
 
 
 @pytest.mark.slow

@@ -150,7 +150,7 @@ def test_tables_beyond_the_energy_are_left_out_with_a_reason() -> None:
     one = serving(500.0)
     one.show(40.0, "return")
     assert one.round.status.queue == ("table_2",)
-    assert one.round.status.skipped_reasons == ("table 3: the battery was not enough for it",)
+    assert one.round.status.skipped_reasons == ("table 3: not enough battery",)
     one.show(17.0, "return")
     assert one.round.status.queue == () and one.now == ("driving", "table_1")
     one.show(16.0, "return")

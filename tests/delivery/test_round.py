@@ -75,7 +75,7 @@ def test_food_that_is_not_picked_up_is_not_delivered() -> None:
     one.taken()
     assert waiter.now == ("returning", "kitchen", ""), "the food of table 1 goes back"
     one.arrived()
-    assert waiter.now == ("unloading", "kitchen", "") and "of table 1" in one.status.description
+    assert waiter.now == ("unloading", "kitchen", "") and "for table 1" in one.status.description
     one.skip()
     one.loaded()
     assert waiter.now == ("unloading", "kitchen", "")
@@ -111,7 +111,7 @@ def test_food_of_an_earlier_trip_is_unloaded_before_the_next() -> None:
     one.skip()
     assert waiter.now == ("driving", "kitchen", "")
     one.arrived()
-    assert "Unload the food that nobody took, of table 1. Load the food for table 2" in one.status.description
+    assert "Unload the food for table 1 that nobody took. Load the food for table 2" in one.status.description
     one.loaded()
     assert one.status.untaken == ()
 
@@ -120,7 +120,7 @@ def test_a_waiting_order_is_shortened_and_cancelled() -> None:
     waiter = Waiter().at("table_1", ("table_1",), ("table_2", "table_3"), ("table_3",))
     one = waiter.round
     one.change_queue("order 1", ("table_3",))
-    with pytest.raises(OrderError, match="has changed meanwhile"):
+    with pytest.raises(OrderError, match="has changed in the meantime"):
         one.change_queue("order 1", ("table_2",))
     one.change_queue("order 2", ())
     assert [(order.id, order.places) for order in one.status.pending_orders] == [("order 1", ("table_3",))]
@@ -150,7 +150,7 @@ def test_emergency_stop_keeps_the_round_until_a_choice_is_made(choice: str) -> N
         and one.leg is None
         and len(one.status.pending_orders) == 2
     )
-    with pytest.raises(OrderError, match="Resume"):
+    with pytest.raises(OrderError, match="Release STOP first"):
         one.choose(choice)
     one.stop(False)
     assert waiter.now == ("waiting", "table_2", "choice") and one.leg is None
@@ -263,7 +263,7 @@ def test_external_motion_commands_hold_the_round() -> None:
     waiter.round.on_diverted()
     waiter.round.taken()
     assert waiter.round.leg is None and waiter.round.status.delivered == ()
-    assert "Somebody sent the robot elsewhere" in waiter.round.status.description
+    assert "The robot was sent elsewhere" in waiter.round.status.description
     waiter.round.choose("go_on")
     assert waiter.now == ("driving", "table_1", "")
 
@@ -292,7 +292,7 @@ def test_tables_are_served_in_another_order_and_left_out() -> None:
     one.loaded()
     assert waiter.now == ("driving", "table_3", "")
     for order_id, places in (("a", ("table_3",)), ("b", ("table_1",)), ("a", ("table_1", "table_1"))):
-        with pytest.raises(OrderError, match="has changed meanwhile"):
+        with pytest.raises(OrderError, match="has changed in the meantime"):
             one.change_queue(order_id, places)
     one.change_queue("a", ())
     one.arrived()

@@ -145,7 +145,7 @@ def test_emergency_stop_latches_until_release_and_a_zero_command(driven: Driven,
     driven.press(True)
     driven.until(lambda: standing(cable, count), "standstill")
     driven.until(lambda: "emergency stop command" in driven.health, "the news")
-    assert "Resume releases them" in driven.health and "refused a line" not in driven.health
+    assert "release STOP to enable them" in driven.health and "refused a line" not in driven.health
     driven.press(False)
     driven.until(
         lambda: (

@@ -8,7 +8,7 @@ from tests.support.nodes import StationaryRobot
 from chefbot.control.path_follower import FollowPathError
 from chefbot.msgs.std_msgs import String
 
-FAULT = "The left encoder is silent. The motors are off; press STOP, then Resume, to clear it."
+FAULT = "The left encoder is silent. The motors are off; press STOP, then Release STOP, to clear it."
 
 
 def following() -> StationaryRobot:

@@ -233,7 +233,7 @@ def test_impossible_choices_are_rejected_with_a_message() -> None:
     runner.publish("round_choice", String("go_on"))
     runner.publish("errand", errand("now"))
     assert [remark.data for remark in runner.messages("delivery/remark")] == [
-        "The emergency stop is active. Press Resume first."
+        "The emergency stop is active. Release STOP first."
     ] * 2
 
 

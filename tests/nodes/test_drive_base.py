@@ -174,9 +174,7 @@ def test_a_silent_lidar_stops_at_once_and_stick_has_to_be_let_go() -> None:
     assert base.speed == pytest.approx(0.3) and base.texts("base/stop_reason")[-1] == ""
 
 
-ENCODER = (
-    "The left encoder is silent or counts against the motor. The motors are off; press STOP, then Resume."
-)
+ENCODER = "The left encoder is silent or counts against the motor. The motors are off; press STOP, then Release STOP."
 
 
 @pytest.mark.parametrize("topic", ["cmd_vel_nav", "cmd_vel_teleop"])

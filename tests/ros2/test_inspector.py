@@ -142,7 +142,7 @@ def test_a_watched_topic_has_its_newest_message_and_rate(looking: Looking, base:
     [
         ("/r/other", "their_msgs/msg/Other"),
         ("/r/text", "too long to be shown"),
-        ("/r/none", "Nobody publishes it"),
+        ("/r/none", "No node publishes it"),
     ],
 )
 def test_what_cannot_be_shown_has_a_sentence(
@@ -164,7 +164,7 @@ def test_a_publisher_that_ends_is_noticed_and_numbers_stay_plain(looking: Lookin
 
         looking.until("/r/number", condition=seen)
         assert looking.values["/r/number"].hz < 1000.0, "over the time of watching, not between two messages"
-    looking.until("/r/number", condition=lambda: "Nobody" in looking.values["/r/number"].problem)
+    looking.until("/r/number", condition=lambda: "No node" in looking.values["/r/number"].problem)
     assert looking.values["/r/number"].value == {"data": "nan"}
 
 

@@ -1,4 +1,4 @@
-"""Tests the limits per address and the places of clients as rules, for any order of events."""
+"""Tests the limits per address and the slots of clients as rules, for any order of events."""
 
 from __future__ import annotations
 
@@ -18,7 +18,13 @@ from chefbot.ui.access.address_limits import (
     AddressLimits,
     address_group,
 )
-from chefbot.ui.access.places import ACTIVE_TIME, MAX_FULL, MAX_GUESTS, MAX_RESERVED, ClientPlaces
+from chefbot.ui.access.client_slots import (
+    ACTIVE_TIME,
+    MAX_FULL_ACCESS,
+    MAX_GUESTS,
+    MAX_ONLY_STOP,
+    ClientSlots,
+)
 from chefbot.ui.access.roles import ROLES
 from chefbot.ui.access.visitors import ENGINEER, TokenKey, Visitor
 
@@ -116,37 +122,37 @@ STEPS = st.lists(
 
 
 @given(STEPS)
-def test_places_stay_bounded_and_who_commands_gets_in(steps: list[tuple[str, str, str, int]]) -> None:
-    places: ClientPlaces[int] = ClientPlaces()
+def test_slots_stay_bounded_and_who_commands_gets_in(steps: list[tuple[str, str, str, int]]) -> None:
+    slots: ClientSlots[int] = ClientSlots()
     full: dict[int, str] = {}
-    reserved: set[int] = set()
+    only_stop: set[int] = set()
     active: dict[int, float] = {}
     for now, (step, role, group, which) in enumerate(steps):
-        clients = [*full, *reserved]
+        clients = [*full, *only_stop]
         if step == "come":
-            was_full = len(full) >= MAX_FULL
+            was_full = len(full) >= MAX_FULL_ACCESS
             busy = all(r != "guest" and active.get(c, -1.0) > now for c, r in full.items())
-            seating = places.add(1000 + now, role, group, float(now))  # type: ignore[arg-type]
-            for client in seating.demoted:
+            admission = slots.admit(1000 + now, role, group, float(now))  # type: ignore[arg-type]
+            for client in admission.demoted:
                 del full[client]
-                reserved.add(client)
-            if seating.full:
+                only_stop.add(client)
+            if admission.full_access:
                 full[1000 + now] = role
             else:
-                reserved.add(1000 + now)
-            reserved -= set(seating.dropped)
-            assert 1000 + now not in seating.dropped
-            assert role == "guest" or seating.full == (not was_full or not busy)
+                only_stop.add(1000 + now)
+            only_stop -= set(admission.dropped)
+            assert 1000 + now not in admission.dropped
+            assert role == "guest" or admission.full_access == (not was_full or not busy)
         elif clients and step == "command":
             client = clients[which % len(clients)]
-            places.note_command(client, float(now))
+            slots.note_command(client, float(now))
             active[client] = now + ACTIVE_TIME
         elif clients:
             client = clients[which % len(clients)]
-            places.remove(client)
+            slots.remove(client)
             full.pop(client, None)
-            reserved.discard(client)
-        assert len(full) <= MAX_FULL and len(reserved) <= MAX_RESERVED
+            only_stop.discard(client)
+        assert len(full) <= MAX_FULL_ACCESS and len(only_stop) <= MAX_ONLY_STOP
         assert list(full.values()).count("guest") <= MAX_GUESTS
 
 

@@ -111,10 +111,10 @@ def test_a_full_disk_is_reported_once(tmp_path: Path, monkeypatch: pytest.Monkey
         record(log, Kind.SAFETY, "stop")
     wait_for(lambda: log._queue.empty() and sentences)
     full[0] = False
-    record(log, Kind.SAFETY, "resume")
+    record(log, Kind.SAFETY, "release_stop")
     log.close()
     assert len(sentences) == 1 and "cannot be written" in sentences[0]
-    assert [entry.action for entry in read_entries(log.path)][-1] == "resume"
+    assert [entry.action for entry in read_entries(log.path)][-1] == "release_stop"
     assert log.path.read_bytes().count(b"\n") == len(list(read_entries(log.path)))
 
 

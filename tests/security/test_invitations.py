@@ -98,7 +98,7 @@ def test_a_revoked_person_keeps_stop_until_disconnected(served: Served) -> None:
         ben.send('{"do":"cancel"}')
         wait_for(lambda: (Cancel(), "ben") in served.commands)
     assert (Cancel(), "anna") not in served.commands
-    assert served.get(token).status_code == 403 and "not any more" in served.get(token).text
+    assert served.get(token).status_code == 403 and "no longer valid" in served.get(token).text
     assert served.get(other).status_code == 303
 
 

@@ -21,9 +21,9 @@ from websockets.sync.client import ClientConnection, connect
 
 from chefbot.maths.grid import Grid
 from chefbot.ui import http_limits
-from chefbot.ui.access import address_limits, listener, places
+from chefbot.ui.access import address_limits, client_slots, listener
 from chefbot.ui.access.audit_log import AuditEntry, AuditLog, read_entries
-from chefbot.ui.access.places import MAX_FULL, MAX_GUESTS, MAX_RESERVED
+from chefbot.ui.access.client_slots import MAX_FULL_ACCESS, MAX_GUESTS, MAX_ONLY_STOP
 from chefbot.ui.access.roles import ONLY_VIEW
 from chefbot.ui.access.visitors import ENGINEER, GUEST, Visitor
 from chefbot.ui.commands import Cancel, Drive, OperatorCommand, Stop
@@ -183,7 +183,7 @@ def test_a_web_socket_that_never_reads_gets_no_queue(site: Site) -> None:
 
 def test_guests_see_and_stop_but_do_not_drive(site: Site) -> None:
     guest = site.browser(Visitor("tablet", "guest"))
-    for command in ('{"do":"drive","v":1,"w":0}', '{"do":"resume"}', '{"do":"map_saved","file":"a"}'):
+    for command in ('{"do":"drive","v":1,"w":0}', '{"do":"release_stop"}', '{"do":"map_saved","file":"a"}'):
         guest.send(command)
         assert refusal(guest) == ONLY_VIEW
     guest.send('{"do":"stop","id":"a"}')
@@ -191,20 +191,24 @@ def test_guests_see_and_stop_but_do_not_drive(site: Site) -> None:
     wait_for(lambda: [entry.action for entry in site.audit()][-1:] == ["stop"])
     entry = site.audit()[-1]
     assert (entry.name, entry.role, entry.address, entry.refused) == ("tablet", "guest", "127.0.0.1", "")
-    assert [e.action for e in site.audit() if e.refused == ONLY_VIEW] == ["drive", "resume", "map_saved"]
+    assert [e.action for e in site.audit() if e.refused == ONLY_VIEW] == [
+        "drive",
+        "release_stop",
+        "map_saved",
+    ]
 
 
 @pytest.mark.slow
 def test_who_commands_gets_in_where_guests_took_all(site: Site) -> None:
-    guests = [site.browser(GUEST) for _ in range(MAX_FULL + MAX_RESERVED)]
-    wait_for(lambda: site.server.clients == MAX_GUESTS + MAX_RESERVED)
-    operators = [site.browser() for _ in range(MAX_FULL)]
+    guests = [site.browser(GUEST) for _ in range(MAX_FULL_ACCESS + MAX_ONLY_STOP)]
+    wait_for(lambda: site.server.clients == MAX_GUESTS + MAX_ONLY_STOP)
+    operators = [site.browser() for _ in range(MAX_FULL_ACCESS)]
     for operator in operators:
         operator.send('{"do":"drive","v":0,"w":0}')
         operator.send('{"do":"cancel"}')
-    wait_for(lambda: site.commands.count(Cancel()) == MAX_FULL)
-    seated = [guest for guest in guests if _answers(guest)]
-    assert len(seated) == MAX_RESERVED, "who is connected keeps STOP"
+    wait_for(lambda: site.commands.count(Cancel()) == MAX_FULL_ACCESS)
+    connected = [guest for guest in guests if _answers(guest)]
+    assert len(connected) == MAX_ONLY_STOP, "who is connected keeps STOP"
 
 
 def _answers(browser: ClientConnection) -> bool:
@@ -219,9 +223,9 @@ def _answers(browser: ClientConnection) -> bool:
 
 @pytest.mark.slow
 def test_idle_operators_make_room_and_keep_stop(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A program that holds all places without doing anything, as after a fault of its own."""
-    holders = [site.browser() for _ in range(MAX_FULL)]
-    wait_for(lambda: site.server.clients == MAX_FULL)
+    """A program that holds all slots without doing anything, as after a fault of its own."""
+    holders = [site.browser() for _ in range(MAX_FULL_ACCESS)]
+    wait_for(lambda: site.server.clients == MAX_FULL_ACCESS)
     newcomer = site.browser()
     newcomer.send('{"do":"drive","v":1,"w":0}')
     wait_for(lambda: Drive(1.0, 0.0) in site.commands)
@@ -229,9 +233,9 @@ def test_idle_operators_make_room_and_keep_stop(site: Site, monkeypatch: pytest.
     holders[0].send('{"do":"stop","id":"b"}')
     wait_for(lambda: Stop("b") in site.commands)
     # on a busy computer the answers take as long as they like, so it is established by its age alone
-    monkeypatch.setattr(places._Holder, "is_established", lambda holder, now: now - holder.since >= 0.5)
+    monkeypatch.setattr(client_slots._Slot, "is_established", lambda slot, now: now - slot.since >= 0.5)
     time.sleep(0.5)
-    for _ in range(3 * MAX_RESERVED):
+    for _ in range(3 * MAX_ONLY_STOP):
         assert _answers(holders[0])
         site.browser().send('{"do":"cancel"}')
     assert _answers(holders[0]), "an established screen is not replaced"
@@ -278,8 +282,8 @@ def test_limits_forget_every_connection_that_ended(site: Site) -> None:
     with site.browser() as browser:
         browser.send('{"do":"stop"}')
         wait_for(lambda: site.commands == [Stop()])
-    limits, places = site.server._uvicorn.limits, site.server._places
-    wait_for(lambda: not limits._strangers and not limits._visitors and not places._holders)
+    limits, slots = site.server._uvicorn.limits, site.server._slots
+    wait_for(lambda: not limits._strangers and not limits._visitors and not slots._slots)
     assert site.open_connections == 0
 
 

@@ -78,7 +78,7 @@ def test_looking_is_not_recorded_even_if_it_is_refused(log: Log, audit: CommandA
     [
         (do.Stop("a"), Kind.SAFETY),
         (do.Withdraw("a"), Kind.SAFETY),
-        (do.Resume(), Kind.SAFETY),
+        (do.ReleaseStop(), Kind.SAFETY),
         (do.Cancel(), Kind.COMMAND),
         (do.Goal(1.0, 2.0, 0.0), Kind.COMMAND),
     ],

@@ -43,7 +43,7 @@ def test_only_the_round_that_was_seen_is_changed() -> None:
     validate_command(do.ChangeQueue([], "a"), PLACES, status)
     for order_id, place in (("b", "table_2"), ("a", "table_1"), ("a", "moon")):
         command = do.ChangeQueue([place], order_id)
-        with pytest.raises(UserError, match="has changed meanwhile"):
+        with pytest.raises(UserError, match="has changed in the meantime"):
             validate_command(command, PLACES, status)
 
 
@@ -53,7 +53,7 @@ def test_a_waiting_order_is_changed_by_its_id() -> None:
     for tables in ([], ["table_2"]):
         validate_command(do.ChangeQueue(tables, "b"), PLACES, status)
     for command in (do.ChangeQueue(["kitchen"], "b"), do.ChangeQueue([], ""), do.ShortestOrder("b")):
-        with pytest.raises(UserError, match="has changed meanwhile"):
+        with pytest.raises(UserError, match="has changed in the meantime"):
             validate_command(command, PLACES, status)
 
 
@@ -119,7 +119,7 @@ def test_a_goal_during_a_round_needs_a_time() -> None:
         status = DeliveryStatus(state=state)
         validate_command(do.Goal(1.0, 2.0, 0.0, "after"), PLACES, status)
         if state in status_messages.IN_ROUND:
-            with pytest.raises(UserError, match="say when"):
+            with pytest.raises(UserError, match="choose when"):
                 validate_command(do.Goal(1.0, 2.0, 0.0), PLACES, status)
         assert is_errand("after", status) == (state in status_messages.IN_ROUND)
         assert not is_errand("", status)

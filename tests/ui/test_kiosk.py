@@ -155,5 +155,5 @@ def test_a_pin_cannot_be_guessed() -> None:
 
 def test_no_pin_is_needed_if_the_owner_sets_none() -> None:
     KioskLock("").check("", 0.0)
-    with pytest.raises(UserError, match="needs the PIN"):
+    with pytest.raises(UserError, match="Enter the PIN"):
         KioskLock(PIN).check("", 0.0)

@@ -296,7 +296,7 @@ def test_a_browser_without_storage_keeps_no_language(page: Any) -> None:
         tab.wait_for(UP)
         tab.evaluate("Storage.prototype.setItem = () => { throw new Error('blocked'); }")
         tab.evaluate(CHOOSE % "de")
-        tab.wait_for("document.getElementById('notice').textContent.includes('keeps no settings')")
+        tab.wait_for("document.getElementById('notice').textContent.includes('cannot store settings')")
         assert tab.evaluate("document.getElementById('language').value") == "en"
 
 

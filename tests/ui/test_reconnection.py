@@ -66,7 +66,7 @@ def test_a_command_that_arrived_is_not_reported_as_doubtful(
     tab.evaluate(RECORD_NOTICES)  # another reconnection, as of a busy computer, takes a notice away
     press_cancel_while(tab, network, "answers lost", lambda: commands.append(page.next_command()))
     assert commands == [Cancel()]
-    tab.wait_for("window.notices.some((text) => text.includes('had received the last command'))")
+    tab.wait_for("window.notices.some((text) => text.includes('received the last command'))")
     assert page.commands.empty() and tab.evaluate("window.page")
 
 
@@ -99,7 +99,7 @@ def test_a_restart_is_reported_with_the_tables_not_served(
     network.target = urlsplit(restarted.start()).port or 0
     network.reset()
     try:
-        lost = "chefbot was restarted and has lost the round. Not served: Table 1, Table 2."
+        lost = "chefbot was restarted and lost the round. Not served: Table 1, Table 2."
         tab.wait_for(
             f"document.querySelectorAll('#tables button').length === 0 && {ROUND} === '{after.step}'"
         )

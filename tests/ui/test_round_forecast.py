@@ -55,7 +55,7 @@ class TestInChromium:
 
     def test_each_table_has_its_own_time(self, page: Any, tab: Tab) -> None:
         eta = tab.evaluate("document.getElementById('eta').textContent")
-        assert eta == "Table 1: 12 m, about 40 s. Home again: 45 m, about 11 min, 61 % battery."
+        assert eta == "Table 1: 12 m, about 40 s. Back home: 45 m, about 11 min, 61 % battery."
         second = "31 m · 5 min · 70 %"
         assert tab.evaluate(CHIPS) == f"20 m · 2 min · 70 %|{second}"
         page.server.set_layer("forecast", (stop("table_1", 5, 20, None), stop("home", 9, 50, None)))
@@ -69,12 +69,10 @@ class TestInChromium:
         page.server.set_layer("delivery", waiting)
         page.server.set_layer("forecast", STOPS[1:2] + STOPS[3:])
         tab.wait_for(f"{CHIPS} === '20 m · 2 min · 70 %'")
-        assert tab.evaluate("document.getElementById('eta').textContent").startswith("Home again: 45 m")
+        assert tab.evaluate("document.getElementById('eta').textContent").startswith("Back home: 45 m")
 
     def test_times_of_a_stopped_robot_are_marked(self, page: Any, tab: Tab) -> None:
-        marked = (
-            "document.getElementById('eta').textContent.endsWith('The times count from when it continues.')"
-        )
+        marked = "document.getElementById('eta').textContent.endsWith('Times count from when the robot continues.')"
         assert not tab.evaluate(marked)
         page.server.set_layer("stop", StopView(stopped=True))
         tab.wait_for(marked)

@@ -46,3 +46,18 @@ def test_a_round_can_be_served_on_every_screen(waiting: Any) -> None:
                 assert tab.evaluate(f"{CAN_BE_PRESSED}('{button}')"), (button, width, height)
             assert tab.evaluate(AREA_OF_MAP) > 0.2, (width, height)
             assert tab.evaluate("document.documentElement.scrollWidth") == width
+
+
+def test_the_alarm_of_a_stop_is_on_every_screen(page: Any) -> None:
+    show_a_room(page.server)
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for("!document.body.classList.contains('offline')")
+        tab.evaluate("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")
+        tab.wait_for("!document.getElementById('alarm').hidden")
+        for width, height in SIZES:
+            tab.resize(width, height)
+            top = tab.evaluate("document.getElementById('alarm').getBoundingClientRect().top")
+            assert top >= 0, (width, height)
+            for button in ("release-stop", "stop"):
+                assert tab.evaluate(f"{CAN_BE_PRESSED}('{button}')"), (button, width, height)
+            assert tab.evaluate("document.documentElement.scrollWidth") == width

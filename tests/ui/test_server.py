@@ -18,9 +18,9 @@ from websockets.exceptions import ConnectionClosed
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui import client, dead_man
+from chefbot.ui.access.client_slots import MAX_FULL_ACCESS, MAX_ONLY_STOP
 from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.page_access import announcement
-from chefbot.ui.access.places import MAX_FULL, MAX_RESERVED
 from chefbot.ui.commands import Drive, GoPlace, OperatorCommand, Stop
 from chefbot.ui.display.views import RobotView, StatusView, StopView
 from chefbot.ui.server import ONLY_STOP, WebUiServer
@@ -169,10 +169,10 @@ def test_stop_works_with_any_number_of_open_screens(page: Any, receive: Any) -> 
     page.server.set_layer("stop", StopView())
     page.server.set_layer("map", Grid(np.zeros((3, 4), np.int8), 0.05, 0.0, 0.0))
     with ExitStack() as screens:
-        for _ in range(MAX_FULL):
+        for _ in range(MAX_FULL_ACCESS):
             screens.enter_context(page.browser()).send('{"do":"cancel"}')  # somebody works here
             page.next_command()
-        late = [screens.enter_context(page.browser()) for _ in range(MAX_RESERVED)]
+        late = [screens.enter_context(page.browser()) for _ in range(MAX_ONLY_STOP)]
         assert receive(late[0]) == ("refused", ONLY_STOP)
         assert receive(late[0])[0] == "stop"
         late[0].send(GO_TO_KITCHEN)
@@ -181,7 +181,7 @@ def test_stop_works_with_any_number_of_open_screens(page: Any, receive: Any) -> 
         for number, screen in enumerate([*late[3:], *later]):
             screen.send(f'{{"do":"stop","id":"{number}"}}')
             assert page.next_command() == Stop(str(number))
-        wait_for(lambda: page.server.clients == MAX_FULL + MAX_RESERVED)
+        wait_for(lambda: page.server.clients == MAX_FULL_ACCESS + MAX_ONLY_STOP)
         with pytest.raises(ConnectionClosed):
             while True:
                 late[0].recv(timeout=PATIENCE)

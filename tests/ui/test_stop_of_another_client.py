@@ -8,7 +8,7 @@ import pytest
 from tests.support.two_web_uis import Robot
 from tests.support.waiting import PATIENCE
 
-from chefbot.ui.commands import Resume, Stop
+from chefbot.ui.commands import ReleaseStop, Stop
 from chefbot.ui.pending_requests import STOP_UNCONFIRMED
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
@@ -37,7 +37,7 @@ def test_stop_on_one_page_shows_on_all_and_any_page_resumes(robot: Robot) -> Non
         here.send(Stop())
         assert shows(there, stopped=True, reason="Emergency stop was pressed.")
         assert shows(here, stopped=True, stop_pending=False)
-        there.send(Resume())
+        there.send(ReleaseStop())
         assert shows(here, stopped=False)
         assert shows(there, stopped=False)
     assert robot.stop_states == [False, True, False]
@@ -54,7 +54,7 @@ def test_an_external_stop_counts_and_only_a_page_resumes_it(robot: Robot) -> Non
         page.receive(PATIENCE)
         assert shows(page, stopped=True)
         assert robot.stop_states[-2:] == [False, True]  # the base republishes its state
-        page.send(Resume())
+        page.send(ReleaseStop())
         assert shows(page, stopped=False)
 
 

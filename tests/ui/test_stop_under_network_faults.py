@@ -13,7 +13,7 @@ from tests.support.waiting import wait_for
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 from tests.ui.faulty_network import FaultyNetwork
 
-from chefbot.ui.commands import Resume
+from chefbot.ui.commands import ReleaseStop
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 FAULTS = ["none", "hole before", "hole after", "reset before", "reset after", "late", "reset while late"]
@@ -34,7 +34,7 @@ class Phone:
     def release(self) -> None:
         """Release the stop from another web UI and wait until all show it."""
         with self.robot.page("there") as other:
-            other.send(Resume())
+            other.send(ReleaseStop())
             wait_for(lambda: not self.stopped)
         self.tab.wait_for(f"{STOP} === 'STOP' && !document.body.classList.contains('offline')")
 
@@ -104,8 +104,10 @@ def test_a_withdrawn_press_does_not_count_when_it_arrives(phone: Phone) -> None:
     phone.network.mode = "hole"
     phone.tab.evaluate("document.getElementById('stop').dispatchEvent(new PointerEvent('pointerdown'))")
     phone.tab.wait_for(ALARM)
-    assert phone.tab.evaluate("document.getElementById('resume').textContent") == "Withdraw this stop"
-    phone.tab.evaluate("document.getElementById('resume').click()")
+    assert (
+        phone.tab.evaluate("document.getElementById('release-stop').textContent") == "Cancel the stop request"
+    )
+    phone.tab.evaluate("document.getElementById('release-stop').click()")
     phone.network.mode = "pass"
     phone.tab.wait_for(f"{STOP} === 'STOP' && !({ALARM}) && !document.body.classList.contains('offline')")
     assert not phone.stopped

@@ -19,22 +19,22 @@ def test_the_sentence_names_place_goal_distance_and_time(page: Any) -> None:
     path = np.column_stack([np.linspace(1.0, 5.0, 41), np.ones(41)])
     steps: list[tuple[dict[str, Any], str]] = [
         ({}, "The robot does not know where it is."),
-        ({"robot": RobotView(x=1.5, y=-2.25, yaw=0.0)}, "The robot is at x 1.5 m, y -2.3 m. It stands."),
+        ({"robot": RobotView(x=1.5, y=-2.25, yaw=0.0)}, "The robot is at x 1.5 m, y -2.3 m. It is stopped."),
         (
             {"places": PLACES, "robot": RobotView(x=0.1, y=0.1, yaw=0.0)},
-            "The robot is at Kitchen. It stands.",
+            "The robot is at Kitchen. It is stopped.",
         ),
         (
             {"robot": RobotView(x=3.0, y=1.05, yaw=0.0, v=0.25), "path": path, "goal": PLACES["table_4"]},
-            "The robot is 2.0 m from Table 4. It drives to Table 4: 2.0 m to go, about 8 s.",
+            "The robot is 2.0 m from Table 4. It is on its way to Table 4: 2.0 m to go, about 8 s.",
         ),
         (
             {"robot": RobotView(x=3.0, y=1.0, yaw=0.0), "goal": (20.0, 1.0, 0.0)},
-            "The robot is 2.0 m from Table 4. It drives to a point on the map: 2.0 m to go.",
+            "The robot is 2.0 m from Table 4. It is on its way to a point on the map: 2.0 m to go.",
         ),
         (
             {"path": None, "robot": RobotView(x=3.0, y=1.0, yaw=0.0, v=-0.1)},
-            "The robot is 2.0 m from Table 4. It drives at 0.1 m/s.",
+            "The robot is 2.0 m from Table 4. It is moving at 0.1 m/s.",
         ),
     ]
     with open_tab(page.url, NO_GPU) as tab:

@@ -39,8 +39,8 @@ class BoardState(IntEnum):
     STOPPED = 3
 
 
-CLEAR = "press STOP, then Resume, to clear it"
-RESUME = "Resume releases them (after STOP, if the web UI does not offer it)"
+CLEAR = "press STOP, then Release STOP, to clear it"
+RELEASE = "release STOP to enable them (press STOP first if the web UI does not offer it)"
 FAULT_LATCHED = 6
 """Key of REASONS for a latched fault."""
 FAULTS = {
@@ -80,7 +80,7 @@ def faults(flags: int) -> list[str]:
 def motors_off(flags: int) -> list[str]:
     """Describe why the motors are off, and how to clear it; empty while they are not."""
     latched_faults = faults(flags)
-    release = RESUME if flags & LATCHED == BoardFlag.ESTOP_COMMAND else CLEAR
+    release = RELEASE if flags & LATCHED == BoardFlag.ESTOP_COMMAND else CLEAR
     return [*latched_faults, f"the motors are off; {release}"] if latched_faults else []
 
 

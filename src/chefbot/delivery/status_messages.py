@@ -9,13 +9,13 @@ from chefbot.msgs.chefbot_msgs import DeliveryStatus
 WAITING = "Waiting for an order."
 AT_HOME = "At home, waiting for an order."
 CANCELLED = "The delivery was cancelled."
-DIVERTED = "Somebody sent the robot elsewhere."
-ORDER_KEPT = "The emergency stop is active. The order is kept; press Resume, then choose whether to begin."
-NOT_WHILE_STOPPED = "The emergency stop is active. Press Resume first."
-CANCELLED_TOO = "The delivery was cancelled, and {} more that waited."
-QUEUE_CHANGED = "The round has changed meanwhile; look at it and change it again."
+DIVERTED = "The robot was sent elsewhere."
+ORDER_KEPT = "The emergency stop is active. The order is kept; release STOP, then choose whether to start."
+NOT_WHILE_STOPPED = "The emergency stop is active. Release STOP first."
+CANCELLED_TOO = "The delivery was cancelled, and {} more in the queue."
+QUEUE_CHANGED = "The round has changed in the meantime; check it and try again."
 TOO_MANY_TO_SORT = (
-    "The shortest order is computed for up to {} tables; leave some out, or sort them yourself."
+    "The shortest route can be computed for up to {} tables; leave some out, or sort them yourself."
 )
 ROUTES_NOT_KNOWN = "The routes between the tables that are left are not known yet."
 NOTHING_LEFT = "The round has no table left to serve."
@@ -23,11 +23,11 @@ ERRAND_ENDED = "The drive was ended."
 ROUND_WAITS = "The round waits. Choose:"
 NO_PLACE = "The order names no place."
 LOW_BATTERY = "The battery is low."
-PARKING = "The battery is not enough for the drive home; the robot parks."
+PARKING = "The battery is too low for the drive home; the robot parks."
 PARKED = "Parked with a low battery. Charge it, then send the robot home."
 PARKING_PLACE = "a parking place"
 MEANWHILE = " The round waits."
-ERRAND_NEEDS_WHEN = "a round is under way; say when to drive there: now, after it, or instead of it"
+ERRAND_NEEDS_WHEN = "a round is under way; choose when to drive there: now, after it, or instead of it"
 STANDING = ("idle", "failed")
 IN_ROUND = ("loading", "driving", "waiting", "returning", "unloading")
 """States without a drive, and of a round; in the state `errand` the robot drives without food on request."""
@@ -53,7 +53,7 @@ on_the_way = _about("On the way to {}.")
 with_food_back = _about("On the way to {} with the food that nobody took.")
 at = _about("At {}.")
 not_taken = _about("{}: nobody took the food")
-battery_skipped = _about("{}: the battery was not enough for it")
+battery_skipped = _about("{}: not enough battery")
 not_served = _about("{}: the round was ended before it was served")
 left_out = _about("{}: it was taken out of the round")
 """Sentences by the name of a place: while driving, after an errand; and why a table was not served."""
@@ -75,7 +75,7 @@ def unload(status: DeliveryStatus) -> str:
 
 
 def _food_back(status: DeliveryStatus) -> str:
-    return f"Unload the food that nobody took, of {join_names(status.untaken)}."
+    return f"Unload the food for {join_names(status.untaken)} that nobody took."
 
 
 def take(status: DeliveryStatus) -> str:
@@ -98,7 +98,7 @@ def stopped(status: DeliveryStatus) -> str:
 def choose(status: DeliveryStatus, reason: str) -> str:
     """Return the message while the round waits for the operator's choice."""
     if status.state not in IN_ROUND:
-        options = "begin with the next order, or drop it"
+        options = "start with the next order, or cancel it"
     elif status.state in ("returning", "unloading") or not status.loaded:
         options = f"go on to {display_name(status.place)}, or end the round"
     else:

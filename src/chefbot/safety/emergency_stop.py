@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus
 from chefbot.msgs.std_msgs import Bool
 
-REFUSED = "The emergency stop is active. Press Resume, then give the goal again."
+REFUSED = "The emergency stop is active. Release STOP, then send the goal again."
 
 
 def is_pressed(stop: Bool | None) -> bool:

@@ -20,8 +20,8 @@ ESTOP_STATE_UNKNOWN = (
     "Release it to drive."
 )
 
-BOARD_LOST = "The motor board does not answer; the robot stands."
-BOARD_BACK = "The motor board answers again; give the goal again to drive."
+BOARD_LOST = "The motor board does not answer; the robot is stopped."
+BOARD_BACK = "The motor board answers again; send the goal again to drive."
 
 
 class StopDecision(NamedTuple):

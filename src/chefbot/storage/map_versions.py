@@ -23,7 +23,7 @@ ABSENT = "absent.txt"
 NOTE = "note.txt"
 """File of a version with what else is to be known about it."""
 CHANGED_BY_HAND = (
-    "The files of the map were changed by hand since the last change here, so it is not taken back"
+    "The files of the map were edited by hand since the last change here, so it cannot be undone"
 )
 
 

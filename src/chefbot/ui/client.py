@@ -34,7 +34,7 @@ class BrowserConnection:
         self.revoked = False
         """Whether the token was found to be not valid any more."""
         self.only_stop = False
-        """Whether it has no full place (see `places`) and gets few layers."""
+        """Whether it has no full-access slot (see `client_slots`) and gets few layers."""
         self.disconnected = asyncio.Event()
         self._outbox = Outbox(hidden_layers(visitor.role))
         self._pending_answers: deque[str] = deque(maxlen=8)
@@ -62,7 +62,7 @@ class BrowserConnection:
             self._wake.set()
 
     def demote(self, sentence: str) -> None:
-        """Take the full place away and say why; the emergency stop remains."""
+        """Take full access away and send the reason; the emergency stop remains."""
         self.only_stop = True
         self._outbox.show_only_stop()
         self.send_refusal(sentence)

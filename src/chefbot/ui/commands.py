@@ -96,7 +96,7 @@ class ChangeQueue(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag=
 
 
 class ShortestOrder(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="shortest_order"):
-    """Serve the tables that are left in the order of the shortest route; `order` as in ChangeQueue."""
+    """Serve the remaining tables by the shortest route; `order` as in ChangeQueue."""
 
     order: Id = ""
 
@@ -127,7 +127,7 @@ class Cancel(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="canc
 
 
 class Stop(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="stop"):
-    """Stop the robot until Resume (emergency stop)."""
+    """Stop the robot until ReleaseStop (emergency stop)."""
 
     id: Id = ""
 
@@ -138,7 +138,7 @@ class Withdraw(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="wi
     id: Id
 
 
-class Resume(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="resume"):
+class ReleaseStop(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="release_stop"):
     """Release the emergency stop that the operator saw.
 
     `pressed`: time stamp (ns) of the press that the operator saw; a later one is not released.
@@ -267,8 +267,8 @@ AnyCommand = (
     | Patrol | Follow | Cancel
     | PutPlace | DeletePlace | PutZone | DeleteZone | DrawOnMap | CropMap | RotateMap
     | UndoMapEdit | Explore | ResetMap | SaveMap | Inspect | SetParameter | InspectCell
-    | Stop | Withdraw | Resume | MapSaved | SaveIncident | Record | Playback | Ping | Show | Received | LeaveKiosk
-    | Drive | DropBox | OpenDoor | CloseDoor | Kidnap
+    | Stop | Withdraw | ReleaseStop | MapSaved | SaveIncident | Record | Playback | Ping | Show | Received
+    | LeaveKiosk | Drive | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip
 KINDS: tuple[type[OperatorCommand], ...] = get_args(AnyCommand)
 NAMES = tuple(str(kind.__struct_config__.tag) for kind in KINDS)

@@ -16,7 +16,10 @@ ORDER_PERIOD_NS = 1_000_000_000
 MAX_ORDERS = 100
 """Number of orders whose persons are remembered, the newest."""
 ORDER_UNCONFIRMED = "The order is not confirmed yet; it is being repeated."
-STOP_UNCONFIRMED = "Emergency stop is not confirmed by the robot. Use the switch on the robot."
+STOP_UNCONFIRMED = (
+    "Emergency stop is not confirmed by the robot. "
+    "Press the emergency stop button on the robot or switch the robot off."
+)
 
 
 class PendingRequests:

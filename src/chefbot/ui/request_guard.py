@@ -26,7 +26,7 @@ its ports, and robots may share a host."""
 COOKIE_DAYS = 400
 """Time for which a browser keeps an invited person's token; browsers allow no longer one (RFC 6265bis, 5.5)."""
 NO_TOKEN = "Open the address with the token that chefbot printed at its start."
-INVALID_TOKEN = "This link is not valid, or not any more; ask for a new one."
+INVALID_TOKEN = "This link is not valid, or no longer valid; ask for a new one."
 
 
 class RequestGuard:

@@ -21,12 +21,12 @@ from chefbot.errors import ChefbotError, UserError, name_hint
 from chefbot.ui.access.address_limits import address_group
 from chefbot.ui.access.addresses import host_names, is_loopback, listening_socket, own_address
 from chefbot.ui.access.audit_log import AuditLog
+from chefbot.ui.access.client_slots import MAX_FULL_ACCESS, ClientSlots
 from chefbot.ui.access.command_audit import CommandAudit
 from chefbot.ui.access.identification import Identification
 from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.kiosk_lock import KioskLock
 from chefbot.ui.access.listener import GuardedServer
-from chefbot.ui.access.places import MAX_FULL, ClientPlaces
 from chefbot.ui.access.roles import refusal as refusal_by_role
 from chefbot.ui.access.tls import MIN_TLS, Tls
 from chefbot.ui.access.visitors import ENGINEER, TokenKey, Visitor
@@ -58,7 +58,8 @@ from chefbot.ui.stop_endpoint import StopEndpoint
 TICK = 0.05
 """Period at which changed layers are encoded, s."""
 ONLY_STOP = (
-    f"{MAX_FULL} other screens are open, so here only STOP works; close one of them and reload this page"
+    f"{MAX_FULL_ACCESS} other screens are open, so only STOP works here; "
+    "close one of them and reload this page"
 )
 REVOKED = "This link was revoked, or its role changed; reload this page, or ask for a new link"
 REVOCATION_PERIOD = 1.0
@@ -103,7 +104,7 @@ class WebUiServer:
         self._hub = LayerStore()
         self._deadman = DeadManSwitch(self._on_drive)
         self._clients: dict[BrowserConnection, None] = {}
-        self._places: ClientPlaces[BrowserConnection] = ClientPlaces()
+        self._slots: ClientSlots[BrowserConnection] = ClientSlots()
         self._audit = CommandAudit(audit)
         self._tls = tls
         self._kiosk_lock = KioskLock(kiosk_pin)
@@ -230,14 +231,14 @@ class WebUiServer:
         """Serve one browser's connection until either side closes it."""
         await web.accept()
         visitor, peer = web.state.visitor, web.state.peer
-        peer.leave()  # it has a place of its own from now on
+        peer.leave()  # it has a slot of its own from now on
         client = BrowserConnection(web, visitor, peer.host, web.state.token)
         if (shown := web.query_params.get("layers")) is not None:
             client.show(shown.split(","), ())
         if page := web.query_params.get("page", ""):
             client.page = page
             client.greet(self._pings.server, self._pings.last(page))
-        self._seat(client)
+        self._admit(client)
         self._audit.connected(client)
         try:
             await _run_until_first_ends(
@@ -245,18 +246,18 @@ class WebUiServer:
             )
         finally:
             self._clients.pop(client, None)
-            self._places.remove(client)
+            self._slots.remove(client)
             self._deadman.disconnect(client)
             self._audit.disconnected(client)
 
-    def _seat(self, client: BrowserConnection) -> None:
-        """Give a client its place; a client without a full place may still stop the robot."""
+    def _admit(self, client: BrowserConnection) -> None:
+        """Give a client its slot; a client without full access may still stop the robot."""
         now = asyncio.get_running_loop().time()
         name, role = client.visitor
-        seating = self._places.add(client, role, f"{address_group(client.address)} {name}", now)
-        for other in (*seating.demoted, *(() if seating.full else (client,))):
+        admission = self._slots.admit(client, role, f"{address_group(client.address)} {name}", now)
+        for other in (*admission.demoted, *(() if admission.full_access else (client,))):
             other.demote(ONLY_STOP)
-        for other in seating.dropped:
+        for other in admission.dropped:
             other.disconnected.set()
             self._clients.pop(other)
         self._clients[client] = None
@@ -268,12 +269,12 @@ class WebUiServer:
 
     async def _receive_loop(self, client: BrowserConnection) -> None:
         async for text in _receive_texts(client.socket):
-            self._places.note_message(client, asyncio.get_running_loop().time())
+            self._slots.note_message(client, asyncio.get_running_loop().time())
             if not client.within_rate_limit():
                 client.send_refusal("This browser sent too many commands and is ignored for a moment")
-                # Rate limit exceeded: ignore the client for a moment, then disconnect it. Its place is free at
-                # once, else a few programs that reconnect would hold all places.
-                self._places.remove(client)
+                # Rate limit exceeded: ignore the client for a moment, then disconnect it. Its slot is free at
+                # once, else a few programs that reconnect would hold all slots.
+                self._slots.remove(client)
                 await asyncio.sleep(PENALTY)
                 return  # without a closing handshake, for which the rest of the flood would have to be read
             self._execute(client, text)
@@ -317,7 +318,7 @@ class WebUiServer:
         if client.only_stop and not isinstance(command, Stop | Withdraw):
             raise UserError(ONLY_STOP)
         now = asyncio.get_running_loop().time()
-        self._places.note_command(client, now)
+        self._slots.note_command(client, now)
         if isinstance(command, LeaveKiosk):
             self._kiosk_lock.check(command.pin, now)
         elif isinstance(command, Drive):

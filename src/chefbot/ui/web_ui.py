@@ -321,9 +321,9 @@ class WebUiDevice(NavigationDevice):
             self._inspect(command, who)
             return
         validate_command(command, self._places, self._round)
-        if isinstance(command, do.Resume) and command.pressed not in ("", self._last_stop.pressed):
+        if isinstance(command, do.ReleaseStop) and command.pressed not in ("", self._last_stop.pressed):
             raise UserError(
-                "Emergency stop was pressed again meanwhile; check the robot, then press Resume again"
+                "Emergency stop was pressed again in the meantime; check the robot, then release STOP again"
             )
         if isinstance(command, do.Stop) and not self._last_status.stopped:
             # Display the press at once: the event loop may be late, or simulated time may be paused.
@@ -362,7 +362,7 @@ class WebUiDevice(NavigationDevice):
             case do.Withdraw(key):
                 self._pending.presses.withdraw(key)
                 self._show_stop()
-            case do.Resume():
+            case do.ReleaseStop():
                 self._pending.release()
                 self._show_stop()
             case do.Drive(v, w):

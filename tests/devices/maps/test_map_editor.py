@@ -115,7 +115,7 @@ def test_a_preview_names_what_is_cut_off_and_writes_nothing(editor: MapEditor, t
 def test_a_preview_reports_a_trapped_robot(editor: MapEditor) -> None:
     edit = MapEdit(zones=(zone(corners=((0.5, 0.5), (1.5, 0.5), (1.5, 1.5), (0.5, 1.5))),))
     effect = side_effects(ROBOT, editor.changed(edit), SE2(1.0, 1.0, 0.0))
-    assert effect.endswith("The robot stands in the keep-out zone 1 and cannot leave it by itself.")
+    assert effect.endswith("The robot is in the keep-out zone 1 and cannot leave it by itself.")
 
 
 def test_two_people_who_add_at_once_get_two_names(editor: MapEditor) -> None:
@@ -142,7 +142,7 @@ def test_a_change_by_hand_is_not_taken_back(editor: MapEditor, tmp_path: Path) -
     path = tmp_path / "room.places.yaml"
     text = path.read_text() + "# mine\n"
     path.write_text(text)
-    with pytest.raises(StorageError, match="changed by hand"):
+    with pytest.raises(StorageError, match="edited by hand"):
         editor.undo()
     assert path.read_text() == text
     editor.apply(MapEdit(places=(place("table_3"),)))
@@ -172,7 +172,7 @@ def test_changes_are_taken_back_one_by_one(editor: MapEditor, tmp_path: Path) ->
     assert not (tmp_path / "room.zones.yaml").exists() and "table_2" in editor.content().places
     editor.undo()
     assert (tmp_path / "room.places.yaml").read_text() == PLACES
-    with pytest.raises(UserError, match="no change of the map to take back"):
+    with pytest.raises(UserError, match="no map change to undo"):
         editor.undo()
 
 

@@ -146,7 +146,7 @@ def test_a_preview_names_what_a_wall_cuts_off(path: Path) -> None:
     assert (result.applied, result.description) == (False, "No path from the robot to: bar.")
     trapped = MapStroke((Point(2.0, 3.0, 0.0),), 0.3, 100)
     assert (
-        "stands in a wall then"
+        "would then be inside a wall"
         in result_of(runner, MapEdit("c", strokes=(trapped,), preview=True)).description
     )
     assert load_map(path).at(2.0, 2.5) == 0

@@ -1,4 +1,4 @@
-"""A board that is unplugged and back: nothing resumes by itself, and a new goal is accepted without Resume."""
+"""A board that is unplugged and back: nothing resumes by itself, and a new goal is accepted without Release STOP."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_a_new_goal_is_driven_to_after_the_board_is_back() -> None:
     robot.run(LOST_S + 1.5)
     assert (robot.status.active, robot.status.description) == (True, BOARD_LOST)
     assert robot.navigation.state == "idle"
-    robot.press(False)  # Resume does not help without a board
+    robot.press(False)  # Release STOP does not help without a board
     robot.run(NEW_GOAL_S)
     assert (robot.status.active, robot.status.description) == (False, BOARD_BACK)
     assert robot.remarks == [BOARD_LOST, BOARD_LOST, BOARD_BACK]

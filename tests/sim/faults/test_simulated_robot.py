@@ -138,7 +138,7 @@ def test_silent_encoders_are_the_boards_fault_until_resume() -> None:
     assert run.on("board_fault") == []
     run.run(AT + 0.5)
     (fault,) = run.on("board_fault")
-    assert "encoder is silent" in fault.data and "press STOP, then Resume" in fault.data
+    assert "encoder is silent" in fault.data and "press STOP, then Release STOP" in fault.data
     run.run(3.0)
     assert len(run.on("board_fault")) == 1, "encoders that count again do not clear it"
     for pressed in (True, False):

@@ -31,7 +31,7 @@ from chefbot.ui.commands import (
     GoPlace,
     OperatorCommand,
     Patrol,
-    Resume,
+    ReleaseStop,
     Stop,
 )
 from chefbot.ui.remote.web_ui_client import WebUiClient
@@ -178,7 +178,7 @@ def release_stop(page: str) -> int:
         stop = robot.wait_for("stop", running_robot.RESPONSE_TIMEOUT)
         if stop is None:
             raise UserError(f"the robot at {page} does not report the state of its emergency stop")
-        robot.send(Resume(stop["pressed"]))
+        robot.send(ReleaseStop(stop["pressed"]))
         released = _await_stop(robot, lambda stop: not stop["stopped"])
     console.print("The emergency stop is released." if released else "The emergency stop is still active.")
     return 0 if released else 1

@@ -49,7 +49,7 @@ def print_info(file: Path) -> None:
         "places", ", ".join(entry.label or name for name, entry in content.places.items()) or "none"
     )
     table.add_row("zones", ", ".join(zone.title for zone in content.zones) or "none")
-    table.add_row("versions", f"{number_of(len(editor.versions), 'change')} can be taken back")
+    table.add_row("versions", f"{number_of(len(editor.versions), 'change')} can be undone")
     console.print(table)
     if file.is_dir() and bundle.exists():
         _print_sessions(bundle)
@@ -95,7 +95,7 @@ def undo_change(file: Path) -> None:
     """Take back the last change of a map. Raises UserError without one."""
     editor = _editor(file)
     editor.undo()
-    console.print(f"{file}: the last change is taken back; {_extent(editor.grid)}.")
+    console.print(f"{file}: the last change is undone; {_extent(editor.grid)}.")
 
 
 def _editor(file: Path) -> MapEditor:

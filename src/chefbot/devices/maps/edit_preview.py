@@ -31,11 +31,11 @@ def _effects_on_paths(robot: Robot, change: MapChange, start: SE2, reported: str
     """Yield what happens to a robot at `start` and to its paths; places that `reported` names are left out."""
     before, after = change
     if _new_without_room(robot, change, {"robot": start}):
-        yield "The robot stands in a wall then, or too near to one."
+        yield "The robot would then be inside a wall, or too near to one."
         return
     traps = [zone.title for zone in after.of_kind(KEEP_OUT) if contains(zone.array, start.x, start.y)]
     if traps:
-        yield f"The robot stands in the {traps[0]} and cannot leave it by itself."
+        yield f"The robot is in the {traps[0]} and cannot leave it by itself."
         return
     walls = (Walls(before.grid, before.zones), Walls(after.grid, after.zones))
     lost = cut_off(robot, start, after.poses(), *walls)

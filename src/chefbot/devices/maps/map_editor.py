@@ -124,11 +124,11 @@ class MapEditor:
         return drawn if drawn.resolve() != image.resolve() else None
 
     def undo(self) -> float:
-        """Take the last change back, and return by how much that turns the map, rad. Raises UserError without one."""
+        """Undo the last change, and return by how much that turns the map, rad. Raises UserError without one."""
         drawn = self._drawing()
         restored = self.versions.restore()
         if not restored.files:
-            raise UserError("There is no change of the map to take back")
+            raise UserError("There is no map change to undo")
         if self._map in restored.files:
             self.grid = load_map(self._map)
             if drawn is not None:

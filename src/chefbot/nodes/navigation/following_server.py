@@ -32,7 +32,7 @@ PERIOD = 0.2
 """Time between two decisions, s."""
 NOT_A_PERSON = "This robot follows tracked people: person_7 is number 7, person the nearest one ahead."
 ENDED_BY_STOP = "The emergency stop ended the following."
-BUSY = "The robot drives to a goal; cancel it first."
+BUSY = "The robot is driving to a goal; cancel it first."
 
 
 class FollowingServerNode(MissionNode, TargetDriverNode):

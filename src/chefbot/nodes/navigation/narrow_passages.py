@@ -44,7 +44,7 @@ REACH = 1.0
 """Distance of these points from the robot, m."""
 PEOPLE_CLEARANCE = 0.1
 """Distance from the robot's edge to a person's body at which it does not pass, m."""
-CREEPS = "The passage is little wider than the robot: it creeps."
+CREEPS = "The passage is barely wider than the robot: it creeps."
 
 
 def fits_narrow_passages(robot: Robot) -> bool:

@@ -19,7 +19,7 @@ from chefbot.robot.spec import Robot
 from chefbot.runtime.node import In
 from chefbot.safety.obstacle_sensors import camera_directions, camera_view, marked_directions
 
-LOOKS = "People are about: the robot looks to its sides before it drives on."
+LOOKS = "People are nearby: the robot looks to its sides before it drives on."
 HIDDEN = "Something beside the robot is too near to be seen; the robot waits."
 MAX_AHEAD_YAW = 0.1
 """Yaw of the camera's mount up to which it looks ahead, rad."""

@@ -27,7 +27,7 @@ MIN_SPAN = 0.2
 """Minimum time over which rates are measured after the begin, s."""
 SHOWN_ELEMENTS, SHOWN_BYTES = 12, 6000
 """Maximum number of shown elements of an array, and maximum size of a value as JSON."""
-NO_PUBLISHER = "Nobody publishes it now"
+NO_PUBLISHER = "No node publishes it now"
 
 
 class WatchedTopic:

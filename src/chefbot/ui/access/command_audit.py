@@ -10,7 +10,7 @@ import msgspec
 from chefbot.ui.access.audit_log import AuditLog, Kind
 from chefbot.ui.access.visitors import Visitor
 from chefbot.ui.client import BrowserConnection
-from chefbot.ui.commands import Drive, Inspect, OperatorCommand, Resume, Stop, Withdraw
+from chefbot.ui.commands import Drive, Inspect, OperatorCommand, ReleaseStop, Stop, Withdraw
 
 CONNECTION_ACTIONS = CONNECTED, DISCONNECTED = "connected", "disconnected"
 """Actions of the entries of clients that connect and disconnect."""
@@ -62,7 +62,7 @@ class CommandAudit:
             if command.id in self._presses:
                 return
             self._presses.append(command.id)
-        kind = Kind.SAFETY if isinstance(command, Stop | Withdraw | Resume) else Kind.COMMAND
+        kind = Kind.SAFETY if isinstance(command, Stop | Withdraw | ReleaseStop) else Kind.COMMAND
         details = msgspec.to_builtins(command)
         details.pop("pin", None)
         self._record(kind, client, details.pop("do"), details, refusal)

@@ -24,7 +24,7 @@ class KioskLock:
         if not self._pin:
             return
         if not pin:
-            raise UserError("Leaving this view needs the PIN")
+            raise UserError("Enter the PIN to leave this view")
         if len(self._wrong) == ATTEMPTS and (wait := self._wrong[0] + PERIOD - now) > 0.0:
             raise UserError(f"Too many wrong PINs; wait {math.ceil(wait)} s")
         if not hmac.compare_digest(pin.encode(), self._pin.encode()):

@@ -16,7 +16,7 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
     **dict.fromkeys(
         (
             do.Deliver, do.Loaded, do.Taken, do.NotTaken, do.Choose, do.ChangeQueue, do.ShortestOrder,
-            do.GoPlace, do.Cancel, do.Resume, do.LeaveKiosk,
+            do.GoPlace, do.Cancel, do.ReleaseStop, do.LeaveKiosk,
         ),
         "waiter",
     ),
@@ -45,7 +45,7 @@ LAYER_ROLE: dict[str, Role] = {
 """The role that a layer needs; everybody sees the others."""
 SEES_RECORDINGS: Role = "manager"
 """The role that files of incidents and pictures of causes need: they may show people."""
-ONLY_VIEW = "This link shows the robot and can press STOP; ask for the link of a waiter"
+ONLY_VIEW = "This link can only view the robot and press STOP; ask for a waiter's link"
 TITLES: dict[Role, str] = {
     "guest": "a guest",
     "waiter": "a waiter",
@@ -71,4 +71,4 @@ def refusal(role: Role, command: do.OperatorCommand) -> str:
         return ""
     if role == "guest":
         return ONLY_VIEW
-    return f"The link of {TITLES[role]} does not allow this; ask for that of {TITLES[needed]}"
+    return f"A link for {TITLES[role]} does not allow this; ask for one for {TITLES[needed]}"

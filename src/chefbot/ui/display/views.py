@@ -243,7 +243,7 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     unserved: tuple[str, ...] = ()
     """Tables of the last order that were not served and are not ordered again."""
     orders: tuple[WaitingOrderView, ...] = ()
-    """Orders that wait, in the order in which they begin."""
+    """Waiting orders, in the order in which they begin."""
 
 
 class RoundStopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

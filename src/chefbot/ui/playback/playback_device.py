@@ -25,7 +25,7 @@ from chefbot.ui.web_ui import WebUiDevice
 HZ = 20
 MAX_STEP = 0.5
 """Longest time between two steps that counts, s: a busy computer plays more slowly instead of jumping."""
-ONLY_PLAYBACK = "This is a recording; here no robot can be commanded"
+ONLY_PLAYBACK = "This is a recording; no robot can be controlled here"
 
 
 class PlaybackDevice(WebUiDevice):

@@ -15,7 +15,7 @@ from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.std_msgs import Bool, String
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import Device, In, Out, topic
-from chefbot.ui.commands import Drive, Resume, Stop
+from chefbot.ui.commands import Drive, ReleaseStop, Stop
 from chefbot.ui.remote.web_ui_client import ConnectionLostError, WebUiClient
 
 MIN_PERIOD_NS = 50_000_000
@@ -74,7 +74,7 @@ class RemoteDriveDevice(Device):
 
     def on_stop_request(self, press: Bool) -> None:
         """Forward an emergency stop or its release at once."""
-        self._page.send(Stop() if press.data else Resume())
+        self._page.send(Stop() if press.data else ReleaseStop())
 
     def _on_status(self, stopped: bool) -> None:
         if stopped is not self._stopped:

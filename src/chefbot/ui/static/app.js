@@ -215,7 +215,7 @@ function forget() {
 function reportLostRound(delivery) {
   if (!unserved || !delivery) return;
   if (!delivery.round_active && !delivery.orders.length) {
-    showNotice(tr("chefbot was restarted and has lost the round. Not served: {places}.", { places: unserved }), { stays: true, urgent: true });
+    showNotice(tr("chefbot was restarted and lost the round. Not served: {places}.", { places: unserved }), { stays: true, urgent: true });
   }
   unserved = "";
 }
@@ -223,7 +223,7 @@ function reportLostRound(delivery) {
 link.addEventListener("layer", ({ detail: { layer, value } }) => take(layer, value));
 link.addEventListener("greeted", ({ detail: { arrived, restarted, role } }) => {
   document.body.dataset.role = role;      // the style sheet hides what it may not command
-  if (arrived) showNotice(tr("Connected again. The robot had received the last command."));
+  if (arrived) showNotice(tr("Reconnected. The robot received the last command."));
   if (restarted) forget();
 });
 link.addEventListener("up", () => {
@@ -246,7 +246,7 @@ link.addEventListener("down", ({ detail: lost }) => {
     panels.keepOrder();
     showNotice(tr("Connection lost before the robot confirmed the last command. Check the robot and repeat the command if necessary."), { stays: true, urgent: true });
   } else if (!keepNotice) {
-    showNotice(tr("Connection lost. The robot stops if it was driven by hand. Reconnecting …"), { stays: true, urgent: true });
+    showNotice(tr("Connection lost. The robot stops if it was being driven by hand. Reconnecting …"), { stays: true, urgent: true });
   }
 });
 link.addEventListener("locked", ({ detail }) => {
@@ -255,7 +255,7 @@ link.addEventListener("locked", ({ detail }) => {
 });
 link.addEventListener("age", ({ detail }) => {
   $("age").hidden = !link.open || detail < OLD;
-  $("age").textContent = tr("What you see is {seconds} s old.", { seconds: (detail / 1000).toFixed(1) });
+  $("age").textContent = tr("This view is {seconds} s old.", { seconds: (detail / 1000).toFixed(1) });
 });
 link.addEventListener("refused", ({ detail }) => { panels.keepOrder(); kiosk.refused(detail); mapEdit.refused(translated(detail)); showNotice(translated(detail)); });
 link.addEventListener("done", ({ detail }) => kiosk.done(detail));
@@ -311,7 +311,7 @@ $("language").replaceChildren(...Object.entries(LANGUAGES).map(([code, name]) =>
 $("language").onchange = () => {
   if (choose($("language").value)) return;
   $("language").value = language;
-  showNotice(tr("This browser keeps no settings, so the web UI follows the browser's language."));
+  showNotice(tr("This browser cannot store settings, so the web UI follows the browser's language."));
 };
 if (loadError) showNotice(loadError, { stays: true });
 $("where").onclick = () => { $("where-text").textContent = whereSentence(data); };

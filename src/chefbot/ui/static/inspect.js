@@ -123,9 +123,9 @@ class WatchedTopic {
     this.problem.className = "quiet";
     button.className = "close";
     button.textContent = "×";
-    button.setAttribute("aria-label", tr("Do not watch {name}", { name }));
+    button.setAttribute("aria-label", tr("Stop watching {name}", { name }));
     button.onclick = close;
-    this.rate.textContent = ` ${tr("waits for a message")}`;
+    this.rate.textContent = ` ${tr("waiting for a message")}`;
     this.ends = document.createElement("p");
     this.ends.className = "quiet";
     this.box.append(button, name, this.rate, this.ends, this.problem);
@@ -163,7 +163,7 @@ class WatchedTopic {
   leaf(value, path, read) {
     const element = document.createElement(typeof value === "number" ? "button" : "span");
     if (typeof value === "number") {
-      element.title = tr("Draw its curve");
+      element.title = tr("Plot this value");
       element.onclick = () => this.draw(path);
     }
     this.leaves.set(path, { element, read });

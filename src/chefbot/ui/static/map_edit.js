@@ -134,7 +134,7 @@ export class MapEdit {
     const wrong = $("zone-kind").value === "slow" && !(speed >= SLOWEST && speed <= FASTEST);
     $("zone-save").disabled = few || wrong;
     $("zone-back").disabled = !this.zone.corners.length;
-    $("zone-effects").textContent = few ? tr("A zone has three corners or more.") : wrong ? tr("The limit of a slow zone is 0.1 to 10 m/s.") : "";
+    $("zone-effects").textContent = few ? tr("A zone needs three or more corners.") : wrong ? tr("The limit of a slow zone is 0.1 to 10 m/s.") : "";
     clearTimeout(this.timer);
     if (!few && !wrong) this.timer = setTimeout(() => this.preview(), PREVIEW_DELAY);
     this.changed();
@@ -178,7 +178,7 @@ export class MapEdit {
     if (!result.id || result.id !== this.saving) return;
     this.saving = "";
     if (result.applied) this.close();
-    const done = this.undoing ? tr("Taken back.") : tr("Saved.");
+    const done = this.undoing ? tr("Undone.") : tr("Saved.");
     $("edit-note").textContent = result.applied ? `${done} ${text}` : tr("Not saved: {reason}", { reason: text });
     this.undoing = false;
   }

@@ -8,7 +8,7 @@ const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
 const TABLE = /^table/, SERVED = /^(table|room)/;    // names of places by their kind
 const SHORT_TIME = { dateStyle: "short", timeStyle: "medium" };
-const PICTURES = { map: tr("Map at that moment"), camera: tr("Camera at that moment") };
+const PICTURES = { map: tr("Map at that moment"), camera: tr("Camera image at that moment") };
 const orDash = (value, format) => (value === null || value === undefined ? "–" : format(value));
 
 export class Panels {
@@ -128,7 +128,7 @@ export class Panels {
     text("volts", orDash(status.volts, (volts) => `${volts.toFixed(1)} V`));
     text("navigation", translated(status.navigation) || "–");
     text("confidence", orDash(status.confidence, (share) => `${Math.round(100 * share)} %`));
-    text("reason", translated(status.reason) || tr("nothing holds the robot up"));
+    text("reason", translated(status.reason) || tr("no restriction"));
     text("last-stop", status.reason ? tr("Why: {reason}", { reason: translated(status.reason) }) : "");
     const warnings = status.warnings ?? [];
     text("warnings", warnings.map((warning) => translated(warning)).join("\n"));

@@ -21,7 +21,7 @@ export class Parameters {
     this.offer(this.offered);
     this.shape = "";
     $("parameter-list").replaceChildren();
-    $("parameter-note").textContent = node ? tr("waits for the node") : "";
+    $("parameter-note").textContent = node ? tr("waiting for the node") : "";
     this.changed();
   }
 
@@ -39,7 +39,7 @@ export class Parameters {
     if (!view) return;
     $("parameter-list").classList.toggle("old", Boolean(view.problem));
     if (view.problem || view.outcome !== this.outcome) $("parameter-note").textContent = translated(view.problem || view.outcome);
-    else if ($("parameter-note").textContent === tr("waits for the node")) $("parameter-note").textContent = "";
+    else if ($("parameter-note").textContent === tr("waiting for the node")) $("parameter-note").textContent = "";
     const listed = [...view.parameters].sort((a, b) => a.read_only - b.read_only || a.name.localeCompare(b.name));
     const shape = JSON.stringify(listed.map(({ value, ...rest }) => rest));
     if (shape !== this.shape && !view.problem) this.build(listed, shape);

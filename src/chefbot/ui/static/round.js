@@ -31,7 +31,7 @@ export class RoundCard {
     $("taken").hidden = waits !== "taken";
     $("not_taken").hidden = value?.state !== "waiting" || waits !== "taken";
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
-    text("go_on", value?.place ? tr("Go on to {place}", { place: next }) : tr("Begin with {place}", { place: next }));
+    text("go_on", value?.place ? tr("Go on to {place}", { place: next }) : tr("Start with {place}", { place: next }));
     text("end", value?.round_active ? tr("End the round") : tr("Cancel the next order"));
     $("again").hidden = !value?.unserved.length;
     text("again", tr("Order {places} again", { places: names(value?.unserved) }));
@@ -85,7 +85,7 @@ export class RoundCard {
     text("eta", [
       drives && tr("{place}: {metres}, about {time}.", { place: title(place), metres: metres(next.distance), time: time(next.time) }),
       home && stops.length > 1 && homeAgain(home),
-      home && (this.stopped || this.value.waits_for === "choice") && tr("The times count from when it continues."),
+      home && (this.stopped || this.value.waits_for === "choice") && tr("Times count from when the robot continues."),
     ].filter(Boolean).join(" "));
     let from = drives ? 1 : 0;
     for (const [i, name] of queue.entries()) {
@@ -111,7 +111,7 @@ export class RoundCard {
       const item = document.createElement("li"), head = document.createElement("b");
       const began = new Date(round.began).toLocaleString(language, { dateStyle: "short", timeStyle: "short" });
       head.textContent = round.ordered_by ? `${began}, ${round.ordered_by}: ` : `${began}: `;
-      item.append(head, round.stops.map((stop) => `${title(stop.place)} ${stop.outcome ? translated(stop.outcome) : tr("open")}`).join("; "), round.ended ? "" : `; ${tr("not ended")}`);
+      item.append(head, round.stops.map((stop) => `${title(stop.place)} ${stop.outcome ? translated(stop.outcome) : tr("open")}`).join("; "), round.ended ? "" : `; ${tr("unfinished")}`);
       return item;
     }));
   }
@@ -152,8 +152,8 @@ export class RoundCard {
 // Distance, time and, where it is known, charge of the battery at the end of a round.
 function homeAgain(home) {
   const values = { metres: metres(home.distance), time: time(home.time), battery: charge(home)[0] };
-  return home.battery === null ? tr("Home again: {metres}, about {time}.", values)
-    : tr("Home again: {metres}, about {time}, {battery} battery.", values);
+  return home.battery === null ? tr("Back home: {metres}, about {time}.", values)
+    : tr("Back home: {metres}, about {time}, {battery} battery.", values);
 }
 
 const metres = (length) => `${Math.round(length)} m`;

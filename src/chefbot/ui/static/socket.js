@@ -172,7 +172,7 @@ export class Link extends EventTarget {
     if (text && data.startsWith('{"layer":"stop"')) { take(JSON.parse(data)); return; }
     const decoded = decode(data);
     this.order = this.order.then(async () => take(await decoded))
-      .catch((error) => this.emit("refused", tr("The web UI could not read a message of the robot: {error}", { error: error.message })));
+      .catch((error) => this.emit("refused", tr("The web UI could not read a message from the robot: {error}", { error: error.message })));
   }
 
   emit(kind, detail) { this.dispatchEvent(new CustomEvent(kind, { detail })); }

@@ -34,7 +34,7 @@ export class StopPress {
     this.changed();
   }
 
-  // Withdraw the press; if the drive base has latched it already, only Resume releases it.
+  // Withdraw the press; if the drive base has latched it already, only Release STOP releases it.
   withdraw() {
     this.send({ do: "withdraw", id: this.id });
     this.forget();

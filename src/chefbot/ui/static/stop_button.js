@@ -19,7 +19,7 @@ export class StopButton {
     $("stop").onpointerdown = stop;                                       // when touched, not when released
     $("stop").onclick = (event) => { if (event.detail === 0) stop(); };   // by keyboard
     window.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.repeat) stop(); }, true);
-    $("resume").onclick = () => this.release();
+    $("release-stop").onclick = () => this.release();
     this.show();
   }
 
@@ -29,7 +29,7 @@ export class StopButton {
 
   release() {
     if (this.press.id) this.press.withdraw();
-    else this.send({ do: "resume", pressed: this.press.view.pressed });
+    else this.send({ do: "release_stop", pressed: this.press.view.pressed });
   }
 
   show() {
@@ -37,8 +37,8 @@ export class StopButton {
     document.body.classList.toggle("stopped", state !== "free");
     document.body.classList.toggle("alarmed", alarmed);
     text("stop", LABELS[state]);
-    text("resume", state === "not confirmed" ? tr("Withdraw this stop") : tr("Resume"));
-    $("resume").hidden = state === "free";
+    text("release-stop", state === "not confirmed" ? tr("Cancel the stop request") : tr("Release STOP"));
+    $("release-stop").hidden = state === "free";
     $("alarm").hidden = !alarmed;
     if (alarmed && performance.now() - this.vibrated > VIBRATION_PERIOD) {
       this.vibrated = performance.now();

@@ -4,16 +4,16 @@ import { byArrows } from "./keys.js";
 import { tr } from "./language.js";
 
 export const TOOLS = [
-  { id: "look", label: tr("Look"), hint: "" },
+  { id: "look", label: tr("Pan"), hint: "" },
   { id: "goal", label: tr("Go there"), hint: tr("Press the goal position and drag in the goal direction.") },
-  { id: "initial_pose", label: tr("I am here"), hint: tr("Press the robot's position and drag in its direction.") },
+  { id: "initial_pose", label: tr("Set robot pose"), hint: tr("Press the robot's position and drag in the direction it faces.") },
   { id: "measure", label: tr("Measure"), hint: tr("Press a point and drag to another one."), stays: true, drags: true },
   { id: "inspect_cell", label: tr("Cell"), hint: tr("Press a cell of the global costmap."), stays: true },
   { id: "drop_box", label: tr("Box"), hint: tr("Press the position of the box."), simulation: true },
-  { id: "kidnap", label: tr("Kidnap"), hint: tr("Press the new position of the robot and drag in its new direction."), simulation: true },
-  { id: "place", label: "", hint: tr("Press the position of the place and drag in the direction in which the robot shall stand."), panel: true },
+  { id: "kidnap", label: tr("Kidnap"), hint: tr("Press the robot's new position and drag in its new direction."), simulation: true },
+  { id: "place", label: "", hint: tr("Press the position of the place and drag in the direction the robot should face."), panel: true },
   { id: "brush", label: "", hint: tr("Press and drag to draw on the map."), panel: true, stays: true, drags: true, draws: true },
-  { id: "crop", label: "", hint: tr("Press a corner of what is to be kept and drag to the opposite one."), panel: true, stays: true, drags: true, draws: true },
+  { id: "crop", label: "", hint: tr("Press a corner of the area to keep and drag to the opposite corner."), panel: true, stays: true, drags: true, draws: true },
   { id: "corner", label: "", hint: tr("Press the corners of the zone one after the other."), panel: true, stays: true },
 ];
 const POINTS = new Set(["drop_box", "inspect_cell"]);                    // without a direction

@@ -20,12 +20,12 @@ function position(robot, places) {
 
 function motion(robot, path, goal) {
   if (!path?.count) {
-    return Math.abs(robot.v) < SLOWEST ? tr("It stands.") : tr("It drives at {speed} m/s.", { speed: Math.abs(robot.v).toFixed(1) });
+    return Math.abs(robot.v) < SLOWEST ? tr("It is stopped.") : tr("It is moving at {speed} m/s.", { speed: Math.abs(robot.v).toFixed(1) });
   }
   const left = lengthAhead(robot, path);
   const values = { goal, metres: metres(left), seconds: Math.max(1, Math.round(left / robot.v)) };
-  return robot.v > SLOWEST ? tr("It drives to {goal}: {metres} to go, about {seconds} s.", values)
-    : tr("It drives to {goal}: {metres} to go.", values);
+  return robot.v > SLOWEST ? tr("It is on its way to {goal}: {metres} to go, about {seconds} s.", values)
+    : tr("It is on its way to {goal}: {metres} to go.", values);
 }
 
 function goalName(goal, places) {

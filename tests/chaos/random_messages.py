@@ -32,7 +32,6 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.action_msgs import CancelGoal_Request
 from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import (
     Pose,
     PoseStamped,
@@ -41,6 +40,7 @@ from chefbot.msgs.geometry_msgs import (
     covariance_36,
 )
 from chefbot.msgs.idl.cdr import CdrError
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Bool, Header, String

@@ -12,8 +12,8 @@ import pytest
 from msgspec.structs import replace
 
 import chefbot.msgs
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import PoseWithCovariance
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid

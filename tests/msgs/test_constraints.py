@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import Point, Quaternion
 from chefbot.msgs.idl.codegen import FunctionSource
 from chefbot.msgs.idl.constraints import covariance, max_length, ordered, same_length, within
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.precision import float32_fields, rounding
 from chefbot.msgs.rmw_dds_common import Gid, NodeEntitiesInfo, ParticipantEntitiesInfo
 from chefbot.msgs.sensor_msgs import LaserScan

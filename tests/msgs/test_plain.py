@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import PoseStamped, Twist
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.fields import fields_of, ros_type
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.idl.yaml_conversion import message_from_dict, message_to_dict

@@ -14,7 +14,6 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import (
     Point,
     Pose,
@@ -26,6 +25,7 @@ from chefbot.msgs.geometry_msgs import (
     Twist,
     covariance_36,
 )
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav2_msgs import NavigateToPose_Goal
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid, Odometry, Path

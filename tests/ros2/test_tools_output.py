@@ -15,8 +15,8 @@ from tests.support.ros_graph import graph_of, node, token
 
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_SUCCEEDED
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import Twist
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import String
 from chefbot.ros2.rmw.graph import Graph

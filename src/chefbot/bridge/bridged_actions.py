@@ -17,9 +17,9 @@ from chefbot.msgs.action_msgs import (
     GoalInfo,
 )
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.idl.action import Action
 from chefbot.msgs.idl.cdr import CdrError
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.unique_identifier_msgs import UUID
 from chefbot.msgs.validity import check

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import Quaternion, Vector3
 from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, Bounds, covariance, ordered, per_field, same_length
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.message import (
     Bool,
     Float32,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
-from chefbot.msgs.errors import InvalidMessageError
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.fields import MessageField, fields_of
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry

@@ -16,9 +16,9 @@ from chefbot.cli.map.laser_mount import LaserMount, laser_mount, turned_upright
 from chefbot.config import ConfigError
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.idl.cdr import CdrError
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import LaserScan

@@ -8,7 +8,7 @@ import numpy as np
 
 from chefbot.errors import name_hint
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.errors import InvalidMessageError
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of, ros_type
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.std_msgs import Header

@@ -5,8 +5,8 @@ from __future__ import annotations
 import msgspec
 
 from chefbot.errors import ChefbotError
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.validity import check
 from chefbot.planning.global_planning import ERROR_CODES, NO_TRANSFORM
 from chefbot.planning.planner import PlanningFailure

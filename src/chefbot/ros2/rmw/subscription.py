@@ -8,8 +8,8 @@ from typing import Any
 import zenoh
 from zenoh import ext, handlers
 
-from chefbot.msgs.errors import InvalidMessageError
 from chefbot.msgs.idl.cdr import CdrError
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.ros2.rmw.attachment import Attachment, checked, parse
 from chefbot.ros2.rmw.errors import ErrorCounter, RmwError
 from chefbot.ros2.rmw.qos import QoS

@@ -6,7 +6,7 @@ from chefbot.causes.reports import END, FAILURE, STOP
 from chefbot.causes.sentences import effect_word
 from chefbot.maths.grid import Grid
 from chefbot.msgs.chefbot_msgs import Cause
-from chefbot.msgs.errors import InvalidMessageError
+from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.sensor_msgs import Image
 from chefbot.storage.cause_records import CauseRecords, Moment
 from chefbot.ui.causes.cause_views import HistoryEntry, place_on_map

@@ -1,4 +1,4 @@
-"""The exception for the content of messages; errors of their bytes are in `idl.cdr`."""
+"""The exception for the content of messages; errors of their bytes are in `cdr`."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ LONG_CALLBACK = """
 description: A node with a callback that takes long, in a process of its own.
 clock: wall
 nodes:
-  frames: {kind: "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode"}
+  robot_state_publisher: {kind: "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode"}
   long_callback: {kind: "tests.chaos.lateness:LongCallbackNode", process: computation,
     params: {seconds: %g, compiles: %s}}
 """

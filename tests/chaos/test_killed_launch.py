@@ -26,7 +26,9 @@ LAUNCH = """
 include: [robot_standalone]
 nodes:
   odometry: {kind: "chefbot.nodes.odometry:OdometryNode", process: odometry}
-  frames: {kind: "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode", process: frames}
+  robot_state_publisher:
+    kind: chefbot.nodes.robot_state_publisher:RobotStatePublisherNode
+    process: robot_state_publisher
 """
 
 

@@ -274,7 +274,7 @@ class BoardTest:
 
 
 def _number(text: str) -> float:
-    """Return the number that was typed, NaN if it is none."""
+    """Return the number that was typed, NaN for any other text."""
     try:
         return float(text)
     except ValueError:

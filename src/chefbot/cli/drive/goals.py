@@ -138,7 +138,7 @@ def cancel_order(number: int, page: str) -> None:
         orders = delivery["orders"] if delivery else []
         if number > len(orders):
             raise UserError(
-                f"there is no waiting order {number}; `chefbot drive status` numbers those that wait"
+                f"there is no waiting order {number}; `chefbot drive status` numbers the waiting orders"
             )
         order = orders[number - 1]
         robot.send(ChangeQueue([], order["id"]))

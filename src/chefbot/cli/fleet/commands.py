@@ -20,7 +20,7 @@ _ROLE = typer.Option(
     help="role of a new member: `robot` may use names in its namespace only, `operator` and `site` may command all"
 )
 _REPLACE = typer.Option(
-    "--replace", help="sign although the name has a certificate, which is refused from then on"
+    "--replace", help="sign for a name that already has a certificate; the old one is refused from then on"
 )
 _OUT = typer.Option(help="output file; default: NAME.card in the current folder")
 

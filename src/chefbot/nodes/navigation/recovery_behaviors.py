@@ -49,7 +49,7 @@ class RecoveryBehaviorsNode(Node):
         if self._localization.is_lost:
             self._localization_lost.set_result(None)
 
-    def on_standing(self, _: String) -> None:
+    def on_wait_reason(self, _: String) -> None:
         """Publish the status again when the controller starts or stops waiting."""
         self._repeat_status()
 

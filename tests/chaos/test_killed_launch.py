@@ -28,7 +28,7 @@ nodes:
   odometry: {kind: "chefbot.nodes.odometry:OdometryNode", process: odometry}
   robot_state_publisher:
     kind: chefbot.nodes.robot_state_publisher:RobotStatePublisherNode
-    process: robot_state_publisher
+    process: robot_state
 """
 
 
@@ -80,7 +80,7 @@ def test_a_killed_launch_stops_the_board_and_leaves_no_process(tmp_path: Path) -
             ),
             Joystick(node.publisher("/cmd_vel_teleop", Twist).publish) as joystick,
         ):
-            wait_for(lambda: chefbot.child("odometry") and chefbot.child("robot_state_publisher"))
+            wait_for(lambda: chefbot.child("odometry") and chefbot.child("robot_state"))
             drive(joystick, bench)
             stopped = bench.stops_after(lambda: chefbot.process.send_signal(signal.SIGSTOP))
             report(f"the board stopped {stopped:.0f} ms after its launch hung")

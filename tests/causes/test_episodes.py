@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.causes.episodes import HOLD_NS, MIN_CHANGE_NS, SAME_PLACE, Episodes
+from chefbot.causes.episodes import HOLD_NS, MIN_CHANGE_NS, SAME_PLACE_DISTANCE, Episodes
 from chefbot.causes.reports import END, SLOW, STOP, MarkedPlace, make_report
 from chefbot.msgs.chefbot_msgs import Cause
 
@@ -47,8 +47,11 @@ def test_a_stop_after_a_slow_down_never_waits() -> None:
 def test_another_place_is_another_episode() -> None:
     episodes = Episodes()
     episodes.update("motion", found(x=1.0), 0)
-    assert episodes.update("motion", found(x=1.0 + 0.9 * SAME_PLACE), MIN_CHANGE_NS) == []
-    assert kinds(episodes.update("motion", found(x=1.0 + 1.1 * SAME_PLACE), 2 * MIN_CHANGE_NS)) == [END, STOP]
+    assert episodes.update("motion", found(x=1.0 + 0.9 * SAME_PLACE_DISTANCE), MIN_CHANGE_NS) == []
+    assert kinds(episodes.update("motion", found(x=1.0 + 1.1 * SAME_PLACE_DISTANCE), 2 * MIN_CHANGE_NS)) == [
+        END,
+        STOP,
+    ]
 
 
 def test_what_has_to_last_is_reported_late_or_never() -> None:

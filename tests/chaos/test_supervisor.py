@@ -106,7 +106,7 @@ def test_a_restarted_process_counts_as_up_only_when_ready(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_a_spare_worker_replaces_a_killed_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "SPARE_AFTER", 0.2)
+    monkeypatch.setattr(module, "SPARE_DELAY", 0.2)
     events, log = Events(), tmp_path / "log"
     with supervise(events, log) as supervisor:
         for count in (1, 2, 3):

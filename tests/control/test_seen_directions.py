@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from chefbot.control.seen_directions import SAME_PLACE, SECTOR, SeenDirections
+from chefbot.control.seen_directions import SAME_PLACE_DISTANCE, SECTOR, SeenDirections
 from chefbot.maths.se2 import IDENTITY, SE2
 
 AHEAD = np.linspace(-0.5, 0.5, 60)
@@ -36,7 +36,7 @@ def test_a_direction_without_data_is_seen_no_more() -> None:
 def test_what_was_seen_from_elsewhere_is_forgotten() -> None:
     seen = seen_at(10)
     none = np.zeros(0)
-    seen.process(SE2(0.9 * SAME_PLACE, 0.0, 0.0), none, none.astype(np.bool_), 20)
+    seen.process(SE2(0.9 * SAME_PLACE_DISTANCE, 0.0, 0.0), none, none.astype(np.bool_), 20)
     assert not len(seen.not_seen_since(10, -0.4, 0.4))
-    seen.process(SE2(1.1 * SAME_PLACE, 0.0, 0.0), none, none.astype(np.bool_), 30)
+    seen.process(SE2(1.1 * SAME_PLACE_DISTANCE, 0.0, 0.0), none, none.astype(np.bool_), 30)
     assert len(seen.not_seen_since(10, -0.4, 0.4))

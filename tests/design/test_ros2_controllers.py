@@ -12,7 +12,7 @@ import yaml
 
 from chefbot.design.export.ros2.annotated_yaml import Explained, plain_values
 from chefbot.design.export.ros2.controllers import controller_server, dwb, mppi
-from chefbot.design.export.ros2.costmaps import CLEAR_BEYOND, global_costmap, local_costmap
+from chefbot.design.export.ros2.costmaps import EXTRA_CLEARING_RANGE, global_costmap, local_costmap
 from chefbot.design.export.ros2.derived_nav_params import Figures, OdometryErrors
 from chefbot.design.export.ros2.interfaces import interface_files
 from chefbot.design.export.ros2.ros2_control import controllers
@@ -98,7 +98,8 @@ def test_the_costmap_contains_the_look_ahead(name: str) -> None:
         beam = layer[source]
         assert beam["obstacle_min_range"] < beam["obstacle_max_range"] <= beam["raytrace_max_range"]
         assert (
-            beam["raytrace_max_range"] <= beam["obstacle_max_range"] + CLEAR_BEYOND + 1e-9 or source != "scan"
+            beam["raytrace_max_range"] <= beam["obstacle_max_range"] + EXTRA_CLEARING_RANGE + 1e-9
+            or source != "scan"
         )
     same = {key: value for key, value in tree.items() if key not in ("update_frequency", "width", "height")}
     assert values(global_costmap(one)) == same

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from chefbot.design.generation.parameters import BOTH, CAMERA, LIDAR, NUMBERS
 from chefbot.design.generation.sensor_mounts import (
     ABOVE_BOXES,
-    ABOVE_RANGER,
     HOUSING_CLEARANCE,
     IMU_HEIGHT,
+    RANGER_HEIGHT,
     sensors_of,
 )
 from chefbot.design.sizing.dependent_dimensions import with_radius
@@ -59,7 +59,7 @@ def below(sensor: Lidar | DepthCamera | Ultrasonic, plate: int) -> float:
     if isinstance(sensor, Ultrasonic):
         return 0.0
     ahead = isinstance(sensor, DepthCamera) or sensor.field_of_view <= math.pi
-    return ABOVE_RANGER if ahead else ABOVE_BOXES[plate + 1]
+    return RANGER_HEIGHT if ahead else ABOVE_BOXES[plate + 1]
 
 
 @settings(max_examples=30)

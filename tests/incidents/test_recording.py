@@ -10,7 +10,14 @@ import numpy as np
 import pytest
 from tests.incidents.test_buffer import SECOND, published
 
-from chefbot.incidents.recording import CHECK_EVERY, DISK_FULL, MAX_LENGTH_NS, MIN_FREE, TOO_LONG, Recording
+from chefbot.incidents.recording import (
+    CHECK_INTERVAL,
+    DISK_FULL,
+    MAX_LENGTH_NS,
+    MIN_FREE,
+    TOO_LONG,
+    Recording,
+)
 from chefbot.msgs.sensor_msgs import Image
 from chefbot.runtime.loop import Publication
 
@@ -58,5 +65,5 @@ def test_it_ends_after_an_hour(tmp_path: Path) -> None:
 def test_it_ends_before_the_disk_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     free = np.array([MIN_FREE, MIN_FREE - 1]).tolist()
     monkeypatch.setattr(shutil, "disk_usage", lambda _: Usage(10**12, 0, free.pop(0)))
-    content, reason = recorded(tmp_path, *(published("a", number) for number in range(3 * CHECK_EVERY)))
-    assert len(content) == 1 + 2 * CHECK_EVERY and reason == DISK_FULL
+    content, reason = recorded(tmp_path, *(published("a", number) for number in range(3 * CHECK_INTERVAL)))
+    assert len(content) == 1 + 2 * CHECK_INTERVAL and reason == DISK_FULL

@@ -20,7 +20,7 @@ from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Bool, Empty
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
-from chefbot.nodes.navigation.mission_node import OUTCOME_SHOWN
+from chefbot.nodes.navigation.mission_node import OUTCOME_TIME
 from chefbot.people.following import FAILED_TO_CONTROL, FAILED_TO_DETECT_OBJECT, GOAL_REJECTED, TF_ERROR
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams
@@ -167,7 +167,7 @@ def test_operators_and_other_goals_end_the_following(topic: str, message: Any) -
     assert end_by(robot, topic, message).status == STATUS_CANCELED
     ended = {"emergency_stop": "The emergency stop ended the following."}
     assert robot.phase == ended.get(topic, "Following was cancelled.")
-    robot.run(OUTCOME_SHOWN)
+    robot.run(OUTCOME_TIME)
     assert robot.phase == ""
 
 

@@ -16,7 +16,7 @@ from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.people.observation import Observation, observe_obstacles, observe_scan
 from chefbot.people.params import PeopleTrackerParams
-from chefbot.people.tracker import MAX_LAG, RESET_AFTER, PeopleTracker
+from chefbot.people.tracker import MAX_LAG, RESET_COUNT, PeopleTracker
 
 CHAIR = [(x, y, 0.02) for x in (2.0, 2.4) for y in (-0.2, 0.2)]
 
@@ -220,7 +220,7 @@ def test_old_scans_are_ignored_until_the_clock_was_set_back() -> None:
     walk.run(2.5)
     before = walk.tracker.people[0]
     state, old = before.state, walk.time - 100.0
-    for _ in range(RESET_AFTER - 1):
+    for _ in range(RESET_COUNT - 1):
         assert not walk.tracker.update(observe([]), old)
     assert walk.tracker.people[0].state == state
     assert "older" in walk.tracker.take_warning()

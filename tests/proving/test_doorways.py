@@ -15,7 +15,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWit
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import String
-from chefbot.proving.doorways import HELD_UP, SPEECH, DoorwayObserver
+from chefbot.proving.doorways import HELD_UP_TIME, SPEECH, DoorwayObserver
 from chefbot.robot.load import load_robot
 from chefbot.runtime.loop import Publication
 
@@ -138,7 +138,7 @@ def test_who_stands_before_the_robot_holds_it_up_anywhere_near() -> None:
 def test_pauses_and_turns_are_not_waiting() -> None:
     passage = blocked()
     for _ in range(5):
-        passage.stand(0.8 * HELD_UP)
+        passage.stand(0.8 * HELD_UP_TIME)
         passage.step(0.3)
     passage.stand(5.0, w=0.5)
     assert passage.observer.held_up_at == math.inf

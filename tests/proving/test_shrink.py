@@ -19,9 +19,9 @@ from chefbot.errors import UserError
 from chefbot.proving import shrink as module
 from chefbot.proving.record import RunRecord
 from chefbot.proving.reductions import (
-    AFTER_FAILURE,
     EMPTY_NUMBERS,
     REDUCERS,
+    TIME_AFTER_FAILURE,
     Reduction,
     emptier_building,
     fewer_faults,
@@ -149,7 +149,7 @@ def test_a_drive_ends_soon_after_its_last_incident() -> None:
         1, success=False, incidents=[(3.0, 0.0, 0.0, "a"), (41.2, 0.0, 0.0, "b"), (7.0, 0.0, 0.0, "c")]
     )
     (one,) = reductions(shorter, driving, record)
-    assert one.task == DriveRandomlyTask(duration=round(41.2 + AFTER_FAILURE))
+    assert one.task == DriveRandomlyTask(duration=round(41.2 + TIME_AFTER_FAILURE))
     (late,) = reductions(shorter, driving, a_record(1, success=False, incidents=[], sim_time=60.0))
     assert late.task == DriveRandomlyTask(duration=65.0)
     assert reductions(shorter, driving, a_record(1, success=False, incidents=[(199.0, 0.0, 0.0, "a")])) == []

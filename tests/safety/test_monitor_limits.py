@@ -18,7 +18,7 @@ from chefbot.robot.spec import Robot
 from chefbot.safety import local_memory as memory
 from chefbot.safety.collision_monitor import FREE
 from chefbot.safety.monitor_polygons import CREEP_SPEED, safe_fraction
-from chefbot.safety.monitor_text import MOVES_BACKWARD
+from chefbot.safety.monitor_text import MIN_DRIVING_SPEED
 
 LATENCY = 0.1
 LIDAR, CAMERA, JACKAL = load_robot("chefbot_lidar"), load_robot("chefbot"), load_robot("jackal")
@@ -217,9 +217,9 @@ def test_ahead_half_the_width_may_be_unseen_of_late(gap: int, free: bool) -> Non
 def test_a_millimetre_per_second_backwards_is_not_motion() -> None:
     """A turn on the spot has it by rounding; a hundredth more is a motion backwards."""
     one = monitor(CAMERA)
-    for v, w in ((-MOVES_BACKWARD, 0.0), (-0.5 * MOVES_BACKWARD, 1.0), (0.5 * MOVES_BACKWARD, 1.0)):
+    for v, w in ((-MIN_DRIVING_SPEED, 0.0), (-0.5 * MIN_DRIVING_SPEED, 1.0), (0.5 * MIN_DRIVING_SPEED, 1.0)):
         assert one.check(v, w, IDENTITY, SECOND, LATENCY) == FREE
-    assert one.check(-1.01 * MOVES_BACKWARD, 0.0, IDENTITY, SECOND, LATENCY).fraction == 0.0
+    assert one.check(-1.01 * MIN_DRIVING_SPEED, 0.0, IDENTITY, SECOND, LATENCY).fraction == 0.0
 
 
 def test_a_rectangle_turns_slowly_over_unseen_ground() -> None:

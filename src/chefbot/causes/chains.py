@@ -11,7 +11,7 @@ import numpy as np
 
 from chefbot.causes.reports import END, FAILURE, MAP, SEVERITY, is_zone
 from chefbot.causes.sentences import NOT_ON_MAP, ON_MAP, PERSON, joined, place_links, place_sentence
-from chefbot.maths.grid import OCCUPIED_FROM, Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Cause, Quantity
 from chefbot.msgs.geometry_msgs import Point, Pose
@@ -150,7 +150,7 @@ def is_mapped(grid: Grid, x: float, y: float) -> bool:
     row, column = (y - grid.origin_y) / grid.resolution - 0.5, (x - grid.origin_x) / grid.resolution - 0.5
     top, left = max(math.floor(row - reach), 0), max(math.floor(column - reach), 0)
     window = grid.cells[top : math.ceil(row + reach) + 1, left : math.ceil(column + reach) + 1]
-    rows, columns = np.nonzero(window >= OCCUPIED_FROM)
+    rows, columns = np.nonzero(window >= OCCUPIED_THRESHOLD)
     return bool((np.hypot(rows + top - row, columns + left - column) <= reach).any())
 
 

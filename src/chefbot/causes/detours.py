@@ -11,7 +11,7 @@ from chefbot.causes.obstacles import CellCentre, blocked_index, nearest_lethal
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 
-SAME_GOAL = 0.05
+SAME_GOAL_DISTANCE = 0.05
 """Distance between two goals up to which they are the same, m."""
 MIN_DEVIATION = 0.5
 """Distance from the old plan from which a new one is a detour, m: half the width of a corridor."""
@@ -34,7 +34,7 @@ class NewGoals:
     def is_new(self, goal: SE2) -> bool:
         """Return whether a goal is not the last one, and keep it."""
         before, self._goal = self._goal, goal
-        return before is None or before.distance(goal) > SAME_GOAL
+        return before is None or before.distance(goal) > SAME_GOAL_DISTANCE
 
 
 class DetourDetector:

@@ -14,7 +14,7 @@ HOLD_NS = 500_000_000
 """Time for which something must not be found any more before it has ended, ns; it flickers by single cycles."""
 MIN_CHANGE_NS = 500_000_000
 """Minimum time between the reports of two findings of one check, ns; a stop after a slow-down never waits."""
-SAME_PLACE = 0.5
+SAME_PLACE_DISTANCE = 0.5
 """Distance up to which two obstacles are the same one, m: one seen from another side, or a person on the move."""
 
 
@@ -72,4 +72,4 @@ def _differs(open_now: _Open, found: Cause, now_ns: int) -> bool:
 def _elsewhere(before: Cause, found: Cause) -> bool:
     if not (before.located and found.located):
         return before.located != found.located
-    return math.hypot(found.point.x - before.point.x, found.point.y - before.point.y) > SAME_PLACE
+    return math.hypot(found.point.x - before.point.x, found.point.y - before.point.y) > SAME_PLACE_DISTANCE

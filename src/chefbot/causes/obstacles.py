@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 
-LOOK_AHEAD = 1.5
+LOOK_AHEAD_LENGTH = 1.5
 """Length of path on which obstacles are looked for, m: the horizon of a controller."""
 REACH = 0.8
 """Distance from a blocked pose within which its obstacle is looked for, m: more than the radius of a robot."""
@@ -67,7 +67,7 @@ def opposed_lane(costs: Costmap, path: NDArray[np.float64]) -> str:
     return costs.lanes.names[opposed[0] - 1] if len(opposed) else ""
 
 
-def remaining(path: NDArray[np.float64], pose: SE2, length: float = LOOK_AHEAD) -> NDArray[np.float64]:
+def remaining(path: NDArray[np.float64], pose: SE2, length: float = LOOK_AHEAD_LENGTH) -> NDArray[np.float64]:
     """Return the part of a path (n, 3) that begins at its pose nearest to the robot, at most `length` metres long."""
     start = int(np.argmin(np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y)))
     ahead = path[start:]
@@ -85,6 +85,6 @@ def in_the_way(costs: Costmap, path: NDArray[np.float64], pose: SE2) -> CellCent
 
 def deviation(path: NDArray[np.float64], other: NDArray[np.float64], pose: SE2) -> float:
     """Return how far a path (n, 3) leads from the other (m, 3) within the look-ahead distance, m."""
-    ahead, theirs = remaining(path, pose), remaining(other, pose, 2.0 * LOOK_AHEAD)
+    ahead, theirs = remaining(path, pose), remaining(other, pose, 2.0 * LOOK_AHEAD_LENGTH)
     gaps = np.hypot(ahead[:, None, 0] - theirs[None, :, 0], ahead[:, None, 1] - theirs[None, :, 1])
     return float(gaps.min(axis=1).max())

@@ -14,7 +14,7 @@ SECTORS = 72
 SECTOR = math.tau / SECTORS
 SEEN_FRACTION = 0.5
 """Fraction of a sector's beams that must have data for it to be seen."""
-SAME_PLACE = 0.15
+SAME_PLACE_DISTANCE = 0.15
 """Distance up to which the robot is in the same place, and sees the same ground in a direction, m."""
 NEVER_NS = np.iinfo(np.int64).min
 
@@ -34,7 +34,7 @@ class SeenDirections:
         self, robot: SE2, directions: NDArray[np.float64], has_data: NDArray[np.bool_], stamp_ns: int
     ) -> None:
         """Process the beams (n,) of one message; has_data: whether each measured anything, or need not to."""
-        if self._place is None or robot.distance(self._place) > SAME_PLACE:
+        if self._place is None or robot.distance(self._place) > SAME_PLACE_DISTANCE:
             self._place = robot
             self._seen_ns[:] = NEVER_NS
         sectors = np.floor(directions / SECTOR).astype(np.int64) % SECTORS

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from chefbot.maths.grid import OCCUPIED_FROM, Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 
 CONFIRMATION_DISTANCE = 0.15
@@ -22,7 +22,7 @@ def unseen_walls(grid: Grid, robot: SE2, reach: float, measured: NDArray[np.floa
     low, high = grid.cell(robot.x - reach, robot.y - reach), grid.cell(robot.x + reach, robot.y + reach)
     first = np.maximum(low, 0)
     near = grid.cells[first[0] : max(high[0] + 1, 0), first[1] : max(high[1] + 1, 0)]
-    rows, columns = np.nonzero(near >= OCCUPIED_FROM)
+    rows, columns = np.nonzero(near >= OCCUPIED_THRESHOLD)
     middles = (np.column_stack([columns, rows]) + first[::-1] + 0.5) * grid.resolution
     walls = robot.inverse().apply(middles + np.array([grid.origin_x, grid.origin_y]))
     walls = walls[np.hypot(walls[:, 0], walls[:, 1]) <= reach]

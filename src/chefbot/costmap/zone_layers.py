@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 OTHER_COST = 84
 """Minimum cost outside preferred zones: with the planner's default `cost_weight` a path there costs twice as much."""
-SAME_PLACE = 0.25
+MAX_SHIFT_CELLS = 0.25
 """Motion of the zones in the costmap's frame, in cells, up to which they are not drawn again."""
 
 
@@ -59,7 +59,7 @@ class ZoneLayer(CostmapLayer):
         )
         motion = (self._frame.inverse() @ middle).between(frame.inverse() @ middle)
         turned = abs(motion.yaw) * max(height, width) * costs.resolution / math.sqrt(2.0)
-        return math.hypot(motion.x, motion.y) + turned > SAME_PLACE * costs.resolution
+        return math.hypot(motion.x, motion.y) + turned > MAX_SHIFT_CELLS * costs.resolution
 
     def update_costs(self, costs: LayeredCostmap, cells: NDArray[np.uint8], window: CellWindow) -> None:
         """Draw the zones if they or the costmap have changed, and write their costs."""

@@ -17,7 +17,7 @@ from chefbot.msgs.geometry_msgs import PoseStamped
 GO_ON_MARGIN, NO_MARGIN = 1.1, 1.0
 """Factors on the energy of what was begun: less than for an order, so that noise does not end it just before its end.
 The energy for parking is not part of what is planned with."""
-AT_HOME = 1.0
+AT_HOME_LENGTH = 1.0
 """Length of the path to the home place below which the robot is there, m."""
 RETRY_TIME = 60.0
 """Time after which a robot that did not get home or to its parking place tries again, s."""
@@ -151,7 +151,7 @@ class BatteryRound(DeliveryRound):
         status = self.status
         if not self._forecast.is_low or status.description == status_messages.PARKED or time < self._retry_at:
             return
-        if not self._forecast.length((self.home,)) > AT_HOME:
+        if not self._forecast.length((self.home,)) > AT_HOME_LENGTH:
             return
         self._retry_at = time + RETRY_TIME
         if self._forecast.suffices(PlannedRoute((self.home,), 0), NO_MARGIN):

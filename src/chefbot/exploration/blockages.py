@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.maths.grid import OCCUPIED, OCCUPIED_FROM, Grid
+from chefbot.maths.grid import OCCUPIED, OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 
 Floats = NDArray[np.float64]
@@ -59,5 +59,5 @@ def _near_obstacles(grid: Grid) -> Grid:
     """Return a grid that is 1 within WALL_MARGIN cells of an obstacle of the map, else 0."""
     from scipy.ndimage import maximum_filter
 
-    occupied: NDArray[np.int8] = (grid.cells >= OCCUPIED_FROM).astype(np.int8)
+    occupied: NDArray[np.int8] = (grid.cells >= OCCUPIED_THRESHOLD).astype(np.int8)
     return dataclasses.replace(grid, cells=maximum_filter(occupied, 2 * WALL_MARGIN + 1))

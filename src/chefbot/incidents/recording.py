@@ -14,7 +14,7 @@ MAX_LENGTH_NS = 3600 * 10**9
 """Length at which a recording ends by itself, ns: it takes about 1.2 GB then."""
 MIN_FREE = 500_000_000
 """Free disk space at which a recording ends by itself, bytes."""
-CHECK_EVERY = 1000
+CHECK_INTERVAL = 1000
 """Number of messages after which the disk is checked."""
 TOO_LONG = "The recording ended: it is an hour long"
 DISK_FULL = "The recording ended: the disk has less than 500 MB left"
@@ -61,6 +61,6 @@ class Recording:
         """Return why the recording has to end, an empty text if it has not."""
         if length_ns > MAX_LENGTH_NS:
             return TOO_LONG
-        if count % CHECK_EVERY == 0 and shutil.disk_usage(self._folder).free < MIN_FREE:
+        if count % CHECK_INTERVAL == 0 and shutil.disk_usage(self._folder).free < MIN_FREE:
             return DISK_FULL
         return ""

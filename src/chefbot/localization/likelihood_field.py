@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from chefbot.localization.errors import LocalizationError
 from chefbot.localization.params import AmclParams
-from chefbot.maths.grid import OCCUPIED_FROM, Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 
 SURFACE_DEPTH = 2
 """Depth of the surface of a solid, cells: walls up to four cells thick count completely."""
-FREE_BELOW = 25
+FREE_THRESHOLD = 25
 TOLERANCE = 1.5
 """Distance that is no evidence about the place, cells: how far off a wall lies that a map draws as cells."""
 PAD = 2
@@ -202,8 +202,8 @@ class LikelihoodField:
     @staticmethod
     def of(grid: Grid, params: AmclParams) -> LikelihoodField:
         """Compute the field of an occupancy grid; raise LocalizationError without free or without occupied cells."""
-        occupied = grid.cells >= OCCUPIED_FROM
-        free = np.argwhere((grid.cells >= 0) & (grid.cells < FREE_BELOW)).astype(np.int32)
+        occupied = grid.cells >= OCCUPIED_THRESHOLD
+        free = np.argwhere((grid.cells >= 0) & (grid.cells < FREE_THRESHOLD)).astype(np.int32)
         if free.shape[0] == 0:
             raise LocalizationError("the map has no free cell to place the robot on; load another map")
         if not occupied.any():

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from chefbot.maths.grid import OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 
-OCCUPIED_ABOVE = 65
+OCCUPIED_THRESHOLD = 65
 """Occupancy threshold in percent, as in map files."""
 TOLERANCE = 1
 """Permitted offset of a wall in cells, including diagonals."""
@@ -82,7 +82,7 @@ def quality(
 
 
 def _mask_of(truth: Grid, explorable: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
-    mask = (truth.cells >= 0) & (truth.cells <= OCCUPIED_ABOVE) if explorable is None else explorable
+    mask = (truth.cells >= 0) & (truth.cells <= OCCUPIED_THRESHOLD) if explorable is None else explorable
     if mask.shape != truth.cells.shape:
         raise ValueError(f"a mask of {mask.shape} does not fit a plan of {truth.cells.shape}")
     return mask
@@ -161,7 +161,7 @@ def _distances(truth: Grid, margin: float) -> tuple[NDArray[np.float64], Grid]:
 
 
 def _occupied(grid: Grid) -> NDArray[np.bool_]:
-    return grid.cells > OCCUPIED_ABOVE
+    return grid.cells > OCCUPIED_THRESHOLD
 
 
 def _near_occupied(grid: Grid) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from chefbot.maths.cell_grid import CellGrid
 UNKNOWN = -1
 FREE = 0
 OCCUPIED = 100
-OCCUPIED_FROM = 65
+OCCUPIED_THRESHOLD = 65
 """Occupancy from which a cell counts as occupied, percent, as in Nav2's map server."""
 
 

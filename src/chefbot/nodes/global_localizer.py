@@ -32,7 +32,7 @@ MOVE_SPEED = 0.25
 """Speed of a move, m/s."""
 MOVE_TIME = Duration.of(25.0)
 """Time that a move may take."""
-ALL_ROUND = math.pi
+ALL_ROUND_ANGLE = math.pi
 """Angle that a robot that sees all round turns at first, rad; others turn once before each move."""
 
 
@@ -100,7 +100,7 @@ class GlobalLocalizerNode(Node):
         if self.restored_localized.last is not None and self.restored_localized.last.data:
             self.localized.publish(Bool(True))
             return
-        await self._turn(ALL_ROUND if self._sees_all_round else 2.0 * math.pi)
+        await self._turn(ALL_ROUND_ANGLE if self._sees_all_round else 2.0 * math.pi)
         for _ in range(self.params.rounds):
             if self._localization.has_settled:
                 break

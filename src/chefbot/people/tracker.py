@@ -41,7 +41,7 @@ SECOND_LEG_COST, STAYS_COST, STANDING_STAYS_COST = 1.5, 7.0, 2.0
 """Additional cost of a second candidate, and of one where returns have stayed, for people who move and for others."""
 MIN_DISTANCE = 0.3
 """Distance within which two tracks are one person, m."""
-MAX_LAG, RESET_AFTER = 0.5, 10
+MAX_LAG, RESET_COUNT = 0.5, 10
 """Age beyond which an observation is ignored, s, and the number of them in a row after which the clock has been set
 back."""
 MAX_CANDIDATES = 150
@@ -121,7 +121,7 @@ class PeopleTracker:
         self._warning = (
             f"A sensor message is {self.time - time:.1f} s older than the newest one; it is ignored."
         )
-        if self._late >= RESET_AFTER:
+        if self._late >= RESET_COUNT:
             self._reset(time)  # the clock was set back
             self._background.forget_times()
         return False

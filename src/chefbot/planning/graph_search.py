@@ -33,7 +33,7 @@ HALF_DIAGONAL = np.float32(0.5 * SQRT2)
 OCTILE = np.float32(SQRT2 - 1.0)
 BUCKETS_PER_UNIT = np.float32(0.5)
 """Buckets of A* per unit of cost; half or twice as many take 5 % longer, sixteen a quarter longer."""
-ROUND_UP = np.float32(1.0 + 1e-6)
+ROUND_UP_FACTOR = np.float32(1.0 + 1e-6)
 """Factor that makes a 32-bit sum no less than the exact one."""
 ROW_STEPS, COLUMN_STEPS = (0, 0, 1, -1, 1, 1, -1, -1), (1, -1, 0, 0, 1, -1, 1, -1)
 """Row and column offsets of the eight neighbours, the diagonal ones last."""
@@ -208,7 +208,10 @@ def search(
             column = np.int32(at) - row * np.int32(stride)
             # skip an outdated entry: the cell was expanded since, from an earlier bucket
             cost, here = g[at], grid.weight[grid.cells[at]]
-            if int((cost + h_gain * _octile(row, column, goal_row, goal_column)) * ROUND_UP * scale) < bucket:
+            if (
+                int((cost + h_gain * _octile(row, column, goal_row, goal_column)) * ROUND_UP_FACTOR * scale)
+                < bucket
+            ):
                 continue
             # relax the neighbours whose cost-to-come improves
             for i in range(_improved_neighbours(at, cost, here, np.uint64(stride), grid, g, better)):

@@ -18,7 +18,7 @@ from chefbot.planning.planner import PlanningError
 
 STANDOFF = 0.8
 """Length of the path that stays free before the first blocked pose, m: room for those who come out."""
-LOOK_BACK = 4.0
+LOOK_BACK_LENGTH = 4.0
 """Length of the path up to which the robot drives back to make room, m."""
 MIN_PLACE_DISTANCE, SIGHT_DISTANCE = 1.0, 2.0
 """Distances of such a place from the blocked pose, m: at least, and up to which its sensors see when it is free."""
@@ -107,7 +107,7 @@ def _beside(
         potential = GridPlanner(settings).potential(costs, robot)
     except PlanningError:
         return np.zeros((0, 2), np.int64)
-    cells = np.argwhere((potential <= LOOK_BACK + distance) & (costs.cells < INSCRIBED))
+    cells = np.argwhere((potential <= LOOK_BACK_LENGTH + distance) & (costs.cells < INSCRIBED))
     x = costs.origin_x + (cells[:, 1] + 0.5) * costs.resolution
     y = costs.origin_y + (cells[:, 0] + 0.5) * costs.resolution
     gap = np.hypot(x - blocked.x, y - blocked.y)

@@ -14,7 +14,7 @@ from chefbot.sim.world.doors import closed_middle
 
 SPEECH = "robotsound"
 """Topic of the robot's speech."""
-IN_DOOR = 0.9
+IN_DOOR_DISTANCE = 0.9
 """Distance of a person to the middle of a door up to which it is not free, m."""
 OPEN_SHARE = 0.95
 """Opening from which a door is free, of 1."""
@@ -22,7 +22,7 @@ BEHIND_DOOR_DISTANCE = 0.5
 """Distance behind a door at which the robot is through, m."""
 STANDSTILL_SPEED, STANDSTILL_TURN_RATE = 0.05, 0.1
 """Speeds below which the robot stands, m/s and rad/s."""
-HELD_UP = 1.0
+HELD_UP_TIME = 1.0
 """Time from which a robot that stands waits, and before a door that is not free is held up, s."""
 NEAR_DOOR_DISTANCE = 6.0
 """Distance to the door within which a robot that stands is held up by it, m."""
@@ -89,13 +89,18 @@ class DoorwayObserver:
             self._hold_up(now, pose)
             self._free += seconds if self.released and self._is_free() else 0.0
         # a shorter pause is part of the motion
-        if self._stands_since is not None and now - self._stands_since >= HELD_UP:
+        if self._stands_since is not None and now - self._stands_since >= HELD_UP_TIME:
             self._waited += seconds
             self._in_doorway += seconds if self._stands_in_doorway(pose) else 0.0
 
     def _hold_up(self, now: float, pose: SE2) -> None:
         since = self._stands_since
-        if since is None or now - since < HELD_UP or self.distance > NEAR_DOOR_DISTANCE or not self.blocks:
+        if (
+            since is None
+            or now - since < HELD_UP_TIME
+            or self.distance > NEAR_DOOR_DISTANCE
+            or not self.blocks
+        ):
             return
         if not self._is_free() or self._people_before(pose):
             self.held_up_at = min(self.held_up_at, since)
@@ -109,7 +114,7 @@ class DoorwayObserver:
     def _is_free(self) -> bool:
         simulation = self._run.safety.simulation
         opening = simulation.doors()[self.door.name] if simulation else 1.0
-        return opening >= OPEN_SHARE and self.people_within(IN_DOOR) == 0
+        return opening >= OPEN_SHARE and self.people_within(IN_DOOR_DISTANCE) == 0
 
     def _stands_in_doorway(self, pose: SE2) -> bool:
         radius = self._run.system.robot.circumscribed_radius

@@ -24,7 +24,7 @@ EMPTY_NUMBERS = {
 }
 """Numbers of a building without what stands, hangs or lies about."""
 FEW_PEOPLE = (0, 1, 2, 4, 6)
-AFTER_FAILURE = 5.0
+TIME_AFTER_FAILURE = 5.0
 """Time that a run continues after its last incident, s."""
 
 
@@ -95,7 +95,7 @@ def shorter(scenario: Scenario, record: RunRecord) -> Iterator[Reduction]:
     """Yield a drive that ends soon after the last incident; a time limit would be a failure of its own."""
     task = scenario.task
     last = max((time for time, *_ in record.incidents), default=record.sim_time)
-    ends = float(round(last + AFTER_FAILURE))
+    ends = float(round(last + TIME_AFTER_FAILURE))
     if isinstance(task, DriveRandomlyTask) and ends < task.duration:
         yield _with(scenario, f"{ends:.0f} s", task=msgspec.structs.replace(task, duration=ends))
 

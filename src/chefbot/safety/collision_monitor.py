@@ -21,7 +21,7 @@ from chefbot.robot.spec import Robot
 from chefbot.safety import local_memory as memory
 from chefbot.safety.contact_time import first_contact
 from chefbot.safety.monitor_polygons import CREEP_SPEED, OUTLINE_INSET, MonitorPolygons, safe_fraction
-from chefbot.safety.monitor_text import MOVES_BACKWARD, SensedPoint, obstacle_text, unseen_text
+from chefbot.safety.monitor_text import MIN_DRIVING_SPEED, SensedPoint, obstacle_text, unseen_text
 from chefbot.safety.params import CollisionMonitorParams
 
 ECHO_TIMEOUT_NS = 300_000_000
@@ -214,11 +214,11 @@ class CollisionMonitor:
         Where it backs up over ground that it saw, or covered, a moment ago, somebody may have come since: it creeps.
         """
         polygons = self.polygons
-        if not len(polygons.corners) and abs(v) < MOVES_BACKWARD:
+        if not len(polygons.corners) and abs(v) < MIN_DRIVING_SPEED:
             return FREE  # a disc covers the same ground while it rotates
         oldest_ns = now_ns - round(self.params.ground_memory_time * 1e9)
         creep = CREEP_SPEED / polygons.body_speed(v, w)
-        if v < -MOVES_BACKWARD:
+        if v < -MIN_DRIVING_SPEED:
             margin = GROUND_MARGIN * polygons.resolution
             seen = self._ground_fraction(v, w, pose, latency, oldest_ns, memory.GROUND, TOLERATED_GAP, margin)
             fraction = min(seen, creep)

@@ -10,7 +10,7 @@ from chefbot.safety.monitor_polygons import MonitorPolygons
 
 STOPPED_SHARE = 0.05
 """Share of the commanded motion below which the robot counts as stopped."""
-MOVES_BACKWARD = 1e-3
+MIN_DRIVING_SPEED = 1e-3
 """Speed, m/s, from which the robot drives rather than rotates in place."""
 MAX_PRESENT_AGE = 0.5
 """Age from which a point is one that was seen rather than is, s."""
@@ -53,7 +53,7 @@ def obstacle_text(point: SensedPoint, polygons: MonitorPolygons) -> str:
 
 def unseen_text(v: float) -> str:
     """Return how ground that no sensor has seen recently limits a twist of the forward speed `v`, m/s."""
-    where = "behind" if v < -MOVES_BACKWARD else "beside" if v < MOVES_BACKWARD else "ahead of"
+    where = "behind" if v < -MIN_DRIVING_SPEED else "beside" if v < MIN_DRIVING_SPEED else "ahead of"
     return f"no sensor has recently seen the ground {where} the robot"
 
 

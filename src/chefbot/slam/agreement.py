@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from chefbot.maths.grid import OCCUPIED_FROM, UNKNOWN, Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.slam.recorded_scan import RecordedScan
 
@@ -68,7 +68,7 @@ def agreement(
     grid: Grid, scans: Sequence[RecordedScan], poses: Sequence[SE2], sensor: SE2, range_max: float
 ) -> Agreement:
     """Compare the ends of a drive's beams with a map; poses: of the robot in it, range_max: of no return, m."""
-    walls = grid.cells >= OCCUPIED_FROM
+    walls = grid.cells >= OCCUPIED_THRESHOLD
     distance = (
         distance_transform_edt(~walls, sampling=grid.resolution)
         if walls.any()

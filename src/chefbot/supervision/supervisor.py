@@ -17,7 +17,7 @@ from chefbot.supervision.worker_process import KILL_TIMEOUT, WorkerProcess, Work
 
 PERIOD = 0.02
 """Period of the watch loop, s; the exit of a child wakes it at once."""
-SPARE_AFTER = 2.0
+SPARE_DELAY = 2.0
 """Time that all processes must have been running before a spare is started, s, as starting needs the CPU."""
 COMMAND = (sys.executable, "-m", "chefbot.launcher.worker")
 
@@ -198,7 +198,7 @@ class Supervisor:
 
 
 def _is_settled(child: _Child) -> bool:
-    return child.ready and child.running is not None and time.monotonic() - child.started_at > SPARE_AFTER
+    return child.ready and child.running is not None and time.monotonic() - child.started_at > SPARE_DELAY
 
 
 def _exit_reason(code: int) -> str:

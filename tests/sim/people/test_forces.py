@@ -16,11 +16,11 @@ from chefbot.sim.people.distance_field import lower_to_boxes
 from chefbot.sim.people.forces import (
     BEHIND_WEIGHT,
     FAINT_RANGES,
+    FAINT_WALL_DISTANCE,
     INTERACTION_DISTANCE,
     RELAXATION,
     SIGHT_STEPS,
     STRENGTH,
-    WALL_FAINT,
     WALL_STRENGTH,
     driving_force,
     force_of_group,
@@ -197,7 +197,7 @@ def test_walls_push_away_the_more_the_nearer(side) -> None:
 
 
 def test_walls_are_bounded_and_not_felt_from_afar() -> None:
-    assert force_of_walls(room(), FRAME, RADIUS + WALL_FAINT + 0.1, 2.0, RADIUS) == (0.0, 0.0)
+    assert force_of_walls(room(), FRAME, RADIUS + FAINT_WALL_DISTANCE + 0.1, 2.0, RADIUS) == (0.0, 0.0)
     assert math.hypot(*force_of_walls(room(), FRAME, 0.1, 2.0, RADIUS)) == pytest.approx(WALL_STRENGTH)
 
 

@@ -11,7 +11,7 @@ from tests.sim.people.scenes import Scene, aim, mode, person_of, two_rooms
 from chefbot.buildings.people_spec import PeopleSpec
 from chefbot.buildings.world_file import Door
 from chefbot.errors import UserError
-from chefbot.sim.people.requests import AT_PLACE, BLOCK_DISTANCE, PLACES
+from chefbot.sim.people.requests import AT_PLACE_DISTANCE, BLOCK_DISTANCE, PLACES
 from chefbot.sim.people.walkers import APPROACH, STAND, WALK
 from chefbot.sim.world.furniture import PERSON_RADIUS
 
@@ -94,7 +94,7 @@ def test_who_is_at_its_place_stands_and_looks_at_the_middle() -> None:
     one.people.request("meet door 1")
     person_of(one).decide()
     place = aim(one)
-    one.put(0, place[0] + 0.9 * AT_PLACE, place[1])
+    one.put(0, place[0] + 0.9 * AT_PLACE_DISTANCE, place[1])
     person_of(one).decide()
     person_of(one).decide()
     assert mode(one) == STAND and aim(one) == pytest.approx((4.0, 2.0))

@@ -25,7 +25,7 @@ from chefbot.buildings.people_spec import PeopleSpec
 from chefbot.buildings.world_file import Door, Route
 from chefbot.sim.people.chairs import TRAVEL
 from chefbot.sim.people.kinds import (
-    BLOCK,
+    BLOCK_TIME,
     FOLLOW_DISTANCE,
     Blocker,
     Companion,
@@ -269,7 +269,7 @@ def test_who_blocks_the_robot_leaves_it_alone_after_a_while() -> None:
     assert isinstance(person, Blocker)
     one.people.sees_robot = lambda _: True  # type: ignore[method-assign]
     drive(one, person._block())
-    assert BLOCK[0] <= one.people.now <= BLOCK[1] + DECISION
+    assert BLOCK_TIME[0] <= one.people.now <= BLOCK_TIME[1] + DECISION
     assert one.people.walkers.shy[0]
 
 

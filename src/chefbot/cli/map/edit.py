@@ -11,7 +11,7 @@ from rich.table import Table
 
 from chefbot.devices.maps.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
-from chefbot.maths.grid import OCCUPIED_FROM, Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.msgs.chefbot_maps import MapEdit
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.plural import number_of
@@ -41,7 +41,7 @@ def print_info(file: Path) -> None:
     table.add_row(
         "size", f"{columns} x {rows} cells of {grid.resolution:g} m, {_extent(grid)} from ({corner})"
     )
-    free, walls = _area(grid, grid.cells == 0), _area(grid, grid.cells >= OCCUPIED_FROM)
+    free, walls = _area(grid, grid.cells == 0), _area(grid, grid.cells >= OCCUPIED_THRESHOLD)
     table.add_row(
         "area", f"{free:.1f} m2 free, {walls:.1f} m2 of walls, {_area(grid, grid.cells < 0):.1f} m2 unknown"
     )

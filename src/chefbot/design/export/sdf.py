@@ -21,7 +21,7 @@ from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.robot.geometry.shapes import TENSOR, MassProperties
 from chefbot.robot.spec import Robot
 
-ON_ITS_SIDE = 1.5707963267948966
+CYLINDER_ROLL = 1.5707963267948966
 """Radians about x: a cylinder's axis from z to y."""
 
 
@@ -73,7 +73,7 @@ def _inertial(element: ET.Element, inertia: MassProperties) -> None:
 def _solid(element: ET.Element, tag: str, solid: Primitive) -> ET.Element:
     seen = ET.SubElement(element, tag, name=solid.name)
     roll, pitch, yaw = solid.rpy
-    add_pose(seen, solid.at, (roll + (ON_ITS_SIDE if solid.kind == "wheel" else 0.0), pitch, yaw))
+    add_pose(seen, solid.at, (roll + (CYLINDER_ROLL if solid.kind == "wheel" else 0.0), pitch, yaw))
     add_geometry(seen, solid)
     return seen
 

@@ -17,7 +17,7 @@ from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, m
 from chefbot.robot.sensors import CliffSensor, DepthCamera, ImuSpec, Lidar, Ultrasonic
 from chefbot.robot.spec import Robot
 
-PICTURE_NEAR = 0.05
+PICTURE_NEAR_CLIP = 0.05
 """Near clip of the colour image, m, below the minimum depth."""
 CLIFF_MIN_RANGE = 0.002
 """Minimum range of a simulated cliff sensor, m."""
@@ -60,7 +60,7 @@ def _camera(element: ET.Element, sensor: DepthCamera, prefix: str) -> None:
     add_value(camera, "horizontal_fov", float(sensor.field_of_view))
     image = ET.SubElement(camera, "image")
     add_values(image, width=sensor.width, height=sensor.height, format="R8G8B8")
-    _clip(camera, min(PICTURE_NEAR, sensor.range_min), sensor.range_max)
+    _clip(camera, min(PICTURE_NEAR_CLIP, sensor.range_min), sensor.range_max)
     _clip(ET.SubElement(camera, "depth_camera"), sensor.range_min, sensor.range_max)
     add_value(camera, "optical_frame_id", f"{prefix}{OPTICAL_FRAME}")
 

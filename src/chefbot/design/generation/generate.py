@@ -17,7 +17,7 @@ from chefbot.design.errors import DesignError
 from chefbot.design.generation.parameters import NUMBERS, draw_numbers
 from chefbot.design.generation.sensor_mounts import sensors_of
 from chefbot.design.sizing.component_selection import Parts, Verdict, settled, verdicts
-from chefbot.design.sizing.dependent_dimensions import NOTCH_LONGER, with_radius
+from chefbot.design.sizing.dependent_dimensions import NOTCH_EXTRA_LENGTH, with_radius
 from chefbot.robot.catalogue import Catalogue
 from chefbot.robot.chassis import Notch
 from chefbot.robot.errors import RobotFileError
@@ -109,7 +109,7 @@ def _separation(robot: Robot) -> float:
 def _notch(robot: Robot) -> Notch:
     """Return the notches round the wheels."""
     depth = layout.wheel_recess(robot) + WHEEL_AIR
-    return Notch(length=round(robot.wheels.diameter + NOTCH_LONGER, 4), depth=round(depth, 4))
+    return Notch(length=round(robot.wheels.diameter + NOTCH_EXTRA_LENGTH, 4), depth=round(depth, 4))
 
 
 def _with_parts(robot: Robot, catalogue: Catalogue) -> Verdict | None:

@@ -19,7 +19,7 @@ HOUSING_CLEARANCE = 0.003
 """Distance of a housing from plates and from the edge, m."""
 ABOVE_BOXES = {1: 0.10, 2: 0.04}
 """Height above a plate that its equipment may take, m: the catalogue's highest battery, and the computer."""
-ABOVE_RANGER = 0.03
+RANGER_HEIGHT = 0.03
 """Height above the base plate that the ultrasonic ranger takes, m."""
 IMU_HEIGHT = 0.022
 """Height of the IMU above the base plate, m: over the motor board."""
@@ -90,7 +90,7 @@ def _ultrasonic(robot: Robot) -> Ultrasonic | None:
 
 def _camera(robot: Robot, n: Mapping[str, float], plate: int) -> DepthCamera:
     width, height = CAMERA_PIXELS
-    z = _bay(robot, plate, ABOVE_RANGER).mount(CAMERA_HOUSING, n["camera_height"])
+    z = _bay(robot, plate, RANGER_HEIGHT).mount(CAMERA_HOUSING, n["camera_height"])
     return DepthCamera(
         mount=Mount(x=_front(robot, CAMERA_HOUSING), z=z), housing=CAMERA_HOUSING, rate=n["camera_rate"],
         width=width, height=height, field_of_view=_radians(n["camera_field_of_view"]),
@@ -103,7 +103,7 @@ def _lidar(robot: Robot, n: Mapping[str, float], plate: int) -> Lidar:
     full = bool(n["lidar_full_turn"])
     angle = 360.0 if full else n["lidar_field_of_view"]
     ahead = not full and angle <= 180.0
-    z = _bay(robot, plate, ABOVE_RANGER if ahead else ABOVE_BOXES[plate]).mount(
+    z = _bay(robot, plate, RANGER_HEIGHT if ahead else ABOVE_BOXES[plate]).mount(
         LIDAR_HOUSING, n["lidar_height"]
     )
     return Lidar(

@@ -17,7 +17,7 @@ from chefbot.robot.catalogue import Catalogue
 from chefbot.robot.geometry import layout
 from chefbot.robot.spec import Robot
 
-NEARLY_LIGHTEST = 1.1
+LIGHTEST_FACTOR = 1.1
 CRITERION = (
     "Of all sets that pass every check and weigh (two motors, driver boards, battery) at most 10 % more than the "
     "lightest one, the set with the lowest power is selected."
@@ -122,7 +122,7 @@ def settled(candidates: Iterable[Verdict]) -> Verdict | None:
 def choose(candidates: Iterable[Verdict]) -> Verdict | None:
     """Return the best set by CRITERION; None if no set passes."""
     passing = [verdict for verdict in candidates if verdict.passed]
-    limit = NEARLY_LIGHTEST * min((verdict.mass for verdict in passing), default=0.0)
+    limit = LIGHTEST_FACTOR * min((verdict.mass for verdict in passing), default=0.0)
     light = [verdict for verdict in passing if verdict.mass <= limit]
     return min(light, key=lambda verdict: (verdict.power, verdict.mass), default=None)
 

@@ -14,7 +14,7 @@ from chefbot.robot.section import RobotSection
 from chefbot.robot.sensors import CliffSensors
 from chefbot.robot.spec import Robot
 
-NOTCH_LONGER = 0.01
+NOTCH_EXTRA_LENGTH = 0.01
 """Metres: the chapter's slot of 10 cm for a wheel of 9 cm."""
 MIN_MOVE = 5e-5
 """Metres; files are written to a tenth of a millimetre."""
@@ -94,7 +94,7 @@ def mm(metres: float) -> str:
 
 def _notch(robot: Robot, diameter: float) -> list[Change]:
     """The slot is longer than the wheel (the chapter's rule)."""
-    notch, wanted = robot.plates.notch, diameter + NOTCH_LONGER
+    notch, wanted = robot.plates.notch, diameter + NOTCH_EXTRA_LENGTH
     if notch is None or notch.length >= wanted - 1e-9:
         return []
     return [Change(("plates", "notch", "length"), mm(wanted), "wheels.diameter + 10 mm")]

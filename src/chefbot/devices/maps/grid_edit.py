@@ -9,7 +9,7 @@ import numpy as np
 
 from chefbot.errors import UserError
 from chefbot.mapping.map_changes import cropped, rotated, with_stroke
-from chefbot.maths.grid import FREE, OCCUPIED, OCCUPIED_FROM, UNKNOWN, Grid
+from chefbot.maths.grid import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_maps import MapEdit, MapZone
 from chefbot.msgs.geometry_msgs import Point
@@ -38,7 +38,7 @@ def edited_grid(grid: Grid, edit: MapEdit) -> Grid:
         grid = cropped(grid, low, high)
     if edit.rotation:
         grid = rotated(grid, edit.rotation)
-    if not (grid.cells >= OCCUPIED_FROM).any():
+    if not (grid.cells >= OCCUPIED_THRESHOLD).any():
         raise UserError("the map would have no wall left, so no scan could be matched to it")
     return grid
 

@@ -13,7 +13,7 @@ import msgspec
 
 from chefbot.devices.maps.grid_edit import changes_grid, edited_grid, same_cells, turned_entry, turned_zone
 from chefbot.errors import UserError, name_hint
-from chefbot.maths.grid import OCCUPIED_FROM, Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_maps import MAX_PLACES, MAX_ZONES, MapZone
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
@@ -193,7 +193,7 @@ def _free_name(name: str, taken: Collection[str]) -> str:
 def _check_pose(grid: Grid, pose: SE2, name: str) -> None:
     if not grid.contains(pose.x, pose.y):
         raise UserError(f"{name} lies outside the map")
-    if grid.at(pose.x, pose.y) >= OCCUPIED_FROM:
+    if grid.at(pose.x, pose.y) >= OCCUPIED_THRESHOLD:
         raise UserError(f"{name} lies in a wall")
 
 

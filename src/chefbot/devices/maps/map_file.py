@@ -14,7 +14,7 @@ from chefbot.devices.maps.edit_preview import side_effects
 from chefbot.devices.maps.map_editor import MapContent, MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.mapping.image_format import MapFormatError
-from chefbot.maths.grid import OCCUPIED_FROM, Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_maps import MapZones
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
@@ -146,7 +146,7 @@ class MapFileDevice(Device):
     def read_map(self, path: Path) -> None:
         """Read a map and the places file beside it, if there is one."""
         self._path, self._grid = path, load_map(path)
-        if not (self._grid.cells >= OCCUPIED_FROM).any():
+        if not (self._grid.cells >= OCCUPIED_THRESHOLD).any():
             raise MapFormatError(
                 f"map file {path} has no occupied cell, so no scan can be matched to it; check its picture, mode and "
                 "thresholds"

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.causes.detours import MIN_DEVIATION, SAME_GOAL, DetourDetector, NewGoals
+from chefbot.causes.detours import MIN_DEVIATION, SAME_GOAL_DISTANCE, DetourDetector, NewGoals
 from chefbot.causes.obstacles import CellCentre, blocked_index, nearest_lethal, opposed_lane
 from chefbot.causes.reports import DETOUR, FAILURE, is_zone, make_report
 from chefbot.maths.costs import Costmap
@@ -18,7 +18,7 @@ from chefbot.nodes.global_costmap import GlobalCostmapNode
 from chefbot.planning.grid_planner import path_length
 from chefbot.planning.planner import Planner, PlanningError, PlanningFailure
 
-SAME_END = 0.25
+SAME_END_DISTANCE = 0.25
 """Distance up to which two poses beside an occupied goal are the same one in reports, m."""
 
 
@@ -58,14 +58,14 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         """
         end = SE2.of(plan[-1])
         away = end.distance(goal)
-        if away <= SAME_GOAL:
+        if away <= SAME_GOAL_DISTANCE:
             self._occupied_goal = None
             return ""
         sentence = (
             f"The goal is occupied: the robot drives to a free pose with sight of it, {away:.2f} m away."
         )
         before = self._occupied_goal
-        if before is None or before[0] != goal or before[1].distance(end) > SAME_END:
+        if before is None or before[0] != goal or before[1].distance(end) > SAME_END_DISTANCE:
             self._occupied_goal = goal, end
             cell = nearest_lethal(self._costs.update(), goal.x, goal.y)
             place = marked_place(self._costs, cell, "map", self.robot)

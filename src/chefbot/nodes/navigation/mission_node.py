@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import Node, Out
 
-OUTCOME_SHOWN = 30.0
+OUTCOME_TIME = 30.0
 """Time for which the outcome of a mission is shown, s; afterwards it is no longer what the robot does."""
 
 
@@ -29,6 +29,6 @@ class MissionNode(Node):
         self.spawn(self._clear(sentence))
 
     async def _clear(self, outcome: str) -> None:
-        await self.sleep(OUTCOME_SHOWN)
+        await self.sleep(OUTCOME_TIME)
         if self._sentence == outcome:
             self._publish_phase("")

@@ -19,7 +19,7 @@ from chefbot.runtime.transform_buffer import TransformError
 
 PATIENCE_EXCEEDED = 104
 """Error code of nav2_msgs/action/FollowPath; here also: not localized in time."""
-AT_POSE = 0.25
+AT_POSE_DISTANCE = 0.25
 """Distance up to which the robot is at a pose, m; as the default tolerance of Nav2's goal checkers."""
 
 
@@ -129,7 +129,7 @@ class NodeServices:
             robot = self._node.tf.lookup("map", "base_link")
         except TransformError:
             return False
-        return robot.distance(cast(PoseStamped, pose).pose.se2) <= AT_POSE
+        return robot.distance(cast(PoseStamped, pose).pose.se2) <= AT_POSE_DISTANCE
 
     def is_goal_occupied(self) -> bool:
         """Return whether the newest path ends beside its occupied goal, as the planner reported."""

@@ -16,7 +16,7 @@ SEGMENT = (1.0, 4.0)
 RELEASE_TIME = 0.3
 """Time for which the driver lets go of the controls between two speeds, s: after a stop for a sensor the robot
 waits for that."""
-LOOK_AHEAD = 0.8
+LOOK_AHEAD_DISTANCE = 0.8
 """Distance that a careful driver keeps free ahead, m."""
 CLEARANCE = 0.15
 """Clearance of the robot there that a careful driver wants, m."""
@@ -54,5 +54,5 @@ def _is_blocked(run: SimulatedRun) -> bool:
     """Return whether something is ahead, or beside the path ahead, by the ground truth."""
     assert run.safety.simulation is not None
     pose = run.safety.simulation.truth().pose
-    ahead = (pose @ type(pose)(distance, 0.0, 0.0) for distance in (0.3, LOOK_AHEAD))
+    ahead = (pose @ type(pose)(distance, 0.0, 0.0) for distance in (0.3, LOOK_AHEAD_DISTANCE))
     return any(run.safety.clearance(point) < CLEARANCE for point in ahead)

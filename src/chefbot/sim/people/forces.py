@@ -31,7 +31,7 @@ TURN_SHARPNESS, SLOW_SHARPNESS = 2.0, 3.0
 """Angular sharpness of turning and of slowing down (n and n'; Moussaid 2009)."""
 WALL_STRENGTH, WALL_RANGE = 3.0, 0.1
 """Repulsion of a wall at contact, m/s^2, and its range, m (a and b; Moussaid 2009)."""
-WALL_FAINT = 0.6
+FAINT_WALL_DISTANCE = 0.6
 """Distance beyond which people do not feel a wall, m."""
 BEHIND_WEIGHT, VIEW_COSINE = 0.5, -0.17364817766693033
 """Weight of what lies beyond 100 degrees to either side (c and cos(phi); Helbing & Molnar)."""
@@ -145,7 +145,7 @@ def weight_of_view(hx: float, hy: float, dx: float, dy: float) -> float:
 def force_of_walls(distance: Field, frame: Floats, x: float, y: float, radius: float) -> tuple[float, float]:
     """Return the acceleration by walls and furniture."""
     free = distance_at(distance, frame, x, y) - radius
-    if free > WALL_FAINT:
+    if free > FAINT_WALL_DISTANCE:
         return 0.0, 0.0
     ux, uy = away_from_obstacle(distance, frame, x, y)
     push = WALL_STRENGTH * exp_minus(max(free, 0.0) / WALL_RANGE)
@@ -169,7 +169,7 @@ def force_of_movers(leaves: Floats, discs: Floats, x: float, y: float, radius: f
 @njit(cache=True, nogil=True)
 def _repulsion(dx: float, dy: float, radius: float) -> tuple[float, float]:
     square = dx * dx + dy * dy
-    if square < 1e-12 or square > (radius + WALL_FAINT) ** 2:
+    if square < 1e-12 or square > (radius + FAINT_WALL_DISTANCE) ** 2:
         return 0.0, 0.0
     distance = math.sqrt(square)
     push = WALL_STRENGTH * exp_minus(max(distance - radius, 0.0) / WALL_RANGE) / distance

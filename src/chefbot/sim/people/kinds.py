@@ -17,23 +17,23 @@ from chefbot.sim.world.furniture import PERSON_RADIUS
 if TYPE_CHECKING:
     from chefbot.sim.people.people import SimulatedPeople
 
-TALK = (10.0, 30.0)
+TALK_TIME = (10.0, 30.0)
 """Time for which two people talk in a doorway, s."""
 TALK_DISTANCE = 0.4
 """Distance of each to the middle of the doorway, m."""
-HIDE = 40.0
+HIDE_TIME = 40.0
 """Time for which a person waits behind a corner for the robot, s."""
 STEP_OUT_DISTANCE = 2.0
 """Distance of the robot to the corner at which a person steps out, m."""
-SURPRISE = 2.0
+SURPRISE_TIME = 2.0
 """Time for which a person stands in front of the robot after stepping out, s."""
 FOLLOW_DISTANCE = 0.6
 """Metres that a follower leaves between itself and the robot."""
-BLOCK, LEAVE_ALONE = (4.0, 10.0), (8.0, 20.0)
+BLOCK_TIME, LEAVE_ALONE_TIME = (4.0, 10.0), (8.0, 20.0)
 """Times for which somebody blocks the robot, and then leaves it alone, s."""
 DOOR_WAIT = 4.0
 """Time after which a person no longer waits for a door, s."""
-BETWEEN_TASKS = 2
+DESTINATIONS_BETWEEN_TASKS = 2
 """Destinations that people visit between what their kind does."""
 
 
@@ -73,7 +73,7 @@ class Talker(SimulatedPerson):
             x, y = place.x + side * TALK_DISTANCE * place.ux, place.y + side * TALK_DISTANCE * place.uy
             yield from self.come_to(x, y, 0.1, 4.0)
             self.stand((place.x, place.y))
-            yield from self.pause(float(self.rng.uniform(*TALK)))
+            yield from self.pause(float(self.rng.uniform(*TALK_TIME)))
         self.meeting = None
 
 
@@ -118,7 +118,7 @@ class StepsOut(SimulatedPerson):
 
     def _wait(self, x: float, y: float) -> Doing:
         """Wait for the robot, then stand in its way for a moment."""
-        end = self.scene.now + HIDE
+        end = self.scene.now + HIDE_TIME
         self.stand((x, y))
         while self.scene.now < end:
             yield
@@ -126,7 +126,7 @@ class StepsOut(SimulatedPerson):
                 self.walkers.shy[self.number] = False
                 yield from self.come_to(x, y, 0.15, 3.0, self.scene.spec.fastest)
                 self.stand(self.scene.robot_seen)
-                yield from self.pause(SURPRISE)
+                yield from self.pause(SURPRISE_TIME)
                 self.walkers.shy[self.number] = self.scene.spec.avoid_robot
                 return
 
@@ -140,7 +140,7 @@ class PullsChairs(SimulatedPerson):
             free = [chair for chair in self.scene.chairs if chair.user is None]
             if free:
                 yield from self._use(free[int(self.rng.integers(len(free)))])
-            for _ in range(BETWEEN_TASKS):
+            for _ in range(DESTINATIONS_BETWEEN_TASKS):
                 yield from self.walk_about()
 
     def _use(self, task: ChairTask) -> Doing:
@@ -182,7 +182,7 @@ class UsesDoors(SimulatedPerson):
                     end = self.scene.now + DOOR_WAIT
                     while door.moving and self.scene.now < end:
                         yield
-            for _ in range(BETWEEN_TASKS):
+            for _ in range(DESTINATIONS_BETWEEN_TASKS):
                 yield from self.walk_about()
 
 
@@ -223,13 +223,13 @@ class Blocker(SimulatedPerson):
             yield from self.walk_until_seen()
             if self.scene.sees_robot(self.number):
                 yield from self._block()
-            end = self.scene.now + float(self.rng.uniform(*LEAVE_ALONE))
+            end = self.scene.now + float(self.rng.uniform(*LEAVE_ALONE_TIME))
             while self.scene.now < end:
                 yield from self.walk_about()
 
     def _block(self) -> Doing:
         """Stay in front of the robot."""
-        end = self.scene.now + float(self.rng.uniform(*BLOCK))
+        end = self.scene.now + float(self.rng.uniform(*BLOCK_TIME))
         yield from stay_before_robot(
             self, lambda: self.scene.now < end and self.scene.sees_robot(self.number)
         )

@@ -27,7 +27,7 @@ ARRIVAL_TIME = 0.5
 """Time in which people stop at their aim, s."""
 FORCE_STEPS = 2
 """Steps for which a force is kept."""
-LOOK_STEPS, NEAR_COURSE = 6, 0.3
+LOOK_STEPS, NEAR_COURSE_DISTANCE = 6, 0.3
 """Steps after which people look for their path again; distance to its next point at which they do at once, m."""
 TURNING_SHARE = 0.25
 """Share of the angle to the direction of motion by which the heading turns in a step."""
@@ -70,7 +70,7 @@ def _look_for_path(w: Walkers, s: Surroundings, i: int, due: bool) -> None:
         w.course[i] = w.aim[i]
         return
     dx, dy = w.course[i, 0] - w.position[i, 0], w.course[i, 1] - w.position[i, 1]
-    if due or dx * dx + dy * dy < NEAR_COURSE * NEAR_COURSE:
+    if due or dx * dx + dy * dy < NEAR_COURSE_DISTANCE * NEAR_COURSE_DISTANCE:
         x, y, costs = w.position[i, 0], w.position[i, 1], s.path_costs[w.destination[i]]
         px, py = next_point(costs, s.path_frame, s.distance, s.frame, x, y, PERSON_RADIUS)
         w.course[i, 0], w.course[i, 1] = px, py

@@ -22,7 +22,7 @@ REST = (1.0, 4.0)
 """Time for which people rest at a destination, s."""
 PATIENCE = (1.0, 2.5)
 """Time after which a person who does not get on steps aside, s."""
-STEP_ASIDE = (0.6, 1.4)
+STEP_ASIDE_DISTANCES = (0.6, 1.4)
 """Distances of the points to which people step aside, m."""
 ARRIVAL_DISTANCE = 0.35
 """Distance to a destination at which people have arrived, m."""
@@ -153,7 +153,7 @@ class SimulatedPerson:
         x, y = self.at
         floor, best, best_room = self.scene.floor, (x, y), -math.inf
         for ux, uy in self.rng.permutation(self.scene.directions)[:8].tolist():
-            reach = float(self.rng.uniform(*STEP_ASIDE))
+            reach = float(self.rng.uniform(*STEP_ASIDE_DISTANCES))
             px, py = x + reach * ux, y + reach * uy
             room = min(floor.free(px, py), self.scene.room_at(px, py, self.number))
             if room > best_room and floor.is_clear(x, y, px, py, PERSON_RADIUS):

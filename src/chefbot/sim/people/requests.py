@@ -19,7 +19,7 @@ BLOCK_DISTANCE = 0.4
 """Metres that somebody who blocks the robot leaves to it."""
 PLACES = ((0.4, 0.0), (-0.4, 0.0), (0.95, 0.3), (-0.95, -0.3), (0.95, -0.4), (-0.95, 0.4))
 """Where people stand in a doorway, the first comers first: along the passage through it and across it, m."""
-AT_PLACE = 0.12
+AT_PLACE_DISTANCE = 0.12
 """Distance up to which somebody stands at a place, m."""
 APPROACH_DISTANCE = 1.5
 """Distance to the middle of a doorway from which people go straight to their places, m."""
@@ -84,11 +84,11 @@ class PeopleRequests:
 def _stand_at(person: SimulatedPerson, number: int, place: SE2, middle: SE2) -> Doing:
     """Go to a place in a doorway and stay, turned to its middle."""
     while True:
-        if math.dist(person.at, place[:2]) <= AT_PLACE:
+        if math.dist(person.at, place[:2]) <= AT_PLACE_DISTANCE:
             person.stand(middle[:2])
             yield
-        elif math.dist(person.at, middle[:2]) < APPROACH_DISTANCE + AT_PLACE:
-            yield from person.come_to(place.x, place.y, AT_PLACE, 3.0)
+        elif math.dist(person.at, middle[:2]) < APPROACH_DISTANCE + AT_PLACE_DISTANCE:
+            yield from person.come_to(place.x, place.y, AT_PLACE_DISTANCE, 3.0)
         else:
             yield from person.travel(number, within=APPROACH_DISTANCE)
 
@@ -106,7 +106,7 @@ def stay_before_robot(person: SimulatedPerson, goes_on: Callable[[], bool]) -> D
     person.walkers.shy[person.number] = False
     while goes_on():
         x, y = scene.ahead_of_robot(scene.robot_radius + PERSON_RADIUS + BLOCK_DISTANCE)
-        if math.dist(person.at, (x, y)) > AT_PLACE and scene.floor.free(x, y) > PERSON_RADIUS:
+        if math.dist(person.at, (x, y)) > AT_PLACE_DISTANCE and scene.floor.free(x, y) > PERSON_RADIUS:
             person.approach(x, y, scene.spec.fastest)
         else:
             person.stand(scene.robot_seen)

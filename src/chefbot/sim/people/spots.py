@@ -36,7 +36,7 @@ DOORWAY_WIDTH = (0.55, 1.6)
 """Widths of a passage that counts as a doorway, m."""
 MIN_WIDENING, WIDENING_DISTANCE, ROOM_BEHIND = 0.6, 0.7, 1.0
 """A doorway is narrower by this than the floor at this distance on both sides, which is this deep; m."""
-HIDING_FREE = (0.26, 0.5)
+HIDING_DISTANCES = (0.26, 0.5)
 """Distances to the wall at which a person hides behind a corner, m."""
 MAX_CORNER_DISTANCE, CORNER_DEPTH = 0.9, 1.5
 """Largest distance to the edge of a corner, and the least depth of the floor behind it, m."""
@@ -156,7 +156,7 @@ def _find_corners(field: Field, frame: Floats, points: Floats, directions: Float
     for k in range(len(points)):
         x, y = points[k]
         wall = distance_at(field, frame, x, y)
-        if not HIDING_FREE[0] <= wall <= HIDING_FREE[1]:
+        if not HIDING_DISTANCES[0] <= wall <= HIDING_DISTANCES[1]:
             continue
         wx, wy = away_from_obstacle(field, frame, x, y)
         for n in range(count):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.errors import UserError
-from chefbot.maths.grid import OCCUPIED_FROM, Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 
 Floats = NDArray[np.float64]
@@ -38,8 +38,8 @@ class FreeFloor:
 
     def __init__(self, grid: Grid, radius: float, unknown_is_free: bool = False) -> None:
         self.grid, self.radius = grid, radius
-        known = (grid.cells >= 0) & (grid.cells < OCCUPIED_FROM)
-        self._free = grid.cells < OCCUPIED_FROM if unknown_is_free else known
+        known = (grid.cells >= 0) & (grid.cells < OCCUPIED_THRESHOLD)
+        self._free = grid.cells < OCCUPIED_THRESHOLD if unknown_is_free else known
         self._known = known if known.any() else self._free
 
     @cached_property

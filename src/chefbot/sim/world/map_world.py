@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chefbot.buildings.people_spec import NOBODY
 from chefbot.errors import UserError
-from chefbot.maths.grid import FREE, OCCUPIED, OCCUPIED_FROM, Grid
+from chefbot.maths.grid import FREE, OCCUPIED, OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.free_floor import FreeFloor
 from chefbot.sim.world.furniture import ceiling_shape
@@ -70,7 +70,7 @@ class MapWalls:
     """The walls of a map: solid (h, w), its solid cells, and boxes that cover these."""
 
     def __init__(self, grid: Grid, unknown: UnknownCells) -> None:
-        self._grid, self.solid = grid, grid.cells >= OCCUPIED_FROM
+        self._grid, self.solid = grid, grid.cells >= OCCUPIED_THRESHOLD
         if unknown == "wall":
             self.solid |= grid.cells < 0
         elif unknown == "auto":

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from chefbot.slam.graph.surface_grid import CELL, transformed
 
-_BEFORE_SURFACE = 0.3
+_SURFACE_MARGIN = 0.3
 """Part of a ray before its end that is not counted as free, m."""
 _MAX_RAY = 20.0
 """Part of a ray that is drawn, m."""
@@ -32,7 +32,7 @@ def _draw(sensor, ends, origin, free):  # type: ignore[no-untyped-def]
     for i in range(len(ends)):
         dx, dy = (ends[i, 0] - origin[0]) / CELL - x0, (ends[i, 1] - origin[1]) / CELL - y0
         length = math.hypot(dx, dy)
-        stop = min(length - _BEFORE_SURFACE / CELL, _MAX_RAY / CELL)
+        stop = min(length - _SURFACE_MARGIN / CELL, _MAX_RAY / CELL)
         for k in range(int(max(stop, 0.0))):
             column, row = math.floor(x0 + dx * k / length), math.floor(y0 + dy * k / length)
             if column >= 0 and row >= 0 and column < width and row < height:

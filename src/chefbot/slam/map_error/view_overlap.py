@@ -13,7 +13,7 @@ from chefbot.slam.map_error.keyframes import BINS, REACH, Floats, Keyframes
 
 MAX_DISTANCE = 8.0
 """Distance up to which two keyframes are compared, m."""
-OTHER_PASS = 5.0
+OTHER_PASS_TRAVEL = 5.0
 """Travel from which a keyframe belongs to another pass, m: closer ones share the error of the mapper."""
 MIN_COSINE = 0.3
 """Of the angle of incidence; the distance of a grazed wall is uncertain."""
@@ -61,7 +61,7 @@ def overlaps_of(frames: Keyframes) -> Overlaps:
 def _pairs(frames: Keyframes) -> NDArray[np.int64]:
     n, path = len(frames), frames.poses[:, :2]
     distance = np.hypot(*(path[:, None] - path[None]).transpose(2, 0, 1))
-    other = np.abs(frames.travel[:, None] - frames.travel[None]) >= OTHER_PASS
+    other = np.abs(frames.travel[:, None] - frames.travel[None]) >= OTHER_PASS_TRAVEL
     other |= frames.drive[:, None] != frames.drive[None]
     wanted = other & (distance <= MAX_DISTANCE)
     wanted[np.arange(n - 1), np.arange(1, n)] = True

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from chefbot.maths.grid import OCCUPIED_FROM, Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 
 WIDTH = 8.0
@@ -48,7 +48,7 @@ def _map_about(grid: Grid, x: float, y: float) -> NDArray[np.uint8]:
     inside = np.logical_and.outer((rows >= 0) & (rows < height), (columns >= 0) & (columns < width))
     colours = np.full((PIXELS, PIXELS, 3), UNKNOWN_COLOUR, np.uint8)
     colours[inside & (values >= 0)] = FREE_COLOUR
-    colours[inside & (values >= OCCUPIED_FROM)] = WALL_COLOUR
+    colours[inside & (values >= OCCUPIED_THRESHOLD)] = WALL_COLOUR
     return colours
 
 

@@ -7,7 +7,7 @@ import math
 from chefbot.design.export.ros2.annotated_yaml import Explained, Tree, rounded, short
 from chefbot.design.export.ros2.derived_nav_params import Figures
 
-CLEAR_BEYOND = 0.5
+EXTRA_CLEARING_RANGE = 0.5
 """Metres by which the clearing range exceeds the marking range, so that marks at its end are cleared."""
 
 
@@ -70,7 +70,10 @@ def _obstacles(figures: Figures) -> Tree:
 
 def _source(figures: Figures, topic: str, range_min: float, useful: float = math.inf) -> Tree:
     mark = min(figures.obstacle_range.number, useful)
-    clear = min(mark + CLEAR_BEYOND, figures.scan_sensor.far if useful == math.inf else useful + CLEAR_BEYOND)
+    clear = min(
+        mark + EXTRA_CLEARING_RANGE,
+        figures.scan_sensor.far if useful == math.inf else useful + EXTRA_CLEARING_RANGE,
+    )
     return {
         "topic": topic,
         "data_type": "LaserScan",
@@ -81,7 +84,8 @@ def _source(figures: Figures, topic: str, range_min: float, useful: float = math
         "obstacle_max_range": Explained(rounded(mark), figures.obstacle_range.derivation),
         "raytrace_min_range": 0.0,
         "raytrace_max_range": Explained(
-            rounded(clear), f"{CLEAR_BEYOND:g} m more than obstacle_max_range, the sensor's range at most"
+            rounded(clear),
+            f"{EXTRA_CLEARING_RANGE:g} m more than obstacle_max_range, the sensor's range at most",
         ),
         "max_obstacle_height": figures.obstacle_height.explained(),
         "min_obstacle_height": 0.0,

@@ -101,7 +101,7 @@ def parts(grid: Grid, params: AmclParams, n: int, repeats: int) -> list[tuple[fl
         milliseconds(lambda: odometry_motion.move(particles.copy(), STEP, params, rng), repeats),
         milliseconds(lambda: field.log_likelihoods(particles, points), repeats),
         milliseconds(temper, repeats),
-        milliseconds(lambda: resampling.resample(particles, even, bins, params, rng, n), repeats),
+        milliseconds(lambda: resampling.resample(particles, even, bins, params, rng, n, n), repeats),
         milliseconds(lambda: clusters.heaviest(particles, even, bins), repeats),
     ]
 

@@ -21,6 +21,7 @@ from tests.lidar.wires import OPEN, Wire, room
 
 from chefbot.lidar.laser_scan import scan_of
 from chefbot.lidar.models import LIDARS
+from chefbot.lidar.own_body import OwnBody
 from chefbot.lidar.revolutions import Samples
 from chefbot.lidar.session import LidarError
 from chefbot.robot.load import load_robot
@@ -95,6 +96,7 @@ def cpu_share(driver: str, seconds: float = 20.0) -> float:
     """Return the share of a core that decoding and scans of clean bytes take."""
     wire, robot = Wire(driver), load_robot("chefbot_lidar")
     assert robot.sensors.lidar is not None
+    own_body = OwnBody(robot.sensors.lidar, robot.footprint)
     wire.start()
     frames = []
     while (wire.now_ns - 1_000_000_000) / 1e9 < seconds:
@@ -105,7 +107,7 @@ def cpu_share(driver: str, seconds: float = 20.0) -> float:
         some = frames[first : first + 4]
         for part in session.receive_data(b"".join(data for data, _ in some), some[-1][1]):
             for revolution in revolutions.push(part):
-                scan_of(revolution, robot.sensors.lidar, "laser")
+                scan_of(revolution, robot.sensors.lidar, own_body, "laser")
     return (time.process_time() - begun) / seconds
 
 

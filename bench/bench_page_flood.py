@@ -46,10 +46,10 @@ from chefbot.demo.processes import cpu_seconds  # noqa: E402
 from chefbot.msgs.chefbot_msgs import WheelSpeeds  # noqa: E402
 from chefbot.ros2.rmw.node import RmwNode  # noqa: E402
 from chefbot.ui.access.client_slots import ESTABLISHED_TIME  # noqa: E402
-from chefbot.ui.access.visitors import OPERATOR, TokenKey  # noqa: E402
+from chefbot.ui.access.visitors import ENGINEER, TokenKey  # noqa: E402
 
 SECRET = "a secret for this measurement only"
-COOKIE = f"chefbot={TokenKey(SECRET).token(OPERATOR)}"
+COOKIE = f"chefbot={TokenKey(SECRET).token(ENGINEER)}"
 PATIENCE = 180.0
 LAUNCH = """
 clock: wall

@@ -114,14 +114,16 @@ def main() -> None:
         with open_tab(f"http://127.0.0.1:{network.port}/", NO_GPU) as tab:
             tab.wait_for("!document.body.classList.contains('offline')")
             phone = Phone(tab, network, robot)
-            for _ in range(count):
+            for number in range(count):
+                if number % 50 == 0:
+                    print(f"{number} of {count} presses", flush=True)
                 fault = rng.choice(FAULTS)
                 presses[fault].append(press(phone, fault, rng))
                 phone.release()
     finally:
         network.close()
         robot.stop()
-    print_table(presses)
+        print_table(presses)  # also of a run that was interrupted
 
 
 if __name__ == "__main__":

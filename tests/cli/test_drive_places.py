@@ -7,8 +7,10 @@ import math
 import pytest
 from tests.support.fake_robot import fake_robot
 from tests.support.waiting import PATIENCE
+from typer.testing import CliRunner
 
 from chefbot.cli import running_robot
+from chefbot.cli.drive.commands import drive_app
 from chefbot.cli.drive.places import print_places, put_place, remove_place
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_maps import MapEditResult
@@ -71,3 +73,9 @@ def test_a_place_is_removed_and_the_others_are_listed(capsys: pytest.CaptureFixt
         assert isinstance(sent, DeletePlace) and sent.name == "table_1"
         print_places(robot.url)
     assert "table_2          (3.00, 0.00) m, 0 degrees  窗边 2\n" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("arguments", [["--remove"], ["bar", "1", "2", "--remove"]])
+def test_remove_needs_a_name_and_no_pose(arguments: list[str]) -> None:
+    result = CliRunner().invoke(drive_app, ["place", *arguments])
+    assert isinstance(result.exception, UserError) and "--remove needs" in str(result.exception)

@@ -8,7 +8,7 @@ import numpy as np
 
 from chefbot.msgs.idl.constraints import per_field
 from chefbot.msgs.idl.message import Int8Array, Int32, Message, Uint32
-from chefbot.msgs.nav_msgs import MAX_CELLS
+from chefbot.msgs.nav_msgs import MAX_CELLS, cell_values
 from chefbot.msgs.std_msgs import Header
 
 _NO_CELLS = np.empty(0, np.int8)
@@ -18,9 +18,7 @@ def patch_cells(patch: Any) -> str:
     """Require that the patch's size fits its data, and that each cell is -1 or 0 to 100."""
     if len(patch.data) != patch.width * patch.height:
         return f"data has {len(patch.data)} cells, but the patch has {patch.width} x {patch.height}"
-    if len(patch.data) and (patch.data.min() < -1 or patch.data.max() > 100):
-        return "data holds cells that are neither -1 (unknown) nor 0 to 100 percent"
-    return ""
+    return cell_values(patch.data)
 
 
 class OccupancyGridUpdate(Message, frozen=True, eq=False):

@@ -51,7 +51,12 @@ def map_cells(grid: Any) -> str:
         return f"info: {info.width} x {info.height} cells of {info.resolution:g} m take too long; use larger cells"
     if n != info.width * info.height:
         return f"data has {n} cells, but the map has {info.width} x {info.height}"
-    if grid.data.min() < -1 or grid.data.max() > 100:
+    return cell_values(grid.data)
+
+
+def cell_values(data: NDArray[np.int8]) -> str:
+    """Require that each cell is -1 or 0 to 100."""
+    if len(data) and (data.min() < -1 or data.max() > 100):
         return "data holds cells that are neither -1 (unknown) nor 0 to 100 percent"
     return ""
 

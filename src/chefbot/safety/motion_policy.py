@@ -30,7 +30,7 @@ class Restriction(Enum):
     CREEP = "creep"
     """Stop; an operator may creep once he has let go of the stick."""
     STOP = "stop"
-    """Stop, whoever commands: the motors are off."""
+    """Stop, regardless of who commands: the motors are off."""
 
 
 class SensorVerdict(NamedTuple):

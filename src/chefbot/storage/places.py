@@ -123,12 +123,12 @@ def find_place(query: str, places: Collection[str], labels: Mapping[str, str] | 
     if labelled:
         raise UserError(f"several places are called {query!r}: {', '.join(labelled)}")
     name = name_of_place(query)
-    if name not in places and "," in query:
+    if name in places:
+        return name
+    if "," in query:
         raise UserError(f"there is no place called {query!r}; separate several by spaces")
-    if name not in places:
-        hint = f" (known: {', '.join(sorted(places))})" if query.isdigit() else name_hint(name, places)
-        raise UserError(f"there is no place called {query!r}{hint}")
-    return name
+    hint = f" (known: {', '.join(sorted(places))})" if query.isdigit() else name_hint(name, places)
+    raise UserError(f"there is no place called {query!r}{hint}")
 
 
 def name_of_place(query: str) -> str:

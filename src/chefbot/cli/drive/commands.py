@@ -9,6 +9,7 @@ import typer
 
 from chefbot.cli.command_group import new_group
 from chefbot.cli.parameters import JOIN, PAGE, WEB_UI
+from chefbot.errors import UserError
 
 drive_app = new_group("Drive: keyboard, gamepad, goals, deliveries, emergency stop.")
 _KEY_VALUES = typer.Argument(help="arguments of the launch, key:=value ...")
@@ -119,6 +120,8 @@ def place(
     """Store where the robot is, or a pose, as a named place of its map; without a name, list the places."""
     from chefbot.cli.drive.places import print_places, put_place, remove_place
 
+    if remove and (pose or not name):
+        raise UserError("--remove needs the name of a place, and no pose")
     if not name:
         print_places(page)
     elif remove:

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from chefbot.cli import running_robot
 from chefbot.cli.drive.goals import pose_of
-from chefbot.cli.running_robot import known_places, pose_text
+from chefbot.cli.running_robot import ADD_PLACES, known_places, pose_text
 from chefbot.delivery.status_messages import display_name
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
@@ -52,9 +52,7 @@ def print_places(page: str) -> None:
         label = f"  {labels[name]}" if name in labels else ""
         console.print(f"{name:16} {pose_text(at)}{label}")
     if not places:
-        console.print(
-            "The map has no named places; `chefbot drive place NAME` stores where the robot is as one."
-        )
+        console.print(f"The robot has no named places; {ADD_PLACES}.")
 
 
 def _robot_pose(robot: WebUiClient) -> SE2:

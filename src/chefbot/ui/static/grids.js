@@ -86,7 +86,7 @@ function tintWhenSettled(view, grid) {
     const found = findRooms(grid, (value) => value >= 0 && value < FREE_BELOW, isOccupied);
     rooms = { grid: found, image: found && picture(found, roomColours()), timer: null };
     view.refresh();
-  }, rooms.image ? SETTLED : 0);
+  }, latest ? SETTLED : 0);
 }
 
 function roomColours() {

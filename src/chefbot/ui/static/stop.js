@@ -74,6 +74,7 @@ export class StopPress {
 
   forget() {
     this.id = null;
+    for (const request of this.requests) request.abort();   // one that is under way must not stop the robot later
     this.store.removeItem(STORAGE_KEY);
     this.changed();
   }

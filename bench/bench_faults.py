@@ -87,7 +87,7 @@ class FaultRecord:
             for status in message.status:
                 if status.level and status.message:
                     self._add(status.message, time)
-        elif publication.topic in ("simulation/remark", "base/remark"):
+        elif publication.topic in ("simulation/notice", "base/notice"):
             self._add(message.data, time)
         elif publication.topic == "navigation_status" and message.reason:
             self._add(message.reason, time)

@@ -322,7 +322,7 @@ def main() -> None:
             for name in ATTACKS:
                 print(measure(name, launch, node, (host, port), seconds), flush=True)
             lost = re.findall(r"process page .*", launch.stop())
-            print(f"remarks about the web UI's process: {lost or 'none'}")
+            print(f"notices about the web UI's process: {lost or 'none'}")
 
 
 def _serves(host: str, port: int) -> bool:

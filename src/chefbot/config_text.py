@@ -11,13 +11,13 @@ DECIMALS = 12
 """Decimals of a number in a file: more than any quantity has, fewer than a rounding error has."""
 
 
-def yaml_text(data: dict[str, Any], remark: str) -> str:
+def yaml_text(data: dict[str, Any], comment: str) -> str:
     """Return the YAML text of a file's sections, one element a line.
 
-    remark: a comment for its first lines.
+    comment: text of its first lines.
     """
-    comment = "".join(f"# {line}\n" for line in remark.splitlines())
-    return comment + "".join(_section(key, value) for key, value in data.items())
+    header = "".join(f"# {line}\n" for line in comment.splitlines())
+    return header + "".join(_section(key, value) for key, value in data.items())
 
 
 def plain_sections(struct: msgspec.Struct) -> dict[str, Any]:

@@ -175,7 +175,7 @@ def test_the_driver_recognizes_the_board_by_its_lines(port: tuple[str, ChapterBo
         driven.until(lambda: abs(board.left_speed - 0.1) < 0.02, "the speed")
         driven.speed = None
         driven.until(lambda: board.duty == [0, 0], "a stop")
-        remarks = [message.data for message in driven.received["board/remark"]]  # type: ignore[attr-defined]
-        assert any(NOTICE in text for text in remarks)
+        notices = [message.data for message in driven.received["board/notice"]]  # type: ignore[attr-defined]
+        assert any(NOTICE in text for text in notices)
     finally:
         driven.device.stop()

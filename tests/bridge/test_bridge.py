@@ -111,10 +111,10 @@ def test_invalid_messages_are_reported_and_not_delivered(port: int) -> None:
         assert logs.get(timeout=PATIENCE).msg.startswith("/count: ")
 
 
-def test_remarks_are_published_on_rosout(port: int) -> None:
+def test_notices_are_published_on_rosout(port: int) -> None:
     with running(port, "doubler") as one:
         logs = one.subscribe("/rosout", Log, ROSOUT)
-        one.system.loop.post(lambda: one.system.loop.publish("x/remark", String("mind the step"), "doubler"))
+        one.system.loop.post(lambda: one.system.loop.publish("x/notice", String("mind the step"), "doubler"))
         log = logs.get(timeout=PATIENCE)
         assert (log.name, log.msg) == ("doubler", "mind the step")
 
@@ -123,18 +123,18 @@ def test_remarks_are_published_on_rosout(port: int) -> None:
 def test_a_cmd_vel_publisher_is_named_the_right_topic_once(port: int) -> None:
     with running(port, "base") as one:
         logs = one.subscribe("/rosout", Log, ROSOUT)
-        remarks: list[str] = []
+        notices: list[str] = []
         one.system.loop.add_observer(
-            lambda one: remarks.append(one.message.data) if one.topic == "wire/remark" else None
+            lambda one: notices.append(one.message.data) if one.topic == "wire/notice" else None
         )
         one.outsider.publisher("/cmd_vel", Twist)
         sentence = "/outsider publishes on cmd_vel, which the drive base ignores: drive by cmd_vel_teleop"
         wait_for(lambda: any(log.msg == sentence for log in list(logs.queue)))
         one.outsider.publisher("/another", Twist)  # the crowd changes, and is looked at again
         looked = len(one.wire.graph.topics())
-        wait_for(lambda: remarks)
+        wait_for(lambda: notices)
         wait_for(lambda: len(one.wire.graph.topics()) >= looked)
-        assert remarks == [f"Warning: {sentence}."]
+        assert notices == [f"Warning: {sentence}."]
 
 
 def test_a_late_node_receives_latched_external_messages(port: int) -> None:

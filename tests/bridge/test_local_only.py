@@ -45,11 +45,11 @@ def test_the_wheels_follow_local_processes_only(port: int) -> None:
         assert obeyed.get().data == 2.0
 
 
-def test_a_second_map_is_refused_with_a_remark(port: int) -> None:
+def test_a_second_map_is_refused_with_a_notice(port: int) -> None:
     with running(port, "map_server", "map_user") as one:
-        remarks: list[str] = []
+        notices: list[str] = []
         one.system.loop.add_observer(
-            lambda one: remarks.append(one.message.data) if one.topic == "wire/remark" else None
+            lambda one: notices.append(one.message.data) if one.topic == "wire/notice" else None
         )
         stranger = one.outsider.publisher("/map", OccupancyGrid, TRANSIENT_LOCAL_QOS)
         # both know of each other: a map from nobody known might be the robot's own
@@ -58,5 +58,5 @@ def test_a_second_map_is_refused_with_a_remark(port: int) -> None:
             OccupancyGrid.of(Header.of(0, "map"), Grid(np.zeros((2, 2), np.int8), 0.05, 0.0, 0.0))
         )
         sentence = "/map: /outsider may not publish this: only the robot's own launch; stop one of them"
-        wait_for(lambda: remarks)
-        assert remarks == [f"Warning: message rejected: {sentence}."]
+        wait_for(lambda: notices)
+        assert notices == [f"Warning: message rejected: {sentence}."]

@@ -58,13 +58,13 @@ def test_diagnostics_are_logged_only_when_they_change(reports: list[tuple[int, s
     assert {log.name for log in logs} <= {"robot1.base"}
 
 
-def test_remarks_are_logged_as_information() -> None:
+def test_notices_are_logged_as_information() -> None:
     one, logs = rosout()
-    remark = publication("base/remark", String("Stopped."), 5)
-    one.log_publication(remark)
-    one.log_publication(publication("other", String("no remark")))
+    notice = publication("base/notice", String("Stopped."), 5)
+    one.log_publication(notice)
+    one.log_publication(publication("other", String("no notice")))
     assert [(log.level, log.msg, log.stamp.ns) for log in logs] == [(INFO, "Stopped.", 5)]
-    assert is_for_operator(remark) and not is_for_operator(publication("other", String()))
+    assert is_for_operator(notice) and not is_for_operator(publication("other", String()))
 
 
 def test_progress_is_published_once_per_period() -> None:
@@ -94,10 +94,10 @@ def test_progress_is_published_once_per_period() -> None:
 def test_a_silent_robot_is_a_lost_link(monkeypatch: pytest.MonkeyPatch) -> None:
     wall = [0]
     monkeypatch.setattr(operator_link, "wall_ns", lambda: wall[0])
-    link, remarks = list[str](), list[str]()
+    link, notices = list[str](), list[str]()
     device: Any = LinkMonitorDevice.__new__(LinkMonitorDevice)
     device.link = SimpleNamespace(publish=lambda message: link.append(message.data))
-    device.remark = SimpleNamespace(publish=lambda message: remarks.append(message.data))
+    device.notice = SimpleNamespace(publish=lambda message: notices.append(message.data))
     device.start()
     for seconds, message in ((0.5, True), (1.4, False), (3.0, False), (3.1, True)):
         wall[0] = round(seconds * 1e9)
@@ -105,7 +105,7 @@ def test_a_silent_robot_is_a_lost_link(monkeypatch: pytest.MonkeyPatch) -> None:
             device.on_cmd_vel(Twist())
         device.publish_state()
     assert [bool(text) for text in link] == [False, False, True, False]
-    assert remarks == ["Connection to the robot lost.", "Connection to the robot restored."]
+    assert notices == ["Connection to the robot lost.", "Connection to the robot restored."]
     assert LINK_TIMEOUT < 1.6
 
 

@@ -61,7 +61,7 @@ def test_the_same_seed_gives_the_same_text(kind: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_text_of_a_world_is_read_back_as_it_was(kind: str) -> None:
     spec = building(kind, 7, holes=1, mirrors=2, glass=0.2)
-    read = parse_world(world_text(spec, "a remark").encode(), "text")
+    read = parse_world(world_text(spec, "a notice").encode(), "text")
     built = world_of(spec)
     assert (read.static, read.doors, read.places) == (built.static, built.doors, built.places)
     assert (read.holes, read.carpets) == (built.holes, built.carpets)

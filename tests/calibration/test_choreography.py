@@ -19,7 +19,7 @@ from chefbot.calibration.choreography import (
 )
 from chefbot.calibration.params import CalibratorParams
 from chefbot.calibration.record import SCANS_PER_STATION, MotionRecorder, mean_pose
-from chefbot.calibration.steps import CalibrationDriveError, Look, Remark, Straight, Turn
+from chefbot.calibration.steps import CalibrationDriveError, Look, Notice, Straight, Turn
 from chefbot.calibration.wiring import board_error
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -41,7 +41,7 @@ class Room:
         self.pose, self.counts = IDENTITY, np.zeros(2)
         self.ticks_per_metre = TICKS_PER_METRE
         self.choreography = Choreography(ROBOT, CalibratorParams(squares=1), reach)
-        self.steps: list[Remark | Straight | Turn | Look] = []
+        self.steps: list[Notice | Straight | Turn | Look] = []
 
     def scan(self) -> LaserScan:
         x, y = np.cos(self.pose.yaw + ANGLES), np.sin(self.pose.yaw + ANGLES)
@@ -56,7 +56,7 @@ class Room:
             Header(), -math.pi, float(ANGLES[-1]), step, 0.0, 0.1, 0.1, 12.0, ranges.astype(np.float32)
         )
 
-    def take(self, step: Remark | Straight | Turn | Look) -> None:
+    def take(self, step: Notice | Straight | Turn | Look) -> None:
         self.steps.append(step)
         if isinstance(step, Straight):
             self._move(SE2(step.metres, 0.0, 0.0), step.metres, step.metres)
@@ -96,8 +96,8 @@ def test_the_drive_ends_where_its_squares_began() -> None:
     assert [leg.stations for leg in drive.legs] == [(i, i + 1) for i in range(len(drive.legs))]
     looks = [step for step in room.steps if isinstance(step, Look)]
     assert [look.ends_leg for look in looks] == [False] + [True] * len(drive.legs)
-    remarks = [step.sentence for step in room.steps if isinstance(step, Remark)]
-    assert len(remarks) == 5 and "Square 2 of 2 to check it" in remarks[-1]
+    notices = [step.sentence for step in room.steps if isinstance(step, Notice)]
+    assert len(notices) == 5 and "Square 2 of 2 to check it" in notices[-1]
     first, last = drive.squares[0].legs[0].begin, drive.squares[0].legs[-1].end
     assert first.distance(last) <= HOME_DISTANCE and abs(wrap(first.yaw - last.yaw)) <= HOME_ANGLE
 

@@ -112,8 +112,8 @@ class RandomMessages:
         self.navigation = NavigationStatus()
         self.counts: Counter[str] = Counter()
         self.rejected: Counter[str] = Counter()
-        self.remarks: dict[str, int] = {}
-        """The time at which each remark, state of navigation and diagnostic that is not OK was last published."""
+        self.notices: dict[str, int] = {}
+        """The time at which each notice, state of navigation and diagnostic that is not OK was last published."""
         self.invalid_own: Counter[str] = Counter()
         self.slow: dict[str, tuple[float, list[str]]] = {}
         """By callback, the longest CPU time above its limit, ms, and the topics of the messages of its step."""
@@ -131,11 +131,11 @@ class RandomMessages:
             self.truth = publication.message.pose.pose.se2
         elif isinstance(publication.message, NavigationStatus):
             self.navigation = publication.message
-            self.remarks[f"{publication.message.state} {publication.message.reason}"] = publication.time_ns
-        elif publication.topic.endswith("/remark") and isinstance(publication.message, String):
-            self.remarks[publication.message.data] = publication.time_ns
+            self.notices[f"{publication.message.state} {publication.message.reason}"] = publication.time_ns
+        elif publication.topic.endswith("/notice") and isinstance(publication.message, String):
+            self.notices[publication.message.data] = publication.time_ns
         elif isinstance(publication.message, DiagnosticArray):
-            self.remarks.update(
+            self.notices.update(
                 {
                     f"{x.name}: {x.message}": publication.time_ns
                     for x in publication.message.status
@@ -228,7 +228,7 @@ class RandomMessages:
         loop.run(until_ns=loop.now_ns + STEP_NS)  # the last messages are delivered
         for message in static_transforms:
             loop.publish("tf_static", message, "operator", from_device=True, latched=True)
-        self.remarks.clear()
+        self.notices.clear()
         for pressed in (True, False):  # this also resets a board that has stopped by itself
             loop.publish("stop_request", Bool(pressed), "operator", from_device=True)
             loop.run(until_ns=loop.now_ns + STEP_NS)
@@ -314,7 +314,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             home = SE2(0.0, 0.0, 0.0)
             goal = home if messages.truth.distance(home) > 0.5 else SE2(0.6, 0.0, 0.0)
             result["goal_distance"] = messages.distance_after_driving_to(goal)
-            result["remarks"] = {text: at / 1e9 for text, at in list(messages.remarks.items())[-20:]}
+            result["notices"] = {text: at / 1e9 for text, at in list(messages.notices.items())[-20:]}
             result["state"] = f"{messages.navigation.state} {messages.navigation.reason}"
         assert system.faults is not None
         result["faults"] = dict(system.faults.counts)

@@ -30,17 +30,17 @@ def test_localization_that_sends_no_pose_is_named() -> None:
 
 
 @given(st.lists(st.sampled_from(["", "No scan.", LOST]), max_size=40))
-def test_a_remark_comes_with_each_change_and_only_then(reasons: list[str]) -> None:
+def test_a_notice_comes_with_each_change_and_only_then(reasons: list[str]) -> None:
     waiting, previous = WaitingState(), ""
     for reason in reasons:
         if reason:
             waiting.wait(reason, 0.1)
         else:
             waiting.resume()
-        remark = waiting.take_remark()
-        assert bool(remark) == (reason != previous)
-        assert not remark or reason in remark
-        assert not waiting.take_remark() and waiting.reason == reason
+        notice = waiting.new_notice()
+        assert bool(notice) == (reason != previous)
+        assert not notice or reason in notice
+        assert not waiting.new_notice() and waiting.reason == reason
         previous = reason
 
 

@@ -64,7 +64,7 @@ def test_the_same_seed_gives_the_same_text() -> None:
 @pytest.mark.parametrize("seed", [1, 3, 5])
 def test_the_file_of_a_robot_gives_that_robot(seed: int) -> None:
     one = generated(seed)
-    assert parse_robot(one.text("a remark").encode(), Path("robot.yaml")) == one.robot
+    assert parse_robot(one.text("a notice").encode(), Path("robot.yaml")) == one.robot
 
 
 @pytest.mark.slow

@@ -147,9 +147,9 @@ def test_colours_friction_and_the_document_are_complete() -> None:
     model = ET.Element("model", name="x")
     add_material(model, (0.1, 0.2, 0.3, 1.0))
     add_friction(model, 0.6)
-    root = ET.fromstring(sdf_document(model, "a remark"))
+    root = ET.fromstring(sdf_document(model, "a notice"))
     assert root.tag == "sdf" and re.fullmatch(r"1\.\d+", root.attrib["version"])
-    assert "<!-- a remark -->" in sdf_document(model, "a remark")
+    assert "<!-- a notice -->" in sdf_document(model, "a notice")
     assert "<!--" not in sdf_document(model)
     assert (
         root.findtext("model/material/ambient") == root.findtext("model/material/diffuse") == "0.1 0.2 0.3 1"

@@ -78,9 +78,9 @@ def test_a_drive_is_driven_and_found_after_a_pulled_cable(protocol: str, tmp_pat
         driven.speed = 0.12
         driven.until(lambda: last_ticks(driven) > 300, "the wheels to turn")
         plugged.unplug()
-        remarks = driven.received["board/remark"]
+        notices = driven.received["board/notice"]
         driven.until(
-            lambda: any("looking" in one.data for one in remarks if isinstance(one, String)), "the loss"
+            lambda: any("looking" in one.data for one in notices if isinstance(one, String)), "the loss"
         )
         again, count = PluggedDrive(protocol, port), len(driven.received["wheel_ticks"])
         driven.until(lambda: len(driven.received["wheel_ticks"]) > count + 5, "ticks again")

@@ -128,7 +128,7 @@ def test_a_silent_base_is_stopped_and_reported() -> None:
     assert base.twist == (0.0, 0.0) and base.messages("board_connected")[-1].data is False
     level, text = base.health()
     assert level == ERROR and text.startswith("No odometry on base/odom/unfiltered")
-    assert base.messages("board/remark")[-1].data.endswith("sends no odometry; the robot stands.")
+    assert base.messages("board/notice")[-1].data.endswith("sends no odometry; the robot stands.")
     base.answers = True
     base.run(0.5, (4.0, 4.0))
     assert base.twist == (0.0, 0.0) and base.messages("board_connected")[-1].data is True

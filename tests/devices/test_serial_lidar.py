@@ -90,7 +90,7 @@ def test_a_lidar_is_found_again_at_another_port(port: Path) -> None:
         robot.until(lambda: len(robot.scans) >= 2 and robot.health.level == OK, "scans")
         plugged.unplug()
         robot.until(lambda: robot.health.level == ERROR, "the loss")
-        assert any("broke" in one.data for one in robot.messages["lidar/remark"] if isinstance(one, String))
+        assert any("broke" in one.data for one in robot.messages["lidar/notice"] if isinstance(one, String))
         again = PluggedLidar("rplidar_c1", port)
         count = len(robot.scans)
         robot.until(lambda: robot.health.level == OK and len(robot.scans) > count + 1, "scans again")

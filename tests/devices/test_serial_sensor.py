@@ -49,8 +49,8 @@ class Thermometer:
         return newest  # type: ignore[no-any-return]
 
     @property
-    def remarks(self) -> list[str]:
-        return [one.data for one in self.runner.messages("remark")]
+    def notices(self) -> list[str]:
+        return [one.data for one in self.runner.messages("notice")]
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def test_a_sensor_is_missing_found_and_healthy(thermometer: Thermometer) -> None
     assert status.hardware_id == "/dev/ttyUSB3"
     values = {one.key: one.value for one in status.values}
     assert values == {"driver": "Acme T1", "thermometer": "version 7", "temperatures": "1"}
-    assert thermometer.remarks == ["Thermometer at /dev/ttyUSB3."]
+    assert thermometer.notices == ["Thermometer at /dev/ttyUSB3."]
 
 
 def test_silence_and_damaged_packets_are_reported(thermometer: Thermometer) -> None:
@@ -87,14 +87,14 @@ def test_a_lost_sensor_is_looked_for_and_its_data_are_ignored(thermometer: Therm
     status = thermometer.status(b"21.5")
     assert (status.level, status.message) == (ERROR, "The cable is out.")
     assert {one.key: one.value for one in status.values}["temperatures"] == "0"
-    assert thermometer.remarks[-1] == "The cable is out; looking for it again."
+    assert thermometer.notices[-1] == "The cable is out; looking for it again."
     thermometer.device._on_open("/dev/ttyUSB4")
     assert thermometer.status(b"21.5").level == OK
 
 
-def test_a_search_without_result_is_remarked_once(thermometer: Thermometer) -> None:
+def test_a_search_without_result_is_reported_once(thermometer: Thermometer) -> None:
     for _ in range(3):
         thermometer.device._on_missing("no port sends temperatures")
     status = thermometer.status()
     sentence = "No thermometer found: no port sends temperatures."
-    assert (status.level, status.message) == (ERROR, sentence) and thermometer.remarks == [sentence]
+    assert (status.level, status.message) == (ERROR, sentence) and thermometer.notices == [sentence]

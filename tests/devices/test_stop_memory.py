@@ -60,14 +60,14 @@ class Life:
         self.loop = Loop(StepClock())
         self.system = NodeContainer(self.loop, robot, 1)
         self.states: list[bool] = []
-        self.remarks: list[str] = []
+        self.notices: list[str] = []
         self.loop.subscribe("emergency_stop", "test", lambda one: self.states.append(one.data))  # type: ignore[attr-defined]
-        self.loop.subscribe("memory/remark", "test", lambda one: self.remarks.append(one.data))  # type: ignore[attr-defined]
+        self.loop.subscribe("memory/notice", "test", lambda one: self.notices.append(one.data))  # type: ignore[attr-defined]
         nodes = {
             "base": NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode"),
             "memory": NodeEntry(
                 kind="chefbot.devices.stop_memory:EmergencyStopStore",
-                remap={"stop_memory/remark": "memory/remark"},
+                remap={"stop_memory/notice": "memory/notice"},
             ),
         }
         self.system.launch(Launch(name="t", description="", args={}, nodes=nodes))
@@ -105,7 +105,7 @@ def test_the_stop_state_is_restored_at_startup(
     for requests in lives:
         life = Life()
         assert life.states[-1] is stopped
-        assert life.remarks == [ESTOP_RESTORED] * stopped
+        assert life.notices == [ESTOP_RESTORED] * stopped
         for stop in requests:
             life.request(stop)
             stopped = stop
@@ -119,7 +119,7 @@ def test_an_unknown_stop_state_is_stopped_and_can_be_released(
     (tmp_path / "file").write_text("where a folder should be")
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "file"))
     life = Life()
-    assert life.states[-1] is True and life.remarks[0].startswith(ESTOP_STATE_UNKNOWN)
+    assert life.states[-1] is True and life.notices[0].startswith(ESTOP_STATE_UNKNOWN)
     life.request(False)
     assert life.states[-1] is False
     life.end()
@@ -134,7 +134,7 @@ def test_a_lost_board_does_not_stop_the_robot_after_a_restart(
     assert life.states[-1] is True
     life.end()
     life = Life()
-    assert life.states[-1] is False and not life.remarks
+    assert life.states[-1] is False and not life.notices
     life.end()
 
 
@@ -147,7 +147,7 @@ def test_a_stop_pressed_while_the_board_is_lost_is_restored(
     life.request(True)
     life.end()
     life = Life()
-    assert life.states[-1] is True and life.remarks == [ESTOP_RESTORED]
+    assert life.states[-1] is True and life.notices == [ESTOP_RESTORED]
     life.end()
 
 
@@ -159,7 +159,7 @@ def test_each_robot_of_a_computer_keeps_its_own_state(
     life.request(True)
     life.end()
     other = Life(msgspec.structs.replace(ROBOT, name="other"))
-    assert other.states[-1] is False and not other.remarks
+    assert other.states[-1] is False and not other.notices
     other.end()
 
 
@@ -177,8 +177,8 @@ def test_a_full_disk_keeps_a_stop_and_reports_unsaved_states(
     until(lambda: StopFile(tmp_path, ROBOT.name).read())
     monkeypatch.setattr(Path, "replace", full)
     life.request(False)
-    until(lambda: (life.run(), bool(life.remarks))[1])
-    assert "cannot be kept: No space" in life.remarks[-1]
+    until(lambda: (life.run(), bool(life.notices))[1])
+    assert "cannot be kept: No space" in life.notices[-1]
     life.end()
 
 

@@ -104,4 +104,4 @@ def test_a_pose_that_is_not_on_the_map_is_ignored(frame: str, x: float, reason: 
     hall.send("initialpose", msgspec.structs.replace(wrong, header=header))
     hall.scan()
     assert hall.node._amcl.pose.distance(POSE) < 0.5
-    assert hall.messages("scan/remark")[-1].data == f"The given pose is ignored: {reason}."  # type: ignore[attr-defined]
+    assert hall.messages("scan/notice")[-1].data == f"The given pose is ignored: {reason}."  # type: ignore[attr-defined]

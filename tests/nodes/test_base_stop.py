@@ -64,7 +64,7 @@ def test_a_request_stops_the_wheels_at_once_and_holds() -> None:
     assert base.speed == 0.0, "no command resumes"
     base.run(1.0, "cmd_vel_nav", 0.3)
     assert base.speed > 0.25
-    assert base.texts("base/remark") == []
+    assert base.texts("base/notice") == []
 
 
 def test_a_stop_of_another_node_counts_and_its_release_does_not() -> None:
@@ -124,7 +124,7 @@ def test_the_state_of_before_a_restart_holds() -> None:
     base.run(1.0, "cmd_vel_nav", 0.3)
     (status,) = base.messages("stop_status")
     assert status.active and status.pressed_at.sec == 3 and status.description == ESTOP_RESTORED
-    assert base.speed == 0.0 and base.texts("base/remark") == [ESTOP_RESTORED] and states(base) == [True]
+    assert base.speed == 0.0 and base.texts("base/notice") == [ESTOP_RESTORED] and states(base) == [True]
 
 
 def test_a_restart_without_a_stop_drives_on() -> None:
@@ -136,7 +136,7 @@ def test_a_restart_without_a_stop_drives_on() -> None:
 def test_a_restart_that_lost_the_state_is_a_stop() -> None:
     base = bench(restarted=Empty())
     base.run(1.0, "cmd_vel_nav", 0.3)
-    assert base.speed == 0.0 and base.texts("base/remark") == [ESTOP_STATE_UNKNOWN]
+    assert base.speed == 0.0 and base.texts("base/notice") == [ESTOP_STATE_UNKNOWN]
     assert [status.active for status in base.messages("stop_status")] == [True]
 
 
@@ -150,7 +150,7 @@ def test_a_lost_board_holds_the_robot_until_it_is_back() -> None:
     assert base.messages("stop_status")[-1].active
     base.send("board_connected", Bool(True))
     assert sentences(base)[-1] == BOARD_BACK and states(base)[-1] is False
-    assert base.texts("base/remark") == [BOARD_LOST, BOARD_LOST, BOARD_BACK]
+    assert base.texts("base/notice") == [BOARD_LOST, BOARD_LOST, BOARD_BACK]
     base.run(1.0)
     assert base.speed == 0.0
     base.run(1.0, "cmd_vel_nav", 0.3)

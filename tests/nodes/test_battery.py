@@ -58,8 +58,8 @@ def test_the_level_follows_the_voltage_and_is_a_warning() -> None:
     robot.run(1.0)
     health = robot.messages("diagnostics")[-1].status[0]
     assert status.level == "park" and health.level == WARN and health.message == status.description
-    remarks = [message.data for message in robot.messages("battery/remark")]
-    assert remarks and len(remarks) <= 5, "one for each change"
+    notices = [message.data for message in robot.messages("battery/notice")]
+    assert notices and len(notices) <= 5, "one for each change"
 
 
 def test_without_a_reading_it_publishes_nothing() -> None:
@@ -124,8 +124,8 @@ def test_a_damaged_log_is_reported_in_a_sentence(
     (tmp_path / f"{ROBOT.name}.battery.json").write_bytes(content)
     robot = Monitored({**MONITOR, "battery_log": "chefbot.devices.battery_log:BatteryLogStore"})
     robot.run(0.1)
-    (remark,) = robot.messages("battery_log/remark")
-    assert "battery.json" in remark.data and "\n" not in remark.data
+    (notice,) = robot.messages("battery_log/notice")
+    assert "battery.json" in notice.data and "\n" not in notice.data
     assert robot.show(0.9).level == "ok" and read_log(tmp_path / f"{ROBOT.name}.battery.json") is not None
 
 
@@ -137,7 +137,7 @@ def test_a_folder_that_cannot_be_written_costs_the_log(
     tmp_path.chmod(0o500)
     robot = Monitored({**MONITOR, "battery_log": "chefbot.devices.battery_log:BatteryLogStore"})
     assert robot.show(0.9).level == "ok"
-    assert len(robot.messages("battery_log/remark")) == 1
+    assert len(robot.messages("battery_log/notice")) == 1
 
 
 class Served(NodeRunner):
@@ -190,13 +190,13 @@ def test_an_order_beyond_the_energy_is_refused_in_a_sentence() -> None:
     assert robot.now.state == "driving", "the route is 6 m, with its margin 7.8 m"
 
 
-def test_an_errand_beyond_the_energy_is_a_remark() -> None:
+def test_an_errand_beyond_the_energy_is_a_notice() -> None:
     robot = Served()
     robot.battery(3.0)
     errand = Errand("", PoseStamped(Header.of(0, "map"), Pose.of(SE2(5.0, 0.0, 0.0))), "now")
     robot.publish("errand", errand)
-    (remark,) = robot.messages("delivery/remark")
-    assert "the round needs 10 m" in remark.data and not robot.system.nodes["navigator"].goals
+    (notice,) = robot.messages("delivery/notice")
+    assert "the round needs 10 m" in notice.data and not robot.system.nodes["navigator"].goals
 
 
 def test_a_weak_battery_in_a_round_ends_at_a_parking_place() -> None:

@@ -169,7 +169,7 @@ def test_a_changed_queue_is_driven_unless_it_is_outdated() -> None:
     runner.publish("round_queue", Order(("table_2",), "another round"))
     runner.run(0.5)
     assert runner.now.queue == ("table_2", "table_1"), "neither was possible"
-    assert [one.data for one in runner.messages("delivery/remark")] == [QUEUE_CHANGED] * 2
+    assert [one.data for one in runner.messages("delivery/notice")] == [QUEUE_CHANGED] * 2
     runner.publish("round_queue", Order(("table_1",), runner.now.order_id))
     runner.until("failed", "")
     assert runner.reached == ["kitchen", "table_1", "table_1", "kitchen", "home"]
@@ -232,7 +232,7 @@ def test_impossible_choices_are_rejected_with_a_message() -> None:
     runner.press_stop(True)
     runner.publish("round_choice", String("go_on"))
     runner.publish("errand", errand("now"))
-    assert [remark.data for remark in runner.messages("delivery/remark")] == [
+    assert [notice.data for notice in runner.messages("delivery/notice")] == [
         "The emergency stop is active. Release STOP first."
     ] * 2
 

@@ -58,8 +58,8 @@ class Restaurant(DeliveryRunner):
         latest: RoundForecast = self.messages("round_forecast")[-1]
         return latest
 
-    def remarks(self) -> list[Any]:
-        return [remark.data for remark in self.messages("delivery/remark")]
+    def notices(self) -> list[Any]:
+        return [notice.data for notice in self.messages("delivery/notice")]
 
 
 def test_the_forecast_has_the_route_over_all_stops() -> None:
@@ -151,7 +151,7 @@ def test_another_round_is_not_sorted(order: str) -> None:
     restaurant = Restaurant().order("table_5", "table_16", "table_3")
     restaurant.publish("round_shortest", String(order))
     assert restaurant.now.queue == ("table_5", "table_16", "table_3")
-    assert restaurant.remarks() == [QUEUE_CHANGED]
+    assert restaurant.notices() == [QUEUE_CHANGED]
 
 
 def test_what_cannot_be_sorted_is_refused_with_a_reason() -> None:
@@ -159,6 +159,6 @@ def test_what_cannot_be_sorted_is_refused_with_a_reason() -> None:
     restaurant.publish("round_shortest", String("a"))
     restaurant.order(*(f"table_{x}" for x in range(2, 16)))
     restaurant.publish("round_shortest", String("a"))
-    assert restaurant.remarks()[0] == ROUTES_NOT_KNOWN and "12 tables" in restaurant.remarks()[1]
+    assert restaurant.notices()[0] == ROUTES_NOT_KNOWN and "12 tables" in restaurant.notices()[1]
     assert restaurant.now.queue == tuple(f"table_{x}" for x in range(2, 16))
     restaurant.publish("loaded", Empty())

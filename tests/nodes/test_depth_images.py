@@ -137,6 +137,6 @@ def test_another_view_and_distortion_are_reported_once() -> None:
     bench = DepthBench()
     for _ in range(3):
         bench.send("camera_info", info(640, 480, 320.0, 319.5, 239.5, d=np.array([0.1, 0.0, 0.0, 0.0, 0.0])))
-    remarks: list[String] = bench.published["camera/remark"]
-    assert ["90 degrees" in one.data for one in remarks] == [True, False]
-    assert "distorted" in remarks[1].data
+    notices: list[String] = bench.published["camera/notice"]
+    assert ["90 degrees" in one.data for one in notices] == [True, False]
+    assert "distorted" in notices[1].data

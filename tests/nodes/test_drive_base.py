@@ -73,7 +73,7 @@ def test_a_lost_process_stops_the_wheels_at_once() -> None:
     base.run(1.0, "cmd_vel_nav", 0.3)
     base.send("process_lost", String("slam"))
     assert base.speed == 0.0 and base.messages("wheel_speeds")[-1].left == 0.0
-    assert base.texts("base/remark") == ["slam does not respond; the robot stops until it responds again."]
+    assert base.texts("base/notice") == ["slam does not respond; the robot stops until it responds again."]
     base.run(1.0, "cmd_vel_nav", 0.3)
     assert base.speed == 0.0
     base.run(0.5, "cmd_vel_teleop", 0.1)
@@ -126,12 +126,12 @@ def test_a_cliff_stops_the_wheels_at_once(v: float, cliff: int, stops: bool) -> 
     assert base.speed == (0.0 if stops else pytest.approx(v))
     base.run(TICK, "cmd_vel_nav", v)
     assert base.speed == (0.0 if stops else pytest.approx(v))
-    assert base.texts("collision_monitor/reason")[-1:] == base.texts("base/remark")
+    assert base.texts("collision_monitor/reason")[-1:] == base.texts("base/notice")
     reports = base.messages("cause_reports")
     assert [report.kind for report in reports] == ["stop"] * stops
     assert all("sees no floor" in report.sentence and report.check == "sensor data" for report in reports)
-    remarks = base.texts("base/remark")
-    assert len(remarks) == stops and all("sees no floor" in remark for remark in remarks)
+    notices = base.texts("base/notice")
+    assert len(notices) == stops and all("sees no floor" in notice for notice in notices)
 
 
 def test_turning_at_a_cliff_goes_on() -> None:

@@ -318,11 +318,11 @@ def test_emergency_stop_has_one_state_that_the_wheels_obey(
 def test_a_base_with_unknown_stop_state_is_stopped_with_a_reason() -> None:
     runner = Base(restarted=Empty())
     assert runner.stopped and not runner.drives()
-    assert runner.messages("base/remark")[-1].data == runner.status.description == ESTOP_STATE_UNKNOWN
+    assert runner.messages("base/notice")[-1].data == runner.status.description == ESTOP_STATE_UNKNOWN
     runner.request("stop_request", False)
     assert runner.drives()
     first = Base()
-    assert not first.stopped and first.drives() and not first.messages("base/remark")
+    assert not first.stopped and first.drives() and not first.messages("base/notice")
 
 
 def test_tables_may_be_named_informally(delivery: Callable[..., NodeRunner]) -> None:

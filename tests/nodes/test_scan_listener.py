@@ -155,8 +155,8 @@ class Scene(NodeRunner):
         self.run(0.0)
 
     @property
-    def remarks(self) -> list[str]:
-        return [one.data for one in self.messages("scan/remark")]
+    def notices(self) -> list[str]:
+        return [one.data for one in self.messages("scan/notice")]
 
 
 def test_each_scan_is_processed_with_its_odometry() -> None:
@@ -164,14 +164,14 @@ def test_each_scan_is_processed_with_its_odometry() -> None:
     scene.drive(1.0)
     assert [time for time, _ in scene.node.scans] == pytest.approx([0.1 * k for k in range(1, 11)])
     assert all(pose.x == pytest.approx(time) for time, pose in scene.node.scans)
-    assert scene.remarks == []
+    assert scene.notices == []
 
 
 def test_scans_that_nobody_wants_are_not_missed() -> None:
     scene = Scene()
     scene.node.asleep = True
     scene.drive(5.0)
-    assert scene.node.scans == [] and scene.remarks == []
+    assert scene.node.scans == [] and scene.notices == []
     scene.node.asleep = False
     scene.drive(0.5)
     assert len(scene.node.scans) == 5
@@ -182,10 +182,10 @@ def test_each_silence_is_reported_once_with_its_end() -> None:
     scene.drive(1.0)
     for silence in (1, 2):
         scene.drive(6.0, scans=False)
-        assert len(scene.remarks) == 2 * silence - 1
-        assert scene.remarks[-1].startswith("The listener has received no scan for 2 s: look at the lidar")
+        assert len(scene.notices) == 2 * silence - 1
+        assert scene.notices[-1].startswith("The listener has received no scan for 2 s: look at the lidar")
         scene.drive(0.5)
-        assert scene.remarks[-1] == "The listener receives scans again."
+        assert scene.notices[-1] == "The listener receives scans again."
 
 
 @pytest.mark.parametrize("silence", [2.0, 3.2])
@@ -193,25 +193,25 @@ def test_a_short_silence_is_not_reported(silence: float) -> None:
     scene = Scene()
     scene.drive(1.0)
     scene.drive(silence, scans=False)
-    assert bool(scene.remarks) == (silence > MAX_SILENCE_NS / SECOND)
+    assert bool(scene.notices) == (silence > MAX_SILENCE_NS / SECOND)
 
 
 @pytest.mark.parametrize("role", KINDS)
 def test_missing_scans_are_reported_once_within_three_seconds(role: str) -> None:
     loop = Loop(StepClock())
-    remarks: list[tuple[int, Any]] = []
+    notices: list[tuple[int, Any]] = []
     loop.add_observer(
-        lambda one: remarks.append((one.time_ns, one.message)) if one.topic == "scan/remark" else None
+        lambda one: notices.append((one.time_ns, one.message)) if one.topic == "scan/notice" else None
     )
     system = NodeContainer(loop, load_robot("chefbot_lidar"), 1)
     system.launch(Launch(name="test", description="", args={}, nodes={"node": NodeEntry(kind=KINDS[role])}))
     loop.run(until_ns=10 * SECOND)
-    (time_ns, message), *others = remarks
+    (time_ns, message), *others = notices
     assert time_ns <= 3 * SECOND and not others
     assert role in message.data.lower() and "lidar" in message.data
     loop.publish("scan", scan_at(10.0), "lidar", from_device=True)
     loop.run(until_ns=11 * SECOND)
-    assert len(remarks) == 2 and "again" in str(remarks[1][1])
+    assert len(notices) == 2 and "again" in str(notices[1][1])
     system.stop()
 
 
@@ -220,8 +220,8 @@ def test_a_robot_without_a_lidar_is_to_look_at_its_camera() -> None:
     system = NodeContainer(loop, load_robot("chefbot"), 1)
     nodes = {"node": NodeEntry(kind=f"{__name__}:Listener")}
     system.launch(Launch(name="test", description="", args={}, nodes=nodes))
-    remarks: list[Any] = []
-    loop.subscribe("scan/remark", "test", remarks.append)
+    notices: list[Any] = []
+    loop.subscribe("scan/notice", "test", notices.append)
     loop.run(until_ns=5 * SECOND)
-    assert "look at the depth camera" in remarks[0].data
+    assert "look at the depth camera" in notices[0].data
     system.stop()

@@ -107,12 +107,12 @@ def room():
 
 def plan(cells, start, goal, **changes):
     planner = GridPlanner(PlannerParams(**changes))
-    return planner.plan(Costmap(cells, 0.05, 0.0, 0.0), SE2(*start, 0.0), SE2(*goal, 0.0)), planner.remarks
+    return planner.plan(Costmap(cells, 0.05, 0.0, 0.0), SE2(*start, 0.0), SE2(*goal, 0.0)), planner.notices
 
 
 def test_path_points_are_evenly_spaced_and_face_forward():
-    path, remarks = plan(room(), (0.5, 1.5), (3.5, 1.5))
-    assert remarks == ()
+    path, notices = plan(room(), (0.5, 1.5), (3.5, 1.5))
+    assert notices == ()
     assert path_length(path) == pytest.approx(3.0, abs=0.01)
     assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() < 0.06
     assert np.abs(path[:, 2]).max() < 0.05
@@ -134,23 +134,23 @@ def test_failures_have_codes_and_messages(start, goal, failure):
 
 
 def test_a_blocked_goal_is_replaced_within_tolerance():
-    path, remarks = plan(room(), (0.5, 0.5), (2.02, 0.5), tolerance=0.3)
+    path, notices = plan(room(), (0.5, 0.5), (2.02, 0.5), tolerance=0.3)
     assert 0.05 < np.hypot(*(path[-1, :2] - (2.02, 0.5))) <= 0.3
-    assert "goal" in remarks[0]
+    assert "goal" in notices[0]
 
 
 def test_an_unreachable_goal_is_replaced_by_a_reachable_one():
     cells = room()
     cells[25:35, 40] = LETHAL
-    path, remarks = plan(cells, (0.5, 1.5), (2.3, 1.5), tolerance=0.6)
+    path, notices = plan(cells, (0.5, 1.5), (2.3, 1.5), tolerance=0.6)
     assert path[-1, 0] < 2.0
-    assert len(remarks) == 1
+    assert len(notices) == 1
 
 
 def test_a_start_inside_the_inflation_is_left():
-    path, remarks = plan(room(), (1.88, 0.5), (0.5, 0.5))
+    path, notices = plan(room(), (1.88, 0.5), (0.5, 0.5))
     assert tuple(path[0, :2]) == pytest.approx((1.88, 0.5))
-    assert "near to an obstacle" in remarks[0]
+    assert "near to an obstacle" in notices[0]
 
 
 def test_unknown_cells_are_crossed_only_if_allowed():

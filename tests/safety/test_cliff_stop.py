@@ -59,17 +59,17 @@ def test_a_silent_sensor_counts_as_a_cliff(age_ns: int, v: float) -> None:
     assert CliffStop(ROBOT).limit(0.3, 0) == 0.0
 
 
-def test_a_remark_is_made_once() -> None:
+def test_a_notice_is_made_once() -> None:
     stop = stop_with(FRONT)
-    assert stop.take_remark(0.3, 1) and not stop.take_remark(0.3, 2) and not stop.take_remark(0.0, 3)
+    assert stop.new_notice(0.3, 1) and not stop.new_notice(0.3, 2) and not stop.new_notice(0.0, 3)
     for message in cliff_messages(4, 0, ROBOT):
         assert isinstance(message, Range)
         stop.process(message)
-    assert stop.take_remark(0.3, 5) == ""
+    assert stop.new_notice(0.3, 5) == ""
     for message in cliff_messages(6, FRONT, ROBOT):
         assert isinstance(message, Range)
         stop.process(message)
-    assert stop.take_remark(0.3, 7)
+    assert stop.new_notice(0.3, 7)
 
 
 def test_a_robot_without_cliff_sensors_is_not_limited() -> None:
@@ -110,7 +110,7 @@ def test_floor_is_nearer_than_the_range_of_the_sensor(distance: float, v: float)
 
 
 def test_a_standing_robot_gets_no_new_reason() -> None:
-    """At a cliff behind it, standing is neither driving backward nor a reason for a remark, nor an end of one."""
+    """At a cliff behind it, standing is neither driving backward nor a reason for a notice, nor an end of one."""
     stop = stop_with(REAR)
-    assert stop.take_remark(0.0, 1) == "" and stop.take_remark(-0.1, 2)
-    assert stop.take_remark(0.0, 3) == "" and stop.take_remark(-0.1, 4) == "", "it was reported already"
+    assert stop.new_notice(0.0, 1) == "" and stop.new_notice(-0.1, 2)
+    assert stop.new_notice(0.0, 3) == "" and stop.new_notice(-0.1, 4) == "", "it was reported already"

@@ -78,7 +78,7 @@ def test_the_status_names_the_cause(kind: str, pressed: bool, sentence: str) -> 
         latch.request(True, 1)
     decision = getattr(latch, kind)(pressed, 2)
     assert decision.status.description == sentence and decision.status.header.stamp.ns == 2
-    assert not decision.remark
+    assert not decision.notice
 
 
 @pytest.mark.parametrize("active", [True, False])
@@ -88,25 +88,25 @@ def test_a_restored_state_holds(active: bool) -> None:
     assert latch.active == active and latch.status.pressed_at.sec == 3
     assert (decision is not None) == active
     if decision is not None:
-        assert decision.halt and decision.remark == decision.status.description == ESTOP_RESTORED
+        assert decision.halt and decision.notice == decision.status.description == ESTOP_RESTORED
 
 
 def test_an_unknown_state_after_a_restart_counts_as_pressed() -> None:
     decision = StopLatch().restore_unknown(4)
     assert decision.halt and decision.status.active and decision.status.pressed_at.ns == 4
-    assert decision.remark == ESTOP_STATE_UNKNOWN
+    assert decision.notice == ESTOP_STATE_UNKNOWN
 
 
 def test_it_is_held_while_the_board_is_lost() -> None:
     latch = StopLatch()
     assert latch.regain_board(1) is None  # at the start
     lost = latch.lose_board(2)
-    assert lost is not None and lost.halt and lost.remark == BOARD_LOST and latch.status.pressed_at.ns == 2
+    assert lost is not None and lost.halt and lost.notice == BOARD_LOST and latch.status.pressed_at.ns == 2
     assert latch.lose_board(3) is None
     refused = latch.request(False, 4)
-    assert refused is not None and refused.status.active and refused.remark == BOARD_LOST and not refused.halt
+    assert refused is not None and refused.status.active and refused.notice == BOARD_LOST and not refused.halt
     back = latch.regain_board(5)
-    assert back is not None and not back.halt and not latch.active and back.remark == BOARD_BACK
+    assert back is not None and not back.halt and not latch.active and back.notice == BOARD_BACK
     assert latch.regain_board(6) is None
 
 

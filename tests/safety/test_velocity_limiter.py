@@ -51,7 +51,7 @@ def test_invalid_and_stale_commands_stop_with_a_reason(v, age):
     limiter = VelocityLimiter(LIMITS)
     settle(limiter, 0.3, 0.0)
     assert settle(limiter, v, 0.0, age) == (0.0, 0.0)
-    assert limiter.remark
+    assert limiter.notice
 
 
 @given(st.floats(-1, 1), st.floats(-3, 3))
@@ -96,16 +96,16 @@ def test_in_no_time_the_speed_does_not_change(dt):
     assert limiter.step(0.3, 1.0, 0.0, dt) == (0.0, 0.0)
 
 
-def test_a_command_that_is_followed_leaves_no_remark():
+def test_a_command_that_is_followed_leaves_no_notice():
     limiter = VelocityLimiter(LIMITS)
-    assert limiter.remark == ""
+    assert limiter.notice == ""
     limiter.step(LIMITS.speed, 0.0, 0.3, 0.05)
-    assert limiter.remark == ""
+    assert limiter.notice == ""
     limiter.step(3.0, 0.0, 0.0, 0.05)
-    assert "beyond the robot's limits" in limiter.remark and "0.12" in limiter.remark
+    assert "beyond the robot's limits" in limiter.notice and "0.12" in limiter.notice
     limiter.step(0.1, 0.0, 0.31, 0.05)
-    assert limiter.remark == "the last command is older than 0.3 s"
+    assert limiter.notice == "the last command is older than 0.3 s"
     limiter.step(0.1, math.inf, 0.0, 0.05)
-    assert limiter.remark == "the commanded twist is not a number"
+    assert limiter.notice == "the commanded twist is not a number"
     limiter.step(0.1, 0.0, 0.0, 0.05)
-    assert limiter.remark == ""
+    assert limiter.notice == ""

@@ -66,8 +66,8 @@ def test_teleoperation_stops_at_a_step(tmp_path: Path, yaw: float, v: float) -> 
         "simulator": NodeEntry(kind="chefbot.sim.device:SimulatorDevice", params=params),
         "base": NodeEntry(kind="chefbot.nodes.drive_base:DriveBaseNode", params=NO_CAMERA),
     }
-    remarks: list[str] = []
-    keep = lambda p: remarks.append(p.message.data) if isinstance(p.message, String) else None  # noqa: E731
+    notices: list[str] = []
+    keep = lambda p: notices.append(p.message.data) if isinstance(p.message, String) else None  # noqa: E731
     system.loop.add_observer(keep)
     system.launch(Launch(name="teleoperated", description="", args={}, nodes=nodes))
     simulator: Any = system.nodes["simulator"]
@@ -78,4 +78,4 @@ def test_teleoperation_stops_at_a_step(tmp_path: Path, yaw: float, v: float) -> 
     system.stop()
     assert simulator.simulation.tilt < 0.05 and abs(truth.v) < 0.01
     assert -0.25 < truth.pose.x < -0.08  # it came there, and its wheels stand on the floor
-    assert any("sees no floor" in remark for remark in remarks)
+    assert any("sees no floor" in notice for notice in notices)

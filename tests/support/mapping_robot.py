@@ -74,8 +74,8 @@ class MappingRobot(NodeRunner):
         newest = (item for message in reversed(self.messages("tf")) for item in message.transforms)
         return next(item.transform.se2 for item in newest if item.child_frame_id == "odom")
 
-    def remarks(self) -> list[str]:
-        return [message.data for message in self.messages("map_recorder/remark")]
+    def notices(self) -> list[str]:
+        return [message.data for message in self.messages("map_recorder/notice")]
 
     def end(self) -> None:
         self.system.stop()

@@ -1,4 +1,4 @@
-"""The web UI's device records causes over all runs, with pictures; a damaged history is a remark."""
+"""The web UI's device records causes over all runs, with pictures; a damaged history is a notice."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def test_the_next_run_shows_the_causes_of_the_last(make: Callable[[], NodeRunner
     assert len({one.number for one in (new, failure, stop)}) == 3
 
 
-def test_a_damaged_history_is_a_remark_and_causes_are_shown(make: Callable[[], NodeRunner]) -> None:
+def test_a_damaged_history_is_a_notice_and_causes_are_shown(make: Callable[[], NodeRunner]) -> None:
     nodes = make()
     path = history_path(device(nodes).robot.name)
     nodes.system.stop()
@@ -172,6 +172,6 @@ def test_a_damaged_history_is_a_remark_and_causes_are_shown(make: Callable[[], N
     (view,) = process(nodes, cause(1, STOP, 1.0))
     assert (view.number, view.pictures) == (0, ())
     nodes.run(1.0)
-    (remark,) = nodes.messages("page/remark")
-    assert "cannot be used" in remark.data
-    assert device(nodes).own_warnings == [remark.data.removeprefix("Warning: ").removesuffix(".")]
+    (notice,) = nodes.messages("page/notice")
+    assert "cannot be used" in notice.data
+    assert device(nodes).own_warnings == [notice.data.removeprefix("Warning: ").removesuffix(".")]

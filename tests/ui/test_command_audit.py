@@ -190,12 +190,12 @@ def test_parameters_changed_elsewhere_are_recorded(tmp_path: Path, monkeypatch: 
         assert (entry.name, entry.role, entry.address) == NETWORK and entry.action == "parameter"
 
 
-def test_a_log_that_cannot_be_written_is_a_remark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_log_that_cannot_be_written_is_a_notice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = Page("Audited", tmp_path, monkeypatch)
     page.device._warn("the disk is full")
     page.run(1.0)
-    (remark,) = page.messages("page/remark")
-    assert remark.data == "Warning: the disk is full."
+    (notice,) = page.messages("page/notice")
+    assert notice.data == "Warning: the disk is full."
     assert page.ended() == []
 
 

@@ -1,4 +1,4 @@
-"""The web UI's device with its history: a damaged file is a remark, never a web UI that does not start."""
+"""The web UI's device with its history: a damaged file is a notice, never a web UI that does not start."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def damage_rows(path: Path) -> None:
     path.write_bytes(data[:4096] + b"\xff" * (len(data) - 4096))
 
 
-def test_a_history_damaged_inside_is_a_remark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_history_damaged_inside_is_a_notice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))
     nodes = NodeRunner({"page": f"{__name__}:Historian"}, {})
     device: Any = nodes.system.nodes["page"]
@@ -40,7 +40,7 @@ def test_a_history_damaged_inside_is_a_remark(tmp_path: Path, monkeypatch: pytes
     under_way = DeliveryStatus(state="driving", place="kitchen", places=("table_1",), order_id="a")
     assert not device._record_round(under_way, "anna"), "nothing is written into a damaged file"
     nodes.run(1.0)
-    (remark,) = nodes.messages("page/remark")
-    assert "the history" in remark.data and "cannot be used" in remark.data
-    assert device.own_warnings == [remark.data.removeprefix("Warning: ").removesuffix(".")]
+    (notice,) = nodes.messages("page/notice")
+    assert "the history" in notice.data and "cannot be used" in notice.data
+    assert device.own_warnings == [notice.data.removeprefix("Warning: ").removesuffix(".")]
     nodes.system.stop()

@@ -99,15 +99,15 @@ def test_a_failure_is_not_saved_unless_that_is_set(nodes: NodeRunner) -> None:
     assert files(nodes) == []
 
 
-def test_a_disk_that_is_full_is_a_remark(nodes: NodeRunner, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_is_full_is_a_notice(nodes: NodeRunner, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: Any) -> None:
         raise StorageError("x.mcap cannot be written: No space left on device")
 
     monkeypatch.setattr(incident_device, "save_incident", full)
     device(nodes)._save_incident("A box.", "anna")
     assert files(nodes) == []
-    (remark,) = nodes.messages("page/remark")
-    assert "The incident was not saved: x.mcap cannot be written: No space left" in remark.data
+    (notice,) = nodes.messages("page/notice")
+    assert "The incident was not saved: x.mcap cannot be written: No space left" in notice.data
     shown = device(nodes).shown
     assert shown.outcome.startswith("The incident was not saved: ") and shown.requests == 1
 
@@ -120,8 +120,8 @@ def test_one_is_saved_at_a_time(nodes: NodeRunner, monkeypatch: pytest.MonkeyPat
     device(nodes)._save_incident("Two.", "anna")
     free.set()
     assert files(nodes) == []
-    (remark,) = nodes.messages("page/remark")
-    assert "is being saved already" in remark.data
+    (notice,) = nodes.messages("page/notice")
+    assert "is being saved already" in notice.data
     assert device(nodes).shown.requests == 2, "each request ends with a sentence"
 
 

@@ -30,28 +30,28 @@ class RemoteDriver:
     def __init__(self, url: str) -> None:
         self.loop = Loop(StepClock())
         self.system = NodeContainer(self.loop, load_robot("chefbot"), 1)
-        self.remarks: list[str] = []
-        self.loop.subscribe("remote_drive/remark", "test", self._on_remark)
+        self.notices: list[str] = []
+        self.loop.subscribe("remote_drive/notice", "test", self._on_notice)
         entry = NodeEntry(kind="chefbot.ui.remote.remote_drive:RemoteDriveDevice", params={"page": url})
         self.system.launch(Launch(name="t", description="", args={}, nodes={"drive": entry}))
 
-    def _on_remark(self, message: object) -> None:
+    def _on_notice(self, message: object) -> None:
         assert isinstance(message, String)
-        self.remarks.append(message.data)
+        self.notices.append(message.data)
 
     def publish_velocity(self, v: float, w: float, after_ns: int = TICK) -> None:
         at = self.loop.now_ns + after_ns
         self.loop.schedule(at, 0, lambda: self.loop.publish("cmd_vel_teleop", Twist.of(v, w), "joystick"))
         self.loop.run(until_ns=at)
 
-    def run_until_remark(self) -> None:
-        """Run the loop until the thread of the connection has published a remark."""
+    def run_until_notice(self) -> None:
+        """Run the loop until the thread of the connection has published a notice."""
         for _ in range(2000):
             self.loop.run()
-            if self.remarks:
+            if self.notices:
                 return
             time.sleep(0.01)
-        raise AssertionError("no remark was published")
+        raise AssertionError("no notice was published")
 
 
 def next_drive(robot: FakeRobot) -> Drive:
@@ -94,16 +94,16 @@ def test_a_rejected_driver_gets_the_reason() -> None:
             other.send(Drive(1.0, 0.0))
             driver.publish_velocity(0.1, 0.0)
             driver.loop.run()
-            if driver.remarks:
+            if driver.notices:
                 break
             time.sleep(0.04)
-        driver.run_until_remark()
-        assert "in another browser" in driver.remarks[0]
+        driver.run_until_notice()
+        assert "in another browser" in driver.notices[0]
         for _ in range(10):
             driver.publish_velocity(0.1, 0.0)
             other.send(Drive(1.0, 0.0))
             time.sleep(0.04)
-        assert len(driver.remarks) == 1, "the same remark is published once"
+        assert len(driver.notices) == 1, "the same notice is published once"
         driver.system.stop()
 
 

@@ -171,7 +171,7 @@ def run_workers(bridge: Bridge, system: NodeContainer, launch: Launch, folder: P
     with RmwNode(bridge.wire, f"_{bridge.node_name}_memory", str(launch.args["namespace"]) or "/") as node:
         handover = StateHandover(node, launch, system)
         hooks = _supervisor_callbacks(bridge, handover)
-        supervisor = Supervisor(orders, partial(bridge.publish_remark, "processes"), hooks=hooks)
+        supervisor = Supervisor(orders, partial(bridge.publish_notice, "processes"), hooks=hooks)
         try:
             yield supervisor
         finally:

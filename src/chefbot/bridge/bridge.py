@@ -107,11 +107,11 @@ class Bridge:
         """Report that a process responds and has all its nodes on the wire; thread-safe."""
         self._inbox.publish("process_back", String(process))
 
-    def publish_remark(self, topic: str, text: str) -> None:
-        """Publish a message for the operator on `<topic>/remark` of the loop and on /rosout; thread-safe."""
-        self._inbox.publish(f"{topic}/remark", String(text))
+    def publish_notice(self, topic: str, text: str) -> None:
+        """Publish a message for the operator on `<topic>/notice` of the loop and on /rosout; thread-safe."""
+        self._inbox.publish(f"{topic}/notice", String(text))
         job = partial(self._proxies.own_rosout.log, INFO, text, self._system.loop.now_ns)
-        self._jobs.put(f"{topic}/remark", job, DEPTH)
+        self._jobs.put(f"{topic}/notice", job, DEPTH)
 
     @property
     def wire(self) -> RmwContext:

@@ -13,7 +13,7 @@ command at 20 Hz."""
 
 
 class LinkMonitorDevice(Device):
-    """Publishes on `link` what is wrong, or "" if nothing is; on `link/remark` when that changes.
+    """Publishes on `link` what is wrong, or "" if nothing is; on `link/notice` when that changes.
 
     It measures wall time: where the robot's simulated time is followed, that time stands still while the link
     is lost.
@@ -22,7 +22,7 @@ class LinkMonitorDevice(Device):
     params: NoParams
     cmd_vel: In[Twist]
     link: Out[String]
-    remark: Out[String] = topic("link/remark")
+    notice: Out[String] = topic("link/notice")
 
     def start(self) -> None:
         """Start with the link assumed to be up."""
@@ -40,7 +40,7 @@ class LinkMonitorDevice(Device):
         lost = silence > LINK_TIMEOUT
         self.link.publish(String(f"No message from the robot for {silence:.0f} s." if lost else ""))
         if lost != self._lost:
-            self.remark.publish(
+            self.notice.publish(
                 String("Connection to the robot lost." if lost else "Connection to the robot restored.")
             )
         self._lost = lost

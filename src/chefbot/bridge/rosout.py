@@ -1,4 +1,4 @@
-"""Logging of a node's remarks and diagnostics on /rosout."""
+"""Logging of a node's notices and diagnostics on /rosout."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from chefbot.runtime.loop import Publication
 
 def is_for_operator(publication: Publication) -> bool:
     """Return whether a message may have to be logged on /rosout, even if its topic has no subscriber."""
-    return publication.topic.endswith("/remark") or isinstance(publication.message, DiagnosticArray)
+    return publication.topic.endswith("/notice") or isinstance(publication.message, DiagnosticArray)
 
 
 class Rosout:
-    """The /rosout publisher of one node: logs its remarks, and diagnostics whenever they change."""
+    """The /rosout publisher of one node: logs its notices, and diagnostics whenever they change."""
 
     def __init__(self, node: RmwNode) -> None:
         self._name = node.full_name.lstrip("/").replace("/", ".")
@@ -26,9 +26,9 @@ class Rosout:
         self._levels: dict[str, tuple[int, str]] = {}
 
     def log_publication(self, publication: Publication) -> None:
-        """Log the publication if it is a remark or a changed diagnostic."""
+        """Log the publication if it is a notice or a changed diagnostic."""
         message, now_ns = publication.message, publication.time_ns
-        if publication.topic.endswith("/remark") and isinstance(message, String):
+        if publication.topic.endswith("/notice") and isinstance(message, String):
             self.log(INFO, message.data, now_ns)
         elif isinstance(message, DiagnosticArray):
             for status in message.status:

@@ -52,7 +52,7 @@ class WireHealth:
         self._reported_losses: list[str] = []
         self._mismatches: list[str] = []
         self._reported_foreign: set[str] = set()
-        self._remarked: set[str] = set()
+        self._noticed_topics: set[str] = set()
 
     def check_graph(self) -> None:
         """Find mismatched endpoints after a change of the graph; takes milliseconds."""
@@ -63,7 +63,7 @@ class WireHealth:
             )
             self._mismatches.append(sentence)
             if sentence not in self._reported_foreign:
-                self._inbox.publish("wire/remark", String(f"Warning: {sentence}."))
+                self._inbox.publish("wire/notice", String(f"Warning: {sentence}."))
         self._reported_foreign.update(self._mismatches)
 
     def publish(self, now_ns: int) -> None:
@@ -82,7 +82,7 @@ class WireHealth:
         self._log_membership(membership, now_ns)
         self._reported_losses = losses
         self._log_new_reasons(counts, mismatches, now_ns)
-        self._remark(reason for reason in counts if not reason.endswith(QUEUE_FULL))
+        self._notice(reason for reason in counts if not reason.endswith(QUEUE_FULL))
         self._reported = (counts, mismatches)
         self._inbox.publish("diagnostics", message)
 
@@ -91,13 +91,13 @@ class WireHealth:
             if reason not in self._reported[1]:
                 self._rosout.log(LOG_WARN, reason, now_ns)
 
-    def _remark(self, rejections: Iterable[str]) -> None:
+    def _notice(self, rejections: Iterable[str]) -> None:
         """Publish the first rejection of each topic in the loop, for who looks at the launch's output only."""
         for reason in rejections:
             topic = reason.partition(":")[0]
-            if topic not in self._remarked and len(self._remarked) < MAX_VALUES:
-                self._remarked.add(topic)
-                self._inbox.publish("wire/remark", String(f"Warning: message rejected: {reason}."))
+            if topic not in self._noticed_topics and len(self._reported) < MAX_VALUES:
+                self._noticed_topics.add(topic)
+                self._inbox.publish("wire/notice", String(f"Warning: message rejected: {reason}."))
 
     def _recent_losses(self, counts: dict[str, int], now_ns: int) -> list[str]:
         """Return the reasons whose counts have increased within RECENT_NS."""

@@ -6,9 +6,9 @@ from chefbot.buildings.world_file import WorldSpec
 from chefbot.config_text import plain_sections, yaml_text
 
 
-def world_text(spec: WorldSpec, remark: str) -> str:
+def world_text(spec: WorldSpec, comment: str) -> str:
     """Return the YAML text of a world file, one element a line, without values that are the default.
 
-    remark: a comment for its first lines.
+    comment: text of its first lines.
     """
-    return yaml_text(plain_sections(spec), remark)
+    return yaml_text(plain_sections(spec), comment)

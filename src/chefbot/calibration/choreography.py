@@ -11,7 +11,7 @@ from chefbot.calibration.calibrate import CalibrationDrive
 from chefbot.calibration.drive import DriveSegment, Square
 from chefbot.calibration.params import CalibratorParams
 from chefbot.calibration.record import Motion, MotionRecorder, StationRecorder
-from chefbot.calibration.steps import LEG, CalibrationDriveError, Look, Remark, Step, Straight, Turn
+from chefbot.calibration.steps import LEG, CalibrationDriveError, Look, Notice, Step, Straight, Turn
 from chefbot.calibration.wiring import wiring_fault
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -68,7 +68,7 @@ class Choreography:
 
     def steps(self) -> Iterator[Step]:
         """Yield the steps of the drive; CalibrationDriveError if it cannot go on."""
-        yield Remark(
+        yield Notice(
             "Stand clear. The robot turns on the spot, then drives squares; STOP or any key ends it."
         )
         yield Look(ends_leg=False)
@@ -109,7 +109,7 @@ class Choreography:
         count = 2 * self._params.squares
         for number in range(count):
             turn, direction = (1, "left") if number % 2 == 0 else (-1, "right")
-            yield Remark(f"Square {number + 1} of {count} {purpose}, {side} m, to the {direction}.")
+            yield Notice(f"Square {number + 1} of {count} {purpose}, {side} m, to the {direction}.")
             yield from self._square(home, side, turn)
             squares.append(Square(turn, side, tuple(self.legs[-8:])))
 

@@ -20,8 +20,8 @@ class CalibrationDriveError(ChefbotError):
     """Raised when the drive ends early; the message is the reason."""
 
 
-class Remark(NamedTuple):
-    """A remark for the operator."""
+class Notice(NamedTuple):
+    """A notice for the operator."""
 
     sentence: str
 
@@ -54,5 +54,5 @@ class Look(NamedTuple):
     ends_leg: bool
 
 
-Step = Remark | Straight | Turn | Look
+Step = Notice | Straight | Turn | Look
 LEG = Look(ends_leg=True)

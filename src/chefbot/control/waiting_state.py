@@ -47,8 +47,8 @@ class WaitingState:
         """End the waiting and reset the timeout."""
         self.reason, self._waited = "", 0.0
 
-    def take_remark(self) -> str:
-        """Return a remark for the terminal if the reason has changed since the last call, else an empty string."""
+    def new_notice(self) -> str:
+        """Return a notice for the terminal if the reason has changed since the last call, else an empty string."""
         if self.reason == self._reported_reason:
             return ""
         self._reported_reason = self.reason

@@ -14,7 +14,7 @@ from chefbot.bridge.attach import open_bridge, open_wire, run_workers, with_name
 from chefbot.bridge.sim_time_sync import subscribe_to_progress
 from chefbot.errors import UserError
 from chefbot.fleet.secure_router import ExternalEndpoints
-from chefbot.launcher.session import print_remarks, start
+from chefbot.launcher.session import print_notices, start
 from chefbot.msgs.std_msgs import String
 from chefbot.ros2.rmw.node import RmwNode
 from chefbot.runtime.clock import LeaderClock, wall_ns
@@ -84,7 +84,7 @@ class DemoProcesses:
         wire = self._stack.enter_context(open_wire(plan, ExternalEndpoints(), console.print))
         assert wire is not None, "wire:=on"
         self._bridge = self._stack.enter_context(open_bridge(system, plan, wire))
-        system.loop.add_observer(print_remarks)
+        system.loop.add_observer(print_notices)
         self._missing: set[str] = set()
         self._normal_speed = clock.real_time_factor
         system.loop.add_observer(self._on_process_state)

@@ -37,12 +37,12 @@ class BatteryLogStore(Device):
     params: StateFileParams
     log: In[BatteryLog] = topic("battery/log")
     stored_log: Out[BatteryLog] = topic("battery/stored_log", latched=True)
-    remark: Out[String] = topic("battery_log/remark")
+    notice: Out[String] = topic("battery_log/notice")
 
     def start(self) -> None:
         """Read the file; a damaged one is one sentence in the terminal, and the sizing is used."""
         self._path = state_folder() / f"{self.params.file_name(self.robot.name)}.battery.json"
-        self._last_remark = ""
+        self._last_notice = ""
         try:
             stored = read_log(self._path)
         except (OSError, msgspec.MsgspecError, ValueError) as error:
@@ -61,9 +61,9 @@ class BatteryLogStore(Device):
             self._report(f"Warning: what was learnt about the battery cannot be kept: {error}")
 
     def _report(self, sentence: str) -> None:
-        if sentence != self._last_remark:
-            self._last_remark = sentence
-            self.post(partial(self.remark.publish, String(sentence)))
+        if sentence != self._last_notice:
+            self._last_notice = sentence
+            self.post(partial(self.notice.publish, String(sentence)))
 
 
 def read_log(path: Path) -> LogFile | None:

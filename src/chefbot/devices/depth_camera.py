@@ -45,14 +45,14 @@ class DepthCameraDevice(Device):
     depth: Out[Image] = topic("camera/depth/image_raw")
     camera_info: Out[CameraInfo] = topic("camera/depth/camera_info")
     diagnostics: Out[DiagnosticArray]
-    remark: Out[String] = topic("camera/remark")
+    notice: Out[String] = topic("camera/notice")
 
     def start(self) -> None:
         """Begin to look for the camera. UserError if the SDK of its maker is not installed."""
         camera = self.robot.sensors.depth_camera
         self._thread: threading.Thread | None = None
         if camera is None or not camera.driver:
-            for port in (self.depth, self.camera_info, self.diagnostics, self.remark):
+            for port in (self.depth, self.camera_info, self.diagnostics, self.notice):
                 port.unadvertise()
             self.announcement = "" if camera is None else NO_DRIVER
             return
@@ -88,11 +88,11 @@ class DepthCameraDevice(Device):
 
     def _on_open(self, name: str) -> None:
         self._name, self._problem = name, ""
-        self.remark.publish(String(f"Depth camera: {name}."))
+        self.notice.publish(String(f"Depth camera: {name}."))
 
     def _on_problem(self, reason: str) -> None:
         if reason != self._problem:
-            self.remark.publish(String(f"Warning: {reason}; looking for the depth camera."))
+            self.notice.publish(String(f"Warning: {reason}; looking for the depth camera."))
         self._problem = reason
         self.publish_health()
 

@@ -47,7 +47,7 @@ class GamepadDevice(Device):
     emergency_stop: In[Bool]
     cmd_vel_teleop: Out[Twist]
     stop_request: Out[Bool]
-    remark: Out[String] = topic("gamepad/remark")
+    notice: Out[String] = topic("gamepad/notice")
 
     def start(self) -> None:
         """Start to read the gamepad; UserError if the given one does not exist."""
@@ -56,14 +56,14 @@ class GamepadDevice(Device):
             raise UserError(f"the gamepad {path} does not exist; plug it in, or set device:=auto")
         self._drive = GamepadTeleop(Limits.of(self.robot), self.params.drive)
         self._driving = self._stop_requested = self._stopped = False
-        self._last_remark = ""
+        self._last_notice = ""
         self.announcement = HOW_TO
         self._reader = GamepadReader(
             path,
             lambda path, name: self.post(partial(self._on_connected, path, name)),
             lambda events: self.post(partial(self._on_events, events)),
             lambda reason: self.post(partial(self._on_disconnected, reason)),
-            lambda reason: self.post(partial(self._remark_once, f"Gamepad: {reason}.")),
+            lambda reason: self.post(partial(self._notice_once, f"Gamepad: {reason}.")),
         )
 
     def stop(self) -> None:
@@ -76,7 +76,7 @@ class GamepadDevice(Device):
         if stopped.data:
             self._stop_requested = False
         if stopped.data or self._stopped:
-            self.post(partial(self.remark.publish, String(STOPPED if stopped.data else RELEASED)))
+            self.post(partial(self.notice.publish, String(STOPPED if stopped.data else RELEASED)))
         self._stopped = stopped.data
 
     @every(hz=COMMAND_RATE)
@@ -102,7 +102,7 @@ class GamepadDevice(Device):
 
     def _on_connected(self, path: str, name: str) -> None:
         self._drive.reset()
-        self._remark_once(f"Gamepad {name or 'found'} at {path}.")
+        self._notice_once(f"Gamepad {name or 'found'} at {path}.")
 
     def _on_events(self, events: list[GamepadEvent]) -> None:
         previous_share = self._drive.speed_fraction
@@ -114,20 +114,20 @@ class GamepadDevice(Device):
         if self._driving and not self._drive.enabled:
             self._release("")
         if self._drive.speed_fraction != previous_share:
-            self.remark.publish(String(f"Speed: {100.0 * self._drive.speed_fraction:.0f} % of the robot's."))
+            self.notice.publish(String(f"Speed: {100.0 * self._drive.speed_fraction:.0f} % of the robot's."))
 
     def _on_disconnected(self, reason: str) -> None:
         self._drive.reset()
         self._release(f"Warning: {reason}; the robot stops.")
 
-    def _release(self, remark: str) -> None:
+    def _release(self, notice: str) -> None:
         """Publish one stop at once: after it, without commands, navigation may drive again."""
         self._driving = False
         self.cmd_vel_teleop.publish(Twist())
-        if remark:
-            self._remark_once(remark)
+        if notice:
+            self._notice_once(notice)
 
-    def _remark_once(self, sentence: str) -> None:
-        if sentence != self._last_remark:
-            self._last_remark = sentence
-            self.remark.publish(String(sentence))
+    def _notice_once(self, sentence: str) -> None:
+        if sentence != self._last_notice:
+            self._last_notice = sentence
+            self.notice.publish(String(sentence))

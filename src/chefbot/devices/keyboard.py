@@ -36,7 +36,7 @@ class KeyboardDevice(Device):
 
     params: NoParams
     cmd_vel_teleop: Out[Twist]
-    remark: Out[String] = topic("keyboard/remark")
+    notice: Out[String] = topic("keyboard/notice")
 
     def start(self) -> None:
         """Start to read the terminal's keys."""
@@ -72,7 +72,7 @@ class KeyboardDevice(Device):
             self.cmd_vel_teleop.publish(Twist.of(v, w))
         self._moving = moving
         if self._speed_text() != previous_speeds:
-            self.remark.publish(String(self._speed_text()))
+            self.notice.publish(String(self._speed_text()))
 
     def _on_keys(self, text: str) -> None:
         """Queue keys; called in the terminal's thread."""

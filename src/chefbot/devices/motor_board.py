@@ -66,7 +66,7 @@ class MotorBoardDevice(MotorBoardNode):
     """
 
     params: BoardParams
-    remark: Out[String] = topic("board/remark")
+    notice: Out[String] = topic("board/notice")
 
     def start(self) -> None:
         """Start to search for the board; UserError if the given port does not exist.
@@ -83,11 +83,11 @@ class MotorBoardDevice(MotorBoardNode):
         self._dialect = ""
         self._connected = self._stop_pressed = False
         self._port, self._missing_reason = self.params.port, "the board has not been found yet"
-        self._notice: str | None = None
+        self._last_notice: str | None = None
         self._stale_commands = self._failed_writes = 0
         self._start_ns = self.now_ns
         if self.robot.drive.protocol == ROS_BASE:
-            for port in (*self.board_outputs, self.remark):
+            for port in (*self.board_outputs, self.notice):
                 port.unadvertise()
             return
         if self.robot.sensors.imu.driver:
@@ -161,7 +161,7 @@ class MotorBoardDevice(MotorBoardNode):
             self._dialect, self._link = dialect, self._new_link(dialect)
         if self._stop_pressed:
             self._link.stop(self.now_ns)
-        self.remark.publish(String(f"{self._title[0].upper()}{self._title[1:]} at {path}."))
+        self.notice.publish(String(f"{self._title[0].upper()}{self._title[1:]} at {path}."))
 
     def _new_link(self, dialect: str) -> MotorBoardLink:
         if self.robot.drive.protocol:
@@ -179,16 +179,16 @@ class MotorBoardDevice(MotorBoardNode):
             self._send(self._link.data_to_send(self.now_ns))
         if self._link.refused is not None:
             raise UserError(f"{self._port}: {self._link.refused}")
-        if self._link.notice is not None and self._link.notice != self._notice:
-            self._notice = self._link.notice
-            self.remark.publish(String(f"Warning: {self._notice}."))
+        if self._link.notice is not None and self._link.notice != self._last_notice:
+            self._last_notice = self._link.notice
+            self.notice.publish(String(f"Warning: {self._last_notice}."))
 
     def _on_lost(self, reason: str) -> None:
         assert self._link is not None
         self._connected = False
         self._link.connection_lost()
         self._missing_reason = reason
-        self.remark.publish(String(f"{reason[0].upper()}{reason[1:]}; looking for it again."))
+        self.notice.publish(String(f"{reason[0].upper()}{reason[1:]}; looking for it again."))
         self._publish_health()
 
     def _on_missing(self, reason: str) -> None:

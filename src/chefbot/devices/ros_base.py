@@ -39,14 +39,14 @@ class RosBaseDevice(MotorBoardNode):
     base_imu: In[Imu] = topic("base/imu/data")
     base_battery: In[BatteryState] = topic("base/battery")
     base_command: Out[Twist] = topic("base/cmd_vel")
-    remark: Out[String] = topic("board/remark")
+    notice: Out[String] = topic("board/notice")
 
     def start(self) -> None:
         """Wait for the odometry of the base."""
         robot = self.robot
         self._active = robot.drive.protocol == ROS_BASE
         if not self._active:
-            for port in (*self.board_outputs, self.base_command, self.remark):
+            for port in (*self.board_outputs, self.base_command, self.notice):
                 port.unadvertise()
             return
         slow = robot.drive.command_timeout is None
@@ -133,7 +133,7 @@ class RosBaseDevice(MotorBoardNode):
         self._gate.reset()
         self.publish_connection(not silent)
         state = "sends no odometry; the robot stands" if silent else "sends odometry"
-        self.remark.publish(String(f"ROS 2 base: it {state}."))
+        self.notice.publish(String(f"ROS 2 base: it {state}."))
 
     @every(hz=1)
     def publish_health(self) -> None:

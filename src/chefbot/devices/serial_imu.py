@@ -47,13 +47,13 @@ class SerialImuDevice(SerialSensorDevice[ImuSession]):
 
     params: SerialImuParams
     imu: Out[Imu] = topic("imu/data")
-    remark: Out[String] = topic("imu/remark")
+    notice: Out[String] = topic("imu/notice")
 
     def start(self) -> None:
         """Begin to look for the IMU."""
         imu = self.robot.sensors.imu
         if not imu.driver:
-            for port in (self.imu, self.diagnostics, self.remark):
+            for port in (self.imu, self.diagnostics, self.notice):
                 port.unadvertise()
             return
         model = IMUS[imu.driver]

@@ -53,13 +53,13 @@ class SerialLidarDevice(SerialSensorDevice[LidarSession]):
 
     params: SerialLidarParams
     scan: Out[LaserScan]
-    remark: Out[String] = topic("lidar/remark")
+    notice: Out[String] = topic("lidar/notice")
 
     def start(self) -> None:
         """Begin to look for the lidar."""
         lidar = self.robot.sensors.lidar
         if lidar is None or not lidar.driver:
-            for port in (self.scan, self.diagnostics, self.remark):
+            for port in (self.scan, self.diagnostics, self.notice):
                 port.unadvertise()
             self.announcement = "" if lidar is None else NO_DRIVER
             return

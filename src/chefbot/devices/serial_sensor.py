@@ -51,7 +51,7 @@ class SerialSensorDevice(Device, Generic[S]):
     SILENCE_NS: ClassVar[int] = 1_000_000_000
     """Time without data from which the sensor counts as silent, ns."""
     diagnostics: Out[DiagnosticArray]
-    remark: Out[String]
+    notice: Out[String]
 
     _line: SerialConnection[str] | None = None
 
@@ -144,7 +144,7 @@ class SerialSensorDevice(Device, Generic[S]):
         self._problem, self._missing = "", False
         self._port = path
         name = self._text.name
-        self.remark.publish(String(f"{name[0].upper()}{name[1:]} at {path}."))
+        self.notice.publish(String(f"{name[0].upper()}{name[1:]} at {path}."))
 
     def _on_data(self, data: bytes, at_ns: int) -> None:
         if self.session is not None:
@@ -152,12 +152,12 @@ class SerialSensorDevice(Device, Generic[S]):
             self.process(self.session, data, self.now_ns - max(0, wall_ns() - at_ns))
 
     def _on_lost(self, reason: str) -> None:
-        self.remark.publish(String(f"{reason[0].upper()}{reason[1:]}; looking for it again."))
+        self.notice.publish(String(f"{reason[0].upper()}{reason[1:]}; looking for it again."))
         self.fail(reason)
         self.publish_health()
 
     def _on_missing(self, reason: str) -> None:
         problem = f"no {self._text.name} found: {reason}"
         if not self._missing:
-            self.remark.publish(String(f"{problem[0].upper()}{problem[1:]}."))
+            self.notice.publish(String(f"{problem[0].upper()}{problem[1:]}."))
         self._missing, self._problem = True, problem

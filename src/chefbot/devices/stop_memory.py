@@ -59,19 +59,19 @@ class EmergencyStopStore(Device):
     params: StateFileParams
     stop_status: In[EmergencyStopStatus]
     stop_request: Out[Bool]
-    remark: Out[String] = topic("stop_memory/remark")
+    notice: Out[String] = topic("stop_memory/notice")
 
     def start(self) -> None:
         """Read the stored state and request the emergency stop if needed."""
         self._file = StopFile(state_folder(), self.params.file_name(self.robot.name))
         self._requesting = False
         try:
-            remark = ESTOP_RESTORED if self._file.read() else ""
+            notice = ESTOP_RESTORED if self._file.read() else ""
         except OSError as error:
-            remark = f"{ESTOP_STATE_UNKNOWN} ({error.filename}: {error.strerror}). {HOW_TO_RELEASE}."
-        if remark:
+            notice = f"{ESTOP_STATE_UNKNOWN} ({error.filename}: {error.strerror}). {HOW_TO_RELEASE}."
+        if notice:
             self._requesting = True
-            self.post(partial(self.remark.publish, String(remark)))
+            self.post(partial(self.notice.publish, String(notice)))
             self.post(self.repeat_stop_request)
         self._states: queue.SimpleQueue[bool | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._write, name="stop memory", daemon=True)
@@ -104,5 +104,5 @@ class EmergencyStopStore(Device):
                 self._file.write(stopped)
             except OSError as error:
                 state = "stopped" if stopped else "released"
-                remark = f"Warning: that the robot is {state} cannot be kept: {error.strerror}."
-                self.post(partial(self.remark.publish, String(remark)))
+                notice = f"Warning: that the robot is {state} cannot be kept: {error.strerror}."
+                self.post(partial(self.notice.publish, String(notice)))

@@ -29,7 +29,7 @@ from chefbot.kernels.precompile import compile_kernels, compile_kernels_of
 from chefbot.launcher.design_errors import print_design_errors
 from chefbot.launcher.join import join_robot, joining_node_name, watch_robot
 from chefbot.launcher.lan_access import ALL_ADDRESSES, HOST_ARGUMENT, with_ui_address
-from chefbot.launcher.session import announce, keep_loop_alive, print_remarks, session, start
+from chefbot.launcher.session import announce, keep_loop_alive, print_notices, session, start
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
 from chefbot.ros2.rmw.node import RmwNode
@@ -208,7 +208,7 @@ def _run_nodes(
 ) -> None:
     """Run nodes and worker processes, on the wire if there is one; `joined_name` is as for `bridged`."""
     with ExitStack() as stack:
-        system.loop.add_observer(print_remarks)
+        system.loop.add_observer(print_notices)
         if wire is None:
             start(system, launch)
         else:

@@ -168,7 +168,7 @@ def announce(console: Console, nodes: Iterable[Node]) -> None:
             console.print(code, style="bright_white on black", markup=False, soft_wrap=True)
 
 
-def print_remarks(publication: Publication) -> None:
-    """Print the remarks of nodes for the operator in the terminal."""
-    if publication.topic.endswith("/remark") and isinstance(publication.message, String):
+def print_notices(publication: Publication) -> None:
+    """Print the notices of nodes for the operator in the terminal."""
+    if publication.topic.endswith("/notice") and isinstance(publication.message, String):
         console.print(f"  {publication.message.data}", markup=False, soft_wrap=True)

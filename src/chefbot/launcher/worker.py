@@ -32,7 +32,7 @@ from chefbot.launcher.session import (
     freeze_loaded_objects,
     keep_loop_alive,
     print_fault,
-    print_remarks,
+    print_notices,
 )
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
@@ -84,7 +84,7 @@ def run(order: WorkerSpec, stdin: LaunchInput) -> None:
         system.isolate_faults(print_fault)
         simulated = launch.clock == "simulation"
         bridge = Bridge(system, wire, namespace, simulated=simulated, publishes_clock=False, node_name=name)
-        loop.add_observer(print_remarks)
+        loop.add_observer(print_notices)
         loop.post(lambda: _start_nodes(system, bridge, order, launch))
         stdin.stop = loop.stop
         keep_loop_alive(loop)

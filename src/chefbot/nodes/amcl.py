@@ -75,7 +75,7 @@ class AmclNode(ScanListenerNode):
         """Set the initial pose with its covariance; it must be a pose on the map."""
         reason = why_not_on_map(message, None if self.map.last is None else self.map.last.grid)
         if reason:
-            self.scan_remark.publish(String(f"The given pose is ignored: {reason}."))
+            self.scan_notice.publish(String(f"The given pose is ignored: {reason}."))
             return
         self._initial_pose = message
         if self._amcl is not None:

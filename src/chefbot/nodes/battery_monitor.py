@@ -38,7 +38,7 @@ class BatteryMonitorNode(Node):
     battery_status: Out[BatteryStatus] = topic(latched=True)
     log: Out[BatteryLog] = topic("battery/log", latched=True)
     diagnostics: Out[DiagnosticArray]
-    remark: Out[String] = topic("battery/remark")
+    notice: Out[String] = topic("battery/notice")
 
     def start(self) -> None:
         """Start with the consumption of the robot's sizing."""
@@ -99,7 +99,7 @@ class BatteryMonitorNode(Node):
         sentence = "" if fine else f"{known.level.value} {known.voltage_fault[:20]}"
         if sentence != self._sentence:
             self._sentence = sentence
-            self.remark.publish(String(known.description))
+            self.notice.publish(String(known.description))
 
 
 def prior_consumption(robot: Robot) -> Consumption:

@@ -39,7 +39,7 @@ class BehaviorServerNode(LocalCausesNode):
     drive_on_heading = action_server(nav2.DriveOnHeading)
     cmd_vel_nav: Out[Twist]
     wait_reason: Out[String] = topic("controller/wait_reason", latched=True)
-    remark: Out[String] = topic("controller/remark")
+    notice: Out[String] = topic("controller/notice")
 
     def start(self) -> None:
         """Start with no motion in progress."""
@@ -144,7 +144,7 @@ class BehaviorServerNode(LocalCausesNode):
         self.end_reports()
 
     def _publish_waiting(self) -> None:
-        remark = self._waiting.take_remark()
-        if remark:
+        notice = self._waiting.new_notice()
+        if notice:
             self.wait_reason.publish(String(self._waiting.reason))
-            self.remark.publish(String(remark))
+            self.notice.publish(String(notice))

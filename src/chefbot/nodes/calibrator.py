@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.calibration.calibrate import CalibrationDrive
 from chefbot.calibration.choreography import NO_SCANS, SCAN_TIMEOUT, Choreography, raise_on_error
 from chefbot.calibration.params import CalibratorParams
-from chefbot.calibration.steps import CalibrationDriveError, Look, Remark, Straight, Turn
+from chefbot.calibration.steps import CalibrationDriveError, Look, Notice, Straight, Turn
 from chefbot.calibration.wiring import board_error, explain_board_message
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelTicks
@@ -34,7 +34,7 @@ class CalibratorNode(Node):
     diagnostics: In[DiagnosticArray]
     spin = action_client(Spin)
     drive_on_heading = action_client(DriveOnHeading)
-    remark: Out[String] = topic("calibration/remark")
+    notice: Out[String] = topic("calibration/notice")
 
     def start(self) -> None:
         """Initialize the records and start the calibration drive."""
@@ -110,8 +110,8 @@ class CalibratorNode(Node):
         try:
             for step in self._choreography.steps():
                 match step:
-                    case Remark(sentence):
-                        self.remark.publish(String(sentence))
+                    case Notice(sentence):
+                        self.notice.publish(String(sentence))
                     case Straight(metres):
                         await self._straight(metres)
                     case Turn(angle):

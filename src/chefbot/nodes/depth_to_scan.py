@@ -50,13 +50,13 @@ class DepthToScanNode(Node):
     scan: Out[LaserScan]
     depth_scan: Out[LaserScan]
     obstacles: Out[ObstacleScan]
-    remark: Out[String] = topic("camera/remark")
+    notice: Out[String] = topic("camera/notice")
 
     def start(self) -> None:
         """Prepare the conversions from the robot file's camera."""
         camera = self.robot.sensors.depth_camera
         if camera is None:
-            for port in (self.scan, self.depth_scan, self.obstacles, self.remark):
+            for port in (self.scan, self.depth_scan, self.obstacles, self.notice):
                 port.unadvertise()
             return  # the robot has no depth camera
         self._camera = camera
@@ -125,9 +125,9 @@ class DepthToScanNode(Node):
                 f"the depth camera sees {math.degrees(seen):.0f} degrees, but the robot file has"
                 f" {math.degrees(given):.0f}: correct sensors.depth_camera.field_of_view"
             )
-            self.remark.publish(String(f"Warning: {text}."))
+            self.notice.publish(String(f"Warning: {text}."))
         if info.d.any():
-            self.remark.publish(String("Warning: the depth images are distorted; use rectified ones."))
+            self.notice.publish(String("Warning: the depth images are distorted; use rectified ones."))
 
     def _laser_scan(self, header: Header, ranges: NDArray[np.float32]) -> LaserScan:
         scan, limits = self._converter, (self._camera.range_min, self._camera.range_max)

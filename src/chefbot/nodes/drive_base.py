@@ -78,7 +78,7 @@ class DriveBaseNode(EmergencyStopNode):
         """Stop at once, without a ramp; navigation counts again when the process is back, teleoperation before."""
         self._commands.lose_process(process.data)
         self._halt()
-        self.publish_remark(f"{process.data} does not respond; the robot stops until it responds again.")
+        self.publish_notice(f"{process.data} does not respond; the robot stops until it responds again.")
 
     def on_process_back(self, process: String) -> None:
         """Accept navigation again once no process is missing."""
@@ -99,7 +99,7 @@ class DriveBaseNode(EmergencyStopNode):
             self._commands.interrupt(CommandSource.TELEOP, now_ns)
             self._limiter.reset()  # at once, without a ramp
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
-        self.publish_remark(self._cliffs.take_remark(command.v, now_ns))
+        self.publish_notice(self._cliffs.new_notice(command.v, now_ns))
         allowed = self._allowed_fraction(command)
         allowed *= fraction_within(self.speed_limit.last, allowed * command.v, self._limiter.limits.speed)
         target = self._cliffs.limit(allowed * command.v, now_ns), allowed * command.w

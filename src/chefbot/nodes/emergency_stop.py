@@ -26,7 +26,7 @@ class EmergencyStopNode(CollisionMonitorNode):
     restarted: In[Empty] = restored(RESTARTED)
     emergency_stop: Out[Bool] = topic(latched=True)
     stop_status: Out[EmergencyStopStatus] = topic(latched=True)
-    remark: Out[String] = topic("base/remark")
+    notice: Out[String] = topic("base/notice")
 
     def start(self) -> None:
         """Publish the state of the emergency stop."""
@@ -81,12 +81,12 @@ class EmergencyStopNode(CollisionMonitorNode):
         if decision.halt:
             self.discard_commands()
         self._publish_stop(decision.status)
-        self.publish_remark(decision.remark)
+        self.publish_notice(decision.notice)
 
-    def publish_remark(self, remark: str) -> None:
-        """Publish a remark for the operator, unless it is empty."""
-        if remark:
-            self.remark.publish(String(remark))
+    def publish_notice(self, notice: str) -> None:
+        """Publish a notice for the operator, unless it is empty."""
+        if notice:
+            self.notice.publish(String(notice))
 
     def _publish_stop(self, status: EmergencyStopStatus) -> None:
         self._stop_published = True

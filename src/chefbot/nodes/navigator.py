@@ -112,7 +112,7 @@ class NavigatorNode(TreeRunnerNode):
     def _end(self, code: int, sentence: str) -> nav2.NavigateToPose_Result:
         """Publish the end of a goal and return its result; code 0 if it is reached, or a free pose near it."""
         self._publish_status("idle", sentence if code else "")
-        return nav2.NavigateToPose_Result(code, sentence if code else self._goal_remark)
+        return nav2.NavigateToPose_Result(code, sentence if code else self._goal_notice)
 
     def _current_pose(self) -> PoseStamped:
         try:

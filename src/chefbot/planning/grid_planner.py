@@ -34,14 +34,14 @@ class GridPlanner:
     No cell of the path has a cost of INSCRIBED or more. With a polygonal footprint, no pose of the
     path collides, save those at the start: where one does, the search is repeated without the cells around it.
     For an occupied goal it plans to the nearest free pose with sight of it; `walls` is the static map that no
-    sight leads through. `remarks` are sentences about what the last `plan` had to relax: a start inside the
+    sight leads through. `notices` are sentences about what the last `plan` had to relax: a start inside the
     inflation, an occupied goal. No step leads against a one-way lane. Reuses its working arrays between calls (9
     bytes per cell).
     """
 
     def __init__(self, params: PlannerParams | None = None) -> None:
         self.params = params or PlannerParams()
-        self.remarks: tuple[str, ...] = ()
+        self.notices: tuple[str, ...] = ()
         self.walls: Callable[[], Costmap] | None = None
         self._occupied: tuple[SE2, SE2] | None = None
         self._weight = cost_to_weight(self.params)
@@ -79,7 +79,7 @@ class GridPlanner:
 
     def _plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Search once, for the centre of the robot."""
-        self.remarks = ()
+        self.notices = ()
         self._require_inside(costmap, start, PlanningFailure.START_OUTSIDE_MAP)
         self._require_inside(costmap, goal, PlanningFailure.GOAL_OUTSIDE_MAP)
         self._load_costmap(costmap)
@@ -102,11 +102,11 @@ class GridPlanner:
     def _replace_occupied_goal(self, costmap: Costmap, goal: SE2, cell: int) -> None:
         self._occupied = goal, self._goal_at(costmap, goal, cell, exact=False)
         away = self._occupied[1].distance(goal)
-        self.remarks += (f"{OCCUPIED}, {away:.2f} m from the goal",)
+        self.notices += (f"{OCCUPIED}, {away:.2f} m from the goal",)
 
     def potential(self, costmap: Costmap, start: SE2) -> NDArray[np.float32]:
         """Return the cost-to-come of every cell (h, w), in metres of free driving; inf where unreachable."""
-        self.remarks = ()
+        self.notices = ()
         self._require_inside(costmap, start, PlanningFailure.START_OUTSIDE_MAP)
         self._load_costmap(costmap)
         self._search(self._source_cell(costmap, start), -1)
@@ -156,7 +156,7 @@ class GridPlanner:
         location = {INSCRIBED: "too near to an obstacle", LETHAL: "inside an obstacle"}.get(
             int(cost), "in the unknown"
         )
-        self.remarks += (f"the robot stands {location}; within {self.params.escape:.2f} m it may drive out",)
+        self.notices += (f"the robot stands {location}; within {self.params.escape:.2f} m it may drive out",)
         nearby = self._cells_within(costmap, start, self.params.escape)
         costs = self._padded.reshape(-1)[nearby]
         self._padded.reshape(-1)[nearby[(costs == INSCRIBED) | (costs == UNKNOWN)]] = MAX_FREE_COST
@@ -224,7 +224,7 @@ class GridPlanner:
     def _no_path_error(self, start: SE2, goal: SE2) -> PlanningError:
         """Return the error of an exhaustive search that did not reach the goal."""
         costs = self._padded.reshape(-1)[self._written[: self._written_count]]
-        if self.remarks and not (costs < MAX_FREE_COST).any():
+        if self.notices and not (costs < MAX_FREE_COST).any():
             return PlanningError(PlanningFailure.START_OCCUPIED, start)
         return PlanningError(PlanningFailure.NO_VALID_PATH, goal)
 

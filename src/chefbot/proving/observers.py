@@ -33,7 +33,7 @@ WRONG_POSE = 1.0
 PATH_PERIOD_NS = 500_000_000
 
 
-FILE_TOPICS = (LAUNCH_TOPIC, "map_recorder/folder", "map_recorder/remark")
+FILE_TOPICS = (LAUNCH_TOPIC, "map_recorder/folder", "map_recorder/notice")
 """Topics whose messages name files of one machine."""
 
 

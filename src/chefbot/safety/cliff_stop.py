@@ -49,7 +49,7 @@ class CliffStop:
                 return f"Cliff sensor {name} sees no floor: the robot does not drive {way}."
         return ""
 
-    def take_remark(self, v: float, now_ns: int) -> str:
+    def new_notice(self, v: float, now_ns: int) -> str:
         """Return the reason once when it has changed since the last call, else an empty string."""
         reason = self.reason(v, now_ns) if v else self._reported
         changed, self._reported = reason != self._reported, reason

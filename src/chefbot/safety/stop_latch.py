@@ -25,11 +25,11 @@ BOARD_BACK = "The motor board answers again; send the goal again to drive."
 
 
 class StopDecision(NamedTuple):
-    """The status to publish; whether the base must stop at once; a remark for the operator, or an empty string."""
+    """The status to publish; whether the base must stop at once; a notice for the operator, or an empty string."""
 
     status: EmergencyStopStatus
     halt: bool
-    remark: str = ""
+    notice: str = ""
 
 
 class StopLatch:
@@ -70,13 +70,13 @@ class StopLatch:
         """Hold the robot because the motor board is lost, unless it is stopped already."""
         if self.active:
             return None
-        return self._set(True, BOARD_LOST, now_ns, held=True)._replace(remark=BOARD_LOST)
+        return self._set(True, BOARD_LOST, now_ns, held=True)._replace(notice=BOARD_LOST)
 
     def regain_board(self, now_ns: int) -> StopDecision | None:
         """Accept commands again, unless the emergency stop was pressed."""
         if not self.status.held:
             return None
-        return self._set(False, BOARD_BACK, now_ns)._replace(remark=BOARD_BACK)
+        return self._set(False, BOARD_BACK, now_ns)._replace(notice=BOARD_BACK)
 
     def restore(self, status: EmergencyStopStatus, now_ns: int) -> StopDecision | None:
         """Restore the state from before a restart; a stop that was active stays active since its press.
@@ -93,7 +93,7 @@ class StopLatch:
         return self._restore_active(ESTOP_STATE_UNKNOWN, now_ns)
 
     def _restore_active(self, sentence: str, now_ns: int) -> StopDecision:
-        return self._set(True, sentence, now_ns)._replace(remark=sentence)
+        return self._set(True, sentence, now_ns)._replace(notice=sentence)
 
     def _set(self, active: bool, sentence: str, now_ns: int, held: bool = False) -> StopDecision:
         header = Header.of(now_ns, "base_link")

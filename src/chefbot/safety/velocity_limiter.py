@@ -24,13 +24,13 @@ class VelocityLimiter:
 
     A twist that slows down does so with the robot's deceleration, the one of a stop. The state `v`, `w` (m/s, rad/s)
     is the last output. The set of allowed twists is convex and the ramp is a straight line between two of them, so
-    the output never leaves the set. `remark` is the reason why the last command was not followed, or "".
+    the output never leaves the set. `notice` is the reason why the last command was not followed, or "".
     """
 
     def __init__(self, limits: Limits, params: VelocityLimiterParams | None = None) -> None:
         self.limits = limits
         self.params = params or VelocityLimiterParams()
-        self.remark = ""
+        self.notice = ""
         self.v = self.w = 0.0
 
     def step(self, v: float, w: float, age: float, dt: float) -> tuple[float, float]:
@@ -53,16 +53,16 @@ class VelocityLimiter:
         self.v, self.w = v, w
 
     def _target(self, v: float, w: float, age: float) -> tuple[float, float]:
-        self.remark = ""
+        self.notice = ""
         if not (math.isfinite(v) and math.isfinite(w)):
-            self.remark = "the commanded twist is not a number"
+            self.notice = "the commanded twist is not a number"
         elif not age <= self.params.timeout:
-            self.remark = f"the last command is older than {self.params.timeout} s"
-        if self.remark:
+            self.notice = f"the last command is older than {self.params.timeout} s"
+        if self.notice:
             return 0.0, 0.0
         scale = self.limits.scale(v, w)
         if scale < 1.0:
-            self.remark = f"the commanded twist is beyond the robot's limits and was scaled by {scale:.2f}"
+            self.notice = f"the commanded twist is beyond the robot's limits and was scaled by {scale:.2f}"
         return v * scale, w * scale
 
 

@@ -143,7 +143,7 @@ class SimulatorDevice(MotorBoardNode):
     ground_truth: Out[Odometry]
     people_truth: Out[PoseArray] = topic("ground_truth/people")
     collision: Out[Collision]
-    remark: Out[String] = topic("simulation/remark")
+    notice: Out[String] = topic("simulation/notice")
     doors: Out[JointState] = topic("simulation/doors", latched=True)
     """Opening of each door, 0 closed .. 1 open, as the position of a joint."""
 
@@ -166,14 +166,14 @@ class SimulatorDevice(MotorBoardNode):
         self._tick = 0
         self._frames = 0
         self._collisions = 0
-        self._pending_remarks: list[str] = []
+        self._pending_notices: list[str] = []
         self._door_openings: dict[str, float] = {}
         rng = self.context.rng().spawn(1)[0]
         self._lidar_output = faulty_lidar(self.scan.publish, rng)
         self._camera_output = faulty_camera(self.depth.publish, rng)
         outputs = (self._lidar_output, self._camera_output)
         self._faults = SimulatedRobotFaults(
-            self.params.events, self.simulation, self._board, *outputs, self._pending_remarks.append
+            self.params.events, self.simulation, self._board, *outputs, self._pending_notices.append
         )
         self._faults.schedule.advance(self.now_ns)
         self._start_camera(seed)
@@ -273,7 +273,7 @@ class SimulatorDevice(MotorBoardNode):
         try:
             action()
         except UserError as error:
-            self._pending_remarks.append(str(error))
+            self._pending_notices.append(str(error))
 
     # -- sensors
 
@@ -332,9 +332,9 @@ class SimulatorDevice(MotorBoardNode):
             self.doors.publish(JointState(self._header("map"), tuple(openings), position))
 
     def _publish_collisions(self) -> None:
-        for remark in self._pending_remarks:
-            self.remark.publish(String(remark))
-        self._pending_remarks.clear()
+        for notice in self._pending_notices:
+            self.notice.publish(String(notice))
+        self._pending_notices.clear()
         collisions = self.simulation.collisions()
         if collisions.episodes > self._collisions:
             self._collisions = collisions.episodes

@@ -85,8 +85,8 @@ class Driver:
         return arrays[-1].status[0] if arrays else DiagnosticStatus()
 
     @property
-    def remarks(self) -> list[str]:
-        return [one.data for one in self.messages.get("camera/remark", []) if isinstance(one, String)]
+    def notices(self) -> list[str]:
+        return [one.data for one in self.messages.get("camera/notice", []) if isinstance(one, String)]
 
 
 def robot_with(driver: str) -> Robot:
@@ -138,7 +138,7 @@ def test_a_pulled_cable_is_reported_once_then_reconnected(driver: Driver, camera
     driver.until(lambda: "no camera" in driver.health.message.lower(), "another attempt")
     camera.plugged, count = True, len(driver.images)
     driver.until(lambda: driver.health.level == OK and len(driver.images) > count, "images")
-    assert len(driver.remarks) == len(set(driver.remarks)) + 1  # its name twice, each warning once
+    assert len(driver.notices) == len(set(driver.notices)) + 1  # its name twice, each warning once
 
 
 @pytest.mark.slow
@@ -155,7 +155,7 @@ def test_a_camera_that_hangs_is_opened_again(driver: Driver, camera: SoftwareCam
 def test_any_exception_of_an_sdk_is_reported(driver: Driver, camera: SoftwareCamera) -> None:
     driver.until(lambda: bool(driver.images), "an image")
     camera.fails, count = True, len(driver.images)
-    driver.until(lambda: any("ValueError: of the SDK" in text for text in driver.remarks), "the report")
+    driver.until(lambda: any("ValueError: of the SDK" in text for text in driver.notices), "the report")
     driver.until(lambda: driver.health.level == OK and len(driver.images) > count, "images")
 
 

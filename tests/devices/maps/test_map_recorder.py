@@ -60,8 +60,8 @@ def test_a_map_is_on_the_disk_before_the_end(tmp_path: Path) -> None:
     robot = MappingRobot(tmp_path)
     robot.drive()
     robot.run(WRITE_PERIOD)
-    wait_for(lambda: robot.run(0.1) or robot.remarks())
-    assert robot.remarks() == [f"The map and its drive are kept in {bundles(tmp_path)[0].parent}."]
+    wait_for(lambda: robot.run(0.1) or robot.notices())
+    assert robot.notices() == [f"The map and its drive are kept in {bundles(tmp_path)[0].parent}."]
     assert robot.messages("map_recorder/folder")[-1].data == str(bundles(tmp_path)[0].parent)
     robot.end()
 
@@ -109,7 +109,7 @@ def test_a_restarted_process_goes_on_in_the_same_folder(tmp_path: Path, mapper: 
     robot = MappingRobot(tmp_path, mapper=mapper)
     robot.drive()
     robot.run(WRITE_PERIOD)
-    wait_for(lambda: robot.run(0.1) or robot.remarks())
+    wait_for(lambda: robot.run(0.1) or robot.notices())
     transforms = TFMessage((TransformStamped.of(0, "map", "odom", robot.map_to_odom()),))
     topics = ("map", "map_recorder/folder")
     before = {topic: robot.messages(topic)[-1] for topic in topics}
@@ -156,11 +156,11 @@ def test_a_map_is_continued_from_a_given_pose(earlier: Path, tmp_path: Path) -> 
     robot.began = SE2(2.0, 0.5, 1.0)
     robot.scan(SE2(0.0, 0.0, 0.0))
     assert not robot.messages("mapped_scan"), "the robot is not found yet"
-    assert "looks for the robot" in robot.messages("scan/remark")[-1].data
+    assert "looks for the robot" in robot.messages("scan/notice")[-1].data
     pose = PoseWithCovarianceStamped(Header.of(0, "map"), PoseWithCovariance(Pose.of(robot.began)))
     robot.loop.publish("initialpose", pose, "page")
     robot.drive()
-    assert "the map is continued" in robot.messages("scan/remark")[-1].data
+    assert "the map is continued" in robot.messages("scan/notice")[-1].data
     found = robot.map_to_odom()
     assert found.distance(robot.began) < 0.05 and abs(found.between(robot.began).yaw) < 0.05
     robot.end()
@@ -194,7 +194,7 @@ def test_a_recorder_that_begins_too_late_keeps_nothing(tmp_path: Path) -> None:
     robot.loop.publish("mapped_scan", message, "gmapping")
     robot.run(WRITE_PERIOD)
     robot.end()
-    assert "has missed the beginning of the map" in robot.remarks()[-1] and not bundles(tmp_path)
+    assert "has missed the beginning of the map" in robot.notices()[-1] and not bundles(tmp_path)
 
 
 @pytest.mark.parametrize("mapper", ["", "{}", '{"algorithm": "graph", "params": {"resolution": 7}}', "\0"])
@@ -216,8 +216,8 @@ def test_a_folder_that_cannot_be_made_is_one_warning(tmp_path: Path) -> None:
     for _ in range(2):
         robot.run(WRITE_PERIOD)
         robot.drive(0.5)
-    wait_for(lambda: robot.run(0.1) or robot.remarks())
-    assert len(robot.remarks()) == 1 and robot.remarks()[0].startswith("Warning: the map cannot be kept: ")
+    wait_for(lambda: robot.run(0.1) or robot.notices())
+    assert len(robot.notices()) == 1 and robot.notices()[0].startswith("Warning: the map cannot be kept: ")
     robot.end()
 
 
@@ -247,7 +247,7 @@ def test_a_pose_that_cannot_be_is_ignored(
     pose = PoseWithCovariance(Pose.of(SE2(x, 0.0, 0.0)))
     robot.loop.publish("initialpose", PoseWithCovarianceStamped(Header.of(0, frame), pose), "page")
     robot.scan(SE2(0.0, 0.0, 0.0))
-    texts = [fault.sentence for fault in faults] + [one.data for one in robot.messages("scan/remark")]
+    texts = [fault.sentence for fault in faults] + [one.data for one in robot.messages("scan/notice")]
     assert any(reason in text for text in texts) and not robot.messages("mapped_scan")
     robot.end()
 

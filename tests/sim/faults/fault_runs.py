@@ -88,12 +88,12 @@ class FaultRun:
         return found
 
     @property
-    def remarks(self) -> list[tuple[float, str]]:
-        """Time, s, and text of each remark."""
+    def notices(self) -> list[tuple[float, str]]:
+        """Time, s, and text of each notice."""
         return [
             (item.time_ns / 1e9, item.message.data)  # type: ignore[attr-defined]
             for item in self.published
-            if item.topic == "simulation/remark"
+            if item.topic == "simulation/notice"
         ]
 
     @property

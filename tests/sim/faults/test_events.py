@@ -77,7 +77,7 @@ def test_requests_have_the_keys_of_the_events(text: str, expected: object) -> No
     assert parse_request(text, 2_000_000_000) == expected
 
 
-def test_a_remark_names_fault_target_strength_and_end() -> None:
+def test_a_notice_names_fault_target_strength_and_end() -> None:
     event = e.SensorNoise(at=1.0, until=4.0, sensor="imu")
     assert begin_sentence(event) == "Fault begins: noise of imu (share 0.3), until 4 s."
 
@@ -98,7 +98,7 @@ def test_a_schedule_begins_and_ends_events_in_their_order() -> None:
     ]
 
 
-def test_an_impossible_event_is_remarked_and_not_active() -> None:
+def test_an_impossible_event_is_reported_and_not_active() -> None:
     def refuse(_: Any) -> None:
         raise UserError("no such sensor")
 

@@ -28,7 +28,7 @@ class LostBoard:
 
     def __init__(self) -> None:
         self.system = NodeContainer(Loop(StepClock()), load_robot("chefbot_lidar"), 3)
-        self.remarks: list[str] = []
+        self.notices: list[str] = []
         self.status = EmergencyStopStatus()
         self.navigation = NavigationStatus()
         self.pose = SE2(0.0, 0.0, 0.0)
@@ -40,8 +40,8 @@ class LostBoard:
 
     def _observe(self, publication: Publication) -> None:
         message = publication.message
-        if publication.topic == "base/remark" and isinstance(message, String):
-            self.remarks.append(message.data)
+        if publication.topic == "base/notice" and isinstance(message, String):
+            self.notices.append(message.data)
         elif isinstance(message, EmergencyStopStatus):
             self.status = message
         elif isinstance(message, NavigationStatus):
@@ -70,7 +70,7 @@ def test_a_new_goal_is_driven_to_after_the_board_is_back() -> None:
     robot.press(False)  # Release STOP does not help without a board
     robot.run(NEW_GOAL_S)
     assert (robot.status.active, robot.status.description) == (False, BOARD_BACK)
-    assert robot.remarks == [BOARD_LOST, BOARD_LOST, BOARD_BACK]
+    assert robot.notices == [BOARD_LOST, BOARD_LOST, BOARD_BACK]
     stood = robot.pose
     robot.run(NEW_GOAL_S + 3.0)
     assert robot.pose.distance(stood) < 0.01

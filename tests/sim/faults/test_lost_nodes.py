@@ -48,7 +48,7 @@ class FaultyDrive:
 
     def _observe(self, publication: Publication) -> None:
         message = publication.message
-        if publication.topic == "base/remark" and isinstance(message, String):
+        if publication.topic == "base/notice" and isinstance(message, String):
             self.sentences.append(message.data)
         elif isinstance(message, NavigationStatus):
             self.sentences.append(message.reason)

@@ -104,11 +104,11 @@ class NodeRun:
         ]
 
     @property
-    def remarks(self) -> list[tuple[float, str]]:
+    def notices(self) -> list[tuple[float, str]]:
         return [
             (item.time_ns / 1e9, item.message.data)  # type: ignore[attr-defined]
             for item in self.published
-            if item.topic == "simulation/remark"
+            if item.topic == "simulation/notice"
         ]
 
 
@@ -129,7 +129,7 @@ def label(event: Any) -> str:
 @pytest.mark.parametrize("event", FAULTS, ids=label)
 def test_a_fault_begins_and_ends_and_leaves_all_else(event: Any) -> None:
     run, healthy = NodeRun(event).run(5.0), NodeRun().run(5.0)
-    assert [time for time, _ in run.remarks] == [1.05, 2.0]
+    assert [time for time, _ in run.notices] == [1.05, 2.0]
     assert run.on("beat") == healthy.on("beat")
     assert run.on("received") != healthy.on("received")
     for name in ("repeated", "received"):
@@ -157,7 +157,7 @@ def test_a_killed_node_is_silent_and_restarts() -> None:
 
 def test_a_node_that_is_killed_for_good_stays_dead() -> None:
     run = NodeRun(e.NodeKilled(at=1.05, node="counter")).run(5.0)
-    assert run.on("count")[-1][0] == 1.0 and len(run.remarks) == 1
+    assert run.on("count")[-1][0] == 1.0 and len(run.notices) == 1
 
 
 def test_a_hung_node_catches_up_with_the_last_ten_messages() -> None:
@@ -205,7 +205,7 @@ def test_an_operator_hangs_and_frees_a_node() -> None:
     run.loop.publish("simulation/fault", String("none counter"), "test", from_device=True)
     run.run(2.1)
     assert run.on("repeated")[-1] == (2.1, 2.1)
-    assert [text for _, text in run.remarks] == [
+    assert [text for _, text in run.notices] == [
         "Fault begins: hung of counter.",
         "Fault ends: hung of counter.",
     ]
@@ -213,7 +213,7 @@ def test_an_operator_hangs_and_frees_a_node() -> None:
 
 def test_two_faults_of_one_node_at_once_are_refused() -> None:
     run = NodeRun(FAULTS[0], e.NodeHung(at=1.5, until=1.8, node="counter")).run(3.0)
-    assert "Fault impossible: hung of counter: node counter is killed" in run.remarks[1][1]
+    assert "Fault impossible: hung of counter: node counter is killed" in run.notices[1][1]
 
 
 # -- a launch with events

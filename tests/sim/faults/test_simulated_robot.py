@@ -81,7 +81,7 @@ def healthy() -> FaultRun:
 def test_a_sensor_fault_changes_its_sensor_and_nothing_else(event: Any, healthy: FaultRun) -> None:
     run = run_in_room(event)
     own = TOPICS[getattr(event, "sensor", getattr(event, "clock", ""))]
-    others = (*own, "simulation/remark", "diagnostics")
+    others = (*own, "simulation/notice", "diagnostics")
     assert run.bytes_of(0.0, END, *others) == healthy.bytes_of(0.0, END, *others)
     assert run.bytes_of(0.0, AT)[own[0]] == healthy.bytes_of(0.0, AT)[own[0]]
     during, expected = run.bytes_of(AT, UNTIL), healthy.bytes_of(AT, UNTIL)
@@ -95,7 +95,7 @@ def test_a_sensor_fault_changes_its_sensor_and_nothing_else(event: Any, healthy:
         assert after[own[0]] == expected[own[0]]
 
 
-def test_begin_and_end_are_remarked_at_their_times() -> None:
+def test_begin_and_end_are_reported_at_their_times() -> None:
     events = [*SENSOR_FAULTS, *OTHER_FAULTS]
     run = FaultRun(*events, drives=True).run(UNTIL + 0.1)
     run.close()
@@ -105,10 +105,10 @@ def test_begin_and_end_are_remarked_at_their_times() -> None:
         for event in events
         if not isinstance(event, e.Bump | e.Carried)
     )
-    remarks = Counter(
-        (time, re.match(r"Fault (?:begins|ends): \w+", text).group()) for time, text in run.remarks
+    notices = Counter(
+        (time, re.match(r"Fault (?:begins|ends): \w+", text).group()) for time, text in run.notices
     )
-    assert remarks == begins + ends
+    assert notices == begins + ends
 
 
 @pytest.mark.slow
@@ -315,13 +315,13 @@ def test_an_operator_begins_and_ends_faults_with_the_same_keys() -> None:
     for text in ("freeze lidar", "slip both share=0.5", "voltage_drop"):
         request(run, text)
     run.run(1.1)
-    assert [text.split()[2] for _, text in run.remarks] == ["freeze", "slip", "voltage_drop"]
+    assert [text.split()[2] for _, text in run.notices] == ["freeze", "slip", "voltage_drop"]
     request(run, "none lidar")
     run.run(1.2)
     request(run, "none")
     run.run(1.3)
     run.close()
-    assert [text for _, text in run.remarks[3:]] == [
+    assert [text for _, text in run.notices[3:]] == [
         "Fault ends: freeze of lidar.",
         "Fault ends: slip of both.",
         "Fault ends: voltage_drop.",
@@ -343,7 +343,7 @@ def test_a_wrong_request_is_answered_in_one_sentence(text: str, expected: str) -
     request(run, text)
     run.run(0.6)
     run.close()
-    assert [expected in remark for _, remark in run.remarks] == [True]
+    assert [expected in notice for _, notice in run.notices] == [True]
 
 
 def test_an_event_for_a_sensor_that_the_robot_lacks_is_refused() -> None:

@@ -16,7 +16,7 @@ from chefbot.cli.robot.calibrate_file import Findings, findings_of, robot_text
 from chefbot.cli.robot.calibrate_picture import picture
 from chefbot.errors import UserError
 from chefbot.launcher.launch import parse_arguments
-from chefbot.launcher.session import print_remarks, session, start
+from chefbot.launcher.session import print_notices, session, start
 from chefbot.maths.se2 import SE2
 from chefbot.nodes.calibrator import CalibratorNode
 from chefbot.robot.load import find_robot, load_robot, parse_robot
@@ -89,7 +89,7 @@ def _measure(robot: Robot, launch: Launch, options: CalibrateOptions) -> Measure
     recording = options.out / "run.mcap"
     speed = 0.0 if options.sim else 1.0
     with session(robot, options.seed, launch.clock, speed, recording) as system:
-        system.loop.add_observer(print_remarks)
+        system.loop.add_observer(print_notices)
         start(system, launch)
         node = system.nodes[NODE]
         assert isinstance(node, CalibratorNode)

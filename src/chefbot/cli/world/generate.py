@@ -34,7 +34,7 @@ def generate_world(kind: str, seed: int, size: str, numbers: list[str], robot_na
     robot = load_robot(robot_name)
     given = {**_size(kind, size), **given_numbers(numbers, "clutter=0.05")}
     spec = generate(kind, seed, given, robot.circumscribed_radius)
-    text = world_text(spec, _remark(kind, seed, size, numbers, robot_name))
+    text = world_text(spec, _comment(kind, seed, size, numbers, robot_name))
     world = parse_world(text.encode(), str(out))
     check_places(world, robot)
     make_folder(out.parent)
@@ -73,7 +73,7 @@ def _size(kind: str, text: str) -> dict[str, float]:
     return {"width": float(match[1]), "depth": float(match[2])}
 
 
-def _remark(kind: str, seed: int, size: str, numbers: list[str], robot: str) -> str:
+def _comment(kind: str, seed: int, size: str, numbers: list[str], robot: str) -> str:
     options = [f"--size {size}"] if size else []
     options += [f"--set {text}" for text in numbers]
     return " ".join([f"chefbot world generate {kind} --seed {seed}", *options, f"--robot {robot}"])

@@ -69,11 +69,11 @@ def add_friction(parent: ET.Element, friction: float) -> None:
     add_values(ode, mu=float(friction), mu2=float(friction))
 
 
-def sdf_document(child: ET.Element, remark: str = "") -> str:
+def sdf_document(child: ET.Element, comment: str = "") -> str:
     """Return the file that contains a model or a world."""
     root = ET.Element("sdf", version=VERSION)
-    if remark:
-        root.append(ET.Comment(f" {remark} "))
+    if comment:
+        root.append(ET.Comment(f" {comment} "))
     root.append(child)
     return xml_document(root)
 

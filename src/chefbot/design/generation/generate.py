@@ -47,9 +47,9 @@ class GeneratedRobot(NamedTuple):
     robot: Robot
     sections: dict[str, Any]
 
-    def text(self, remark: str) -> str:
-        """Return the robot file. remark: a comment for its first lines."""
-        return yaml_text(self.sections, remark)
+    def text(self, comment: str) -> str:
+        """Return the robot file. comment: text of its first lines."""
+        return yaml_text(self.sections, comment)
 
 
 def generate_robot(

@@ -59,7 +59,7 @@ class MapRecorderDevice(Device):
     restored_folder: In[String] = restored("map_recorder/folder")
     folder: Out[String] = topic("map_recorder/folder", latched=True)
     map_error: Out[OccupancyGrid] = topic(latched=True)
-    remark: Out[String] = topic("map_recorder/remark")
+    notice: Out[String] = topic("map_recorder/notice")
 
     def start(self) -> None:
         """Wait for the first scan of a map. Raises UserError if the bundle of a continued one cannot be read."""
@@ -75,7 +75,7 @@ class MapRecorderDevice(Device):
         self._changed = False
         self._used = 0
         """Scans of this launch that are part of the map."""
-        self._last_remark = ""
+        self._last_notice = ""
         self._writer = ThreadPoolExecutor(1, "map recorder")
         self._writing: Future[None] | None = None
 
@@ -180,6 +180,6 @@ class MapRecorderDevice(Device):
 
     def _report(self, sentence: str) -> None:
         """Publish a sentence once, until there is another one."""
-        if sentence != self._last_remark:
-            self._last_remark = sentence
-            self.remark.publish(String(sentence))
+        if sentence != self._last_notice:
+            self._last_notice = sentence
+            self.notice.publish(String(sentence))

@@ -27,7 +27,7 @@ class DeliveryRoundNode(DeliveryEnergyNode):
     localization_status: In[LocalizationStatus]
     navigate_to_pose = action_client(NavigateToPose)
     delivery_status: Out[DeliveryStatus] = topic(latched=True)
-    remark: Out[String] = topic("delivery/remark")
+    notice: Out[String] = topic("delivery/notice")
 
     def start(self) -> None:
         """Start idle; the drives begin once `_ready` is set."""
@@ -73,11 +73,11 @@ class DeliveryRoundNode(DeliveryEnergyNode):
         self._drive = self.spawn(self._drive_leg(leg)) if leg is not None else None
 
     def _apply_event(self, event: Callable[[], None]) -> None:
-        """Apply an event to the round and publish a remark if it is refused."""
+        """Apply an event to the round and publish a notice if it is refused."""
         try:
             event()
         except OrderError as error:
-            self.remark.publish(String(str(error)))
+            self.notice.publish(String(str(error)))
         self._update_drive()
 
     async def _drive_leg(self, leg: DriveRequest) -> None:

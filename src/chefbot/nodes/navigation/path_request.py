@@ -20,7 +20,7 @@ class PathRequestNode(RecoveryBehaviorsNode):
     """Base class of a node that requests paths by compute_path_to_pose."""
 
     compute_path_to_pose = action_client(nav2.ComputePathToPose)
-    _goal_remark = ""
+    _goal_notice = ""
     """What the planner reported about a goal to which it found a path: that it is occupied."""
 
     async def _plan(
@@ -33,7 +33,7 @@ class PathRequestNode(RecoveryBehaviorsNode):
         await wait_any(planning, self.sleep(PLANNER_TIMEOUT))
         if planning.done:
             result = planning.result()
-            self._goal_remark = "" if result.error_code else result.error_msg
+            self._goal_notice = "" if result.error_code else result.error_msg
             return result
         planning.discard()
         return nav2.ComputePathToPose_Result(error_code=TIMEOUT, error_msg=PLANNER_SILENT)

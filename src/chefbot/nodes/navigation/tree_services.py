@@ -38,7 +38,7 @@ class TreeServicesNode(PathWaitingNode, ObstacleFacingNode, RetreatingNode):
         """Forget the failures and recoveries of the goal before."""
         self._restart_waiting()
         self._failure: tuple[int, str] = (0, "")
-        self._goal_remark = ""
+        self._goal_notice = ""
         self._recoveries = 0
 
     def _begin_recovery(self) -> None:
@@ -81,7 +81,7 @@ class NodeServices:
 
     def follow_path(self, path: object) -> Pending:
         """Follow a Path; the controller preempts the one before."""
-        self._node._publish_status("driving", self._node._goal_remark)
+        self._node._publish_status("driving", self._node._goal_notice)
         return self._node.follow_path.call(nav2.FollowPath_Goal(cast(Path, path)))
 
     def spin(self, angle: float, time_allowance: float) -> Pending:
@@ -133,7 +133,7 @@ class NodeServices:
 
     def is_goal_occupied(self) -> bool:
         """Return whether the newest path ends beside its occupied goal, as the planner reported."""
-        return bool(self._node._goal_remark)
+        return bool(self._node._goal_notice)
 
     def face_obstacle(self, goal: object) -> Pending:
         """Rotate in place until the robot faces what occupies a PoseStamped; no recovery, the goal is near enough."""

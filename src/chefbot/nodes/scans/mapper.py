@@ -79,7 +79,7 @@ class MapperNode(MapPublisherNode):
         else:
             reason = why_not_on_map(message)
         if reason:
-            self.scan_remark.publish(String(f"The given pose is ignored: {reason}."))
+            self.scan_notice.publish(String(f"The given pose is ignored: {reason}."))
         else:
             self._given = message.pose.pose.se2
 
@@ -139,10 +139,10 @@ class MapperNode(MapPublisherNode):
             earlier.place(laser, pose)
         elif (pose := earlier.find(laser, scan, odom)) is None:
             if not self._looking:
-                self.scan_remark.publish(String(earlier.searching(self.settings())))
+                self.scan_notice.publish(String(earlier.searching(self.settings())))
             self._looking = True
             return False
         self._drive = DriveMessages(earlier.params, laser, pose, continued=True)
         self._earlier = None
-        self.scan_remark.publish(String(f"The robot is at {pose.text}; the map is continued."))
+        self.scan_notice.publish(String(f"The robot is at {pose.text}; the map is continued."))
         return True

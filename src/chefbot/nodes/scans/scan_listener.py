@@ -19,7 +19,7 @@ class ScanListenerNode(Node):
 
     role: ClassVar[str] = "The node"
     scan: In[LaserScan]
-    scan_remark: Out[String] = topic("scan/remark")
+    scan_notice: Out[String] = topic("scan/notice")
 
     def start(self) -> None:
         """Begin to wait for scans."""
@@ -30,7 +30,7 @@ class ScanListenerNode(Node):
         self._received_ns = self.now_ns
         if self._reported:
             self._reported = False
-            self.scan_remark.publish(String(f"{self.role} receives scans again."))
+            self.scan_notice.publish(String(f"{self.role} receives scans again."))
         if self.wants_scans:
             when_deskewed(self.tf, scan, "base_link", self.process_scan)
 
@@ -47,7 +47,7 @@ class ScanListenerNode(Node):
         """Report once that no scan arrives."""
         if not self._reported and self.now_ns - self._received_ns > MAX_SILENCE_NS:
             self._reported = True
-            self.scan_remark.publish(String(f"{self.role} {self._missing()}."))
+            self.scan_notice.publish(String(f"{self.role} {self._missing()}."))
 
     def _missing(self) -> str:
         lidar = self.robot.sensors.lidar

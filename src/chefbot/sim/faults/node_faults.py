@@ -127,7 +127,7 @@ class NodeFaultsNode(Node):
 
     params: NodeFaultsParams
     fault: In[String] = topic("simulation/fault")
-    remark: Out[String] = topic("simulation/remark")
+    notice: Out[String] = topic("simulation/notice")
 
     def start(self) -> None:
         """Begin to intercept the loop's callbacks."""
@@ -137,7 +137,7 @@ class NodeFaultsNode(Node):
             self.params.events,
             self._begin,
             self._end,
-            lambda text: self.remark.publish(String(text)),
+            lambda text: self.notice.publish(String(text)),
         )
         timing = self._loop.timing(self.name, f"{self.name}.advance")
         for time_ns in self._schedule.times_ns():

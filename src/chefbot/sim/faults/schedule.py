@@ -40,14 +40,14 @@ def describe(event: InjectedFault) -> str:
 
 
 def begin_sentence(event: InjectedFault) -> str:
-    """Return the remark at the beginning of a fault."""
+    """Return the notice at the beginning of a fault."""
     until = getattr(event, "until", None)
     end = "" if until is None else f", until {until:g} s"
     return f"Fault begins: {describe(event)}{_strength(event)}{end}."
 
 
 def end_sentence(event: InjectedFault) -> str:
-    """Return the remark at the end of a fault."""
+    """Return the notice at the end of a fault."""
     return f"Fault ends: {describe(event)}."
 
 
@@ -75,10 +75,10 @@ class FaultSchedule(Generic[F]):
         events: Iterable[F],
         on_begin: Callable[[F], None],
         on_end: Callable[[F], None],
-        remark: Callable[[str], None],
+        notice: Callable[[str], None],
     ) -> None:
         self._waiting = sorted(events, key=lambda event: event.at)
-        self._on_begin, self._on_end, self._remark = on_begin, on_end, remark
+        self._on_begin, self._on_end, self._notice = on_begin, on_end, notice
         self.active: list[F] = []
 
     def times_ns(self) -> list[int]:
@@ -96,7 +96,7 @@ class FaultSchedule(Generic[F]):
                 self.begin(event)
 
     def begin(self, event: F) -> None:
-        """Begin an event now; if that is impossible, a remark gives the reason."""
+        """Begin an event now; if that is impossible, a notice gives the reason."""
         lasting = isinstance(event, LastingFault)
         if lasting:
             self.active.append(event)
@@ -105,15 +105,15 @@ class FaultSchedule(Generic[F]):
         except UserError as error:
             if lasting:
                 self.active.remove(event)
-            self._remark(f"Fault impossible: {describe(event)}: {error}.")
+            self._notice(f"Fault impossible: {describe(event)}: {error}.")
         else:
-            self._remark(begin_sentence(event))
+            self._notice(begin_sentence(event))
 
     def end(self, event: F) -> None:
         """End an active event now."""
         self.active.remove(event)
         self._on_end(event)
-        self._remark(end_sentence(event))
+        self._notice(end_sentence(event))
 
     def end_all(self, target: str = "") -> None:
         """End all active events that hit `target`, or all of them."""

@@ -56,7 +56,7 @@ class SimulatedRobotFaults:
         board: SimulatedBoard,
         lidar: FaultySensor[LaserScan],
         camera: FaultySensor[Image],
-        remark: Callable[[str], None],
+        notice: Callable[[str], None],
     ) -> None:
         self._simulation, self._board, self._lidar, self._camera = simulation, board, lidar, camera
         self._as_built = simulation.as_built
@@ -64,7 +64,7 @@ class SimulatedRobotFaults:
         events = tuple(events)
         for event in events:
             check_robot_has(simulation.robot, event)
-        self.schedule = FaultSchedule[SimulatorFault](events, self._begin, lambda _: self._apply(), remark)
+        self.schedule = FaultSchedule[SimulatorFault](events, self._begin, lambda _: self._apply(), notice)
 
     def _begin(self, event: SimulatorFault) -> None:
         check_robot_has(self._simulation.robot, event)

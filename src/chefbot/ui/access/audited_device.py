@@ -19,7 +19,7 @@ class AuditedDevice(Device):
 
     parameter_events: In[ParameterEvent] = topic("/parameter_events")
     changed_params: In[String] = topic(PARAMS_TOPIC)
-    remark: Out[String] = topic("page/remark")
+    notice: Out[String] = topic("page/notice")
 
     def start(self) -> None:
         """Open the audit log of the robot."""
@@ -48,4 +48,4 @@ class AuditedDevice(Device):
     def _keep_warning(self, sentence: str) -> None:
         if sentence not in self.own_warnings:
             self.own_warnings.append(sentence)
-            self.remark.publish(String(f"Warning: {sentence}."))
+            self.notice.publish(String(f"Warning: {sentence}."))

@@ -46,5 +46,5 @@ class CausePictureEndpoint:
         try:
             with closing(CauseRecords(self._history)) as records:
                 return records.picture(number, kind)
-        except ChefbotError:  # damaged; the device has remarked it already
+        except ChefbotError:  # damaged; the device has reported it already
             return None

@@ -16,7 +16,7 @@ from chefbot.ui.missions.recording_device import RecordingDevice
 
 
 class CauseDevice(RecordingDevice):
-    """Keeps the causes of this run and records them; a history that cannot be written is a remark."""
+    """Keeps the causes of this run and records them; a history that cannot be written is a notice."""
 
     _records: CauseRecords | None = None
     _cause_recorder: CauseRecorder | None = None

@@ -21,7 +21,7 @@ def history_path(robot: str) -> Path:
 
 
 class HistoryDevice(MissionDevice):
-    """Records each delivery round while the web UI is served; a history that cannot be written is a remark."""
+    """Records each delivery round while the web UI is served; a history that cannot be written is a notice."""
 
     _history: DeliveryHistory | None = None
     _recorder: RoundRecorder | None = None

@@ -102,9 +102,9 @@ class IncidentDevice(HistoryDevice):
         self.post(lambda: self._end_request(saved, problem))
 
     def _end_request(self, saved: tuple[SavedIncident, ...], problem: str) -> None:
-        """Show the newest incidents and how a request has ended; a problem is a remark, too."""
+        """Show the newest incidents and how a request has ended; a problem is a notice, too."""
         if problem:
-            self.remark.publish(String(f"Warning: {problem}."))
+            self.notice.publish(String(f"Warning: {problem}."))
         outcome = f"{problem or 'Saved'}."
         view = msgspec.structs.replace(
             self._incidents, saved=saved, outcome=outcome, requests=self._incidents.requests + 1

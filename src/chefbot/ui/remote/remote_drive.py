@@ -23,7 +23,7 @@ MIN_PERIOD_NS = 50_000_000
 s."""
 
 REPEAT_NS = 5_000_000_000
-"""Minimum time before the same remark is repeated, ns."""
+"""Minimum time before the same notice is repeated, ns."""
 
 
 class RemoteDriveParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -43,13 +43,13 @@ class RemoteDriveDevice(Device):
     cmd_vel_teleop: In[Twist]
     stop_request: In[Bool]
     emergency_stop: Out[Bool] = topic(latched=True)
-    remark: Out[String] = topic("remote_drive/remark")
+    notice: Out[String] = topic("remote_drive/notice")
 
     def start(self) -> None:
         """Connect to the robot's web UI; UserError where there is none."""
         self._page = WebUiClient(self.params.page)
         self._sent_ns = self.now_ns - MIN_PERIOD_NS
-        self._last_remark = ("", self.now_ns)
+        self._last_notice = ("", self.now_ns)
         self._stopped: bool | None = None
         self._closing = False
         self._thread = threading.Thread(target=self._receive_loop, name="remote drive", daemon=True)
@@ -92,15 +92,15 @@ class RemoteDriveDevice(Device):
                     self.post(_raiser(error))
                 return
             except UserError as error:
-                self.post(partial(self._remark_once, str(error)))
+                self.post(partial(self._notice_once, str(error)))
 
-    def _remark_once(self, sentence: str) -> None:
+    def _notice_once(self, sentence: str) -> None:
         """Log a sentence, the same one only once per period: each command is answered while another client
         drives."""
-        last_sentence, last_ns = self._last_remark
+        last_sentence, last_ns = self._last_notice
         if sentence != last_sentence or self.now_ns - last_ns >= REPEAT_NS:
-            self._last_remark = (sentence, self.now_ns)
-            self.remark.publish(String(sentence))
+            self._last_notice = (sentence, self.now_ns)
+            self.notice.publish(String(sentence))
 
 
 def _fraction(value: float, limit: float) -> float:

@@ -26,7 +26,7 @@ from chefbot.buildings.people_spec import PeopleSpec
 from chefbot.launcher.session import session
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.people.observation import observe_obstacles, observe_scan
 from chefbot.proving.run import site_of

@@ -18,7 +18,7 @@ from chefbot.behavior.waiting import (
 )
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import FindBlockage_Result
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.std_msgs import Header
 

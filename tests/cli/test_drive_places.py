@@ -13,7 +13,7 @@ from chefbot.cli import running_robot
 from chefbot.cli.drive.commands import drive_app
 from chefbot.cli.drive.places import print_places, put_place, remove_place
 from chefbot.errors import UserError
-from chefbot.msgs.chefbot_maps import MapEditResult
+from chefbot.msgs.chefbot_msgs.maps import MapEditResult
 from chefbot.ui.commands import DeletePlace, PutPlace
 from chefbot.ui.display.views import RobotView
 

@@ -22,8 +22,8 @@ from chefbot.maths.costs import LETHAL, UNKNOWN
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point, PoseStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid

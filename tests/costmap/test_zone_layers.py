@@ -22,7 +22,7 @@ from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.lanes import NO_LANES
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone, MapZones
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.std_msgs import String
 

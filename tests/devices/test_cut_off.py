@@ -8,7 +8,7 @@ import pytest
 from chefbot.devices.cut_off import Walls, cut_off, reachable
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, SLOW_ZONE, MapZone
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, SLOW_ZONE, MapZone
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.robot.load import load_robot
 

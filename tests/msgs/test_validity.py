@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import ObstacleScan, WheelTicks
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import (
     Point,
     Pose,

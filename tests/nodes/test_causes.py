@@ -10,7 +10,7 @@ from tests.support.nodes import NodeRunner, StationaryRobot
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Cause, EmergencyStopStatus, NavigationStatus
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal
 from chefbot.msgs.nav_msgs import OccupancyGrid

@@ -22,7 +22,7 @@ from chefbot.costmap.params import LOCAL_COSTMAP, CostmapParams
 from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import Cause, LocalizationStatus
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, TransformStamped
 from chefbot.msgs.nav2_msgs import SpeedLimit
 from chefbot.msgs.std_msgs import Header

@@ -14,7 +14,7 @@ from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.action_msgs import STATUS_ABORTED, STATUS_CANCELED, STATUS_SUCCEEDED
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import FollowOrder, NavigationStatus
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, PoseStamped, TransformStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Bool, Empty

@@ -18,8 +18,8 @@ from chefbot.errors import ChefbotError
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point, PointStamped, PoseStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range

@@ -7,7 +7,7 @@ import pytest
 
 from chefbot.control.controller import ComparedTwists
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_navigation import TrajectoryCandidates
+from chefbot.msgs.chefbot_msgs.navigation import TrajectoryCandidates
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.validity import check
 from chefbot.nodes.navigation.local_plan import candidates_message

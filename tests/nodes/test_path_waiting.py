@@ -18,7 +18,7 @@ from chefbot.msgs.chefbot_msgs import (
     FindBlockage_Result,
     NavigationStatus,
 )
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.sound_play import SoundRequest

@@ -19,8 +19,8 @@ from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
 from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import Cause
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header

@@ -8,7 +8,7 @@ from tests.support.nodes import StationaryRobot, send_goal_and_run
 
 from chefbot.causes.reports import STOP
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, Twist
 from chefbot.msgs.nav2_msgs import FollowPath_Goal
 from chefbot.msgs.nav_msgs import Path

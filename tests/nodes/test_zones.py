@@ -12,8 +12,8 @@ from tests.support.nodes import NodeRunner
 from chefbot.config import ConfigError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, SLOW_ZONE, MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import Cause
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, SLOW_ZONE, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped, Twist
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, SpeedLimit
 from chefbot.msgs.nav_msgs import OccupancyGrid

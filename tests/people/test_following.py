@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Vector3
 from chefbot.msgs.nav2_msgs import CONTROLLING, INITIAL_PERCEPTION, RETRY, STOPPING
 from chefbot.people.following import (

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.people.trails import LEFT_DISTANCE, MAX_PLACES, PeopleTrails
 

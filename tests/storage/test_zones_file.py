@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from chefbot.config import ConfigError
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE
 from chefbot.storage.zones import load_zones, zones_path
 
 CORNERS = "corners: [{x: 1 m, y: 2 m}, {x: 300 cm, y: 2 m}, {x: 3 m, y: 4 m}]"

@@ -13,7 +13,7 @@ import numpy as np
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.msgs.chefbot_maps import MapEditResult
+from chefbot.msgs.chefbot_msgs.maps import MapEditResult
 from chefbot.ui.commands import (
     ChangeQueue,
     DeletePlace,

@@ -10,7 +10,7 @@ import pytest
 from tests.support.web_ui import MAP_SHOWN, show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.msgs.chefbot_maps import MapZones
+from chefbot.msgs.chefbot_msgs.maps import MapZones
 from chefbot.ui import commands as do
 from chefbot.ui.display.message_conversion import zone_views
 from chefbot.ui.display.views import DeliveryView, WaitingOrderView

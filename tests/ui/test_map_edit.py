@@ -9,8 +9,8 @@ import pytest
 from tests.support.web_ui import MAP_SHOWN, show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.msgs.chefbot_maps import KEEP_OUT, MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import MapEditResult
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.ui import commands as do
 from chefbot.ui.display.message_conversion import zone_views

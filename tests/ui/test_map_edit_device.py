@@ -10,8 +10,8 @@ import pytest
 from tests.support.nodes import NodeRunner
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import NoParams

@@ -16,7 +16,7 @@ from tests.ui.test_map_edit_device import Shown
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.chefbot_navigation import CostmapCell, CostmapMark, TrajectoryCandidates
+from chefbot.msgs.chefbot_msgs.navigation import CostmapCell, CostmapMark, TrajectoryCandidates
 from chefbot.msgs.geometry_msgs import Point, Pose, TransformStamped, Twist
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header

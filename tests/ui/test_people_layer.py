@@ -11,7 +11,7 @@ from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab, pixels
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Vector3
 from chefbot.ui.display.message_conversion import people_views
 from chefbot.ui.display.views import PersonView

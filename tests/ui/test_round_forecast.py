@@ -9,7 +9,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.msgs.chefbot_deliveries import RoundForecast, RoundStop
+from chefbot.msgs.chefbot_msgs.deliveries import RoundForecast, RoundStop
 from chefbot.msgs.std_msgs import Header
 from chefbot.ui.commands import ShortestOrder
 from chefbot.ui.delivery_view import forecast_views

@@ -8,7 +8,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab, pixels
 
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, MapZone, MapZones
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.ui.display.message_conversion import zone_views
 from chefbot.ui.display.views import ZoneView

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, SLOW_ZONE, MapZone
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, SLOW_ZONE, MapZone
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.zones.contradictions import ZoneError, check_zones
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, PREFERRED, SLOW_ZONE, MapZone, MapZones
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, PREFERRED, SLOW_ZONE, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.nav2_msgs import SpeedLimit
 from chefbot.robot.load import load_robot

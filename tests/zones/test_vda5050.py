@@ -11,7 +11,7 @@ import pytest
 from chefbot.cli.map.zones import export_zones
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.storage.map_files import load_map, save_map
 from chefbot.storage.zones import save_zones, zones_path

@@ -10,7 +10,7 @@ import numpy as np
 from chefbot.behavior.recovery import WaitingParams
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import FindBlockage_Result, Quantity
-from chefbot.msgs.chefbot_people import TrackedPeople
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 
 MOVED_DISTANCE = 0.4
 """Distance from which somebody who stands counts as having gone elsewhere, m."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.chefbot_maps import MapZones, Places
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
+from chefbot.msgs.chefbot_msgs.maps import MapZones, Places
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.ros2.rmw.errors import RmwError

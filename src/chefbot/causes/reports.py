@@ -7,8 +7,8 @@ from typing import NamedTuple
 import msgspec
 
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.chefbot_maps import ZONE_TITLES
 from chefbot.msgs.chefbot_msgs import Cause, Quantity
+from chefbot.msgs.chefbot_msgs.maps import ZONE_TITLES
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.std_msgs import Header
 

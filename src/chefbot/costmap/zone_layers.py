@@ -15,7 +15,7 @@ from chefbot.maths.costs import LETHAL
 from chefbot.maths.lanes import NO_LANES, OneWayLanes
 from chefbot.maths.polygon import GridGeometry, cells_inside, cells_touched
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, PREFERRED, MapZone, MapZones
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, PREFERRED, MapZone, MapZones
 from chefbot.msgs.idl.message import Message
 
 if TYPE_CHECKING:

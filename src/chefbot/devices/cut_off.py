@@ -13,7 +13,7 @@ from chefbot.maths.costs import INSCRIBED, LETHAL
 from chefbot.maths.grid import OCCUPIED, Grid
 from chefbot.maths.polygon import GridGeometry, cells_touched
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, MapZone
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, MapZone
 from chefbot.planning.route_lengths import RouteLengths
 from chefbot.robot.spec import Robot
 

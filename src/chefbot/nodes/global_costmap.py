@@ -9,9 +9,9 @@ from chefbot.costmap.params import LIVE_PARAMS
 from chefbot.costmap.pose_jump import PoseJumpDetector
 from chefbot.costmap.ranger_marks import LASTING_SOURCES
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.msgs.chefbot_maps import MapZones
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.chefbot_navigation import CostmapCell
+from chefbot.msgs.chefbot_msgs.maps import MapZones
+from chefbot.msgs.chefbot_msgs.navigation import CostmapCell
 from chefbot.msgs.geometry_msgs import PointStamped, PoseStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid

@@ -11,8 +11,8 @@ from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MapZones
 from chefbot.msgs.chefbot_msgs import ObstacleScan
+from chefbot.msgs.chefbot_msgs.maps import MapZones
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.idl.message import Message

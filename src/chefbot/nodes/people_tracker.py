@@ -7,7 +7,7 @@ import math
 from chefbot.costmap.glass_detection import GlassDetector
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.chefbot_people import TrackedPeople
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.msgs.diagnostic_msgs import OK, WARN, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.geometry_msgs import PoseArray
 from chefbot.msgs.nav_msgs import OccupancyGrid

@@ -10,7 +10,7 @@ from msgspec import Meta
 
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.nav2_msgs import CONTROLLING, INITIAL_PERCEPTION, RETRY, STOPPING
 
 GOAL_REJECTED, TF_ERROR, FAILED_TO_DETECT_OBJECT, FAILED_TO_CONTROL = 1, 901, 902, 903

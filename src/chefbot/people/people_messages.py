@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseArray, Vector3
 from chefbot.msgs.people_msgs import People, Person
 from chefbot.msgs.std_msgs import Header

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from chefbot.msgs.chefbot_people import TrackedPeople, TrackedPerson
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.people.observation import Floats
 
 Point = tuple[float, float]

@@ -23,7 +23,7 @@ from chefbot.config import ConfigError, build, parse_yaml, read_bytes
 from chefbot.file_kinds import ZONES, check_kind
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import (
+from chefbot.msgs.chefbot_msgs.maps import (
     KEEP_OUT,
     MAX_CORNERS,
     MAX_ZONES,

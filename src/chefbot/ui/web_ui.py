@@ -19,7 +19,7 @@ from chefbot.msgs.chefbot_msgs import (
     Order,
     RoundForecast,
 )
-from chefbot.msgs.chefbot_people import TrackedPeople
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import PoseStamped, PoseWithCovarianceStamped, Twist
 from chefbot.msgs.nav2_msgs import ParticleCloud

@@ -12,7 +12,7 @@ from chefbot.maths.grid import Grid
 from chefbot.maths.lanes import MAX_LANES
 from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, MapZone
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, MapZone
 
 if TYPE_CHECKING:
     from shapely import Polygon

@@ -8,7 +8,7 @@ import numpy as np
 
 from chefbot.maths.grid import Grid
 from chefbot.maths.polygon import GridGeometry, cells_inside, cells_touched
-from chefbot.msgs.chefbot_maps import KEEP_OUT, PREFERRED, SLOW_ZONE, MapZones
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, PREFERRED, SLOW_ZONE, MapZones
 
 KEEP_OUT_FILTER, SPEED_FILTER = 0, 2
 """Types of nav2_msgs/CostmapFilterInfo: keep-out and preferred areas; maximum speed, m/s."""

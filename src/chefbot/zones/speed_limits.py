@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from chefbot.maths.polygon import distance_ahead
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MapZone
+from chefbot.msgs.chefbot_msgs.maps import MapZone
 from chefbot.robot.motion_limits import Limits
 
 BRAKING_FRACTION = 0.5

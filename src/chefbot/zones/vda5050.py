@@ -6,7 +6,7 @@ import hashlib
 import math
 from typing import Any
 
-from chefbot.msgs.chefbot_maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY, PREFERRED, SLOW_ZONE, MapZone
 
 VERSION = "3.0.0"
 ZONE_TYPES = {KEEP_OUT: "BLOCKED", SLOW_ZONE: "SPEED_LIMIT", PREFERRED: "PRIORITY", ONE_WAY: "DIRECTED"}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from chefbot.devices.maps.grid_edit import changes_grid, edited_grid, turned_entry, turned_zone
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
-from chefbot.msgs.chefbot_maps import MapEdit, MapStroke, MapZone
+from chefbot.msgs.chefbot_msgs.maps import MapEdit, MapStroke, MapZone
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.storage.places import PlaceEntry
 

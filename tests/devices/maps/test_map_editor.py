@@ -15,7 +15,7 @@ from chefbot.devices.maps.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MapEdit, MapZone, Place
+from chefbot.msgs.chefbot_msgs.maps import MapEdit, MapZone, Place
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot

@@ -17,7 +17,7 @@ from chefbot.devices.maps.map_recorder import WRITE_PERIOD
 from chefbot.errors import ChefbotError
 from chefbot.mapping.map_format import encode_pgm
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MappedScan
+from chefbot.msgs.chefbot_msgs.maps import MappedScan
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan

@@ -12,7 +12,7 @@ from rich.table import Table
 from chefbot.devices.maps.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
-from chefbot.msgs.chefbot_maps import MapEdit
+from chefbot.msgs.chefbot_msgs.maps import MapEdit
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.plural import number_of
 from chefbot.slam.params import GmappingParams

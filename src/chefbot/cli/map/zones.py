@@ -10,7 +10,7 @@ import msgspec
 from rich.console import Console
 
 from chefbot.errors import UserError
-from chefbot.msgs.chefbot_maps import MapZones
+from chefbot.msgs.chefbot_msgs.maps import MapZones
 from chefbot.plural import number_of
 from chefbot.storage.atomic_files import make_folder, write_atomic
 from chefbot.storage.map_files import load_map, map_in, save_map

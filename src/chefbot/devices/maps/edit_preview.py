@@ -8,7 +8,7 @@ from chefbot.devices.cut_off import Walls, cut_off, without_room
 from chefbot.devices.maps.map_editor import MapChange
 from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import KEEP_OUT
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT
 from chefbot.robot.spec import Robot
 from chefbot.zones.contradictions import check_zones
 

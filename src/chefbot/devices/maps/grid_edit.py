@@ -11,7 +11,7 @@ from chefbot.errors import UserError
 from chefbot.mapping.map_changes import cropped, rotated, with_stroke
 from chefbot.maths.grid import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MapEdit, MapZone
+from chefbot.msgs.chefbot_msgs.maps import MapEdit, MapZone
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.storage.places import PlaceEntry
 

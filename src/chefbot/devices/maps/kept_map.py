@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
+from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.slam.map_error import MapErrorEstimate, estimate_map_error
 from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.session import Session

@@ -15,8 +15,8 @@ from chefbot.devices.maps.grid_edit import changes_grid, edited_grid, same_cells
 from chefbot.errors import UserError, name_hint
 from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MAX_PLACES, MAX_ZONES, MapZone
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
+from chefbot.msgs.chefbot_msgs.maps import MAX_PLACES, MAX_ZONES, MapZone
 from chefbot.storage.atomic_files import write_atomic
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map, map_png, read_map_files, save_map

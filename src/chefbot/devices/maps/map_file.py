@@ -16,8 +16,8 @@ from chefbot.errors import ChefbotError, UserError
 from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MapZones
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, Place, Places
+from chefbot.msgs.chefbot_msgs.maps import MapZones
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header

@@ -15,7 +15,7 @@ from msgspec import Meta
 from chefbot.devices.maps.kept_map import KeptMap, MappedDrive
 from chefbot.errors import ChefbotError, ScanError
 from chefbot.maths.grid import Grid
-from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
+from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.runtime.node import Device, In, Out, every, restored, topic

@@ -14,7 +14,7 @@ from chefbot.msgs.chefbot_msgs import (
     EmergencyStopStatus,
     NavigationStatus,
 )
-from chefbot.msgs.chefbot_people import TrackedPeople
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import In, Node, NoParams, Out

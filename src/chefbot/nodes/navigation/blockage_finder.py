@@ -13,8 +13,8 @@ from chefbot.causes.obstacles import nearest_lethal
 from chefbot.maths.costs import INSCRIBED, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.chefbot_maps import MapZones
 from chefbot.msgs.chefbot_msgs import FindBlockage, FindBlockage_Goal, FindBlockage_Result
+from chefbot.msgs.chefbot_msgs.maps import MapZones
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header

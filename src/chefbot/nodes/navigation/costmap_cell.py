@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.chefbot_navigation import CostmapCell, CostmapMark
+from chefbot.msgs.chefbot_msgs.navigation import CostmapCell, CostmapMark
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.causes.reports import marking_sensor

@@ -8,7 +8,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs import nav2_msgs as nav2
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import FollowOrder, NavigationStatus
-from chefbot.msgs.chefbot_people import TrackedPeople
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty
 from chefbot.nodes.navigation.mission_node import MissionNode

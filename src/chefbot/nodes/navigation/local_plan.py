@@ -5,7 +5,7 @@ from __future__ import annotations
 from chefbot.control.controller import ComparedTwists
 from chefbot.control.controller_params import LOCAL_PLAN_RATE
 from chefbot.control.path_follower import PathFollower
-from chefbot.msgs.chefbot_navigation import TrajectoryCandidates
+from chefbot.msgs.chefbot_msgs.navigation import TrajectoryCandidates
 from chefbot.msgs.geometry_msgs import Pose, Twist
 from chefbot.msgs.nav2_msgs import FollowPath_Result
 from chefbot.msgs.nav_msgs import Path

@@ -10,7 +10,7 @@ from chefbot.behavior.waiting import StandingTimes, WaitDecision, WaitingPolicy,
 from chefbot.causes.blocked_path import BLOCKED, REQUESTED, blocked_path_report
 from chefbot.causes.reports import DETOUR, STOP
 from chefbot.msgs.chefbot_msgs import Cause, FindBlockage_Result
-from chefbot.msgs.chefbot_people import TrackedPeople
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose_Result
 from chefbot.msgs.sound_play import SoundRequest, speech

@@ -9,7 +9,7 @@ from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.costmap.conversions import DROP_OFFS
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.ranger_marks import LASTING_SOURCES
-from chefbot.msgs.chefbot_people import TrackedPeople
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.people.people_messages import predicted_states
 from chefbot.people.trails import BODY_RADIUS, PeopleTrails
 from chefbot.runtime.node import In, Node

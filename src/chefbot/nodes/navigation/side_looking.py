@@ -10,7 +10,7 @@ from chefbot.control.side_look import SideLook
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
-from chefbot.msgs.chefbot_people import TrackedPeople
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.nodes.causes.reports import CauseReportsNode
 from chefbot.nodes.local_costmap import LocalCostmapNode

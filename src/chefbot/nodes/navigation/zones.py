@@ -6,8 +6,8 @@ import math
 
 from chefbot.causes.reports import SLOW, make_report
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import SLOW_ZONE, MapZones
 from chefbot.msgs.chefbot_msgs import Quantity
+from chefbot.msgs.chefbot_msgs.maps import SLOW_ZONE, MapZones
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav2_msgs import CostmapFilterInfo, SpeedLimit
 from chefbot.msgs.nav_msgs import OccupancyGrid

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
+from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.slam.graph import GraphSlam

@@ -12,7 +12,7 @@ from msgspec import Meta
 from chefbot.costmap.glass_detection import GlassDetector
 from chefbot.localization.messages import why_not_on_map
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MappedScan, MapTrajectory
+from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.msgs.geometry_msgs import PoseWithCovarianceStamped, TransformStamped
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Empty, Header, String

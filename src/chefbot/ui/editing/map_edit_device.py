@@ -6,8 +6,8 @@ from itertools import count
 
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_maps import MapZone, MapZones
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, MapStroke, Place, Places
+from chefbot.msgs.chefbot_msgs.maps import MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.runtime.node import In, Out
 from chefbot.ui import commands as do

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from chefbot.control.trajectory import predicted_trajectories
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_navigation import CostmapCell, CostmapMark, TrajectoryCandidates
+from chefbot.msgs.chefbot_msgs.navigation import CostmapCell, CostmapMark, TrajectoryCandidates
 from chefbot.msgs.geometry_msgs import Point, PointStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header

@@ -9,22 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.chefbot_deliveries import RoundForecast as RoundForecast
-from chefbot.msgs.chefbot_deliveries import RoundStop as RoundStop
-from chefbot.msgs.chefbot_maps import MapEdit as MapEdit
-from chefbot.msgs.chefbot_maps import MapEditResult as MapEditResult
-from chefbot.msgs.chefbot_maps import MappedScan as MappedScan
-from chefbot.msgs.chefbot_maps import MapStroke as MapStroke
-from chefbot.msgs.chefbot_maps import MapTrajectory as MapTrajectory
-from chefbot.msgs.chefbot_maps import MapZone as MapZone
-from chefbot.msgs.chefbot_maps import MapZones as MapZones
-from chefbot.msgs.chefbot_maps import Place as Place
-from chefbot.msgs.chefbot_maps import Places as Places
-from chefbot.msgs.chefbot_navigation import CostmapCell as CostmapCell
-from chefbot.msgs.chefbot_navigation import CostmapMark as CostmapMark
-from chefbot.msgs.chefbot_navigation import TrajectoryCandidates as TrajectoryCandidates
-from chefbot.msgs.chefbot_people import TrackedPeople as TrackedPeople
-from chefbot.msgs.chefbot_people import TrackedPerson as TrackedPerson
+from chefbot.msgs.chefbot_msgs.deliveries import RoundForecast as RoundForecast
+from chefbot.msgs.chefbot_msgs.deliveries import RoundStop as RoundStop
+from chefbot.msgs.chefbot_msgs.maps import MapEdit as MapEdit
+from chefbot.msgs.chefbot_msgs.maps import MapEditResult as MapEditResult
+from chefbot.msgs.chefbot_msgs.maps import MappedScan as MappedScan
+from chefbot.msgs.chefbot_msgs.maps import MapStroke as MapStroke
+from chefbot.msgs.chefbot_msgs.maps import MapTrajectory as MapTrajectory
+from chefbot.msgs.chefbot_msgs.maps import MapZone as MapZone
+from chefbot.msgs.chefbot_msgs.maps import MapZones as MapZones
+from chefbot.msgs.chefbot_msgs.maps import Place as Place
+from chefbot.msgs.chefbot_msgs.maps import Places as Places
+from chefbot.msgs.chefbot_msgs.navigation import CostmapCell as CostmapCell
+from chefbot.msgs.chefbot_msgs.navigation import CostmapMark as CostmapMark
+from chefbot.msgs.chefbot_msgs.navigation import TrajectoryCandidates as TrajectoryCandidates
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople as TrackedPeople
+from chefbot.msgs.chefbot_msgs.people import TrackedPerson as TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.idl.action import define_action
 from chefbot.msgs.idl.constraints import MAX_MAGNITUDE, per_field, same_length

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 import math
-import pkgutil
 from typing import Any
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-import chefbot.msgs
 from chefbot.msgs.geometry_msgs import PoseWithCovariance
 from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of
@@ -19,22 +16,14 @@ from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.validity import MAX_ABS_VALUE, MAX_NUMBERS, MAY_BE_NAN, check, max_length_of
+from tests.support.messages import all_messages
 
 MAP = OccupancyGrid(info=MapMetaData(resolution=0.05))
 
 
 def all_types() -> list[type[Message]]:
     """Return all message types of the package."""
-    modules = [
-        importlib.import_module(f"chefbot.msgs.{module.name}")
-        for module in pkgutil.iter_modules(chefbot.msgs.__path__)
-    ]
-    found = {value for module in modules for value in vars(module).values() if _is_type(value)}
-    return sorted(found, key=lambda kind: (kind.__module__, kind.__name__))
-
-
-def _is_type(value: object) -> bool:
-    return isinstance(value, type) and issubclass(value, Message) and value is not Message
+    return sorted(all_messages(), key=lambda kind: (kind.__module__, kind.__name__))
 
 
 def too_long(kind: type[Message], field: MessageField) -> Any:

@@ -15,16 +15,15 @@ import msgspec
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from tests.support.messages import all_messages, instances_of
 from tests.support.waiting import PATIENCE, wait_for
 
 from chefbot.cli.app import main
 from chefbot.msgs import rcl_interfaces as rcl
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.geometry_msgs import PoseStamped, Twist
-from chefbot.msgs.idl.definition import Description, FieldDescription, describe, type_hash
+from chefbot.msgs.idl.definition import describe, type_hash
 from chefbot.msgs.idl.message import Float64, Message, Uint8
 from chefbot.msgs.nav2_msgs import NavigateToPose
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -44,7 +43,6 @@ from chefbot.ros2.tools.common import ToolError
 from chefbot.ros2.tools.graph import write_graph
 from chefbot.ros2.tools.graph_dot import to_dot
 from chefbot.ros2.tools.meter import Meter
-from chefbot.ros2.tools.remote_types import make_class
 from chefbot.ros2.tools.topic_echo import rate_line
 
 STORE = {
@@ -332,36 +330,6 @@ def test_an_empty_network_is_reported_in_one_sentence(
     with pytest.raises(SystemExit) as end:
         main()
     assert end.value.code == 2 and "CHEFBOT_WIRE_PORT=seven" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-@given(st.data())
-@settings(max_examples=100)
-def test_classes_built_from_type_descriptions_are_equal_to_ours(data: st.DataObject) -> None:
-    kind = data.draw(st.sampled_from(all_messages()))
-    message = data.draw(instances_of(kind))
-    made = make_class(describe(kind))
-    assert made.from_cdr(message.to_cdr()).to_cdr() == message.to_cdr()
-    assert describe(made).fields == describe(kind).fields
-
-
-@pytest.mark.parametrize(
-    "field",
-    [
-        FieldDescription("x; import os", 11, 0, 0, ""),
-        FieldDescription("class", 11, 0, 0, ""),
-        FieldDescription("x", 1, 0, 0, "their_msgs/msg/Thing"),
-        FieldDescription("x", 1, 0, 0, "their_msgs/msg/Missing"),
-        FieldDescription("x", 18, 0, 0, ""),
-        FieldDescription("x", 48 + 11, 10**12, 0, ""),
-        FieldDescription("x", 48 + 17, 2, 0, ""),
-        FieldDescription("x", 250, 0, 0, ""),
-    ],
-)
-def test_malicious_definitions_are_refused(field: FieldDescription) -> None:
-    one = Description("their_msgs/msg/Thing", (field,), ())
-    with pytest.raises(ToolError):
-        make_class(one._replace(uses=(one,)))
 
 
 def test_the_graph_is_quoted_and_drawn_by_graphviz(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,11 +15,10 @@ from chefbot.msgs.idl.message import Message
 
 
 def all_modules() -> list[ModuleType]:
-    """Import all modules of message types except older editions, which have the names of the newest."""
-    names = [
-        module.name for module in pkgutil.iter_modules(chefbot.msgs.__path__) if module.name != "editions"
-    ]
-    return [importlib.import_module(f"chefbot.msgs.{name}") for name in names]
+    """Import all modules of message types; `idl.editions` has older ones, with the names of the newest."""
+    found = pkgutil.walk_packages(chefbot.msgs.__path__, "chefbot.msgs.")
+    names = [module.name for module in found if not module.name.startswith("chefbot.msgs.idl")]
+    return [importlib.import_module(name) for name in names]
 
 
 def all_messages() -> list[type[Message]]:
@@ -38,7 +37,8 @@ INTEGERS = {"int8": 8, "int16": 16, "int32": 32, "int64": 64}
 def values_of(field: MessageField) -> st.SearchStrategy:
     if field.message is not None:
         one = instances_of(field.message)
-        return st.lists(one, max_size=field.bound or 3).map(tuple) if field.is_array else one
+        shortest, longest = field.fixed_size, field.fixed_size or field.bound or 3
+        return st.lists(one, min_size=shortest, max_size=longest).map(tuple) if field.is_array else one
     if field.element == "string":
         text = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=9)
         return st.lists(text, max_size=3).map(tuple) if field.is_array else text

@@ -1,9 +1,9 @@
-"""Sensor sections of a robot file: IMU, ultrasonic ranger, depth camera and lidar."""
+"""Sensor sections of a robot file: IMU, ultrasonic ranger, cliff sensors, cameras and lidar."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from msgspec import Meta
 
@@ -31,10 +31,15 @@ IMU_DRIVERS = ("bno085_rvc", "witmotion", "witmotion_9600")
 """Models of IMUs on a serial line of their own with a driver (chefbot.imu.models)."""
 DEPTH_CAMERA_DRIVERS = ("realsense", "oak", "orbbec")
 """Kinds of depth cameras with a driver (chefbot.devices.depth_cameras), and names of the extras that they need."""
+COLOR_CAMERA_DRIVERS = ("v4l2",)
+"""Kinds of colour cameras with a driver (chefbot.devices.video_source)."""
+TagFamily = Literal["tag16h5", "tag25h9", "tag36h10", "tag36h11"]
+"""Families of AprilTags (Olson 2011); the last digits are the number of bits by which two tags differ at least."""
 FULL_TURN_TOLERANCE = 1e-6
 """Difference from a full turn that is rounding, rad."""
 
 
+DistortionCoefficient = Annotated[float, Meta(ge=-100, le=100)]
 MAX_CLIFF_SENSORS = 4
 """Number of inputs for cliff sensors of the motor board (firmware/core/robot.h)."""
 CLIFF_RATE = 50.0
@@ -110,8 +115,8 @@ class CliffSensors(RobotSection, frozen=True, kw_only=True):
         return tuple(CliffSensor(mount, self.housing, *limits) for mount in mounts)
 
 
-class DepthCamera(RobotSection, frozen=True, kw_only=True):
-    """A camera that measures depth along its optical axis."""
+class Camera(RobotSection, frozen=True, kw_only=True):
+    """What every camera has: its mount, its image in pixels, and its field of view."""
 
     mount: Mount
     housing: Housing
@@ -120,14 +125,6 @@ class DepthCamera(RobotSection, frozen=True, kw_only=True):
     height: Count
     field_of_view: FieldOfView
     """Horizontal field of view."""
-    range_min: Length
-    range_max: Annotated[float, Meta(gt=0, le=100, extra={"unit": "m"})]
-    noise: Annotated[float, Meta(ge=0, le=1)]
-    """Noise coefficient: standard deviation of depth z is `noise * z^2` metres, as for structured light."""
-    driver: str = ""
-    """Kind that the built robot has, one of DEPTH_CAMERA_DRIVERS; without it, images come from another machine."""
-    serial: Annotated[str, Meta(min_length=1)] = AUTO
-    """Serial number of the built robot's camera; auto: the only one of its kind that is connected."""
 
     @property
     def focal_length_px(self) -> float:
@@ -138,6 +135,58 @@ class DepthCamera(RobotSection, frozen=True, kw_only=True):
     def half_height(self) -> float:
         """Half the height of the picture on a plane one metre ahead, m."""
         return self.height / 2.0 / self.focal_length_px
+
+
+class Lens(RobotSection, frozen=True, kw_only=True):
+    """Calibration of a camera for images of its width and height, as `camera_calibration` of ROS prints it."""
+
+    fx: Annotated[float, Meta(gt=0, le=1e5)]
+    """Focal length in pixels, as fy; cx, cy: pixel at which the optical axis meets the image."""
+    fy: Annotated[float, Meta(gt=0, le=1e5)]
+    cx: Annotated[float, Meta(ge=0, le=1e5)]
+    cy: Annotated[float, Meta(ge=0, le=1e5)]
+    distortion: Annotated[tuple[DistortionCoefficient, ...], Meta(min_length=4, max_length=5)] = (0.0,) * 5
+    """k1, k2, p1, p2 and k3 of the model plumb_bob."""
+
+
+class TagSpec(RobotSection, frozen=True, kw_only=True):
+    """AprilTags that a camera detects."""
+
+    family: TagFamily = "tag36h11"
+    size: Length
+    """Side of the outer edge of the black square; all tags have the same."""
+
+
+class ColorCamera(Camera, frozen=True, kw_only=True):
+    """A colour camera, such as a USB camera: its picture for operators, and the AprilTags in it."""
+
+    driver: str = ""
+    """Kind that the built robot has, one of COLOR_CAMERA_DRIVERS; without it, images come from another machine."""
+    device: Annotated[str, Meta(min_length=1)] = AUTO
+    """Device file, best a path in /dev/v4l/by-id, or a video file; auto: the only USB camera."""
+    lens: Lens | None = None
+    """Calibration; without it, square pixels, the field of view, and no distortion."""
+    tags: TagSpec | None = None
+    """AprilTags to detect; without it, none."""
+
+    @property
+    def intrinsics(self) -> Lens:
+        """The calibration, or that of an ideal camera with this field of view."""
+        f, cx, cy = self.focal_length_px, (self.width - 1) / 2.0, (self.height - 1) / 2.0
+        return self.lens or Lens(fx=f, fy=f, cx=cx, cy=cy)
+
+
+class DepthCamera(Camera, frozen=True, kw_only=True):
+    """A camera that measures depth along its optical axis."""
+
+    range_min: Length
+    range_max: Annotated[float, Meta(gt=0, le=100, extra={"unit": "m"})]
+    noise: Annotated[float, Meta(ge=0, le=1)]
+    """Noise coefficient: standard deviation of depth z is `noise * z^2` metres, as for structured light."""
+    driver: str = ""
+    """Kind that the built robot has, one of DEPTH_CAMERA_DRIVERS; without it, images come from another machine."""
+    serial: Annotated[str, Meta(min_length=1)] = AUTO
+    """Serial number of the built robot's camera; auto: the only one of its kind that is connected."""
 
     def range_with_noise(self, deviation: float) -> float:
         """Return the range, m, up to which the standard deviation of depth is at most `deviation` metres."""
@@ -192,16 +241,18 @@ class Sensors(RobotSection, frozen=True, kw_only=True):
     ultrasonic: Ultrasonic | None = None
     cliffs: CliffSensors | None = None
     depth_camera: DepthCamera | None = None
+    color_camera: ColorCamera | None = None
     lidar: Lidar | None = None
 
     @property
-    def by_frame(self) -> dict[str, ImuSpec | Ultrasonic | CliffSensor | DepthCamera | Lidar]:
+    def by_frame(self) -> dict[str, ImuSpec | Ultrasonic | CliffSensor | DepthCamera | ColorCamera | Lidar]:
         """Mounted sensors by the name of their frame (REP-105 and driver conventions)."""
         sensors = {
             "imu_link": self.imu,
             "ultrasonic_link": self.ultrasonic,
             **self.cliff_sensors,
             "camera_link": self.depth_camera,
+            "color_camera_link": self.color_camera,
             "laser": self.lidar,
         }
         return {frame: sensor for frame, sensor in sensors.items() if sensor is not None}

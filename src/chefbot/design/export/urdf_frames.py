@@ -15,6 +15,8 @@ LEVEL: Vector = (0.0, 0.0, 0.0)
 OPTICAL: Vector = (-math.pi / 2, 0.0, -math.pi / 2)
 """Roll, pitch, yaw from a body frame (x forward) to an optical one (z forward, x right; REP-103)."""
 DEPTH_FRAME, OPTICAL_FRAME = "camera_depth_frame", "camera_depth_optical_frame"
+COLOR_OPTICAL_FRAME = "color_camera_optical_frame"
+"""Frame of a colour camera's images, with the origin of `color_camera_link`."""
 
 
 class Frame(NamedTuple):
@@ -45,6 +47,8 @@ def fixed_frames(robot: Robot) -> list[Frame]:
     if robot.sensors.depth_camera is not None:
         frames.append(Frame(DEPTH_FRAME, "camera_link", ORIGIN))
         frames.append(Frame(OPTICAL_FRAME, DEPTH_FRAME, ORIGIN, OPTICAL))
+    if robot.sensors.color_camera is not None:
+        frames.append(Frame(COLOR_OPTICAL_FRAME, "color_camera_link", ORIGIN, OPTICAL))
     return frames
 
 

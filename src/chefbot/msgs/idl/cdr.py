@@ -126,7 +126,10 @@ def _write_items(
     source.add(f"v = {expression}")
     if field.bound:
         source.add(f"if len(v) > {field.bound}: refuse()")
-    run.append(("I", "len(v)"))
+    if field.fixed_size:
+        source.add(f"if len(v) != {field.fixed_size}: refuse()")
+    else:
+        run.append(("I", "len(v)"))
     _flush_writes(source, run)
     writer = source.name(_write_string if field.message is None else _writer(field.message))
     source.add(f"for item in v: p = {writer}(b, item, p)")
@@ -220,6 +223,8 @@ def _read_variable(
 
 def _read_items(source: FunctionSource, field: MessageField, target: str) -> None:
     reader = source.name(_read_string if field.message is None else _reader(field.message))
+    if field.fixed_size:
+        source.add(f"n = {field.fixed_size}")
     max_length = f"min({field.bound}, len(d) - p)" if field.bound else "len(d) - p"
     source.add(f"if n > {max_length}: refuse()")
     source.add("v = []")

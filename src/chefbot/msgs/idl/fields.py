@@ -73,9 +73,14 @@ def _field(name: str, hint: Any) -> MessageField:
     text = "" if typing.get_origin(hint) is tuple else hint.__metadata__[0]
     inner = hint.__origin__ if typing.get_origin(hint) is Annotated else hint
     if typing.get_origin(inner) is tuple and typing.get_args(inner)[0] is not str:
-        return MessageField(name, "", typing.get_args(inner)[0], True, 0, int(text.removeprefix("<=") or 0))
+        fixed, bound = _array_size(text)
+        return MessageField(name, "", typing.get_args(inner)[0], True, fixed, bound)
     element, bracket, size = text.partition("[")
     element, _, string_bound = element.partition("<=")
-    size = size.removesuffix("]")
-    fixed, bound = (0, int(size[2:])) if size.startswith("<=") else (int(size or 0), 0)
+    fixed, bound = _array_size(size.removesuffix("]"))
     return MessageField(name, element, None, bool(bracket), fixed, bound, int(string_bound or 0))
+
+
+def _array_size(text: str) -> tuple[int, int]:
+    """Return the fixed size and the bound of an array, 0 for none: `4` and `<=4` in ROS's definitions."""
+    return (0, int(text[2:])) if text.startswith("<=") else (int(text or 0), 0)

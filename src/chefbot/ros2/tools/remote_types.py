@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.msgs.idl.cdr import HEADER
 from chefbot.msgs.idl.definition import Description, FieldDescription, description_hash
 from chefbot.msgs.idl.fields import NUMPY_TYPES
 from chefbot.msgs.idl.message import Message, define_message
@@ -128,9 +129,7 @@ def _field(field: FieldDescription, nested: Any) -> tuple[str, Any, Any]:
     array_form, base_id = divmod(field.type_id, _ARRAY_OFFSET)
     if array_form > 3 or not _NAME.fullmatch(field.name) or keyword.iskeyword(field.name):
         raise UnknownTypeError(f"a field {field.name!r} of type id {field.type_id} cannot be read here")
-    if array_form == _FIXED_ARRAY and (
-        base_id not in _PRIMITIVES or base_id in _STRING_IDS or field.capacity > _MAX_ELEMENTS
-    ):
+    if array_form == _FIXED_ARRAY and (base_id in _STRING_IDS or field.capacity > _MAX_ELEMENTS):
         raise UnknownTypeError(
             f"a field {field.name} that is an array of {field.capacity} such elements cannot be decoded"
         )
@@ -140,7 +139,8 @@ def _field(field: FieldDescription, nested: Any) -> tuple[str, Any, Any]:
         if not array_form:
             return field.name, nested_class, nested_class()
         kind: Any = tuple.__class_getitem__((nested_class, ...))
-        return field.name, Annotated[kind, size.strip("[]")] if array_form != 3 else kind, ()
+        elements = _default_elements(field, nested_class) if array_form == _FIXED_ARRAY else ()
+        return field.name, Annotated[kind, size.strip("[]")] if array_form != 3 else kind, elements
     element = _PRIMITIVES.get(base_id)
     if element is None:
         raise UnknownTypeError(f"a field {field.name} of type id {field.type_id} cannot be read here")
@@ -153,3 +153,14 @@ def _field(field: FieldDescription, nested: Any) -> tuple[str, Any, Any]:
         default = np.zeros(field.capacity if array_form == _FIXED_ARRAY else 0, number)
         return field.name, Annotated[NDArray[Any], f"{element}{size}"], default
     return field.name, Annotated[type(number.type().item()), element], number.type().item()
+
+
+def _default_elements(field: FieldDescription, nested: type[Message]) -> tuple[Message, ...]:
+    """Return the default of an array of fixed size; elements without bytes could be nested without end."""
+    element = nested()
+    n_bytes = len(element.to_cdr()) - len(HEADER)
+    if not 0 < n_bytes * field.capacity <= _MAX_ELEMENTS:
+        raise UnknownTypeError(
+            f"a field {field.name} that is an array of {field.capacity} elements of {n_bytes} bytes cannot be decoded"
+        )
+    return (element,) * field.capacity

@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from chefbot.buildings.people_spec import PeopleSpec
 from chefbot.robot.load import load_robot
 from chefbot.sim.board import SimulatedBoard
-from chefbot.sim.depth_camera import DepthRenderer
+from chefbot.sim.cameras.depth_camera import DepthRenderer
 from chefbot.sim.device import BOARD_HZ
 from chefbot.sim.simulation import PHYSICS_STEP, STEPS_PER_MOVER_UPDATE, Simulation
 from chefbot.sim.world.world import load_world

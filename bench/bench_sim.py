@@ -16,7 +16,7 @@ import msgspec
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
 from chefbot.sim.board import EXCHANGE_PERIOD_NS, SimulatedBoard
-from chefbot.sim.depth_camera import DepthRenderer
+from chefbot.sim.cameras.depth_camera import DepthRenderer
 from chefbot.sim.simulation import STEP_NS, Simulation
 from chefbot.sim.world.world import load_world
 

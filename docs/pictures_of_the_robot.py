@@ -34,7 +34,7 @@ from chefbot.safety.velocity_limiter import VelocityLimiter
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.depth_to_scan import DepthToScan, DepthToScanParams
 from chefbot.sim.board import SimulatedBoard
-from chefbot.sim.depth_camera import DepthRenderer
+from chefbot.sim.cameras.depth_camera import DepthRenderer
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.world import build_world, load_world
 

@@ -41,6 +41,7 @@ _WORLD_KEYS = frozenset(
         "doors",
         "holes",
         "carpets",
+        "tags",
         "routes",
         "people",
     ]

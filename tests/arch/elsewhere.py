@@ -38,7 +38,7 @@ def _poorer(module: types.ModuleType, missing: str) -> types.ModuleType:
 POORER = {"os": _poorer(os, OS), "signal": _poorer(signal, SIGNALS), "sys": _poorer(sys, "")}
 POORER["sys"].platform = "elsewhere"  # type: ignore[attr-defined]
 
-SDK_MODULES = {f"chefbot.devices.depth_cameras.{driver}" for driver in ("realsense", "oak", "orbbec")}
+SDK_MODULES = {f"chefbot.devices.cameras.{driver}" for driver in ("realsense", "oak", "orbbec")}
 """Modules that are imported only by a robot with such a camera, as they need the SDK of its maker."""
 
 

@@ -26,8 +26,8 @@ from chefbot.robot.scan_plane import plane_of
 from chefbot.scan.camera import CameraModel
 from chefbot.scan.drop_offs import FloorLimits
 from chefbot.scan.obstacle_scan import ObstacleScanner, ObstacleScanParams
-from chefbot.sim.capture import OPTICAL, Capture
-from chefbot.sim.depth_camera import DepthRenderer
+from chefbot.sim.cameras.capture import OPTICAL, Capture
+from chefbot.sim.cameras.depth_camera import DepthRenderer
 from chefbot.sim.world.furniture import chair_shapes, person_shapes
 from chefbot.sim.world.shapes import SimulatedShape, shape_arrays
 

@@ -1,6 +1,7 @@
 """Tests the simulated depth camera against MuJoCo's ray casting, and its noise."""
 
 import math
+from functools import partial
 
 import msgspec
 import mujoco
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import load_robot
-from chefbot.sim.capture import OPTICAL, Capture
-from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
-from chefbot.sim.depth_raycast import FLOOR, NOTHING
+from chefbot.sim.cameras.capture import OPTICAL, Capture
+from chefbot.sim.cameras.depth_camera import DepthFrame, DepthRenderer
+from chefbot.sim.cameras.depth_raycast import FLOOR, NOTHING
+from chefbot.sim.cameras.picture_renderer import RenderWorker
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.shapes import SimulatedShape, box, capsule, cylinder, shape_arrays
 from chefbot.sim.world.world import load_world
@@ -169,12 +171,12 @@ def test_frames_depend_on_seed_and_number_only() -> None:
 def test_a_worker_returns_the_frames_in_capture_order() -> None:
     sim = Simulation(ROBOT, load_world("room"), "real", 1)
     renderer = DepthRenderer(CAMERA, "real", 1)
-    worker = DepthCameraWorker(renderer)
+    worker = RenderWorker[DepthFrame]("depth_camera")
     sim.set_duty(-0.6, 0.6)
     expected = []
     for i in range(4):
         capture = sim.capture()
-        worker.start(capture, i, colour=i == 2)
+        worker.start(partial(renderer.frame, capture, i, i == 2))
         expected.append(renderer.frame(capture, i, colour=i == 2))
         for _ in range(20):
             sim.step()
@@ -184,7 +186,7 @@ def test_a_worker_returns_the_frames_in_capture_order() -> None:
         assert np.array_equal(got.depth, frame.depth, equal_nan=True)
         assert (got.colour is None) == (frame.colour is None)
     worker.close()
-    with pytest.raises(RuntimeError, match="no frame"):
+    with pytest.raises(RuntimeError, match="no image"):
         worker.result()
 
 

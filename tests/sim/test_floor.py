@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.buildings.world_file import Carpet, FloorHole
-from chefbot.sim.depth_holes import hole_array
+from chefbot.sim.cameras.depth_holes import hole_array
 from chefbot.sim.world.floor import carpet_at, floor_slabs, over_holes
 from chefbot.sim.world.shapes import clearance
 

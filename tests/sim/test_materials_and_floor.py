@@ -12,7 +12,7 @@ from chefbot.design.export.mjcf import PHYSICS_STEP
 from chefbot.errors import UserError
 from chefbot.maths.grid import FREE
 from chefbot.robot.load import load_robot
-from chefbot.sim.depth_camera import DepthRenderer
+from chefbot.sim.cameras.depth_camera import DepthRenderer
 from chefbot.sim.rays import lidar_angles
 from chefbot.sim.simulation import Simulation
 from chefbot.sim.world.floor_plan import reachable

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from chefbot.design.export.mjcf import HULL_GROUP
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import DRIVE_EFFICIENCY
+from chefbot.sim.cameras.shading import AMBIENT, DIFFUSE, LIGHT, box_normal, lambert
 from chefbot.sim.contacts import EPISODE_GAP_NS, ContactMonitor
 from chefbot.sim.motors import Motors, enable_drivers
-from chefbot.sim.shading import AMBIENT, DIFFUSE, LIGHT, box_normal, lambert
 from chefbot.sim.world.shapes import BOX, CAPSULE, CYLINDER
 from chefbot.sim.world.world_mjcf import PREFIX
 

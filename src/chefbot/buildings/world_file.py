@@ -11,6 +11,7 @@ from msgspec import Meta
 from chefbot.buildings.people_spec import Count, PeopleSpec
 from chefbot.maths.se2 import SE2
 from chefbot.robot.quantities import Name
+from chefbot.robot.sensors import TAG_SQUARES, TagFamily
 
 Coordinate = Annotated[float, Meta(ge=-200, le=200, extra={"unit": "m"})]
 Length = Annotated[float, Meta(gt=0, le=200, extra={"unit": "m"})]
@@ -135,6 +136,24 @@ class FloorHole(Element, frozen=True, kw_only=True, forbid_unknown_fields=True):
     depth: Length
 
 
+class WallTag(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An AprilTag on a thin board; its frame is in the middle of the front, x out of it."""
+
+    family: TagFamily = "tag36h11"
+    id: Annotated[int, Meta(ge=0, le=100_000)]
+    """Number of the tag in its family."""
+    size: Length
+    """Side of the outer edge of the black square."""
+    z: Height
+    """Height of its centre above the floor."""
+
+    @property
+    def board_size(self) -> float:
+        """Side of the board, m: the black square has a white border of one of its squares."""
+        squares = TAG_SQUARES[self.family]
+        return self.size * (squares + 2) / squares
+
+
 class Carpet(PosedElement, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A rectangular piece of floor with another friction."""
 
@@ -170,6 +189,7 @@ class WorldSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     doors: Annotated[list[Door], Meta(max_length=100)] = []
     holes: Annotated[list[FloorHole], Meta(max_length=100)] = []
     carpets: Annotated[list[Carpet], Meta(max_length=100)] = []
+    tags: Annotated[list[WallTag], Meta(max_length=100)] = []
     routes: Annotated[list[Route], Meta(max_length=100)] = []
     people: Count | PeopleSpec = 0
     """Number of people, or who they are."""

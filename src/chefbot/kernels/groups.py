@@ -134,7 +134,7 @@ def odometry() -> None:
 
 def camera() -> None:
     """Take an image, a scan and an echo of a simulated robot."""
-    from chefbot.sim.depth_camera import DepthRenderer
+    from chefbot.sim.cameras.depth_camera import DepthRenderer
     from chefbot.sim.simulation import Simulation
     from chefbot.sim.world.load import load_any_world
 

@@ -56,6 +56,8 @@ _PIXEL_FORMATS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
     "32FC1": (np.float32, ()),
     "16UC1": (np.uint16, ()),
     "rgb8": (np.uint8, (3,)),
+    "bgr8": (np.uint8, (3,)),
+    "mono8": (np.uint8, ()),
 }
 """Supported image encodings: numpy type of a channel, and shape of a pixel."""
 _NO_BUTTONS = np.empty(0, np.int32)
@@ -169,7 +171,7 @@ class Image(Message, frozen=True, eq=False):
 
     @property
     def pixels(self) -> NDArray[np.generic]:
-        """Pixels: (height, width) in m for 32FC1 and in mm for 16UC1, (height, width, 3) for rgb8.
+        """Pixels: (height, width) in m for 32FC1, in mm for 16UC1, for mono8; (height, width, 3) for rgb8 and bgr8.
 
         InvalidMessageError for another encoding or an image without pixels.
         """

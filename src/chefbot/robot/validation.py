@@ -19,11 +19,14 @@ from chefbot.robot.motion_limits import max_wheel_speed
 from chefbot.robot.section import Mount, MountingPosition
 from chefbot.robot.sensors import (
     AUTO,
+    COLOR_CAMERA_DRIVERS,
     DEPTH_CAMERA_DRIVERS,
     IMU_DRIVERS,
     LIDAR_DRIVERS,
     MAX_FIELD_OF_VIEW,
     MAX_IMAGE_PIXELS,
+    Camera,
+    ColorCamera,
 )
 from chefbot.robot.spec import Robot
 
@@ -39,7 +42,8 @@ def check_buildable(robot: Robot, where: str) -> None:
 
 def check_geometry(robot: Robot, where: str) -> None:
     """Check everything that does not need the mass; a robot that passes has valid solids."""
-    for contradictions in (_body, _materials, _wheels, _plates, _stack, _motors, _clamps, _sensors, _names):
+    geometry = (_body, _materials, _wheels, _plates, _stack, _motors, _clamps)
+    for contradictions in (*geometry, _sensors, _cameras, _names):
         _raise_first(contradictions(robot), where)
 
 
@@ -213,13 +217,41 @@ def _unused_signals(robot: Robot) -> set[str]:
     return unused | ({"pwm_left", "pwm_right"} if robot.driver.inputs == "two_pwm" else set())
 
 
+def _cameras(robot: Robot) -> Iterator[Contradiction]:
+    depth, color = robot.sensors.depth_camera, robot.sensors.color_camera
+    if depth is not None:
+        identity = "serial" if depth.serial != AUTO else ""
+        yield from _camera(depth, "sensors.depth_camera", depth.driver, DEPTH_CAMERA_DRIVERS, identity)
+    if color is not None:
+        key = "sensors.color_camera"
+        identity = "device" if color.device != AUTO else ""
+        yield from _camera(color, key, color.driver, COLOR_CAMERA_DRIVERS, identity)
+        lens = color.intrinsics
+        reason = "lies outside the image: the calibration is that of another size"
+        yield lens.cx > color.width - 1, f"{key}.lens.cx", reason
+        yield lens.cy > color.height - 1, f"{key}.lens.cy", reason
+
+
+def _camera(
+    camera: Camera, key: str, driver: str, drivers: tuple[str, ...], identity: str
+) -> Iterator[Contradiction]:
+    """Check a camera's image and its driver; identity: key that names one of several such cameras, if it is given."""
+    too_wide = camera.field_of_view > MAX_FIELD_OF_VIEW
+    yield too_wide, f"{key}.field_of_view", "above 149 degrees is not a camera"
+    yield camera.width * camera.height > MAX_IMAGE_PIXELS, f"{key}.width", "above 4 megapixels"
+    unknown = f"unknown {driver!r}{name_hint(driver, drivers)}"
+    yield driver not in ("", *drivers), f"{key}.driver", unknown
+    yield bool(identity) and not driver, f"{key}.driver", f"is missing beside {key}.{identity}"
+
+
 def _sensors(robot: Robot) -> Iterator[Contradiction]:
     sensors = robot.sensors
-    for name in ("depth_camera", "lidar", "ultrasonic"):
+    for name in ("depth_camera", "color_camera", "lidar", "ultrasonic"):
         sensor, key = getattr(sensors, name), f"sensors.{name}"
         if sensor is None:
             continue
-        yield sensor.range_min >= sensor.range_max, f"{key}.range_min", "is not below range_max"
+        if not isinstance(sensor, ColorCamera):
+            yield sensor.range_min >= sensor.range_max, f"{key}.range_min", "is not below range_max"
         outside = _outside_footprint(robot, sensor.mount)
         yield outside, f"{key}.mount", "sits outside the body"
         outside = not 0 < sensor.mount.z <= body_height(robot)
@@ -230,19 +262,6 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
     if sensors.cliffs is not None:
         too_short = sensors.cliffs.range <= sensors.cliffs.height
         yield too_short, "sensors.cliffs.range", "does not reach the floor from sensors.cliffs.height"
-    camera = sensors.depth_camera
-    if camera is not None:
-        key = "sensors.depth_camera"
-        yield (
-            camera.field_of_view > MAX_FIELD_OF_VIEW,
-            f"{key}.field_of_view",
-            "above 149 degrees is not a camera",
-        )
-        yield camera.width * camera.height > MAX_IMAGE_PIXELS, f"{key}.width", "above 4 megapixels"
-        unknown = f"unknown {camera.driver!r}{name_hint(camera.driver, DEPTH_CAMERA_DRIVERS)}"
-        yield camera.driver not in ("", *DEPTH_CAMERA_DRIVERS), f"{key}.driver", unknown
-        without_driver = camera.serial != AUTO and not camera.driver
-        yield without_driver, f"{key}.driver", f"is missing beside {key}.serial"
     lidar = sensors.lidar
     if lidar is not None:
         unknown = f"unknown {lidar.driver!r}{name_hint(lidar.driver, LIDAR_DRIVERS)}"
@@ -256,7 +275,7 @@ def _sensors(robot: Robot) -> Iterator[Contradiction]:
     unknown = f"unknown {imu.driver!r}{name_hint(imu.driver, IMU_DRIVERS)}"
     yield imu.driver not in ("", *IMU_DRIVERS), "sensors.imu.driver", unknown
     yield imu.port != AUTO and not imu.driver, "sensors.imu.driver", "is missing beside sensors.imu.port"
-    blind = camera is None and lidar is None
+    blind = sensors.depth_camera is None and lidar is None
     yield blind, "sensors", "neither depth_camera nor lidar: the robot could not see"
 
 

@@ -1,4 +1,4 @@
-"""The pinhole model of a depth camera, and the decoding of its images."""
+"""The pinhole models of depth and colour cameras, and the decoding of depth images."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from chefbot.errors import ScanError, name_hint
 from chefbot.msgs.sensor_msgs import CameraInfo
 from chefbot.msgs.std_msgs import Header
-from chefbot.robot.sensors import MAX_FIELD_OF_VIEW, MAX_IMAGE_PIXELS, DepthCamera
+from chefbot.robot.sensors import MAX_FIELD_OF_VIEW, MAX_IMAGE_PIXELS, ColorCamera, DepthCamera
 
 Depth = NDArray[np.uint16] | NDArray[np.float32]
 """A depth image (h, w) along the optical axis: uint16 millimetres with 0 for no reading, or float32 metres
@@ -84,10 +84,8 @@ class CameraModel:
 
     def camera_info(self, header: Header) -> CameraInfo:
         """Return the message that describes the images of this camera, which are not distorted."""
-        fx, fy, cx, cy = self.fx, self.fy, self.cx, self.cy
-        k = np.array([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
-        p = np.array([fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
-        return CameraInfo(header, self.height, self.width, d=np.zeros(5), k=k, r=np.eye(3).reshape(9), p=p)
+        size, pinhole = (self.width, self.height), (self.fx, self.fy, self.cx, self.cy)
+        return _camera_info(header, size, pinhole, np.zeros(5))
 
     @property
     def field_of_view(self) -> float:
@@ -103,6 +101,26 @@ class CameraModel:
             )
         if depth.dtype not in (np.uint16, np.float32):
             raise ScanError(f"depth image of {depth.dtype}; it must be uint16 (mm) or float32 (m)")
+
+
+def color_camera_info(camera: ColorCamera, header: Header) -> CameraInfo:
+    """Return the message that describes the images of a robot file's colour camera."""
+    lens = camera.intrinsics
+    pinhole = lens.fx, lens.fy, lens.cx, lens.cy
+    return _camera_info(header, (camera.width, camera.height), pinhole, np.array(lens.distortion))
+
+
+def _camera_info(
+    header: Header,
+    size: tuple[int, int],
+    pinhole: tuple[float, float, float, float],
+    distortion: NDArray[np.float64],
+) -> CameraInfo:
+    """Return intrinsics for images (width, height) that are not rectified; pinhole: fx, fy, cx, cy."""
+    fx, fy, cx, cy = pinhole
+    k = np.array([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
+    p = np.array([fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
+    return CameraInfo(header, size[1], size[0], d=distortion, k=k, r=np.eye(3).reshape(9), p=p)
 
 
 def depth_image(

@@ -6,7 +6,7 @@ import numpy as np
 
 from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
-from chefbot.sim.depth_holes import hole_array
+from chefbot.sim.cameras.depth_holes import hole_array
 from chefbot.sim.world.world import World
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Literal
+from functools import partial
+from typing import Annotated, Any, Literal
 
 import msgspec
 import numpy as np
 from msgspec import Meta
 
 from chefbot.buildings.people_spec import MAX_PEOPLE, PeopleSpec
+from chefbot.design.export.urdf_frames import COLOR_OPTICAL_FRAME
 from chefbot.devices.board_node import MotorBoardNode
 from chefbot.errors import UserError, name_hint
 from chefbot.maths.se2 import IDENTITY
@@ -30,7 +32,9 @@ from chefbot.robot.sensors import LIDAR_DRIVERS
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.scan.camera import CameraModel
 from chefbot.sim.board import SimulatedBoard
-from chefbot.sim.depth_camera import DepthCameraWorker, DepthRenderer
+from chefbot.sim.cameras.color_camera import SimulatedColorCamera
+from chefbot.sim.cameras.depth_camera import DepthFrame, DepthRenderer
+from chefbot.sim.cameras.picture_renderer import RenderWorker
 from chefbot.sim.faults.events import SimulatorFault
 from chefbot.sim.faults.schedule import parse_request
 from chefbot.sim.faults.simulated_robot import SimulatedRobotFaults
@@ -115,7 +119,8 @@ class SimulatorParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
         ),
     ] = ""
     picture_hz: Annotated[
-        float, Meta(ge=0, le=10, description="rate of colour images for display, Hz; 0: none")
+        float,
+        Meta(ge=0, le=10, description="rate of the depth camera's colour images for display, Hz; 0: none"),
     ] = 2.0
 
 
@@ -140,6 +145,7 @@ class SimulatorDevice(MotorBoardNode):
     depth: Out[Image] = topic("camera/depth/image_raw")
     camera_info: Out[CameraInfo] = topic("camera/depth/camera_info")
     picture: Out[Image] = topic("camera/color/image_raw")
+    picture_info: Out[CameraInfo] = topic("camera/color/camera_info")
     ground_truth: Out[Odometry]
     people_truth: Out[PoseArray] = topic("ground_truth/people")
     collision: Out[Collision]
@@ -199,13 +205,21 @@ class SimulatorDevice(MotorBoardNode):
         )
 
     def _start_camera(self, seed: int) -> None:
-        camera = self.robot.sensors.depth_camera
-        self._camera: DepthCameraWorker | None = None
+        camera, color_camera = self.robot.sensors.depth_camera, self.robot.sensors.color_camera
+        self._camera: RenderWorker[DepthFrame] | None = None
+        self._color_camera: SimulatedColorCamera | None = None
+        unused: list[Out[Any]] = []
         if camera is not None:
-            self._camera = DepthCameraWorker(DepthRenderer(camera, self.params.profile, seed))
+            self._renderer = DepthRenderer(camera, self.params.profile, seed)
+            self._camera = RenderWorker("depth_camera")
         else:
-            for port in (self.depth, self.camera_info, self.picture):
-                port.unadvertise()
+            unused += [self.depth, self.camera_info]
+        if color_camera is not None:
+            self._color_camera = SimulatedColorCamera(color_camera, self.simulation)
+        else:
+            unused += [self.picture_info] if camera is not None else [self.picture, self.picture_info]
+        for port in unused:
+            port.unadvertise()
 
     def _start_lidar(self) -> None:
         lidar = self.robot.sensors.lidar
@@ -222,8 +236,9 @@ class SimulatorDevice(MotorBoardNode):
     def stop(self) -> None:
         """Stop the device and the camera's thread."""
         super().stop()
-        if self._camera is not None:
-            self._camera.close()
+        for camera in (self._camera, self._color_camera):
+            if camera is not None:
+                camera.close()
 
     # -- commands to the world
 
@@ -292,6 +307,8 @@ class SimulatorDevice(MotorBoardNode):
                 self._send_scan(scan)
         if sensors.depth_camera is not None and self._due(sensors.depth_camera.rate):
             self._start_frame()
+        if sensors.color_camera is not None and self._due(sensors.color_camera.rate):
+            self._start_picture()
         if self._due(HEALTH_HZ):
             status = self._board.link.report("simulated", self.now_ns + self._board.clock_jump_ns)
             self.diagnostics.publish(DiagnosticArray(self._header("base_link"), (status,)))
@@ -347,8 +364,10 @@ class SimulatorDevice(MotorBoardNode):
         """Start rendering a frame in the camera's thread and schedule its delivery."""
         assert self._camera is not None
         picture_rate = self.params.picture_hz
-        with_colour = picture_rate > 0 and self._due(picture_rate)
-        self._camera.start(self.simulation.capture(), self._frames, with_colour)
+        with_colour = picture_rate > 0 and self._due(picture_rate) and self._color_camera is None
+        self._camera.start(
+            partial(self._renderer.frame, self.simulation.capture(), self._frames, with_colour)
+        )
         self._frames += 1
         header = self._header("camera_depth_optical_frame", self._camera_output.clock_jump_ns)
         self.schedule_at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._publish_frame(header))
@@ -360,3 +379,15 @@ class SimulatorDevice(MotorBoardNode):
         self.camera_info.publish(CameraModel.of(self.robot.sensors.depth_camera).camera_info(header))
         if frame.colour is not None:
             self.picture.publish(Image.of(header, "rgb8", frame.colour))
+
+    def _start_picture(self) -> None:
+        """Start rendering the colour camera's picture in its thread and schedule its delivery."""
+        assert self._color_camera is not None
+        self._color_camera.start()
+        header = self._header(COLOR_OPTICAL_FRAME)
+        self.schedule_at(self.now_ns + CAMERA_LATENCY_NS, lambda: self._publish_picture(header))
+
+    def _publish_picture(self, header: Header) -> None:
+        assert self._color_camera is not None
+        self.picture_info.publish(self._color_camera.camera_info(header))
+        self.picture.publish(Image.of(header, "rgb8", self._color_camera.result()))

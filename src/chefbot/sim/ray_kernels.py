@@ -12,7 +12,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.sim.depth_raycast import NEAR_PLANE_DISTANCE, Floats, intersect_capsule, intersect_cylinder
+from chefbot.sim.cameras.depth_raycast import (
+    NEAR_PLANE_DISTANCE,
+    Floats,
+    intersect_capsule,
+    intersect_cylinder,
+)
 from chefbot.sim.world.shapes import BOX, CAPSULE, CYLINDER, GLASS, MIRROR
 
 NO_HIT, FLOOR_HIT = -1, -2

@@ -18,11 +18,13 @@ from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.robot.as_built import AsBuilt
 from chefbot.robot.geometry.layout import ground_clearance, overall_height
+from chefbot.robot.section import Mount
 from chefbot.robot.spec import Robot
 from chefbot.sim.battery import SimulatedBattery
-from chefbot.sim.capture import OPTICAL, Capture
+from chefbot.sim.cameras.capture import Capture, optical_frame
+from chefbot.sim.cameras.depth_holes import hole_array
+from chefbot.sim.cameras.tag_faces import tag_faces
 from chefbot.sim.contacts import Collisions, ContactMonitor
-from chefbot.sim.depth_holes import hole_array
 from chefbot.sim.faults.wheels import WheelFaults
 from chefbot.sim.ground_truth import GroundTruth, ground_truth
 from chefbot.sim.motors import Motors, enable_drivers
@@ -36,14 +38,12 @@ from chefbot.sim.rays import (
     RayScene,
     cone_rays,
     lidar_rays_of,
-    mount_rotation,
     rotate_mount,
     to_rep117,
 )
 from chefbot.sim.realism import ImuErrors, RealismProfile, draw_as_built, draw_floor_friction, draw_gyro_scale
 from chefbot.sim.world.floor import carpet_at, floor_slabs
 from chefbot.sim.world.shapes import (
-    OccupiedCircle,
     SimulatedShape,
     box,
     clearance,
@@ -197,19 +197,23 @@ class Simulation:
         return float(to_rep117(nearest, ranger.range_min, ranger.range_max)[0])
 
     def capture(self) -> Capture:
-        """Return the depth camera's current view; render it with DepthRenderer or a DepthCameraWorker."""
-        camera = self.robot.sensors.depth_camera
+        """Return the depth camera's current view; render it with a DepthRenderer."""
+        camera, built = self.robot.sensors.depth_camera, self.as_built
         if camera is None:
             raise UserError(f"robot {self.robot.name} has no depth camera")
-        # Camera frame: base_link pose, then mount as built, then optical frame.
-        position, rotation = self.base_pose()
-        mount = rotate_mount(camera.mount, self.as_built.camera_yaw)
-        at = position + rotation @ np.array([mount.x, mount.y, mount.z])
+        return self._view(rotate_mount(camera.mount, built.camera_yaw), built.camera_upside_down)
+
+    def color_capture(self) -> Capture:
+        """Return the colour camera's current view; render it with a PictureRenderer."""
+        camera = self.robot.sensors.color_camera
+        if camera is None:
+            raise UserError(f"robot {self.robot.name} has no colour camera")
+        return self._view(camera.mount)
+
+    def _view(self, mount: Mount, upside_down: bool = False) -> Capture:
         shapes = concatenate(self._static, self.movers.shapes())
-        optical = rotation @ mount_rotation(mount) @ OPTICAL
-        if self.as_built.camera_upside_down:
-            optical = optical * np.array([-1.0, -1.0, 1.0])
-        return Capture(at, optical, shapes, self._holes)
+        frame = optical_frame(self.base_pose(), mount, upside_down)
+        return Capture(*frame, shapes, self._holes, tag_faces(self.world.tags))
 
     def truth(self) -> GroundTruth:
         """Return the robot's ground-truth pose and twist."""
@@ -258,7 +262,8 @@ class Simulation:
         name = f"dropped_{len(self._dropped) + 1}"
         item = box(name, SE2(x, y, 0.0), bottom, size, (196, 150, 90))
         pose = self.truth().pose
-        for px, py, radius in [self._robot_disc(pose), *self.movers.people_circles()]:
+        robot = pose.x, pose.y, self.robot.circumscribed_radius
+        for px, py, radius in [robot, *self.movers.people_circles()]:
             if clearance([item], px, py, 0.0, math.inf) < radius:
                 raise UserError(f"the box at ({x:.2f}, {y:.2f}) would fall on the robot or on a person")
         self._dropped.append(item)
@@ -376,9 +381,6 @@ class Simulation:
         ux, uy = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qw * qz + qx * qy)
         length = math.sqrt(ux * ux + uy * uy)
         return RobotCircle(x, y, ux / length, uy / length, self.robot.circumscribed_radius)
-
-    def _robot_disc(self, pose: SE2) -> OccupiedCircle:
-        return pose.x, pose.y, self.robot.circumscribed_radius
 
     def _check_free(self, pose: SE2, what: str, solids: Sequence[SimulatedShape]) -> None:
         if not all(math.isfinite(value) for value in pose):

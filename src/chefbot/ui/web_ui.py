@@ -28,6 +28,7 @@ from chefbot.msgs.sensor_msgs import BatteryState, Image, JointState, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import In, Out, every, topic
+from chefbot.scan.color_image import rgb_pixels
 from chefbot.storage.atomic_files import StorageError
 from chefbot.ui import commands as do
 from chefbot.ui.access.invitations import Invitations, write_address
@@ -231,7 +232,7 @@ class WebUiDevice(NavigationDevice):
 
     def on_picture(self, message: Image) -> None:
         """Display the latest colour image of the camera."""
-        self._server.set_layer("camera", message.pixels)
+        self._server.set_layer("camera", rgb_pixels(message))
 
     def on_diagnostics(self, message: DiagnosticArray) -> None:
         """Store diagnostics that are not OK, with the time of reception."""

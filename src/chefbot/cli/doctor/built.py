@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 from rich.console import Console
 
+from chefbot.devices.camera_device import CameraDevice
+from chefbot.devices.color_camera import ColorCameraDevice
 from chefbot.devices.depth_camera import DepthCameraDevice
 from chefbot.devices.motor_board import MotorBoardDevice
 from chefbot.devices.serial_connection import is_missing_path
@@ -36,6 +38,12 @@ OBSERVATION_TIME = 3.0
 TICK_RATE, DRIVE_RATE = 50.0, 20.0
 """Rates of tick messages, Hz: of the motor board, and the least of a motor drive, which is polled."""
 BOARD = "board"
+TOPICS_WITHOUT_DRIVER = {
+    "lidar": "/scan",
+    "depth_camera": "/camera/depth/image_raw",
+    "color_camera": "/camera/color/image_raw",
+}
+"""Sensor to the topic on which its data are expected if the robot file names no driver."""
 MIN_SHARE = 0.7
 """Share of its rate below which a stream is a problem."""
 console = Console(highlight=False, soft_wrap=True, markup=False)
@@ -106,6 +114,9 @@ def devices_of(robot: Robot) -> list[BuiltDevice]:
     if sensors.depth_camera is not None and sensors.depth_camera.driver:
         images = Stream("camera/depth/image_raw", "images", sensors.depth_camera.rate)
         devices.append(BuiltDevice(DepthCameraDevice, "depth_camera", "depth camera", (images,)))
+    if sensors.color_camera is not None and sensors.color_camera.driver:
+        pictures = Stream("camera/color/image_raw", "pictures", sensors.color_camera.rate)
+        devices.append(BuiltDevice(ColorCameraDevice, "color_camera", "colour camera", (pictures,)))
     return devices
 
 
@@ -182,7 +193,7 @@ def _node_entries(devices: Iterable[BuiltDevice], ports: Mapping[str, str]) -> d
     return {
         device.title: NodeEntry(
             kind=f"{device.kind.__module__}:{device.kind.__name__}",
-            params={} if device.kind is DepthCameraDevice else {"port": ports[device.title]},
+            params={} if issubclass(device.kind, CameraDevice) else {"port": ports[device.title]},
         )
         for device in devices
     }
@@ -232,8 +243,7 @@ def _unused(robot: Robot) -> Iterator[str]:
     """Yield the devices of the robot file that have no driver here."""
     if robot.drive.protocol == ROS_BASE:
         yield "  base: not looked at; `chefbot topic hz /base/odom/unfiltered` shows whether it sends"
-    for name in ("lidar", "depth_camera"):
+    for name, topic in TOPICS_WITHOUT_DRIVER.items():
         sensor = getattr(robot.sensors, name)
         if sensor is not None and not sensor.driver:
-            topic = "/scan" if name == "lidar" else "/camera/depth/image_raw"
             yield f"  {name}: without a driver in the robot file, its data are expected on {topic}"

@@ -19,7 +19,13 @@ TOLERANCE = 1e-9
 MAX_FIXES = 8
 """Maximum number of overlaps with a suggested value."""
 CLIFF = "cliff_"
-FRAMES = {"imu": "imu", "ultrasonic": "ultrasonic", "camera": "depth_camera", "laser": "lidar"}
+FRAMES = {
+    "imu": "imu",
+    "ultrasonic": "ultrasonic",
+    "camera": "depth_camera",
+    "color_camera": "color_camera",
+    "laser": "lidar",
+}
 """Name of a sensor's part to its key."""
 WAYS = {
     "caster": ("casters.offset",),

@@ -19,7 +19,7 @@ from chefbot.design.checks.part_bodies import PartBody, bodies, placement
 from chefbot.robot.geometry.layout import overall_height
 from chefbot.robot.geometry.shapes import rotation
 from chefbot.robot.section import Mount
-from chefbot.robot.sensors import DepthCamera, Lidar, Ultrasonic
+from chefbot.robot.sensors import Camera, Lidar, Ultrasonic
 from chefbot.robot.spec import Robot
 
 if TYPE_CHECKING:
@@ -57,10 +57,12 @@ class Sectors(NamedTuple):
 
 
 def check_sensor_views(robot: Robot) -> Iterator[Finding]:
-    """Return all findings about camera, ultrasonic ranger and lidar."""
+    """Return all findings about cameras, ultrasonic ranger and lidar."""
     sensors = robot.sensors
     if sensors.depth_camera is not None:
         yield from _view(robot, "camera", "depth_camera", "camera's picture")
+    if sensors.color_camera is not None:
+        yield from _view(robot, "color_camera", "color_camera", "colour camera's picture")
     if sensors.ultrasonic is not None:
         yield from _view(robot, "ultrasonic", "ultrasonic", "ultrasonic ranger's cone")
     if sensors.lidar is not None:
@@ -90,8 +92,8 @@ def hidden_from(robot: Robot, name: str, field: str, enough: float = 1.0) -> Hid
 
     Once one part alone occludes a share of more than `enough`, the other parts are skipped.
     """
-    sensor: DepthCamera | Ultrasonic = getattr(robot.sensors, field)
-    window = _picture(sensor) if isinstance(sensor, DepthCamera) else _cone(sensor)
+    sensor: Camera | Ultrasonic = getattr(robot.sensors, field)
+    window = _picture(sensor) if isinstance(sensor, Camera) else _cone(sensor)
     turn, at = _frame(sensor.mount)
     view = _pyramid(window, FAR_ROBOTS * (robot.circumscribed_radius + overall_height(robot)))
     view = view.transform(placement(turn, at))
@@ -133,7 +135,7 @@ def _frame(mount: Mount) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return rotation(mount.pitch, mount.yaw), np.array((mount.x, mount.y, mount.z))
 
 
-def _picture(camera: DepthCamera) -> NDArray[np.float64]:
+def _picture(camera: Camera) -> NDArray[np.float64]:
     """(4, 2): corners of the picture on the plane one metre ahead, y and z."""
     y = camera.width / 2.0 / camera.focal_length_px
     z = camera.half_height

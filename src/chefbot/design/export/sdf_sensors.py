@@ -12,18 +12,18 @@ from collections.abc import Callable
 from typing import Any
 
 from chefbot.design.export.sdf_elements import add_value, add_values
-from chefbot.design.export.urdf_frames import OPTICAL_FRAME, joint_name
+from chefbot.design.export.urdf_frames import COLOR_OPTICAL_FRAME, OPTICAL_FRAME, joint_name
 from chefbot.robot.motion_limits import max_acceleration, max_speed, max_turn, max_turn_acceleration
-from chefbot.robot.sensors import CliffSensor, DepthCamera, ImuSpec, Lidar, Ultrasonic
+from chefbot.robot.sensors import Camera, CliffSensor, ColorCamera, DepthCamera, ImuSpec, Lidar, Ultrasonic
 from chefbot.robot.spec import Robot
 
-PICTURE_NEAR_CLIP = 0.05
-"""Near clip of the colour image, m, below the minimum depth."""
+PICTURE_NEAR_CLIP, PICTURE_FAR_CLIP = 0.05, 100.0
+"""Near clip of a colour image, m, below the minimum depth, and far clip of a colour camera."""
 CLIFF_MIN_RANGE = 0.002
 """Minimum range of a simulated cliff sensor, m."""
 CONE_STEP = math.radians(2.0)
 """Angle between the rays of an ultrasonic cone: finer than a chair leg of 3.5 cm at one metre."""
-AnySensor = ImuSpec | Ultrasonic | CliffSensor | DepthCamera | Lidar
+AnySensor = ImuSpec | Ultrasonic | CliffSensor | DepthCamera | ColorCamera | Lidar
 WHEELS = ("wheel_left_link", "wheel_right_link")
 
 
@@ -56,13 +56,26 @@ def _imu(element: ET.Element, sensor: ImuSpec, _prefix: str) -> None:
 
 def _camera(element: ET.Element, sensor: DepthCamera, prefix: str) -> None:
     """The noise of depth grows with its square, which SDF cannot describe: Gazebo's depth is exact."""
+    camera = _picture(element, sensor)
+    _clip(camera, min(PICTURE_NEAR_CLIP, sensor.range_min), sensor.range_max)
+    _clip(ET.SubElement(camera, "depth_camera"), sensor.range_min, sensor.range_max)
+    add_value(camera, "optical_frame_id", f"{prefix}{OPTICAL_FRAME}")
+
+
+def _color_camera(element: ET.Element, sensor: ColorCamera, prefix: str) -> None:
+    """Gazebo's picture is that of an ideal lens: the calibration of the robot file is not described."""
+    camera = _picture(element, sensor)
+    _clip(camera, PICTURE_NEAR_CLIP, PICTURE_FAR_CLIP)
+    add_value(camera, "optical_frame_id", f"{prefix}{COLOR_OPTICAL_FRAME}")
+
+
+def _picture(element: ET.Element, sensor: Camera) -> ET.Element:
+    """Add and return <camera> with the field of view and the size of the picture."""
     camera = ET.SubElement(element, "camera")
     add_value(camera, "horizontal_fov", float(sensor.field_of_view))
     image = ET.SubElement(camera, "image")
     add_values(image, width=sensor.width, height=sensor.height, format="R8G8B8")
-    _clip(camera, min(PICTURE_NEAR_CLIP, sensor.range_min), sensor.range_max)
-    _clip(ET.SubElement(camera, "depth_camera"), sensor.range_min, sensor.range_max)
-    add_value(camera, "optical_frame_id", f"{prefix}{OPTICAL_FRAME}")
+    return camera
 
 
 def _clip(parent: ET.Element, near: float, far: float) -> None:
@@ -111,6 +124,7 @@ def _rays(
 KINDS: dict[type, tuple[str, str, Callable[[ET.Element, Any, str], None]]] = {
     ImuSpec: ("imu", "imu/data", _imu),
     DepthCamera: ("rgbd_camera", "camera", _camera),
+    ColorCamera: ("camera", "color_camera/image", _color_camera),
     Lidar: ("gpu_lidar", "scan", _lidar),
     Ultrasonic: ("gpu_lidar", "ultrasonic", _cone),
     CliffSensor: ("gpu_lidar", "cliff", _beam),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from chefbot.buildings.world_file import BoxSpec, Chair, Cylinder, Door, Opening, Table, Wall
+from chefbot.buildings.world_file import BoxSpec, Chair, Cylinder, Door, Opening, Table, Wall, WallTag
 from chefbot.maths.se2 import SE2
 from chefbot.sim.world.shapes import MATERIALS, RgbColour, SimulatedShape, box, capsule, cylinder
 
@@ -13,6 +13,9 @@ SEAT, SEAT_HEIGHT, SEAT_THICKNESS, CHAIR_LEG, BACK_HEIGHT = 0.40, 0.45, 0.03, 0.
 CHAIR_GAP = 0.12
 """Metres from the table's edge to the centre of a chair's seat, which stands partly under the table."""
 PERSON_RADIUS, LEG_RADIUS, HIP_HEIGHT, SHOULDER_HEIGHT, PERSON_HEIGHT = 0.22, 0.075, 0.8, 1.45, 1.75  # m
+TAG_BOARD = 0.003
+"""Thickness of the board of a tag, m."""
+WHITE: RgbColour = (230, 230, 230)
 TROUSERS: RgbColour = (58, 66, 88)
 SKIN: RgbColour = (214, 168, 140)
 SHIRTS: tuple[RgbColour, ...] = ((180, 60, 60), (60, 120, 170), (80, 150, 90), (190, 150, 60))
@@ -57,6 +60,13 @@ def _wall_pieces(length: float, wall: Wall) -> list[tuple[float, float, float, f
 def _lintel_and_sill(opening: Opening, height: float) -> list[tuple[float, float]]:
     spans = [(0.0, opening.sill), (opening.height, height)]
     return [(low, high) for low, high in spans if high > low]
+
+
+def tag_shape(tag: WallTag) -> SimulatedShape:
+    """Return the white board of a tag, behind the frame of its front."""
+    side = tag.board_size
+    centre = tag.pose @ SE2(-TAG_BOARD / 2.0, 0.0, 0.0)
+    return box(f"{tag.family}_{tag.id}", centre, tag.z - side / 2.0, (TAG_BOARD, side, side), WHITE)
 
 
 def table_shapes(table: Table) -> list[SimulatedShape]:

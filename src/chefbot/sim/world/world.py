@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from chefbot.buildings.people_spec import PeopleSpec, people_spec
-from chefbot.buildings.world_file import Carpet, Door, FloorHole, Opening, Route, Wall, WorldSpec
+from chefbot.buildings.world_file import Carpet, Door, FloorHole, Opening, Route, Wall, WallTag, WorldSpec
 from chefbot.config import build, find_file, parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
 from chefbot.file_kinds import WORLD, check_kind, check_no_picture
@@ -25,6 +25,7 @@ from chefbot.sim.world.furniture import (
     door_leaf,
     door_pose,
     table_shapes,
+    tag_shape,
     wall_shapes,
 )
 from chefbot.sim.world.shapes import SimulatedShape, clearance
@@ -62,6 +63,7 @@ class World:
     """Reason for the start pose, if it is not the file's `home`."""
     holes: tuple[FloorHole, ...] = ()
     carpets: tuple[Carpet, ...] = ()
+    tags: tuple[WallTag, ...] = ()
 
     @property
     def start(self) -> SE2:
@@ -127,6 +129,7 @@ def build_world(spec: WorldSpec, where: str) -> World:
         bounds,
         holes=tuple(spec.holes),
         carpets=tuple(spec.carpets),
+        tags=tuple(spec.tags),
     )
     _check_places(world, where)
     return world
@@ -142,6 +145,7 @@ def _static_shapes(spec: WorldSpec) -> tuple[SimulatedShape, ...]:
         shapes += chair_shapes(chair, f"chair_{i}")
     shapes += [box_shape(item) for item in spec.boxes]
     shapes += [cylinder_shape(item) for item in spec.cylinders]
+    shapes += [tag_shape(item) for item in spec.tags]
     return tuple(shapes)
 
 

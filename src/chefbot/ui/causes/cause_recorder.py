@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from chefbot.causes.reports import END, FAILURE, STOP
 from chefbot.causes.sentences import effect_word
+from chefbot.errors import ScanError
 from chefbot.maths.grid import Grid
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.sensor_msgs import Image
+from chefbot.scan.color_image import rgb_pixels
 from chefbot.storage.cause_records import CauseRecords, Moment
 from chefbot.ui.causes.cause_views import HistoryEntry, place_on_map
 from chefbot.ui.causes.map_snapshot import map_snapshot
@@ -88,6 +90,6 @@ def _encoded(picture: Image | None) -> bytes:
     if picture is None:
         return b""
     try:
-        return jpeg(picture.pixels)
-    except InvalidMessageError:
+        return jpeg(rgb_pixels(picture))
+    except (InvalidMessageError, ScanError):
         return b""

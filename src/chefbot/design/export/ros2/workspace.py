@@ -88,10 +88,12 @@ def gazebo_package(robot: Robot, worlds: Mapping[str, tuple[str, SE2]]) -> Files
     worlds: name to the SDF text without a robot and the robot's initial pose.
     """
     static = _static(GAZEBO)
-    bridge = static["config/bridge.yaml"]
-    for name in ("lidar", "ultrasonic", "depth_camera"):
+    bridge, sensors = static["config/bridge.yaml"], robot.sensors
+    for name in ("lidar", "ultrasonic", "depth_camera", "color_camera"):
         rows = static.pop(f"config/bridge_{name}.yaml")
-        bridge += b"" if getattr(robot.sensors, name) is None else rows
+        bridge += b"" if getattr(sensors, name) is None else rows
+    rows = static.pop("config/bridge_depth_camera_picture.yaml")
+    bridge += rows if sensors.depth_camera is not None and sensors.color_camera is None else b""
     launch = static.pop("launch/chefbot_world.launch.py")
     static |= {f"launch/chefbot_{name}_world.launch.py": launch for name in worlds}
     start: Tree = {name: {"x": pose.x, "y": pose.y, "yaw": pose.yaw} for name, (_, pose) in worlds.items()}

@@ -8,14 +8,14 @@ from datetime import timedelta
 import numpy as np
 import pytest
 
-from chefbot.devices.depth_cameras.camera import CameraError, StreamMode, StreamRequest
+from chefbot.devices.cameras.camera import CameraError, StreamMode, StreamRequest
 from chefbot.robot.sensors import AUTO
 
 dai = pytest.importorskip("depthai", reason="needs pip install 'chefbot[oak]'", exc_type=ImportError)
 
 
 def test_an_image_has_its_depth_intrinsics_and_time() -> None:
-    from chefbot.devices.depth_cameras.oak import frame_of
+    from chefbot.devices.cameras.oak import frame_of
 
     message = dai.ImgFrame()
     message.setType(dai.ImgFrame.Type.RAW16)
@@ -38,13 +38,13 @@ def test_an_image_has_its_depth_intrinsics_and_time() -> None:
     [(320, 15.0, StreamMode(640, 400, 15.0)), (200, 60.0, StreamMode(320, 200, 30.0))],
 )
 def test_stereo_has_the_size_and_rate_of_the_robot_file(width: int, rate: float, mode: StreamMode) -> None:
-    from chefbot.devices.depth_cameras.oak import mode_for
+    from chefbot.devices.cameras.oak import mode_for
 
     assert mode_for(StreamRequest(AUTO, width, width * 3 // 4, rate)) == mode
 
 
 def test_no_camera_is_connected() -> None:
-    from chefbot.devices.depth_cameras.oak import open_oak
+    from chefbot.devices.cameras.oak import open_oak
 
     if dai.Device.getAllAvailableDevices():
         pytest.skip("an OAK camera is connected")

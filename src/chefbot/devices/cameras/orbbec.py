@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pyorbbecsdk as ob
 
-from chefbot.devices.depth_cameras.camera import (
+from chefbot.devices.cameras.camera import (
     MILLIMETRE,
     CameraError,
     CameraFrame,
@@ -58,7 +58,7 @@ class Orbbec:
             self._pipeline.stop()
 
 
-def open_orbbec(request: StreamRequest) -> OpenCamera:
+def open_orbbec(request: StreamRequest) -> OpenCamera[CameraFrame]:
     """Open the Orbbec camera with a serial number, or the only one."""
     # else the SDK writes a folder of logs where the program was started
     ob.Context.set_logger_level(ob.OBLogLevel.NONE)

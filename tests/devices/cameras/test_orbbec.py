@@ -7,14 +7,14 @@ import time
 import numpy as np
 import pytest
 
-from chefbot.devices.depth_cameras.camera import CameraError, Intrinsics, StreamRequest
+from chefbot.devices.cameras.camera import CameraError, Intrinsics, StreamRequest
 from chefbot.robot.sensors import AUTO
 
 ob = pytest.importorskip("pyorbbecsdk", reason="needs pip install 'chefbot[orbbec]'", exc_type=ImportError)
 
 
 def test_an_image_has_its_depth_and_its_time() -> None:
-    from chefbot.devices.depth_cameras.orbbec import frame_of
+    from chefbot.devices.cameras.orbbec import frame_of
 
     made = ob.Frame.create_video_frame(ob.OBFrameType.DEPTH_FRAME, ob.OBFormat.Y16, 4, 3, 8)
     frame = made.as_depth_frame()
@@ -32,7 +32,7 @@ def test_an_image_has_its_depth_and_its_time() -> None:
 
 
 def test_no_camera_is_connected() -> None:
-    from chefbot.devices.depth_cameras.orbbec import open_orbbec
+    from chefbot.devices.cameras.orbbec import open_orbbec
 
     ob.Context.set_logger_level(ob.OBLogLevel.NONE)
     if ob.Context().query_devices().get_count():

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chefbot.sim.depth_raycast import FLOOR, Depths, Floats, Numbers
+from chefbot.sim.cameras.depth_raycast import FLOOR, Depths, Floats, Numbers
 from chefbot.sim.world.shapes import BOX, CAPSULE
 
 LIGHT = (0.36, 0.25, 0.90)  # direction towards the light source, in the world frame

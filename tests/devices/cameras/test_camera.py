@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.devices.depth_cameras.camera import (
+from chefbot.devices.cameras.camera import (
     CameraError,
     StreamMode,
     StreamRequest,
@@ -104,6 +104,6 @@ def test_a_time_stamp_that_cannot_be_right_means_now() -> None:
 def test_a_missing_sdk_is_named_with_its_pip_command(driver: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for package in ("pyrealsense2", "depthai", "pyorbbecsdk"):
         monkeypatch.setitem(sys.modules, package, None)
-    monkeypatch.delitem(sys.modules, f"chefbot.devices.depth_cameras.{driver}", raising=False)
+    monkeypatch.delitem(sys.modules, f"chefbot.devices.cameras.{driver}", raising=False)
     with pytest.raises(UserError, match=rf"pip install 'chefbot\[{driver}\]'"):
         opener_of(driver)

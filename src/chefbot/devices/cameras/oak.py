@@ -9,7 +9,7 @@ from typing import Any
 import depthai as dai
 import numpy as np
 
-from chefbot.devices.depth_cameras.camera import (
+from chefbot.devices.cameras.camera import (
     MILLIMETRE,
     CameraError,
     CameraFrame,
@@ -62,7 +62,7 @@ class Oak:
             self._pipeline.stop()
 
 
-def open_oak(request: StreamRequest) -> OpenCamera:
+def open_oak(request: StreamRequest) -> OpenCamera[CameraFrame]:
     """Open the OAK camera with a serial number (its device id), or the only one."""
     found = [one.getDeviceId() for one in dai.Device.getAllAvailableDevices()]
     try:

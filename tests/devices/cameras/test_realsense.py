@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chefbot.devices.depth_cameras.camera import CameraError, StreamRequest
+from chefbot.devices.cameras.camera import CameraError, StreamRequest
 from chefbot.robot.sensors import AUTO
 
 rs = pytest.importorskip(
@@ -71,7 +71,7 @@ def camera(request: pytest.FixtureRequest) -> Iterator[SoftwareCamera]:
 
 
 def test_an_image_has_its_depth_intrinsics_and_time(camera: SoftwareCamera) -> None:
-    from chefbot.devices.depth_cameras.realsense import RealSense
+    from chefbot.devices.cameras.realsense import RealSense
 
     opened = RealSense(camera.device, REQUEST)
     try:
@@ -86,7 +86,7 @@ def test_an_image_has_its_depth_intrinsics_and_time(camera: SoftwareCamera) -> N
 
 
 def test_reading_a_silent_camera_times_out(camera: SoftwareCamera) -> None:
-    from chefbot.devices.depth_cameras.realsense import RealSense
+    from chefbot.devices.cameras.realsense import RealSense
 
     opened = RealSense(camera.device, REQUEST)
     camera.close()
@@ -98,7 +98,7 @@ def test_reading_a_silent_camera_times_out(camera: SoftwareCamera) -> None:
 
 
 def test_no_camera_is_connected() -> None:
-    from chefbot.devices.depth_cameras.realsense import open_realsense
+    from chefbot.devices.cameras.realsense import open_realsense
 
     if len(rs.context().query_devices()):
         pytest.skip("a RealSense camera is connected")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pyrealsense2 as rs
 
-from chefbot.devices.depth_cameras.camera import (
+from chefbot.devices.cameras.camera import (
     CameraError,
     CameraFrame,
     Intrinsics,
@@ -61,7 +61,7 @@ class RealSense:
             self._sensor.close()
 
 
-def open_realsense(request: StreamRequest) -> OpenCamera:
+def open_realsense(request: StreamRequest) -> OpenCamera[CameraFrame]:
     """Open the RealSense camera with a serial number, or the only one."""
     devices = {one.get_info(rs.camera_info.serial_number): one for one in rs.context().query_devices()}
     return RealSense(devices[selected(list(devices), request.serial, "RealSense")], request)

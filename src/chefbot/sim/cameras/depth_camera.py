@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from statistics import NormalDist
 from typing import NamedTuple
@@ -14,12 +13,9 @@ from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from chefbot.robot.sensors import DepthCamera
-from chefbot.sim.capture import Capture
-from chefbot.sim.depth_holes import draw_holes
-from chefbot.sim.depth_raycast import draw
+from chefbot.sim.cameras.capture import Capture
+from chefbot.sim.cameras.picture_renderer import PictureRenderer, Rendering
 from chefbot.sim.realism import RealismProfile
-from chefbot.sim.shading import shade
-from chefbot.sim.world.shapes import MIRROR
 
 GRAZING_ANGLE = math.radians(80.0)
 """Incidence angle across the image beyond which a surface, or an edge like one, may give no depth."""
@@ -40,18 +36,6 @@ def normal_quantiles() -> NDArray[np.float32]:
     return np.array([normal.inv_cdf((i + 0.5) / DRAWS) for i in range(DRAWS)], dtype=np.float32)
 
 
-class DepthRendering(NamedTuple):
-    """The exact view of a depth camera.
-
-    depth: (h, w) metres along the optical axis, inf for none. number: (h, w) indices of the solids. mirrored: (h, w)
-    whether a mirror reflects the pattern of light away, so that there is no depth; None where there is no mirror.
-    """
-
-    depth: NDArray[np.float32]
-    number: NDArray[np.int32]
-    mirrored: NDArray[np.bool_] | None = None
-
-
 class DepthFrame(NamedTuple):
     """One frame of the depth camera.
 
@@ -64,28 +48,14 @@ class DepthFrame(NamedTuple):
     colour: NDArray[np.uint8] | None
 
 
-class DepthRenderer:
+class DepthRenderer(PictureRenderer):
     """Renderer of one depth camera; noise depends only on frame number and seed, not on the call order."""
 
     def __init__(self, camera: DepthCamera, profile: RealismProfile = "perfect", seed: int = 0) -> None:
+        super().__init__(camera)
         self._camera, self._profile, self._seed = camera, profile, seed
 
-    def render(self, capture: Capture) -> DepthRendering:
-        """Render the exact view of a capture."""
-        size = self._camera.height, self._camera.width
-        depth, number = np.empty(size, dtype=np.float32), np.empty(size, dtype=np.int32)
-        kind, centre, half, yaw, _, material = capture.shapes
-        position, rotation = capture.position, np.ascontiguousarray(capture.rotation)
-        draw(kind, centre, half, yaw, position, rotation, self._camera.focal_length_px, depth, number)
-        if len(capture.holes):
-            draw_holes(capture.holes, position, rotation, self._camera.focal_length_px, depth, number)
-        mirrored = None
-        for mirror in np.flatnonzero(material == MIRROR).tolist():
-            shows_it = number == mirror
-            mirrored = shows_it if mirrored is None else mirrored | shows_it
-        return DepthRendering(depth, number, mirrored)
-
-    def measure(self, rendering: DepthRendering, index: int) -> NDArray[np.float32]:
+    def measure(self, rendering: Rendering, index: int) -> NDArray[np.float32]:
         """Return the measured depth of frame `index`: (h, w) metres, NaN out of range or dropped out."""
         camera = self._camera
         measured = np.empty_like(rendering.depth)
@@ -105,48 +75,11 @@ class DepthRenderer:
         raw = default_rng((self._seed, index)).bit_generator.random_raw(count)
         return raw.view(np.uint16)[: rows * columns].reshape(rows, columns)
 
-    def render_rgb(self, capture: Capture, rendering: DepthRendering) -> NDArray[np.uint8]:
-        """Return the colour image of a view, (h, w, 3), for display."""
-        picture = np.empty((*rendering.depth.shape, 3), dtype=np.uint8)
-        kind, centre, half, yaw, colour, _ = capture.shapes
-        rotation = np.ascontiguousarray(capture.rotation)
-        focal = self._camera.focal_length_px
-        depth, number = rendering.depth, rendering.number
-        shade(kind, centre, half, yaw, colour, capture.position, rotation, focal, depth, number, picture)
-        return picture
-
     def frame(self, capture: Capture, index: int, colour: bool = False) -> DepthFrame:
         """Render a complete frame: measured depth, and the colour image if requested."""
         rendering = self.render(capture)
         picture = self.render_rgb(capture, rendering) if colour else None
         return DepthFrame(index, self.measure(rendering, index), picture)
-
-
-class DepthCameraWorker:
-    """Renders frames in a worker thread while the simulation goes on.
-
-    A frame is started at the time of its capture and fetched at the time of its delivery; the result depends
-    only on the capture and the frame number, never on the speed of the thread.
-    """
-
-    def __init__(self, renderer: DepthRenderer) -> None:
-        self._renderer = renderer
-        self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="depth_camera")
-        self._started: list[Future[DepthFrame]] = []
-
-    def start(self, capture: Capture, index: int, colour: bool = False) -> None:
-        """Start rendering frame `index`; several frames may be pending."""
-        self._started.append(self._pool.submit(self._renderer.frame, capture, index, colour))
-
-    def result(self) -> DepthFrame:
-        """Return the oldest pending frame, waiting for it. Raises RuntimeError if none was started."""
-        if not self._started:
-            raise RuntimeError("no frame has been started")
-        return self._started.pop(0).result()
-
-    def close(self) -> None:
-        """Stop the thread; pending frames are lost."""
-        self._pool.shutdown(cancel_futures=True)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

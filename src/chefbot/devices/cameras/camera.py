@@ -1,10 +1,10 @@
-"""What a depth camera gives, whatever its maker, and the modules that open each kind."""
+"""What a camera gives, whatever its maker, and the modules that open each kind of depth camera."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,18 @@ MAX_AGE_NS = 500_000_000
 
 
 class CameraError(ChefbotError):
-    """A depth camera that is not there, or has failed, with the reason as a phrase."""
+    """A camera that is not there, or has failed, with the reason as a phrase."""
+
+
+class TimedImage(Protocol):
+    """An image of a camera."""
+
+    @property
+    def taken_ns(self) -> int:
+        """Monotonic clock at its exposure, ns."""
+
+
+I_co = TypeVar("I_co", bound=TimedImage, covariant=True)
 
 
 class StreamRequest(NamedTuple):
@@ -62,33 +73,33 @@ class CameraFrame(NamedTuple):
     taken_ns: int
 
 
-class OpenCamera(Protocol):
-    """A depth camera that sends images; `read` and `close` are called by one thread."""
+class OpenCamera(Protocol[I_co]):
+    """A camera that sends images; `read` and `close` are called by one thread."""
 
     @property
     def name(self) -> str:
         """Model and serial number of the camera."""
 
-    def read(self, timeout: float) -> CameraFrame | None:
+    def read(self, timeout: float) -> I_co | None:
         """Return the next image, or None after `timeout` seconds. CameraError if the camera is gone."""
 
     def close(self) -> None:
         """Stop the stream and release the camera."""
 
 
-CameraOpener = Callable[[StreamRequest], OpenCamera]
-"""Opens a camera and starts its stream. CameraError if that fails."""
+CameraOpener = Callable[[StreamRequest], OpenCamera[CameraFrame]]
+"""Opens a depth camera and starts its stream. CameraError if that fails."""
 
 
 def opener_of(driver: str) -> CameraOpener:
     """Return how a kind of camera is opened. UserError if the SDK of its maker is not installed."""
     try:
         if driver == "realsense":
-            from chefbot.devices.depth_cameras.realsense import open_realsense as opener
+            from chefbot.devices.cameras.realsense import open_realsense as opener
         elif driver == "oak":
-            from chefbot.devices.depth_cameras.oak import open_oak as opener
+            from chefbot.devices.cameras.oak import open_oak as opener
         else:
-            from chefbot.devices.depth_cameras.orbbec import open_orbbec as opener
+            from chefbot.devices.cameras.orbbec import open_orbbec as opener
     except ImportError as error:
         raise UserError(
             f"sensors.depth_camera.driver: {driver} needs the SDK of its maker, which cannot be imported ({error});"

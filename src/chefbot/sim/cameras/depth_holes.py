@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.buildings.world_file import FloorHole
-from chefbot.sim.depth_raycast import FLOOR, Depths, Floats, Numbers
+from chefbot.sim.cameras.depth_raycast import FLOOR, Depths, Floats, Numbers
 
 
 def hole_array(holes: Sequence[FloorHole]) -> NDArray[np.float64]:

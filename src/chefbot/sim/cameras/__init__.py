@@ -1,0 +1,1 @@
+"""Cameras of the simulated robot: what they see, rendered by ray casting on the CPU."""

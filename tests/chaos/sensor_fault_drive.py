@@ -34,7 +34,7 @@ NODES = {
     "simulator": "chefbot.sim.device:SimulatorDevice",
     "robot_state_publisher": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
-    "depth_to_scan": "chefbot.nodes.depth_to_scan:DepthToScanNode",
+    "depth_to_scan": "chefbot.nodes.cameras.depth_to_scan:DepthToScanNode",
     "base": "chefbot.nodes.drive_base:DriveBaseNode",
     "controller": "chefbot.nodes.controller:ControllerNode",
 }

@@ -11,14 +11,14 @@ import pytest
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import CameraInfo, Image, LaserScan, RegionOfInterest
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.nodes.depth_to_scan import NO_CAMERA
+from chefbot.nodes.cameras.depth_to_scan import NO_CAMERA
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
 
-NODES = {"depth_to_scan": NodeEntry(kind="chefbot.nodes.depth_to_scan:DepthToScanNode")}
+NODES = {"depth_to_scan": NodeEntry(kind="chefbot.nodes.cameras.depth_to_scan:DepthToScanNode")}
 WALL = 2.0
 """Distance of a wall across the whole view, m."""
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from chefbot.msgs.sensor_msgs import CameraInfo, Image, PointCloud2
 from chefbot.msgs.std_msgs import Header
-from chefbot.nodes.point_cloud import PointCloudNode
+from chefbot.nodes.cameras.point_cloud import PointCloudNode
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry

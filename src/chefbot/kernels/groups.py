@@ -44,7 +44,7 @@ HALF_SIDE, CELL = 2.5, 0.05
 NODE_CLASSES = {
     "robot_state_publisher": "chefbot.nodes.robot_state_publisher:RobotStatePublisherNode",
     "odometry": "chefbot.nodes.odometry:OdometryNode",
-    "depth_to_scan": "chefbot.nodes.depth_to_scan:DepthToScanNode",
+    "depth_to_scan": "chefbot.nodes.cameras.depth_to_scan:DepthToScanNode",
     "gmapping": "chefbot.nodes.gmapping:GmappingNode",
     "graph_slam": "chefbot.nodes.graph_slam:GraphSlamNode",
     "amcl": "chefbot.nodes.amcl:AmclNode",

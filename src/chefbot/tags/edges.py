@@ -16,8 +16,8 @@ REACH_SHARE = 0.08
 """The same as a share of the side of small tags, whose squares are an eighth of it or wider."""
 CORNER_SHARE = 0.05
 """Share of an edge at each end that is left out: the image of a corner is round."""
-MIN_WEIGHT = 1.0
-"""Sum of squared gradients, squared grey levels, below which there is no edge."""
+MIN_WEIGHT = 20.0
+"""Sum of the gradients along a search, grey levels, below which there is no edge."""
 MAX_SHIFT = 3.0
 """Distance by which a corner may move, pixels; one that moves farther is kept, as its lines are nearly parallel."""
 
@@ -48,7 +48,7 @@ def _edge_line(
     offsets = np.arange(-reach, reach + STEP / 2.0, STEP)
     # Gradient outwards at each place: central difference of one pixel; only from dark to bright.
     outer, inner = (_brightness(grey, points, normal, offsets + half) for half in (0.5, -0.5))
-    weights = np.square(np.maximum(outer - inner, 0.0))
+    weights = np.maximum(outer - inner, 0.0)
     total = weights.sum(axis=1)
     found = total > MIN_WEIGHT
     if np.count_nonzero(found) < SAMPLES // 2:

@@ -1,6 +1,8 @@
 """Pose of a tag from its corners (perspective-n-point).
 
-Collins & Bartoli: Infinitesimal plane-based pose estimation, IJCV 109 (3), 2014.
+Zhang: A flexible new technique for camera calibration, IEEE PAMI 22 (11), 2000, section 3.1: pose from the homography
+of a plane; then the reprojection error is minimized (Levenberg-Marquardt). OpenCV's method for squares alone fails
+where a tag faces the camera exactly.
 """
 
 from __future__ import annotations
@@ -15,8 +17,6 @@ from chefbot.tags.opencv import load_opencv
 
 SQUARE = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)])
 """Corners of a tag of size 1 in its own frame, in the order of `Tag.corners`: x right, y up, z towards the viewer."""
-IPPE_ORDER = [3, 2, 1, 0]
-"""The same clockwise from the upper left corner, as the method expects them."""
 
 
 def tag_transform(
@@ -28,9 +28,8 @@ def tag_transform(
     (5,), plumb_bob. None if no pose fits.
     """
     cv2 = load_opencv("the pose of an AprilTag")
-    method = cv2.SOLVEPNP_IPPE_SQUARE
-    points, pixels = (size * SQUARE)[IPPE_ORDER], np.ascontiguousarray(corners[IPPE_ORDER])
-    found, rotation, translation = cv2.solvePnP(points, pixels, k, distortion, flags=method)
+    method = cv2.SOLVEPNP_ITERATIVE
+    found, rotation, translation = cv2.solvePnP(size * SQUARE, corners, k, distortion, flags=method)
     if not found or not np.isfinite(rotation).all() or not float(np.ravel(translation)[2]) > 0.0:
         return None
     return Transform(Vector3(*np.ravel(translation).tolist()), _quaternion(np.ravel(rotation)))

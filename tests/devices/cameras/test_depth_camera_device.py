@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from tests.support.waiting import PATIENCE
 
-from chefbot.devices import depth_camera
-from chefbot.devices.camera_device import MIN_PERIOD_SHARE
+from chefbot.devices.cameras import depth_camera
 from chefbot.devices.cameras.camera import CameraError, CameraFrame, Intrinsics, StreamRequest
-from chefbot.devices.depth_camera import NO_DRIVER, DepthCameraDevice
+from chefbot.devices.cameras.camera_device import MIN_PERIOD_SHARE
+from chefbot.devices.cameras.depth_camera import NO_DRIVER, DepthCameraDevice
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticArray, DiagnosticStatus
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.sensor_msgs import CameraInfo, Image

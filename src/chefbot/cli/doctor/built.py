@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from rich.console import Console
 
-from chefbot.devices.camera_device import CameraDevice
-from chefbot.devices.color_camera import ColorCameraDevice
-from chefbot.devices.depth_camera import DepthCameraDevice
+from chefbot.devices.cameras.camera_device import CameraDevice
+from chefbot.devices.cameras.color_camera import ColorCameraDevice
+from chefbot.devices.cameras.depth_camera import DepthCameraDevice
 from chefbot.devices.motor_board import MotorBoardDevice
 from chefbot.devices.serial_connection import is_missing_path
 from chefbot.devices.serial_imu import SerialImuDevice

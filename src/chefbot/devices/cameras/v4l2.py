@@ -5,7 +5,6 @@ Linux kernel documentation, "Video for Linux API", ioctl VIDIOC_QUERYCAP.
 
 from __future__ import annotations
 
-import fcntl
 import os
 import struct
 from collections.abc import Callable, Iterator
@@ -49,6 +48,8 @@ def _usb_cameras(folder: Path, read: Callable[[Path], bytes]) -> Iterator[VideoD
 
 
 def _read_capability(path: Path) -> bytes:
+    import fcntl  # Linux has it, and only there are such devices
+
     handle = os.open(path, os.O_RDWR | os.O_NONBLOCK)
     try:
         return fcntl.ioctl(handle, VIDIOC_QUERYCAP, bytes(CAPABILITY.size))

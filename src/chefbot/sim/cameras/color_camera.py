@@ -37,5 +37,5 @@ class SimulatedColorCamera:
         return color_camera_info(self._camera, header)
 
     def close(self) -> None:
-        """Stop the thread."""
+        """Stop the thread that renders."""
         self._worker.close()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from chefbot.design.export.urdf_frames import OPTICAL_FRAME
-from chefbot.devices.camera_device import CameraDevice
 from chefbot.devices.cameras.camera import CameraFrame, StreamRequest, opener_of
+from chefbot.devices.cameras.camera_device import CameraDevice
 from chefbot.msgs.sensor_msgs import CameraInfo, Image
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.runtime.node import NoParams, Out, topic

@@ -78,7 +78,7 @@ def test_a_tag_has_its_frame_where_it_hangs(
     # Optical frame to base_link: z forward, x right, y down, at the camera's mount.
     to_base = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
     t, q = transform.transform.translation, transform.transform.rotation
-    at = to_base @ [t.x, t.y, t.z] + [0.0, 0.0, 0.42]
+    at = to_base @ [t.x, t.y, t.z] + [0.10, 0.0, 0.20]
     assert math.dist(at, (x, y, z)) < 0.015 * math.hypot(x, y)
     turn = to_base @ Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
     front = np.array([math.cos(math.radians(yaw)), math.sin(math.radians(yaw)), 0.0])

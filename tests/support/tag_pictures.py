@@ -11,7 +11,7 @@ from chefbot.robot.load import load_robot
 from chefbot.robot.section import Housing, Mount, Size
 from chefbot.robot.sensors import ColorCamera, Lens, TagFamily, TagSpec
 from chefbot.robot.spec import Robot
-from chefbot.tags.detector import tag_image
+from chefbot.tags.family import tag_image
 
 K = np.array([[500.0, 0.0, 319.5], [0.0, 500.0, 239.5], [0.0, 0.0, 1.0]])
 """Intrinsics of the pictures, of 640 x 480 pixels."""
@@ -54,7 +54,7 @@ def project(
 def camera_robot(device: str = "auto", size: float = 0.2, lens: Lens | None = None) -> Robot:
     """Return the lidar robot with a colour camera ahead, whose tags have this size, m."""
     camera = ColorCamera(
-        mount=Mount(x=0.0, z=0.42),
+        mount=Mount(x=0.10, z=0.20),
         housing=Housing(size=Size(x=0.025, y=0.07, z=0.03), mass=0.08),
         rate=10.0,
         width=640,

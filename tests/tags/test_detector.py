@@ -15,7 +15,8 @@ from tests.support.tag_pictures import K, picture_of_tag, project
 from chefbot.errors import UserError
 from chefbot.robot.sensors import TAG_SQUARES, TagFamily
 from chefbot.tags import opencv
-from chefbot.tags.detector import TagDetector, tag_image
+from chefbot.tags.detector import TagDetector
+from chefbot.tags.family import tag_image
 from chefbot.tags.opencv import load_opencv
 from chefbot.tags.pose import SQUARE, homography, tag_transform
 
@@ -81,10 +82,32 @@ def test_equal_tags_are_in_order_from_the_left() -> None:
     assert left.id == right.id == 7 and left.corners[:, 0].max() < right.corners[:, 0].min()
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_noise_holds_no_tags(seed: int) -> None:
-    noise = np.random.default_rng(seed).integers(0, 256, (480, 640, 3), np.uint8)
-    assert TagDetector("tag36h11").detect(noise) == []
+@pytest.mark.parametrize("grain", [1, 2, 4, 8, 16])
+def test_noise_holds_no_tags(grain: int) -> None:
+    noise = np.random.default_rng(grain).integers(0, 256, (480 // grain, 640 // grain, 3), np.uint8)
+    assert TagDetector("tag36h11").detect(np.kron(noise, np.ones((grain, grain, 1), np.uint8))) == []
+
+
+@pytest.mark.parametrize("wrong", [1, 2, 3])
+def test_a_tag_may_have_two_wrong_squares(wrong: int) -> None:
+    at = np.array([0.0, 0.0, 0.5])
+    picture = picture_of_tag(FACING, at)
+    for i in range(wrong):  # a data square of the tag, painted over
+        x, y = (
+            (project(np.array([[SIZE * (i / 8 - 3 / 16), SIZE * (5 / 16), 0.0]]), FACING, at)[0])
+            .round()
+            .astype(int)
+        )
+        area = picture[y - 7 : y + 8, x - 7 : x + 8]
+        area[:] = 255 if area.mean() < 128 else 0
+    tags = TagDetector("tag36h11").detect(picture)
+    assert [tag.hamming for tag in tags] == ([wrong] if wrong <= 2 else [])
+
+
+def test_a_small_tag_in_noise_is_found() -> None:
+    picture = picture_of_tag(FACING, np.array([0.1, 0.0, 500.0 * SIZE / 18.0]))  # 18 pixels wide
+    noisy = picture + np.random.default_rng(1).normal(0.0, 2.0, picture.shape)
+    assert [tag.id for tag in TagDetector("tag36h11").detect(np.clip(noisy, 0, 255).astype(np.uint8))] == [7]
 
 
 def test_opencv_that_is_missing_is_named_with_its_command(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,67 +5,94 @@ Olson: AprilTag: A robust and flexible visual fiducial system, ICRA 2011. Wang &
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.robot.sensors import TagFamily
+from chefbot.tags.brightness import brightness_at
+from chefbot.tags.decoding import read_squares
 from chefbot.tags.edges import refined_corners
+from chefbot.tags.family import patterns_of
 from chefbot.tags.opencv import load_opencv
+from chefbot.tags.pose import homography
 
-PIXEL_CENTRE = 0.5
-"""Coordinates of the centre of the first pixel where OpenCV refines corners as AprilTag does; here it is (0, 0)."""
-UPRIGHT_CORNERS = (1, 0, 3, 2)
-"""Corners of OpenCV, clockwise from the upper left one, in the order of apriltag_ros, counter-clockwise from the
-lower left one. OpenCV's images of tags are those of the AprilTag library turned by half a turn."""
+CLOCKWISE_FROM_LOWER_LEFT = (3, 2, 1, 0)
+"""Corners of OpenCV, clockwise from the upper left one, as those of apriltag_ros, counter-clockwise from the lower
+left one."""
+MIN_DISTANCE = 0.03
+"""Distance of the corners of two squares, as a share of the side, below which they are the same: less than that
+between the edges of the black and the white border."""
+MAX_WRONG: dict[TagFamily, int] = {"tag16h5": 0, "tag25h9": 1, "tag36h10": 2, "tag36h11": 2}
+"""Wrong squares with which a tag counts: few of what the family could correct, as many squares are no tags."""
+MAX_WRONG_AT_FIRST: dict[TagFamily, int] = {"tag16h5": 1, "tag25h9": 3, "tag36h10": 6, "tag36h11": 6}
+"""The same at corners that are a pixel off, where small tags are read badly; most other squares are left out."""
+MAX_WRONG_BORDER = 2
+"""Bright squares of the black border with which a square may be a tag."""
+MIN_CONTRAST = 16.0
+"""Difference in brightness of the white and the black border below which there is no tag, grey levels."""
 
 
 class Tag(NamedTuple):
-    """A tag in an image: its number, and its corners (4, 2), pixels, counter-clockwise from the lower left one."""
+    """A tag in an image.
+
+    corners: (4, 2) pixels, counter-clockwise from the lower left one. homography: (9,), see `homography`. hamming:
+    number of wrong squares. margin: mean distance of its squares' brightness from the threshold, grey levels.
+    """
 
     id: int
     corners: NDArray[np.float64]
+    homography: NDArray[np.float64]
+    hamming: int
+    margin: float
 
 
 class TagDetector:
-    """Finds the tags of one family; only tags whose bits are all right, which is safest with many false squares."""
+    """Finds the tags of one family.
+
+    OpenCV proposes squares. What is within them is compared with the tags; where one may be, the corners are fitted
+    to the edges, and it is read again.
+    """
 
     def __init__(self, family: TagFamily) -> None:
         """UserError if OpenCV is not installed."""
         self._cv2 = load_opencv(f"the detection of AprilTags ({family})")
+        self._patterns = patterns_of(family)
+        self._max_wrong_at_first, self._max_wrong = MAX_WRONG_AT_FIRST[family], MAX_WRONG[family]
+        # Without a tag that OpenCV knows, all squares are in its list of those that are no tags.
+        known = self._cv2.aruco.getPredefinedDictionary(self._patterns.dictionary)
+        none = self._cv2.aruco.Dictionary(known.bytesList[:1], known.markerSize)
         parameters = self._cv2.aruco.DetectorParameters()
-        parameters.cornerRefinementMethod = self._cv2.aruco.CORNER_REFINE_APRILTAG
-        parameters.errorCorrectionRate = 0.0
-        self._detector = self._cv2.aruco.ArucoDetector(_dictionary(self._cv2, family), parameters)
+        parameters.minGroupDistance = parameters.minMarkerDistanceRate = MIN_DISTANCE
+        self._detector = self._cv2.aruco.ArucoDetector(none, parameters)
+        brightness_at(np.zeros((1, 1), np.uint8), np.zeros(1), np.zeros(1))  # loads what it needs
 
     def detect(self, picture: NDArray[np.uint8]) -> list[Tag]:
         """Return the tags of a picture (h, w, 3), RGB, in order of their numbers, equal ones from the left."""
         grey = self._cv2.cvtColor(np.ascontiguousarray(picture), self._cv2.COLOR_RGB2GRAY)
-        found, ids, _ = self._detector.detectMarkers(grey)
-        rough = [one.reshape(4, 2).astype(np.float64) - PIXEL_CENTRE for one in found]
-        corners = [refined_corners(grey, one) for one in rough]
-        numbers = [] if ids is None else np.ravel(ids).tolist()
-        tags = [Tag(*one) for one in zip(numbers, corners, strict=True)]
-        tags.sort(key=lambda tag: (tag.id, *tag.corners.mean(axis=0).tolist()))
-        return [Tag(tag.id, tag.corners[list(UPRIGHT_CORNERS)]) for tag in tags]
+        found, _, others = self._detector.detectMarkers(grey)
+        squares = [one.reshape(4, 2).astype(np.float64) for one in (*found, *others)]
+        tags = [tag for corners in squares for tag in self._read(grey, corners)]
+        return sorted(tags, key=lambda tag: (tag.id, *tag.homography[[2, 5]].tolist()))
 
+    def _read(self, grey: NDArray[np.uint8], square: NDArray[np.float64]) -> Iterator[Tag]:
+        """Yield the tag in a square, if there is one."""
+        rough = square[list(CLOCKWISE_FROM_LOWER_LEFT)]
+        number, turns, hamming = self._matched(grey, rough)[:3]
+        if hamming > self._max_wrong_at_first:
+            return
+        # A tag that is turned clockwise has its lower left corner a corner farther clockwise.
+        corners = refined_corners(grey, np.roll(rough, turns, axis=0))
+        again, turns, hamming, margin = self._matched(grey, corners)
+        if (again, turns) == (number, 0) and hamming <= self._max_wrong:
+            yield Tag(number, corners, homography(corners), hamming, margin)
 
-def tag_image(family: TagFamily, number: int) -> NDArray[np.uint8]:
-    """Return a tag (n, n), a pixel for each of its squares, upright, with its black border and without the white one.
-
-    ValueError for a number that the family does not have.
-    """
-    cv2 = load_opencv(f"an AprilTag ({family})")
-    dictionary = _dictionary(cv2, family)
-    n_tags = len(dictionary.bytesList)
-    if not 0 <= number < n_tags:
-        raise ValueError(f"family {family} has the tags 0 to {n_tags - 1}, not {number}")
-    image = cv2.aruco.generateImageMarker(dictionary, number, dictionary.markerSize + 2)
-    turned: NDArray[np.uint8] = np.ascontiguousarray(np.rot90(image, 2))
-    return turned
-
-
-def _dictionary(cv2: Any, family: TagFamily) -> Any:
-    aruco = cv2.aruco
-    return aruco.getPredefinedDictionary(getattr(aruco, f"DICT_APRILTAG_{family.removeprefix('tag')}"))
+    def _matched(self, grey: NDArray[np.uint8], corners: NDArray[np.float64]) -> tuple[int, int, int, float]:
+        """Return number, quarter turns and wrong squares of the nearest tag, all squares if none is there; margin."""
+        n = self._patterns.n
+        reading = read_squares(grey, homography(corners), n)
+        if reading.contrast < MIN_CONTRAST or reading.wrong_border > MAX_WRONG_BORDER:
+            return 0, 0, n * n, 0.0
+        return *self._patterns.nearest(reading.white), reading.margin

@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.tags.brightness import brightness_at
+
 SAMPLES = 32
 """Points of an edge at which its place is measured."""
 REACH, STEP = 2.5, 0.25
@@ -68,13 +70,8 @@ def _brightness(
     offsets: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Return the brightness (n, m), interpolated, at points (n, 2) moved along the normal by offsets (m,)."""
-    from scipy import ndimage  # takes half a second, and few robots have tags
-
     places = points[:, np.newaxis, :] + offsets[np.newaxis, :, np.newaxis] * normal
-    rows_columns = places[..., 1].ravel(), places[..., 0].ravel()
-    values = ndimage.map_coordinates(grey, rows_columns, np.float64, order=1, mode="nearest")
-    brightness: NDArray[np.float64] = values.reshape(places.shape[:2])
-    return brightness
+    return brightness_at(grey, places[..., 0].ravel(), places[..., 1].ravel()).reshape(places.shape[:2])
 
 
 def _corner(

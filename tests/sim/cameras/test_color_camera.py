@@ -40,14 +40,14 @@ def picture_of(world: World) -> np.ndarray:
 
 
 def tag(yaw: float = np.pi, x: float = 2.0) -> WallTag:
-    return WallTag(id=3, size=0.3, x=x, y=0.0, z=0.42, yaw=yaw)
+    return WallTag(id=3, size=0.3, x=x, y=0.0, z=0.20, yaw=yaw)
 
 
 def test_only_the_board_differs_from_the_bare_wall() -> None:
     bare, tagged = picture_of(room()), picture_of(room(tag()))
     changed = np.argwhere((bare != tagged).any(axis=2))
     (top, left), (bottom, right) = changed.min(axis=0), changed.max(axis=0)
-    side = 503.6 * tag().board_size / 2.0  # focal length times size by distance
+    side = 503.6 * tag().board_size / 1.9  # focal length times size by distance
     assert bottom - top + 1 == pytest.approx(side, abs=2.0) == right - left + 1
     assert (top + bottom) / 2 == pytest.approx(239.5, abs=1.0)
     board = tagged[top + 2 : bottom - 1, left + 2 : right - 1]

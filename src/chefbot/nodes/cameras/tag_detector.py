@@ -15,7 +15,7 @@ from chefbot.runtime.node import In, Node, NoParams, Out, topic
 from chefbot.scan.camera import color_camera_info
 from chefbot.scan.color_image import rgb_pixels
 from chefbot.tags.detector import Tag, TagDetector
-from chefbot.tags.pose import homography, tag_transform
+from chefbot.tags.pose import tag_transform
 
 
 class TagDetectorNode(Node):
@@ -65,10 +65,16 @@ class TagDetectorNode(Node):
 
     def _detection(self, tag: Tag) -> AprilTagDetection:
         assert self._tags is not None
-        corners = tuple(Point(x, y) for x, y in tag.corners.tolist())
-        h = homography(tag.corners)
-        centre = Point(float(h[2] / h[8]), float(h[5] / h[8]))
-        return AprilTagDetection(self._tags.family, tag.id, centre=centre, corners=corners, homography=h)
+        corners, h = tuple(Point(x, y) for x, y in tag.corners.tolist()), tag.homography
+        return AprilTagDetection(
+            self._tags.family,
+            tag.id,
+            tag.hamming,
+            decision_margin=tag.margin,
+            centre=Point(float(h[2] / h[8]), float(h[5] / h[8])),
+            corners=corners,
+            homography=h,
+        )
 
     def _transform(self, tag: Tag, header: Header) -> TransformStamped | None:
         assert self._tags is not None

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from chefbot.buildings.world_file import WallTag
 from chefbot.errors import UserError
 from chefbot.sim.cameras.depth_raycast import Depths, Floats
-from chefbot.tags.detector import tag_image
+from chefbot.tags.family import tag_image
 
 SUBPIXELS = 4
 """Rays across a pixel, and as many down it: edges become as soft as those of a real camera."""

@@ -50,7 +50,7 @@ def test_lidar_tracking_is_within_two_centimetres(hotel: Any, lidar: Any, drives
     assert np.median(errors) < 0.02 and errors[40:].max() < 0.04
     assert np.median(yaws) < 0.005
     assert converged[40:].all() and not (converged & (errors > 0.3)).any()
-    assert amcl.confidence > 0.9
+    assert amcl.quality.probability > 0.9
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -133,7 +133,7 @@ def test_a_wrong_pose_is_reported_as_wrong(hotel: Any, lidar: Any, drives: Any) 
     amcl = Amcl(AmclParams(seed=3, recovery_alpha_slow=0.0), hotel.grid, lidar.mount)
     amcl.set_pose(truth[0] @ SE2(2.5, 0.0, 1.0), 0.1, 0.1)
     errors, _, converged = follow(amcl, hotel, lidar, truth[:40], odom[:40], 3)
-    assert errors.min() > 1.0 and not converged.any() and amcl.confidence < 0.5
+    assert errors.min() > 1.0 and not converged.any() and amcl.quality.probability < 0.5
 
 
 def test_the_same_seed_gives_identical_bytes(hotel: Any, lidar: Any, drives: Any) -> None:

@@ -45,7 +45,9 @@ def test_pose_and_status_are_those_of_the_filter(amcl: Amcl) -> None:
     message, status = pose_message(amcl, STAMP), status_message(amcl, STAMP)
     assert message.header.frame_id == "map" and message.pose.pose.se2.distance(amcl.pose) < 1e-9
     assert message.pose.planar_covariance == pytest.approx(amcl.covariance)
-    assert status.localized == amcl.converged and status.confidence == pytest.approx(amcl.confidence)
+    assert status.localized == amcl.converged and status.probability == pytest.approx(
+        amcl.quality.probability
+    )
 
 
 def test_maps_are_the_same_by_geometry_and_cells() -> None:

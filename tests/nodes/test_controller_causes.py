@@ -295,12 +295,12 @@ def test_waiting_for_localization_has_its_numbers() -> None:
     drive.node.report_waiting("Localization is lost.")
     assert one(drive.reports).check == "localization" and one(drive.reports).numbers == ()
     drive = Drive()
-    drive.publish("localization_status", LocalizationStatus(localized=False, confidence=0.25, std_xy=0.5))
+    drive.publish("localization_status", LocalizationStatus(localized=False, probability=0.25, std_xy=0.5))
     drive.node.report_waiting("Localization is lost.")
     cause = one(drive.reports)
     assert cause.kind == STOP and cause.sentence == "The controller waits: Localization is lost."
     assert [(one.name, one.value, one.unit) for one in cause.numbers] == [
-        ("confidence", 0.25, ""), ("std_xy", 0.5, "m")
+        ("probability", 0.25, ""), ("std_xy", 0.5, "m")
     ]  # fmt: skip
 
 

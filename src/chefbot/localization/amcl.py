@@ -13,12 +13,12 @@ from chefbot.localization.likelihood_field import LikelihoodField
 from chefbot.localization.params import AmclParams
 from chefbot.localization.particle_filter import (
     CONVERGED_EXPLAINED,
-    CONVERGED_SPREAD,
     BeamEnds,
     FilterModels,
     ParticleFilter,
 )
 from chefbot.localization.pose_bins import PoseBins
+from chefbot.localization.pose_probability import PoseQuality
 from chefbot.localization.recovery import HypothesisTest, RecoveryEstimator
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -195,19 +195,22 @@ class Amcl:
         return self._filter.cluster.covariance
 
     @property
-    def confidence(self) -> float:
-        """Confidence 0..1, the product of four factors.
-
-        Weight of the reported cluster, share of the last scan that the map explains there, ratio of the
-        permitted spread to the cluster's, and 1 - the recovery estimator's probability of a random particle.
-        """
-        precision = min(1.0, CONVERGED_SPREAD / max(self._filter.spread, 1e-9))
-        return (
-            self._filter.cluster.weight
-            * self._filter.explained
-            * precision
-            * (1.0 - self._recovery.random_particle_probability)
+    def quality(self) -> PoseQuality:
+        """What the filter knows of its estimate, with the probability that it is right."""
+        covariance = self._filter.cluster.covariance
+        return PoseQuality(
+            self._filter.cluster.weight,
+            self._filter.explained,
+            self._filter.spread,
+            math.sqrt(max(float(covariance[2, 2]), 0.0)),
+            self._recovery.random_particle_probability,
+            self._outperformed,
+            self._filter.updates,
         )
+
+    @property
+    def _outperformed(self) -> bool:
+        return self._hypothesis_test is not None and self._hypothesis_test.outperforms
 
     @property
     def converged(self) -> bool:
@@ -216,6 +219,5 @@ class Amcl:
         One narrow cluster (criteria: particle_filter.CONVERGED_...), the map explains the scan, and no alternative
         hypothesis explains the latest scans clearly better.
         """
-        outperformed = self._hypothesis_test is not None and self._hypothesis_test.outperforms
         consistent = self._filter.explained >= CONVERGED_EXPLAINED
-        return self._filter.is_narrow and consistent and not outperformed
+        return self._filter.is_narrow and consistent and not self._outperformed

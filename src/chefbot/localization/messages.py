@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from chefbot.localization.amcl import Amcl
-from chefbot.localization.clusters import position_spread
+from chefbot.localization.particle_filter import CONVERGED_EXPLAINED, CONVERGED_SHARE
+from chefbot.localization.pose_probability import PoseQuality
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
@@ -15,6 +14,8 @@ from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovaria
 from chefbot.msgs.nav2_msgs import Particle, ParticleCloud
 from chefbot.msgs.std_msgs import Header
 
+NOTABLE_NEWS = 0.3
+"""Share of a scan that the map does not explain from which it is named although the robot is localized."""
 SHOWN_PARTICLES = 500
 """Maximum number of particles published; more would only slow down the web UI."""
 
@@ -39,13 +40,30 @@ def why_not_on_map(message: PoseWithCovarianceStamped, grid: Grid | None = None)
 
 
 def status_message(amcl: Amcl, stamp_ns: int) -> LocalizationStatus:
-    """Return whether the filter has converged, its confidence and its standard deviations (m, rad)."""
-    spread = position_spread(amcl.covariance)
-    yaw = math.sqrt(max(amcl.covariance[2, 2], 0.0))
-    sentence = f"Localized to within {spread:.2f} m." if amcl.converged else "Not localized yet."
-    count = len(amcl.particles)
-    header = Header.of(stamp_ns, "map")
-    return LocalizationStatus(header, amcl.converged, amcl.confidence, spread, yaw, count, sentence)
+    """Return whether the filter has converged, how probable its pose is, and how far it may be off."""
+    quality, header = amcl.quality, Header.of(stamp_ns, "map")
+    sentence = describe(quality, amcl.converged)
+    spreads = quality.spread, quality.spread_yaw
+    return LocalizationStatus(
+        header, amcl.converged, quality.probability, *spreads, len(amcl.particles), sentence
+    )
+
+
+def describe(quality: PoseQuality, localized: bool) -> str:
+    """Return the state of the localization in a sentence: localized, unsure or lost, and why."""
+    unexplained = 1.0 - quality.explained
+    if localized:
+        news = f"; {unexplained:.0%} of the scan is not on the map" if unexplained > NOTABLE_NEWS else ""
+        return f"Localized to within {quality.spread:.2f} m{news}."
+    if quality.updates == 0:
+        return "Unsure: no scan has been compared with the map yet."
+    if quality.weight < CONVERGED_SHARE:
+        return f"Unsure: several places are possible, the likeliest with {quality.weight:.0%}."
+    if quality.explained < CONVERGED_EXPLAINED:
+        return f"Lost: {unexplained:.0%} of the scan is not on the map here."
+    if quality.outperformed:
+        return "Unsure: another place explains the scans better."
+    return f"Unsure: the position is known to within {quality.spread:.2f} m only."
 
 
 def particle_cloud(amcl: Amcl, now_ns: int) -> ParticleCloud:

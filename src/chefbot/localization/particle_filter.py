@@ -82,14 +82,14 @@ class ParticleFilter:
     """Particles (n, 3) with weights (n,) that sum to one, their heaviest cluster and the pose estimate.
 
     explained: share of the last scan that the map explains at `estimate`. score: mean log likelihood of its
-    beams there.
+    beams there. updates: number of scans.
     """
 
     def __init__(self, particles: NDArray[np.float64], model: FilterModels) -> None:
         self._model = model
         self.particles = particles
         self.weights = np.full(len(particles), 1.0 / len(particles))
-        self.explained = 0.0
+        self.explained, self.updates = 0.0, 0
         self.score = -math.inf
         self._evidence, self._field_of_view = ViewEvidence(), 2.0 * math.pi
         self._update_cluster()
@@ -139,7 +139,7 @@ class ParticleFilter:
             remaining_exponent -= used
             if remaining_exponent <= 0.0:
                 break
-        self._field_of_view = beams.field_of_view
+        self._field_of_view, self.updates = beams.field_of_view, self.updates + 1
         self._update_cluster()
         self._refine(beams)
 

@@ -18,7 +18,7 @@ from chefbot.ui.commands import MAX_TEXT, OperatorCommand, Stop, parse_command
 from chefbot.ui.files import SECURITY_HEADERS, plain_text
 
 REQUESTS_PER_SECOND, BURST = 10.0, 20.0
-"""Rate limit of the requests from one address, Hz, and how many may come at once; a page sends 4 per second."""
+"""Rate limit of the requests from one address, Hz, and how many may come at once; a page sends 8 per second."""
 MAX_ADDRESSES = 256
 """Number of addresses whose requests are counted; of more, the one that was silent longest is forgotten."""
 

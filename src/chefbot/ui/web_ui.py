@@ -294,7 +294,8 @@ class WebUiDevice(NavigationDevice):
             real_time_factor=views.rounded(self._real_time_factor.factor(self.now_ns), 1),
             battery=views.rounded(100.0 * battery.percentage, 0) if battery else None,
             volts=views.rounded(battery.voltage, 1) if battery else None,
-            confidence=views.rounded(localization.confidence, 2) if localization else None,
+            pose_probability=views.rounded(localization.probability, 2) if localization else None,
+            localization=localization.description if localization else "",
             localization_error=views.rounded(truth.pose.pose.se2.distance(pose), 3)
             if truth and pose
             else None,

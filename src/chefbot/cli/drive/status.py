@@ -47,12 +47,19 @@ def _rows(
     yield "activity", status["phase"] or status["navigation"] or "none"
     yield from _delivery(layers.get("delivery") or {}, layers.get("forecast") or [], places)
     yield "battery", _battery(status)
-    yield "localization", "unknown" if status["confidence"] is None else f"{status['confidence']:.0%} sure"
+    yield "localization", _localization(status)
     yield "emergency stop", "active" if status["stopped"] else "not active"
     if status["reason"]:
         yield "last stop", status["reason"]
     for warning in status["warnings"]:
         yield "warning", warning
+
+
+def _localization(status: dict[str, Any]) -> str:
+    probability = status["pose_probability"]
+    return (
+        "unknown" if probability is None else f"{probability:.0%} probable. {status['localization']}".strip()
+    )
 
 
 def _delivery(

@@ -106,16 +106,19 @@ class ObstacleScan(Message, frozen=True, eq=False):
 
 
 class LocalizationStatus(Message, frozen=True, eq=False):
-    """The quality of the pose estimate, with a description of the state."""
+    """The quality of the pose estimate, with a description of the state and its cause.
+
+    probability: that the pose is right to within 0.25 m and 10 degrees. std_xy, std_yaw: standard deviations, m, rad.
+    """
 
     BOUNDS = per_field(
-        confidence=(0.0, 1.0),
+        probability=(0.0, 1.0),
         **dict.fromkeys(("std_xy", "std_yaw"), (0.0, MAX_MAGNITUDE)),
     )
 
     header: Header = Header()
     localized: Bool = False
-    confidence: Float32 = 0.0
+    probability: Float32 = 0.0
     std_xy: Float32 = 0.0
     std_yaw: Float32 = 0.0
     particles: Uint32 = 0

@@ -58,7 +58,7 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
             return
         status = self.localization_status.last
         numbers = () if status is None else (
-            Quantity("confidence", status.confidence, ""), Quantity("std_xy", status.std_xy, "m")
+            Quantity("probability", status.probability, ""), Quantity("std_xy", status.std_xy, "m")
         )  # fmt: skip
         self.report(
             "motion", make_report(STOP, "localization", f"The controller waits: {reason}", numbers=numbers)

@@ -173,8 +173,10 @@ class StatusView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     battery: float | None = None
     """Battery charge, percent, 0..100."""
     volts: float | None = None
-    confidence: float | None = None
-    """Confidence of the localization, 0..1."""
+    pose_probability: float | None = None
+    """Probability 0..1 that the pose on the map is right."""
+    localization: str = ""
+    """State of the localization and its cause, one sentence."""
     localization_error: float | None = None
     """Distance between estimate and ground truth, m; simulation only."""
     navigation: str = ""

@@ -1,7 +1,8 @@
 // A press of the emergency stop, repeated until the drive base confirms it; an alarm is shown after a timeout.
 
 const REPEAT = 250, ALARM = 300;          // milliseconds
-const IN_FLIGHT = 4;                     // requests of their own that wait for an answer; a browser opens 6 connections to a host
+const REQUEST = 130;                     // milliseconds between requests of their own
+const IN_FLIGHT = 6;                     // of these, that wait for an answer: as many connections as a browser opens to a host
 const STORAGE_KEY = "chefbot-stop";             // a reloaded page continues to send the press
 
 export class StopPress {
@@ -11,7 +12,7 @@ export class StopPress {
     this.view = { stopped: false, requested: false, confirmed: [], pressed: "" };
     this.id = store.getItem(STORAGE_KEY);
     this.since = performance.now();
-    this.sent = -Infinity;
+    this.sent = this.requested = -Infinity;
     this.requests = [];                  // that wait for an answer, the oldest first
     setInterval(() => this.tick(), 50);
   }
@@ -52,12 +53,12 @@ export class StopPress {
     this.sent = performance.now();
     if (!this.id) return;
     this.send({ do: "stop", id: this.id });
-    if (this.alarmed) this.request();
   }
 
   // The connection may be dead and a new one not answered for seconds: each request opens its own, so that the first one
   // after the network has come back arrives.
   request() {
+    this.requested = performance.now();
     if (this.requests.length >= IN_FLIGHT) this.requests[0].abort();
     const request = new AbortController();
     this.requests.push(request);
@@ -69,6 +70,7 @@ export class StopPress {
   tick() {
     if (!this.id) return;
     if (performance.now() - this.sent >= REPEAT) this.repeat();
+    if (this.alarmed && performance.now() - this.requested >= REQUEST) this.request();
     this.changed();
   }
 

@@ -15,9 +15,13 @@ SURE = PoseQuality(1.0, 0.95, 0.02, 0.01, 0.0, False, 60)
 share = st.floats(0.0, 1.0)
 
 
-@given(share, share, st.floats(0.0, 50.0), st.floats(0.0, 4.0), share, st.booleans(), st.integers(0, 10**6))
-def test_it_is_a_probability_of_finite_inputs(*values: float) -> None:
-    quality = PoseQuality(*values)  # type: ignore[arg-type]
+@given(
+    st.builds(
+        PoseQuality,
+        share, share, st.floats(0.0, 50.0), st.floats(0.0, 4.0), share, st.booleans(), st.integers(0, 10**6),
+    )
+)  # fmt: skip
+def test_it_is_a_probability_of_finite_inputs(quality: PoseQuality) -> None:
     assert len(quality.features()) == len(WEIGHTS)
     assert 0.0 <= quality.probability <= 1.0 and math.isfinite(quality.features().sum())
 

@@ -1,8 +1,8 @@
-"""Calibration of the probability that localization states: how often is the pose right where it says 80 %?
+"""Calibration of the probability that localization states: how often is the pose right where it is 80 %?
 
 Drives through generated buildings, on their true map, of which parts are missing, with people in the scan: a global
-start, a wrong initial pose, a right one, and a robot that is carried elsewhere. Each update of the filter is a case; a pose is right
-within 0.25 m and 10 degrees. Even seeds are for fitting, odd ones for judging.
+start, a wrong initial pose, a right one, and a robot that is carried elsewhere. Each update of the filter is a case;
+a pose is right within 0.25 m and 10 degrees. Even seeds are for fitting, odd ones for judging.
 
     python bench/bench_pose_probability.py --seeds 2,4,6,8 --fit     # prints the weights
     python bench/bench_pose_probability.py --seeds 1,3,5,7           # expected calibration error
@@ -35,7 +35,7 @@ LENGTH, MAX_UPDATES = 30.0, 80
 MISSING, MISSING_SIZE = 8, (0.3, 1.2)
 """Number of pieces that are missing in the map, and their side, m."""
 MAX_HIDDEN, PEOPLE, PEOPLE_RANGE = 0.5, 6, (0.4, 2.5)
-"""Largest share of the beams that people hide in a drive, the number of sectors that they hide, and their range, m."""
+"""Largest share of the beams that people hide in a drive, number of sectors that they hide, and their range, m."""
 BINS = 10
 """Number of bins of equal width of the probability."""
 PENALTY = 1e-5

@@ -44,7 +44,10 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     out = capsys.readouterr().out
     rows = dict(line.split(None, 1) for line in out.splitlines())
     assert rows["speed"] == "0.25 m/s" and rows["activity"] == "Delivering."
-    assert rows["battery"] == "62 %, 11.6 V" and rows["localization"] == "97% probable. Localized to within 0.02 m."
+    assert (
+        rows["battery"] == "62 %, 11.6 V"
+        and rows["localization"] == "97% probable. Localized to within 0.02 m."
+    )
     assert rows["delivery"] == "Driving to table 3." and rows["warning"] == "Lidar: late"
     assert "last stop       A door.\n" in out
     assert "still to serve  table 2\nother goals     home\norder 1 waits   table 1 and table 3\n" in out

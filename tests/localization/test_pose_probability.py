@@ -1,4 +1,4 @@
-"""The probability of a pose grows with what speaks for it, and the state of the localization names its cause."""
+"""The probability of a pose is lower with each sign of a wrong one, and the state of the localization names its cause."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_it_is_a_probability_of_finite_inputs(quality: PoseQuality) -> None:
     ],
     ids=str,
 )
-def test_what_speaks_against_a_pose_lowers_it(worse: dict[str, float]) -> None:
+def test_each_sign_of_a_wrong_pose_lowers_it(worse: dict[str, float]) -> None:
     assert SURE.probability > 0.95
     assert SURE._replace(**worse).probability < SURE.probability
 
@@ -46,7 +46,16 @@ def test_what_speaks_against_a_pose_lowers_it(worse: dict[str, float]) -> None:
     ("quality", "localized", "sentence"),
     [
         (SURE, True, "Localized to within 0.02 m."),
-        (SURE._replace(explained=0.6), True, "Localized to within 0.02 m; 40% of the scan is not on the map."),
+        (
+            SURE._replace(explained=0.6),
+            True,
+            "Localized to within 0.02 m; 40% of the scan is not on the map.",
+        ),
+        (
+            SURE._replace(explained=0.5, spread=0.2),
+            True,
+            "Localized, but perhaps wrong: 50% of the scan is not on the map here.",
+        ),
         (SURE._replace(updates=0), False, "Unsure: no scan has been compared with the map yet."),
         (SURE._replace(weight=0.41), False, "Unsure: several places are possible, the likeliest with 41%."),
         (SURE._replace(explained=0.3), False, "Lost: 70% of the scan is not on the map here."),

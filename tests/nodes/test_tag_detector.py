@@ -66,7 +66,7 @@ def test_a_tag_has_its_frame_where_it_hangs(
         kind="chefbot.sim.device:SimulatorDevice", params={"world": str(world), "profile": "perfect"}
     )
     seen = run(camera_robot(), {"simulator": simulator, "tag_detector": DETECTOR}, 0.5)
-    array = seen["tag_detections"][-1]
+    array = seen["apriltag/detections"][-1]
     assert isinstance(array, AprilTagDetectionArray)
     (detection,) = array.detections
     assert (detection.family, detection.id) == ("tag36h11", number)
@@ -78,7 +78,7 @@ def test_a_tag_has_its_frame_where_it_hangs(
     # Optical frame to base_link: z forward, x right, y down, at the camera's mount.
     to_base = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
     t, q = transform.transform.translation, transform.transform.rotation
-    at = to_base @ [t.x, t.y, t.z] + [0.10, 0.0, 0.20]
+    at = to_base @ [t.x, t.y, t.z] + [0.12, 0.0, 0.16]
     assert math.dist(at, (x, y, z)) < 0.015 * math.hypot(x, y)
     turn = to_base @ Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
     front = np.array([math.cos(math.radians(yaw)), math.sin(math.radians(yaw)), 0.0])
@@ -104,16 +104,16 @@ def test_colour_and_grey_pictures_are_read(encoding: str) -> None:
     picture = picture_of_tag(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.8]))
     pixels = picture[:, :, 0] if encoding == "mono8" else picture
     seen = run(camera_robot(), {"tags": DETECTOR}, 0.1, [("image_raw", Image.of(Header(), encoding, pixels))])
-    assert [one.id for one in seen["tag_detections"][0].detections] == [7]
+    assert [one.id for one in seen["apriltag/detections"][0].detections] == [7]
 
 
 def test_an_image_of_depth_is_refused_by_its_encoding() -> None:
     depth = Image.of(Header(), "16UC1", np.zeros((480, 640), np.uint16))
     seen = run(camera_robot(), {"tags": DETECTOR}, 0.1, [("image_raw", depth)])
-    assert "tag_detections" not in seen and "16UC1" in str(seen["faults"][0])
+    assert "apriltag/detections" not in seen and "16UC1" in str(seen["faults"][0])
 
 
 def test_a_robot_without_tags_detects_none() -> None:
     image = Image.of(Header(), "rgb8", np.zeros((480, 640, 3), np.uint8))
     seen = run(load_robot("chefbot_lidar"), {"tags": DETECTOR}, 0.1, [("image_raw", image)])
-    assert "tag_detections" not in seen and not seen["faults"]
+    assert "apriltag/detections" not in seen and not seen["faults"]

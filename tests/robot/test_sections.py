@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import get_args
 
 import msgspec
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.robot import quantities
 from chefbot.robot.drivetrain import ROTOR_INERTIA_FACTOR, Calibration
+from chefbot.robot.errors import RobotFileError
 from chefbot.robot.load import built_in_robots, load_robot
 from chefbot.robot.materials import MATERIALS
 from chefbot.robot.sensors import DepthCamera, Sensors
@@ -92,3 +95,29 @@ def test_every_quantity_has_bounds_in_order(name: str) -> None:
     assert low is not None and (meta.le is None or low < meta.le)
     with pytest.raises(msgspec.ValidationError):
         msgspec.convert(low - 1, kind)
+
+
+@pytest.mark.parametrize(
+    ("lens", "key", "reason"),
+    [
+        (
+            {"fx": 2000, "fy": 2000, "cx": 320, "cy": 240},
+            "lens.fx",
+            "shows 18 degrees, but field_of_view is 65",
+        ),
+        ({"fx": 510, "fy": 50, "cx": 320, "cy": 240}, "lens.fy", "pixels are nearly square"),
+        ({"fx": 510, "fy": 510, "cx": 700, "cy": 240}, "lens.cx", "the calibration is that of another size"),
+    ],
+)
+def test_a_lens_of_another_camera_is_refused(
+    tmp_path: Path, lens: dict[str, float], key: str, reason: str
+) -> None:
+    file = tmp_path / "robot.yaml"
+    camera = {
+        "mount": {"x": "12 cm", "z": "16 cm"},
+        "housing": {"size": {"x": "2 cm", "y": "7 cm", "z": "3 cm"}, "mass": "80 g"},
+        **{"rate": "5 Hz", "width": 640, "height": 480, "field_of_view": "65 deg", "lens": lens},
+    }
+    file.write_text(yaml.safe_dump({"like": "chefbot", "name": "seer", "sensors": {"color_camera": camera}}))
+    with pytest.raises(RobotFileError, match=rf"sensors\.color_camera\.{key}: .*{reason}"):
+        load_robot(str(file))

@@ -54,7 +54,7 @@ def project(
 def camera_robot(device: str = "auto", size: float = 0.2, lens: Lens | None = None) -> Robot:
     """Return the lidar robot with a colour camera ahead, whose tags have this size, m."""
     camera = ColorCamera(
-        mount=Mount(x=0.10, z=0.20),
+        mount=Mount(x=0.12, z=0.16),
         housing=Housing(size=Size(x=0.025, y=0.07, z=0.03), mass=0.08),
         rate=10.0,
         width=640,

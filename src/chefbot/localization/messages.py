@@ -16,6 +16,8 @@ from chefbot.msgs.std_msgs import Header
 
 NOTABLE_NEWS = 0.3
 """Share of a scan that the map does not explain from which it is named although the robot is localized."""
+PROBABLE = 0.5
+"""Probability below which a pose is perhaps wrong although the filter has converged."""
 SHOWN_PARTICLES = 500
 """Maximum number of particles published; more would only slow down the web UI."""
 
@@ -52,6 +54,8 @@ def status_message(amcl: Amcl, stamp_ns: int) -> LocalizationStatus:
 def describe(quality: PoseQuality, localized: bool) -> str:
     """Return the state of the localization in a sentence: localized, unsure or lost, and why."""
     unexplained = 1.0 - quality.explained
+    if localized and quality.probability < PROBABLE:
+        return f"Localized, but perhaps wrong: {unexplained:.0%} of the scan is not on the map here."
     if localized:
         news = f"; {unexplained:.0%} of the scan is not on the map" if unexplained > NOTABLE_NEWS else ""
         return f"Localized to within {quality.spread:.2f} m{news}."

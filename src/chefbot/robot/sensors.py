@@ -37,6 +37,8 @@ TagFamily = Literal["tag16h5", "tag25h9", "tag36h10", "tag36h11"]
 """Families of AprilTags (Olson 2011); the last digits are the number of bits by which two tags differ at least."""
 TAG_SQUARES: dict[TagFamily, int] = {"tag16h5": 6, "tag25h9": 7, "tag36h10": 8, "tag36h11": 8}
 """Squares across a tag of each family, with its black border."""
+TAG_COUNTS: dict[TagFamily, int] = {"tag16h5": 30, "tag25h9": 35, "tag36h10": 2320, "tag36h11": 587}
+"""Number of tags of each family; they are numbered from 0."""
 FULL_TURN_TOLERANCE = 1e-6
 """Difference from a full turn that is rounding, rad."""
 

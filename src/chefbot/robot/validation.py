@@ -30,6 +30,8 @@ from chefbot.robot.sensors import (
 )
 from chefbot.robot.spec import Robot
 
+MAX_LENS_RATIO = 1.5
+"""Ratio of two focal lengths that should be equal from which one of them is wrong."""
 Contradiction = tuple[bool, str, str]
 """Whether the contradiction is present; key of the robot file; message."""
 
@@ -230,6 +232,12 @@ def _cameras(robot: Robot) -> Iterator[Contradiction]:
         reason = "lies outside the image: the calibration is that of another size"
         yield lens.cx > color.width - 1, f"{key}.lens.cx", reason
         yield lens.cy > color.height - 1, f"{key}.lens.cy", reason
+        view = 2.0 * math.atan(color.width / 2.0 / lens.fx)
+        differs = not 1.0 / MAX_LENS_RATIO < lens.fx / color.focal_length_px < MAX_LENS_RATIO
+        seen = f"shows {math.degrees(view):.0f} degrees, but field_of_view is {math.degrees(color.field_of_view):.0f}"
+        yield differs, f"{key}.lens.fx", seen
+        no_square = not 1.0 / MAX_LENS_RATIO < lens.fy / lens.fx < MAX_LENS_RATIO
+        yield no_square, f"{key}.lens.fy", "is far from fx: pixels are nearly square"
 
 
 def _camera(

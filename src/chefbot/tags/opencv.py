@@ -8,13 +8,18 @@ from typing import Any
 
 from chefbot.errors import UserError
 
-SELECT_TIMEOUT = "OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT"
-"""Environment variable of OpenCV: how long it waits for an image of a camera, in whole seconds."""
+SETTINGS = {
+    "OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT": "1",  # time to wait for an image of a camera, in whole seconds
+    "OPENCV_LOG_LEVEL": "ERROR",
+    "OPENCV_FFMPEG_LOGLEVEL": "-8",  # what is wrong with a video is reported here
+}
+"""Environment variables that OpenCV reads when it is imported."""
 
 
 def load_opencv(needed_by: str) -> Any:
     """Return the module cv2. UserError with the command that installs it; needed_by: what in which file needs it."""
-    os.environ.setdefault(SELECT_TIMEOUT, "1")  # read at the import
+    for name, value in SETTINGS.items():
+        os.environ.setdefault(name, value)
     try:
         cv2 = importlib.import_module("cv2")
     except ImportError as error:

@@ -21,6 +21,8 @@ STANDSTILL_SPEED = 0.01
 LONG_TIME = 90.0
 """Time from which minutes are printed, s."""
 SHOWN_LAYERS = {"status", "robot", "delivery", "forecast"}
+NEARLY_SURE = 0.99
+"""Largest probability that is shown: nothing is certain."""
 NAME_WIDTH = len("emergency stop")
 console = Console(highlight=False, soft_wrap=True, markup=False)
 
@@ -57,9 +59,9 @@ def _rows(
 
 def _localization(status: dict[str, Any]) -> str:
     probability = status["pose_probability"]
-    return (
-        "unknown" if probability is None else f"{probability:.0%} probable. {status['localization']}".strip()
-    )
+    if probability is None:
+        return "unknown"
+    return f"{min(probability, NEARLY_SURE):.0%} probable. {status['localization']}".strip()
 
 
 def _delivery(

@@ -51,7 +51,7 @@ class VideoSource:
 
     def _reason(self) -> str:
         if self._is_camera:
-            return "cannot be opened: another program uses it, or the user is not in the group video"
+            return "is no camera that can be opened: another program uses it, or the user is not in the group video"
         return "is not a video that can be read"
 
     def _configure(self, request: StreamRequest) -> None:

@@ -19,7 +19,7 @@ from chefbot.tags.pose import tag_transform
 
 
 class TagDetectorNode(Node):
-    """Publishes `tag_detections` for each picture, and in `tf` a frame `FAMILY:NUMBER` for each tag.
+    """Publishes `apriltag/detections` for each picture, and in `tf` a frame `FAMILY:NUMBER` for each tag.
 
     Topic, messages and frames are those of ROS's apriltag_ros: x right, y up, z out of the tag. The intrinsics are
     those of `camera_info`, and the robot file's before one has arrived. A robot whose file has no
@@ -29,7 +29,7 @@ class TagDetectorNode(Node):
     params: NoParams
     picture: In[Image] = topic("camera/color/image_raw")
     camera_info: In[CameraInfo] = topic("camera/color/camera_info")
-    tag_detections: Out[AprilTagDetectionArray]
+    detections: Out[AprilTagDetectionArray] = topic("apriltag/detections")
     tf_out: Out[TFMessage] = topic("tf")
 
     def start(self) -> None:
@@ -37,7 +37,7 @@ class TagDetectorNode(Node):
         camera = self.robot.sensors.color_camera
         self._tags: TagSpec | None = None
         if camera is None or camera.tags is None:
-            for port in (self.tag_detections, self.tf_out):
+            for port in (self.detections, self.tf_out):
                 port.unadvertise()
             return
         self._tags, self._detector = camera.tags, TagDetector(camera.tags.family)
@@ -58,7 +58,7 @@ class TagDetectorNode(Node):
             return
         found = self._detector.detect(rgb_pixels(image))
         detections = tuple(self._detection(tag) for tag in found)
-        self.tag_detections.publish(AprilTagDetectionArray(image.header, detections))
+        self.detections.publish(AprilTagDetectionArray(image.header, detections))
         transforms = tuple(one for tag in found if (one := self._transform(tag, image.header)) is not None)
         if transforms:
             self.tf_out.publish(TFMessage(transforms))

@@ -15,10 +15,13 @@ from chefbot.errors import UserError
 from chefbot.sim.cameras.depth_raycast import Depths, Floats
 from chefbot.tags.family import tag_image
 
-SUBPIXELS = 4
+SUBPIXELS = 8
 """Rays across a pixel, and as many down it: edges become as soft as those of a real camera."""
 ON_FACE = 0.005
 """Distance along the optical axis up to which a depth is that of the tag, m; its board is 3 mm thick."""
+
+NEAR = 0.02
+"""Depth of a corner below which its pixel is far outside the picture, m."""
 
 
 class TagFace(NamedTuple):
@@ -68,8 +71,9 @@ def draw_tag(
     before = c * (position[0] - centre[0]) + s * (position[1] - centre[1])
     if before <= 0.0:
         return
-    for v in range(rows):
-        for u in range(columns):
+    low_u, high_u, low_v, high_v = _window(centre, (c, s), half, position, rotation, focal, (rows, columns))
+    for v in range(low_v, high_v):
+        for u in range(low_u, high_u):
             light, rays = 0.0, 0
             for k in range(SUBPIXELS * SUBPIXELS):
                 # Ray of a part of the pixel, scaled to depth 1 along the optical axis.
@@ -99,3 +103,34 @@ def draw_tag(
                 # Brightness as of the other solids: a little dark, and never quite black.
                 grey = 25.0 + 0.8 * light / rays
                 picture[v, u, 0], picture[v, u, 1], picture[v, u, 2] = grey, grey, grey
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _window(
+    centre: Floats,
+    facing: tuple[float, float],
+    half: float,
+    position: Floats,
+    rotation: Floats,
+    focal: float,
+    size: tuple[int, int],
+) -> tuple[int, int, int, int]:
+    """Return the columns and rows, from and to, in which the front of a tag may be seen; size: rows and columns."""
+    rows, columns = size
+    low_u, high_u, low_v, high_v = columns, 0, rows, 0
+    point = np.empty(3)
+    for k in range(4):
+        # Corner of the board relative to the camera, and in its optical frame: R^T d.
+        right, up = (half if k & 1 else -half), (half if k & 2 else -half)
+        point[0] = centre[0] - facing[1] * right - position[0]
+        point[1] = centre[1] + facing[0] * right - position[1]
+        point[2] = centre[2] + up - position[2]
+        x = rotation[0, 0] * point[0] + rotation[1, 0] * point[1] + rotation[2, 0] * point[2]
+        y = rotation[0, 1] * point[0] + rotation[1, 1] * point[1] + rotation[2, 1] * point[2]
+        z = rotation[0, 2] * point[0] + rotation[1, 2] * point[1] + rotation[2, 2] * point[2]
+        if z < NEAR:
+            return 0, columns, 0, rows  # it reaches beside or behind the camera
+        u, v = focal * x / z + 0.5 * (columns - 1), focal * y / z + 0.5 * (rows - 1)
+        low_u, high_u = min(low_u, math.floor(u)), max(high_u, math.ceil(u) + 1)
+        low_v, high_v = min(low_v, math.floor(v)), max(high_v, math.ceil(v) + 1)
+    return max(low_u, 0), min(high_u, columns), max(low_v, 0), min(high_v, rows)

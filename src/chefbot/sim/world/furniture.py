@@ -62,11 +62,11 @@ def _lintel_and_sill(opening: Opening, height: float) -> list[tuple[float, float
     return [(low, high) for low, high in spans if high > low]
 
 
-def tag_shape(tag: WallTag) -> SimulatedShape:
+def tag_shape(tag: WallTag, name: str) -> SimulatedShape:
     """Return the white board of a tag, behind the frame of its front."""
     side = tag.board_size
     centre = tag.pose @ SE2(-TAG_BOARD / 2.0, 0.0, 0.0)
-    return box(f"{tag.family}_{tag.id}", centre, tag.z - side / 2.0, (TAG_BOARD, side, side), WHITE)
+    return box(name, centre, tag.z - side / 2.0, (TAG_BOARD, side, side), WHITE)
 
 
 def table_shapes(table: Table) -> list[SimulatedShape]:

@@ -15,6 +15,7 @@ from chefbot.config import build, find_file, parse_yaml, read_bytes
 from chefbot.errors import UserError, name_hint
 from chefbot.file_kinds import WORLD, check_kind, check_no_picture
 from chefbot.maths.se2 import SE2
+from chefbot.robot.sensors import TAG_COUNTS
 from chefbot.sim.world.floor import over_holes
 from chefbot.sim.world.free_floor import FreeFloor
 from chefbot.sim.world.furniture import (
@@ -36,7 +37,7 @@ MAX_SHAPES = 20_000
 ROBOT_SPACE = (0.02, 0.6)
 """Range of heights in metres in which a place must be free."""
 
-RESERVED_NAME = re.compile(r"^(wall|border|chair|person|dropped)_\d+$|_chair_\d+$|^ceiling$")
+RESERVED_NAME = re.compile(r"^(wall|border|chair|person|dropped|tag)_\d+$|_chair_\d+$|^ceiling$")
 """Names that the simulator gives to solids without a name in the world file."""
 
 Bounds = tuple[float, float, float, float]
@@ -112,6 +113,7 @@ def build_world(spec: WorldSpec, where: str) -> World:
     """Build the solids of a world file. Raises UserError for contradictions in it."""
     _check_names(spec, where)
     _check_walls(spec, where)
+    _check_tags(spec, where)
     static = _static_shapes(spec)
     if len(static) > MAX_SHAPES:
         raise UserError(f"{where}: {len(static)} solids are too many, at most {MAX_SHAPES} can be simulated")
@@ -145,7 +147,7 @@ def _static_shapes(spec: WorldSpec) -> tuple[SimulatedShape, ...]:
         shapes += chair_shapes(chair, f"chair_{i}")
     shapes += [box_shape(item) for item in spec.boxes]
     shapes += [cylinder_shape(item) for item in spec.cylinders]
-    shapes += [tag_shape(item) for item in spec.tags]
+    shapes += [tag_shape(tag, f"tag_{i}") for i, tag in enumerate(spec.tags)]
     return tuple(shapes)
 
 
@@ -185,6 +187,17 @@ def _check_walls(spec: WorldSpec, where: str) -> None:
             raise UserError(f"{where}: walls[{i}]: is {length:.3g} m long, shorter than it is thick")
         for j, opening in enumerate(wall.openings):
             _check_opening(opening, wall, length, f"{where}: walls[{i}].openings[{j}]")
+
+
+def _check_tags(spec: WorldSpec, where: str) -> None:
+    for i, tag in enumerate(spec.tags):
+        n = TAG_COUNTS[tag.family]
+        if tag.id >= n:
+            raise UserError(
+                f"{where}: tags[{i}].id: family {tag.family} has the tags 0 to {n - 1}, not {tag.id}"
+            )
+        if tag.z < tag.board_size / 2.0:
+            raise UserError(f"{where}: tags[{i}].z: its lower edge is below the floor")
 
 
 def _check_opening(opening: Opening, wall: Wall, length: float, where: str) -> None:

@@ -127,7 +127,7 @@ export class Panels {
     $("battery-bar").value = status.battery ?? 0;
     text("volts", orDash(status.volts, (volts) => `${volts.toFixed(1)} V`));
     text("navigation", translated(status.navigation) || "–");
-    text("pose-probability", orDash(status.pose_probability, (share) => `${Math.round(100 * share)} %`));
+    text("pose-probability", orDash(status.pose_probability, (share) => `${Math.min(99, Math.round(100 * share))} %`));
     text("localization", translated(status.localization));
     text("reason", translated(status.reason) || tr("no restriction"));
     text("last-stop", status.reason ? tr("Why: {reason}", { reason: translated(status.reason) }) : "");

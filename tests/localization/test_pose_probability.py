@@ -1,4 +1,4 @@
-"""The probability of a pose is lower with each sign of a wrong one, and the state of the localization names its cause."""
+"""The probability of a pose is lower with each sign of a wrong one; the state of the localization names its cause."""
 
 from __future__ import annotations
 

@@ -33,6 +33,8 @@ MAX_WRONG_BORDER = 2
 """Bright squares of the black border with which a square may be a tag."""
 MIN_CONTRAST = 16.0
 """Difference in brightness of the white and the black border below which there is no tag, grey levels."""
+SAME_CORNERS = 2.0
+"""Distance between corners up to which they are the same, pixels."""
 
 
 class Tag(NamedTuple):
@@ -48,6 +50,10 @@ class Tag(NamedTuple):
     hamming: int
     margin: float
 
+    def is_same(self, other: Tag) -> bool:
+        """Return whether another tag is this one, found from another square around it."""
+        return self.id == other.id and float(np.abs(self.corners - other.corners).max()) < SAME_CORNERS
+
 
 class TagDetector:
     """Finds the tags of one family.
@@ -61,20 +67,23 @@ class TagDetector:
         self._cv2 = load_opencv(f"the detection of AprilTags ({family})")
         self._patterns = patterns_of(family)
         self._max_wrong_at_first, self._max_wrong = MAX_WRONG_AT_FIRST[family], MAX_WRONG[family]
-        # Without a tag that OpenCV knows, all squares are in its list of those that are no tags.
-        known = self._cv2.aruco.getPredefinedDictionary(self._patterns.dictionary)
-        none = self._cv2.aruco.Dictionary(known.bytesList[:1], known.markerSize)
+        # OpenCV needs a dictionary, and compares each square with its tags: one tag is the least work.
+        family_tags = self._cv2.aruco.getPredefinedDictionary(self._patterns.dictionary)
+        one_tag = self._cv2.aruco.Dictionary(family_tags.bytesList[:1], family_tags.markerSize)
         parameters = self._cv2.aruco.DetectorParameters()
         parameters.minGroupDistance = parameters.minMarkerDistanceRate = MIN_DISTANCE
-        self._detector = self._cv2.aruco.ArucoDetector(none, parameters)
+        self._detector = self._cv2.aruco.ArucoDetector(one_tag, parameters)
         brightness_at(np.zeros((1, 1), np.uint8), np.zeros(1), np.zeros(1))  # loads what it needs
 
     def detect(self, picture: NDArray[np.uint8]) -> list[Tag]:
         """Return the tags of a picture (h, w, 3), RGB, in order of their numbers, equal ones from the left."""
         grey = self._cv2.cvtColor(np.ascontiguousarray(picture), self._cv2.COLOR_RGB2GRAY)
-        found, _, others = self._detector.detectMarkers(grey)
-        squares = [one.reshape(4, 2).astype(np.float64) for one in (*found, *others)]
-        tags = [tag for corners in squares for tag in self._read(grey, corners)]
+        matched, _, others = self._detector.detectMarkers(grey)
+        squares = [one.reshape(4, 2).astype(np.float64) for one in (*matched, *others)]
+        tags: list[Tag] = []
+        for tag in (tag for corners in squares for tag in self._read(grey, corners)):
+            if not any(tag.is_same(other) for other in tags):
+                tags.append(tag)
         return sorted(tags, key=lambda tag: (tag.id, *tag.homography[[2, 5]].tolist()))
 
     def _read(self, grey: NDArray[np.uint8], square: NDArray[np.float64]) -> Iterator[Tag]:

@@ -11,7 +11,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from chefbot.buildings.world_file import WallTag
-from chefbot.errors import UserError
 from chefbot.sim.cameras.depth_raycast import Depths, Floats
 from chefbot.tags.family import tag_image
 
@@ -19,7 +18,6 @@ SUBPIXELS = 8
 """Rays across a pixel, and as many down it: edges become as soft as those of a real camera."""
 ON_FACE = 0.005
 """Distance along the optical axis up to which a depth is that of the tag, m; its board is 3 mm thick."""
-
 NEAR = 0.02
 """Depth of a corner below which its pixel is far outside the picture, m."""
 
@@ -39,15 +37,12 @@ class TagFace(NamedTuple):
 
 @lru_cache(maxsize=4)  # for every picture
 def tag_faces(tags: tuple[WallTag, ...]) -> tuple[TagFace, ...]:
-    """Return the fronts of a world's tags. UserError for a number that a family does not have."""
+    """Return the fronts of a world's tags. UserError if OpenCV is not installed."""
     return tuple(_face(tag) for tag in tags)
 
 
 def _face(tag: WallTag) -> TagFace:
-    try:
-        squares = np.pad(tag_image(tag.family, tag.id), 1, constant_values=255)
-    except ValueError as error:
-        raise UserError(f"tags of the world: {error}") from error
+    squares = np.pad(tag_image(tag.family, tag.id), 1, constant_values=255)
     return TagFace(squares, np.array([tag.x, tag.y, tag.z]), tag.yaw, tag.board_size / 2.0)
 
 

@@ -119,3 +119,10 @@ def test_opencv_that_is_missing_is_named_with_its_command(monkeypatch: pytest.Mo
         UserError, match=r"sensors.color_camera needs OpenCV.*pip install 'chefbot\[camera\]'"
     ):
         load_opencv("sensors.color_camera")
+
+
+def test_a_tag_that_two_squares_propose_is_one() -> None:
+    (tag,) = TagDetector("tag36h11").detect(picture_of_tag(FACING, np.array([0.0, 0.0, 0.5])))
+    assert tag.is_same(tag._replace(corners=tag.corners + 1.0))
+    assert not tag.is_same(tag._replace(corners=tag.corners + 5.0))
+    assert not tag.is_same(tag._replace(id=8))

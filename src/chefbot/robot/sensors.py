@@ -32,7 +32,7 @@ IMU_DRIVERS = ("bno085_rvc", "witmotion", "witmotion_9600")
 DEPTH_CAMERA_DRIVERS = ("realsense", "oak", "orbbec")
 """Kinds of depth cameras with a driver (chefbot.devices.cameras), and names of the extras that they need."""
 COLOR_CAMERA_DRIVERS = ("v4l2",)
-"""Kinds of colour cameras with a driver (chefbot.devices.video_source)."""
+"""Kinds of colour cameras with a driver (chefbot.devices.cameras.video_source)."""
 TagFamily = Literal["tag16h5", "tag25h9", "tag36h10", "tag36h11"]
 """Families of AprilTags (Olson 2011); the last digits are the number of bits by which two tags differ at least."""
 TAG_SQUARES: dict[TagFamily, int] = {"tag16h5": 6, "tag25h9": 7, "tag36h10": 8, "tag36h11": 8}

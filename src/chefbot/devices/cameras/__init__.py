@@ -1,1 +1,1 @@
-"""Depth cameras by the SDKs of their makers; each module needs an extra of its own."""
+"""Drivers of depth cameras, by the SDKs of their makers, and of USB cameras; each needs an extra of its own."""

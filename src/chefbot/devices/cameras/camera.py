@@ -37,7 +37,7 @@ I_co = TypeVar("I_co", bound=TimedImage, covariant=True)
 
 
 class StreamRequest(NamedTuple):
-    """What a robot file asks of its camera: serial number or auto, size in pixels, and rate in Hz."""
+    """What a robot file asks of its camera: serial number or device file, or auto, size in pixels, and rate in Hz."""
 
     serial: str
     width: int

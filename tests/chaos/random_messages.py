@@ -42,6 +42,7 @@ from chefbot.msgs.geometry_msgs import (
 from chefbot.msgs.idl.cdr import CdrError
 from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.message import Message
+from chefbot.msgs.nav2_msgs import SpeedLimit
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
@@ -223,7 +224,7 @@ class RandomMessages:
         return generated
 
     def recover(self, static_transforms: list[Message], saved_map: Message | None) -> None:
-        """Act as an operator: publish static transforms and map again, release the emergency stop, set the pose."""
+        """Act as an operator: publish static transforms and map again, end stop and speed limit, set the pose."""
         loop = self._system.loop
         loop.run(until_ns=loop.now_ns + STEP_NS)  # the last messages are delivered
         for message in static_transforms:
@@ -232,6 +233,7 @@ class RandomMessages:
         for pressed in (True, False):  # this also resets a board that has stopped by itself
             loop.publish("stop_request", Bool(pressed), "operator", from_device=True)
             loop.run(until_ns=loop.now_ns + STEP_NS)
+        loop.publish("speed_limit", SpeedLimit(), "operator", from_device=True, latched=True)
         if saved_map is not None:
             loop.publish("map", saved_map, "operator", from_device=True, latched=True)
         loop.run(until_ns=loop.now_ns + round(RECOVERY_TIME * SECOND / 2))

@@ -39,8 +39,8 @@ class ControllerNode(
     """Serves follow_path and three motions in the frame `odom`.
 
     It commands a twist only while every obstacle sensor of the robot file sends valid data, and follows a path only
-    while localization, if there is one, has converged and sends its pose. Otherwise it stands still, publishes the
-    reason on `controller/wait_reason` (empty while it does not wait), and resumes by itself.
+    while localization, if there is one, has converged and sends its pose. Otherwise, and below a speed limit too low
+    to drive, it stands still, publishes the reason on `controller/wait_reason` (else empty), and resumes by itself.
     """
 
     live_params = (*LocalCostmapNode.live_params, *LIVE_PARAMS)
@@ -106,7 +106,7 @@ class ControllerNode(
         costs = self._costs_around(pose)
         odom_ns, status = self.tf.newest_ns("odom"), self.localization_status.last
         lost = self._localization.reason(status, pose, odom_ns, self.now_ns)
-        reason = self._sensor_fault(pose) or (lost if self._motion is None else "")
+        reason = self._sensor_fault(pose) or self._too_slow or (lost if self._motion is None else "")
         if reason:
             self._follower.pause()
             self._stop_looking()

@@ -29,7 +29,7 @@ from chefbot.nodes.causes.reports import CauseReportsNode, marked_place
 from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.robot.motion_limits import Limits
 from chefbot.runtime.node import In
-from chefbot.safety.speed_limit import fraction_within
+from chefbot.safety.speed_limit import fraction_within, too_slow_reason
 
 SLOW_FRACTION = 0.6
 """Fraction of the speed that the distance to the goal allows below which the controller drives slowly."""
@@ -51,10 +51,16 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
     localization_status: In[LocalizationStatus]
     speed_limit: In[SpeedLimit]
 
+    @property
+    def _too_slow(self) -> str:
+        """Why the speed limit makes the robot stand; empty if it does not."""
+        return too_slow_reason(self.speed_limit.last, Limits.of(self.robot).speed)
+
     def report_waiting(self, reason: str) -> None:
-        """Report that the robot stands because of a sensor or of localization, a sentence."""
+        """Report that the robot stands because of a sensor, of localization or of a speed limit, a sentence."""
         if not reason.startswith("Localization"):
-            self.report("motion", make_report(STOP, "sensor data", f"The controller waits: {reason}"))
+            check = "speed limit" if reason == self._too_slow else "sensor data"
+            self.report("motion", make_report(STOP, check, f"The controller waits: {reason}"))
             return
         status = self.localization_status.last
         numbers = () if status is None else (

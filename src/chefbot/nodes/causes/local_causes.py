@@ -58,17 +58,14 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
 
     def report_waiting(self, reason: str) -> None:
         """Report that the robot stands because of a sensor, of localization or of a speed limit, a sentence."""
-        if not reason.startswith("Localization"):
-            check = "speed limit" if reason == self._too_slow else "sensor data"
-            self.report("motion", make_report(STOP, check, f"The controller waits: {reason}"))
-            return
-        status = self.localization_status.last
+        check = "speed limit" if reason == self._too_slow else "sensor data"
+        if reason.startswith("Localization"):
+            check = "localization"
+        status = self.localization_status.last if check == "localization" else None
         numbers = () if status is None else (
             Quantity("probability", status.probability, ""), Quantity("std_xy", status.std_xy, "m")
         )  # fmt: skip
-        self.report(
-            "motion", make_report(STOP, "localization", f"The controller waits: {reason}", numbers=numbers)
-        )
+        self.report("motion", make_report(STOP, check, f"The controller waits: {reason}", numbers=numbers))
 
     def report_motion(self, progress: BehaviorProgress, pose: SE2, costs: Costmap, blind: str) -> None:
         """Report what blocks a motion of a behavior, such as backing up."""

@@ -147,6 +147,7 @@ def test_keyboard_teleop_runs_on_another_machine(network: Network) -> None:
     os.close(theirs)
 
 
+@pytest.mark.rotated("launches on several machines")
 def test_emergency_stop_is_shared_by_all_pages_and_machines(network: Network) -> None:
     network.chefbot("robot1", "launch", "chefbot_empty_world", "robot:=chefbot_lidar", "pictures:=0")
     join = ("robot:=chefbot_lidar", "--join", f"tls/{network.address('robot1')}")

@@ -50,6 +50,7 @@ def port(tmp_path: Path) -> Path:
     return tmp_path / "lidar"
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("driver", ["ld19", "rplidar_a1", "rplidar_c1", "ydlidar_x4", "ydlidar_x2"])
 @pytest.mark.slow
 def test_scans_of_the_room_arrive_with_recent_stamps(driver: str, port: Path) -> None:

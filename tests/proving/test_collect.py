@@ -132,6 +132,7 @@ async def _abort(client: Any) -> None:
     client.scheduler_comm.comm.abort()
 
 
+@pytest.mark.rotated("proofs on a scheduler")
 @pytest.mark.slow
 def test_a_client_that_failed_to_reconnect_is_replaced(
     connected: DaskCluster, monkeypatch: pytest.MonkeyPatch
@@ -153,6 +154,7 @@ def test_bad_input_that_a_run_meets_ends_the_collection(connected: DaskCluster) 
         collect(connected, specs, lambda *_: None)
 
 
+@pytest.mark.rotated("proofs on a scheduler")
 @pytest.mark.slow
 def test_a_full_disk_here_ends_the_collection(connected: DaskCluster) -> None:
     def full(record: RunRecord, log: bytes) -> None:
@@ -162,6 +164,7 @@ def test_a_full_disk_here_ends_the_collection(connected: DaskCluster) -> None:
         collect(connected, tiny_specs([8, 9]), full)
 
 
+@pytest.mark.rotated("proofs on a scheduler")
 @pytest.mark.slow
 def test_a_proof_on_a_scheduler_and_its_resumption(
     connected: DaskCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -41,6 +41,7 @@ def test_a_run_of_each_task_succeeds(tmp_path: Path, task: str) -> None:
     assert len(record.path) > 2 and record.messages and record.plan.startswith(b"\x89PNG")
 
 
+@pytest.mark.rotated("equal runs")
 @pytest.mark.slow
 def test_equal_seeds_give_equal_records(tmp_path: Path) -> None:
     (tmp_path / "b").mkdir()

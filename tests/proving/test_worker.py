@@ -46,6 +46,7 @@ def made(spec: RunSpec) -> RunRecord:
     return msgspec.json.decode(make_run_in_process(packed(spec)).record, type=RunRecord)
 
 
+@pytest.mark.rotated("equal runs")
 @pytest.mark.slow
 def test_equal_runs_in_two_processes_have_equal_messages() -> None:
     one = tiny_specs([3])[0]

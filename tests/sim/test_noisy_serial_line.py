@@ -62,6 +62,7 @@ def drive_curves(bit_errors: float, lost: float) -> tuple[float, float, Simulate
     return path, received.pose.distance(reference.pose), board
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("bit_errors", "lost", "min_distance"), [(0.0, 0.2, 9.0), (0.001, 0.2, 9.0), (0.01, 0.2, 0.3)]

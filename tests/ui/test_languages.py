@@ -241,6 +241,7 @@ def serving(page: Any) -> Any:
     return page
 
 
+@pytest.mark.rotated
 @pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("code", CATALOGUES)

@@ -39,6 +39,7 @@ def record(path: Path) -> None:
     system.stop()
 
 
+@pytest.mark.rotated("equal runs")
 @pytest.mark.slow
 def test_a_robot_with_faults_is_replayed_bit_for_bit(tmp_path: Path) -> None:
     paths = [tmp_path / "first.mcap", tmp_path / "second.mcap"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated
 
 import msgspec
@@ -37,26 +38,29 @@ class InitialPoseDevice(Device):
 
     def start(self) -> None:
         """Publish as soon as the event loop runs."""
-        self._pose, self._checked = self.pose(), False
-        self.post(self._publish)
+        self._pose: SE2 | None = None
+        self._checked = False
+        self.post(partial(self.assume, self.pose()))
+
+    def assume(self, pose: SE2) -> None:
+        """Publish a pose in the map frame as the initial one."""
+        self._pose = pose
+        self.initialpose.publish(initial_pose(self.now_ns, pose))
 
     def on_amcl_pose(self, estimate: PoseWithCovarianceStamped) -> None:
         """Check with the first estimate whether the pose was received: localization may run in a process that
         starts later."""
-        if self._checked:
+        if self._checked or self._pose is None:
             return
         self._checked = True
         # The pose was received if the first estimate is near it and certain enough.
         deviation = float(np.sqrt(np.diag(estimate.pose.planar_covariance)[:2].max()))
         if deviation > MAX_DEVIATION or estimate.pose.pose.se2.distance(self._pose) > MAX_DEVIATION:
-            self._publish()
+            self.assume(self._pose)
 
     def pose(self) -> SE2:
         """Return the initial pose in the map frame."""
         return SE2(self.params.x, self.params.y, self.params.yaw)
-
-    def _publish(self) -> None:
-        self.initialpose.publish(initial_pose(self.now_ns, self._pose))
 
 
 def initial_pose(now_ns: int, pose: SE2) -> PoseWithCovarianceStamped:

@@ -14,11 +14,14 @@ INTERRUPTED = 130
 
 
 @contextmanager
-def stop_on_signals(stop: Callable[[], None], *, last: bool = False, notice: str = "") -> Iterator[None]:
+def stop_on_signals(
+    stop: Callable[[], None], *, last: bool = False, notice: str = ""
+) -> Iterator[threading.Event]:
     """Call `stop` on SIGINT and SIGTERM, so that motors stop and files are completed.
 
-    `last`: the program ends with this run, so later signals are ignored during the shutdown; `ros2 launch`
-    sends a second one. `notice`: written at once to standard error, as the shutdown may take seconds.
+    Yields the event of a received signal. `last`: the program ends with this run, so later signals are ignored
+    during the shutdown; `ros2 launch` sends a second one. `notice`: written at once to standard error, as the
+    shutdown may take seconds.
     """
     received = threading.Event()
 
@@ -31,7 +34,7 @@ def stop_on_signals(stop: Callable[[], None], *, last: bool = False, notice: str
 
     previous = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        yield received
     finally:
         for number, handler in previous.items():
             signal.signal(number, signal.SIG_IGN if last and received.is_set() else handler)

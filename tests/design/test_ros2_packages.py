@@ -16,7 +16,7 @@ from tests.design.fake_launch import PathJoinSubstitution, Started, needed, reso
 from tests.design.sdf_checker import read_by_libsdformat
 
 from chefbot.cli.robot.ros2 import run_ros2
-from chefbot.launcher.launch import parse_arguments
+from chefbot.launcher.launch_changer import parse_arguments
 from chefbot.nodes.drive_base import DriveBaseNode
 from chefbot.nodes.odometry import OdometryNode
 from chefbot.nodes.robot_state_publisher import RobotStatePublisherNode

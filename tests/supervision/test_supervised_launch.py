@@ -129,7 +129,7 @@ def test_a_loop_reports_while_it_progresses(tmp_path: Path, monkeypatch: pytest.
         monkeypatch.setenv(SOCKET_VARIABLE, str(address))
         loop = Loop(WallClock(), time.time_ns())
         receiver.setblocking(True)
-        with reports_to_service_manager(loop):
+        with reports_to_service_manager() as reports, reports.watching(loop):
             assert SOCKET_VARIABLE not in os.environ  # worker processes must not report
             assert [receiver.recv(99) for _ in range(3)] == [b"READY=1", b"WATCHDOG=1", b"WATCHDOG=1"]
             loop.callback_start_ns = time.monotonic_ns() - 10**9  # a step of a second
@@ -147,8 +147,31 @@ def test_a_loop_ends_when_its_manager_has_died(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setenv(SOCKET_VARIABLE, str(tmp_path / "nobody"))
     loop = Loop(WallClock(), time.time_ns())
     loop.schedule(time.time_ns() + 3600 * 10**9, 0, lambda: None)
-    with reports_to_service_manager(loop):
+    with reports_to_service_manager() as reports, reports.watching(loop):
         loop.run()
+
+
+def test_a_program_is_watched_from_one_launch_to_the_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(service_manager, "PERIOD", 0.01)
+    monkeypatch.setattr(service_manager, "CHANGE_TIMEOUT", 0.3)
+    with supervised_launch._receiver() as (address, receiver):
+        monkeypatch.setenv(SOCKET_VARIABLE, str(address))
+        receiver.setblocking(True)
+        receiver.settimeout(5.0)
+        with reports_to_service_manager() as reports:
+            for first in (b"READY=1", b"WATCHDOG=1"):  # it is ready once
+                with reports.watching(Loop(WallClock(), time.time_ns())):
+                    assert [receiver.recv(99) for _ in range(2)] == [first, b"WATCHDOG=1"]
+                assert receiver.recv(99) == b"WATCHDOG=1"  # while nothing runs
+            time.sleep(0.5)  # the next launch hangs before it begins
+            receiver.setblocking(False)
+            while _received(receiver):
+                pass
+            time.sleep(0.1)
+            assert not _received(receiver)
+        assert _received(receiver) == b"STOPPING=1"
 
 
 def _received(receiver: object) -> bytes:

@@ -149,8 +149,8 @@ def test_unserved_tables_are_listed() -> None:
     )
 
 
-@pytest.mark.parametrize("command", [do.Patrol(["kitchen"]), do.Follow(7)])
-def test_a_patrol_and_following_wait_for_the_end_of_a_round(command: do.OperatorCommand) -> None:
+@pytest.mark.parametrize("command", [do.Patrol(["kitchen"]), do.Follow(7), do.MapBuilding()])
+def test_other_missions_wait_for_the_end_of_a_round(command: do.OperatorCommand) -> None:
     validate_command(command, PLACES, DeliveryStatus(state="idle"))
     with pytest.raises(UserError, match="end it first"):
         validate_command(command, PLACES, DeliveryStatus(state="driving"))

@@ -16,8 +16,9 @@ from tests.ui.test_map_edit_device import Shown
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
+from chefbot.msgs.chefbot_msgs.launches import LaunchStatus
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.std_msgs import Header, String
+from chefbot.msgs.std_msgs import Empty, Header, String
 from chefbot.runtime.launch import Launch
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import NoParams
@@ -25,7 +26,8 @@ from chefbot.runtime.node_container import LAUNCH_TOPIC
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_entries, places_path
 from chefbot.ui import commands as do
-from chefbot.ui.display.views import MappingView
+from chefbot.ui.display.views import LaunchView, MappingView
+from chefbot.ui.editing import mapping_device
 from chefbot.ui.editing.mapping_device import NO_MAP, MappingDevice, launch_arguments, maps_folder
 
 MAP = OccupancyGrid.of(Header.of(0, "map"), Grid(np.full((20, 30), 100, np.int8), 0.05, 0.0, 0.0))
@@ -100,6 +102,67 @@ def test_what_cannot_be_saved_has_a_sentence(nodes: NodeRunner) -> None:
     assert outcome(nodes, "hall", None) == NO_MAP
     maps_folder().write_text("a file")
     assert outcome(nodes, "hall").startswith("The map was not saved: ")
+
+
+DRIVE = b"a bundle"
+
+
+def in_launch(nodes: NodeRunner, *, mapping: bool, map_file: str = "") -> None:
+    nodes.loop.publish("launch_status", LaunchStatus("any", mapping, map_file), "launcher", latched=True)
+    nodes.run(0.1)
+
+
+def test_a_map_is_saved_with_its_drive(nodes: NodeRunner, tmp_path: Path) -> None:
+    """And a later one of the same name, of which no drive is kept, without that of the one before."""
+    folder, bundle = tmp_path / "kept", maps_folder() / "hall.bundle"
+    folder.mkdir()
+    (folder / "map.bundle").write_bytes(DRIVE)
+    in_launch(nodes, mapping=True)
+    requests: list[Empty] = []
+
+    def recorder(message: Empty) -> None:
+        requests.append(message)
+        nodes.loop.publish("map_recorder/written", String(str(folder)), "recorder")
+
+    nodes.loop.subscribe("map_recorder/write", "recorder", recorder)  # type: ignore[arg-type]
+    outcome(nodes, "hall")
+    assert len(requests) == 1 and bundle.read_bytes() == DRIVE
+    (folder / "map.bundle").unlink()
+    outcome(nodes, "hall", replace=True)
+    assert len(requests) == 2 and not bundle.exists()
+
+
+def test_a_recorder_that_does_not_answer_costs_the_drive_only(
+    nodes: NodeRunner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mapping_device, "WRITE_TIMEOUT", 0.1)
+    in_launch(nodes, mapping=True)
+    assert outcome(nodes, "hall").startswith("Saved.")
+    assert list(maps_folder().glob("*.bundle")) == []
+
+
+def test_a_map_with_its_drive_beside_it_can_be_continued(nodes: NodeRunner, tmp_path: Path) -> None:
+    map_file = tmp_path / "hall.yaml"
+    in_launch(nodes, mapping=False, map_file=str(map_file))
+    assert device(nodes)._server.layers["launch"] == LaunchView(mapping=False)
+    map_file.with_suffix(".bundle").write_bytes(DRIVE)
+    in_launch(nodes, mapping=False, map_file=str(map_file))
+    assert device(nodes)._server.layers["launch"] == LaunchView(mapping=False, can_continue=True)
+
+
+def test_another_launch_is_requested(nodes: NodeRunner, tmp_path: Path) -> None:
+    device(nodes)._request_launch(do.MapBuilding())
+    nodes.run(0.1)
+    assert nodes.messages("launch_request") == []  # nothing is there that could run it
+    in_launch(nodes, mapping=False, map_file=str(tmp_path / "hall.yaml"))
+    for command in (do.MapBuilding(), do.MapBuilding(True), do.DriveOnMap("roof")):
+        device(nodes)._request_launch(command)
+    nodes.run(0.1)
+    assert [(one.launch, one.arguments) for one in nodes.messages("launch_request")] == [
+        ("gmapping_demo", ()),
+        ("gmapping_demo", (f"continue_map:={tmp_path / 'hall.bundle'}",)),
+        ("waiter", (f"map_file:={maps_folder() / 'roof.yaml'}",)),
+    ]
 
 
 def test_orders_and_the_status_are_passed_on(nodes: NodeRunner) -> None:

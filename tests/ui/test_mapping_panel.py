@@ -9,8 +9,8 @@ from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 from tests.ui.test_map_edit import UP, text_of
 
-from chefbot.ui.commands import Explore, OperatorCommand, ResetMap, SaveMap
-from chefbot.ui.display.views import MappingView
+from chefbot.ui.commands import DriveOnMap, Explore, MapBuilding, OperatorCommand, ResetMap, SaveMap
+from chefbot.ui.display.views import LaunchView, MappingView
 
 
 def next_of(page: Any, kind: type[OperatorCommand]) -> Any:
@@ -72,3 +72,29 @@ def test_a_map_of_the_same_name_is_replaced_by_a_second_press(page: Any) -> None
         page.server.set_layer("mapping", MappingView(outcome="Saved. To use it: x.", requests=3))
         tab.wait_for(f"{text_of('mapping-note')}.startsWith('Saved.')")
         assert tab.evaluate("document.getElementById('replace-map').hidden")
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_mapping_is_begun_and_ended_on_a_saved_map(page: Any) -> None:
+    show_a_room(page.server)
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for(f"{UP} && document.querySelectorAll('#tables button').length === 2")
+        page.server.set_layer("launch", LaunchView(mapping=False))
+        tab.wait_for("!document.getElementById('launch-box').hidden")
+        assert tab.evaluate("document.getElementById('continue-map').hidden")
+        page.server.set_layer("launch", LaunchView(mapping=False, can_continue=True))
+        tab.wait_for("!document.getElementById('continue-map').hidden")
+        for name, continued in (("map-building", False), ("continue-map", True)):
+            tab.evaluate(clicked(name))
+            assert not tab.evaluate("document.getElementById('map-sure').hidden")
+            tab.evaluate(clicked("map-sure"))
+            assert next_of(page, MapBuilding) == MapBuilding(continued)
+        page.server.set_layer("launch", LaunchView(mapping=True))
+        page.server.set_layer("mapping", MappingView())
+        tab.wait_for("document.getElementById('launch-box').hidden")
+        assert tab.evaluate("document.getElementById('drive-on-map').hidden")  # nothing is saved yet
+        page.server.set_layer("mapping", MappingView(saved="hall"))
+        tab.wait_for("!document.getElementById('drive-on-map').hidden")
+        tab.evaluate(clicked("drive-on-map"))
+        assert next_of(page, DriveOnMap) == DriveOnMap("hall") and tab.errors() == []

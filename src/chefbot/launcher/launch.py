@@ -29,7 +29,16 @@ from chefbot.kernels.precompile import compile_kernels, compile_kernels_of
 from chefbot.launcher.design_errors import print_design_errors
 from chefbot.launcher.join import join_robot, joining_node_name, watch_robot
 from chefbot.launcher.lan_access import ALL_ADDRESSES, HOST_ARGUMENT, with_ui_address
+from chefbot.launcher.launch_changer import (
+    accepted_arguments,
+    changed_arguments,
+    parse_arguments,
+    requested_launch,
+    with_changer,
+    withdraw_request,
+)
 from chefbot.launcher.session import announce, keep_loop_alive, print_notices, session, start
+from chefbot.msgs.chefbot_msgs import LaunchRequest
 from chefbot.robot.load import load_robot
 from chefbot.robot.spec import Robot
 from chefbot.ros2.rmw.node import RmwNode
@@ -50,7 +59,7 @@ from chefbot.signals import stop_on_signals
 from chefbot.storage.atomic_files import rename_existing
 from chefbot.storage.map_files import load_map
 from chefbot.storage.mapped_drives import load_drives
-from chefbot.supervision.service_manager import reports_to_service_manager
+from chefbot.supervision.service_manager import ServiceReports, reports_to_service_manager
 from chefbot.ui.access.visitors import share_secret
 
 MAX_SPEED = 1000.0
@@ -77,17 +86,6 @@ def _as_command_line(arguments: Mapping[str, ArgValue]) -> str:
     return " ".join(f"{key}:={value}" for key, value in texts.items())
 
 
-def parse_arguments(texts: Sequence[str]) -> dict[str, str]:
-    """Parse texts of the form `key:=value`. Raises UserError for anything else."""
-    arguments: dict[str, str] = {}
-    for text in texts:
-        key, separator, value = text.partition(":=")
-        if not separator or not key:
-            raise UserError(f"{text!r} is not an argument of a launch; write key:=value")
-        arguments[key] = value
-    return arguments
-
-
 def run_launch(
     name: str,
     texts: Sequence[str],
@@ -96,7 +94,7 @@ def run_launch(
     host: str = "",
     lan: bool = False,
 ) -> int:
-    """Run a launch until Ctrl-C, or for `duration:=` seconds of its clock.
+    """Run a launch until Ctrl-C, or for `duration:=` seconds of its clock, and then what is requested in its place.
 
     Returns the exit code: 1 if a node raised an unexpected exception, 0 if Ctrl-C ended the launch at any time.
 
@@ -106,38 +104,144 @@ def run_launch(
     endpoints = ExternalEndpoints(tuple(map(endpoint, join)), tuple(map(endpoint, listen)) or None)
     arguments = parse_arguments(texts)
     address = arguments.pop(HOST_ARGUMENT, ALL_ADDRESSES if lan else "")
-    launch = load_launch(name, arguments)
-    if address:
-        launch = with_ui_address(launch, address)
-    launch = with_namespace(_part(launch, host))
-    _check(launch)
-    folder = find_launch(name).parent.resolve()
-    sys.path.append(str(folder))  # user node classes are beside the launch file
-    robot = load_robot(str(launch.args["robot"]))
-    print_design_errors(console, str(launch.args["robot"]), robot)
-    # Before minutes are spent on kernels:
-    if launch.clock == "simulation":
-        _check_world(launch, robot)
-    _check_nodes(launch)
-    _check_map(launch)
     try:
-        kinds = {entry.kind for entry in launch.nodes.values()}
-        if launch.clock == "robot":  # it joins a robot, and hardly has algorithms of its own
-            compile_kernels_of(console, kinds)
-        else:
-            compile_kernels(console, kinds=kinds)
-        return min(_run_on_wire(launch, robot, endpoints, folder), 1)
+        with reports_to_service_manager() as reports:
+            runner = LaunchRunner(endpoints, host, address, reports)
+            request = runner.run(name, arguments)
+            while request is not None:
+                name, arguments, request = _run_requested(runner, name, arguments, request)
+            return min(runner.faults, 1)
     except KeyboardInterrupt:
         console.print("\nThe launch was ended.")
         return 0
 
 
-def _run_on_wire(launch: Launch, robot: Robot, endpoints: ExternalEndpoints, folder: Path) -> int:
-    """Open the wire if the launch has one, and run the launch; return the number of node faults."""
-    with open_wire(launch, endpoints, console.print) as wire:
-        if launch.clock != "robot":
-            return _run_robot(launch, robot, wire, folder)
-        return _run_joined(launch, robot, wire, folder) if wire is not None else 0
+def _run_requested(
+    runner: LaunchRunner, name: str, arguments: dict[str, str], request: LaunchRequest
+) -> tuple[str, dict[str, str], LaunchRequest | None]:
+    """Run the requested launch, or the one before if that cannot run.
+
+    Returns the launch that has run, its arguments, and the request for which it has ended.
+    """
+    changed = changed_arguments(arguments, request)
+    console.print(f"{request.launch} runs in place of {name}.")
+    try:
+        accepted = accepted_arguments(request.launch, changed)
+        return request.launch, changed, runner.run(request.launch, accepted)
+    except UserError as error:
+        notice = f"Warning: {request.launch} cannot run, so {name} runs again: {error}"
+        console.print(notice)
+        return name, arguments, runner.run(name, accepted_arguments(name, arguments), notice)
+
+
+class LaunchRunner:
+    """Runs launches on one robot, one after the other, with the same endpoints and address of the web UI."""
+
+    def __init__(
+        self, endpoints: ExternalEndpoints, host: str, address: str, reports: ServiceReports
+    ) -> None:
+        self._endpoints, self._host, self._address, self._reports = endpoints, host, address, reports
+        self.faults = 0
+        """Number of unexpected exceptions of nodes, of all launches."""
+
+    def run(self, name: str, arguments: dict[str, str], notice: str = "") -> LaunchRequest | None:
+        """Run a launch to its end, and return what is requested in its place, if that is why it has ended.
+
+        notice: why it runs, for the operator. Raises UserError if it cannot run.
+        """
+        launch = load_launch(name, arguments)
+        if self._address:
+            launch = with_ui_address(launch, self._address)
+        launch = with_changer(with_namespace(_part(launch, self._host)), notice)
+        _check(launch)
+        folder = find_launch(name).parent.resolve()
+        sys.path.append(str(folder))  # user node classes are beside the launch file
+        robot = load_robot(str(launch.args["robot"]))
+        print_design_errors(console, str(launch.args["robot"]), robot)
+        # Before minutes are spent on kernels:
+        if launch.clock == "simulation":
+            _check_world(launch, robot)
+        _check_nodes(launch)
+        _check_map(launch)
+        kinds = {entry.kind for entry in launch.nodes.values()}
+        if launch.clock == "robot":  # it joins a robot, and hardly has algorithms of its own
+            compile_kernels_of(console, kinds)
+        else:
+            compile_kernels(console, kinds=kinds)
+        return self._run_on_wire(launch, robot, folder)
+
+    def _run_on_wire(self, launch: Launch, robot: Robot, folder: Path) -> LaunchRequest | None:
+        """Open the wire if the launch has one, and run the launch."""
+        with open_wire(launch, self._endpoints, console.print) as wire:
+            if launch.clock != "robot":
+                return self._run_robot(launch, robot, wire, folder)
+            if wire is not None:
+                self._run_joined(launch, robot, wire, folder)
+            return None
+
+    def _run_robot(
+        self, launch: Launch, robot: Robot, wire: RmwContext | None, folder: Path
+    ) -> LaunchRequest | None:
+        """Run a launch that joins no robot."""
+        if wire is None and any(entry.process or entry.host for entry in launch.nodes.values()):
+            console.print(
+                "All nodes run in this one process: there is no wire to others (off at speed:=0 unless wire:=on)."
+            )
+        with _session(launch, robot) as system:
+            self._run_nodes(system, launch, wire, folder)
+            request = requested_launch(system)
+        self.faults += _faults_of(system)
+        return request
+
+    def _run_joined(self, launch: Launch, robot: Robot, wire: RmwContext, folder: Path) -> None:
+        """Run a launch that joins a robot, again after its restarts."""
+        name = joining_node_name(launch)
+        while (meeting := join_robot(wire, launch, robot, console.print)) is not None:
+            namespace = str(meeting.launch.args["namespace"]) or "/"
+            with RmwNode(wire, f"_{name}_clock", namespace) as node:
+                time = RobotTime(node) if meeting.launch.clock == "simulation" else None
+                with (
+                    _session(meeting.launch, robot, time) as system,
+                    watch_robot(wire, meeting, system.loop.stop) as restarted,
+                ):
+                    self._run_nodes(system, meeting.launch, wire, folder, name)
+            self.faults += _faults_of(system)
+            if not restarted.is_set():
+                break
+            console.print("The robot was restarted, and so are the nodes here.")
+
+    def _run_nodes(
+        self,
+        system: NodeContainer,
+        launch: Launch,
+        wire: RmwContext | None,
+        folder: Path,
+        joined_name: str = "",
+    ) -> None:
+        """Run nodes and worker processes, on the wire if there is one; `joined_name` is as for `bridged`."""
+        with ExitStack() as stack:
+            system.loop.add_observer(print_notices)
+            if wire is None:
+                start(system, launch)
+            else:
+                share_secret()
+                bridge = stack.enter_context(open_bridge(system, launch, wire, joined_name))
+                start(system, split_by_process(launch)[0])
+                stack.enter_context(run_workers(bridge, system, launch, folder))
+                keep_loop_alive(system.loop)
+            _announce(system, launch)
+            self._run_loop(system, float(launch.args["duration"]))
+
+    def _run_loop(self, system: NodeContainer, duration: float) -> None:
+        loop = system.loop
+        until = loop.now_ns + round(duration * 1e9) if duration > 0 else None
+        with (
+            stop_on_signals(loop.stop, last=True, notice="Ending the launch.") as signalled,
+            self._reports.watching(loop),
+        ):
+            loop.run(until_ns=until)
+        if signalled.is_set():
+            withdraw_request(system)
 
 
 def _part(launch: Launch, host: str) -> Launch:
@@ -154,38 +258,8 @@ def _part(launch: Launch, host: str) -> Launch:
     return part
 
 
-def _run_robot(launch: Launch, robot: Robot, wire: RmwContext | None, folder: Path) -> int:
-    """Run a launch that joins no robot; return the number of node faults."""
-    if wire is None and any(entry.process or entry.host for entry in launch.nodes.values()):
-        console.print(
-            "All nodes run in this one process: there is no wire to others (off at speed:=0 unless wire:=on)."
-        )
-    with _session(launch, robot) as system:
-        _run_nodes(system, launch, wire, folder)
-    return _faults_of(system)
-
-
 def _faults_of(system: NodeContainer) -> int:
     return system.faults.bug_count if system.faults else 0
-
-
-def _run_joined(launch: Launch, robot: Robot, wire: RmwContext, folder: Path) -> int:
-    """Run a launch that joins a robot, again after its restarts; return the number of node faults."""
-    name, faults = joining_node_name(launch), 0
-    while (meeting := join_robot(wire, launch, robot, console.print)) is not None:
-        namespace = str(meeting.launch.args["namespace"]) or "/"
-        with RmwNode(wire, f"_{name}_clock", namespace) as node:
-            time = RobotTime(node) if meeting.launch.clock == "simulation" else None
-            with (
-                _session(meeting.launch, robot, time) as system,
-                watch_robot(wire, meeting, system.loop.stop) as restarted,
-            ):
-                _run_nodes(system, meeting.launch, wire, folder, name)
-        faults += _faults_of(system)
-        if not restarted.is_set():
-            break
-        console.print("The robot was restarted, and so are the nodes here.")
-    return faults
 
 
 @contextmanager
@@ -201,24 +275,6 @@ def _session(launch: Launch, robot: Robot, time: RobotTime | None = None) -> Ite
         yield system
     if record:
         console.print(f"recorded {record}")
-
-
-def _run_nodes(
-    system: NodeContainer, launch: Launch, wire: RmwContext | None, folder: Path, joined_name: str = ""
-) -> None:
-    """Run nodes and worker processes, on the wire if there is one; `joined_name` is as for `bridged`."""
-    with ExitStack() as stack:
-        system.loop.add_observer(print_notices)
-        if wire is None:
-            start(system, launch)
-        else:
-            share_secret()
-            bridge = stack.enter_context(open_bridge(system, launch, wire, joined_name))
-            start(system, split_by_process(launch)[0])
-            stack.enter_context(run_workers(bridge, system, launch, folder))
-            keep_loop_alive(system.loop)
-        _announce(system, launch)
-        _run(system, float(launch.args["duration"]))
 
 
 def _check(launch: Launch) -> None:
@@ -273,10 +329,3 @@ def _check_map(launch: Launch) -> None:
 def _announce(system: NodeContainer, launch: Launch) -> None:
     console.print(f"[bold]{launch.name}[/]: {launch.description}")
     announce(console, system.nodes.values())
-
-
-def _run(system: NodeContainer, duration: float) -> None:
-    loop = system.loop
-    until = loop.now_ns + round(duration * 1e9) if duration > 0 else None
-    with stop_on_signals(loop.stop, last=True, notice="Ending the launch."), reports_to_service_manager(loop):
-        loop.run(until_ns=until)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from chefbot.errors import UserError
-from chefbot.launcher.launch import parse_arguments
+from chefbot.launcher.launch_changer import parse_arguments
 from chefbot.runtime.launch import built_in_launches, find_launch, load_launch
 from chefbot.supervision.restart_delay import MAX_RESTART_DELAY, MIN_RESTART_DELAY
 from chefbot.supervision.service_manager import WATCHDOG_TIMEOUT

@@ -24,6 +24,8 @@ WATCHDOG_TIMEOUT = HEARTBEAT_TIMEOUT
 """Time without a message after which the manager kills the launch, s."""
 PERIOD = WATCHDOG_TIMEOUT / 8.0
 """Period of the messages, s."""
+CHANGE_TIMEOUT = 600.0
+"""Time between two launches of one program, s: on a small computer the second one compiles kernels for minutes."""
 
 
 class ServiceManager:
@@ -49,34 +51,61 @@ class ServiceManager:
         self._socket.close()
 
 
-@contextmanager
-def reports_to_service_manager(loop: Loop) -> Iterator[None]:
-    """Report to the service manager, if there is one, while the context is entered.
+class ServiceReports:
+    """Reports of a program that runs a launch, perhaps several, one after the other.
 
-    Without news the manager kills the launch: when the process hangs, or when its loop is busy with one step for
-    STEP_TIMEOUT. The loop is stopped if the manager itself dies.
+    Without news the manager kills the program: when the process hangs, when its loop is busy with one step for
+    STEP_TIMEOUT, or when the next launch has not begun after CHANGE_TIMEOUT. The loop is stopped if the manager
+    itself dies.
     """
-    address = os.environ.pop(SOCKET_VARIABLE, "")  # not for worker processes
-    if not address:
-        yield
-        return
-    manager, ending = ServiceManager(address), threading.Event()
-    manager.send(READY)
-    thread = threading.Thread(target=_report, args=(manager, loop, ending), name="service", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        ending.set()
-        thread.join()
-        manager.send(STOPPING)
-        manager.close()
 
+    def __init__(self, address: str) -> None:
+        self._manager = ServiceManager(address) if address else None
+        self._ending = threading.Event()
+        self._thread = threading.Thread(target=self._report, name="service", daemon=True)
+        self._loop: Loop | None = None
+        self._loop_ended_at = 0.0
 
-def _report(manager: ServiceManager, loop: Loop, ending: threading.Event) -> None:
-    while not ending.wait(PERIOD):
+    @contextmanager
+    def watching(self, loop: Loop) -> Iterator[None]:
+        """Report while the context is entered that the launch of this loop is ready and progresses."""
+        self._loop = loop
+        if self._manager is not None and self._thread.ident is None:
+            self._manager.send(READY)
+            self._thread.start()
+        try:
+            yield
+        finally:
+            self._loop, self._loop_ended_at = None, time.monotonic()
+
+    def close(self) -> None:
+        """Report that the program ends."""
+        self._ending.set()
+        if self._thread.ident is not None:
+            self._thread.join()
+        if self._manager is not None:
+            self._manager.send(STOPPING)
+            self._manager.close()
+
+    def _report(self) -> None:
+        assert self._manager is not None
+        while not self._ending.wait(PERIOD):
+            loop = self._loop
+            if not self._hangs(loop) and not self._manager.send(ALIVE) and loop is not None:
+                loop.stop()
+
+    def _hangs(self, loop: Loop | None) -> bool:
+        if loop is None:
+            return time.monotonic() - self._loop_ended_at > CHANGE_TIMEOUT
         begin_ns = loop.callback_start_ns
-        busy = begin_ns != 0 and time.monotonic_ns() - begin_ns > STEP_TIMEOUT * 1e9
-        if not busy and not manager.send(ALIVE):
-            loop.stop()
-            return
+        return begin_ns != 0 and time.monotonic_ns() - begin_ns > STEP_TIMEOUT * 1e9
+
+
+@contextmanager
+def reports_to_service_manager() -> Iterator[ServiceReports]:
+    """Yield the reports to the service manager that the environment names; they do nothing if there is none."""
+    reports = ServiceReports(os.environ.pop(SOCKET_VARIABLE, ""))  # not for worker processes
+    try:
+        yield reports
+    finally:
+        reports.close()

@@ -25,7 +25,9 @@ from chefbot.ui.map_commands import CropMap as CropMap
 from chefbot.ui.map_commands import DeletePlace as DeletePlace
 from chefbot.ui.map_commands import DeleteZone as DeleteZone
 from chefbot.ui.map_commands import DrawOnMap as DrawOnMap
+from chefbot.ui.map_commands import DriveOnMap as DriveOnMap
 from chefbot.ui.map_commands import Explore as Explore
+from chefbot.ui.map_commands import MapBuilding as MapBuilding
 from chefbot.ui.map_commands import PutPlace as PutPlace
 from chefbot.ui.map_commands import PutZone as PutZone
 from chefbot.ui.map_commands import ResetMap as ResetMap
@@ -266,7 +268,7 @@ AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | ShortestOrder | GoPlace
     | Patrol | Follow | Cancel
     | PutPlace | DeletePlace | PutZone | DeleteZone | DrawOnMap | CropMap | RotateMap
-    | UndoMapEdit | Explore | ResetMap | SaveMap | Inspect | SetParameter | InspectCell
+    | UndoMapEdit | Explore | ResetMap | SaveMap | MapBuilding | DriveOnMap | Inspect | SetParameter | InspectCell
     | Stop | Withdraw | ReleaseStop | MapSaved | SaveIncident | Record | Playback | Ping | Show | Received
     | LeaveKiosk | Drive | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip

@@ -91,7 +91,7 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         _check_deletion(command.name, status)
     if isinstance(command, do.Goal | do.GoPlace) and status.state in IN_ROUND and not command.when:
         raise UserError(ERRAND_NEEDS_WHEN[:1].upper() + ERRAND_NEEDS_WHEN[1:])
-    if isinstance(command, do.Patrol | do.Follow) and status.state in IN_ROUND:
+    if isinstance(command, do.Patrol | do.Follow | do.MapBuilding) and status.state in IN_ROUND:
         raise UserError("A delivery round is active; end it first")
     if isinstance(command, do.Loaded | do.Taken | do.NotTaken):
         _check_confirmation(command, status)

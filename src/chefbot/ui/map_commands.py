@@ -8,6 +8,10 @@ import msgspec
 
 from chefbot.ui.command_types import Angle, EditName, Id, Metre, Name, OperatorCommand
 
+MapName = Annotated[
+    str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,40}$", description="letters, digits, _ and -")
+]
+
 
 class PutPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_place"):
     """Add a place to the map, or change it; without a name it becomes the next one of its kind.
@@ -102,10 +106,20 @@ class ResetMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="re
 class SaveMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="save_map"):
     """Save the map under a name on the computer that serves the web UI; `replace` one of the same name."""
 
-    name: Annotated[
-        str, msgspec.Meta(pattern=r"^[A-Za-z0-9_-]{1,40}$", description="letters, digits, _ and -")
-    ]
+    name: MapName
     replace: bool = False
+
+
+class MapBuilding(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="map_building"):
+    """End the present launch and map the building: a new map, or with `continued` the present one, longer."""
+
+    continued: bool = False
+
+
+class DriveOnMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="drive_on_map"):
+    """End mapping, and localize and deliver on the map that was saved under a name."""
+
+    name: MapName
 
 
 class UndoMapEdit(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="undo_map_edit"):

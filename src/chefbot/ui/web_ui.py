@@ -383,6 +383,8 @@ class WebUiDevice(NavigationDevice):
                 self._execute_map_change(command)
             case do.Explore() | do.ResetMap() | do.SaveMap():
                 self._execute_mapping(command, self.map.last, self._places)
+            case do.MapBuilding() | do.DriveOnMap():
+                self._request_launch(command)
 
     def _publish_goal(self, pose: SE2, name: str, when: str) -> None:
         if is_errand(when, self._round):

@@ -66,6 +66,29 @@ def test_a_map_is_on_the_disk_before_the_end(tmp_path: Path) -> None:
     robot.end()
 
 
+def written(robot: MappingRobot) -> str:
+    """Have the map written at once, and return the folder that the recorder then names."""
+    before = len(robot.messages("map_recorder/written"))
+    robot.loop.publish("map_recorder/write", Empty(), "page")
+    wait_for(lambda: robot.run(0.01) or len(robot.messages("map_recorder/written")) > before)
+    return str(robot.messages("map_recorder/written")[-1].data)
+
+
+def test_a_map_is_written_at_once_on_request(tmp_path: Path) -> None:
+    robot = MappingRobot(tmp_path)
+    assert written(robot) == ""  # the robot has not moved yet
+    robot.drive()
+    folder = written(robot)
+    (bundle,) = bundles(tmp_path)
+    assert folder == str(bundle.parent)
+    robot.drive(0.5)
+    short = len(load_drives(bundle).sessions[0].stamps)
+    assert written(robot) == folder
+    assert len(load_drives(bundle).sessions[0].stamps) > short
+    assert written(robot) == folder  # nothing has changed since
+    robot.end()
+
+
 def test_a_reset_begins_another_folder(tmp_path: Path) -> None:
     robot = MappingRobot(tmp_path)
     robot.drive()

@@ -15,7 +15,7 @@ from chefbot.calibration.wheels import WheelParams
 from chefbot.cli.robot.calibrate_file import Findings, findings_of, robot_text
 from chefbot.cli.robot.calibrate_picture import picture
 from chefbot.errors import UserError
-from chefbot.launcher.launch import parse_arguments
+from chefbot.launcher.launch_changer import parse_arguments
 from chefbot.launcher.session import print_notices, session, start
 from chefbot.maths.se2 import SE2
 from chefbot.nodes.calibrator import CalibratorNode

@@ -17,12 +17,12 @@ from chefbot.errors import ChefbotError, ScanError
 from chefbot.maths.grid import Grid
 from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.std_msgs import Header, String
+from chefbot.msgs.std_msgs import Empty, Header, String
 from chefbot.runtime.node import Device, In, Out, every, restored, topic
 from chefbot.slam.map_error import error_grid
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.session import Session
-from chefbot.storage.mapped_drives import MapperParams, decode_mapper, load_drives
+from chefbot.storage.mapped_drives import MapperParams, bundle_path, decode_mapper, load_drives
 
 MAX_BEAMS_KEPT = 30_000_000
 """Number of beams that are kept in memory, 8 bytes each: some 80,000 scans of a lidar."""
@@ -56,8 +56,10 @@ class MapRecorderDevice(Device):
     mapped_scan: In[MappedScan]
     map: In[OccupancyGrid]
     map_trajectory: In[MapTrajectory]
+    write_now: In[Empty] = topic("map_recorder/write")
     restored_folder: In[String] = restored("map_recorder/folder")
     folder: Out[String] = topic("map_recorder/folder", latched=True)
+    written: Out[String] = topic("map_recorder/written")
     map_error: Out[OccupancyGrid] = topic(latched=True)
     notice: Out[String] = topic("map_recorder/notice")
 
@@ -112,6 +114,11 @@ class MapRecorderDevice(Device):
         """Remember the newest map, which follows the scans that it is made of."""
         self._grid, self._changed = message.grid, True
 
+    def on_write_now(self, _: Empty) -> None:
+        """Write the map at once, then publish its folder, or an empty text where none is kept."""
+        self._write_changed()
+        self._writer.submit(self._report_written, self._folder)
+
     @every(hz=1.0 / WRITE_PERIOD)
     def write(self) -> None:
         """Write the map in a thread, unless one is still being written; raise what went wrong in the thread."""
@@ -155,6 +162,10 @@ class MapRecorderDevice(Device):
         self._writing = self._writer.submit(self._save, self._folder, content)
 
     # -- in the thread
+
+    def _report_written(self, folder: Path | None) -> None:
+        kept = folder is not None and bundle_path(folder).is_file()
+        self.post(lambda: self.written.publish(String(str(folder.absolute()) if folder and kept else "")))
 
     def _save(self, folder: Path, content: KeptMap) -> None:
         try:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from chefbot.msgs.builtin_interfaces import Time
 from chefbot.msgs.chefbot_msgs.deliveries import RoundForecast as RoundForecast
 from chefbot.msgs.chefbot_msgs.deliveries import RoundStop as RoundStop
+from chefbot.msgs.chefbot_msgs.launches import LaunchRequest as LaunchRequest
+from chefbot.msgs.chefbot_msgs.launches import LaunchStatus as LaunchStatus
 from chefbot.msgs.chefbot_msgs.maps import MapEdit as MapEdit
 from chefbot.msgs.chefbot_msgs.maps import MapEditResult as MapEditResult
 from chefbot.msgs.chefbot_msgs.maps import MappedScan as MappedScan

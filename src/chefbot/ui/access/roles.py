@@ -26,6 +26,7 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
             do.Goal, do.Patrol, do.Follow, do.Drive, do.InitialPose, do.MapSaved, do.SaveIncident, do.Record,
             do.Playback, do.PutPlace, do.DeletePlace, do.PutZone, do.DeleteZone, do.DrawOnMap,
             do.CropMap, do.RotateMap, do.UndoMapEdit, do.Explore, do.ResetMap, do.SaveMap,
+            do.MapBuilding, do.DriveOnMap,
         ),
         "manager",
     ),

@@ -115,13 +115,22 @@ class CellView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     marks: tuple[tuple[str, float | None], ...] = ()
 
 
+class LaunchView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Whether the launch that runs, which can be replaced by another one, makes a map, and whether the map that it
+    uses can be continued, because its drive is kept."""
+
+    mapping: bool
+    can_continue: bool = False
+
+
 class MappingView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Whether the robot explores, what the explorer does, and how the last request to save the map ended; `requests`
-    counts those that have ended."""
+    """Whether the robot explores, what the explorer does, how the last request to save the map ended, and under which
+    name a map was saved; `requests` counts those that have ended."""
 
     exploring: bool = False
     description: str = ""
     outcome: str = ""
+    saved: str = ""
     requests: int = 0
 
 

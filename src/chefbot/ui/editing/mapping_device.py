@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -11,20 +12,25 @@ import msgspec
 from chefbot.devices.state_files import state_folder
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import ExplorationStatus
+from chefbot.msgs.chefbot_msgs import ExplorationStatus, LaunchRequest, LaunchStatus
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.runtime.launch import Launch
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.node import In, Out
+from chefbot.runtime.node import In, Out, topic
 from chefbot.runtime.node_container import LAUNCH_TOPIC
 from chefbot.storage.atomic_files import StorageError, make_folder
+from chefbot.storage.map_bundle import BUNDLE_SUFFIX
+from chefbot.storage.mapped_drives import bundle_path
 from chefbot.storage.new_map import save_new_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui import commands as do
-from chefbot.ui.display.views import MappingView
+from chefbot.ui.display.views import LaunchView, MappingView
 from chefbot.ui.missions.model_device import ModelDevice
 
+SAVED = "Saved."
+WRITE_TIMEOUT = 5.0
+"""Time in which the map recorder has to write the drive of a map that is saved, s."""
 NO_MAP = "There is no map yet; drive the robot around, or let it explore."
 
 
@@ -34,17 +40,22 @@ def maps_folder() -> Path:
 
 
 class MappingDevice(ModelDevice):
-    """Passes the operator's orders on to explorer and mapper, and saves maps."""
+    """Passes the operator's orders on to explorer, mapper and launcher, and saves maps."""
 
     exploration_status: In[ExplorationStatus]
     map_error: In[OccupancyGrid]
+    launch_status: In[LaunchStatus]
+    written: In[String] = topic("map_recorder/written")
     explore: Out[Bool]
     reset_map: Out[Empty]
+    write_map: Out[Empty] = topic("map_recorder/write")
+    launch_request: Out[LaunchRequest]
 
     def start(self) -> None:
         """Start without a mapping view, until the explorer publishes its status."""
         super().start()
         self._mapping = MappingView()
+        self._written: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._disk = ThreadPoolExecutor(1, "maps")
 
     def stop(self) -> None:
@@ -55,6 +66,16 @@ class MappingDevice(ModelDevice):
     def on_exploration_status(self, status: ExplorationStatus) -> None:
         """Display what the explorer does."""
         self._show_mapping(exploring=not status.done, description=status.description)
+
+    def on_launch_status(self, status: LaunchStatus) -> None:
+        """Offer to map the building, and to continue a map of which the drive is kept beside it."""
+        bundle = Path(status.map_file).with_suffix(BUNDLE_SUFFIX) if status.map_file else None
+        can_continue = bundle is not None and bundle.is_file()
+        self._server.set_layer("launch", LaunchView(mapping=status.mapping, can_continue=can_continue))
+
+    def on_written(self, folder: String) -> None:
+        """Pass on to the thread that saves a map where its drive is kept."""
+        self._written.put(folder.data)
 
     def on_map_error(self, message: OccupancyGrid) -> None:
         """Display the estimated error of the map by region."""
@@ -73,8 +94,31 @@ class MappingDevice(ModelDevice):
                 self.reset_map.publish(Empty())
                 self._server.set_layer("map_error", None)
             case do.SaveMap(name, replace):
+                self._request_drive()
                 arguments = launch_arguments(self.context.loop.latched())
                 self._disk.submit(self._save, name, newest, dict(places), replace, arguments)
+
+    def _request_drive(self) -> None:
+        """Have the map recorder write the drive, or note that there is none."""
+        status = self.launch_status.last
+        if status is not None and status.mapping:
+            self.write_map.publish(Empty())
+        else:
+            self._written.put("")
+
+    def _request_launch(self, command: do.MapBuilding | do.DriveOnMap) -> None:
+        """Have another launch run in place of the present one."""
+        status = self.launch_status.last
+        if status is None:
+            return
+        if isinstance(command, do.DriveOnMap):
+            path = maps_folder() / f"{command.name}.yaml"
+            self.launch_request.publish(LaunchRequest("waiter", (f"map_file:={path}",)))
+        elif command.continued:
+            bundle = Path(status.map_file).with_suffix(BUNDLE_SUFFIX)
+            self.launch_request.publish(LaunchRequest("gmapping_demo", (f"continue_map:={bundle}",)))
+        else:
+            self.launch_request.publish(LaunchRequest("gmapping_demo"))
 
     def _save(
         self,
@@ -85,13 +129,25 @@ class MappingDevice(ModelDevice):
         arguments: str,
     ) -> None:
         """Save a map, in the thread."""
+        drive = self._drive()
         outcome = (
-            NO_MAP if newest is None else saved_map(name, newest.grid, places, arguments, replace=replace)
+            NO_MAP
+            if newest is None
+            else saved_map(name, newest.grid, places, arguments, drive, replace=replace)
         )
-        self.post(lambda: self._end_save(outcome))
+        self.post(lambda: self._end_save(name, outcome))
 
-    def _end_save(self, outcome: str) -> None:
-        self._show_mapping(outcome=outcome, requests=self._mapping.requests + 1)
+    def _drive(self) -> bytes:
+        """Return the bundle with the drive of the map, empty if there is none."""
+        try:
+            folder = self._written.get(timeout=WRITE_TIMEOUT)
+            return bundle_path(Path(folder)).read_bytes() if folder else b""
+        except (queue.Empty, OSError):
+            return b""
+
+    def _end_save(self, name: str, outcome: str) -> None:
+        saved = name if outcome.startswith(SAVED) else self._mapping.saved
+        self._show_mapping(outcome=outcome, saved=saved, requests=self._mapping.requests + 1)
 
     def _show_mapping(self, **changes: object) -> None:
         self._mapping = msgspec.structs.replace(self._mapping, **changes)
@@ -112,19 +168,24 @@ def launch_arguments(latched: Iterable[Publication]) -> str:
     )
 
 
-def saved_map(name: str, grid: Grid, places: Mapping[str, SE2], arguments: str, *, replace: bool) -> str:
+def saved_map(
+    name: str, grid: Grid, places: Mapping[str, SE2], arguments: str, drive: bytes = b"", *, replace: bool
+) -> str:
     """Save a map under a name, with its places if there is no such file, and return how that ended.
 
-    arguments: of the launch that uses the map.
+    arguments: of the launch that uses the map. drive: bundle of the map with its drive, empty if there is none.
     """
     path = maps_folder() / f"{name}.yaml"
     if path.exists() and not replace:
         return f"There is a map called {name} already."
     try:
         make_folder(maps_folder())
-        save_new_map(path, grid)
+        bundle = path.with_suffix(BUNDLE_SUFFIX)
+        save_new_map(path, grid, [(bundle, drive)] if drive else [])
+        if not drive:
+            bundle.unlink(missing_ok=True)  # of a map before
         if places and not places_path(path).exists():  # a person may have edited it
             save_places(places_path(path), places)
     except (StorageError, OSError) as error:
         return f"The map was not saved: {error}."
-    return f"Saved. To use it: chefbot launch waiter {arguments}map_file:={path}"
+    return f"{SAVED} To use it: chefbot launch waiter {arguments}map_file:={path}"

@@ -18,7 +18,7 @@ export class MapEdit {
     this.place = this.zone = null;       // what is being changed; a new one has no name
     this.sent = 0;
     this.saving = this.previewing = "";  // ids of requests whose answers are expected
-    this.shown = { zones: false, mapping: false };
+    this.shown = { zones: false, mapping: false, launch: false };
     this.mapping = new Mapping(send);
     this.drawing = new MapDrawing((command) => this.request(command), choose, changed, () => this.close());
     this.wire();
@@ -61,8 +61,14 @@ export class MapEdit {
     this.offer();
   }
 
+  showLaunch(view) {
+    this.mapping.showLaunch(view);
+    this.shown.launch = Boolean(view);
+    this.offer();
+  }
+
   // Without a map server and without an explorer there is nothing to change.
-  offer() { $("edit-map").hidden = $("edit-tab").hidden = !this.shown.zones && !this.shown.mapping; }
+  offer() { $("edit-map").hidden = $("edit-tab").hidden = !this.shown.zones && !this.shown.mapping && !this.shown.launch; }
 
   item(text, action) {
     const item = document.createElement("li"), button = document.createElement("button");

@@ -9,16 +9,23 @@ export class Mapping {
     this.exploring = false;
     this.saved = "";                     // the name of the last request to save
     this.requests = null;                // number of requests that have ended; null before the first view
+    this.onMap = "";                     // the name of the map that was saved last
+    this.launch = null;                  // the launch that runs; null if it cannot be replaced
+    this.continued = false;
     $("explore").onclick = () => send({ do: "explore", on: !this.exploring });
     $("reset-map").onclick = () => this.confirm($("reset-map-sure").hidden ? "reset-map-sure" : "");
     $("reset-map-sure").onclick = () => { send({ do: "reset_map" }); this.confirm(""); };
     $("save-map-form").onsubmit = (event) => { event.preventDefault(); this.save(false); };
     $("replace-map").onclick = () => this.save(true);
+    $("drive-on-map").onclick = () => { if (send({ do: "drive_on_map", name: this.onMap })) this.changing(); };
+    $("map-building").onclick = () => this.askToMap(false);
+    $("continue-map").onclick = () => this.askToMap(true);
+    $("map-sure").onclick = () => { send({ do: "map_building", continued: this.continued }); this.confirm(""); };
     $("map-name").oninput = () => { this.confirm(""); $("mapping-note").textContent = ""; };
   }
 
   // What would lose a map needs a second press.
-  confirm(id) { for (const one of ["reset-map-sure", "replace-map"]) $(one).hidden = one !== id; }
+  confirm(id) { for (const one of ["reset-map-sure", "replace-map", "map-sure"]) $(one).hidden = one !== id; }
 
   save(replace) {
     const name = $("map-name").value.trim();
@@ -26,6 +33,23 @@ export class Mapping {
     this.saved = name;
     if (this.send({ do: "save_map", name, replace })) $("mapping-note").textContent = tr("Saving …");
   }
+
+  // Another launch ends deliveries, so it needs a second press.
+  askToMap(continued) {
+    this.continued = continued;
+    this.confirm("map-sure");
+  }
+
+  changing() { $("mapping-note").textContent = tr("The robot's programs start again …"); }
+
+  showLaunch(view) {
+    this.launch = view;
+    $("launch-box").hidden = !view || view.mapping;
+    $("continue-map").hidden = !view?.can_continue;
+    this.offerSaved();
+  }
+
+  offerSaved() { $("drive-on-map").hidden = !this.launch?.mapping || !this.onMap; }
 
   show(view) {
     $("mapping-box").hidden = !view;
@@ -39,5 +63,7 @@ export class Mapping {
       if (view.outcome.includes(`called ${this.saved} already`)) this.confirm("replace-map");
     }
     this.requests = view.requests;
+    this.onMap = view.saved;
+    this.offerSaved();
   }
 }

@@ -62,6 +62,7 @@ def test_every_command_round_trips_through_json() -> None:
         "node": "/base",
         "on": True,
         "replace": True,
+        "continued": True,
         "strokes": [[(0.0, 0.0), (1.0, 0.5)]],
         "width": 0.1,
         "brush": "wall",

@@ -45,6 +45,7 @@ class DepthBench:
 
     def send_wall(self, width: int, height: int) -> None:
         pixels = np.full((height, width), 1000 * WALL, np.uint16)
+        pixels[3 * height // 5 :] = 0  # a wall does not continue below the floor
         self.send("image_raw", Image.of(Header.of(self.ns, "camera"), "16UC1", pixels))
 
     @property

@@ -91,6 +91,33 @@ def test_a_narrow_shaft_is_found_by_its_far_wall() -> None:
 
 
 @pytest.mark.parametrize("nod", NODS)
+@pytest.mark.parametrize("far", [0.9, 1.2, 1.6, 2.0])
+@pytest.mark.parametrize("edge", [0.2, 0.4, 0.6])
+def test_a_hole_with_floor_behind_it_is_seen_from_its_edge(edge: float, far: float, nod: float) -> None:
+    """Its far side is a wall below the floor; the floor behind it carries the robot again."""
+    scan = SCANNER.scan(render(((edge, 0.0), (edge + 1e-4, -0.85), (far, -0.85), (far + 1e-4, 0.0)), nod))
+    assert drops(scan)[AHEAD].all()
+    assert not scan.clear_to[AHEAD].any()
+
+
+@pytest.mark.parametrize("nod", NODS)
+@pytest.mark.parametrize("far", [1.0, 1.2, 1.6])
+@pytest.mark.parametrize("edge", [0.2, 0.4, 0.6, 0.8])
+def test_a_hole_that_ends_at_a_wall_is_seen(edge: float, far: float, nod: float) -> None:
+    """Its far side and the wall are one surface, as of a stairwell."""
+    scan = SCANNER.scan(render(((edge, 0.0), (edge + 1e-4, -0.6), (far, -0.6), (far + 1e-4, 2.5)), nod))
+    assert drops(scan)[AHEAD].all()
+    assert (scan.clear_to[AHEAD] <= edge + 0.05).all()
+
+
+@pytest.mark.parametrize("nod", NODS)
+@pytest.mark.parametrize("at", [0.75, 1.0, 1.5, 3.0])
+def test_a_wall_on_the_floor_is_not_a_drop_off(at: float, nod: float) -> None:
+    for seed in range(5):
+        assert not drops(SCANNER.scan(render(((at, 0.0), (at + 1e-4, 2.5)), nod, seed=seed))).any()
+
+
+@pytest.mark.parametrize("nod", NODS)
 @pytest.mark.parametrize(
     ("name", "profile"),
     [

@@ -132,22 +132,29 @@ def _row_means(
     stretch: Floats,
     bins: NDArray[np.int16],
     obstacles: Floats,
+    unsure: float,
     distance: NDArray[np.float64],
     height: NDArray[np.float64],
     pixels: NDArray[np.int32],
 ) -> None:
-    """Fill distance and height (bins,) with the means of a row's pixels before the obstacle of their bin, m.
+    """Fill distance and height (bins,) with the means of a row's pixels of the floor, m.
 
-    depth, stretch, bins: (w,) of the row. pixels (bins,): number of these pixels.
+    These are the pixels before the obstacle of their bin, and those below the floor whose ray passes the height of the
+    floor before it: the far side of a hole that ends at a wall. depth, stretch, bins: (w,) of the row. unsure: the
+    uncertainty of a height, m per metre of distance. pixels (bins,): number of these pixels.
     """
     distance[:], height[:], pixels[:] = 0.0, 0.0, 0
     for u in range(len(depth)):
         z = depth[u] * scale
+        if not limits[0] <= z <= limits[1]:
+            continue
         k = bins[u]
         r = z * stretch[u]
-        if limits[0] <= z <= limits[1] and r < obstacles[k]:
+        h = mount_z + z * slope
+        is_below = h < -UNSEEN_FRACTION * DROP_HEIGHT - unsure * r
+        if r < obstacles[k] or (is_below and r * mount_z / (mount_z - h) < obstacles[k]):
             distance[k] += r
-            height[k] += mount_z + z * slope
+            height[k] += h
             pixels[k] += 1
     for k in range(len(pixels)):
         if pixels[k] > 0:
@@ -219,7 +226,7 @@ def _add_row(
         lowest = -UNSEEN_FRACTION * DROP_HEIGHT - tolerance * r
         if seen[k]:
             lowest = _lowest_ramp(mount_z, ray, steepest, floor_r[k], floor_h[k]) - MIN_STEP
-        is_floor = h >= lowest - noise * r
+        is_floor = is_level = h >= lowest - noise * r
         if not is_floor:
             if lower[k] == 0:
                 first_r[k], first_h[k], bottom[k] = r, h, h
@@ -231,7 +238,9 @@ def _add_row(
             elif r - first_r[k] >= GRADIENT_BASE:
                 is_floor = _is_ramp(floor, first_r[k], first_h[k], r, h)
                 found[k] = not is_floor
-        if is_floor:
+        if is_level and not seen[k] and lower[k] >= MIN_ROWS:
+            found[k] = True  # floor at the robot's height behind a hole
+        elif is_floor:
             # The floor rises by no more than the pitch of the camera: behind a doorstep it is not lower
             floor_h[k] = min(h, floor_h[k] + tolerance * max(r - floor_r[k], 0.0)) if seen[k] else h
             floor_r[k], seen[k], lower[k] = max(r, floor_r[k]), True, 0
@@ -292,6 +301,6 @@ def find_drop_offs(
         if slope[row] >= 0.0:
             break
         image_row = depth[row], scale, limits, mount_z, slope[row], stretch[row], bins[row]
-        _row_means(*image_row, obstacles, distance, height, pixels)
+        _row_means(*image_row, obstacles, floor[0] + floor[3], distance, height, pixels)
         _add_row(profile, distance, height, pixels, mount_z, floor, edges, bottom)
     _complete(profile.found, profile.seen, profile.lower, edges, bottom, blind)

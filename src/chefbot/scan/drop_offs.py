@@ -139,9 +139,9 @@ def _row_means(
 ) -> None:
     """Fill distance and height (bins,) with the means of a row's pixels of the floor, m.
 
-    These are the pixels before the obstacle of their bin, and those below the floor whose ray passes the height of the
-    floor before it: the far side of a hole that ends at a wall. depth, stretch, bins: (w,) of the row. unsure: the
-    uncertainty of a height, m per metre of distance. pixels (bins,): number of these pixels.
+    These are the pixels before the obstacle of their bin, and those below the floor whose ray passes the height of
+    the floor before it: the far side of a hole that ends at a wall. depth, stretch, bins: (w,) of the row. unsure:
+    the uncertainty of a height, m per metre of distance. pixels (bins,): number of these pixels.
     """
     distance[:], height[:], pixels[:] = 0.0, 0.0, 0
     for u in range(len(depth)):

@@ -96,6 +96,17 @@ def test_arguments_of_the_robot_outlive_those_of_the_map() -> None:
     assert accepted == {"robot": "r7.yaml", "port": "8090", "mapper": "graph"}
 
 
+def test_a_built_robot_keeps_its_ports() -> None:
+    given = {
+        "built": "true",
+        "robot": "chefbot_lidar",
+        "board_port": "/dev/board",
+        "lidar_port": "/dev/lidar",
+    }
+    assert accepted_arguments("waiter", given) == given
+    assert accepted_arguments("gmapping_demo", given) == given
+
+
 @pytest.mark.parametrize(
     ("launch", "built", "kept"), [("explore", True, True), ("explore", False, False), ("waiter", True, False)]
 )

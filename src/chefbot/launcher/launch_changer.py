@@ -36,6 +36,8 @@ REPLACED = (
     "initial_pose_a",
 )
 """Arguments that belong to the map, the pose or the recording of one launch."""
+ROBOT = ("robot", "built")
+"""Arguments on which it depends what other arguments a launch has."""
 
 
 class LaunchChangerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -151,5 +153,6 @@ def changed_arguments(present: Mapping[str, str], request: LaunchRequest) -> dic
 
 def accepted_arguments(launch: str, given: Mapping[str, str]) -> dict[str, str]:
     """Return the given arguments that a launch has."""
-    accepted = load_launch(launch).args
+    robot = {key: given[key] for key in ROBOT if key in given}  # a built robot has other arguments
+    accepted = load_launch(launch, robot).args
     return {key: value for key, value in given.items() if key in accepted}

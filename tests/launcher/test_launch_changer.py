@@ -48,8 +48,8 @@ def request(runner: NodeRunner, launch: str, *arguments: str) -> None:
 def test_the_running_launch_is_published() -> None:
     (status,) = running("waiter", map_file="hall.yaml").messages("launch_status")
     assert (status.launch, status.mapping, status.map_file) == ("waiter", False, "hall.yaml")
-    (status,) = running("gmapping_demo").messages("launch_status")
-    assert status.mapping
+    (status,) = running("gmapping_demo", notice="waiter cannot run").messages("launch_status")
+    assert status.mapping and status.notice == "waiter cannot run"
 
 
 def test_a_request_ends_the_launch() -> None:

@@ -90,6 +90,8 @@ def test_mapping_is_begun_and_ended_on_a_saved_map(page: Any) -> None:
             assert not tab.evaluate("document.getElementById('map-sure').hidden")
             tab.evaluate(clicked("map-sure"))
             assert next_of(page, MapBuilding) == MapBuilding(continued)
+        page.server.set_layer("launch", LaunchView(mapping=False, notice="gmapping_demo cannot run."))
+        tab.wait_for(f"{text_of('launch-note')} === 'gmapping_demo cannot run.'")
         page.server.set_layer("launch", LaunchView(mapping=True))
         page.server.set_layer("mapping", MappingView())
         tab.wait_for("document.getElementById('launch-box').hidden")

@@ -91,10 +91,8 @@ class LaunchChangerDevice(Device):
             self.notice.publish(String(f"Warning: the robot's pose is not kept: {error}"))
 
     def _publish(self) -> None:
-        mapping = self.params.launch in MAPPING_LAUNCHES
-        self.launch_status.publish(LaunchStatus(self.params.launch, mapping, self.params.map_file))
-        if self.params.notice:
-            self.notice.publish(String(self.params.notice))
+        p = self.params
+        self.launch_status.publish(LaunchStatus(p.launch, p.launch in MAPPING_LAUNCHES, p.map_file, p.notice))
 
 
 def parse_arguments(texts: Sequence[str]) -> dict[str, str]:

@@ -12,6 +12,8 @@ class LaunchRequest(Message, frozen=True, eq=False):
     `arguments`: of the other one, each `key:=value`; the rest is as in the present one.
     """
 
+    ROS_PACKAGE = "chefbot_msgs"
+
     MAX_LENGTHS = per_field(arguments=100)
 
     launch: String = ""
@@ -21,8 +23,12 @@ class LaunchRequest(Message, frozen=True, eq=False):
 class LaunchStatus(Message, frozen=True, eq=False):
     """The launch that runs, and can be replaced by another one by a LaunchRequest."""
 
+    ROS_PACKAGE = "chefbot_msgs"
+
     launch: String = ""
     mapping: Bool = False
     """Whether it makes a map."""
     map_file: String = ""
     """Path of the map that it uses; empty if that is the simulated world's own, or if it makes one."""
+    notice: String = ""
+    """Why it runs, if it was not requested: the requested one cannot."""

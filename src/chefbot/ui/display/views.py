@@ -116,11 +116,12 @@ class CellView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class LaunchView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Whether the launch that runs, which can be replaced by another one, makes a map, and whether the map that it
-    uses can be continued, because its drive is kept."""
+    """Whether the launch that runs, which can be replaced by another one, makes a map, whether the map that it uses
+    can be continued, because its drive is kept, and why it runs, if another one was requested."""
 
     mapping: bool
     can_continue: bool = False
+    notice: str = ""
 
 
 class MappingView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -71,7 +71,8 @@ class MappingDevice(ModelDevice):
         """Offer to map the building, and to continue a map of which the drive is kept beside it."""
         bundle = Path(status.map_file).with_suffix(BUNDLE_SUFFIX) if status.map_file else None
         can_continue = bundle is not None and bundle.is_file()
-        self._server.set_layer("launch", LaunchView(mapping=status.mapping, can_continue=can_continue))
+        view = LaunchView(mapping=status.mapping, can_continue=can_continue, notice=status.notice)
+        self._server.set_layer("launch", view)
 
     def on_written(self, folder: String) -> None:
         """Pass on to the thread that saves a map where its drive is kept."""
@@ -100,6 +101,8 @@ class MappingDevice(ModelDevice):
 
     def _request_drive(self) -> None:
         """Have the map recorder write the drive, or note that there is none."""
+        while not self._written.empty():
+            self._written.get()  # an answer that came too late for the map before
         status = self.launch_status.last
         if status is not None and status.mapping:
             self.write_map.publish(Empty())

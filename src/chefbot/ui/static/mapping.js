@@ -46,6 +46,7 @@ export class Mapping {
     this.launch = view;
     $("launch-box").hidden = !view || view.mapping;
     $("continue-map").hidden = !view?.can_continue;
+    if (view?.notice) $(view.mapping ? "mapping-note" : "launch-note").textContent = translated(view.notice);
     this.offerSaved();
   }
 

@@ -36,7 +36,7 @@ GRID = Grid(np.full((20, 30), 100, np.int8), 0.05, 0.0, 0.0)
 
 def running(launch: str = "waiter", **params: Any) -> NodeRunner:
     runner = NodeRunner({NAME: KIND}, {}, {NAME: {"launch": launch, **params}})
-    runner.run(0.1)
+    runner.run(2.1)
     return runner
 
 
@@ -46,9 +46,9 @@ def request(runner: NodeRunner, launch: str, *arguments: str) -> None:
 
 
 def test_the_running_launch_is_published() -> None:
-    (status,) = running("waiter", map_file="hall.yaml").messages("launch_status")
+    *_, status = running("waiter", map_file="hall.yaml").messages("launch_status")
     assert (status.launch, status.mapping, status.map_file) == ("waiter", False, "hall.yaml")
-    (status,) = running("gmapping_demo", notice="waiter cannot run").messages("launch_status")
+    *_, status = running("gmapping_demo", notice="waiter cannot run").messages("launch_status")
     assert status.mapping and status.notice == "waiter cannot run"
 
 

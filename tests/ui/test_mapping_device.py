@@ -16,7 +16,7 @@ from tests.ui.test_map_edit_device import Shown
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
-from chefbot.msgs.chefbot_msgs.launches import LaunchStatus
+from chefbot.msgs.chefbot_msgs.launches import LaunchStatus, MapFolder
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Empty, Header, String
 from chefbot.runtime.launch import Launch
@@ -122,7 +122,7 @@ def test_a_map_is_saved_with_its_drive(nodes: NodeRunner, tmp_path: Path) -> Non
 
     def recorder(message: Empty) -> None:
         requests.append(message)
-        nodes.loop.publish("map_recorder/written", String(str(folder)), "recorder")
+        nodes.loop.publish("map_recorder/written", MapFolder(str(folder)), "recorder")
 
     nodes.loop.subscribe("map_recorder/write", "recorder", recorder)  # type: ignore[arg-type]
     outcome(nodes, "hall")

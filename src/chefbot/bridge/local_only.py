@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.msgs.chefbot_msgs import LaunchRequest, WheelSpeeds
+from chefbot.msgs.chefbot_msgs import LaunchRequest, LaunchStatus, MapFolder, WheelSpeeds
 from chefbot.msgs.chefbot_msgs.maps import MapZones, Places
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -10,10 +10,10 @@ from chefbot.ros2.rmw.errors import RmwError
 from chefbot.ros2.rmw.graph import Endpoint, Graph
 from chefbot.runtime.node_container import PARAMS_TOPIC
 
-LOCAL_ONLY_TYPES: tuple[type[Message], ...] = (WheelSpeeds, LaunchRequest)
-"""Message types that the motor board and the launcher obey at once. All others may come from anyone on the
-wire: commands such as /cmd_vel_teleop and goals go through the drive base, which enforces the emergency stop and the
-limits; measurements may come from external drivers."""
+LOCAL_ONLY_TYPES: tuple[type[Message], ...] = (WheelSpeeds, LaunchRequest, LaunchStatus, MapFolder)
+"""Message types that the motor board and the launcher obey at once, or that name files. All others may come from
+anyone on the wire: commands such as /cmd_vel_teleop and goals go through the drive base, which enforces the
+emergency stop and the limits; measurements may come from external drivers."""
 MAP_TYPES: tuple[type[Message], ...] = (OccupancyGrid, MapZones, Places)
 """Types of the map, its zones and places: where the launch publishes them, two sources would contradict."""
 LOCAL_TOPICS = frozenset(

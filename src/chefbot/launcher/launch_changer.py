@@ -15,7 +15,7 @@ from chefbot.errors import ChefbotError, UserError
 from chefbot.msgs.chefbot_msgs import LaunchRequest, LaunchStatus
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.launch import ArgValue, Launch, NodeEntry, load_launch
-from chefbot.runtime.node import Device, In, Out, topic
+from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.storage.map_files import load_map
@@ -36,6 +36,8 @@ REPLACED = (
     "initial_pose_a",
 )
 """Arguments that belong to the map, the pose or the recording of one launch."""
+STATUS_RATE = 0.5
+"""Rate at which the status is published, Hz."""
 ROBOT = ("robot", "built")
 """Arguments on which it depends what other arguments a launch has."""
 
@@ -61,9 +63,8 @@ class LaunchChangerDevice(Device):
     notice: Out[String] = topic("launch_changer/notice")
 
     def start(self) -> None:
-        """Begin without a request, and publish which launch runs."""
+        """Begin without a request."""
         self.request: LaunchRequest | None = None
-        self.post(self._publish)
 
     def on_launch_request(self, request: LaunchRequest) -> None:
         """End the launch, unless the other one is unknown or has no such argument."""
@@ -90,7 +91,9 @@ class LaunchChangerDevice(Device):
         except (TransformError, ChefbotError) as error:
             self.notice.publish(String(f"Warning: the robot's pose is not kept: {error}"))
 
-    def _publish(self) -> None:
+    @every(hz=STATUS_RATE)
+    def publish_status(self) -> None:
+        """Publish which launch runs; other processes reject it until they know the publisher."""
         p = self.params
         self.launch_status.publish(LaunchStatus(p.launch, p.launch in MAPPING_LAUNCHES, p.map_file, p.notice))
 

@@ -71,7 +71,7 @@ def written(robot: MappingRobot) -> str:
     before = len(robot.messages("map_recorder/written"))
     robot.loop.publish("map_recorder/write", Empty(), "page")
     wait_for(lambda: robot.run(0.01) or len(robot.messages("map_recorder/written")) > before)
-    return str(robot.messages("map_recorder/written")[-1].data)
+    return str(robot.messages("map_recorder/written")[-1].folder)
 
 
 def test_a_map_is_written_at_once_on_request(tmp_path: Path) -> None:

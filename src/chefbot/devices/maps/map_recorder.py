@@ -15,6 +15,7 @@ from msgspec import Meta
 from chefbot.devices.maps.kept_map import KeptMap, MappedDrive
 from chefbot.errors import ChefbotError, ScanError
 from chefbot.maths.grid import Grid
+from chefbot.msgs.chefbot_msgs.launches import MapFolder
 from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Empty, Header, String
@@ -59,7 +60,7 @@ class MapRecorderDevice(Device):
     write_now: In[Empty] = topic("map_recorder/write")
     restored_folder: In[String] = restored("map_recorder/folder")
     folder: Out[String] = topic("map_recorder/folder", latched=True)
-    written: Out[String] = topic("map_recorder/written")
+    written: Out[MapFolder] = topic("map_recorder/written")
     map_error: Out[OccupancyGrid] = topic(latched=True)
     notice: Out[String] = topic("map_recorder/notice")
 
@@ -165,7 +166,7 @@ class MapRecorderDevice(Device):
 
     def _report_written(self, folder: Path | None) -> None:
         kept = folder is not None and bundle_path(folder).is_file()
-        self.post(lambda: self.written.publish(String(str(folder.absolute()) if folder and kept else "")))
+        self.post(lambda: self.written.publish(MapFolder(str(folder.absolute()) if folder and kept else "")))
 
     def _save(self, folder: Path, content: KeptMap) -> None:
         try:

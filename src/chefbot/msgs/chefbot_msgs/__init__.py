@@ -13,6 +13,7 @@ from chefbot.msgs.chefbot_msgs.deliveries import RoundForecast as RoundForecast
 from chefbot.msgs.chefbot_msgs.deliveries import RoundStop as RoundStop
 from chefbot.msgs.chefbot_msgs.launches import LaunchRequest as LaunchRequest
 from chefbot.msgs.chefbot_msgs.launches import LaunchStatus as LaunchStatus
+from chefbot.msgs.chefbot_msgs.launches import MapFolder as MapFolder
 from chefbot.msgs.chefbot_msgs.maps import MapEdit as MapEdit
 from chefbot.msgs.chefbot_msgs.maps import MapEditResult as MapEditResult
 from chefbot.msgs.chefbot_msgs.maps import MappedScan as MappedScan

@@ -32,3 +32,11 @@ class LaunchStatus(Message, frozen=True, eq=False):
     """Path of the map that it uses; empty if that is the simulated world's own, or if it makes one."""
     notice: String = ""
     """Why it runs, if it was not requested: the requested one cannot."""
+
+
+class MapFolder(Message, frozen=True, eq=False):
+    """The folder in which the map of a mapping launch is kept with its drive; empty if it is not kept."""
+
+    ROS_PACKAGE = "chefbot_msgs"
+
+    folder: String = ""

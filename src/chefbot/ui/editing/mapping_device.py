@@ -12,7 +12,7 @@ import msgspec
 from chefbot.devices.state_files import state_folder
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import ExplorationStatus, LaunchRequest, LaunchStatus
+from chefbot.msgs.chefbot_msgs import ExplorationStatus, LaunchRequest, LaunchStatus, MapFolder
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.runtime.launch import Launch
@@ -45,7 +45,7 @@ class MappingDevice(ModelDevice):
     exploration_status: In[ExplorationStatus]
     map_error: In[OccupancyGrid]
     launch_status: In[LaunchStatus]
-    written: In[String] = topic("map_recorder/written")
+    written: In[MapFolder] = topic("map_recorder/written")
     explore: Out[Bool]
     reset_map: Out[Empty]
     write_map: Out[Empty] = topic("map_recorder/write")
@@ -74,9 +74,9 @@ class MappingDevice(ModelDevice):
         view = LaunchView(mapping=status.mapping, can_continue=can_continue, notice=status.notice)
         self._server.set_layer("launch", view)
 
-    def on_written(self, folder: String) -> None:
+    def on_written(self, message: MapFolder) -> None:
         """Pass on to the thread that saves a map where its drive is kept."""
-        self._written.put(folder.data)
+        self._written.put(message.folder)
 
     def on_map_error(self, message: OccupancyGrid) -> None:
         """Display the estimated error of the map by region."""

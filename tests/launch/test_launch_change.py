@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
 import pytest
@@ -18,15 +19,13 @@ def page_of(url: str, *, mapping: bool) -> WebUiClient:
     found: list[WebUiClient] = []
 
     def is_there() -> bool:
-        try:
+        with contextlib.suppress(UserError):  # nothing serves yet, or the launch before ends
             page = WebUiClient(url)
-        except UserError:
-            return False
-        view = page.wait_for("launch", 2.0)
-        if view is not None and view["mapping"] == mapping:
-            found.append(page)
-            return True
-        page.close()
+            view = page.wait_for("launch", 5.0)
+            if view is not None and view["mapping"] == mapping:
+                found.append(page)
+                return True
+            page.close()
         return False
 
     wait_for(is_there)

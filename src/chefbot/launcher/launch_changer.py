@@ -63,7 +63,7 @@ class LaunchChangerDevice(Device):
     notice: Out[String] = topic("launch_changer/notice")
 
     def start(self) -> None:
-        """Begin without a request."""
+        """Begin without a request of the operator."""
         self.request: LaunchRequest | None = None
 
     def on_launch_request(self, request: LaunchRequest) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import sys
 import threading
 import time
@@ -133,12 +134,7 @@ def test_a_loop_reports_while_it_progresses(tmp_path: Path, monkeypatch: pytest.
             assert SOCKET_VARIABLE not in os.environ  # worker processes must not report
             assert [receiver.recv(99) for _ in range(3)] == [b"READY=1", b"WATCHDOG=1", b"WATCHDOG=1"]
             loop.callback_start_ns = time.monotonic_ns() - 10**9  # a step of a second
-            time.sleep(0.1)
-            receiver.setblocking(False)
-            while _received(receiver):
-                pass
-            time.sleep(0.1)
-            assert not _received(receiver)
+            assert _falls_silent(receiver)
         assert _received(receiver) == b"STOPPING=1"
 
 
@@ -155,23 +151,29 @@ def test_a_program_is_watched_from_one_launch_to_the_next(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(service_manager, "PERIOD", 0.01)
-    monkeypatch.setattr(service_manager, "CHANGE_TIMEOUT", 0.3)
     with supervised_launch._receiver() as (address, receiver):
         monkeypatch.setenv(SOCKET_VARIABLE, str(address))
         receiver.setblocking(True)
-        receiver.settimeout(5.0)
         with reports_to_service_manager() as reports:
             for first in (b"READY=1", b"WATCHDOG=1"):  # it is ready once
                 with reports.watching(Loop(WallClock(), time.time_ns())):
                     assert [receiver.recv(99) for _ in range(2)] == [first, b"WATCHDOG=1"]
                 assert receiver.recv(99) == b"WATCHDOG=1"  # while nothing runs
-            time.sleep(0.5)  # the next launch hangs before it begins
-            receiver.setblocking(False)
-            while _received(receiver):
-                pass
-            time.sleep(0.1)
-            assert not _received(receiver)
+            monkeypatch.setattr(
+                service_manager, "CHANGE_TIMEOUT", 0.0
+            )  # the next launch hangs before it begins
+            assert _falls_silent(receiver)
         assert _received(receiver) == b"STOPPING=1"
+
+
+def _falls_silent(receiver: socket.socket) -> bool:
+    """Return whether nothing more is received, after what was sent before."""
+    time.sleep(0.1)
+    receiver.setblocking(False)
+    while _received(receiver):
+        pass
+    time.sleep(0.1)
+    return not _received(receiver)
 
 
 def _received(receiver: object) -> bytes:

@@ -71,7 +71,7 @@ class LaunchChangerDevice(Device):
         try:
             check_request(request)
         except UserError as error:
-            self.notice.publish(String(f"The launch goes on: {error}."))
+            self.notice.publish(String(f"The request for another launch is refused: {error}."))
             return
         if self.params.built:
             self._keep_pose(request)

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.support.nodes import NodeRunner
 
-from chefbot.devices.stored_pose import PoseFile, map_identity, read_pose, store_pose
+from chefbot.devices.state_files import read_state, store_state
+from chefbot.devices.stored_pose import PoseFile, map_identity
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import LocalizationStatus
@@ -120,7 +121,7 @@ def test_a_standing_robot_writes_once(state: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"{", b"null", b'{"map": "x", "x": 0, "y": 0, "yaw": 0}', b" " * 2000]
+    "content", [b"", b"{", b"null", b'{"map": "x", "x": 0, "y": 0, "yaw": 0}', b" " * 20_000]
 )
 def test_a_damaged_file_is_one_sentence(state: Path, content: bytes) -> None:
     was_at(HERE)
@@ -157,5 +158,5 @@ def test_a_pose_is_read_as_it_was_written(
 ) -> None:
     path = tmp_path_factory.mktemp("state") / "robot.pose.json"
     stored = PoseFile(map=map_identity(HOUSE), x=x, y=y, yaw=yaw)
-    store_pose(path, stored)
-    assert read_pose(path) == stored
+    store_state(path, stored)
+    assert read_state(path, PoseFile) == stored

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner
 
-from chefbot.devices.stored_pose import map_identity, pose_path, read_pose
+from chefbot.devices.state_files import read_state
+from chefbot.devices.stored_pose import PoseFile, map_identity, pose_path
 from chefbot.errors import UserError
 from chefbot.launcher import launch as launch_module
 from chefbot.launcher.launch import LaunchRunner, run_launch
@@ -123,7 +124,7 @@ def test_a_built_robot_keeps_its_pose_on_the_map_that_it_made(
     runner.loop.publish("tf", TFMessage(transforms), "gmapping")
     runner.run(0.1)
     request(runner, "waiter", f"map_file:={path}")
-    stored = read_pose(pose_path(runner.system.robot.name))
+    stored = read_state(pose_path(runner.system.robot.name), PoseFile)
     assert (stored is not None) == kept
     if stored is not None:
         assert stored.pose == pytest.approx(SE2(1.5, 0.0, 0.0)) and stored.map == map_identity(GRID)

@@ -11,7 +11,8 @@ import pytest
 from tests.planning.rooms import walled
 from tests.support.nodes import ROBOT, NodeRunner
 
-from chefbot.devices.battery_log import read_log
+from chefbot.devices.battery_log import LogFile
+from chefbot.devices.state_files import read_state
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import BatteryLog, BatteryStatus, Errand, LocalizationStatus, Order
@@ -107,7 +108,7 @@ def test_the_log_is_kept_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyP
     first = Monitored(kinds)
     first.show(0.8)
     path = tmp_path / "state" / f"{ROBOT.name}.battery.json"
-    stored = read_log(path)
+    stored = read_state(path, LogFile)
     assert stored is not None and stored.charge == pytest.approx(0.78, abs=0.05)
     values = json.loads(path.read_text())
     path.write_text(json.dumps({**values, "standing_power": 33.0}))
@@ -126,7 +127,10 @@ def test_a_damaged_log_is_reported_in_a_sentence(
     robot.run(0.1)
     (notice,) = robot.messages("battery_log/notice")
     assert "battery.json" in notice.data and "\n" not in notice.data
-    assert robot.show(0.9).level == "ok" and read_log(tmp_path / f"{ROBOT.name}.battery.json") is not None
+    assert (
+        robot.show(0.9).level == "ok"
+        and read_state(tmp_path / f"{ROBOT.name}.battery.json", LogFile) is not None
+    )
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
 
-from chefbot.devices.state_files import StateFileParams, state_folder
+from chefbot.devices.state_files import StateFileParams, read_state, state_folder, store_state
 from chefbot.msgs.chefbot_msgs import BatteryLog
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import Device, In, Out, topic
-from chefbot.storage.atomic_files import StorageError, make_folder, write_atomic
+from chefbot.storage.atomic_files import StorageError
 
-MAX_SIZE = 10_000
-"""Size of a file above which it is not a log, bytes."""
 BROKEN = "{}: {}; the battery's consumption is that of the robot's sizing until it is learnt again."
 
 
@@ -44,7 +41,7 @@ class BatteryLogStore(Device):
         self._path = state_folder() / f"{self.params.file_name(self.robot.name)}.battery.json"
         self._last_notice = ""
         try:
-            stored = read_log(self._path)
+            stored = read_state(self._path, LogFile)
         except (OSError, msgspec.MsgspecError, ValueError) as error:
             self._report(BROKEN.format(self._path, error))
             return
@@ -55,8 +52,7 @@ class BatteryLogStore(Device):
     def on_log(self, log: BatteryLog) -> None:
         """Store a log; a full disk is reported once and costs only the log."""
         try:
-            make_folder(self._path.parent)
-            write_atomic(self._path, log_text(log))
+            store_state(self._path, log_file(log))
         except StorageError as error:
             self._report(f"Warning: what was learnt about the battery cannot be kept: {error}")
 
@@ -66,16 +62,6 @@ class BatteryLogStore(Device):
             self.post(partial(self.notice.publish, String(sentence)))
 
 
-def read_log(path: Path) -> LogFile | None:
-    """Read a log; None if there is none. Raises OSError, ValueError and MsgspecError if it cannot be read."""
-    if not path.exists():
-        return None
-    if path.stat().st_size > MAX_SIZE:
-        raise ValueError("the file is too large for a log")
-    return msgspec.json.decode(path.read_bytes(), type=LogFile)
-
-
-def log_text(log: BatteryLog) -> bytes:
+def log_file(log: BatteryLog) -> LogFile:
     """Return the content of the file for a log."""
-    values = {name: getattr(log, name) for name in LogFile.__struct_fields__}
-    return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
+    return LogFile(**{name: getattr(log, name) for name in LogFile.__struct_fields__})

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import msgspec
 from msgspec import Meta
 
 from chefbot.errors import UserError
+from chefbot.storage.atomic_files import make_folder, write_atomic
 
+MAX_SIZE = 10_000
+"""Size of a file above which it is not a state, bytes."""
+S = TypeVar("S", bound=msgspec.Struct)
 VARIABLE = "CHEFBOT_STATE"
 """Environment variable with the folder of the state files."""
 
@@ -37,3 +41,18 @@ class StateFileParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     def file_name(self, robot: str) -> str:
         """Return the name, without suffix, of the state files of a robot by its name in the robot file."""
         return f"{self.namespace}/{robot}".strip("/").replace("/", "_")
+
+
+def read_state(path: Path, kind: type[S]) -> S | None:
+    """Read a state; None if there is none. Raises OSError, ValueError and MsgspecError if it cannot be read."""
+    if not path.exists():
+        return None
+    if path.stat().st_size > MAX_SIZE:
+        raise ValueError("the file is too large for a state")
+    return msgspec.json.decode(path.read_bytes(), type=kind)
+
+
+def store_state(path: Path, state: msgspec.Struct) -> None:
+    """Write a state as a whole or not at all. Raises StorageError."""
+    make_folder(path.parent)
+    write_atomic(path, msgspec.json.format(msgspec.json.encode(state), indent=2) + b"\n")

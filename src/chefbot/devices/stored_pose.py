@@ -12,7 +12,7 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.devices.initial_pose import InitialPoseDevice, InitialPoseParams
-from chefbot.devices.state_files import StateFileParams, state_folder
+from chefbot.devices.state_files import StateFileParams, read_state, state_folder, store_state
 from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
@@ -20,13 +20,11 @@ from chefbot.msgs.chefbot_msgs import LocalizationStatus
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import In, Out, topic
-from chefbot.storage.atomic_files import StorageError, make_folder, write_atomic
+from chefbot.storage.atomic_files import StorageError
 
 STORED_STEP, STORED_TURN = 0.25, 0.26
 """Distance, m, and angle, rad, from the stored pose at which another one is stored: half of an initial pose's
 standard deviations."""
-MAX_SIZE = 1_000
-"""Size of a file above which it is not a pose, bytes."""
 BROKEN = "{}: {}; localization starts without the last pose."
 
 
@@ -75,7 +73,7 @@ class StoredPoseDevice(InitialPoseDevice):
         self._map, self._started, self._last_notice = "", False, ""
         self._disk = ThreadPoolExecutor(1, "stored pose")
         try:
-            self._stored = read_pose(self._path)
+            self._stored = read_state(self._path, PoseFile)
         except (OSError, msgspec.MsgspecError, ValueError) as error:
             self._report(BROKEN.format(self._path, error))
 
@@ -113,7 +111,7 @@ class StoredPoseDevice(InitialPoseDevice):
     def _write(self, pose: PoseFile) -> None:
         """Write a pose, in the thread; a full disk is reported once and costs only the pose."""
         try:
-            store_pose(self._path, pose)
+            store_state(self._path, pose)
         except StorageError as error:
             self._report(f"Warning: the robot's pose cannot be kept: {error}")
 
@@ -132,21 +130,6 @@ def map_identity(grid: Grid) -> str:
     """Return the SHA-256 of a map: its cells, resolution and origin."""
     header = f"{grid.cells.shape} {grid.resolution:.9g} {grid.origin_x:.9g} {grid.origin_y:.9g} "
     return hashlib.sha256(header.encode() + grid.cells.tobytes()).hexdigest()
-
-
-def read_pose(path: Path) -> PoseFile | None:
-    """Read a pose; None if there is none. Raises OSError, ValueError and MsgspecError if it cannot be read."""
-    if not path.exists():
-        return None
-    if path.stat().st_size > MAX_SIZE:
-        raise ValueError("the file is too large for a pose")
-    return msgspec.json.decode(path.read_bytes(), type=PoseFile)
-
-
-def store_pose(path: Path, pose: PoseFile) -> None:
-    """Write a pose as a whole or not at all. Raises StorageError."""
-    make_folder(path.parent)
-    write_atomic(path, msgspec.json.format(msgspec.json.encode(pose), indent=2) + b"\n")
 
 
 def _is_near(pose: SE2, stored: SE2) -> bool:

@@ -9,8 +9,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from chefbot.devices.state_files import StateFileParams
-from chefbot.devices.stored_pose import PoseFile, map_identity, pose_path, store_pose
+from chefbot.devices.state_files import StateFileParams, store_state
+from chefbot.devices.stored_pose import PoseFile, map_identity, pose_path
 from chefbot.errors import ChefbotError, UserError
 from chefbot.msgs.chefbot_msgs import LaunchRequest, LaunchStatus
 from chefbot.msgs.std_msgs import String
@@ -87,7 +87,7 @@ class LaunchChangerDevice(Device):
         try:
             pose = self.tf.lookup("map", "base_link")
             stored = PoseFile(map=map_identity(load_map(Path(map_file))), x=pose.x, y=pose.y, yaw=pose.yaw)
-            store_pose(pose_path(files.file_name(self.robot.name)), stored)
+            store_state(pose_path(files.file_name(self.robot.name)), stored)
         except (TransformError, ChefbotError) as error:
             self.notice.publish(String(f"Warning: the robot's pose is not kept: {error}"))
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
-from tests.support.nodes import StationaryRobot
+from tests.support.nodes import NodeRunner, StationaryRobot
 
 from chefbot.control.path_follower import FollowPathError
+from chefbot.msgs.geometry_msgs import Twist, Vector3
 from chefbot.msgs.nav2_msgs import SpeedLimit
 from chefbot.msgs.std_msgs import String
+from chefbot.nodes.navigation.contacts import ContactsNode
+from chefbot.nodes.navigation.controller_params import ControllerNodeParams
 
 FAULT = "The left encoder is silent. The motors are off; press STOP, then Release STOP, to clear it."
 
@@ -56,3 +61,21 @@ def test_a_speed_limit_too_low_to_drive_is_waited_for() -> None:
     robot.loop.publish("speed_limit", SpeedLimit(), "another program")
     robot.run(2.0)
     assert robot.messages("cmd_vel")[-1].linear.x > 0.0
+
+
+class BareContacts(ContactsNode):
+    """The base class alone."""
+
+    params: ControllerNodeParams
+
+
+@pytest.mark.parametrize(("speed", "contacts"), [(0.0, 0), (0.2, 1), (-0.2, 1)])
+def test_only_a_driven_robot_touches_something(speed: float, contacts: int) -> None:
+    nodes = NodeRunner({"contacts": f"{__name__}:BareContacts"}, {})
+    node: Any = nodes.system.nodes["contacts"]
+    for _ in range(30):
+        nodes.loop.publish("cmd_vel", Twist(Vector3(speed)), "test")
+        nodes.run(0.1)
+    node.publish_contact_if_driven()
+    nodes.run(0.1)
+    assert [contact.header.frame_id for contact in nodes.messages("contact")] == ["base_link"] * contacts

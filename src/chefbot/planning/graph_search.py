@@ -75,6 +75,12 @@ def _improves(
 
 
 @njit(cache=True, nogil=True)
+def _ring_size(max_weight: np.float32, scale: np.float32) -> int:
+    """Return the buckets of a ring: the largest cost of a step plus heuristic, rounded up to a power of two."""
+    return 1 << math.ceil(math.log2((2 * SQRT2 * max_weight + 4.0) * scale + 2.0))
+
+
+@njit(cache=True, nogil=True)
 def _open_list(
     cells: int, buckets: int, source: int, slot: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], int]:
@@ -190,8 +196,7 @@ def search(
     stride, rows_per_cell = grid.stride, 1.0 / grid.stride
     # bucket width and weight of the heuristic: A* with a goal, Dijkstra without
     scale, h_gain = (BUCKETS_PER_UNIT, np.float32(1.0)) if goal >= 0 else (np.float32(1.0), np.float32(0.0))
-    # ring size: the largest cost of a step plus heuristic, rounded up to a power of two
-    buckets = 1 << math.ceil(math.log2((2 * SQRT2 * grid.weight.max() + 4.0) * scale + 2.0))
+    buckets = _ring_size(grid.weight.max(), scale)
     offset, above, beside = _neighbour_offsets(stride)
     down, right, better = np.array(ROW_STEPS), np.array(COLUMN_STEPS), np.empty(8, np.uint64)
     goal_row, goal_column = np.int32(goal // stride), np.int32(goal % stride)
@@ -208,17 +213,16 @@ def search(
             column = np.int32(at) - row * np.int32(stride)
             # skip an outdated entry: the cell was expanded since, from an earlier bucket
             cost, here = g[at], grid.weight[grid.cells[at]]
-            if (
-                int((cost + h_gain * _octile(row, column, goal_row, goal_column)) * ROUND_UP_FACTOR * scale)
-                < bucket
-            ):
+            estimate = cost + h_gain * _octile(row, column, goal_row, goal_column)
+            if int(estimate * ROUND_UP_FACTOR * scale) < bucket:
                 continue
             # relax the neighbours whose cost-to-come improves
             for i in range(_improved_neighbours(at, cost, here, np.uint64(stride), grid, g, better)):
                 k = better[np.uint64(i)]
                 n = at + offset[k]
-                opposed = grid.lane.shape[0] > 0 and _against_lane(grid, at, n, right[k], down[k])
-                if opposed or (k > 3 and _cuts_corner(grid, at + above[k], at + beside[k])):
+                if grid.lane.shape[0] > 0 and _against_lane(grid, at, n, right[k], down[k]):
+                    continue
+                if k > 3 and _cuts_corner(grid, at + above[k], at + beside[k]):
                     continue
                 # g(n) = g(at) + length * mean weight; f(n) = g(n) + h(n), never before the present bucket
                 there = grid.weight[grid.cells[n]]

@@ -121,10 +121,16 @@ def _depth(value: DepthView) -> protocol.DepthImage:
         raise UserError(f"a depth image of shape {value.depth.shape} cannot be shown, one of (h, w) can")
     # Decimate to at most MAX_CLOUD_WIDTH columns; the intrinsics scale with the image.
     step = -(-value.depth.shape[1] // MAX_CLOUD_WIDTH)
-    metres = value.depth[::step, ::step]
-    millimetres = np.where(np.isfinite(metres), np.clip(metres, 0.0, 65.0), 0.0) * 1000.0
     pinhole = {"focal": value.focal / step, "cx": value.cx / step, "cy": value.cy / step}
-    return protocol.DepthImage(np.rint(millimetres).astype("<u2"), pinhole, value.frame)
+    return protocol.DepthImage(_millimetres(value.depth[::step, ::step]), pinhole, value.frame)
+
+
+def _millimetres(depth: NDArray[Any]) -> NDArray[np.uint16]:
+    """Return a depth image in mm, 0 for none: that of a camera as it is, that in metres converted (REP-118)."""
+    if depth.dtype.kind == "u":
+        return depth.astype("<u2")
+    metres = np.where(np.isfinite(depth), np.clip(depth, 0.0, 65.0), 0.0)
+    return np.rint(metres * 1000.0).astype("<u2")
 
 
 def _grid(dtype: type[np.generic]) -> Callable[[Any], protocol.GridImage]:

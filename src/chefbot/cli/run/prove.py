@@ -11,43 +11,36 @@ from chefbot.cli import completion
 from chefbot.cli.parameters import ROBOT_OPTION
 from chefbot.errors import UserError
 
+SCENARIOS = typer.Argument(help="scenarios by name, or scenario files", autocompletion=completion.scenarios)
+SEEDS = typer.Option(
+    help="seeds, as 1..100, 7 or 1..9,15; odd ones are held out for evaluation, even ones are for tuning"
+)
+WORKERS = typer.Option(min=0, help="number of processes on this machine; 0: one per core")
+SCHEDULER = typer.Option(help="Dask scheduler to run on, tcp://HOST:PORT")
+OUT = typer.Option(help="folder for the results; runs done there are kept")
+RESUME = typer.Option("--resume", help="run what is missing in --out")
+RECORD = typer.Option("--record", help="keep the log of each run, for `replay`")
+SHRINK = typer.Option(
+    help="a failing run to minimize, SCENARIO:SEED; the smaller scenario is written into --out"
+)
+SCOREBOARD = typer.Option(help="run the built-in scenarios on odd seeds and write this page")
+MINUTES = typer.Option(min=0, help="time after which no other run of the scoreboard begins, min")
+AGAINST = typer.Option(help="folder with older results; exit code 1 if something got worse")
+
 
 def prove(
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(help="scenarios by name, or scenario files", autocompletion=completion.scenarios),
-    ] = None,
-    seeds: Annotated[
-        str | None,
-        typer.Option(
-            help="seeds, as 1..100, 7 or 1..9,15; odd ones are held out for evaluation, even ones are for tuning"
-        ),
-    ] = None,
+    names: Annotated[list[str] | None, SCENARIOS] = None,
+    seeds: Annotated[str | None, SEEDS] = None,
     robot: Annotated[str, ROBOT_OPTION] = "",
-    workers: Annotated[
-        int, typer.Option(min=0, help="number of processes on this machine; 0: one per core")
-    ] = 0,
-    scheduler: Annotated[str, typer.Option(help="Dask scheduler to run on, tcp://HOST:PORT")] = "",
-    out: Annotated[Path, typer.Option(help="folder for the results; runs done there are kept")] = Path(
-        "runs/prove"
-    ),
-    resume: Annotated[bool, typer.Option("--resume", help="run what is missing in --out")] = False,
-    record: Annotated[bool, typer.Option("--record", help="keep the log of each run, for `replay`")] = False,
-    shrink: Annotated[
-        str,
-        typer.Option(
-            help="a failing run to minimize, SCENARIO:SEED; the smaller scenario is written into --out"
-        ),
-    ] = "",
-    scoreboard: Annotated[
-        Path | None, typer.Option(help="run the built-in scenarios on odd seeds and write this page")
-    ] = None,
-    minutes: Annotated[
-        float, typer.Option(min=0, help="time after which no other run of the scoreboard begins, min")
-    ] = 30.0,
-    against: Annotated[
-        Path | None, typer.Option(help="folder with older results; exit code 1 if something got worse")
-    ] = None,
+    workers: Annotated[int, WORKERS] = 0,
+    scheduler: Annotated[str, SCHEDULER] = "",
+    out: Annotated[Path, OUT] = Path("runs/prove"),
+    resume: Annotated[bool, RESUME] = False,
+    record: Annotated[bool, RECORD] = False,
+    shrink: Annotated[str, SHRINK] = "",
+    scoreboard: Annotated[Path | None, SCOREBOARD] = None,
+    minutes: Annotated[float, MINUTES] = 30.0,
+    against: Annotated[Path | None, AGAINST] = None,
 ) -> None:
     """Run scenarios with many seeds and judge them.
 

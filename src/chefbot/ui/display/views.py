@@ -86,8 +86,8 @@ class FrameView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 @dataclass(frozen=True, eq=False)
 class DepthView:
-    """A depth image (h, w) in metres along the optical axis, NaN for none; camera intrinsics in pixels; the
-    optical frame."""
+    """A depth image (h, w) along the optical axis, in metres, NaN for none, or as unsigned integers in millimetres, 0
+    for none; camera intrinsics in pixels; the optical frame."""
 
     depth: NDArray[Any]
     focal: float

@@ -7,6 +7,7 @@ from chefbot.msgs.sensor_msgs import CameraInfo, Image
 from chefbot.msgs.std_msgs import String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.node import In, topic
+from chefbot.scan.camera import depth_image
 from chefbot.ui.display.robot_view import frame_views, wheel_angles
 from chefbot.ui.display.views import DepthView, FrameView
 from chefbot.ui.missions.simulation_device import SimulationDevice
@@ -30,11 +31,13 @@ class ModelDevice(SimulationDevice):
         self._moving_frames, self._fixed_frames = dict[str, FrameView](), dict[str, FrameView]()
 
     def on_depth(self, message: Image) -> None:
-        """Display the depth image as a point cloud."""
+        """Display the depth image as a point cloud. ScanError if it is no depth image."""
         info = self.camera_info.last
         if info is not None:
+            size = (message.height, message.width, message.step)
+            depth = depth_image(message.data, message.encoding, *size, bool(message.is_bigendian))
             focal, cx, cy = info.k[0], info.k[2], info.k[5]
-            view = DepthView(message.pixels, float(focal), float(cx), float(cy), info.header.frame_id)
+            view = DepthView(depth, float(focal), float(cx), float(cy), info.header.frame_id)
             self._server.set_layer("depth", view)
 
     def on_moving_frames(self, message: TFMessage) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chefbot.costmap.conversions import DROP_OFFS, ObstacleMarking, mark_laser, mark_obstacles
+from chefbot.costmap.conversions import ObstacleMarking, mark_laser, mark_obstacles
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.sources import DROP_OFFS
 from chefbot.maths.costs import FREE, LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.se2 import IDENTITY, SE2

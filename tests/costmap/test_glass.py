@@ -12,13 +12,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.support.glass_scans import ANGLES, FAR, PERIOD, drive, post, scan_of, wall
 
-from chefbot.costmap.conversions import LASER
 from chefbot.costmap.glass_detection import GlassDetector, GlassPoints
 from chefbot.costmap.glass_layer import GlassLayer
 from chefbot.costmap.layer import LayerSettings
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LOCAL_COSTMAP
-from chefbot.costmap.ranger_marks import GLASS
+from chefbot.costmap.sources import GLASS, LASER
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.se2 import SE2

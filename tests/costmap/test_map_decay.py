@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chefbot.costmap.conversions import CAMERA, DROP_OFFS, LASER
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import GLOBAL_COSTMAP
-from chefbot.costmap.ranger_marks import CONTACT
+from chefbot.costmap.sources import CAMERA, CONTACT, DROP_OFFS, LASER
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid

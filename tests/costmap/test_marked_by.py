@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from chefbot.costmap.conversions import CAMERA, LASER
 from chefbot.costmap.layer import CellMark
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.layers import STATIC
 from chefbot.costmap.params import LOCAL_COSTMAP, CostmapParams
-from chefbot.costmap.ranger_marks import CONTACT, contact_radius, mark_contact
+from chefbot.costmap.ranger_marks import contact_radius, mark_contact
+from chefbot.costmap.sources import CAMERA, CONTACT, LASER
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2

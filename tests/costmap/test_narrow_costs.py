@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chefbot.costmap.glass_layer import GlassLayer
+from chefbot.costmap.layer import LayerSettings
 from chefbot.costmap.layered_costmap import LayeredCostmap
+from chefbot.costmap.layers import built_in_layers
 from chefbot.costmap.params import CostmapParams
-from chefbot.maths.costs import INSCRIBED
+from chefbot.costmap.sources import PERMANENT_SOURCES
+from chefbot.maths.costs import INSCRIBED, LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -24,7 +29,10 @@ def wall_with_gap(width: float, offset: float) -> LayeredCostmap:
     edges = -2.0 + 0.05 * np.arange(81)
     touched = (edges[:-1] < offset) | (edges[1:] > offset + width)
     cells[29:31, touched] = 100
-    costs = LayeredCostmap(CostmapParams(), disc(RADIUS))
+    settings = LayerSettings(CostmapParams())
+    static, *others = built_in_layers(settings)
+    layers = [static, GlassLayer(settings), *others]
+    costs = LayeredCostmap(CostmapParams(), disc(RADIUS), layers=layers)
     costs.set_static(Grid(cells, 0.05, -2.0, -1.5))
     return costs
 
@@ -67,3 +75,25 @@ def test_marks_of_sensors_count_only_where_wanted() -> None:
     wall = np.zeros(costs.shape, np.bool_)
     assert is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, wall).cells)
     assert not is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, ~wall).cells)
+
+
+@pytest.mark.parametrize("source", PERMANENT_SOURCES)
+def test_marks_of_glass_and_drop_offs_count_everywhere(source: str) -> None:
+    costs = wall_with_gap(0.45, 0.0)
+    nowhere = np.zeros(costs.shape, np.bool_)
+    assert is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, nowhere).cells)
+    costs.layer(source)[29, 44] = LETHAL
+    assert not is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, nowhere).cells)
+
+
+@pytest.mark.parametrize(
+    ("source", "remains"), [*((one, True) for one in PERMANENT_SOURCES), ("laser", False)]
+)
+def test_only_what_is_as_permanent_as_a_wall_remains_far_away(source: str, remains: bool) -> None:
+    costs = wall_with_gap(1.0, 0.0)
+    empty = costs.permanent_cells()
+    costs.layer(source)[29, 50] = LETHAL
+    far = SE2(100.0, 0.0, 0.0)
+    for found in (costs.costs_without_marks(), costs.costs_without_far_marks(far)):
+        assert bool(found.cells[29, 50] == LETHAL) is remains
+    assert (costs.permanent_cells() != empty) is remains

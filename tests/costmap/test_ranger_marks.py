@@ -10,14 +10,8 @@ import pytest
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.ranger_marks import (
-    CONTACT,
-    LASTING_SOURCES,
-    RANGER,
-    contact_radius,
-    mark_contact,
-    mark_range,
-)
+from chefbot.costmap.ranger_marks import contact_radius, mark_contact, mark_range
+from chefbot.costmap.sources import CONTACT, LASTING_SOURCES, RANGER
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN
 from chefbot.maths.footprint import disc
 from chefbot.maths.se2 import IDENTITY, SE2

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from tests.planning.rooms import two_rooms
 from tests.support.nodes import NodeRunner
 
-from chefbot.costmap.conversions import LASER
 from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
+from chefbot.costmap.sources import LASER
 from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2

@@ -11,11 +11,11 @@ import pytest
 from tests.support.nodes import ROBOT, NodeRunner
 
 from chefbot.causes.reports import CAMERA, CONTACT, LIDAR, MAP, RANGER, SLOW, STOP, make_report
-from chefbot.costmap import ranger_marks
-from chefbot.costmap.conversions import CAMERA as CAMERA_LAYER
-from chefbot.costmap.conversions import DROP_OFFS, LASER
+from chefbot.costmap import sources
 from chefbot.costmap.layer import CellMark
 from chefbot.costmap.layers import STATIC
+from chefbot.costmap.sources import CAMERA as CAMERA_LAYER
+from chefbot.costmap.sources import DROP_OFFS, LASER
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.nodes.causes.motion_reasons import CONDITION, MONITOR, MotionReasonsNode
@@ -79,8 +79,8 @@ class CostsWithMark:
     [
         (STATIC, MAP),
         ("keep-out zone stairs", "keep-out zone stairs"),
-        (ranger_marks.CONTACT, CONTACT),
-        (ranger_marks.RANGER, RANGER),
+        (sources.CONTACT, CONTACT),
+        (sources.RANGER, RANGER),
         (LASER, LIDAR),
         (CAMERA_LAYER, CAMERA),
         (DROP_OFFS, CAMERA),

@@ -16,9 +16,9 @@ from chefbot.causes.reports import CAMERA, DETOUR, LIDAR, SLOW, STOP, TRACKER
 from chefbot.control.controller import ControllerCommand, ControllerStatus
 from chefbot.control.path_follower import PathFollower
 from chefbot.control.people_cost import NearbyPeople
-from chefbot.costmap.conversions import CAMERA as CAMERA_LAYER
-from chefbot.costmap.conversions import LASER
 from chefbot.costmap.params import LOCAL_COSTMAP, CostmapParams
+from chefbot.costmap.sources import CAMERA as CAMERA_LAYER
+from chefbot.costmap.sources import LASER
 from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import Cause, LocalizationStatus

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chefbot.costmap.conversions import CAMERA, LASER
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.sources import CAMERA, LASER
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid

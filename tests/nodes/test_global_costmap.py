@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from tests.support.nodes import ROBOT, NodeRunner
 
-from chefbot.costmap.conversions import CAMERA, DROP_OFFS, LASER
 from chefbot.costmap.layers import InflationLayer, StaticLayer
 from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
-from chefbot.costmap.ranger_marks import CONTACT, RANGER
+from chefbot.costmap.sources import CAMERA, CONTACT, DROP_OFFS, LASER, RANGER
 from chefbot.errors import ChefbotError
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.grid import Grid

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner
 
+from chefbot.costmap.sources import PERMANENT_SOURCES
+from chefbot.maths.costs import LETHAL
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped
@@ -50,6 +53,12 @@ class Room:
         ranges = np.hypot([x - START.x], [y - START.y]).astype(np.float32)
         self.send("scan", LaserScan(header, angles[0], angles[0], 0.01, 0.0, 0.1, 0.1, 8.0, ranges))
 
+    def mark(self, source: str, x: float, y: float) -> None:
+        """Mark the cell at a point of the map, as its source does."""
+        costs = self.nodes.system.nodes["planner"]._costs  # type: ignore[attr-defined]
+        costs.layer(source)[math.floor((y + 3.0) / 0.05), math.floor((x + 3.0) / 0.05)] = LETHAL
+        costs.note_all_changed()
+
     def plan(self) -> Any:
         """Return the result of a plan from the robot to the other side."""
         goal = PoseStamped(Header.of(0, "map"), Pose.of(GOAL))
@@ -87,6 +96,14 @@ def test_a_mark_in_the_passage_does_not_count_one_before_it_does() -> None:
     room.see(-0.8, 0.0)
     assert room.crosses_at() == pytest.approx(0.0, abs=0.05)
     assert abs(room.crosses_at(-0.8)) > 0.12
+
+
+@pytest.mark.parametrize("source", PERMANENT_SOURCES)
+def test_glass_or_a_hole_in_the_passage_closes_it(source: str) -> None:
+    room = Room(near=NARROW_WIDTH)
+    assert room.plan().error_code == 0
+    room.mark(source, 0.0, 0.025)
+    assert room.plan().error_code != 0
 
 
 @pytest.mark.parametrize(("robot", "width"), [("chefbot_lidar", CLOSED_WIDTH), ("chefbot", NARROW_WIDTH)])

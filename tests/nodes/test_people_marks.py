@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from tests.support.nodes import ROBOT, NodeRunner
 
-from chefbot.costmap.conversions import CAMERA, DROP_OFFS, LASER
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.ranger_marks import CONTACT
+from chefbot.costmap.sources import CAMERA, CONTACT, DROP_OFFS, LASER
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid

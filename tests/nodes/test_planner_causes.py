@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from tests.support.nodes import NodeRunner
 
 from chefbot.causes.reports import DETOUR, FAILURE, LIDAR, MAP
-from chefbot.costmap.conversions import LASER
 from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
+from chefbot.costmap.sources import LASER
 from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2

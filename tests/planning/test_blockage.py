@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.planning.rooms import two_rooms
 
-from chefbot.costmap.conversions import LASER
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.sources import LASER
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.costmap.conversions import LASER
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.sources import LASER
 from chefbot.design.checks.sensor_occlusion import hidden_sectors
 from chefbot.exploration.session import field_of_view
 from chefbot.maths.costs import LETHAL

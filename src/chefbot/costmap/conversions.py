@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.costmap.sources import CAMERA, DROP_OFFS, LASER, UPRIGHT
 from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -21,10 +22,6 @@ from chefbot.robot.spec import Robot
 if TYPE_CHECKING:
     from chefbot.costmap.layered_costmap import LayeredCostmap
 
-LASER, CAMERA, UPRIGHT, DROP_OFFS = "laser", "camera", "upright", "drop_offs"
-"""Sources of marks: obstacles in the planar scan; obstacles in the depth camera that the planar scan may
-miss; obstacles in the camera that intersect the scan plane, so that the planar scan clears them once they left;
-drop-offs of the floor, which the camera alone clears."""
 UNSEEN_MARGIN = 0.15
 """Distance from the robot's front at which a drop-off is marked whose edge the camera has not seen, m."""
 _COST_TO_OCCUPANCY = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from chefbot.costmap.glass_detection import GlassDetector, beams_of
 from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
 from chefbot.costmap.layers import merge_sources, source_marks
-from chefbot.costmap.ranger_marks import GLASS
 from chefbot.costmap.reflections import MAX_DISTANCE
+from chefbot.costmap.sources import GLASS
 from chefbot.costmap.update_window import CellWindow
 from chefbot.maths.costs import LETHAL, UNKNOWN
 from chefbot.maths.se2 import SE2

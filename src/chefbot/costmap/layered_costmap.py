@@ -16,8 +16,8 @@ from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
 from chefbot.costmap.layers import InflationLayer, StaticLayer, built_in_layers
 from chefbot.costmap.master_costmap import MasterCostmap
 from chefbot.costmap.params import CostmapParams
-from chefbot.costmap.ranger_marks import GLASS, LASTING_SOURCES
-from chefbot.costmap.sensor_marks import SensorMarks, shifted
+from chefbot.costmap.sensor_marks import SensorMarks, marks_in, permanent_marks, shifted
+from chefbot.costmap.sources import LASTING_SOURCES
 from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
 from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.footprint import Footprint
@@ -315,12 +315,18 @@ class LayeredCostmap:
         return self._costmap(self._combined.costs)
 
     def costs_without_far_marks(self, pose: SE2) -> Costmap:
-        """Return the costs as `update` does, but without marks beyond the marking range of the pose."""
-        return self._costs_of(self._marks_in(self._disk_mask(pose, self.params.marking_range)))
+        """Return the costs as `update` does, but without marks beyond the marking range of the pose that may have
+        left since."""
+        return self._costs_of(marks_in(self.sources, self._disk_mask(pose, self.params.marking_range)))
 
     def costs_without_marks(self) -> Costmap:
-        """Return the costs of the map, its zones and walls of glass, which last as long, without other marks."""
-        return self._costs_of({name: marks for name, marks in self.sources.items() if name == GLASS})
+        """Return the costs of the map, its zones and what is as permanent, without other marks."""
+        return self._costs_of(permanent_marks(self.sources))
+
+    def permanent_cells(self) -> tuple[bytes, ...]:
+        """Return which cells the permanent sources have marked, to be compared with a later result."""
+        permanent = permanent_marks(self.sources).values()
+        return tuple(np.flatnonzero(marks.cells == LETHAL).tobytes() for marks in permanent)
 
     def narrow_costs(
         self,
@@ -333,24 +339,20 @@ class LayeredCostmap:
 
         margin: distance from the body to the middle of occupied cells, m; below 0 where an obstacle may cover a part
         of its cell only. None is open beside people (n, 2), m, from whom the robot's centre stays at `radius` metres.
-        counted: the cells (h, w) in which marks of sensors count, None for all.
+        counted: the cells (h, w) in which marks of what may leave count, None for all.
         """
         inscribed = max(self._robot.inscribed_radius + margin, 0.0)
         reach = max(self.params.inflation_radius, inscribed)
         usual = self.cost_table
         self.cost_table = cost_table(self.resolution, inscribed, reach, NARROW_SCALING_FACTOR)
         try:
-            costs = self._costs_of(self.sources if counted is None else self._marks_in(counted))
+            costs = self._costs_of(self.sources if counted is None else marks_in(self.sources, counted))
         finally:
             self.cost_table = usual
         for x, y in people.tolist():
             beside = self._disk_mask(SE2(x, y, 0.0), radius)
             costs.cells[beside & (costs.cells < INSCRIBED)] = INSCRIBED
         return replace(costs, footprint=self._robot.polygon(margin))
-
-    def _marks_in(self, where: NDArray[np.bool_]) -> dict[str, SensorMarks]:
-        """Return the marks of all sensors in the cells `where` (h, w)."""
-        return {name: marks.only(where) for name, marks in self.sources.items()}
 
     def _costs_of(self, marks: dict[str, SensorMarks]) -> Costmap:
         """Return the costs of all layers with other marks than the present ones."""

@@ -13,14 +13,8 @@ from numpy.typing import NDArray
 from chefbot.costmap.conversions import ObstacleMarking, mark_laser, mark_obstacles
 from chefbot.costmap.inflation import inflate
 from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
-from chefbot.costmap.ranger_marks import (
-    CONTACT,
-    LASTING_SOURCES,
-    RANGER,
-    contact_radius,
-    mark_contact,
-    mark_range,
-)
+from chefbot.costmap.ranger_marks import contact_radius, mark_contact, mark_range
+from chefbot.costmap.sources import CONTACT, LASTING_SOURCES, RANGER
 from chefbot.costmap.update_window import CellWindow
 from chefbot.maths.costs import FREE, LETHAL, UNKNOWN
 from chefbot.maths.se2 import SE2

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.costmap.sources import CONTACT, LASTING_SOURCES, RANGER
 from chefbot.maths.costs import LETHAL, UNKNOWN
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.sensor_msgs import Range
@@ -22,11 +23,6 @@ from chefbot.robot.spec import Robot
 if TYPE_CHECKING:
     from chefbot.costmap.layered_costmap import LayeredCostmap
 
-RANGER, CONTACT, GLASS = "ranger", "contact", "glass"
-"""Sources of marks: obstacles of the ranger's echoes, obstacles that the robot has touched, and glass that returned
-beams of the lidar."""
-LASTING_SOURCES = (RANGER, CONTACT, GLASS)
-"""Sources of obstacles that other sensors may not see: beams of the lidar and recovery behaviors leave them."""
 MARKING_RANGE = 1.0
 """Maximum distance of an echo that marks, m; beyond, its arc is too wide to distinguish a doorway from a wall."""
 DECAY_RANGE = 1.2

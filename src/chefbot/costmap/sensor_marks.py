@@ -7,6 +7,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.costmap.sources import PERMANENT_SOURCES
 from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
 from chefbot.maths.costs import LETHAL, UNKNOWN
 
@@ -68,6 +69,18 @@ class SensorMarks(NamedTuple):
         self.cells.reshape(-1)[marked] = UNKNOWN
         rows, columns = np.divmod(marked, self.cells.shape[1])
         return CellWindow(int(rows.min()), int(columns.min()), int(rows.max()) + 1, int(columns.max()) + 1)
+
+
+def permanent_marks(sources: dict[str, SensorMarks]) -> dict[str, SensorMarks]:
+    """Return the marks of the permanent sources."""
+    return {name: marks for name, marks in sources.items() if name in PERMANENT_SOURCES}
+
+
+def marks_in(sources: dict[str, SensorMarks], where: NDArray[np.bool_]) -> dict[str, SensorMarks]:
+    """Return the permanent marks and, in the cells `where` (h, w), all others."""
+    return {
+        name: marks if name in PERMANENT_SOURCES else marks.only(where) for name, marks in sources.items()
+    }
 
 
 def shifted(array: NDArray[N], rows: int, columns: int, shape: tuple[int, ...], fill: float) -> NDArray[N]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from chefbot.costmap.conversions import DROP_OFFS, costmap_message
+from chefbot.costmap.conversions import costmap_message
 from chefbot.costmap.params import LIVE_PARAMS
 from chefbot.costmap.pose_jump import PoseJumpDetector
-from chefbot.costmap.ranger_marks import LASTING_SOURCES
+from chefbot.costmap.sources import DROP_OFFS, LASTING_SOURCES
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.chefbot_msgs.maps import MapZones

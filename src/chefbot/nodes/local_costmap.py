@@ -6,9 +6,10 @@ import contextlib
 from functools import partial
 from typing import Any
 
-from chefbot.costmap.conversions import LASER, costmap_message
+from chefbot.costmap.conversions import costmap_message
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LIVE_PARAMS
+from chefbot.costmap.sources import LASER
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan

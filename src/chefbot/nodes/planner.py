@@ -9,8 +9,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.costmap.conversions import DROP_OFFS
 from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
+from chefbot.costmap.sources import DROP_OFFS
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result

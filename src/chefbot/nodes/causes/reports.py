@@ -9,10 +9,10 @@ import msgspec
 from chefbot.causes.episodes import Episodes
 from chefbot.causes.obstacles import CellCentre
 from chefbot.causes.reports import CAMERA, CONTACT, END, LIDAR, MAP, RANGER, MarkedPlace, is_zone, stamped
-from chefbot.costmap import ranger_marks
-from chefbot.costmap.conversions import LASER
+from chefbot.costmap import sources
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.layers import STATIC
+from chefbot.costmap.sources import LASER
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.robot.spec import Robot
 from chefbot.runtime.node import Node, Out
@@ -63,10 +63,10 @@ def marking_sensor(source: str, robot: Robot) -> str:
         return MAP
     if is_zone(source):
         return source
-    if source == ranger_marks.CONTACT:
+    if source == sources.CONTACT:
         return CONTACT
-    if source == ranger_marks.RANGER:
+    if source == sources.RANGER:
         return RANGER
-    if source == ranger_marks.GLASS:
+    if source == sources.GLASS:
         return LIDAR
     return LIDAR if source == LASER and robot.sensors.lidar is not None else CAMERA

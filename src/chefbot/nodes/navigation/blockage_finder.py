@@ -45,7 +45,7 @@ class BlockageFinderNode(PlannerCausesNode):
         """Start without a search; the first request creates it for the map."""
         super().start()
         self._search: tuple[OccupancyGrid, ParkingSearch] | None = None
-        self._unmarked: tuple[OccupancyGrid, MapZones | None, Costmap] | None = None
+        self._unmarked: tuple[OccupancyGrid, MapZones | None, tuple[bytes, ...], Costmap] | None = None
 
     def reconfigure(self, params: Any) -> None:
         """Apply new parameters from the next request on."""
@@ -116,13 +116,14 @@ class BlockageFinderNode(PlannerCausesNode):
         )
 
     def _costs_without_marks(self) -> Costmap:
-        """Return the costs of the present map and its zones, which are calculated once."""
+        """Return the costs of the present map, its zones and what is as permanent, calculated when these change."""
         grid, zones, known = self.map.last, self.zones.last, self._unmarked
         assert grid is not None
-        if known is not None and known[0] is grid and known[1] is zones:
-            return known[2]
+        permanent = self._costs.permanent_cells()
+        if known is not None and known[0] is grid and known[1] is zones and known[2] == permanent:
+            return known[3]
         costs = self._costs.costs_without_marks()
-        self._unmarked = grid, zones, costs
+        self._unmarked = grid, zones, permanent, costs
         return costs
 
     def _parking_search(self) -> ParkingSearch:

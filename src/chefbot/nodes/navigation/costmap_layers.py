@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from chefbot.costmap.conversions import DROP_OFFS
 from chefbot.costmap.layer import CostmapLayer, LayerSettings
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.layers import StaticLayer
 from chefbot.costmap.params import CostmapParams
+from chefbot.costmap.sources import DROP_OFFS
 from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 from chefbot.runtime.plugins import load_plugin

@@ -6,9 +6,8 @@ import math
 from functools import cached_property
 
 from chefbot.control.people_cost import NOBODY, NearbyPeople
-from chefbot.costmap.conversions import DROP_OFFS
 from chefbot.costmap.layered_costmap import LayeredCostmap
-from chefbot.costmap.ranger_marks import LASTING_SOURCES
+from chefbot.costmap.sources import DROP_OFFS, LASTING_SOURCES
 from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.people.people_messages import predicted_states
 from chefbot.people.trails import BODY_RADIUS, PeopleTrails

@@ -61,3 +61,20 @@ def test_the_alarm_of_a_stop_is_on_every_screen(page: Any) -> None:
             for button in ("release-stop", "stop"):
                 assert tab.evaluate(f"{CAN_BE_PRESSED}('{button}')"), (button, width, height)
             assert tab.evaluate("document.documentElement.scrollWidth") == width
+
+
+def test_a_place_of_one_word_is_not_broken_on_any_screen(page: Any) -> None:
+    show_a_room(page.server)
+    page.server.set_layer("places", {"reception": (6, 2, 0), "bar": (4, 2, 0)})
+    heights = """(() => [...document.querySelectorAll('#places button')].map((button) => {
+      const words = document.createRange();
+      words.selectNodeContents(button);
+      return words.getBoundingClientRect().height;
+    }))()"""
+    with open_tab(page.url, NO_GPU) as tab:
+        for width, height in SIZES:
+            tab.resize(width, height)
+            tab.wait_for("document.querySelectorAll('#places button').length === 2")
+            tab.evaluate("document.getElementById('places').scrollIntoView()")
+            long, short = tab.evaluate(heights)
+            assert long == short, (width, height)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Iterator
+from pathlib import Path
 
 import httpx
 import pytest
 from tests.support.waiting import PATIENCE
 
 from chefbot.ui import stop_endpoint
+from chefbot.ui.access.audit_log import AuditLog, read_entries
 from chefbot.ui.access.token_bucket import TokenBucket
 from chefbot.ui.access.visitors import GUEST
 from chefbot.ui.commands import OperatorCommand, Stop
@@ -22,11 +24,14 @@ PRESS = {"do": "stop", "id": "one press"}
 class Served:
     """A served web UI with the commands that it passes on."""
 
-    def __init__(self, host: str) -> None:
+    def __init__(self, host: str, audit: AuditLog | None = None) -> None:
         self.commands: queue.Queue[tuple[OperatorCommand, str]] = queue.Queue()
-        self.server = WebUiServer(0, host, lambda command, who: self.commands.put((command, who)))
+        self.server = WebUiServer(0, host, self._take, audit=audit)
         self.server.start()
         self.url = f"http://127.0.0.1:{self.server.port}"
+
+    def _take(self, command: OperatorCommand, who: str) -> None:
+        self.commands.put((command, who))
 
     def post(self, body: object, **headers: str) -> httpx.Response:
         return httpx.post(f"{self.url}/stop", json=body, headers=headers)
@@ -57,6 +62,19 @@ def test_nothing_but_stop_is_accepted(served: Served, body: object, sentence: st
     answer = served.post(body)
     assert answer.status_code == 400 and sentence in answer.text
     assert served.commands.empty()
+
+
+def test_the_audit_log_has_presses_and_refused_commands(tmp_path: Path) -> None:
+    log = AuditLog(tmp_path / "robot.jsonl", pytest.fail)
+    served = Served("127.0.0.1", log)
+    try:
+        served.post(PRESS)
+        served.post({"do": "cancel"})
+    finally:
+        served.server.stop()
+        log.close()
+    entries = [(one.action, bool(one.refused)) for one in read_entries(log.path)]
+    assert entries == [("stop", False), ("cancel", True)]
 
 
 def test_a_page_of_another_site_stops_nothing(served: Served) -> None:

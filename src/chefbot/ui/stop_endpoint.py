@@ -19,6 +19,7 @@ from chefbot.ui.files import SECURITY_HEADERS, plain_text
 
 REQUESTS_PER_SECOND, BURST = 10.0, 20.0
 """Rate limit of the requests from one address, Hz, and how many may come at once; a page sends 8 per second."""
+ONLY_STOP = "Only STOP is accepted here; other commands need the web socket."
 MAX_ADDRESSES = 256
 """Number of addresses whose requests are counted; of more, the one that was silent longest is forgotten."""
 
@@ -52,7 +53,8 @@ class StopEndpoint:
 
     def _pass_on(self, sender: Sender, command: OperatorCommand) -> None:
         if not isinstance(command, Stop):
-            raise UserError("Only STOP is accepted here; other commands need the web socket.")
+            self._audit.command(sender, command, ONLY_STOP)
+            raise UserError(ONLY_STOP)
         name, role = sender.visitor
         self._on_command(command, name or role)
         self._audit.command(sender, command, "")

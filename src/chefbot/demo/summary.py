@@ -14,6 +14,7 @@ from chefbot.mapping.compare import MapQuality, quality
 from chefbot.maths.grid import Grid
 from chefbot.robot.spec import Robot
 from chefbot.sim.world.floor_plan import floor_plan
+from chefbot.sim.world.observable_floor import observable_floor
 from chefbot.sim.world.world import World
 
 
@@ -83,6 +84,12 @@ def ground_truth_map(world: World, robot: Robot) -> Grid:
     return floor_plan(world, mapping_sensor_height(robot), frame=world.start)
 
 
+def map_quality(grid: Grid, world: World, robot: Robot) -> MapQuality:
+    """Return the quality of a map that the robot made of what it can observe of the world."""
+    plan = ground_truth_map(world, robot)
+    return quality(grid, plan, observable_floor(world, robot, plan))
+
+
 def mapping_sensor_height(robot: Robot) -> float:
     """Return the height above the floor of the sensor that the robot maps with, m."""
     sensor = robot.sensors.lidar or robot.sensors.depth_camera
@@ -94,7 +101,7 @@ def summarize(demo: Demo) -> DemoResult:
     """Compute the result of a demo that has ended."""
     scorer, options = demo.scorer, demo.options
     sim_time = demo.system.loop.now_ns / 1e9
-    map_quality = _map_quality(demo)
+    found = _map_quality(demo)
     deliveries = len(set(scorer.delivered) & set(demo.tables))
     failure = demo.failure or _failure_of(demo, deliveries)
     return DemoResult(
@@ -109,9 +116,9 @@ def summarize(demo: Demo) -> DemoResult:
         deliveries_done=deliveries,
         collisions=len(scorer.collisions),
         touched_objects=sorted(set(scorer.collisions)),
-        explored_fraction=None if map_quality is None else round(map_quality.explored, 4),
-        map_precision=None if map_quality is None else round(map_quality.precision, 4),
-        map_recall=None if map_quality is None else round(map_quality.recall, 4),
+        explored_fraction=None if found is None else round(found.explored, 4),
+        map_precision=None if found is None else round(found.precision, 4),
+        map_recall=None if found is None else round(found.recall, 4),
         slam_error_m=error_statistics(scorer.mapping.errors()),
         localization_error_m=error_statistics(scorer.delivering.errors()),
         path_length_m=round(scorer.path_length, 2),
@@ -140,7 +147,7 @@ def _map_quality(demo: Demo) -> MapQuality | None:
     """Compare the maps without aligning their frames: both begin at the robot's start."""
     if demo.scorer.saved_map is None:
         return None
-    return quality(demo.scorer.saved_map, ground_truth_map(demo.world, demo.robot))
+    return map_quality(demo.scorer.saved_map, demo.world, demo.robot)
 
 
 def _versions() -> dict[str, str]:

@@ -37,7 +37,7 @@ FIGURES: Mapping[str, RunFigure] = {
     "wrongly_localized": RunFigure(
         "s", "time during which it claims to be localized with an error above 1 m"
     ),
-    "explored": RunFigure("", "share of the reachable floor in the map, 0 to 1", 1),
+    "explored": RunFigure("", "share in the map of the floor in sight of where the robot can get, 0 to 1", 1),
     "map_precision": RunFigure("", "share of the map's walls that are true, 0 to 1", 1),
     "map_recall": RunFigure("", "share of the true walls in the map, 0 to 1", 1),
     "odometry_drift": RunFigure("m/m", "position error of the odometry by the distance driven"),

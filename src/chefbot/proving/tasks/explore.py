@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.demo.summary import ground_truth_map
-from chefbot.mapping.compare import quality
+from chefbot.demo.summary import map_quality
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
 
@@ -25,5 +24,5 @@ def map_figures(run: SimulatedRun) -> dict[str, float]:
     """Return the quality of the map made in a run; empty if there is none."""
     if run.scorer.map is None:
         return {}
-    result = quality(run.scorer.map.grid, ground_truth_map(run.world, run.system.robot))
+    result = map_quality(run.scorer.map.grid, run.world, run.system.robot)
     return {"explored": result.explored, "map_precision": result.precision, "map_recall": result.recall}

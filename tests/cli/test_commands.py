@@ -121,3 +121,8 @@ def test_the_commands_that_write_robots_print_the_path(tmp_path: Path) -> None:
     assert done.exit_code == 0 and (tmp_path / "desk.urdf").read_text().startswith("<?xml")
     done = CliRunner().invoke(robot_app, ["export", "mjcf", "desk"])
     assert done.output.startswith("<mujoco")
+
+
+def test_order_0_is_not_all_orders() -> None:
+    done = CliRunner().invoke(drive_app, ["cancel", "--order", "0"])
+    assert done.exit_code == 2

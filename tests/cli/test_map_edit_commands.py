@@ -115,6 +115,17 @@ def test_places_turn_with_the_map(file: Path) -> None:
     assert (entry.x, entry.y, entry.yaw) == pytest.approx((-0.5, 1.0, math.pi / 2))
 
 
+def test_a_turned_map_is_not_continued_in_the_frame_before(file: Path) -> None:
+    bundle = file.with_suffix(".bundle")
+    bundle.write_bytes(b"a drive")
+    crop_map(file, -1.0, None, None, None)
+    assert bundle.exists()  # it has the same frame
+    rotate_map(file, 90.0)
+    assert not bundle.exists()
+    undo_change(file)
+    assert bundle.read_bytes() == b"a drive"
+
+
 @pytest.mark.parametrize(
     ("corners", "reason"),
     [

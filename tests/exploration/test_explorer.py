@@ -6,7 +6,7 @@ import pytest
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.raytrace import mark_and_clear
-from chefbot.exploration.explorer import DIMINISHED, Explorer
+from chefbot.exploration.explorer import CLOSE_VIEW, DIMINISHED, Explorer
 from chefbot.exploration.frontiers import find_frontiers, frontier_mask
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
@@ -156,6 +156,22 @@ def test_every_skipped_frontier_has_a_reason():
     decision = decide(ROOM, True, explorer)
     assert decision.goal is None
     assert "failed 2 times" in decision.skipped[0].reason
+
+
+def test_a_frontier_that_remained_is_looked_at_from_beside_it():
+    """The unknown corner behind a door leaf is seen along its edge only, from the place that is nearest by path."""
+    grid = grid_of(["." * 30] * 30 + ["?" * 30] * 10)
+    away = np.arange(grid.height)[:, None] * CELL
+    cost = np.where(grid.cells == 0, away, np.inf).astype(np.float32)
+    explorer = Explorer(RADIUS)
+    first = explorer.decide(grid, cost, SE2(0.5, 0.1, 0.0)).goal
+    assert first is not None
+    distance = math.hypot(first.x - first.pose.x, first.y - first.pose.y)
+    assert distance == pytest.approx(explorer.params.view_distance, abs=2 * CELL)
+    explorer.mark_failed(first)
+    second = explorer.decide(grid, cost, SE2(0.5, 0.1, 0.0)).goal
+    assert second is not None and (second.x, second.y) == (first.x, first.y)
+    assert math.hypot(second.x - second.pose.x, second.y - second.pose.y) <= CLOSE_VIEW * distance + CELL
 
 
 def test_after_goals_that_show_nothing_small_gains_do_not_count():

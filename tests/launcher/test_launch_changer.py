@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner
 
+from chefbot.config import ConfigError
 from chefbot.devices.state_files import read_state
 from chefbot.devices.stored_pose import PoseFile, map_identity, pose_path
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.launcher import launch as launch_module
 from chefbot.launcher.launch import LaunchRunner, run_launch
 from chefbot.launcher.launch_changer import (
@@ -24,12 +25,14 @@ from chefbot.launcher.launch_changer import (
     with_changer,
     withdraw_request,
 )
+from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs.launches import LaunchRequest
 from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.launch import load_launch
+from chefbot.storage.map_bundle import MapBundleError
 from chefbot.storage.map_files import save_map
 
 GRID = Grid(np.full((20, 30), 100, np.int8), 0.05, 0.0, 0.0)
@@ -78,6 +81,20 @@ def test_an_unknown_request_changes_nothing(launch: str, arguments: tuple[str, .
     request(runner, launch, *arguments)
     assert requested_launch(runner.system) is None
     assert reason in runner.messages("launch_changer/notice")[-1].data
+
+
+@pytest.mark.parametrize(
+    ("launch", "argument", "map_file"),
+    [
+        ("waiter", {"map_file": "a/hall.yaml"}, "a/hall.yaml"),
+        ("gmapping_demo", {"continue_map": "a/hall.bundle"}, "a/hall.yaml"),
+        ("gmapping_demo", {}, ""),
+    ],
+)
+def test_the_map_of_a_launch_is_the_one_it_continues(
+    launch: str, argument: dict[str, str], map_file: str
+) -> None:
+    assert with_changer(load_launch(launch, argument)).nodes[NAME].params["map_file"] == map_file
 
 
 def test_only_launches_on_a_map_can_be_replaced() -> None:
@@ -133,7 +150,7 @@ def test_a_built_robot_keeps_its_pose_on_the_map_that_it_made(
 class Runs:
     """Stands for the runs of launches: each ends with the next request, or cannot begin."""
 
-    def __init__(self, *outcomes: LaunchRequest | UserError | None) -> None:
+    def __init__(self, *outcomes: LaunchRequest | ChefbotError | None) -> None:
         self.outcomes = list(outcomes)
         self.begun: list[tuple[str, dict[str, str], str]] = []
 
@@ -142,12 +159,12 @@ class Runs:
     ) -> LaunchRequest | None:
         self.begun.append((name, arguments, notice))
         outcome = self.outcomes.pop(0)
-        if isinstance(outcome, UserError):
+        if isinstance(outcome, ChefbotError):
             raise outcome
         return outcome
 
 
-def runs(monkeypatch: pytest.MonkeyPatch, *outcomes: LaunchRequest | UserError | None) -> Runs:
+def runs(monkeypatch: pytest.MonkeyPatch, *outcomes: LaunchRequest | ChefbotError | None) -> Runs:
     stand_in = Runs(*outcomes)
     monkeypatch.setattr(
         launch_module.LaunchRunner, "run", lambda *args, **kwargs: stand_in.run(*args, **kwargs)
@@ -167,8 +184,11 @@ def test_a_program_runs_what_is_requested(monkeypatch: pytest.MonkeyPatch) -> No
     ]
 
 
-def test_the_launch_before_runs_again_if_the_other_cannot(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = runs(monkeypatch, LaunchRequest("gmapping_demo"), UserError("no lidar"), None)
+@pytest.mark.parametrize("kind", [UserError, ConfigError, MapBundleError, MapFormatError])
+def test_the_launch_before_runs_again_if_the_other_cannot(
+    monkeypatch: pytest.MonkeyPatch, kind: type[ChefbotError]
+) -> None:
+    made = runs(monkeypatch, LaunchRequest("gmapping_demo"), kind("no lidar"), None)
     assert run_launch("waiter", ["map_file:=a.yaml"]) == 0
     assert [name for name, _, _ in made.begun] == ["waiter", "gmapping_demo", "waiter"]
     assert made.begun[-1][1:] == (

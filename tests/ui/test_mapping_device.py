@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +24,25 @@ from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import NoParams
 from chefbot.runtime.node_container import LAUNCH_TOPIC
 from chefbot.storage.map_files import load_map
-from chefbot.storage.places import load_entries, places_path
+from chefbot.storage.map_versions import versions_of
+from chefbot.storage.new_map import NO_MAP
+from chefbot.storage.places import load_entries, places_path, save_places
+from chefbot.storage.zones import zones_path
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import LaunchView, MappingView
 from chefbot.ui.editing import mapping_device
-from chefbot.ui.editing.mapping_device import NO_MAP, MappingDevice, launch_arguments, maps_folder
+from chefbot.ui.editing.mapping_device import OTHER_FRAME, MappingDevice, launch_arguments, maps_folder
 
-MAP = OccupancyGrid.of(Header.of(0, "map"), Grid(np.full((20, 30), 100, np.int8), 0.05, 0.0, 0.0))
+
+def hall(free: int) -> OccupancyGrid:
+    """Return a map with so many free rows, the others occupied."""
+    cells = np.full((20, 30), 100, np.int8)
+    cells[:free] = 0
+    return OccupancyGrid.of(Header.of(0, "map"), Grid(cells, 0.05, 0.0, 0.0))
+
+
+MAP = hall(10)
+PLACES = {"bar": SE2(0.5, 0.25, 0.0)}
 
 
 class Surveyor(MappingDevice):
@@ -54,11 +66,16 @@ def device(nodes: NodeRunner) -> Any:
 
 
 def outcome(
-    nodes: NodeRunner, name: str, newest: OccupancyGrid | None = MAP, *, replace: bool = False
+    nodes: NodeRunner,
+    name: str,
+    newest: OccupancyGrid | None = MAP,
+    places: Mapping[str, SE2] = PLACES,
+    *,
+    replace: bool = False,
 ) -> str:
     """Save a map and return what the web UI then shows."""
     before = device(nodes)._mapping.requests
-    device(nodes)._execute_mapping(do.SaveMap(name, replace), newest, {"bar": SE2(0.5, 0.5, 0.0)})
+    device(nodes)._execute_mapping(do.SaveMap(name, replace), newest, places)
 
     def ended() -> bool:
         nodes.run(0.1)
@@ -89,19 +106,71 @@ def test_the_command_is_for_the_same_robot_and_world(args: dict[str, Any], text:
     assert launch_arguments([]) == ""
 
 
+def free_rows(name: str) -> int:
+    return int((load_map(maps_folder() / f"{name}.yaml").cells == 0).all(axis=1).sum())
+
+
 def test_a_map_is_replaced_only_on_request(nodes: NodeRunner) -> None:
     outcome(nodes, "hall")
-    other = OccupancyGrid.of(Header.of(0, "map"), Grid(np.zeros((20, 30), np.int8), 0.05, 0.0, 0.0))
-    assert outcome(nodes, "hall", other) == "There is a map called hall already."
-    assert (load_map(maps_folder() / "hall.yaml").cells == 100).all()
-    outcome(nodes, "hall", other, replace=True)
-    assert (load_map(maps_folder() / "hall.yaml").cells == 0).all()
+    assert outcome(nodes, "hall", hall(20)) == "There is a map called hall already."
+    assert free_rows("hall") == 10
+    outcome(nodes, "hall", hall(20), replace=True)
+    assert free_rows("hall") == 20
+
+
+@pytest.mark.parametrize("unusable", [None, hall(0)])
+def test_a_map_that_nobody_can_use_is_not_saved(nodes: NodeRunner, unusable: OccupancyGrid | None) -> None:
+    assert outcome(nodes, "hall", unusable) == NO_MAP
+    assert not (maps_folder() / "hall.yaml").exists()
 
 
 def test_what_cannot_be_saved_has_a_sentence(nodes: NodeRunner) -> None:
-    assert outcome(nodes, "hall", None) == NO_MAP
     maps_folder().write_text("a file")
     assert outcome(nodes, "hall").startswith("The map was not saved: ")
+
+
+def test_a_map_without_free_floor_replaces_none(nodes: NodeRunner) -> None:
+    outcome(nodes, "hall")
+    assert outcome(nodes, "hall", hall(0), replace=True) == NO_MAP
+    assert free_rows("hall") == 10
+
+
+def map_with_place_and_zone(nodes: NodeRunner, name: str) -> Path:
+    """Save a map with a place and a zone beside it."""
+    outcome(nodes, name)
+    path = maps_folder() / f"{name}.yaml"
+    zones_path(path).write_text("zones: {stairs: {type: keep_out, rectangle: [0 m, 0 m, 0.5 m, 0.5 m]}}\n")
+    return path
+
+
+def test_a_new_map_does_not_keep_places_of_another_frame(nodes: NodeRunner) -> None:
+    path = map_with_place_and_zone(nodes, "hall")
+    in_launch(nodes, mapping=True)
+    shown = outcome(nodes, "hall", hall(20), {}, replace=True)
+    assert OTHER_FRAME in shown and f"map_file:={path}" in shown
+    assert not places_path(path).exists() and not zones_path(path).exists()
+    versions_of(path, zones_path(path)).restore()
+    assert free_rows("hall") == 10 and list(load_entries(places_path(path))) == ["bar"]
+    assert zones_path(path).exists()
+
+
+def test_a_continued_map_keeps_its_places_and_zones(nodes: NodeRunner) -> None:
+    path = map_with_place_and_zone(nodes, "hall")
+    in_launch(nodes, mapping=True, map_file=str(path))
+    assert OTHER_FRAME not in outcome(nodes, "hall", hall(20), {}, replace=True)
+    assert list(load_entries(places_path(path))) == ["bar"] and zones_path(path).exists()
+    # also under another name, whose own ones are of another map
+    other = map_with_place_and_zone(nodes, "cellar")
+    save_places(places_path(other), {"wine": SE2(0.1, 0.1, 0.0)})
+    assert OTHER_FRAME in outcome(nodes, "cellar", hall(20), {}, replace=True)
+    assert list(load_entries(places_path(other))) == ["bar"]
+
+
+def test_a_map_begun_after_a_reset_has_another_frame(nodes: NodeRunner) -> None:
+    path = map_with_place_and_zone(nodes, "hall")
+    in_launch(nodes, mapping=True, map_file=str(path))
+    device(nodes)._execute_mapping(do.ResetMap(), None, {})
+    assert OTHER_FRAME in outcome(nodes, "hall", hall(20), {}, replace=True)
 
 
 DRIVE = b"a bundle"

@@ -24,6 +24,8 @@ MIN_BLOCKED_GAIN = 4.0
 UNREACHABLE = "unreachable: no path to a place that sees it"
 TOO_LITTLE = "too small: less unknown floor than the robot covers"
 DIMINISHED = "too little unknown floor, after goals that showed hardly any"
+CLOSE_VIEW = 1.0 / 3.0
+"""Distance of a viewpoint beside its frontier, share of the maximum distance."""
 GAIN_POWER = 0.25
 """Exponent of the gain; below 1 it favours near goals, so that no second tour is needed for small corners."""
 
@@ -129,16 +131,29 @@ class Explorer:
         failures = sum(math.hypot(x - frontier.x, y - frontier.y) <= tolerance for x, y in self._failed_goals)
         if failures >= self.params.max_attempts:
             return f"failed {failures} times"
-        p, row_column = self.params, grid.cell(frontier.x, frontier.y)
-        reach = round(p.view_distance / grid.resolution)
-        # Viewpoint: the cheapest cell that sees the frontier
-        row, column = best_view(grid.cells, cost, p.occupied_threshold, *row_column, reach)
-        if row < 0:
+        cell = self._viewpoint(grid, cost, frontier, is_close=failures > 0)
+        if cell is None:
             return UNREACHABLE
-        goal = self._goal(grid, float(cost[row, column]), pose, frontier, (row, column))
+        goal = self._goal(grid, float(cost[cell]), pose, frontier, cell)
         if goal.gain >= self._required_gain.value:
             return goal
         return DIMINISHED if goal.gain >= self._required_gain.minimum else TOO_LITTLE
+
+    def _viewpoint(
+        self, grid: Grid, cost: NDArray[np.float32], frontier: Frontier, is_close: bool
+    ) -> tuple[int, int] | None:
+        """Return the cheapest cell that sees the frontier, None if there is none.
+
+        is_close: whether cells beside the frontier come first, since the cheapest one has been tried: along an edge,
+        such as that of a door leaf, it sees the frontier but nothing behind.
+        """
+        p, row_column = self.params, grid.cell(frontier.x, frontier.y)
+        for distance in (CLOSE_VIEW * p.view_distance, p.view_distance)[not is_close :]:
+            reach = round(distance / grid.resolution)
+            row, column = best_view(grid.cells, cost, p.occupied_threshold, *row_column, reach)
+            if row >= 0:
+                return row, column
+        return None
 
     def _goal(
         self, grid: Grid, path_length: float, pose: SE2, frontier: Frontier, cell: tuple[int, int]

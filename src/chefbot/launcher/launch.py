@@ -23,7 +23,7 @@ from chefbot.bridge.attach import (
 )
 from chefbot.bridge.robot_time import RobotTime
 from chefbot.devices.maps.map_file import MAP_FILE_KIND, SAVED_MAP_KIND, given_map
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.fleet.secure_router import ExternalEndpoints, endpoint
 from chefbot.kernels.precompile import compile_kernels, compile_kernels_of
 from chefbot.launcher.design_errors import print_design_errors
@@ -128,7 +128,7 @@ def _run_requested(
     try:
         accepted = accepted_arguments(request.launch, changed)
         return request.launch, changed, runner.run(request.launch, accepted)
-    except UserError as error:
+    except ChefbotError as error:
         notice = f"Warning: {request.launch} cannot run, so {name} runs again: {error}"
         console.print(notice)
         return name, arguments, runner.run(name, accepted_arguments(name, arguments), notice)
@@ -147,7 +147,7 @@ class LaunchRunner:
     def run(self, name: str, arguments: dict[str, str], notice: str = "") -> LaunchRequest | None:
         """Run a launch to its end, and return what is requested in its place, if that is why it has ended.
 
-        notice: why it runs, for the operator. Raises UserError if it cannot run.
+        notice: why it runs, for the operator. Raises ChefbotError if it cannot run.
         """
         launch = load_launch(name, arguments)
         if self._address:

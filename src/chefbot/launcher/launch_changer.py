@@ -19,6 +19,7 @@ from chefbot.runtime.node import Device, In, Out, every, topic
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.storage.map_files import load_map
+from chefbot.storage.mapped_drives import bundle_path
 
 NAME = "launch_changer"
 KIND = "chefbot.launcher.launch_changer:LaunchChangerDevice"
@@ -46,7 +47,7 @@ class LaunchChangerParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     """Parameters of the launch changer."""
 
     launch: Annotated[str, Meta(description="name of the launch")]
-    map_file: Annotated[str, Meta(description="map that the launch uses")] = ""
+    map_file: Annotated[str, Meta(description="map that the launch drives on or continues")] = ""
     notice: Annotated[str, Meta(description="why the launch runs, for the operator")] = ""
     built: Annotated[bool, Meta(description="whether the robot is a built one, and stays where it is")] = (
         False
@@ -70,7 +71,7 @@ class LaunchChangerDevice(Device):
         """End the launch, unless the other one is unknown or has no such argument."""
         try:
             check_request(request)
-        except UserError as error:
+        except ChefbotError as error:
             self.notice.publish(String(f"The request for another launch is refused: {error}."))
             return
         if self.params.built:
@@ -123,13 +124,20 @@ def with_changer(launch: Launch, notice: str = "") -> Launch:
     args = launch.args
     params: dict[str, ArgValue] = {
         "launch": launch.name,
-        "map_file": str(args.get("map_file", "")),
+        "map_file": _map_file(args),
         "notice": notice,
         "built": bool(args.get("built", False)),
         "namespace": str(args.get("namespace", "")),
     }
     nodes = {**launch.nodes, NAME: NodeEntry(kind=KIND, params=params)}
     return msgspec.structs.replace(launch, nodes=nodes)
+
+
+def _map_file(args: Mapping[str, ArgValue]) -> str:
+    """Return the map that a launch drives on or continues, empty for none."""
+    if continued := str(args.get("continue_map", "")):
+        return str(bundle_path(Path(continued)).with_suffix(".yaml"))
+    return str(args.get("map_file", ""))
 
 
 def requested_launch(system: NodeContainer) -> LaunchRequest | None:

@@ -124,6 +124,11 @@ class RobotProcess:
             env=self._environment,
         )
 
+    @property
+    def pid(self) -> int:
+        """The process of the launch, which has others as children."""
+        return self._process.pid
+
     def page(self) -> WebUiClient:
         """Connect to the web UI. Raises TaskFailedError if the robot does not start."""
         deadline = time.monotonic() + START_TIMEOUT

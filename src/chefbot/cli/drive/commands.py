@@ -133,21 +133,21 @@ def place(
 @drive_app.command("cancel")
 def cancel(
     order: Annotated[
-        int,
+        int | None,
         typer.Option(
-            min=0,
-            help="number of the waiting order to cancel, as in `chefbot drive status`; 0: cancel everything",
+            min=1,
+            help="number of the waiting order to cancel, as in `chefbot drive status`; without it all are cancelled",
         ),
-    ] = 0,
+    ] = None,
     page: Annotated[str, PAGE] = WEB_UI,
 ) -> None:
     """Cancel the goal, a patrol, the following and all deliveries, or one order that waits."""
     from chefbot.cli.drive.goals import cancel_goal, cancel_order
 
-    if order:
-        cancel_order(order, page)
-    else:
+    if order is None:
         cancel_goal(page)
+    else:
+        cancel_order(order, page)
 
 
 @drive_app.command("stop")

@@ -42,7 +42,10 @@ def save_running_map(file: Path, page: str) -> None:
 
 def _save_places(path: Path, places: Mapping[str, SE2]) -> None:
     if path.exists():  # a person may have edited it
-        console.print(f"kept {path}, which exists already; delete it to save the robot's places")
+        console.print(
+            f"kept {path}, which exists already; it fits this map if the robot began where it did for the map before,"
+            " else delete it"
+        )
         return
     save_places(path, places)
     console.print(f"saved {path}: {number_of(len(places), 'place')}")

@@ -17,7 +17,7 @@ from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
 from chefbot.msgs.chefbot_msgs.maps import MAX_PLACES, MAX_ZONES, MapZone
-from chefbot.storage.atomic_files import write_atomic
+from chefbot.storage.atomic_files import os_errors_as_storage_errors, write_atomic
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map, map_png, read_map_files, save_map
 from chefbot.storage.map_versions import versions_of
@@ -89,15 +89,24 @@ class MapEditor:
         if after == before:
             return False
         files = self._map_files if after.grid is not before.grid else ()
-        with self.versions.change((self._places, self._zones, *files), str(edit.rotation)):
+        drives = self._drives_in_old_frame(edit) if files else ()
+        with self.versions.change((self._places, self._zones, *files, *drives), str(edit.rotation)):
             if after.places != before.places:
                 save_entries(self._places, after.places)
             if after.zones != before.zones:
                 save_zones(self._zones, after.zones)
             if files:
                 self._save_map(after.grid)
+            for drive in drives:
+                with os_errors_as_storage_errors(drive):
+                    drive.unlink()
         self.grid = after.grid
         return True
+
+    def _drives_in_old_frame(self, edit: MapEdit) -> tuple[Path, ...]:
+        """Return the bundle with which the map could be continued, but only in the frame before a rotation."""
+        drive = self._map.with_suffix(BUNDLE_SUFFIX)
+        return (drive,) if edit.rotation and drive.is_file() else ()
 
     def _save_map(self, grid: Grid) -> None:
         """Write the map. Raises UserError if its picture would replace that of another map."""

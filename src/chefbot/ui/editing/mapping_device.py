@@ -6,10 +6,12 @@ import queue
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 
 from chefbot.devices.state_files import state_folder
+from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus, LaunchRequest, LaunchStatus, MapFolder
@@ -22,7 +24,7 @@ from chefbot.runtime.node_container import LAUNCH_TOPIC
 from chefbot.storage.atomic_files import StorageError, make_folder
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.mapped_drives import bundle_path
-from chefbot.storage.new_map import save_new_map
+from chefbot.storage.new_map import NO_MAP, save_map_in_frame
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import LaunchView, MappingView
@@ -31,12 +33,28 @@ from chefbot.ui.missions.model_device import ModelDevice
 SAVED = "Saved."
 WRITE_TIMEOUT = 5.0
 """Time in which the map recorder has to write the drive of a map that is saved, s."""
-NO_MAP = "There is no map yet; drive the robot around, or let it explore."
+OTHER_FRAME = (
+    "The places and zones of the map before do not fit this one; they are kept with that map, and undoing the change"
+    " brings them back."
+)
 
 
 def maps_folder() -> Path:
     """Return the folder of the maps that were saved in the web UI."""
     return state_folder() / "maps"
+
+
+class SaveRequest(NamedTuple):
+    """A map to be saved: its name, the places and arguments of the launch, and the map whose frame it has.
+
+    arguments: of the launch that uses the map. replace: whether a map of that name is replaced.
+    """
+
+    name: str
+    places: Mapping[str, SE2]
+    arguments: str
+    frame_of: Path | None
+    replace: bool
 
 
 class MappingDevice(ModelDevice):
@@ -55,6 +73,8 @@ class MappingDevice(ModelDevice):
         """Start without a mapping view, until the explorer publishes its status."""
         super().start()
         self._mapping = MappingView()
+        self._is_reset = False
+        """Whether a new map was begun in this launch."""
         self._written: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._disk = ThreadPoolExecutor(1, "maps")
 
@@ -70,7 +90,7 @@ class MappingDevice(ModelDevice):
     def on_launch_status(self, status: LaunchStatus) -> None:
         """Offer to map the building, and to continue a map of which the drive is kept beside it."""
         bundle = Path(status.map_file).with_suffix(BUNDLE_SUFFIX) if status.map_file else None
-        can_continue = bundle is not None and bundle.is_file()
+        can_continue = bundle is not None and bundle.is_file() and not status.mapping
         view = LaunchView(mapping=status.mapping, can_continue=can_continue, notice=status.notice)
         self._server.set_layer("launch", view)
 
@@ -92,12 +112,24 @@ class MappingDevice(ModelDevice):
             case do.Explore(on):
                 self.explore.publish(Bool(on))
             case do.ResetMap():
+                self._is_reset = True
                 self.reset_map.publish(Empty())
                 self._server.set_layer("map_error", None)
             case do.SaveMap(name, replace):
                 self._request_drive()
-                arguments = launch_arguments(self.context.loop.latched())
-                self._disk.submit(self._save, name, newest, dict(places), replace, arguments)
+                request = SaveRequest(
+                    name,
+                    dict(places),
+                    launch_arguments(self.context.loop.latched()),
+                    self._frame_of(),
+                    replace,
+                )
+                self._disk.submit(self._save, request, newest)
+
+    def _frame_of(self) -> Path | None:
+        """Return the map whose frame the present one has, None if it was begun in this launch."""
+        status = self.launch_status.last
+        return Path(status.map_file) if status and status.map_file and not self._is_reset else None
 
     def _request_drive(self) -> None:
         """Have the map recorder write the drive, or note that there is none."""
@@ -123,22 +155,11 @@ class MappingDevice(ModelDevice):
         else:
             self.launch_request.publish(LaunchRequest("gmapping_demo"))
 
-    def _save(
-        self,
-        name: str,
-        newest: OccupancyGrid | None,
-        places: Mapping[str, SE2],
-        replace: bool,
-        arguments: str,
-    ) -> None:
+    def _save(self, request: SaveRequest, newest: OccupancyGrid | None) -> None:
         """Save a map, in the thread."""
         drive = self._drive()
-        outcome = (
-            NO_MAP
-            if newest is None
-            else saved_map(name, newest.grid, places, arguments, drive, replace=replace)
-        )
-        self.post(lambda: self._end_save(name, outcome))
+        outcome = NO_MAP if newest is None else saved_map(request, newest.grid, drive)
+        self.post(lambda: self._end_save(request.name, outcome))
 
     def _drive(self) -> bytes:
         """Return the bundle with the drive of the map, empty if there is none."""
@@ -171,24 +192,25 @@ def launch_arguments(latched: Iterable[Publication]) -> str:
     )
 
 
-def saved_map(
-    name: str, grid: Grid, places: Mapping[str, SE2], arguments: str, drive: bytes = b"", *, replace: bool
-) -> str:
-    """Save a map under a name, with its places if there is no such file, and return how that ended.
+def saved_map(request: SaveRequest, grid: Grid, drive: bytes = b"") -> str:
+    """Save a map with the places of its launch if it has no others, and return how that ended.
 
-    arguments: of the launch that uses the map. drive: bundle of the map with its drive, empty if there is none.
+    drive: bundle of the map with its drive, empty if there is none.
     """
-    path = maps_folder() / f"{name}.yaml"
-    if path.exists() and not replace:
-        return f"There is a map called {name} already."
+    path = maps_folder() / f"{request.name}.yaml"
+    if path.exists() and not request.replace:
+        return f"There is a map called {request.name} already."
     try:
         make_folder(maps_folder())
         bundle = path.with_suffix(BUNDLE_SUFFIX)
-        save_new_map(path, grid, [(bundle, drive)] if drive else [])
+        foreign = save_map_in_frame(path, grid, [(bundle, drive)] if drive else [], request.frame_of)
         if not drive:
             bundle.unlink(missing_ok=True)  # of a map before
-        if places and not places_path(path).exists():  # a person may have edited it
-            save_places(places_path(path), places)
+        if request.places and not places_path(path).exists():  # a person may have edited it
+            save_places(places_path(path), request.places)
+    except UserError as error:
+        return str(error)
     except (StorageError, OSError) as error:
         return f"The map was not saved: {error}."
-    return f"{SAVED} To use it: chefbot launch waiter {arguments}map_file:={path}"
+    note = f" {OTHER_FRAME}" if foreign else ""
+    return f"{SAVED}{note} To use it: chefbot launch waiter {request.arguments}map_file:={path}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -112,6 +113,19 @@ def test_a_place_that_a_delivery_needs_is_not_deleted() -> None:
     for name in ("kitchen", "home"):
         with pytest.raises(UserError, match=f"Deliveries need {name}; move it instead"):
             validate_command(do.DeletePlace(name), PLACES, DeliveryStatus(state="idle"))
+
+
+def test_the_place_on_the_way_to_which_the_robot_is_stays() -> None:
+    status = DeliveryStatus(state="driving", place="table_1", queue=("table_1", "table_2"))
+    move = do.PutPlace(1.0, 2.0, 0.0, "table_1")
+    with pytest.raises(UserError, match="on its way to table 1; move it once the robot is there"):
+        validate_command(move, PLACES, status)
+    for allowed, now in (
+        (move, msgspec.structs.replace(status, state="waiting")),
+        (do.PutPlace(1.0, 2.0, 0.0, "table_2"), status),
+        (do.PutPlace(1.0, 2.0, 0.0, "table_1", moved=False, label="Window"), status),
+    ):
+        validate_command(allowed, PLACES, now)
 
 
 def test_a_goal_during_a_round_needs_a_time() -> None:

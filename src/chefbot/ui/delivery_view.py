@@ -89,6 +89,8 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         raise UserError(f"The food comes from {display_name(KITCHEN)}; order it to another place")
     if isinstance(command, do.DeletePlace):
         _check_deletion(command.name, status)
+    if isinstance(command, do.PutPlace) and command.moved and command.name == status.place:
+        _check_move(command.name, status)
     if isinstance(command, do.Goal | do.GoPlace) and status.state in IN_ROUND and not command.when:
         raise UserError(ERRAND_NEEDS_WHEN[:1].upper() + ERRAND_NEEDS_WHEN[1:])
     if isinstance(command, do.Patrol | do.Follow | do.MapBuilding) and status.state in IN_ROUND:
@@ -118,6 +120,12 @@ def _check_deletion(name: str, status: DeliveryStatus) -> None:
         raise UserError(f"Deliveries need {display_name(name)}; move it instead")
     if status.state in IN_ROUND and name in (status.place, *status.queue):
         raise UserError(f"The robot is to serve {display_name(name)}; leave it out of the round first")
+
+
+def _check_move(name: str, status: DeliveryStatus) -> None:
+    """Raise UserError for the place that the robot drives to: it would stop where that was."""
+    if status.state in ("driving", "returning"):
+        raise UserError(f"The robot is on its way to {display_name(name)}; move it once the robot is there")
 
 
 def _place_names(command: do.OperatorCommand) -> tuple[str, ...]:

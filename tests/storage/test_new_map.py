@@ -9,8 +9,8 @@ import pytest
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import UNKNOWN, Grid
-from chefbot.storage.map_files import load_map, save_map
-from chefbot.storage.new_map import NO_MAP, save_new_map
+from chefbot.storage.map_files import load_map
+from chefbot.storage.new_map import NO_MAP, check_usable, save_new_map
 
 GRID = Grid(np.zeros((5, 5), np.int8), 0.05, 0.0, 0.0)
 
@@ -34,10 +34,13 @@ def test_maps_and_empty_files_are_replaced(tmp_path: Path) -> None:
         assert load_map(path).cells.shape == (size, size)
 
 
-@pytest.mark.parametrize("value", [UNKNOWN, 50, 100])
-def test_a_map_without_free_floor_replaces_none(tmp_path: Path, value: int) -> None:
-    path = save_map(tmp_path / "hall", GRID)
-    before = path.read_bytes()
-    with pytest.raises(UserError, match=NO_MAP.partition(";")[0]):
-        save_new_map(path, Grid(np.full((4, 4), value, np.int8), 0.05, 0.0, 0.0))
-    assert path.read_bytes() == before
+@pytest.mark.parametrize(
+    ("value", "usable"), [(UNKNOWN, False), (50, False), (100, False), (0, True), (19, True)]
+)
+def test_a_usable_map_has_free_floor(value: int, usable: bool) -> None:
+    grid = Grid(np.full((4, 4), value, np.int8), 0.05, 0.0, 0.0)
+    if usable:
+        check_usable(grid)
+    else:
+        with pytest.raises(UserError, match=NO_MAP.partition(";")[0]):
+            check_usable(grid)

@@ -52,6 +52,10 @@ def pixels_where(condition: str) -> str:
     }})()"""
 
 
+BETWEEN_DOCUMENTS = "Inspected target navigated or closed"
+"""Why Chromium refuses calls while a page loads again."""
+
+
 class Tab:
     """A tab of the browser; `events` contains its requests, exceptions and console messages."""
 
@@ -76,9 +80,14 @@ class Tab:
         return result["result"].get("value")
 
     def wait_for(self, script: str) -> None:
+        """Wait until a condition holds, also over a page that loads itself again meanwhile."""
         for _ in range(300):
-            if self.evaluate(script):
-                return
+            try:
+                if self.evaluate(script):
+                    return
+            except AssertionError as error:
+                if BETWEEN_DOCUMENTS not in str(error):
+                    raise
             time.sleep(0.1)
         raise AssertionError(f"the condition was never true in the page: {script}")
 

@@ -96,10 +96,7 @@ class LocalCostmapNode(PeopleMarksNode):
         self._costs.process(message, pose)
 
     def on_clear_costmaps(self, radius: Float64) -> None:
-        """Clear the laser layer around the robot; the next scan marks again what is still there.
-
-        Layers of sensors that do not see all around stay: the robot would back up into what is beside it.
-        """
+        """Clear the laser layer around the robot, but none of a sensor that does not see what is beside the robot."""
         pose, lidar = self._pose(), self.robot.sensors.lidar
         if pose is not None and (lidar is None or lidar.full_turn):
             self._costs.clear_around(pose, radius.data, LASER)

@@ -27,11 +27,11 @@ NO_MAP = "There is no map yet; drive the robot around, or let it explore."
 def save_new_map(folder_or_stem: Path, grid: Grid, companions: Sequence[tuple[Path, bytes]] = ()) -> Path:
     """Write a map as `save_map` does; a map that people have changed is kept as a version, so that it can be undone.
 
-    Raises UserError for a map without free floor, and where a file of another kind has the name; StorageError if
-    anything else fails. What was there before is still there then.
+    Raises UserError where a file of another kind has the name, and StorageError if anything else fails. What was
+    there before is still there then.
     """
     path = map_yaml_path(folder_or_stem)
-    _check_new_map(path, grid)
+    _check_replaced(path)
     versions = versions_of(path, zones_path(path))
     if not len(versions):
         return save_map(path, grid, companions=companions)
@@ -45,8 +45,9 @@ def save_map_in_frame(
     """Write a map with the places and zones of the map that has the same frame, None if none has.
 
     Returns whether other places or zones were beside the map before: a version keeps them, with that map. Raises as
-    `save_new_map`.
+    `check_usable` and `save_new_map`.
     """
+    check_usable(grid)
     beside = places_path(path), zones_path(path)
     sources = (None, None) if frame_of is None else (places_path(frame_of), zones_path(frame_of))
     foreign = any(file.is_file() for file in beside)
@@ -54,7 +55,7 @@ def save_map_in_frame(
     if is_same or not (foreign or any(source and source.is_file() for source in sources)):
         save_new_map(path, grid, companions)
         return False
-    _check_new_map(path, grid)
+    _check_replaced(path)
     with versions_of(path, zones_path(path)).change([*_map_files(path), *beside], NO_ROTATION):
         save_map(path, grid, companions=companions)
         for file, source in zip(beside, sources, strict=True):
@@ -70,10 +71,13 @@ def _map_files(path: Path) -> list[Path]:
     return [path.with_suffix(suffix) for suffix in (".yaml", ".pgm", BUNDLE_SUFFIX)]
 
 
-def _check_new_map(path: Path, grid: Grid) -> None:
-    """Raise UserError for a map on which no robot can be, and for a file of another kind in its place."""
+def check_usable(grid: Grid) -> None:
+    """Raise UserError for a map without free floor, on which no robot can be localized."""
     if not np.any((grid.cells >= FREE) & (grid.cells < 100.0 * FREE_THRESH)):
         raise UserError(NO_MAP)
+
+
+def _check_replaced(path: Path) -> None:
     if path.is_file() and path.stat().st_size and not _is_map(path):
         raise UserError(f"{path} is there already and is not a map; choose another name")
 

@@ -12,7 +12,7 @@ from chefbot.cli.running_robot import known_places
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.plural import number_of
-from chefbot.storage.new_map import save_new_map
+from chefbot.storage.new_map import check_usable, save_new_map
 from chefbot.storage.places import places_path, save_places
 from chefbot.ui.commands import MapSaved
 from chefbot.ui.remote.web_ui_client import WebUiClient
@@ -31,6 +31,7 @@ def save_running_map(file: Path, page: str) -> None:
             raise UserError(
                 f"the robot at {page} has no map yet; start `chefbot launch gmapping_demo` and drive it around"
             )
+        check_usable(grid)
         places = known_places(robot)
         path = save_new_map(file, grid)
         robot.send(MapSaved(path.name[-64:]))

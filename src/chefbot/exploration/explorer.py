@@ -148,7 +148,7 @@ class Explorer:
         such as that of a door leaf, it sees the frontier but nothing behind.
         """
         p, row_column = self.params, grid.cell(frontier.x, frontier.y)
-        for distance in (CLOSE_VIEW * p.view_distance, p.view_distance)[not is_close :]:
+        for distance in (CLOSE_VIEW * p.view_distance, p.view_distance) if is_close else (p.view_distance,):
             reach = round(distance / grid.resolution)
             row, column = best_view(grid.cells, cost, p.occupied_threshold, *row_column, reach)
             if row >= 0:

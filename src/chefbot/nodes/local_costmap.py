@@ -96,7 +96,7 @@ class LocalCostmapNode(PeopleMarksNode):
         self._costs.process(message, pose)
 
     def on_clear_costmaps(self, radius: Float64) -> None:
-        """Clear the laser layer around the robot, but none of a sensor that does not see what is beside the robot."""
+        """Clear the laser layer around the robot; a camera's stays, as it does not see what is beside the robot."""
         pose, lidar = self._pose(), self.robot.sensors.lidar
         if pose is not None and (lidar is None or lidar.full_turn):
             self._costs.clear_around(pose, radius.data, LASER)

@@ -154,6 +154,17 @@ def test_a_new_map_does_not_keep_places_of_another_frame(nodes: NodeRunner) -> N
     assert zones_path(path).exists()
 
 
+def test_undo_takes_back_a_map_with_the_places_of_its_launch(nodes: NodeRunner) -> None:
+    path = map_with_place_and_zone(nodes, "hall")
+    path.with_suffix(".bundle").write_bytes(b"a drive")
+    in_launch(nodes, mapping=False)
+    outcome(nodes, "hall", hall(20), {"desk": SE2(0.5, 0.5, 0.0)}, replace=True)
+    assert list(load_entries(places_path(path))) == ["desk"] and not path.with_suffix(".bundle").exists()
+    versions_of(path, zones_path(path)).restore()
+    assert free_rows("hall") == 10 and list(load_entries(places_path(path))) == ["bar"]
+    assert path.with_suffix(".bundle").read_bytes() == b"a drive"
+
+
 def test_a_continued_map_keeps_its_places_and_zones(nodes: NodeRunner) -> None:
     path = map_with_place_and_zone(nodes, "hall")
     in_launch(nodes, mapping=True, map_file=str(path))

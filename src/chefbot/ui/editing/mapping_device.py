@@ -23,9 +23,11 @@ from chefbot.runtime.node import In, Out, topic
 from chefbot.runtime.node_container import LAUNCH_TOPIC
 from chefbot.storage.atomic_files import StorageError, make_folder
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
+from chefbot.storage.map_versions import versions_of
 from chefbot.storage.mapped_drives import bundle_path
 from chefbot.storage.new_map import NO_MAP, save_map_in_frame
 from chefbot.storage.places import places_path, save_places
+from chefbot.storage.zones import zones_path
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import LaunchView, MappingView
 from chefbot.ui.missions.model_device import ModelDevice
@@ -208,6 +210,9 @@ def saved_map(request: SaveRequest, grid: Grid, drive: bytes = b"") -> str:
             bundle.unlink(missing_ok=True)  # of a map before
         if request.places and not places_path(path).exists():  # a person may have edited it
             save_places(places_path(path), request.places)
+        versions = versions_of(path, zones_path(path))
+        if len(versions):
+            versions.seal()  # bundle and places belong to the change that can be undone
     except UserError as error:
         return str(error)
     except (StorageError, OSError) as error:

@@ -8,7 +8,7 @@ import re
 import statistics
 import tokenize
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from tests.arch.dialect import WORDS
@@ -33,47 +33,48 @@ def parts_of(identifier: str) -> list[str]:
     return [part.lower() for part in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", words)]
 
 
-def defined_names(tree: ast.Module) -> Iterator[str]:
-    """Identifiers where they are defined or assigned."""
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
-            if node.name != "tell":  # a method of Python's file objects
-                yield node.name
-        elif isinstance(node, ast.arg):
-            yield node.arg
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            yield node.id
-        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
-            yield node.attr
-        elif isinstance(node, ast.alias) and node.asname:
-            yield node.asname
+def defined_name(node: ast.AST) -> str:
+    """Identifier that a node defines or assigns, empty for none."""
+    if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+        return "" if node.name == "tell" else node.name  # a method of Python's file objects
+    if isinstance(node, ast.arg):
+        return node.arg
+    if isinstance(node, ast.Name):
+        return node.id if isinstance(node.ctx, ast.Store) else ""
+    if isinstance(node, ast.Attribute):
+        return node.attr if isinstance(node.ctx, ast.Store) else ""
+    return node.asname or "" if isinstance(node, ast.alias) else ""
 
 
-def prose_of(tree: ast.Module) -> Iterator[str]:
-    """All text in quotes: docstrings, help texts, sentences for people; keys and patterns of one word as well."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield node.value
+def pattern(phrases: Iterable[str]) -> re.Pattern[str]:
+    """Pattern of any of the phrases, as whole words."""
+    return re.compile(rf"(?<![\w-])(?:{'|'.join(map(re.escape, phrases))})(?![\w-])", re.IGNORECASE)
+
+
+ANY_PHRASE = pattern(WORDS.prose)
+PHRASES = {phrase: pattern([phrase]) for phrase in WORDS.prose}
 
 
 def phrases_in(text: str) -> list[str]:
     """The words and phrases of the list that stand in a text, each as often as it does."""
     words = " ".join(text.split())
-    return [
-        phrase
-        for phrase in WORDS.prose
-        for _ in re.findall(rf"(?<![\w-]){re.escape(phrase)}(?![\w-])", words, re.IGNORECASE)
-    ]
+    if not ANY_PHRASE.search(words):
+        return []
+    return [phrase for phrase, found in PHRASES.items() for _ in found.findall(words)]
 
 
 def dialect_in(path: Path) -> Counter[str]:
-    """How often each word or phrase of the list stands in a file's identifiers and prose."""
-    tree = parse(path)
-    names = Counter(part for name in defined_names(tree) for part in parts_of(name))
-    found = Counter({word: names[word] for word in WORDS.identifiers if names[word]})
-    for text in prose_of(tree):
-        found.update(phrases_in(text))
-    return found
+    """How often each word or phrase of the list stands in a file's identifiers and in its text in quotes: docstrings,
+    help texts, sentences for people; keys and patterns of one word as well."""
+    names: set[str] = set()
+    found: Counter[str] = Counter()
+    for node in ast.walk(parse(path)):
+        if isinstance(node, ast.Constant):
+            found.update(phrases_in(node.value) if isinstance(node.value, str) else ())
+        elif name := defined_name(node):
+            names.add(name)
+    parts = Counter(part for name in names for part in parts_of(name))
+    return found + Counter({word: parts[word] for word in WORDS.identifiers})
 
 
 def duplicate_classes(classes: dict[str, list[str]]) -> dict[str, list[str]]:

@@ -73,14 +73,13 @@ def formulas(text: str, path: str) -> Iterator[Formula]:
                 yield Formula(key, name, node.lineno, ast.unparse(node))
 
 
-def functions(tree: ast.Module) -> Iterator[tuple[str, ast.FunctionDef]]:
+def functions(tree: ast.Module | ast.ClassDef) -> Iterator[tuple[str, ast.FunctionDef]]:
     """Yield every function with the name of its class."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef):
-            owner = node.name if isinstance(node, ast.ClassDef) else ""
-            for child in node.body:
-                if isinstance(child, ast.FunctionDef):
-                    yield owner, child
+    for child in tree.body:
+        if isinstance(child, ast.FunctionDef):
+            yield getattr(tree, "name", ""), child
+        elif isinstance(child, ast.ClassDef):
+            yield from functions(child)
 
 
 def expressions(function: ast.FunctionDef) -> Iterator[ast.BinOp | ast.Call]:

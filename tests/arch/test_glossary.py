@@ -56,30 +56,25 @@ def relative(path: Path) -> str:
     return str(path.relative_to(REPOSITORY))
 
 
-@pytest.mark.parametrize("path", FILES, ids=relative)
-def test_source_uses_the_words_of_the_glossary(path: Path) -> None:
-    assert dict(dialect_in(path)) == {}
+@pytest.mark.slow
+@pytest.mark.parametrize("paths", [FILES, TESTS], ids=["source", "tests_and_benches"])
+def test_code_uses_the_words_of_the_glossary(paths: list[Path]) -> None:
+    found = {relative(path): dict(words) for path in paths if (words := dialect_in(path))}
+    assert found == {}
 
 
-@pytest.mark.parametrize("path", PAGES, ids=relative)
-def test_pages_use_the_words_of_the_glossary(path: Path) -> None:
-    assert findings(path, prose_lines(path)) == []
+def test_pages_use_the_words_of_the_glossary() -> None:
+    assert [place for path in PAGES for place in findings(path, prose_lines(path))] == []
 
 
-@pytest.mark.parametrize("path", SCREENS + LAUNCHES, ids=relative)
-def test_screens_and_launches_use_the_words_of_the_glossary(path: Path) -> None:
-    assert findings(path, iter(enumerate(path.read_text().splitlines(), 1))) == []
+def test_screens_and_launches_use_the_words_of_the_glossary() -> None:
+    files = [(path, path.read_text().splitlines()) for path in SCREENS + LAUNCHES]
+    assert [place for path, lines in files for place in findings(path, iter(enumerate(lines, 1)))] == []
 
 
 @pytest.mark.slow
 def test_names_of_tests_use_the_words_of_the_glossary() -> None:
     assert dialect_in_test_names() == []
-
-
-@pytest.mark.slow
-def test_tests_and_benches_use_the_words_of_the_glossary() -> None:
-    found = {relative(path): dict(words) for path in TESTS if (words := dialect_in(path))}
-    assert found == {}
 
 
 @pytest.mark.slow

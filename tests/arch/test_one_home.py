@@ -135,6 +135,8 @@ def copies(path: Path, found: list[Home]) -> Iterator[str]:
         written = {float(text) for text in NUMBER.findall(line)}
         if path.suffix == ".yaml":  # the only files where people write units; code is in SI
             written |= {float(text) * SMALLER[unit] for text, unit in SMALL.findall(line)}
+        if not written:
+            continue
         words = {word.lower().rstrip("s") for word in WORD.findall(line)}
         for one in found:
             same = [

@@ -77,6 +77,7 @@ def drive(cells: NDArray[np.int8], start: SE2, goal: SE2) -> tuple[ControllerSta
     return status, driven
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("width", [11, 12, 14, 18])
 @pytest.mark.slow
 def test_it_passes_a_doorway_that_its_disc_would_not(width: int) -> None:

@@ -76,6 +76,7 @@ def test_the_full_map_is_shown_at_the_first_load(tab: Tab, width: int, height: i
         assert tab.evaluate("document.getElementById('follow').getAttribute('aria-pressed')") == "false"
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("name", ["app.js", "view.js", "style.css"])
 def test_a_page_of_which_a_file_did_not_arrive_is_loaded_again(tab: Tab, name: str) -> None:
     """As when a phone changes networks meanwhile: Chromium fails what is under way with ERR_NETWORK_CHANGED."""

@@ -77,6 +77,7 @@ def healthy() -> FaultRun:
     return run_in_room()
 
 
+@pytest.mark.rotated
 @pytest.mark.parametrize("event", SENSOR_FAULTS, ids=label)
 def test_a_sensor_fault_changes_its_sensor_and_nothing_else(event: Any, healthy: FaultRun) -> None:
     run = run_in_room(event)

@@ -243,6 +243,21 @@ def test_another_launch_is_requested(nodes: NodeRunner, tmp_path: Path) -> None:
         ("gmapping_demo", (f"continue_map:={tmp_path / 'hall.bundle'}",)),
         ("waiter", (f"map_file:={maps_folder() / 'roof.yaml'}",)),
     ]
+    assert device(nodes)._server.layers["launch"] == LaunchView(mapping=False, ends=True)  # for other browsers
+    in_launch(nodes, mapping=False, map_file=str(tmp_path / "hall.yaml"))
+    assert device(nodes)._server.layers["launch"] == LaunchView(mapping=False), "the request was refused"
+
+
+def test_the_search_on_a_continued_map_is_displayed(nodes: NodeRunner) -> None:
+    nodes.loop.publish("scan/notice", String("The mapper looks for the robot."), "gmapping")
+    nodes.run(0.1)
+    assert "mapping" not in device(nodes)._server.layers  # localization reports there as well
+    nodes.loop.publish("exploration_status", ExplorationStatus(Header(), True, 2, "Ready."), "explorer")
+    nodes.run(0.1)
+    assert device(nodes)._server.layers["mapping"].mapper == "The mapper looks for the robot."
+    nodes.loop.publish("scan/notice", String("The robot is at x 1.00 m."), "gmapping")
+    nodes.run(0.1)
+    assert device(nodes)._server.layers["mapping"].mapper == "The robot is at x 1.00 m."
 
 
 def test_orders_and_the_status_are_passed_on(nodes: NodeRunner) -> None:

@@ -10,7 +10,9 @@ from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 from tests.ui.test_map_edit import UP, text_of
 
 from chefbot.ui.commands import DriveOnMap, Explore, MapBuilding, OperatorCommand, ResetMap, SaveMap
-from chefbot.ui.display.views import LaunchView, MappingView
+from chefbot.ui.display.views import DeliveryView, LaunchView, MappingView
+
+RESTART = "The robot's programs start again …"
 
 
 def next_of(page: Any, kind: type[OperatorCommand]) -> Any:
@@ -90,13 +92,27 @@ def test_mapping_is_begun_and_ended_on_a_saved_map(page: Any) -> None:
             assert not tab.evaluate("document.getElementById('map-sure').hidden")
             tab.evaluate(clicked("map-sure"))
             assert next_of(page, MapBuilding) == MapBuilding(continued)
+        tab.evaluate(clicked("map-building"))
+        page.server.set_layer("delivery", DeliveryView(state="driving", round_active=True))
+        tab.wait_for("document.getElementById('map-sure').hidden")  # it would be refused
+        tab.evaluate(clicked("continue-map"))
+        assert tab.evaluate("document.getElementById('map-sure').hidden")
+        assert tab.evaluate(text_of("launch-note")) == "A delivery round is active; end it first."
+        page.server.set_layer("delivery", DeliveryView())
         page.server.set_layer("launch", LaunchView(mapping=False, notice="gmapping_demo cannot run."))
         tab.wait_for(f"{text_of('launch-note')} === 'gmapping_demo cannot run.'")
         page.server.set_layer("launch", LaunchView(mapping=True))
         page.server.set_layer("mapping", MappingView())
         tab.wait_for("document.getElementById('launch-box').hidden")
         assert tab.evaluate("document.getElementById('drive-on-map').hidden")  # nothing is saved yet
-        page.server.set_layer("mapping", MappingView(saved="hall"))
+        page.server.set_layer("mapping", MappingView(saved="hall", mapper="The mapper receives scans again."))
         tab.wait_for("!document.getElementById('drive-on-map').hidden")
+        assert tab.evaluate(text_of("drive-on-map")) == "End mapping and use the map hall"
+        assert tab.evaluate(text_of("mapper")) == "The mapper receives scans again."
         tab.evaluate(clicked("drive-on-map"))
+        tab.evaluate(clicked("drive-on-map-sure"))
         assert next_of(page, DriveOnMap) == DriveOnMap("hall") and tab.errors() == []
+        page.server.set_layer("launch", LaunchView(mapping=True, ends=True))
+        tab.wait_for(f"{text_of('mapping-note')} === \"{RESTART}\"")
+        page.server.stop()
+        tab.wait_for(f"{text_of('notice')} === \"{RESTART}\"")  # and not that the connection was lost

@@ -117,19 +117,22 @@ class CellView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 class LaunchView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Whether the launch that runs, which can be replaced by another one, makes a map, whether the map that it uses
-    can be continued, because its drive is kept, and why it runs, if another one was requested."""
+    can be continued, because its drive is kept, why it runs, if another one was requested, and whether it is about to
+    be replaced."""
 
     mapping: bool
     can_continue: bool = False
     notice: str = ""
+    ends: bool = False
 
 
 class MappingView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Whether the robot explores, what the explorer does, how the last request to save the map ended, and under which
-    name a map was saved; `requests` counts those that have ended."""
+    """Whether the robot explores, what the explorer does, what the mapper has last reported, how the last request to
+    save the map ended, and under which name a map was saved; `requests` counts those that have ended."""
 
     exploring: bool = False
     description: str = ""
+    mapper: str = ""
     outcome: str = ""
     saved: str = ""
     requests: int = 0

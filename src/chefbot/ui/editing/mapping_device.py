@@ -65,6 +65,7 @@ class MappingDevice(ModelDevice):
     exploration_status: In[ExplorationStatus]
     map_error: In[OccupancyGrid]
     launch_status: In[LaunchStatus]
+    scan_notice: In[String] = topic("scan/notice")
     written: In[MapFolder] = topic("map_recorder/written")
     explore: Out[Bool]
     reset_map: Out[Empty]
@@ -75,6 +76,7 @@ class MappingDevice(ModelDevice):
         """Start without a mapping view, until the explorer publishes its status."""
         super().start()
         self._mapping = MappingView()
+        self._launch = LaunchView(mapping=False)
         self._is_reset = False
         """Whether a new map was begun in this launch."""
         self._written: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -93,8 +95,14 @@ class MappingDevice(ModelDevice):
         """Offer to map the building, and to continue a map of which the drive is kept beside it."""
         bundle = Path(status.map_file).with_suffix(BUNDLE_SUFFIX) if status.map_file else None
         can_continue = bundle is not None and bundle.is_file() and not status.mapping
-        view = LaunchView(mapping=status.mapping, can_continue=can_continue, notice=status.notice)
-        self._server.set_layer("launch", view)
+        self._launch = LaunchView(mapping=status.mapping, can_continue=can_continue, notice=status.notice)
+        self._server.set_layer("launch", self._launch)
+
+    def on_scan_notice(self, notice: String) -> None:
+        """Display what the mapper reports, as that it looks for the robot on the map that it continues."""
+        self._mapping = msgspec.structs.replace(self._mapping, mapper=notice.data)
+        if self.exploration_status.last is not None:  # without an explorer nothing is mapped
+            self._show_mapping()
 
     def on_written(self, message: MapFolder) -> None:
         """Pass on to the thread that saves a map where its drive is kept."""
@@ -148,6 +156,7 @@ class MappingDevice(ModelDevice):
         status = self.launch_status.last
         if status is None:
             return
+        self._server.set_layer("launch", msgspec.structs.replace(self._launch, ends=True))
         if isinstance(command, do.DriveOnMap):
             path = maps_folder() / f"{command.name}.yaml"
             self.launch_request.publish(LaunchRequest("waiter", (f"map_file:={path}",)))

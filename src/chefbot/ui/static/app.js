@@ -185,7 +185,7 @@ const HANDLERS = {
   cell: (value) => { if (value) tools.answer("inspect_cell", cellSentence(value)); },
   frames: (value) => inspect.transforms.showMoving(value ?? []),
   fixed_frames: (value) => inspect.transforms.showFixed(value ?? []),
-  delivery: (value) => { panels.delivery(value); kiosk.show(value); alerts.delivery(value); reportLostRound(value); },
+  delivery: (value) => { panels.delivery(value); mapEdit.mapping.delivery(value); kiosk.show(value); alerts.delivery(value); reportLostRound(value); },
   forecast: (value) => panels.round.showForecast(value ?? []),
   history: (value) => panels.round.showHistory(value ?? []),
   progress: (value) => panels.progress(value),
@@ -247,7 +247,8 @@ link.addEventListener("down", ({ detail: lost }) => {
     panels.keepOrder();
     showNotice(tr("Connection lost before the robot confirmed the last command. Check the robot and repeat the command if necessary."), { stays: true, urgent: true });
   } else if (!keepNotice) {
-    showNotice(tr("Connection lost. The robot stops if it was being driven by hand. Reconnecting …"), { stays: true, urgent: true });
+    const expected = data.get("launch")?.ends;
+    showNotice(expected ? tr("The robot's programs start again …") : tr("Connection lost. The robot stops if it was being driven by hand. Reconnecting …"), { stays: true, urgent: !expected });
   }
 });
 link.addEventListener("locked", ({ detail }) => {

@@ -11,13 +11,15 @@ export class Mapping {
     this.requests = null;                // number of requests that have ended; null before the first view
     this.onMap = "";                     // the name of the map that was saved last
     this.launch = null;                  // the launch that runs; null if it cannot be replaced
+    this.roundActive = false;
     this.continued = false;
     $("explore").onclick = () => send({ do: "explore", on: !this.exploring });
     $("reset-map").onclick = () => this.confirm($("reset-map-sure").hidden ? "reset-map-sure" : "");
     $("reset-map-sure").onclick = () => { send({ do: "reset_map" }); this.confirm(""); };
     $("save-map-form").onsubmit = (event) => { event.preventDefault(); this.save(false); };
     $("replace-map").onclick = () => this.save(true);
-    $("drive-on-map").onclick = () => { if (send({ do: "drive_on_map", name: this.onMap })) this.changing(); };
+    $("drive-on-map").onclick = () => this.confirm("drive-on-map-sure");
+    $("drive-on-map-sure").onclick = () => { send({ do: "drive_on_map", name: this.onMap }); this.confirm(""); };
     $("map-building").onclick = () => this.askToMap(false);
     $("continue-map").onclick = () => this.askToMap(true);
     $("map-sure").onclick = () => { send({ do: "map_building", continued: this.continued }); this.confirm(""); };
@@ -25,7 +27,7 @@ export class Mapping {
   }
 
   // What would lose a map needs a second press.
-  confirm(id) { for (const one of ["reset-map-sure", "replace-map", "map-sure"]) $(one).hidden = one !== id; }
+  confirm(id) { for (const one of ["reset-map-sure", "replace-map", "map-sure", "drive-on-map-sure"]) $(one).hidden = one !== id; }
 
   save(replace) {
     const name = $("map-name").value.trim();
@@ -34,23 +36,31 @@ export class Mapping {
     if (this.send({ do: "save_map", name, replace })) $("mapping-note").textContent = tr("Saving …");
   }
 
-  // Another launch ends deliveries, so it needs a second press.
+  // Another launch ends deliveries, so it needs a second press, and no round.
   askToMap(continued) {
     this.continued = continued;
-    this.confirm("map-sure");
+    $("launch-note").textContent = this.roundActive ? tr("A delivery round is active; end it first.") : "";
+    this.confirm(this.roundActive ? "" : "map-sure");
   }
 
-  changing() { $("mapping-note").textContent = tr("The robot's programs start again …"); }
+  delivery(view) {
+    this.roundActive = Boolean(view?.round_active);
+    if (this.roundActive && !$("map-sure").hidden) this.askToMap(this.continued);
+  }
 
   showLaunch(view) {
     this.launch = view;
     $("launch-box").hidden = !view || view.mapping;
     $("continue-map").hidden = !view?.can_continue;
-    if (view?.notice) $(view.mapping ? "mapping-note" : "launch-note").textContent = translated(view.notice);
+    const note = view?.ends ? tr("The robot's programs start again …") : translated(view?.notice ?? "");
+    if (note) $(view.mapping ? "mapping-note" : "launch-note").textContent = note;
     this.offerSaved();
   }
 
-  offerSaved() { $("drive-on-map").hidden = !this.launch?.mapping || !this.onMap; }
+  offerSaved() {
+    $("drive-on-map").hidden = !this.launch?.mapping || !this.onMap;
+    $("drive-on-map").textContent = tr("End mapping and use the map {name}", { name: this.onMap });
+  }
 
   show(view) {
     $("mapping-box").hidden = !view;
@@ -59,6 +69,8 @@ export class Mapping {
     $("explore").setAttribute("aria-pressed", String(view.exploring));
     $("explore").textContent = view.exploring ? tr("End the exploration") : tr("Explore");
     $("exploration").textContent = translated(view.description);
+    $("mapper").textContent = translated(view.mapper);
+    $("mapper").hidden = !view.mapper;
     if (this.requests !== null && view.requests !== this.requests) {
       $("mapping-note").textContent = translated(view.outcome);
       if (view.outcome.includes(`called ${this.saved} already`)) this.confirm("replace-map");

@@ -243,7 +243,9 @@ def test_another_launch_is_requested(nodes: NodeRunner, tmp_path: Path) -> None:
         ("gmapping_demo", (f"continue_map:={tmp_path / 'hall.bundle'}",)),
         ("waiter", (f"map_file:={maps_folder() / 'roof.yaml'}",)),
     ]
-    assert device(nodes)._server.layers["launch"] == LaunchView(mapping=False, ends=True)  # for other browsers
+    assert device(nodes)._server.layers["launch"] == LaunchView(
+        mapping=False, ends=True
+    )  # for other browsers
     in_launch(nodes, mapping=False, map_file=str(tmp_path / "hall.yaml"))
     assert device(nodes)._server.layers["launch"] == LaunchView(mapping=False), "the request was refused"
 

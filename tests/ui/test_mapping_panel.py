@@ -113,6 +113,6 @@ def test_mapping_is_begun_and_ended_on_a_saved_map(page: Any) -> None:
         tab.evaluate(clicked("drive-on-map-sure"))
         assert next_of(page, DriveOnMap) == DriveOnMap("hall") and tab.errors() == []
         page.server.set_layer("launch", LaunchView(mapping=True, ends=True))
-        tab.wait_for(f"{text_of('mapping-note')} === \"{RESTART}\"")
+        tab.wait_for(f'{text_of("mapping-note")} === "{RESTART}"')
         page.server.stop()
-        tab.wait_for(f"{text_of('notice')} === \"{RESTART}\"")  # and not that the connection was lost
+        tab.wait_for(f'{text_of("notice")} === "{RESTART}"')  # and not that the connection was lost

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Any
 
@@ -11,11 +12,15 @@ from tests.support.base_bench import LIDAR_ROBOT, TICK, BaseBench
 from chefbot.board.sensors import cliff_messages
 from chefbot.control.kinematics import wheel_speeds
 from chefbot.msgs.diagnostic_msgs import ERROR
-from chefbot.msgs.std_msgs import Bool, String
+from chefbot.msgs.geometry_msgs import Vector3
+from chefbot.msgs.sensor_msgs import Imu
+from chefbot.msgs.std_msgs import Bool, Header, String
 from chefbot.nodes.drive_base import HELD
 from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
+from chefbot.robot.spec import GRAVITY
 from chefbot.runtime.launch import node_params
+from chefbot.safety.stop_latch import TIPPED_OVER
 
 LIMITS = Limits.of(LIDAR_ROBOT)
 CLIFF_ROBOT = load_robot("chefbot_cliff")
@@ -258,3 +263,72 @@ def test_before_a_wall_the_twist_shrinks_on_its_arc(w: float) -> None:
         base.run(TICK, "cmd_vel_nav", 0.3, w)
         assert base.speed <= before + LIMITS.acceleration * TICK + 1e-9
     assert base.speed > 0.2 and base.messages("cause_reports")[-1].kind == "end"
+
+
+# -- a robot that tips over
+
+
+def imu(base: BaseBench, degrees: float, rate: float = 0.0) -> None:
+    """Publish a reading of a robot that is pitched forward by an angle and turns at a rate, rad/s."""
+    angle = math.radians(degrees)
+    force = Vector3(-GRAVITY * math.sin(angle), 0.0, GRAVITY * math.cos(angle))
+    header = Header.of(base.loop.now_ns, "imu_link")
+    base.loop.publish(
+        "imu/data", Imu(header, angular_velocity=Vector3(0.0, rate), linear_acceleration=force), "board"
+    )
+
+
+def pitch(base: BaseBench, begin: float, end: float, seconds: float, v: float) -> None:
+    """Pitch from an angle to another, degrees, in a time, while navigation commands v."""
+    steps = round(seconds / TICK)
+    for i in range(1, steps + 1):
+        imu(base, begin + (end - begin) * i / steps, math.radians(end - begin) / seconds)
+        base.run(TICK, "cmd_vel_nav", v)
+
+
+def test_a_robot_that_tips_over_is_stopped() -> None:
+    base = bench()
+    pitch(base, 0.0, 0.0, 2.0, 0.2)
+    assert base.speed == pytest.approx(0.2)
+    pitch(base, 0.0, 90.0, 0.5, 0.2)
+    pitch(base, 90.0, 90.0, 2.0, 0.2)
+    assert base.twist_out == (0.0, 0.0)
+    assert base.texts("base/notice") == [TIPPED_OVER]
+    status = base.messages("stop_status")[-1]
+    assert status.active and not status.held and status.description == TIPPED_OVER
+    # Upright, it stays where it is until a person releases the emergency stop
+    pitch(base, 90.0, 0.0, 1.0, 0.2)
+    pitch(base, 0.0, 0.0, 2.5, 0.2)
+    assert base.speed == 0.0
+    base.run(1.0)
+    base.send("stop_request", Bool(False))
+    pitch(base, 0.0, 0.0, 2.0, 0.2)
+    assert base.speed == pytest.approx(0.2)
+
+
+def test_a_release_does_not_drive_a_robot_that_lies() -> None:
+    base = bench()
+    pitch(base, 0.0, 0.0, 2.0, 0.2)
+    pitch(base, 0.0, 90.0, 0.5, 0.2)
+    base.run(1.0)
+    base.send("stop_request", Bool(False))
+    pitch(base, 90.0, 90.0, 2.0, 0.2)
+    assert base.twist_out == (0.0, 0.0)
+    assert base.texts("collision_monitor/reason")[-1] == TIPPED_OVER
+    report = base.messages("cause_reports")[-1]
+    assert (report.kind, report.check, report.sentence) == ("stop", "sensor data", TIPPED_OVER)
+    base.twist("cmd_vel_teleop", 0.1, 0.3)
+    base.run(TICK)
+    assert base.twist_out == (0.0, 0.0), "by hand neither"
+    pitch(base, 90.0, 0.0, 1.0, 0.0)
+    pitch(base, 0.0, 0.0, 2.5, 0.2)
+    assert base.speed == pytest.approx(0.2) and base.texts("collision_monitor/reason")[-1] == ""
+
+
+def test_the_wheels_stop_without_a_ramp_when_it_tips_over() -> None:
+    base = bench()
+    pitch(base, 0.0, 0.0, 2.0, 0.3)
+    before = len(base.messages("cmd_vel"))
+    pitch(base, 0.0, 90.0, 0.5, 0.3)
+    speeds = {round(twist.linear.x, 6) for twist in base.messages("cmd_vel")[before:]}
+    assert speeds == {0.3, 0.0}

@@ -19,6 +19,7 @@ from chefbot.safety.stop_latch import (
     PRESSED,
     PRESSED_BY_TOPIC,
     RELEASED,
+    TIPPED_OVER,
     StopLatch,
 )
 
@@ -133,3 +134,23 @@ def test_a_restored_release_does_not_release_a_new_press() -> None:
         latch = StopLatch()
         stop(latch)
         assert latch.restore(released, 9) is None and latch.active and latch.status.pressed_at.ns == 7
+
+
+# -- a robot that tips over
+
+
+def test_a_robot_that_tips_over_is_stopped_until_a_release() -> None:
+    latch = StopLatch()
+    decision = latch.tip_over(5)
+    assert decision is not None and decision.halt and decision.notice == TIPPED_OVER
+    assert latch.active and not latch.status.held and latch.status.pressed_at.ns == 5
+    assert latch.status.description == TIPPED_OVER
+    assert latch.tip_over(6) is None and latch.regain_board(7) is None and latch.active
+    assert latch.request(False, 8) is not None and not latch.active
+
+
+def test_a_fall_while_the_board_is_lost_outlasts_it() -> None:
+    latch = StopLatch()
+    latch.lose_board(1)
+    assert latch.tip_over(2) is not None and latch.regain_board(3) is None
+    assert latch.active and not latch.status.held

@@ -7,18 +7,21 @@ from chefbot.control.kinematics import wheel_speeds
 from chefbot.msgs.chefbot_msgs import WheelSpeeds
 from chefbot.msgs.geometry_msgs import Twist
 from chefbot.msgs.nav2_msgs import SpeedLimit
-from chefbot.msgs.sensor_msgs import Range
+from chefbot.msgs.sensor_msgs import Imu, Range
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.nodes.collision_monitor import COMMAND_PERIOD, COMMAND_RATE
 from chefbot.nodes.emergency_stop import EmergencyStopNode
+from chefbot.odometry.messages import ImuConverter
+from chefbot.odometry.tilt_detector import TiltDetector
 from chefbot.robot.motion_limits import Limits, one_plane_warning
-from chefbot.runtime.node import In, Out, every
+from chefbot.runtime.node import In, Out, every, topic
 from chefbot.safety.cliff_stop import CliffStop
 from chefbot.safety.collision_monitor import CheckedTwist
 from chefbot.safety.command_multiplexer import CommandMultiplexer, CommandSource, StampedCommand
 from chefbot.safety.monitor_text import limited_text
 from chefbot.safety.params import DriveBaseParams
 from chefbot.safety.speed_limit import fraction_within
+from chefbot.safety.stop_latch import TIPPED_OVER
 from chefbot.safety.velocity_limiter import VelocityLimiter
 
 HELD = "Let go of the controls to drive again: they were held while a sensor failed or the emergency stop was active."
@@ -45,6 +48,7 @@ class DriveBaseNode(EmergencyStopNode):
     process_lost: In[String]
     process_back: In[String]
     cliff: In[Range]
+    imu: In[Imu] = topic("imu/data")
     speed_limit: In[SpeedLimit]
     cmd_vel: Out[Twist]
     wheel_speeds: Out[WheelSpeeds]
@@ -55,6 +59,7 @@ class DriveBaseNode(EmergencyStopNode):
         self._limiter = VelocityLimiter(Limits.of(self.robot), self.params.limiter)
         self._commands = CommandMultiplexer(self.params.teleop_hold)
         self._cliffs = CliffStop(self.robot)
+        self._imu, self._tilt = ImuConverter(self.robot), TiltDetector()
         self.announcement = one_plane_warning(self.robot)
 
     def reconfigure(self, params: DriveBaseParams) -> None:
@@ -90,6 +95,11 @@ class DriveBaseNode(EmergencyStopNode):
         if self._limiter.v and self._cliffs.reason(self._limiter.v, self.now_ns):
             self._halt()
 
+    def on_imu(self, imu: Imu) -> None:
+        """Activate the emergency stop if the robot tips over."""
+        if self._tilt.process(self._imu.reading(imu)):
+            self._apply(self._stop.tip_over(self.now_ns))
+
     @every(hz=COMMAND_RATE)
     def command(self) -> None:
         """Publish the next step of the velocity ramp, as far as it is safe."""
@@ -100,7 +110,7 @@ class DriveBaseNode(EmergencyStopNode):
             self._limiter.reset()  # at once, without a ramp
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
         self.publish_notice(self._cliffs.new_notice(command.v, now_ns))
-        allowed = self._allowed_fraction(command)
+        allowed = 0.0 if self._tilt.tilted else self._allowed_fraction(command)
         allowed *= fraction_within(self.speed_limit.last, allowed * command.v, self._limiter.limits.speed)
         target = self._cliffs.limit(allowed * command.v, now_ns), allowed * command.w
         v, w = self._limiter.step(*target, command.age(now_ns), COMMAND_PERIOD)
@@ -117,10 +127,11 @@ class DriveBaseNode(EmergencyStopNode):
         now_ns, commanded = self.now_ns, (command.v, command.w)
         refuses = self._commands.refuses(CommandSource.TELEOP, now_ns) and not self._stop.active
         cliff = self._cliffs.reason(command.v, now_ns) if command.v else ""
+        fault = TIPPED_OVER if self._tilt.tilted else self._verdict.fault
         limited = limited_text(checked.limit, commanded, left)
         held = HELD if refuses else ""
-        self.explain(self._verdict.fault or limited or cliff or held)
-        self.report_limit(commanded, left, checked, self._verdict.fault or cliff, self._pose()[0], held)
+        self.explain(fault or limited or cliff or held)
+        self.report_limit(commanded, left, checked, fault or cliff, self._pose()[0], held)
 
     def discard_commands(self) -> None:
         """Discard all commands and stop, at once."""

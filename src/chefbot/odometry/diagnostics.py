@@ -20,6 +20,9 @@ UPSIDE_DOWN = (
     "The gyro turns against the wheels and gravity points upwards: the IMU is mounted upside down; "
     "continuing with the wheels alone."
 )
+TIPPED_OVER = (
+    "The robot has tipped over or is held aslant: continuing with the wheels alone until it stands upright."
+)
 MOTION_FORCE = 0.05
 """Deviation of the specific force from gravity, as a share of it, that shows that the robot was lifted or pushed."""
 _CONSEQUENCES = {
@@ -33,6 +36,8 @@ def diagnostic_message(ekf: Ekf, now_ns: int) -> str | None:
     """Return a message with all sensor faults at a stamp, or None if there is none."""
     if ekf.belief.stamp_ns is None:
         return None  # no wheel reading yet
+    if ekf.tilted:
+        return TIPPED_OVER
     messages = [_source_message(ekf, source, now_ns) for source in Source]
     messages.append(_contradiction_message(ekf))
     return " ".join(sentence for sentence in messages if sentence) or None

@@ -25,10 +25,11 @@ from chefbot.odometry.drive_model import DriveModel
 from chefbot.odometry.estimate import MotionEstimate, estimate_of
 from chefbot.odometry.filter_state import FilterState
 from chefbot.odometry.fusion import predict_without_wheels, process_reading, without_counts
-from chefbot.odometry.motion_model import YAW, Array, X, Y
+from chefbot.odometry.motion_model import PITCH, ROLL, YAW, Array, X, Y
 from chefbot.odometry.out_of_sequence import History
 from chefbot.odometry.readings import ImuReading, Reading
 from chefbot.odometry.sensor_health import IMU_SOURCES, Condition, Source
+from chefbot.odometry.tilt_detector import TiltDetector
 
 HORIZON_NS = 1_000_000_000
 """Maximum delay of a reading, ns: longer than any transport takes, and short enough to reprocess."""
@@ -47,6 +48,12 @@ LOST_NS = {
     Source.ATTITUDE: 300_000_000,
 }
 """Timeout of each source, ns, a few of its periods. The estimate continues without the source immediately."""
+MAX_SLOPE = math.radians(60.0)
+"""Roll or pitch that no robot on a floor has, rad; near 90 degrees the Euler angles are singular."""
+LEVEL_NS = 500_000_000
+"""Minimum age of the belief of an upright robot to which the filter returns, ns: a fall begins after it."""
+SET_UPRIGHT = 1.0
+"""Standard deviation of where a robot is set upright that has tipped over, along x and y, m."""
 _WHEELS = (Source.WHEELS,)
 
 
@@ -54,7 +61,8 @@ class Ekf:
     """An extended Kalman filter for odometry that accepts stamped readings in any order within `HORIZON_NS`.
 
     A source that is lost, stuck, saturated or reversed is left out, `condition` reports it, and the
-    covariance grows accordingly.
+    covariance grows accordingly. So is the IMU of a robot that has tipped over, until it stands upright: the model is
+    that of a robot on a floor. Nobody knows its heading then, and the biases are those from before.
     """
 
     def __init__(self, body: DriveModel, start: SE2 = IDENTITY) -> None:
@@ -63,9 +71,10 @@ class Ekf:
         self._body, self._lag_ns = body, dict.fromkeys(Source, 0)
         self._history: History[FilterState] = History(partial(process_reading, body), belief, HORIZON_NS)
         self._too_late = self._late_in_a_row = 0
+        self._tilt, self._level, self._newest_level = TiltDetector(), belief, belief
 
     def add(self, reading: Reading) -> bool:
-        """Process a reading; return False if it was too late or a duplicate.
+        """Process a reading; return False if it was too late, a duplicate, or the IMU's of a tilted robot.
 
         Raise OdometryError for a reading that makes the pose infinite, or moves it or its standard deviation
         implausibly far; it is left out.
@@ -82,6 +91,8 @@ class Ekf:
             self._late_in_a_row = self._late_in_a_row + 1 if too_late else 0
             if self._late_in_a_row >= CLOCK_RESET_READINGS:
                 self._restart_clock(reading.stamp_ns)
+        if isinstance(reading, ImuReading) and self._is_tilted_at(reading):
+            return False
         # Insert the reading at its stamp and reprocess the later ones
         before = self.belief
         added = self._history.add(reading)
@@ -91,7 +102,28 @@ class Ekf:
             raise OdometryError(
                 f"a reading of {sources[0].name.lower()} makes the odometry diverge; it is left out"
             )
+        if np.abs(after.state[[ROLL, PITCH]]).max() > MAX_SLOPE:
+            self._continue_level()
         return added
+
+    def _is_tilted_at(self, reading: ImuReading) -> bool:
+        if self._tilt.process(reading):
+            self._continue_level()
+        elif self._tilt.upright and reading.stamp_ns - (self._newest_level.stamp_ns or 0) > LEVEL_NS:
+            self._level, self._newest_level = self._newest_level, self.belief
+        return self._tilt.tilted
+
+    def _continue_level(self) -> None:
+        """Continue from where the robot is, with the attitude, biases and wheel errors of when it last was upright.
+
+        It may be set upright with any heading, somewhere near.
+        """
+        state, covariance = self._level.state.copy(), self._level.covariance.copy()
+        state[[X, Y, YAW]] = self.belief.state[[X, Y, YAW]]
+        for i, deviation in ((X, SET_UPRIGHT), (Y, SET_UPRIGHT), (YAW, math.pi)):
+            covariance[i], covariance[:, i] = 0.0, 0.0
+            covariance[i, i] = max(self.belief.covariance[i, i], deviation**2)
+        self._revert_to(self.belief._replace(state=state, covariance=covariance))
 
     def _revert_to(self, before: FilterState) -> None:
         """Return to the belief before a reading, without pending readings or counts; the number of restarts stays."""
@@ -144,6 +176,11 @@ class Ekf:
         """Return the time since the last used reading of a source, s; infinite if none was used."""
         used = self.belief.monitors[source].used_ns
         return float("inf") if used is None else (now_ns - used) / 1e9
+
+    @property
+    def tilted(self) -> bool:
+        """Whether the robot has tipped over and has not stood upright since."""
+        return self._tilt.tilted
 
     @property
     def slipping(self) -> bool:

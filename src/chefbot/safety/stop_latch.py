@@ -1,7 +1,7 @@
 """The latch of the emergency stop: it changes on request only, and survives a restart of its process.
 
-Besides, it is held while the motor board is lost, and released when the board is back. Like any release, this lets
-nothing resume: the robot drives on a new command only.
+Besides, it is activated when the robot tips over, and held while the motor board is lost, and released when the board
+is back. Like any release, this lets nothing resume: the robot drives on a new command only.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ ESTOP_STATE_UNKNOWN = (
     "Release it to drive."
 )
 
+TIPPED_OVER = (
+    "The robot has tipped over or is held aslant; set it upright and release the emergency stop to drive."
+)
 BOARD_LOST = "The motor board does not answer; the robot is stopped."
 BOARD_BACK = "The motor board answers again; send the goal again to drive."
 
@@ -65,6 +68,12 @@ class StopLatch:
         if pressed == self.active and not self.status.held:
             return None
         return self._set(True, PRESSED_BY_TOPIC, now_ns) if pressed else StopDecision(self.status, False)
+
+    def tip_over(self, now_ns: int) -> StopDecision | None:
+        """Activate the emergency stop because the robot has tipped over, unless it is pressed."""
+        if self.active and not self.status.held:
+            return None
+        return self._set(True, TIPPED_OVER, now_ns)._replace(notice=TIPPED_OVER)
 
     def lose_board(self, now_ns: int) -> StopDecision | None:
         """Hold the robot because the motor board is lost, unless it is stopped already."""

@@ -25,6 +25,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "chefbot.safety.velocity_limiter": _safety("velocity_limiter", "params"),
     "chefbot.safety.speed_limit": _safety("speed_limit"),
     "chefbot.safety.cliff_stop": _safety("cliff_stop"),
+    "chefbot.odometry.tilt_detector": ("tests/odometry/test_tilt_detector.py",),
     "chefbot.safety.params": _safety("params"),
     "chefbot.safety.monitor_text": _safety("monitor_text"),
     "chefbot.safety.ranger_freshness": _safety("ranger_freshness"),

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from chefbot.config import ConfigError
 from chefbot.storage import map_bundle
-from chefbot.storage.map_bundle import MapBundleError, encode_bundle, read_bundle, write_bundle
+from chefbot.storage.map_bundle import MapBundleError, encode_bundle, read_bundle
 
 FILES = {"map.yaml": b"resolution: 0.05\n", "session_000.npz": bytes(range(256)) * 4}
 
 
 def test_a_bundle_is_read_as_written(tmp_path: Path) -> None:
-    write_bundle(tmp_path / "map.bundle", FILES)
+    (tmp_path / "map.bundle").write_bytes(encode_bundle(FILES))
     assert read_bundle(tmp_path / "map.bundle") == FILES
     assert encode_bundle(FILES) == encode_bundle(dict(reversed(FILES.items())))
 
@@ -65,7 +65,7 @@ def test_a_bundle_that_would_fill_the_memory_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(map_bundle, "MAX_BYTES", 1_000_000)
-    write_bundle(tmp_path / "map.bundle", {"zeros": bytes(2_000_000)})
+    (tmp_path / "map.bundle").write_bytes(encode_bundle({"zeros": bytes(2_000_000)}))
     assert (tmp_path / "map.bundle").stat().st_size < 10_000
     with pytest.raises(MapBundleError, match="too many"):
         read_bundle(tmp_path / "map.bundle")

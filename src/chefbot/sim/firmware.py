@@ -90,10 +90,6 @@ class Firmware:
         """Set which cliff sensors see no floor, a bit each."""
         self._library.chefbot_board_cliffs(self._board, bits)
 
-    def set_driver_fault(self, fault: bool) -> None:
-        """Set whether a motor driver reports a fault, which the board reads of drivers with EN/DIAG."""
-        self._library.chefbot_board_driver_fault(self._board, int(fault))
-
     def power_cycle(self) -> None:
         """Switch the board off and on: its program starts again."""
         self._library.chefbot_board_power_cycle(self._board)

@@ -16,7 +16,6 @@ import msgspec
 
 from chefbot.config import read_bytes
 from chefbot.errors import ChefbotError
-from chefbot.storage.atomic_files import write_atomic
 
 VERSION, BUNDLE_SUFFIX = 1, ".bundle"
 MANIFEST = "manifest.json"
@@ -35,11 +34,6 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     version: int
     files: dict[str, str]
-
-
-def write_bundle(path: Path, files: Mapping[str, bytes]) -> None:
-    """Write a bundle atomically. StorageError if that fails."""
-    write_atomic(path, encode_bundle(files))
 
 
 def encode_bundle(files: Mapping[str, bytes]) -> bytes:

@@ -27,15 +27,20 @@ class Blockages:
     def __init__(self) -> None:
         self._points: Floats = np.zeros((0, 2))
 
-    def add(self, robot: SE2, costmap: Grid, grid: Grid) -> None:
-        """Add what the costmap (OCCUPIED: lethal), but not the map, has within REACH of a robot that failed here."""
+    def add(self, robot: SE2, costmap: Grid, grid: Grid) -> bool:
+        """Add what the costmap (OCCUPIED: lethal), but not the map, has within REACH of a robot that failed here.
+
+        Returns whether some of it was not known before.
+        """
         self.forget_gone(robot, costmap)
         cells = np.argwhere(costmap.cells == OCCUPIED).astype(np.float64) + 0.5
         x = costmap.origin_x + cells[:, 1] * costmap.resolution
         y = costmap.origin_y + cells[:, 0] * costmap.resolution
         near = np.hypot(x - robot.x, y - robot.y) <= REACH
         chosen = near & (_near_obstacles(grid).values(x, y, outside=0) == 0)
-        self._points = np.vstack([self._points, np.column_stack([x[chosen], y[chosen]])])
+        known = len(self._points)
+        self._points = np.unique(np.vstack([self._points, np.column_stack([x[chosen], y[chosen]])]), axis=0)
+        return len(self._points) > known
 
     def forget_gone(self, robot: SE2, costmap: Grid) -> None:
         """Forget what was within REACH of the robot and is not on the costmap any more."""

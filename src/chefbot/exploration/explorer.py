@@ -26,6 +26,8 @@ TOO_LITTLE = "too small: less unknown floor than the robot covers"
 DIMINISHED = "too little unknown floor, after goals that showed hardly any"
 CLOSE_VIEW = 1.0 / 3.0
 """Distance of a viewpoint beside its frontier, share of the maximum distance."""
+LEARNED_WEIGHT = 0.5
+"""How much an attempt counts after which the planner knows of an obstacle, such as glass, that it did not know of."""
 GAIN_POWER = 0.25
 """Exponent of the gain; below 1 it favours near goals, so that no second tour is needed for small corners."""
 
@@ -77,7 +79,8 @@ class Explorer:
         self.min_frontier_length = 2.0 * robot_radius
         self._required_gain = RequiredGain(math.pi * robot_radius**2)
         self.field_of_view = min(field_of_view, FULL_TURN)
-        self._failed_goals: list[tuple[float, float]] = []
+        self._failed_goals: list[tuple[float, float, float]] = []
+        """Frontiers of goals that failed: x, y, and how much each counts."""
         self._blocked_viewpoints: list[SE2] = []
 
     def decide(self, grid: Grid, cost_to_come: NDArray[np.float32], pose: SE2) -> ExplorationDecision:
@@ -100,12 +103,15 @@ class Explorer:
         best = max(goals, key=lambda goal: goal.gain**GAIN_POWER / goal.cost, default=None)
         return ExplorationDecision(best, tuple(skipped))
 
-    def mark_failed(self, goal: ExplorationGoal) -> None:
-        """Record a failed goal: it could not be reached, or its frontier remains after the visit."""
+    def mark_failed(self, goal: ExplorationGoal, *, learned: bool = False) -> None:
+        """Record a failed goal: it could not be reached, or its frontier remains after the visit.
+
+        learned: whether the planner now knows of an obstacle that it did not know of, so that its next path differs.
+        """
         if goal.blocked:
             self._blocked_viewpoints.append(goal.pose)
         else:
-            self._failed_goals.append((goal.x, goal.y))
+            self._failed_goals.append((goal.x, goal.y, LEARNED_WEIGHT if learned else 1.0))
 
     def note_gain(self, goal: ExplorationGoal, shown: float) -> None:
         """Take by how many square metres the map has grown on the way to a goal."""
@@ -128,10 +134,14 @@ class Explorer:
             return "too small: the robot would not fit through"
         tolerance = self.params.same_goal_distance
         # Give up after repeated failures near this frontier
-        failures = sum(math.hypot(x - frontier.x, y - frontier.y) <= tolerance for x, y in self._failed_goals)
-        if failures >= self.params.max_attempts:
-            return f"failed {failures} times"
-        cell = self._viewpoint(grid, cost, frontier, is_close=failures > 0)
+        failed = [
+            weight
+            for x, y, weight in self._failed_goals
+            if math.hypot(x - frontier.x, y - frontier.y) <= tolerance
+        ]
+        if sum(failed) >= self.params.max_attempts:
+            return f"failed {len(failed)} times"
+        cell = self._viewpoint(grid, cost, frontier, is_close=bool(failed))
         if cell is None:
             return UNREACHABLE
         goal = self._goal(grid, float(cost[cell]), pose, frontier, cell)

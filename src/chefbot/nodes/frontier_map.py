@@ -73,10 +73,11 @@ class FrontierMapNode(Node):
 
     def _note_failed(self, goal: ExplorationGoal) -> None:
         """Record that a goal was not reached, and what blocks the robot here although it is not on the map."""
-        self._explorer.mark_failed(goal)
+        learned = False
         if self.map.last is not None and self.planner_costmap.last is not None:
             robot = self.tf.lookup("map", "base_link")
-            self._blockages.add(robot, self.planner_costmap.last.grid, self.map.last.grid)
+            learned = self._blockages.add(robot, self.planner_costmap.last.grid, self.map.last.grid)
+        self._explorer.mark_failed(goal, learned=learned)
 
     def _forget_blockages(self) -> None:
         """Forget what has blocked the robot here and has gone."""

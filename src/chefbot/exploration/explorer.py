@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -141,29 +142,31 @@ class Explorer:
         ]
         if sum(failed) >= self.params.max_attempts:
             return f"failed {len(failed)} times"
-        cell = self._viewpoint(grid, cost, frontier, is_close=bool(failed))
-        if cell is None:
+        gain = -math.inf
+        for cell in self._viewpoints(grid, cost, frontier, close_first=bool(failed)):
+            goal = self._goal(grid, float(cost[cell]), pose, frontier, cell)
+            if goal.gain >= self._required_gain.value:
+                return goal
+            gain = max(gain, goal.gain)
+        if gain < 0.0:
             return UNREACHABLE
-        goal = self._goal(grid, float(cost[cell]), pose, frontier, cell)
-        if goal.gain >= self._required_gain.value:
-            return goal
-        return DIMINISHED if goal.gain >= self._required_gain.minimum else TOO_LITTLE
+        return DIMINISHED if gain >= self._required_gain.minimum else TOO_LITTLE
 
-    def _viewpoint(
-        self, grid: Grid, cost: NDArray[np.float32], frontier: Frontier, is_close: bool
-    ) -> tuple[int, int] | None:
-        """Return the cheapest cell that sees the frontier, None if there is none.
+    def _viewpoints(
+        self, grid: Grid, cost: NDArray[np.float32], frontier: Frontier, close_first: bool
+    ) -> Iterator[tuple[int, int]]:
+        """Yield the cheapest cell that sees the frontier, and the cheapest one beside it.
 
-        is_close: whether cells beside the frontier come first, since the cheapest one has been tried: along an edge,
-        such as that of a door leaf, it sees the frontier but nothing behind.
+        Along an edge, such as that of a door leaf, the first one sees the frontier but hardly anything behind.
+        close_first: whether the first one has been tried already.
         """
         p, row_column = self.params, grid.cell(frontier.x, frontier.y)
-        for distance in (CLOSE_VIEW * p.view_distance, p.view_distance) if is_close else (p.view_distance,):
+        distances = p.view_distance, CLOSE_VIEW * p.view_distance
+        for distance in distances[::-1] if close_first else distances:
             reach = round(distance / grid.resolution)
             row, column = best_view(grid.cells, cost, p.occupied_threshold, *row_column, reach)
             if row >= 0:
-                return row, column
-        return None
+                yield row, column
 
     def _goal(
         self, grid: Grid, path_length: float, pose: SE2, frontier: Frontier, cell: tuple[int, int]

@@ -9,9 +9,11 @@ from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.exploration.blockages import Blockages
 from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal, Explorer
 from chefbot.exploration.session import field_of_view
+from chefbot.maths.costs import Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.nodes.navigation.narrow_passages import fits_narrow_passages
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.planner import PlanningError
 from chefbot.runtime.coroutines import Future, wait_any
@@ -65,11 +67,18 @@ class FrontierMapNode(Node):
         return float(np.count_nonzero(grid.cells >= 0)) * grid.resolution**2
 
     def _decide(self) -> ExplorationDecision:
-        """Select the next goal on the latest map."""
+        """Select the next goal on the latest map; those beyond narrow passages come after all others."""
         assert self.map.last is not None
         grid = self.map.last.grid
         robot = self.tf.lookup("map", "base_link")
-        return self._explorer.decide(grid, self._cost_to_come(self._blockages.on(grid), robot), robot)
+        costs = self._costs_of(self._blockages.on(grid))
+        decision = self._explorer.decide(grid, self._cost_to_come(costs.update(), robot), robot)
+        if (decision.goal and not decision.goal.blocked) or not fits_narrow_passages(self.robot):
+            return decision
+        nobody, margin = np.zeros((0, 2)), -0.5 * grid.resolution
+        narrow = self._cost_to_come(costs.narrow_costs(margin, nobody, 0.0), robot)
+        beyond = self._explorer.decide(grid, narrow, robot)
+        return beyond if beyond.goal and not beyond.goal.blocked else decision
 
     def _note_failed(self, goal: ExplorationGoal) -> None:
         """Record that a goal was not reached, and what blocks the robot here although it is not on the map."""
@@ -85,15 +94,18 @@ class FrontierMapNode(Node):
             robot = self.tf.lookup("map", "base_link")
             self._blockages.forget_gone(robot, self.planner_costmap.last.grid)
 
-    def _cost_to_come(self, grid: Grid, robot: SE2) -> NDArray[np.float32]:
+    def _costs_of(self, grid: Grid) -> LayeredCostmap:
         costs = LayeredCostmap(
             self.params.costmap,
             self.robot.footprint,
             avoid_unknown=self.robot.sensors.forward_sensing_only,
         )
         costs.set_static(grid)
+        return costs
+
+    def _cost_to_come(self, costs: Costmap, robot: SE2) -> NDArray[np.float32]:
         try:
-            return self._planner.potential(costs.update(), robot)
+            return self._planner.potential(costs, robot)
         except PlanningError:
             # the robot's cell is occupied: nothing is reachable
-            return np.full(grid.cells.shape, np.inf, np.float32)
+            return np.full(costs.cells.shape, np.inf, np.float32)

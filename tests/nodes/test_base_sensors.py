@@ -216,7 +216,7 @@ def test_an_age_of_the_pose_counts_for_a_second_at_most() -> None:
     assert latencies[-1] == pytest.approx(0.15 + TICK)
 
 
-@pytest.mark.parametrize(("wall", "blind"), [(0.5, False), (math.inf, True)])
+@pytest.mark.parametrize(("wall", "blind"), [(0.5, False), (0.6, False), (math.inf, True)])
 def test_a_camera_before_a_known_wall_is_not_blind(wall: float, blind: bool) -> None:
     """What the monitor remembers explains that the camera measures nothing; in the open, nothing explains it."""
     base = BaseBench()

@@ -108,7 +108,7 @@ def test_a_fine_scan_clears_all_that_it_passes() -> None:
 def test_of_fine_rays_one_passes_through_each_cell(robot: Robot) -> None:
     """More cost time and clear nothing more: at the end of the memory they are a cell apart."""
     one = monitor(robot)
-    cell, farthest = one.polygons.resolution, one._reach
+    cell, farthest = one.polygons.resolution, one.reach
     for increment in (cell / farthest / 7.5, -cell / farthest / 7.5):
         assert one._thinning(increment) == 7
     assert one._thinning(cell / farthest * 1.1) == 1 == one._thinning(0.0) == one._thinning(1.0)

@@ -106,7 +106,7 @@ class CollisionMonitorNode(MotionReasonsNode):
 
         def known() -> NDArray[np.float64]:
             assert pose is not None, "without odometry no camera is judged"
-            return self._monitor.points(pose, now_ns, self._monitor.polygons.reach)
+            return self._monitor.points(pose, now_ns, self._monitor.reach)
 
         before = self._verdict
         judged = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)

@@ -22,6 +22,7 @@ from chefbot.safety import local_memory as memory
 from chefbot.safety.contact_time import first_contact
 from chefbot.safety.monitor_polygons import CREEP_SPEED, OUTLINE_INSET, MonitorPolygons, safe_fraction
 from chefbot.safety.monitor_text import MIN_DRIVING_SPEED, SensedPoint, obstacle_text, unseen_text
+from chefbot.safety.obstacle_sensors import max_blind_distance
 from chefbot.safety.params import CollisionMonitorParams
 
 ECHO_TIMEOUT_NS = 300_000_000
@@ -69,11 +70,13 @@ class CollisionMonitor:
         blind = 0.0
         if camera is not None:
             steepest = camera.mount.pitch + math.atan(camera.half_height)
-            blind = camera.mount.x + camera.mount.z / math.tan(max(steepest, 0.1))
+            floor = camera.mount.z / math.tan(max(steepest, 0.1))
+            blind = camera.mount.x + max(floor, max_blind_distance(camera))
         lidar = robot.sensors.lidar
         self._near_noise = NEAR_DEVIATIONS * lidar.noise if lidar is not None else 0.0
-        self._reach = max(polygons.reach, blind) + 2.0 * polygons.circumscribed
-        self._memory = memory.new_memory(self._reach, polygons.resolution)
+        self.reach = max(polygons.reach, blind) + 2.0 * polygons.circumscribed
+        """Distance up to which obstacles are remembered, m."""
+        self._memory = memory.new_memory(self.reach, polygons.resolution)
         self._points = np.empty((memory.MAX_POINTS, 2))
         self._layers = np.empty(memory.MAX_POINTS, np.int64)
         self._stamps = np.empty(memory.MAX_POINTS, np.int64)
@@ -113,7 +116,7 @@ class CollisionMonitor:
 
     def _thinning(self, increment: float) -> int:
         """Return of how many neighbouring rays one passes through each cell within reach."""
-        spacing = abs(increment) * self._reach
+        spacing = abs(increment) * self.reach
         return max(1, int(self.polygons.resolution / spacing)) if spacing > 0.0 else 1
 
     def process_obstacles(self, scan: ObstacleScan, sensor: SE2) -> None:

@@ -90,13 +90,13 @@ def marked_directions(
 
     sensor: pose of the camera. It and the directions are in the frame of the costmap.
     """
-    distances = np.arange(0.0, _max_blind_distance(camera), costs.resolution / 2)
+    distances = np.arange(0.0, max_blind_distance(camera), costs.resolution / 2)
     x = sensor.x + np.cos(directions)[:, None] * distances
     y = sensor.y + np.sin(directions)[:, None] * distances
     return np.asarray((costs.values(x, y, outside=0) == LETHAL).any(axis=1))
 
 
-def _max_blind_distance(camera: DepthCamera) -> float:
+def max_blind_distance(camera: DepthCamera) -> float:
     """Return the distance within which a known obstacle may be too near to be seen, m.
 
     Ranges are measured along the optical axis, so the minimum range is longest at the edge of the view.
@@ -179,7 +179,7 @@ class ObstacleSensors:
         assert scan is not None and spec is not None
         points = known_points()
         x, y = points[:, 0] - spec.mount.x, points[:, 1] - spec.mount.y
-        near = np.hypot(x, y) <= _max_blind_distance(spec)
+        near = np.hypot(x, y) <= max_blind_distance(spec)
         # directions from the first one on, in a turn that begins as far before it as a point explains
         increment = scan.angle_increment or 2.0 * math.pi
         offsets = (np.arctan2(y[near], x[near]) - spec.mount.yaw - scan.angle_min) / increment

@@ -22,7 +22,9 @@ WheelWatch::Fault WheelWatch::update(int16_t duty, int16_t speed, int16_t no_loa
     const uint16_t effort = magnitude(duty), pace = magnitude(speed);
     const bool slow = pace < static_cast<uint16_t>(no_load / SLOW_PART);
     const bool against = (duty < 0) != (speed < 0) && !slow;
-    const bool reversed = lasts(effort >= ENCODER_DUTY && against, REVERSE_STEPS, &reversed_);
+    // A wheel that brakes counts against its motor, too, but slows down; with exchanged wires it gets faster.
+    if (!against) pace_before_ = pace;
+    const bool reversed = lasts(effort >= ENCODER_DUTY && pace > pace_before_, REVERSE_STEPS, &reversed_);
     const bool silent = lasts(effort >= ENCODER_DUTY && pace == 0, SILENT_STEPS, &silent_);
     const bool stalled = lasts(effort >= STALL_DUTY && slow, STALL_STEPS, &stalled_);
     return reversed || silent ? ENCODER : stalled ? STALL : NONE;

@@ -19,12 +19,13 @@ class WheelWatch {
 
     static const uint8_t STALL_STEPS = 25;    // hard driven, hardly moving: 0.25 s
     static const uint8_t SILENT_STEPS = 20;   // driven, not one tick: 0.2 s
-    static const uint8_t REVERSE_STEPS = 10;  // driven one way, counting the other: 0.1 s
+    static const uint8_t REVERSE_STEPS = 10;  // driven one way, counting the other, faster: 0.1 s
     static const uint16_t STALL_DUTY = 600, ENCODER_DUTY = 300;
     static const int16_t SLOW_PART = 16;      // of the no-load speed
 
   private:
     uint8_t stalled_ = 0, silent_ = 0, reversed_ = 0;
+    uint16_t pace_before_ = 0;  // ticks/s when it last counted with the motor
 };
 
 // Filtered voltage: motors cause short dips, an empty pack a permanently low voltage.

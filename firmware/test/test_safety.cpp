@@ -45,6 +45,25 @@ TEST(a_reversed_encoder_is_named_after_a_tenth) {
     CHECK_EQ(steps_to(WheelWatch::ENCODER, -900, -5000), 0);
 }
 
+TEST(a_wheel_that_brakes_is_no_fault) {
+    for (int sign : {1, -1}) {
+        WheelWatch watch;
+        CHECK(watch.update(static_cast<int16_t>(sign * 300), static_cast<int16_t>(sign * 5000), NO_LOAD) ==
+              WheelWatch::NONE);
+        for (int pace = 4999; pace >= SLOW; pace -= 20) {
+            CHECK(watch.update(static_cast<int16_t>(-sign * 900), static_cast<int16_t>(sign * pace), NO_LOAD) ==
+                  WheelWatch::NONE);
+        }
+    }
+}
+
+TEST(a_wheel_that_runs_away_from_its_motor_is_a_fault) {
+    WheelWatch watch;
+    CHECK(watch.update(300, 3000, NO_LOAD) == WheelWatch::NONE);
+    for (int i = 1; i <= 12; ++i) CHECK(watch.update(900, -3000, NO_LOAD) == WheelWatch::NONE);
+    for (int i = 1; i <= 12; ++i) CHECK((watch.update(900, -3001, NO_LOAD) == WheelWatch::ENCODER) == (i >= 10));
+}
+
 TEST(a_moment_of_motion_starts_the_count_anew) {
     WheelWatch watch;
     for (int round = 0; round < 10; ++round) {

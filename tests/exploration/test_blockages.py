@@ -44,7 +44,8 @@ def reachable(grid: Grid, x: float, y: float) -> bool:
 def test_what_lies_behind_a_mirror_is_not_reachable() -> None:
     grid, blockages = room(), Blockages()
     assert reachable(blockages.on(grid), 4.0, 3.0)
-    blockages.add(ROBOT, with_mirror(grid), grid)
+    assert blockages.add(ROBOT, with_mirror(grid), grid)
+    assert not blockages.add(ROBOT, with_mirror(grid), grid), "it is known by now"
     assert not reachable(blockages.on(grid), 4.0, 3.0)
     assert reachable(blockages.on(grid), 2.0, 5.0), "this side is free as before"
     assert np.array_equal(grid.cells, room().cells), "the map itself is as it was"

@@ -219,3 +219,38 @@ def test_a_blocked_door_is_retried_before_exploration_ends():
             return
         explorer.mark_failed(goal)
     raise AssertionError("it never ends")
+
+
+def room_with_a_door_leaf():
+    """6 x 4 m, with a doorway in the lower wall that an open door leaf hides from the upper left."""
+    truth = np.zeros((80, 120), np.int8)
+    truth[[0, 1, -1, -2]] = truth[:, [0, 1, -1, -2]] = 1
+    truth[20, :60] = truth[20, 80:] = 1
+    for share in np.linspace(0.0, 1.0, 60):
+        truth[round(20 + 17 * share), round(60 + 11 * share)] = 1
+    return truth
+
+
+def test_what_a_door_leaf_hides_is_looked_at_from_beside_it():
+    """Along the leaf the cheapest viewpoint sees the edge of the unknown, and little of it."""
+    pose, mapper = SE2(2.0, 2.6, 0.0), Mapper(room_with_a_door_leaf(), 2 * math.pi, 8.0)
+    mapper.look(pose)
+    grid, explorer = mapper.grid(), Explorer(0.45)  # a large robot, to which that is too little
+    costs = LayeredCostmap(CostmapParams(), disc(RADIUS))
+    costs.set_static(grid)
+    cost = np.ascontiguousarray(GridPlanner().potential(costs.update(), pose), np.float32)
+    (hidden,) = [one for one in find_frontiers(grid, 35, 2.0) if math.hypot(one.x - 4.1, one.y - 1.7) < 0.1]
+    cheapest, beside = explorer._viewpoints(grid, cost, hidden, close_first=False)
+    gains = [explorer._goal(grid, 1.0, pose, hidden, cell).gain for cell in (cheapest, beside)]
+    assert gains[0] < explorer._required_gain.value < 1.0 < gains[1]
+    assert (hidden.x, hidden.y) not in [(one.x, one.y) for one in explorer.decide(grid, cost, pose).skipped]
+
+
+def test_an_attempt_that_showed_an_obstacle_counts_half():
+    """As the next one has another path; in the end the frontier is given up all the same."""
+    explorer = Explorer(RADIUS)
+    goals = []
+    while (goal := decide_at_the_door(explorer, False)) is not None and not goal.blocked:
+        goals.append(goal)
+        explorer.mark_failed(goal, learned=True)
+    assert len(goals) == 2 * explorer.params.max_attempts

@@ -109,7 +109,7 @@ class Ekf:
     def _is_tilted_at(self, reading: ImuReading) -> bool:
         if self._tilt.process(reading):
             self._continue_level()
-        elif self._tilt.upright and reading.stamp_ns - (self._newest_level.stamp_ns or 0) > LEVEL_NS:
+        elif self._tilt.upright and abs(reading.stamp_ns - (self._newest_level.stamp_ns or 0)) > LEVEL_NS:
             self._level, self._newest_level = self._newest_level, self.belief
         return self._tilt.tilted
 

@@ -97,7 +97,7 @@ def explore(field, reach, start):
 
 @pytest.mark.parametrize(
     ("field", "reach", "longest"),
-    [(2 * math.pi, 8.0, 84.0), (math.radians(58), 6.0, 75.0)],
+    [(2 * math.pi, 8.0, 80.0), (math.radians(58), 6.0, 75.0)],
     ids=["lidar", "camera"],
 )
 @pytest.mark.slow

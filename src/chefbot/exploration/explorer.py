@@ -22,6 +22,8 @@ LOOK_AROUND_GAIN_RATIO = 2.0
 """Minimum ratio of unknown area all around to that ahead for which a narrow sensor turns around."""
 MIN_BLOCKED_GAIN = 4.0
 """Minimum unknown area behind a blocked passage, m^2, for which the robot checks it again."""
+MIN_HIDDEN_GAIN = 1.0
+"""Minimum unknown area in view from beside a frontier, m^2, that is worth a goal if the first viewpoint is not."""
 UNREACHABLE = "unreachable: no path to a place that sees it"
 TOO_LITTLE = "too small: less unknown floor than the robot covers"
 DIMINISHED = "too little unknown floor, after goals that showed hardly any"
@@ -142,12 +144,12 @@ class Explorer:
         ]
         if sum(failed) >= self.params.max_attempts:
             return f"failed {len(failed)} times"
-        gain = -math.inf
+        gain, required = -math.inf, self._required_gain.value
         for cell in self._viewpoints(grid, cost, frontier, close_first=bool(failed)):
             goal = self._goal(grid, float(cost[cell]), pose, frontier, cell)
-            if goal.gain >= self._required_gain.value:
+            if goal.gain >= required:
                 return goal
-            gain = max(gain, goal.gain)
+            gain, required = max(gain, goal.gain), max(required, MIN_HIDDEN_GAIN)
         if gain < 0.0:
             return UNREACHABLE
         return DIMINISHED if gain >= self._required_gain.minimum else TOO_LITTLE

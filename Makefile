@@ -4,8 +4,8 @@ PYTHON ?= python3
 BIN := $(VENV)/bin
 TOOLS := $(VENV)/tools
 ARGS ?=
-# Processes that test at once: about 40 % of a test's time is waiting, so that three keep two cores busy.
-TESTERS ?= 3
+# Processes that test at once: about half of a test's time is waiting, so that four keep two cores busy.
+TESTERS ?= 4
 
 SMALL_SET := localize_home localize_hotel go_narrow go_hall drive_workshop deliver_hotel explore_home
 

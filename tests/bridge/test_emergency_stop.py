@@ -94,7 +94,7 @@ class Gate:
         return any(speed > 0.0 for speed in self.speeds[count:])
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 def test_late_subscribers_and_restarted_bases_get_the_stop_state(tmp_path: Path) -> None:
     path = tmp_path / "gate.yaml"

@@ -65,7 +65,7 @@ def refusal(network: Network, *arguments: str) -> str:
     return output
 
 
-@pytest.mark.rotated("launches on several machines")
+@pytest.mark.rotated("launches of several processes")
 def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     robot = network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")
     join = ("--join", f"tls/{network.address('robot1')}")
@@ -107,7 +107,7 @@ def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     assert "The robot was restarted" in end(there)
 
 
-@pytest.mark.rotated("launches on several machines")
+@pytest.mark.rotated("launches of several processes")
 def test_slam_and_web_ui_of_one_launch_run_on_another_machine(network: Network) -> None:
     same = ("launch", "several_machines", *ROBOT, "slam:=alice", "screen:=alice")
     robot = network.chefbot("robot1", *same)
@@ -121,7 +121,7 @@ def test_slam_and_web_ui_of_one_launch_run_on_another_machine(network: Network) 
     assert "did you mean 'alice'" in refusal(network, *same[1:], "--host", "alise")
 
 
-@pytest.mark.rotated("launches on several machines")
+@pytest.mark.rotated("launches of several processes")
 def test_keyboard_teleop_runs_on_another_machine(network: Network) -> None:
     network.chefbot("robot1", "launch", "chefbot_empty_world", "robot:=chefbot_lidar", "pictures:=0")
     page = network.page_user("robot1")
@@ -147,7 +147,7 @@ def test_keyboard_teleop_runs_on_another_machine(network: Network) -> None:
     os.close(theirs)
 
 
-@pytest.mark.rotated("launches on several machines")
+@pytest.mark.rotated("launches of several processes")
 def test_emergency_stop_is_shared_by_all_pages_and_machines(network: Network) -> None:
     network.chefbot("robot1", "launch", "chefbot_empty_world", "robot:=chefbot_lidar", "pictures:=0")
     join = ("robot:=chefbot_lidar", "--join", f"tls/{network.address('robot1')}")

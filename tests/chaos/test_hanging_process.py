@@ -39,7 +39,7 @@ def check_hang(observer: DeliveryObserver, process: str) -> None:
     assert in_simulated_time(fault.stopped_ms, STOP_MS) and in_time(took, BACK_S)
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 @pytest.mark.timed
 def test_deliveries_succeed_while_each_process_hangs(tmp_path: Path) -> None:
@@ -73,7 +73,7 @@ def other_load(loops: int) -> Iterator[None]:
             process.wait()
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 @pytest.mark.parametrize("compiles", [False, True], ids=["computes", "compiles"])
 def test_a_long_computation_on_a_busy_machine_is_not_killed(tmp_path: Path, compiles: bool) -> None:

@@ -21,7 +21,7 @@ STOP_NS = 200_000_000
 """Simulated time at a real-time factor of 1; supervisor and base both work with a period of 50 ms."""
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 @pytest.mark.timed
 def test_robot_stops_when_the_controller_dies_and_resumes_later() -> None:

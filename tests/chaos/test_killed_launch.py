@@ -65,7 +65,7 @@ def drive(joystick: Joystick, bench: BoardBench) -> None:
     wait_for(lambda: min(bench.wheels.speed) > 0.5 * max_speed(ROBOT) / ROBOT.metres_per_tick)
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 @pytest.mark.timed
 def test_a_killed_launch_stops_the_board_and_leaves_no_process(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_a_killed_launch_stops_the_board_and_leaves_no_process(tmp_path: Path) -
         bench.close()
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 @pytest.mark.timed
 def test_all_worker_processes_end_with_the_main_process(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def check_kill(observer: DeliveryObserver, process: str) -> None:
     assert in_simulated_time(fault.stopped_ms, STOP_MS) and in_time(took, BACK_S)
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 @pytest.mark.timed
 def test_robot_stops_recovers_and_delivers_after_each_kill(tmp_path: Path) -> None:
@@ -57,7 +57,7 @@ def test_robot_stops_recovers_and_delivers_after_each_kill(tmp_path: Path) -> No
         assert observer.chefbot.process.returncode == 0
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 @pytest.mark.timed
 def test_a_killed_mapper_resumes_with_its_map(tmp_path: Path) -> None:

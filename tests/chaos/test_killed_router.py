@@ -93,7 +93,7 @@ def new_subscriber_receives(port: int) -> bool:
         return found and received.get(timeout=PATIENCE).data > 0.0
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 def test_a_killed_external_router_interrupts_no_topic(launch_file: Path) -> None:
     port = free_port()
@@ -112,7 +112,7 @@ def test_a_killed_external_router_interrupts_no_topic(launch_file: Path) -> None
             assert new_subscriber_receives(port)
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 def test_another_launch_connects_after_the_router_launch_dies(launch_file: Path) -> None:
     port = free_port()

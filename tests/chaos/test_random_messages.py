@@ -75,7 +75,7 @@ def publish_random_messages(launch: str, robot: str, count: int, room: Path, *mo
     return result
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("invalid messages")
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [5, 7, 11])
 def test_two_thousand_random_messages_do_not_stop_navigation(room: Path, seed: int) -> None:
@@ -83,7 +83,7 @@ def test_two_thousand_random_messages_do_not_stop_navigation(room: Path, seed: i
     assert result["goal_distance"] < ARRIVED, result
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("invalid messages")
 @pytest.mark.slow
 @pytest.mark.parametrize(("launch", "robot"), CASES)
 def test_random_messages_end_and_block_no_launch(launch: str, robot: str, room: Path) -> None:

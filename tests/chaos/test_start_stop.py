@@ -33,7 +33,7 @@ def start_and_stop() -> float:
     return took
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.timed
 @pytest.mark.parametrize(
     "times", [pytest.param(TIMES, marks=pytest.mark.slow), pytest.param(MANY, marks=pytest.mark.long)]

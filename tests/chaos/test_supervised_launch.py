@@ -20,7 +20,7 @@ def main_process(parent: int) -> int | None:
     return next(iter(children_of(parent)), None)
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 def test_a_supervised_launch_is_back_after_each_kill() -> None:
     with run_chefbot("launch", "--supervised", str(HERE / "two_processes.yaml")) as (chefbot, node):

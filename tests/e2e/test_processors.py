@@ -31,7 +31,7 @@ def run(processor: str, *arguments: str) -> str:
     return done.stdout
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("equal runs")
 @pytest.mark.slow
 @pytest.mark.parametrize("processor", OTHER_PROCESSORS)
 def test_filters_are_bit_identical_on_every_processor(processor: str) -> None:

@@ -54,7 +54,7 @@ def test_the_loop_example_is_short() -> None:
     assert len((EXAMPLES / "00_one_loop.py").read_text().splitlines()) < 80
 
 
-@pytest.mark.rotated("example programs")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_the_loop_example_maps_the_room_and_returns(tmp_path: Path) -> None:
     done = run(str(EXAMPLES / "00_one_loop.py"), "map.png", folder=tmp_path)
@@ -66,7 +66,7 @@ def test_the_loop_example_maps_the_room_and_returns(tmp_path: Path) -> None:
     assert abs(width * 0.05 - 5.0) < 0.3 and abs(height * 0.05 - 4.0) < 0.3
 
 
-@pytest.mark.rotated("example programs")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_example_planner_drives_the_robot_through_the_room(tmp_path: Path) -> None:
     done = run(str(EXAMPLES / "01_a_planner.py"), folder=tmp_path)
@@ -76,7 +76,7 @@ def test_example_planner_drives_the_robot_through_the_room(tmp_path: Path) -> No
     assert "Everything within reach is seen. 0 collisions." in done.stdout
 
 
-@pytest.mark.rotated("example programs")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_a_launch_finds_the_planner_beside_its_file(tmp_path: Path) -> None:
     arguments = ["world:=room", "robot:=chefbot_lidar", "headless:=true", "speed:=0", "duration:=1"]

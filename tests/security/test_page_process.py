@@ -97,7 +97,7 @@ def stopped_after(robot: Robot, since: float) -> float:
     return 1e3 * (next(at for at, speed in robot.speeds if at > since and speed == 0.0) - since)
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 @pytest.mark.timed
 def test_a_dead_page_stops_remote_driving_and_is_back() -> None:

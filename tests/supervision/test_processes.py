@@ -153,7 +153,7 @@ def launched(tmp_path: Path, port: int) -> Iterator[Launched]:
     one.process.communicate()
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 def test_processes_communicate_restart_and_leave_nothing_behind(launched: Launched, port: int) -> None:
     double: queue.Queue[Float64] = queue.Queue()
@@ -191,7 +191,7 @@ def test_processes_communicate_restart_and_leave_nothing_behind(launched: Launch
         assert again.is_router  # the port is free
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 def test_a_killed_launch_leaves_no_orphan_processes(launched: Launched) -> None:
     assert launched.wire.graph.wait_for(lambda _: launched.there("cook", "doubler"), PATIENCE)

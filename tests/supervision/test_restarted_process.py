@@ -60,7 +60,7 @@ def lie(node: RmwNode) -> None:
         events.publish(ParameterEvent(Time(), "/base", changed_parameters=changed))
 
 
-@pytest.mark.rotated("killed and hanging processes")
+@pytest.mark.rotated("launches of several processes")
 @pytest.mark.slow
 def test_parameters_and_orders_survive_a_process_restart(tmp_path: Path) -> None:
     path = tmp_path / "service.yaml"

@@ -18,3 +18,6 @@ def ignore_constants_of_the_code() -> None:
         strings=providers.SortedSet(),
     )
     providers.HypothesisProvider._local_constants = none  # type: ignore[assignment]
+    providers._get_local_constants = lambda: (
+        none
+    )  # it takes a second per process to find those that are not used

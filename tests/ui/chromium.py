@@ -14,7 +14,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from tests.support.waiting import PATIENCE
@@ -30,7 +30,12 @@ FLAGS = [
 NO_GPU = ["--disable-gpu"]
 SCREENSHOTS = "CHEFBOT_SCREENSHOTS"
 """Environment variable with the folder for pictures of all tabs that tests open."""
-SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SOFTWARE_GL = [
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--window-size=800,600",
+]
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: `apt-get install chromium`")
 
 
@@ -149,6 +154,13 @@ class Tab:
         ]
 
 
+class Profile(NamedTuple):
+    """A tab with cookies and storage of its own."""
+
+    context: str
+    address: str
+
+
 class Browser:
     """A browser that runs until this process ends; its tabs know nothing of each other."""
 
@@ -162,6 +174,7 @@ class Browser:
         self._process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
         self._stack.callback(self._end)
         self.port, self._path = _devtools_address(Path(folder))
+        self._unused: list[Profile] = []
         atexit.register(self._stack.close)
 
     @property
@@ -174,18 +187,44 @@ class Browser:
 
     @contextlib.contextmanager
     def profile(self) -> Iterator[str]:
-        """Yield the DevTools address of a tab with cookies and storage of its own, which are gone afterwards.
+        """Yield the DevTools address of an empty tab without cookies and storage.
 
+        A new one costs a process that compiles all scripts again, so tests share one until one of them fails.
         Nothing stays connected: a thread that draws random numbers for its pings would disturb Hypothesis.
         """
+        profile = self._unused.pop() if self._unused else self._new_profile()
+        try:
+            yield profile.address
+            _forget(profile)
+        except BaseException:
+            with self._connected() as browser:
+                browser.call("Target.disposeBrowserContext", browserContextId=profile.context)
+            raise
+        self._unused.append(profile)
+
+    def _new_profile(self) -> Profile:
+        with self._connected() as browser:
+            context = browser.call("Target.createBrowserContext")["browserContextId"]
+            new = browser.call("Target.createTarget", url="about:blank", browserContextId=context)
+        return Profile(context, f"ws://127.0.0.1:{self.port}/devtools/page/{new['targetId']}")
+
+    @contextlib.contextmanager
+    def _connected(self) -> Iterator[Tab]:
         with _connect(f"ws://127.0.0.1:{self.port}{self._path}") as connection:
-            browser = Tab(connection)
-            profile = browser.call("Target.createBrowserContext")["browserContextId"]
-            try:
-                new = browser.call("Target.createTarget", url="about:blank", browserContextId=profile)
-                yield f"ws://127.0.0.1:{self.port}/devtools/page/{new['targetId']}"
-            finally:
-                browser.call("Target.disposeBrowserContext", browserContextId=profile)
+            yield Tab(connection)
+
+
+def _forget(profile: Profile) -> None:
+    """Empty a tab, its storage, and what its browser keeps of the addresses that it visited."""
+    with _connect(profile.address) as connection:
+        tab = Tab(connection)
+        origin = tab.evaluate("location.origin")
+        tab.call("Page.navigate", url="about:blank")
+        tab.wait_for("location.href === 'about:blank' && document.readyState === 'complete'")
+        if origin.startswith("http"):
+            tab.call("Storage.clearDataForOrigin", origin=origin, storageTypes="all")
+        tab.call("Network.clearBrowserCookies")
+        tab.call("Network.clearBrowserCache")
 
 
 _BROWSERS: dict[tuple[str, ...], Browser] = {}

@@ -12,7 +12,7 @@ SMALL_SET := localize_home localize_hotel go_narrow go_hall drive_workshop deliv
 COMPILE_KERNELS := from rich.console import Console; from chefbot.kernels.precompile import compile_kernels; \
     compile_kernels(Console())
 
-.PHONY: demo test test-fast test-long lint kernels docs prove scoreboard chaos safety-gate safety-mutants bench bench-slam fuzz fuzz-firmware fuzz-host lock check-lock audit sbom clean
+.PHONY: demo test test-fast test-long test-modules lint kernels docs prove scoreboard chaos safety-gate safety-mutants bench bench-slam fuzz fuzz-firmware fuzz-host lock check-lock audit sbom clean
 
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
@@ -20,16 +20,16 @@ demo: $(VENV)/.demo
 # Of tests marked `rotated` it runs one case each, with another commit another one. Kernels are compiled once, before
 # several processes of the tests need them at the same time.
 test: $(VENV)/.dev
-	@$(MAKE) --no-print-directory -j2 lint kernels
+	@$(MAKE) --no-print-directory -j2 lint kernels test-modules
 	CHEFBOT_ROTATE=1 $(BIN)/pytest -q -n $(TESTERS) --dist worksteal $(ARGS)
 
-test-fast: $(VENV)/.dev kernels
+test-fast: $(VENV)/.dev kernels test-modules
 	$(BIN)/pytest -q -n $(TESTERS) --dist worksteal -m "not slow and not long" $(ARGS)
 
 # On a machine without other work: what needs minutes each, limits in seconds, and new examples for every property.
 # An example that it finds is kept in its test as `@example`.
 ROUNDS ?= 5
-test-long: $(VENV)/.dev kernels
+test-long: $(VENV)/.dev kernels test-modules
 	$(BIN)/pytest -q -n $(TESTERS) --dist worksteal -m rotated $(ARGS)
 	CHEFBOT_QUIET_MACHINE=1 $(BIN)/pytest -q -s -m "long or timed" $(ARGS)
 	for round in $$(seq $(ROUNDS)); do HYPOTHESIS_PROFILE=search \
@@ -40,6 +40,10 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# All testers would compile the modules of the tests at once.
+test-modules: $(VENV)/.dev
+	@$(BIN)/pytest -q --collect-only -p no:xdist > /dev/null || true  # errors are reported by the run itself
 
 kernels: $(VENV)/.demo
 	@$(BIN)/python -c '$(COMPILE_KERNELS)'

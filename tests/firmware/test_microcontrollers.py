@@ -156,7 +156,7 @@ def scenario(both: EmulatorAndHost, seconds: float, seed: int) -> None:
         both.step()
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("drives of microcontrollers")
 @pytest.mark.slow
 def test_microcontrollers_reproduce_ticks_states_and_messages(emulator: BoardEmulator) -> None:
     both = EmulatorAndHost(emulator)
@@ -182,7 +182,7 @@ def test_microcontrollers_reproduce_ticks_states_and_messages(emulator: BoardEmu
         (PicoEmulator, "pins"),
     ],
 )
-@pytest.mark.rotated
+@pytest.mark.rotated("drives of microcontrollers")
 @pytest.mark.slow
 def test_other_wirings_drive_the_motors_in_the_same_way(
     kind: type[MegaEmulator | PicoEmulator], wiring: str, tmp_path: Path

@@ -84,6 +84,7 @@ def pixels(tab: Tab) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
 
 
+@pytest.mark.rotated("3-D view")
 def test_links_are_drawn_at_their_poses_in_the_description(tab: Tab) -> None:
     tab.evaluate("document.getElementById('fixed-frame').value = 'base_link', modelView.prepare()")
     for link in links(ROBOT):
@@ -222,6 +223,7 @@ def screen_position(tab: Tab, x: float, y: float) -> tuple[float, float]:
     return left + width * (1 + across) / 2, top + height * (1 - down) / 2
 
 
+@pytest.mark.rotated("3-D view")
 def test_dragging_on_the_floor_sends_a_goal_without_orbiting(tab: Tab) -> None:
     tab.evaluate("document.getElementById('fixed-frame').value = 'odom', modelView.home()")
     tab.wait_for("modelView.frames.glides.done && !modelView.stage.pending")
@@ -311,6 +313,7 @@ def test_poses_are_interpolated_between_updates(tab: Tab, server: WebUiServer) -
     assert places == pytest.approx([0.0, 0.05, 0.1], abs=0.002)
 
 
+@pytest.mark.rotated("3-D view")
 def test_a_broken_description_is_explained_and_retried() -> None:
     web_ui = WebUiServer(0, "127.0.0.1", print)
     web_ui.set_layer("description", "<robot><link name='bro")
@@ -332,6 +335,7 @@ def test_a_broken_description_is_explained_and_retried() -> None:
         robot.stop()
 
 
+@pytest.mark.rotated("3-D view")
 def test_a_browser_without_3d_still_shows_the_map() -> None:
     web_ui = WebUiServer(0, "127.0.0.1", print)
     flags = ["--disable-gpu", "--disable-3d-apis"]

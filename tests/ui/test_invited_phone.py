@@ -41,6 +41,7 @@ def flags(port: int) -> list[str]:
     return [*NO_GPU, f"--host-resolver-rules=MAP {NAME} 127.0.0.1", safe]
 
 
+@pytest.mark.rotated("invited phone")
 @pytest.mark.slow
 @needs_chromium
 def test_the_page_opens_without_the_robot() -> None:
@@ -63,6 +64,7 @@ def test_the_page_opens_without_the_robot() -> None:
     server.stop()
 
 
+@pytest.mark.rotated("invited phone")
 @pytest.mark.slow
 @needs_chromium
 def test_the_page_reports_a_revoked_link() -> None:
@@ -81,6 +83,7 @@ def test_the_page_reports_a_revoked_link() -> None:
     server.stop()
 
 
+@pytest.mark.rotated("invited phone")
 def test_the_manifest_names_files_that_are_served() -> None:
     manifest = json.loads(static_files()["manifest.json"])
     assert {icon["src"].removeprefix("./") for icon in manifest["icons"]} <= set(static_files())

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from tests.arch.formulas import Formula, copies, formulas, read
 
+pytestmark = pytest.mark.slow
 SOURCE = Path(__file__).parents[2] / "src" / "chefbot"
 ON_PURPOSE = {"design/sizing/chapter_method.py"}
 """The book chapter's own calculation, with its own pi and gravity, is shown beside ours."""
@@ -19,7 +20,6 @@ def source() -> tuple[Formula, ...]:
     return tuple(formula for path, text in files for formula in formulas(text, path))
 
 
-@pytest.mark.slow
 def test_no_formula_of_the_robot_stands_twice(source) -> None:
     assert len(source) > 50
     places = [f"{one.function}, line {one.line}: {one.text}" for one in copies(source)]

@@ -94,6 +94,6 @@ def test_only_what_is_as_permanent_as_a_wall_remains_far_away(source: str, remai
     empty = costs.permanent_cells()
     costs.layer(source)[29, 50] = LETHAL
     far = SE2(100.0, 0.0, 0.0)
-    for found in (costs.costs_without_marks(), costs.costs_without_far_marks(far)):
+    for found in (costs.costs_without_marks(), costs.costs_without_far_marks([far])):
         assert bool(found.cells[29, 50] == LETHAL) is remains
     assert (costs.permanent_cells() != empty) is remains

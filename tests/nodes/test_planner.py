@@ -87,10 +87,10 @@ def test_a_closed_door_out_of_sight_may_be_open_again() -> None:
     for start in (far, near):
         with pytest.raises(PlanningError):
             planner.plan(costs.update(), start, home)
-    assert len(planner.plan(costs.costs_without_far_marks(far), far, home)) > 10
+    assert len(planner.plan(costs.costs_without_far_marks([far]), far, home)) > 10
     with pytest.raises(PlanningError):
         planner.plan(
-            costs.costs_without_far_marks(near), near, home
+            costs.costs_without_far_marks([near]), near, home
         )  # the door is in sight and the person still there
 
 

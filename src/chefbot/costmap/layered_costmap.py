@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap import raytrace
+from chefbot.costmap.cell_masks import disc_mask, discs_mask, polygon_mask
 from chefbot.costmap.inflation import cost_table
 from chefbot.costmap.layer import CellMark, CostmapLayer, LayerSettings
 from chefbot.costmap.layers import InflationLayer, StaticLayer, built_in_layers
@@ -254,7 +255,7 @@ class LayeredCostmap:
         self, pose: SE2, radius: float, source: str | None = None, keep: Collection[str] = ()
     ) -> None:
         """Clear the marks of all sources but `keep`, or only of `source`, within `radius` metres of the pose."""
-        mask = self._disk_mask(pose, radius)
+        mask = disc_mask(self.geometry, pose, radius)
         self.note_change(pose, radius)
         for name, layer in self.sources.items():
             if source in (None, name) and name not in keep:
@@ -271,9 +272,9 @@ class LayeredCostmap:
         window = self.window_around(pose, radius).expanded(0, self.static.shape)
         if window.empty:
             return  # the robot is outside the costmap
-        covered = self._disk_mask(pose, radius, window)
+        covered = disc_mask(self.geometry, pose, radius, window)
         if len(self._footprint):
-            covered &= self._polygon_mask(pose, margin, window)
+            covered &= polygon_mask(self.geometry, pose, self._robot.polygon(), margin, window)
         self._unmark(covered, window, keep)
 
     def clear_discs(self, centres: NDArray[np.float64], radius: float, keep: Collection[str] = ()) -> None:
@@ -283,7 +284,7 @@ class LayeredCostmap:
             pose = SE2(x, y, 0.0)
             window = self.window_around(pose, reach).expanded(0, self.static.shape)
             if not window.empty:
-                self._unmark(self._disk_mask(pose, reach, window), window, keep)
+                self._unmark(disc_mask(self.geometry, pose, reach, window), window, keep)
 
     def _unmark(self, covered: NDArray[np.bool_], window: CellWindow, keep: Collection[str]) -> None:
         """Make marked cells of a window unknown where `covered`, in the layers of all sources but `keep`."""
@@ -314,10 +315,11 @@ class LayeredCostmap:
         self._combined.update(self)
         return self._costmap(self._combined.costs)
 
-    def costs_without_far_marks(self, pose: SE2) -> Costmap:
-        """Return the costs as `update` does, but without marks beyond the marking range of the pose that may have
+    def costs_without_far_marks(self, poses: Sequence[SE2]) -> Costmap:
+        """Return the costs as `update` does, but without marks beyond the marking range of all poses that may have
         left since."""
-        return self._costs_of(marks_in(self.sources, self._disk_mask(pose, self.params.marking_range)))
+        near = discs_mask(self.geometry, poses, self.params.marking_range)
+        return self._costs_of(marks_in(self.sources, near))
 
     def costs_without_marks(self) -> Costmap:
         """Return the costs of the map, its zones and what is as permanent, without other marks."""
@@ -350,7 +352,7 @@ class LayeredCostmap:
         finally:
             self.cost_table = usual
         for x, y in people.tolist():
-            beside = self._disk_mask(SE2(x, y, 0.0), radius)
+            beside = disc_mask(self.geometry, SE2(x, y, 0.0), radius)
             costs.cells[beside & (costs.cells < INSCRIBED)] = INSCRIBED
         return replace(costs, footprint=self._robot.polygon(margin))
 
@@ -376,25 +378,3 @@ class LayeredCostmap:
 
     def _costmap(self, cells: NDArray[np.uint8]) -> Costmap:
         return Costmap(cells, self.resolution, self.origin_x, self.origin_y, self._footprint, self.lanes)
-
-    def _disk_mask(self, pose: SE2, radius: float, window: CellWindow | None = None) -> NDArray[np.bool_]:
-        """Return which cells of the window, or of all, have their centre within `radius` metres of the pose."""
-        rows, columns = window.slices if window is not None else (slice(None), slice(None))
-        h, w = self.static.shape
-        x = self.origin_x + (np.arange(w)[columns] + 0.5) * self.resolution - pose.x
-        y = self.origin_y + (np.arange(h)[rows] + 0.5) * self.resolution - pose.y
-        return x[None, :] ** 2 + y[:, None] ** 2 <= radius * radius
-
-    def _polygon_mask(self, pose: SE2, margin: float, window: CellWindow) -> NDArray[np.bool_]:
-        """Return which cells of the window have their centre inside the footprint, `margin` metres from its edges."""
-        rows, columns = window.slices
-        h, w = self.static.shape
-        x = self.origin_x + (np.arange(w)[columns] + 0.5) * self.resolution - pose.x
-        y = self.origin_y + (np.arange(h)[rows] + 0.5) * self.resolution - pose.y
-        inside = np.ones((len(y), len(x)), np.bool_)
-        corners = SE2(0.0, 0.0, pose.yaw).apply(self._robot.polygon())
-        for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-            # distance to the left of the edge, counter-clockwise
-            left = (bx - ax) * (y[:, None] - ay) - (by - ay) * (x[None, :] - ax)
-            inside &= left >= margin * math.hypot(bx - ax, by - ay)
-        return inside

@@ -132,7 +132,7 @@ class PlannerNode(BlockageFinderNode):
         except PlanningError as error:
             if error.failure not in RETRY_WITHOUT_FAR_MARKS:
                 raise
-            return self._planner.plan(self._costs.costs_without_far_marks(robot), start, goal)
+            return self._planner.plan(self._costs_without_far_marks(robot), start, goal)
 
     def _narrow_costs(self) -> Costmap:
         """Return the costs of the map with narrow passages open, but none beside people.

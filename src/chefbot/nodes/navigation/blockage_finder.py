@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.causes.obstacles import nearest_lethal
+from chefbot.costmap.recent_poses import RecentPoses
 from chefbot.maths.costs import INSCRIBED, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Time
@@ -28,9 +29,6 @@ from chefbot.planning.waiting_place import find_waiting_place
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.transform_buffer import TransformError
 
-PEOPLE_TIMEOUT_NS = 1_000_000_000
-"""Age from which the places of people count no more, ns."""
-
 
 class BlockageFinderNode(PlannerCausesNode):
     """Base class of a node that plans on the global costmap and finds what blocks a path.
@@ -45,6 +43,7 @@ class BlockageFinderNode(PlannerCausesNode):
         """Start without a search; the first request creates it for the map."""
         super().start()
         self._search: tuple[OccupancyGrid, ParkingSearch] | None = None
+        self._recent = RecentPoses()
         self._unmarked: tuple[OccupancyGrid, MapZones | None, tuple[bytes, ...], Costmap] | None = None
 
     def reconfigure(self, params: Any) -> None:
@@ -82,8 +81,15 @@ class BlockageFinderNode(PlannerCausesNode):
             self._planner.plan(costs, robot, goal)
         except PlanningError as error:
             if error.failure in RETRY_WITHOUT_FAR_MARKS:
-                return self._costs.costs_without_far_marks(robot)
+                return self._costs_without_far_marks(robot)
         return costs
+
+    def _costs_without_far_marks(self, robot: SE2) -> Costmap:
+        """Return the costs without marks that may have left since the robot was near.
+
+        What it has just been near counts: else it would turn back to that as soon as it is out of sight.
+        """
+        return self._costs.costs_without_far_marks(self._recent.add(robot, self.now_ns * 1e-9))
 
     def _result(
         self, blockage: Blockage, numbers: NDArray[np.uint32], costs: PathCosts
@@ -132,18 +138,3 @@ class BlockageFinderNode(PlannerCausesNode):
         if self._search is None or self._search[0] is not self.map.last:
             self._search = self.map.last, ParkingSearch(self.map.last.grid, self.robot.circumscribed_radius)
         return self._search[1]
-
-    def _people(self) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
-        """Return numbers (n,) and places (n, 2) of the people who are tracked now, in the frame map."""
-        tracked = self.tracked_people.last
-        nobody = np.empty(0, np.uint32), np.empty((0, 2))
-        if tracked is None or not tracked.people:
-            return nobody
-        if self.now_ns - tracked.header.stamp.ns > PEOPLE_TIMEOUT_NS:
-            return nobody
-        try:
-            frame = self.tf.lookup("map", tracked.header.frame_id)
-        except TransformError:
-            return nobody
-        places = np.array([[one.position.x, one.position.y] for one in tracked.people])
-        return np.array([one.id for one in tracked.people], np.uint32), frame.apply(places)

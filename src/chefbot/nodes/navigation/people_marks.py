@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.sources import DROP_OFFS, LASTING_SOURCES
@@ -14,6 +17,8 @@ from chefbot.people.trails import BODY_RADIUS, PeopleTrails
 from chefbot.runtime.node import In, Node
 from chefbot.runtime.transform_buffer import TransformError
 
+PEOPLE_TIMEOUT_NS = 1_000_000_000
+"""Age from which the places of people count no more for a plan, ns."""
 MAX_AGE = 0.5
 """Age of the last message from which it does not say any more where people are, s."""
 
@@ -55,3 +60,18 @@ class PeopleMarksNode(Node):
         except TransformError:
             return NOBODY  # not localized
         return NearbyPeople(predicted_states(message, age, frame), contact)
+
+    def _people(self) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
+        """Return numbers (n,) and places (n, 2) of the people who are tracked now, in the frame of the costmap."""
+        tracked = self.tracked_people.last
+        nobody = np.empty(0, np.uint32), np.empty((0, 2))
+        if tracked is None or not tracked.people:
+            return nobody
+        if self.now_ns - tracked.header.stamp.ns > PEOPLE_TIMEOUT_NS:
+            return nobody
+        try:
+            frame = self.tf.lookup(self.costmap_frame, tracked.header.frame_id)
+        except TransformError:
+            return nobody
+        places = np.array([[one.position.x, one.position.y] for one in tracked.people])
+        return np.array([one.id for one in tracked.people], np.uint32), frame.apply(places)

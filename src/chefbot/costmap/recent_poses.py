@@ -8,7 +8,7 @@ from collections import deque
 from chefbot.maths.se2 import SE2
 
 RECENT_TIME = 30.0
-"""Time for which a pose is kept, s: a robot that turns to another path after it met an obstacle is well on its way."""
+"""Time for which a pose is kept, s: a robot that took another path after it met an obstacle is well on its way."""
 SPACING = 0.5
 """Distance from the pose before from which another one is kept, m: a fraction of any sensor's range."""
 

@@ -54,6 +54,6 @@ def _centres(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return x (w,) and y (h,) of the centres of columns and rows from the pose, m, along the axes of the grid."""
     rows, columns = window.slices if window is not None else (slice(None), slice(None))
-    x: NDArray[np.float64] = grid.origin_x + (np.arange(grid.width)[columns] + 0.5) * grid.resolution - pose.x
-    y: NDArray[np.float64] = grid.origin_y + (np.arange(grid.height)[rows] + 0.5) * grid.resolution - pose.y
+    x = grid.origin_x + (np.arange(grid.width, dtype=np.float64)[columns] + 0.5) * grid.resolution - pose.x
+    y = grid.origin_y + (np.arange(grid.height, dtype=np.float64)[rows] + 0.5) * grid.resolution - pose.y
     return x, y

@@ -14,7 +14,7 @@ from tests.support.glass_scans import ANGLES, FAR, PERIOD, drive, post, scan_of,
 
 from chefbot.costmap.glass_detection import GlassDetector, GlassPoints
 from chefbot.costmap.glass_layer import GlassLayer
-from chefbot.costmap.layer import LayerSettings
+from chefbot.costmap.layer import CostmapLayer, LayerSettings
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import LOCAL_COSTMAP
 from chefbot.costmap.sources import GLASS, LASER
@@ -105,7 +105,7 @@ def test_people_who_pass_a_robot_that_stands_are_not_glass(x: float, walk: float
 
 def costmap(robot: str = "chefbot_lidar") -> LayeredCostmap:
     given = LayerSettings(LOCAL_COSTMAP, load_robot(robot))
-    layers = [load_plugin(name, object, given) for name in LOCAL_COSTMAP.layers]
+    layers = [load_plugin(name, object, given, CostmapLayer) for name in LOCAL_COSTMAP.layers]
     assert any(isinstance(layer, GlassLayer) for layer in layers)
     return LayeredCostmap(LOCAL_COSTMAP, disc(0.15), rolling=True, layers=layers)
 

@@ -56,7 +56,7 @@ class Stripe(CostmapLayer):
 
 def layers(names: tuple[str, ...], params: CostmapParams = PARAMS) -> list[CostmapLayer]:
     given = LayerSettings(params, ROBOT, drop_range(ROBOT))
-    return [load_plugin(name, StaticLayer, given) for name in names]
+    return [load_plugin(name, StaticLayer, given, CostmapLayer) for name in names]
 
 
 def costmap(names: tuple[str, ...] = EVERY, *, rolling: bool = False) -> LayeredCostmap:

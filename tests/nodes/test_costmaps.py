@@ -190,7 +190,7 @@ def test_chair_seats_are_kept() -> None:
 
 
 def test_unknown_cells_are_minus_one_in_the_message() -> None:
-    """nav_msgs/OccupancyGrid defines this value; known cells have percentages."""
-    cells = np.array([[FREE, LETHAL - 1, LETHAL, UNKNOWN]], np.uint8)
+    """nav_msgs/OccupancyGrid defines this value; known cells have the percentages of Nav2's translation table."""
+    cells = np.array([[FREE, 1, 2, 127, LETHAL - 2, LETHAL - 1, LETHAL, UNKNOWN]], np.uint8)
     message = costmap_message(Header(), Costmap(cells, 0.05, 0.0, 0.0))
-    assert message.data.tolist() == [0, 99, 100, -1]
+    assert message.data.tolist() == [0, 1, 1, 49, 98, 99, 100, -1]

@@ -352,7 +352,12 @@ def test_the_command_ends_with_the_exit_code(tmp_path: Path, scenario: str, runs
 
 
 def test_scenarios_are_completed() -> None:
-    assert scenarios("deliver_") == ["deliver_any_hotel", "deliver_any_robot", "deliver_hotel", "deliver_hotel_camera"]
+    assert scenarios("deliver_") == [
+        "deliver_any_hotel",
+        "deliver_any_robot",
+        "deliver_hotel",
+        "deliver_hotel_camera",
+    ]
 
 
 def test_a_wrong_scheduler_is_refused_before_compiling(

@@ -57,8 +57,8 @@ def judged(policy: SensorPolicy, time_ms: int, pose_ms: int | None = None) -> Se
 @pytest.mark.parametrize(
     ("silent", "restriction"),
     [
-        ("lidar", Restriction.CREEP),
-        ("depth camera", Restriction.CREEP),
+        ("lidar", Restriction.STOP_UNLESS_TELEOP),
+        ("depth camera", Restriction.STOP_UNLESS_TELEOP),
         ("ultrasonic ranger", Restriction.SLOW),
     ],
 )
@@ -69,18 +69,18 @@ def test_a_sensor_that_stops_restricts_until_it_is_back(silent: str, restriction
     feed(policy, 1100, 1500, silent)
     found = judged(policy, 1510)
     assert found.restriction is restriction and silent in found.fault
-    assert found.stop_reason == (found.fault if restriction is Restriction.CREEP else "")
+    assert found.stop_reason == (found.fault if restriction is Restriction.STOP_UNLESS_TELEOP else "")
     feed(policy, 1600, 2200)
     assert judged(policy, 2210) == SensorVerdict(Restriction.NONE)
 
 
 def test_an_optional_sensor_counts_from_its_first_message_on() -> None:
-    assert judged(SensorPolicy(ROBOT, ()), 0).restriction is Restriction.CREEP
+    assert judged(SensorPolicy(ROBOT, ()), 0).restriction is Restriction.STOP_UNLESS_TELEOP
     policy = SensorPolicy(ROBOT, ALL)
     assert policy.judge(0, None, None, lambda: NOTHING) == SensorVerdict(Restriction.NONE)
     feed(policy, 0, 1000)
     assert judged(policy, 1010) == SensorVerdict(Restriction.NONE)
-    assert judged(policy, 1400).restriction is Restriction.CREEP
+    assert judged(policy, 1400).restriction is Restriction.STOP_UNLESS_TELEOP
 
 
 def test_late_and_future_odometry_is_named() -> None:
@@ -96,9 +96,9 @@ def test_what_is_left_of_a_command() -> None:
     def left(restriction: Restriction, v: float, w: float, source: CommandSource = TELEOP) -> float:
         return restricted(StampedCommand(v, w, 0, source), SensorVerdict(restriction, "x"), 0.15, 0.14)
 
-    assert left(Restriction.NONE, 0.35, 1.0) == 1.0 and left(Restriction.CREEP, 0.0, 0.0) == 1.0
-    assert left(Restriction.CREEP, 0.35, 0.0, NAVIGATION) == 0.0
-    assert left(Restriction.CREEP, 0.35, 0.0) == pytest.approx(0.04 / 0.35)
+    assert left(Restriction.NONE, 0.35, 1.0) == 1.0 and left(Restriction.STOP_UNLESS_TELEOP, 0.0, 0.0) == 1.0
+    assert left(Restriction.STOP_UNLESS_TELEOP, 0.35, 0.0, NAVIGATION) == 0.0
+    assert left(Restriction.STOP_UNLESS_TELEOP, 0.35, 0.0) == pytest.approx(0.04 / 0.35)
     assert left(Restriction.SLOW, 0.35, 0.0) == pytest.approx(0.4) and left(Restriction.SLOW, 0.0, 1.0) == 1.0
     assert left(Restriction.NO_FORWARD, -0.35, 0.0, NAVIGATION) == 1.0
     assert left(Restriction.NO_FORWARD, 0.35, 0.0) == 0.0
@@ -134,10 +134,10 @@ def test_odometry_counts_for_300_ms(age_ms: int, fault: str) -> None:
 @pytest.mark.parametrize(
     ("restriction", "v", "w", "left"),
     [
-        (Restriction.CREEP, 0.1, 2.0, 0.04 / 0.4),
-        (Restriction.CREEP, -0.1, -2.0, 0.04 / 0.4),
-        (Restriction.CREEP, 0.02, 0.0, 1.0),
-        (Restriction.CREEP, 0.0, -2.0, 0.04 / 0.3),
+        (Restriction.STOP_UNLESS_TELEOP, 0.1, 2.0, 0.04 / 0.4),
+        (Restriction.STOP_UNLESS_TELEOP, -0.1, -2.0, 0.04 / 0.4),
+        (Restriction.STOP_UNLESS_TELEOP, 0.02, 0.0, 1.0),
+        (Restriction.STOP_UNLESS_TELEOP, 0.0, -2.0, 0.04 / 0.3),
         (Restriction.SLOW, -0.28, 1.0, 0.5),
         (Restriction.SLOW, 0.1, 0.0, 1.0),
         (Restriction.NO_FORWARD, 0.0, 1.0, 1.0),
@@ -168,7 +168,7 @@ def test_nobody_drives_while_the_motors_are_off() -> None:
 def test_nobody_but_an_operator_creeps() -> None:
     for source in (NAVIGATION, None):
         command = StampedCommand(0.3, 0.0, 0, source)
-        assert restricted(command, SensorVerdict(Restriction.CREEP, "x"), 0.15, 0.14) == 0.0
+        assert restricted(command, SensorVerdict(Restriction.STOP_UNLESS_TELEOP, "x"), 0.15, 0.14) == 0.0
 
 
 def test_odometry_is_needed_by_who_sees_only() -> None:
@@ -183,7 +183,7 @@ def test_odometry_is_needed_by_who_sees_only() -> None:
         feed(policy, 0, 1000)
         assert policy.judge(1010 * MS, IDENTITY, 1010 * MS, lambda: NOTHING).restriction is Restriction.NONE
         lost = policy.judge(1010 * MS, None, None, lambda: NOTHING)
-        assert lost.restriction is Restriction.CREEP and "no odometry yet" in lost.stop_reason
+        assert lost.restriction is Restriction.STOP_UNLESS_TELEOP and "no odometry yet" in lost.stop_reason
 
 
 def test_a_fault_of_a_sensor_is_named_before_the_odometry() -> None:
@@ -264,8 +264,8 @@ def test_faults_of_several_sensors_restrict_together() -> None:
     back = StampedCommand(-0.28, 0.0, 0, NAVIGATION)
     assert restricted(back, both, 0.15, 0.14) == pytest.approx(0.5)
     late = judged(policy, 1520, 600)
-    assert late.restriction is Restriction.CREEP and "odometry is late" in late.fault
+    assert late.restriction is Restriction.STOP_UNLESS_TELEOP and "odometry is late" in late.fault
     assert late.others == (Restriction.NO_FORWARD, Restriction.SLOW)
     assert restricted(StampedCommand(0.1, 0.0, 0, TELEOP), late, 0.15, 0.14) == 0.0
     lost = policy.judge(1520 * MS, None, None, lambda: NOTHING)
-    assert lost.restriction is Restriction.CREEP and lost.others == (Restriction.SLOW,)
+    assert lost.restriction is Restriction.STOP_UNLESS_TELEOP and lost.others == (Restriction.SLOW,)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.sources import CAMERA, DROP_OFFS, LASER, UPRIGHT
-from chefbot.maths.costs import LETHAL, Costmap
+from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 
 UNSEEN_MARGIN = 0.15
 """Distance from the robot's front at which a drop-off is marked whose edge the camera has not seen, m."""
-_COST_TO_OCCUPANCY = np.concatenate([np.arange(255) * 100 // LETHAL, [-1]]).astype(np.int8)
-"""Occupancy in percent, as in nav_msgs/OccupancyGrid, by cost; -1 for UNKNOWN."""
+_COST_TO_OCCUPANCY = np.array(
+    [0, *(1 + 97 * (cost - 1) // 251 for cost in range(1, INSCRIBED)), 99, 100, -1], np.int8
+)
+"""Occupancy in percent by cost, as Nav2's Costmap2DPublisher translates it: 1 to 98 for costs below INSCRIBED."""
 
 
 class ObstacleMarking(NamedTuple):

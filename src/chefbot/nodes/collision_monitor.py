@@ -55,7 +55,7 @@ class CollisionMonitorNode(MotionReasonsNode):
         self._policy = SensorPolicy(self.robot, params.monitor.optional_sensors)
         self._latency = LatencyEstimator(COMMAND_PERIOD, max_speed(self.robot), INITIAL_LATENCY)
         # nothing has been seen yet; teleoperation that begins now is not interrupted when the sensors come
-        self._verdict = SensorVerdict(Restriction.CREEP)
+        self._verdict = SensorVerdict(Restriction.STOP_UNLESS_TELEOP)
         self._last_pose: tuple[SE2, int] | None = None
 
     # -- sensors

@@ -65,7 +65,7 @@ class ControllerNode(
 
     def _make_controller(self) -> Controller:
         make_dwa = partial(self.params.make_dwa, self.robot)
-        return load_plugin(self.params.plugin, make_dwa, self.params.settings)
+        return load_plugin(self.params.plugin, make_dwa, self.params.settings, Controller)
 
     @property
     def is_active(self) -> bool:

@@ -28,7 +28,7 @@ from chefbot.planning.global_planning import (
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.narrow_passages import is_map_narrow
 from chefbot.planning.params import PlannerParams
-from chefbot.planning.planner import Planner, PlanningError
+from chefbot.planning.planner import Planner, PlanningError, checked_path
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Out
 from chefbot.runtime.plugins import load_plugin
@@ -67,7 +67,7 @@ class PlannerNode(BlockageFinderNode):
         self._planner = self._make_planner()
 
     def _make_planner(self) -> Planner:
-        planner: Planner = load_plugin(self.params.plugin, GridPlanner, self.params.settings)
+        planner: Planner = load_plugin(self.params.plugin, GridPlanner, self.params.settings, Planner)
         if isinstance(planner, GridPlanner):
             planner.walls = lambda: self._costs.static_costs()
         return planner
@@ -84,7 +84,7 @@ class PlannerNode(BlockageFinderNode):
             return ComputePathToPose_Result(error_code=error.code, error_msg=str(error))
         self._costs.clear_footprint(robot, keep=(DROP_OFFS,))
         try:
-            poses = self._find_path(robot, start, target)
+            poses = checked_path(self._find_path(robot, start, target), self.params.plugin)
         except PlanningError as error:
             code = ERROR_CODES[error.failure]
             self.report_failure(error, self._planner, start, target)

@@ -102,7 +102,7 @@ def _collisions(
 
 
 def _rejoin_index(collides: NDArray[np.bool_], length: NDArray[np.float64], first: int) -> int:
-    """Return the index of the first pose with BEHIND metres of free path before it, else of the last pose."""
+    """Return the index of the first pose with REJOIN_DISTANCE of free path before it, else of the last pose."""
     blocked = first
     for i in range(first + 1, len(collides)):
         if collides[i]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +31,26 @@ class PlanningError(ChefbotError):
         self.failure = failure
 
 
+class InvalidPathError(ChefbotError):
+    """Raised when a planner plugin returned something else than a path."""
+
+
 class Planner(Protocol):
     """Interface of a global planner; a custom one is named as `pkg.module:Class` in the launch file."""
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Return poses (n, 3) x, y, yaw from start to goal in the costmap's frame; raise PlanningError if none."""
+
+
+def checked_path(path: Any, plugin: str) -> NDArray[np.float64]:
+    """Return what `plan` returned as an array (n, 3). InvalidPathError, with the plugin's name, if it is none."""
+    try:
+        poses = np.asarray(path, np.float64)
+    except (TypeError, ValueError):
+        poses = np.empty(0)
+    if poses.ndim != 2 or poses.shape[1] != 3 or not np.isfinite(poses).all():
+        shape = getattr(path, "shape", type(path).__name__)
+        raise InvalidPathError(
+            f"plugin {plugin!r}: plan must return finite poses (n, 3) x, y, yaw, not {shape}"
+        )
+    return poses

@@ -72,7 +72,10 @@ def _resolve_like(text: bytes, path: Path, seen: tuple[Path, ...]) -> Any:
     base_name, seen = data.pop(LIKE), (*seen, path.resolve())
     if not isinstance(base_name, str):
         raise RobotFileError(f"{where}: {LIKE} must be the name of a robot or of a file")
-    base_path = find_robot(base_name)
+    try:
+        base_path = find_robot(base_name)
+    except RobotFileError as error:
+        raise RobotFileError(f"{where}: {LIKE}: {error}") from None
     base_path = base_path if base_path.is_absolute() else path.parent / base_path
     base = read_bytes(base_path, "robot file")
     if base_path.resolve() in seen:

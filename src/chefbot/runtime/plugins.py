@@ -11,12 +11,23 @@ from typing import Any
 from chefbot.errors import UserError
 
 
-def load_plugin(name: str, built_in: Callable[[Any], Any], settings: Any) -> Any:
+def load_plugin(name: str, built_in: Callable[[Any], Any], settings: Any, interface: type) -> Any:
     """Create a plugin from `pkg.module:Class` or the name of an entry point.
 
-    An empty name means `built_in`.
+    An empty name means `built_in`. interface: the class that declares the methods of such a plugin. Raises UserError
+    for a plugin that does not exist or lacks a method.
     """
-    return (built_in if not name else _find(name))(settings)
+    if not name:
+        return built_in(settings)
+    plugin_class = _find(name)
+    for method, declared in vars(interface).items():
+        is_required = callable(declared) and not method.startswith("_")
+        if is_required and not callable(getattr(plugin_class, method, None)):
+            raise UserError(
+                f"plugin {name!r} has no method {method!r}; a {interface.__name__.lower()} needs all methods of "
+                f"{interface.__module__}:{interface.__name__}"
+            )
+    return plugin_class(settings)
 
 
 def class_path(name: str, group: str) -> tuple[str, str]:

@@ -27,7 +27,7 @@ class Restriction(Enum):
     NONE = "none"
     SLOW = "slow"
     NO_FORWARD = "not forward"
-    CREEP = "creep"
+    STOP_UNLESS_TELEOP = "stop unless teleop"
     """Stop; an operator may creep once he has let go of the stick."""
     STOP = "stop"
     """Stop, regardless of who commands: the motors are off."""
@@ -51,7 +51,7 @@ class SensorVerdict(NamedTuple):
     @property
     def requires_stop(self) -> bool:
         """Whether the robot has to stop, unless an operator makes it creep."""
-        return self.restriction in (Restriction.CREEP, Restriction.STOP)
+        return self.restriction in (Restriction.STOP_UNLESS_TELEOP, Restriction.STOP)
 
     def with_board_fault(self, fault: str) -> SensorVerdict:
         """Return the verdict with the motor board's fault, empty for none; its motors are off, so it comes first."""
@@ -84,7 +84,11 @@ class SensorPolicy:
             fault = fault or odometry_fault(now_ns, pose, pose_ns)
         blind = self.obstacle_sensors.blind_beyond(known) if pose is not None or not fault else ""
         slow = self._ranger_fault(now_ns)
-        found = ((Restriction.CREEP, fault), (Restriction.NO_FORWARD, blind), (Restriction.SLOW, slow))
+        found = (
+            (Restriction.STOP_UNLESS_TELEOP, fault),
+            (Restriction.NO_FORWARD, blind),
+            (Restriction.SLOW, slow),
+        )
         restrictions = [(restriction, text) for restriction, text in found if text]
         if not restrictions:
             return SensorVerdict(Restriction.NONE)
@@ -135,6 +139,6 @@ def _fraction(command: StampedCommand, restriction: Restriction, radius: float, 
         return 1.0 if command.v <= 0.0 else 0.0
     if restriction is Restriction.SLOW:
         return min(1.0, slow_speed / abs(command.v)) if command.v else 1.0
-    if restriction is Restriction.CREEP and command.source is not CommandSource.TELEOP:
+    if restriction is Restriction.STOP_UNLESS_TELEOP and command.source is not CommandSource.TELEOP:
         return 0.0
     return min(1.0, CREEP_SPEED / speed)

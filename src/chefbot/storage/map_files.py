@@ -118,6 +118,8 @@ def read_map_files(path: Path) -> MapFiles:
             f"map picture {image} does not exist; to use the one beside the YAML file, write image: {image.name}"
             f" in {path}"
         )
+    if not exists:
+        raise MapFormatError(f"{where}: image: {image} does not exist")
     return MapFiles(about, read_bytes(image, "map picture", MAX_IMAGE_BYTES), f"map picture {image}")
 
 

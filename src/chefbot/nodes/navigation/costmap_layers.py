@@ -19,7 +19,9 @@ def make_costmap(params: CostmapParams, robot: Robot, *, rolling: bool) -> Layer
     In the costmap of the map, a robot that sees only ahead keeps its radius from unknown space.
     """
     settings = LayerSettings(params, robot, drop_range(robot))
-    layers: list[CostmapLayer] = [load_plugin(name, StaticLayer, settings) for name in params.layers]
+    layers: list[CostmapLayer] = [
+        load_plugin(name, StaticLayer, settings, CostmapLayer) for name in params.layers
+    ]
     avoid_unknown = robot.sensors.forward_sensing_only and not rolling
     return LayeredCostmap(
         params, robot.footprint, rolling=rolling, avoid_unknown=avoid_unknown, layers=layers

@@ -221,7 +221,7 @@ def test_another_file_given_as_a_robot_is_named(tmp_path, text, kind):
         ("two.yaml", "refers back to itself"),
         ("one.yaml", "refers back to itself"),
         ("nowhere.yaml", "does not exist"),
-        ("chefbit", "did you mean 'chefbot'"),
+        ("chefbit", r"two.yaml: like: .*did you mean 'chefbot'"),
         ("[chefbot]", "must be the name"),
         ("/etc/passwd", "not valid YAML|must be|missing|Expected|sections"),
     ],

@@ -310,3 +310,10 @@ def test_one_flipped_bit_on_disk_is_found(tmp_path_factory, place, junk, in_yaml
     assert loaded.cells.shape == grid.cells.shape
     assert loaded.resolution == float(declared["resolution"])
     assert (loaded.origin_x, loaded.origin_y) == tuple(map(float, declared["origin"][:2]))
+
+
+def test_a_map_whose_picture_is_gone_names_file_and_key(tmp_path):
+    save_map(tmp_path / "m.yaml", a_map(1))
+    (tmp_path / "m.pgm").unlink()
+    with pytest.raises(ConfigError, match=r"map file .*m\.yaml: image: .*m\.pgm does not exist"):
+        load_map(tmp_path / "m.yaml")

@@ -18,6 +18,5 @@ def ignore_constants_of_the_code() -> None:
         strings=providers.SortedSet(),
     )
     providers.HypothesisProvider._local_constants = none  # type: ignore[assignment]
-    providers._get_local_constants = lambda: (
-        none
-    )  # it takes a second per process to find those that are not used
+    # to find those that are not used would take a second in each process
+    providers._get_local_constants = lambda: none

@@ -18,6 +18,14 @@ from chefbot.people.motion_model import MotionState, propagate
 from chefbot.people.params import PeopleTrackerParams
 from chefbot.people.track import PersonTrack
 
+TRACKED_PEOPLE_TIMEOUT_NS = 1_000_000_000
+"""Age from which the places of people in a message count no more, ns."""
+
+
+def is_outdated(people: TrackedPeople, now_ns: int) -> bool:
+    """Return whether a message is too old to state where people are."""
+    return now_ns - people.header.stamp.ns > TRACKED_PEOPLE_TIMEOUT_NS
+
 
 def tracked_people(header: Header, tracks: Sequence[PersonTrack]) -> TrackedPeople:
     """Return the people of all tracks with covariances and last sightings."""

@@ -24,7 +24,7 @@ def load_plugin(name: str, built_in: Callable[[Any], Any], settings: Any, interf
         is_required = callable(declared) and not method.startswith("_")
         if is_required and not callable(getattr(plugin_class, method, None)):
             raise UserError(
-                f"plugin {name!r} has no method {method!r}; a {interface.__name__.lower()} needs all methods of "
+                f"plugin {name!r} has no method {method!r}; it needs all methods of "
                 f"{interface.__module__}:{interface.__name__}"
             )
     return plugin_class(settings)

@@ -17,11 +17,9 @@ from chefbot.msgs.chefbot_msgs import (
 from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import String
+from chefbot.people.people_messages import is_outdated
 from chefbot.runtime.node import In, Node, NoParams, Out
 from chefbot.runtime.transform_buffer import TransformError
-
-PEOPLE_TIMEOUT_NS = 1_000_000_000
-"""Age from which the places of people no longer count, ns: the tracker is silent."""
 
 
 class CausesNode(Node):
@@ -86,7 +84,7 @@ class CausesNode(Node):
     def _people(self, now_ns: int) -> tuple[TrackedPoint, ...]:
         """Return the places of the people tracked at a time, in the frame map; none if the tracker is silent."""
         tracked = self.tracked_people.last
-        if tracked is None or now_ns - tracked.header.stamp.ns > PEOPLE_TIMEOUT_NS:
+        if tracked is None or is_outdated(tracked, now_ns):
             return ()
         frame = self._lookup(tracked.header.frame_id)
         if frame is None or not tracked.people:

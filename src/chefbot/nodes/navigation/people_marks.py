@@ -12,13 +12,11 @@ from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.sources import DROP_OFFS, LASTING_SOURCES
 from chefbot.msgs.chefbot_msgs.people import TrackedPeople
-from chefbot.people.people_messages import predicted_states
+from chefbot.people.people_messages import is_outdated, predicted_states
 from chefbot.people.trails import BODY_RADIUS, PeopleTrails
 from chefbot.runtime.node import In, Node
 from chefbot.runtime.transform_buffer import TransformError
 
-PEOPLE_TIMEOUT_NS = 1_000_000_000
-"""Age from which the places of people count no more for a plan, ns."""
 MAX_AGE = 0.5
 """Age of the last message from which it does not say any more where people are, s."""
 
@@ -65,9 +63,7 @@ class PeopleMarksNode(Node):
         """Return numbers (n,) and places (n, 2) of the people who are tracked now, in the frame of the costmap."""
         tracked = self.tracked_people.last
         nobody = np.empty(0, np.uint32), np.empty((0, 2))
-        if tracked is None or not tracked.people:
-            return nobody
-        if self.now_ns - tracked.header.stamp.ns > PEOPLE_TIMEOUT_NS:
+        if tracked is None or not tracked.people or is_outdated(tracked, self.now_ns):
             return nobody
         try:
             frame = self.tf.lookup(self.costmap_frame, tracked.header.frame_id)

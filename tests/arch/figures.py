@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from tests.arch.dialect import WORDS
+from tests.arch.syntax import parse, parse_text
 
 REPOSITORY = Path(__file__).parents[2]
 SOURCE = REPOSITORY / "src" / "chefbot"
@@ -21,10 +22,6 @@ KERNEL_FOLDERS = ("odometry", "slam", "localization", "control", "planning", "co
 MAX_NODE_LINES, MAX_FLAT_FILES, FEWEST_WORDS = 150, 25, 5
 FEWEST_COMMENTS = 5.0
 """Comments per 100 code lines that the kernels have at least."""
-
-
-def parse(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(), str(path))
 
 
 def parts_of(identifier: str) -> list[str]:
@@ -196,7 +193,7 @@ def comments_per_100_lines(paths: list[Path]) -> float:
         text = path.read_text()
         documented = {
             line
-            for node in ast.walk(ast.parse(text))
+            for node in ast.walk(parse_text(text))
             if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
             for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)
         }

@@ -18,6 +18,8 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.arch.syntax import parse_text
+
 import chefbot.robot.chassis
 import chefbot.robot.drivetrain
 import chefbot.robot.sensors
@@ -64,7 +66,7 @@ class Formula(NamedTuple):
 
 def formulas(text: str, path: str) -> Iterator[Formula]:
     """Yield all products and sums of two or more attributes of the robot in a file's text."""
-    tree = ast.parse(text)
+    tree = parse_text(text)
     for owner, function in functions(tree):
         scope = scope_of(function, owner)
         for node in expressions(function):

@@ -51,7 +51,7 @@ def test_a_drop_off_is_lethal_and_a_flat_scan_keeps_it() -> None:
         IDENTITY,
         LaserScan(angle_min=-0.3, angle_increment=0.01, range_max=8.0, ranges=np.full(61, 5.0)),
     )
-    assert at_edge(costs, 1.01) == LETHAL and costs.layer("camera").max() != LETHAL
+    assert at_edge(costs, 1.01) == LETHAL and costs.source_cells("camera").max() != LETHAL
 
 
 @pytest.mark.parametrize(("seen_from", "cost"), [(0.0, FREE), (-0.8, LETHAL)])
@@ -83,7 +83,7 @@ def test_it_stays_under_the_edge_of_the_robot() -> None:
 
 def test_without_drop_offs_there_is_no_layer() -> None:
     costs = costs_with(np.inf)
-    assert not costs.has_layer(DROP_OFFS)
+    assert not costs.has_source(DROP_OFFS)
 
 
 def test_a_drop_off_at_a_huge_distance_takes_no_time() -> None:

@@ -123,7 +123,7 @@ def test_a_costmap_keeps_glass_that_beams_pass() -> None:
     show(costs, [(here, wall(here, 0.8, glass=True, end=1.3))] * 20, start=100)
     along = [costs.update().at(0.81, y) == LETHAL for y in np.arange(0.05, 0.9, 0.05)]
     assert all(along)
-    assert LETHAL not in costs.layer(LASER)  # which is why the layer of the laser is not enough
+    assert LETHAL not in costs.source_cells(LASER)  # which is why the layer of the laser is not enough
 
 
 def test_glass_that_has_left_is_cleared_at_a_right_angle() -> None:
@@ -132,14 +132,14 @@ def test_glass_that_has_left_is_cleared_at_a_right_angle() -> None:
     assert costs.update().at(0.81, 0.5) == LETHAL
     poses = [SE2(0.0, pose.y - 0.2, pose.yaw) for pose in drive(0.1, 1.5)]
     show(costs, [(pose, wall(pose, FAR, glass=False)) for pose in poses], start=100)
-    assert LETHAL not in costs.layer(GLASS)
+    assert LETHAL not in costs.source_cells(GLASS)
     assert costs.update().at(0.81, 0.5) != LETHAL
 
 
 def test_a_robot_without_lidar_finds_no_glass() -> None:
     costs = costmap("chefbot")
     show(costs, [(pose, wall(pose, 0.8, glass=True)) for pose in drive(0.3, 1.0)])
-    assert not costs.has_layer(GLASS)
+    assert not costs.has_source(GLASS)
 
 
 def test_a_mapper_gets_no_beams_of_glass() -> None:
@@ -163,12 +163,12 @@ def test_a_mapper_gets_all_beams_of_posts() -> None:
 def test_a_scan_with_hardly_a_beam_clears_nothing(beams: int) -> None:
     costs = costmap()
     show(costs, [(pose, wall(pose, 0.8, glass=True)) for pose in drive(0.3, 1.0)])
-    marked = int((costs.layer(GLASS) == LETHAL).sum())
+    marked = int((costs.source_cells(GLASS) == LETHAL).sum())
     scan = scan_of(SE2(0.0, 0.5, 0.0), np.full(len(ANGLES), math.inf), 100)
     for increment in (0.0, 0.1):
         few = msgspec.structs.replace(scan, angle_increment=increment, ranges=scan.ranges[:beams])
         costs.process(few, SE2(0.0, 0.5, 0.0))
-    assert int((costs.layer(GLASS) == LETHAL).sum()) == marked > 0
+    assert int((costs.source_cells(GLASS) == LETHAL).sum()) == marked > 0
 
 
 def test_a_lidar_that_turns_clockwise_finds_and_clears_glass() -> None:
@@ -186,4 +186,4 @@ def test_a_lidar_that_turns_clockwise_finds_and_clears_glass() -> None:
     for step, pose in enumerate(drive(0.1, 1.5)):
         before = SE2(0.0, pose.y - 0.2, pose.yaw)
         costs.process(reversed_scan(before, np.full(len(ANGLES), math.inf), 100 + step), before)
-    assert LETHAL not in costs.layer(GLASS)
+    assert LETHAL not in costs.source_cells(GLASS)

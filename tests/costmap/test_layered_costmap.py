@@ -141,7 +141,7 @@ def test_recoveries_clear_the_costmap_around_the_robot() -> None:
 @given(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.sampled_from([0.02, 0.05, 0.5]))
 def test_marks_are_cleared_in_cells_under_the_robot_only(x: float, y: float, resolution: float) -> None:
     costs = rolling_costmap(inflation_radius=0.0, track_unknown=False, resolution=resolution)
-    layer = costs.layer("camera")
+    layer = costs.source_cells("camera")
     layer[:] = LETHAL
     costs.clear_footprint(SE2(x, y, 0.0))
     corner_x = costs.origin_x + np.arange(layer.shape[1] + 1) * resolution - x

@@ -65,7 +65,7 @@ def test_what_is_far_stays_and_time_starts_again_when_it_is_near(costs: LayeredC
 
 
 def test_what_no_other_sensor_sees_stays(costs: LayeredCostmap) -> None:
-    costs.layer(CONTACT)[40, 60] = LETHAL
+    costs.source_cells(CONTACT)[40, 60] = LETHAL
     costs.note_change(SE2(3.02, 2.02, 0.0), 0.1)
     for time in range(10, 200):
         see(costs, LASER, HERE, float(time), ASIDE)

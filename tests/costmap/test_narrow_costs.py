@@ -82,7 +82,7 @@ def test_marks_of_glass_and_drop_offs_count_everywhere(source: str) -> None:
     costs = wall_with_gap(0.45, 0.0)
     nowhere = np.zeros(costs.shape, np.bool_)
     assert is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, nowhere).cells)
-    costs.layer(source)[29, 44] = LETHAL
+    costs.source_cells(source)[29, 44] = LETHAL
     assert not is_open(costs.narrow_costs(-HALF_CELL, NOBODY, 0.5, nowhere).cells)
 
 
@@ -92,7 +92,7 @@ def test_marks_of_glass_and_drop_offs_count_everywhere(source: str) -> None:
 def test_only_what_is_as_permanent_as_a_wall_remains_far_away(source: str, remains: bool) -> None:
     costs = wall_with_gap(1.0, 0.0)
     empty = costs.permanent_cells()
-    costs.layer(source)[29, 50] = LETHAL
+    costs.source_cells(source)[29, 50] = LETHAL
     far = SE2(100.0, 0.0, 0.0)
     for found in (costs.costs_without_marks(), costs.costs_without_far_marks([far])):
         assert bool(found.cells[29, 50] == LETHAL) is remains

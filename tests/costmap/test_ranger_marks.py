@@ -31,7 +31,7 @@ def echo(metres: float) -> Range:
 
 
 def marked(costs: LayeredCostmap, name: str) -> int:
-    return int((costs.layer(name) == LETHAL).sum())
+    return int((costs.source_cells(name) == LETHAL).sum())
 
 
 @pytest.mark.parametrize("metres", [0.3, 0.6, 0.9])
@@ -41,7 +41,7 @@ def test_glass_is_marked_by_repeated_echoes(metres: float) -> None:
         mark_range(costs, SENSOR, echo(metres))
     assert costs.update().at(SENSOR.x + metres, 0.01) == LETHAL
     assert costs.update().at(SENSOR.x + metres / 2.0, 0.01) != LETHAL
-    assert FREE not in costs.layer(RANGER)  # the ranger alone calls nothing free
+    assert FREE not in costs.source_cells(RANGER)  # the ranger alone calls nothing free
 
 
 def test_the_cone_clears_what_has_left() -> None:
@@ -61,7 +61,7 @@ def test_a_door_post_explains_an_echo() -> None:
     costs.mark_and_clear("laser", SENSOR, *post)
     for _ in range(5):
         mark_range(costs, SENSOR, echo(0.6))
-    assert not costs.has_layer(RANGER)
+    assert not costs.has_source(RANGER)
     for _ in range(5):
         mark_range(costs, SENSOR, echo(0.4))  # the post is too far away to explain this
     assert marked(costs, RANGER)
@@ -72,7 +72,7 @@ def test_no_echo_and_far_echoes_mark_nothing(metres: float) -> None:
     costs = costmap()
     for _ in range(5):
         mark_range(costs, SENSOR, echo(metres))
-    assert not costs.has_layer(RANGER)
+    assert not costs.has_source(RANGER)
 
 
 def test_no_echo_clears_nothing() -> None:
@@ -89,7 +89,7 @@ def test_a_contact_is_marked_where_the_robot_drove_to(yaw: float) -> None:
     costs, radius = costmap(), contact_radius(load_robot("chefbot"))
     mark_contact(costs, SE2(0.0, 0.0, yaw), radius)
     assert 1 <= marked(costs, CONTACT) <= 3
-    _, columns = np.nonzero(costs.layer(CONTACT) == LETHAL)
+    _, columns = np.nonzero(costs.source_cells(CONTACT) == LETHAL)
     x = costs.origin_x + (columns + 0.5) * costs.resolution
     assert (np.sign(x) == (1.0 if yaw == 0.0 else -1.0)).all()
 
@@ -102,7 +102,7 @@ def test_laser_and_recovery_keep_what_they_do_not_see() -> None:
     costs.clear_footprint(IDENTITY)
     assert costs.update().at(0.32, 0.01) == LETHAL
     costs.clear_around(IDENTITY, 2.0)
-    assert costs.layer(CONTACT).max() == UNKNOWN and not marked(costs, CONTACT)
+    assert costs.source_cells(CONTACT).max() == UNKNOWN and not marked(costs, CONTACT)
 
 
 def test_an_echo_from_outside_the_costmap_does_nothing() -> None:
@@ -116,7 +116,7 @@ def test_an_echo_from_outside_the_costmap_does_nothing() -> None:
 def test_an_echo_without_a_cone_marks_nothing(width: float) -> None:
     costs = costmap()
     mark_range(costs, SENSOR, Range(field_of_view=width, min_range=0.02, max_range=4.0, range=0.5))
-    assert not costs.has_layer(RANGER)
+    assert not costs.has_source(RANGER)
 
 
 def test_contacts_and_echoes_that_nothing_confirms_decay() -> None:

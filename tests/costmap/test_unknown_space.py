@@ -62,21 +62,21 @@ def test_incremental_updates_equal_a_full_recalculation(seed: int, unseen: float
     static = rng.choice(np.array([FREE, FREE, FREE, LETHAL, UNKNOWN], np.uint8), SHAPE)
     costs = layered(static, unseen, track)
     costs.update()
-    marks = costs.layer("laser")
+    marks = costs.source_cells("laser")
     for _ in range(5):
         r, c = int(rng.integers(0, 20)), int(rng.integers(0, 26))
         marks[r : r + 3, c : c + 3] = rng.choice(np.array([FREE, LETHAL, UNKNOWN], np.uint8))
         costs.note_change(SE2(c + 1.5, r + 1.5, 0.0), 2.2)
         updated = costs.update()
     full = layered(static, unseen, track)
-    full.layer("laser")[:] = marks
+    full.source_cells("laser")[:] = marks
     assert np.array_equal(updated.cells, full.update().cells)
 
 
 def test_layers_overwrite_free_space_and_fill_unknown_cells() -> None:
     static = np.array([[FREE, FREE, UNKNOWN, UNKNOWN, LETHAL]], np.uint8)
     costs = layered(static, 0.0, True)
-    costs.layer("laser")[:] = np.array([[LETHAL, UNKNOWN, FREE, UNKNOWN, FREE]], np.uint8)
+    costs.source_cells("laser")[:] = np.array([[LETHAL, UNKNOWN, FREE, UNKNOWN, FREE]], np.uint8)
     costs.layers = costs.layers[:-1]  # without inflation
     assert costs.update().cells.tolist() == [[LETHAL, FREE, FREE, UNKNOWN, LETHAL]]
     assert inflate(static, np.array([LETHAL], np.uint8))[0, 4] == LETHAL

@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.delivery.round_state import RoundState
-from chefbot.delivery.status_messages import IN_ROUND, STANDING
+from chefbot.delivery.status_messages import IDLE_STATES, ROUND_STATES
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand
 
-STATES = st.sampled_from([*IN_ROUND, *STANDING, "errand"])
+STATES = st.sampled_from([*ROUND_STATES, *IDLE_STATES, "errand"])
 
 
 @given(state=STATES, hold_reason=st.sampled_from(["", "stop", "choice", "errand"]))
@@ -24,4 +24,4 @@ def test_a_held_round_drives_nowhere_but_on_an_errand(state: str, hold_reason: s
         assert leg is not None and (leg.place, leg.pose) == ("table_3", None)
     else:
         assert leg is None
-    assert round_.in_progress == (state in IN_ROUND)
+    assert round_.in_progress == (state in ROUND_STATES)

@@ -87,7 +87,7 @@ class Rooms(NodeRunner):
             cx = costs.origin_x + (columns + 0.5) * 0.05 - x
             cy = costs.origin_y + (rows + 0.5) * 0.05 - y
             cells = np.nonzero(np.hypot(cx, cy) <= radius)
-            costs.layer(LASER)[cells] = LETHAL
+            costs.source_cells(LASER)[cells] = LETHAL
             costs.note_marks(LASER, cells)
         costs.note_all_changed()
 

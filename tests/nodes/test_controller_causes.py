@@ -102,7 +102,7 @@ class Drive:
         costs.set_time(1.5)
         for x, y in places:
             cell = int((y - costs.origin_y) // 0.05), int((x - costs.origin_x) // 0.05)
-            costs.layer(layer)[cell] = LETHAL
+            costs.source_cells(layer)[cell] = LETHAL
             costs.note_marks(layer, cell)
         costs.note_all_changed()
 

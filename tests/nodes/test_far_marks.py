@@ -44,7 +44,7 @@ class Hall:
         self.send("tf_static", TFMessage((origin,)))
         costs = self.nodes.system.nodes["planner"]._costs  # type: ignore[attr-defined]
         for passage in passages:
-            costs.layer("laser")[60, passage] = LETHAL
+            costs.source_cells("laser")[60, passage] = LETHAL
         costs.note_all_changed()
 
     def send(self, topic: str, message: object) -> None:

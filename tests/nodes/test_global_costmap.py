@@ -79,9 +79,9 @@ class Hall(NodeRunner):
     def marked(self, source: str) -> list[tuple[float, float]]:
         """Return the middles of the marks of a source, in odom."""
         costs = self.node._costs
-        if not costs.has_layer(source):
+        if not costs.has_source(source):
             return []
-        cells = np.argwhere(costs.layer(source) == LETHAL)
+        cells = np.argwhere(costs.source_cells(source) == LETHAL)
         places = MAP_T_ODOM.inverse().apply((cells[:, ::-1] + 0.5) * 0.05)
         return [(x, y) for x, y in places.tolist()]
 
@@ -159,7 +159,7 @@ def test_a_measurement_waits_for_its_odometry() -> None:
 
 def mark(hall: Hall, source: str, x: float, y: float) -> None:
     costs, (mx, my) = hall.node._costs, MAP_T_ODOM.apply(np.array([[x, y]]))[0]
-    costs.layer(source)[math.floor(my / 0.05), math.floor(mx / 0.05)] = LETHAL
+    costs.source_cells(source)[math.floor(my / 0.05), math.floor(mx / 0.05)] = LETHAL
 
 
 def test_clearing_near_the_robot_keeps_what_others_do_not_see() -> None:

@@ -56,7 +56,7 @@ class Room:
     def mark(self, source: str, x: float, y: float) -> None:
         """Mark the cell at a point of the map, as its source does."""
         costs = self.nodes.system.nodes["planner"]._costs  # type: ignore[attr-defined]
-        costs.layer(source)[math.floor((y + 3.0) / 0.05), math.floor((x + 3.0) / 0.05)] = LETHAL
+        costs.source_cells(source)[math.floor((y + 3.0) / 0.05), math.floor((x + 3.0) / 0.05)] = LETHAL
         costs.note_all_changed()
 
     def plan(self) -> Any:

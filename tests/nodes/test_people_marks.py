@@ -42,7 +42,7 @@ def mark(costs: LayeredCostmap, layer: str, distance: float) -> tuple[int, int]:
         math.floor((y - costs.origin_y) / costs.resolution),
         math.floor((x - costs.origin_x) / costs.resolution),
     )
-    costs.layer(layer)[cell] = LETHAL
+    costs.source_cells(layer)[cell] = LETHAL
     costs.note_change(SE2(x, y, 0.0), 0.1)
     return cell
 
@@ -62,7 +62,7 @@ def test_marks_within_a_body_are_cleared(layer: str, distance: float, stays: boo
     cell = mark(costs, layer, distance)
     assert costs.update().cells[cell] == LETHAL
     costs.clear_discs(np.array([PLACE]), 0.25, keep=(DROP_OFFS, CONTACT))
-    assert (costs.layer(layer)[cell] == LETHAL) == stays
+    assert (costs.source_cells(layer)[cell] == LETHAL) == stays
     assert (costs.update().cells[cell] == LETHAL) == stays
 
 

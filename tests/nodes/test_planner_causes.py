@@ -90,7 +90,7 @@ class Hall:
         """Mark a cell, at 2 s."""
         costs, cell = self.node._costs, (math.floor(y / 0.05), math.floor(x / 0.05))
         costs.set_time(2.0)
-        costs.layer(LASER)[cell] = LETHAL
+        costs.source_cells(LASER)[cell] = LETHAL
         costs.note_marks(LASER, cell)
         costs.note_all_changed()
 

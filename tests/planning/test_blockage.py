@@ -34,7 +34,7 @@ class Floor:
         self.planner = GridPlanner()
 
     def mark(self, x: float, y: float, radius: float = 0.22) -> None:
-        cells, resolution = self.layers.layer(LASER), self.grid.resolution
+        cells, resolution = self.layers.source_cells(LASER), self.grid.resolution
         rows, columns = np.indices(cells.shape)
         px = self.grid.origin_x + (columns + 0.5) * resolution
         py = self.grid.origin_y + (rows + 0.5) * resolution

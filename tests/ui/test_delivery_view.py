@@ -25,7 +25,7 @@ def test_the_view_follows_the_status(state: str, hold: str, loaded: bool) -> Non
     )
     view = delivery_view(status, "")
     assert (view.state, view.place, view.queue, view.step) == (state, "table_1", ("table_2",), "text")
-    assert view.round_active == (state in status_messages.IN_ROUND)
+    assert view.round_active == (state in status_messages.ROUND_STATES)
     assert (hold == "choice") == (view.waits_for == "choice") == ("end" in view.choices)
     brings_back = loaded and state in ("driving", "waiting") if hold == "choice" else state == "waiting"
     assert ("kitchen" in view.choices) == brings_back
@@ -132,10 +132,10 @@ def test_a_goal_during_a_round_needs_a_time() -> None:
     for state in STATES:
         status = DeliveryStatus(state=state)
         validate_command(do.Goal(1.0, 2.0, 0.0, "after"), PLACES, status)
-        if state in status_messages.IN_ROUND:
+        if state in status_messages.ROUND_STATES:
             with pytest.raises(UserError, match="choose when"):
                 validate_command(do.Goal(1.0, 2.0, 0.0), PLACES, status)
-        assert is_errand("after", status) == (state in status_messages.IN_ROUND)
+        assert is_errand("after", status) == (state in status_messages.ROUND_STATES)
         assert not is_errand("", status)
 
 

@@ -51,7 +51,7 @@ class ObstacleMarking(NamedTuple):
 
 
 def mark_laser(costs: LayeredCostmap, sensor: SE2, scan: LaserScan) -> None:
-    """Mark and clear with a planar scan from `sensor` in the costmap's frame; it clears the upright layer, too."""
+    """Mark and clear with a planar scan from `sensor` in the costmap's frame; it clears upright things, too."""
     ranges = scan.ranges.astype(np.float64)
     ranges[ranges >= scan.range_max] = np.inf
     costs.mark_and_clear(LASER, sensor, scan.angles.astype(np.float64), ranges, also_clear=UPRIGHT)
@@ -64,9 +64,9 @@ def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, marki
     floor = (scan.clear_from.astype(np.float64), scan.clear_to.astype(np.float64))
     ranges = scan.ranges.astype(np.float64)
     upright, drops = through_plane(scan.bottom, scan.top, ranges, marking.plane), _drop_offs(scan)
-    for layer, selected in ((CAMERA, ~upright & ~drops), (UPRIGHT, upright)):
-        costs.mark_and_clear(layer, sensor, angles, np.where(selected, ranges, np.inf), floor)
-    if drops.any() or costs.has_layer(DROP_OFFS):
+    for source, selected in ((CAMERA, ~upright & ~drops), (UPRIGHT, upright)):
+        costs.mark_and_clear(source, sensor, angles, np.where(selected, ranges, np.inf), floor)
+    if drops.any() or costs.has_source(DROP_OFFS):
         edges = np.where(drops, ranges, np.inf)
         longest = costs.params.marking_range
         # an edge nearer than the image: marked already, or else unknown
@@ -93,11 +93,11 @@ def _is_marked_along(costs: LayeredCostmap, beam: SE2, start: float, end: float)
     distances = np.arange(start, end + costs.resolution, costs.resolution / 2.0)
     columns = np.floor((beam.x + distances * math.cos(beam.yaw) - costs.origin_x) / costs.resolution)
     rows = np.floor((beam.y + distances * math.sin(beam.yaw) - costs.origin_y) / costs.resolution)
-    layer = costs.layer(DROP_OFFS)
-    h, w = layer.shape
+    cells = costs.source_cells(DROP_OFFS)
+    h, w = cells.shape
     inside = (rows >= 1) & (rows < h - 1) & (columns >= 1) & (columns < w - 1)
     r, c = rows[inside].astype(np.int64), columns[inside].astype(np.int64)
-    return any((layer[r + i, c + j] == LETHAL).any() for i in (-1, 0, 1) for j in (-1, 0, 1))
+    return any((cells[r + i, c + j] == LETHAL).any() for i in (-1, 0, 1) for j in (-1, 0, 1))
 
 
 def costmap_message(header: Header, costs: Costmap) -> OccupancyGrid:

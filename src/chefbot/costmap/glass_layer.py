@@ -63,7 +63,7 @@ class GlassLayer(CostmapLayer):
         """Mark the cells of points (n, 2), m, that are not marked."""
         rows, columns, inside = _cells(costs, points)
         points, rows, columns = points[inside], rows[inside], columns[inside]
-        cells = costs.layer(GLASS)
+        cells = costs.source_cells(GLASS)
         _, first = np.unique(rows * cells.shape[1] + columns, return_index=True)
         new = first[cells[rows[first], columns[first]] != LETHAL]
         cells[rows[first], columns[first]] = LETHAL
@@ -75,7 +75,7 @@ class GlassLayer(CostmapLayer):
 
     def _clear(self, costs: LayeredCostmap, sensor: SE2, angles: Floats, ranges: Floats) -> None:
         """Clear the marks that beams have passed at a right angle in MAX_PASSES scans."""
-        cells = costs.layer(GLASS)
+        cells = costs.source_cells(GLASS)
         rows, columns, inside = _cells(costs, self._marks[:, :2])
         inside[inside] = cells[rows[inside], columns[inside]] == LETHAL
         self._marks, rows, columns = self._marks[inside], rows[inside], columns[inside]

@@ -38,10 +38,10 @@ DECAY_PERIOD = 1.0
 class LayeredCostmap:
     """A static map and the marks of each sensor, from which layers compute costs on demand.
 
-    A cell is lethal if it is lethal in the map or any layer. A source clears its own layer and, if given, one other
-    (`also_clear`), whose marks it would detect if they were still there. So the lidar, whose plane passes under the
-    table, never clears the table edge that the camera marked, but does clear the leg of a person who has left. A mark
-    stays until a beam clears it, the robot itself stands there, a recovery behavior clears it, or, with
+    A cell is lethal if it is lethal in the map or in any layer. A source clears its own marks and, if given, those of
+    one other (`also_clear`), which it would detect if they were still there. So the lidar, whose plane passes under
+    the table, never clears the table edge that the camera marked, but does clear the leg of a person who has left. A
+    mark stays until a beam clears it, the robot itself stands there, a recovery behavior clears it, or, with
     `params.decay_time`, no measurement has confirmed it for that time: a camera sees neither beside itself nor near.
     In a costmap of the whole map that time runs only while the robot is within marking range of the mark, and could
     see it, and not for what other sensors may not see.
@@ -50,8 +50,7 @@ class LayeredCostmap:
     looks ahead only does not see the corner beside it that the robot turns about.
 
     With `rolling=True` the costmap is a square window (params.size) that follows `move_to`, else it has the size of
-    the map given to `set_static`, which may be replaced by a larger one at any time; the obstacle layers keep their
-    content.
+    the map given to `set_static`, which may be replaced by a larger one at any time; the sources keep their marks.
     """
 
     def __init__(
@@ -113,7 +112,7 @@ class LayeredCostmap:
         if same_resolution:
             columns = round((old_x - grid.origin_x) / grid.resolution)
             rows = round((old_y - grid.origin_y) / grid.resolution)
-            self.sources = {name: layer.shifted(rows, columns, cells.shape) for name, layer in old.items()}
+            self.sources = {name: marks.shifted(rows, columns, cells.shape) for name, marks in old.items()}
 
     def move_to(self, x: float, y: float) -> None:
         """Centre the rolling window on the point (m) by whole cells; its content keeps its position in the frame."""
@@ -124,7 +123,7 @@ class LayeredCostmap:
         dr = round(self.origin_y / self.resolution) - row
         if dr or dc:
             self.static = shifted(self.static, dr, dc, (h, w), UNKNOWN)
-            self.sources = {name: layer.shifted(dr, dc, (h, w)) for name, layer in self.sources.items()}
+            self.sources = {name: marks.shifted(dr, dc, (h, w)) for name, marks in self.sources.items()}
             self._combined = None
         self.origin_x, self.origin_y = column * self.resolution, row * self.resolution
 
@@ -137,21 +136,21 @@ class LayeredCostmap:
         floor: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
         also_clear: str | None = None,
     ) -> None:
-        """Mark and clear the layer `source` with a scan from the pose `sensor` in the costmap's frame.
+        """Mark and clear cells of `source` with a scan from the pose `sensor` in the costmap's frame.
 
         angles, ranges: (n,) rad, m. A range of inf clears up to the clearing range; NaN and ranges <= 0 are invalid.
         With `floor` (from, to), each (n,), of an obstacle scan from depth images, a beam clears that interval only
-        (nothing if not finite or <= 0) and marks where the range is finite. `also_clear`: another layer, if it
-        exists, that the beams clear but do not mark.
+        (nothing if not finite or <= 0) and marks where the range is finite. `also_clear`: another source, if it
+        has cells, that the beams clear but do not mark.
         """
-        p, layer, self._sensor = self.params, self._layer(source), sensor
+        p, marks, self._sensor = self.params, self._source(source), sensor
         start, end = (_NO_FLOOR, _NO_FLOOR) if floor is None else floor
         mark, clear = np.empty(len(ranges)), np.empty(len(ranges))
         longest = raytrace.limit_beams(ranges, start, end, p.marking_range, p.clearing_range, mark, clear)
         # a sensor may report any range; no cell beyond the two maximum ranges changes
         self.note_change(sensor, min(longest, max(p.marking_range, p.clearing_range)))
         raytrace.mark_and_clear(
-            layer.cells,
+            marks.cells,
             self.resolution,
             self.origin_x,
             self.origin_y,
@@ -160,8 +159,8 @@ class LayeredCostmap:
             mark,
             np.zeros(len(ranges)) if floor is None else start,
             clear,
-            self.sources.get(also_clear or source, layer).cells,
-            layer.marked_at,
+            self.sources.get(also_clear or source, marks).cells,
+            marks.marked_at,
             self._time,
         )
 
@@ -191,29 +190,29 @@ class LayeredCostmap:
         return height, width
 
     def obstacles(self, window: CellWindow, without: str) -> NDArray[np.bool_]:
-        """Return which cells of a window are lethal in the static map or in any layer but one."""
+        """Return which cells of a window are lethal in the static map or by any source but one."""
         lethal: NDArray[np.bool_] = self.static[window.slices] == LETHAL
-        for name, layer in self.sources.items():
+        for name, marks in self.sources.items():
             if name != without:
-                lethal = lethal | (layer.cells[window.slices] == LETHAL)
+                lethal = lethal | (marks.cells[window.slices] == LETHAL)
         return lethal
 
-    def has_layer(self, source: str) -> bool:
-        """Return whether the source has a layer."""
+    def has_source(self, source: str) -> bool:
+        """Return whether a source has marked or cleared any cell."""
         return source in self.sources
 
-    def layer(self, source: str) -> NDArray[np.uint8]:
-        """Return the layer of the source, created empty at its first scan; only LETHAL and FREE cells count."""
-        return self._layer(source).cells
+    def source_cells(self, source: str) -> NDArray[np.uint8]:
+        """Return the cells of a source, created empty at its first scan; only LETHAL and FREE cells count."""
+        return self._source(source).cells
 
-    def _layer(self, source: str) -> SensorMarks:
+    def _source(self, source: str) -> SensorMarks:
         if source not in self.sources:
             self.sources[source] = SensorMarks.empty(self.static.shape, always_near=self.rolling)
         return self.sources[source]
 
     def note_marks(self, source: str, cells: Any) -> None:
-        """Note that the cells (an index into the layer) were marked now other than by `mark_and_clear`."""
-        self._layer(source).marked_at[cells] = self._time
+        """Note that cells of a source, given as an index, were marked now other than by `mark_and_clear`."""
+        self._source(source).marked_at[cells] = self._time
 
     def marks(self, x: float, y: float) -> list[CellMark]:
         """Return all that marked the cell at a point (m): sources, zones and the map, from the top layer down."""
@@ -257,9 +256,9 @@ class LayeredCostmap:
         """Clear the marks of all sources but `keep`, or only of `source`, within `radius` metres of the pose."""
         mask = disc_mask(self.geometry, pose, radius)
         self.note_change(pose, radius)
-        for name, layer in self.sources.items():
+        for name, marks in self.sources.items():
             if source in (None, name) and name not in keep:
-                layer.cells[mask] = UNKNOWN
+                marks.cells[mask] = UNKNOWN
 
     def clear_footprint(self, pose: SE2, keep: Collection[str] = ()) -> None:
         """Clear the marks of all sources but `keep` in the cells that the robot covers: nothing else can be there.
@@ -287,8 +286,8 @@ class LayeredCostmap:
                 self._unmark(disc_mask(self.geometry, pose, reach, window), window, keep)
 
     def _unmark(self, covered: NDArray[np.bool_], window: CellWindow, keep: Collection[str]) -> None:
-        """Make marked cells of a window unknown where `covered`, in the layers of all sources but `keep`."""
-        for cells in (layer.cells for name, layer in self.sources.items() if name not in keep):
+        """Make marked cells of a window unknown where `covered`, in the marks of all sources but `keep`."""
+        for cells in (marks.cells for name, marks in self.sources.items() if name not in keep):
             marked = covered & (cells[window.slices] == LETHAL)
             if marked.any():
                 cells[window.slices][marked] = UNKNOWN
@@ -296,7 +295,7 @@ class LayeredCostmap:
                     self._combined.touch(window)
 
     def clear(self) -> None:
-        """Clear all obstacle layers and keep the static map."""
+        """Clear the marks of all sources and keep the static map."""
         self.sources = {}
         self._combined = None
 

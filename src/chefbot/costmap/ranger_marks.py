@@ -46,7 +46,7 @@ def mark_range(costs: LayeredCostmap, sensor: SE2, echo: Range) -> None:
     if not (measured and echo.field_of_view > 0.0):
         return
     marks = distance <= MARKING_RANGE
-    if not (marks or any(costs.has_layer(name) for name in LASTING_SOURCES)):
+    if not (marks or any(costs.has_source(name) for name in LASTING_SOURCES)):
         return
     reach = min(distance, MARKING_RANGE) + 2.0 * costs.resolution
     window = costs.window_around(sensor, reach).expanded(0, costs.shape)
@@ -55,15 +55,15 @@ def mark_range(costs: LayeredCostmap, sensor: SE2, echo: Range) -> None:
     phi, theta = _polar(costs, sensor, window.slices)
     in_cone = (np.abs(theta) <= echo.field_of_view / 2.0) & (phi <= reach)
     free = in_cone & (phi < distance - 2.0 * costs.resolution)
-    if costs.has_layer(CONTACT):
-        costs.layer(CONTACT)[window.slices][free] = UNKNOWN
+    if costs.has_source(CONTACT):
+        costs.source_cells(CONTACT)[window.slices][free] = UNKNOWN
     known = costs.obstacles(window, without=RANGER)
     near = in_cone & (np.abs(phi - distance) <= EXPLAINED_DISTANCE)
     marks = marks and not (known & near).any()
-    if marks or costs.has_layer(RANGER):
-        layer = costs.layer(RANGER)[window.slices]
+    if marks or costs.has_source(RANGER):
+        cells = costs.source_cells(RANGER)[window.slices]
         updated = in_cone if marks else free
-        layer[updated] = _updated(layer, phi, theta, distance, echo.field_of_view, costs.resolution)[updated]
+        cells[updated] = _updated(cells, phi, theta, distance, echo.field_of_view, costs.resolution)[updated]
         rows, columns = np.nonzero(updated)
         costs.note_marks(RANGER, (rows + window.slices[0].start, columns + window.slices[1].start))
     costs.note_change(sensor, reach)
@@ -80,14 +80,14 @@ def mark_contact(costs: LayeredCostmap, contact: SE2, radius: float) -> None:
     contact: the robot's pose with its x axis along the motion that ended there. radius: distance of the marks from
     the middle of the robot, m.
     """
-    layer = costs.layer(CONTACT)
+    cells = costs.source_cells(CONTACT)
     for bearing in CONTACT_BEARINGS:
         x = contact.x + radius * math.cos(contact.yaw + bearing)
         y = contact.y + radius * math.sin(contact.yaw + bearing)
         row = math.floor((y - costs.origin_y) / costs.resolution)
         column = math.floor((x - costs.origin_x) / costs.resolution)
-        if 0 <= row < layer.shape[0] and 0 <= column < layer.shape[1]:
-            layer[row, column] = LETHAL
+        if 0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]:
+            cells[row, column] = LETHAL
             costs.note_marks(CONTACT, (row, column))
     costs.note_change(contact, radius)
 
@@ -105,7 +105,7 @@ def _polar(
 
 
 def _updated(
-    layer: NDArray[np.uint8],
+    cells: NDArray[np.uint8],
     phi: NDArray[np.float64],
     theta: NDArray[np.float64],
     distance: float,
@@ -119,7 +119,7 @@ def _updated(
     weight = delta * gamma
     likelihood = _likelihood((phi - distance) / resolution, weight)
     # Bayes' rule; a marked cell counts as MARK_PROBABILITY and no more, so that evidence against it can clear it
-    prior = np.minimum(np.where(layer == UNKNOWN, PRIOR, layer) / LETHAL, MARK_PROBABILITY)
+    prior = np.minimum(np.where(cells == UNKNOWN, PRIOR, cells) / LETHAL, MARK_PROBABILITY)
     occupied, empty = likelihood * prior, (1.0 - likelihood) * (1.0 - prior)
     posterior = occupied / np.maximum(occupied + empty, 1e-9)
     # LETHAL and FREE count in the costmap: a cell is either marked or not, and never free by the ranger alone

@@ -1,4 +1,4 @@
-"""The sources of marks in a costmap, each of which has a layer of its own."""
+"""The sources of marks in a costmap, each of which clears its own marks only."""
 
 from __future__ import annotations
 

@@ -130,7 +130,7 @@ class BatteryRound(DeliveryRound):
         self._forecast.battery = battery
         if self.stopped or self.status.hold_reason in ("stop", "choice") or self._is_parking:
             return
-        if self.status.state in status_messages.STANDING:
+        if self.status.state in status_messages.IDLE_STATES:
             self._check_standing(time)
         elif not self._forecast.suffices(PlannedRoute((self.home,), 0), NO_MARGIN):
             self._park_or_go_home()

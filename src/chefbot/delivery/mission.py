@@ -15,7 +15,7 @@ import msgspec
 from chefbot.delivery import status_messages
 from chefbot.delivery.round_outcome import ENDED_BY_PERSON, NOT_REACHED, OrderError, OrderOutcome
 from chefbot.delivery.round_state import RoundState
-from chefbot.delivery.status_messages import IN_ROUND, STANDING
+from chefbot.delivery.status_messages import IDLE_STATES, ROUND_STATES
 from chefbot.delivery.trays import loaded_first, on_board, take_from_tray, trip_is_over
 from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
@@ -64,7 +64,7 @@ class DeliveryRound(RoundState):
         cancelled = status_messages.CANCELLED
         text = status_messages.CANCELLED_TOO.format(waiting_orders) if waiting_orders else cancelled
         self._set_standing("idle", text)
-        if previous.state in IN_ROUND:
+        if previous.state in ROUND_STATES:
             self._on_end(OrderOutcome(previous.order_id, previous.delivered, ENDED_BY_PERSON, cancelled))
         for order in previous.pending_orders:
             self._on_end(OrderOutcome(order.id, (), ENDED_BY_PERSON, cancelled))
@@ -327,12 +327,12 @@ class DeliveryRound(RoundState):
         """Drop a waiting order; a robot that was held for nothing else waits for an order again."""
         kept = tuple(waiting for waiting in self.status.pending_orders if waiting.id != order_id)
         self._update_status(pending_orders=kept)
-        if not kept and self.status.hold_reason and self.status.state in STANDING:
+        if not kept and self.status.hold_reason and self.status.state in IDLE_STATES:
             self._start_waiting_work(sentence, failed=False)
 
     def _start_next_order(self) -> None:
         """Start the next order; orders with unknown places fail at once."""
-        while self.status.pending_orders and not self.status.hold_reason and self.status.state in STANDING:
+        while self.status.pending_orders and not self.status.hold_reason and self.status.state in IDLE_STATES:
             first, *rest = self.status.pending_orders
             self._update_status(
                 pending_orders=tuple(rest), order_id=first.id, places=(), delivered=(), skipped_reasons=()

@@ -9,7 +9,7 @@ import msgspec
 
 from chefbot.delivery import status_messages
 from chefbot.delivery.round_outcome import ENDED_BY_PERSON, NOT_REACHED, DriveRequest, OrderOutcome
-from chefbot.delivery.status_messages import IN_ROUND
+from chefbot.delivery.status_messages import ROUND_STATES
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 
 Resolve = Callable[[tuple[str, ...]], tuple[str, ...]]
@@ -23,7 +23,7 @@ class RoundState:
         self, kitchen: str, home: str, resolve: Resolve, on_end: Callable[[OrderOutcome], None]
     ) -> None:
         self.kitchen, self.home = kitchen, home
-        self.status = DeliveryStatus(state="idle", description=status_messages.WAITING)
+        self.status = DeliveryStatus(state="idle", description=status_messages.IDLE)
         self.stopped = False
         self.trays = 0
         """Number of trays, each with the food of one table; 0: the food of all tables fits on the robot."""
@@ -43,7 +43,7 @@ class RoundState:
     @property
     def in_progress(self) -> bool:
         """Whether a round is in progress."""
-        return self.status.state in IN_ROUND
+        return self.status.state in ROUND_STATES
 
     def _update_status(self, **changes: Any) -> None:
         self.status = msgspec.structs.replace(self.status, **changes)

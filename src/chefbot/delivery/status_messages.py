@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 
-WAITING = "Waiting for an order."
+IDLE = "Waiting for an order."
 AT_HOME = "At home, waiting for an order."
 CANCELLED = "The delivery was cancelled."
 DIVERTED = "The robot was sent elsewhere."
@@ -28,9 +28,10 @@ PARKED = "Parked with a low battery. Charge it, then send the robot home."
 PARKING_PLACE = "a parking place"
 MEANWHILE = " The round waits."
 ERRAND_NEEDS_WHEN = "a round is under way; choose when to drive there: now, after it, or instead of it"
-STANDING = ("idle", "failed")
-IN_ROUND = ("loading", "driving", "waiting", "returning", "unloading")
-"""States without a drive, and of a round; in the state `errand` the robot drives without food on request."""
+IDLE_STATES = ("idle", "failed")
+"""States in which no round is in progress and the robot waits for an order."""
+ROUND_STATES = ("loading", "driving", "waiting", "returning", "unloading")
+"""States of a round; `waiting` is at a table. In the state `errand` the robot drives without food on request."""
 
 
 def display_name(place: str) -> str:
@@ -97,7 +98,7 @@ def stopped(status: DeliveryStatus) -> str:
 
 def choose(status: DeliveryStatus, reason: str) -> str:
     """Return the message while the round waits for the operator's choice."""
-    if status.state not in IN_ROUND:
+    if status.state not in ROUND_STATES:
         options = "start with the next order, or cancel it"
     elif status.state in ("returning", "unloading") or not status.loaded:
         options = f"go on to {display_name(status.place)}, or end the round"

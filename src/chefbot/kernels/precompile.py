@@ -1,4 +1,4 @@
-"""Compilation of the kernels, once after an installation, with a progress display.
+"""Compilation of the kernels, once after an installation or a change of the code, with a progress display.
 
 Otherwise the robot would stall at first use. Worker processes compile the groups of `kernels` into Numba's
 cache, from which this process loads them. It is only a cache: results are the same without it, and two that
@@ -74,7 +74,9 @@ class KernelCompilation:
             return
         if not self._console.is_terminal and not self._announced:  # where no bar is shown
             self._announced = True
-            self._console.print("Compiling kernels, once after an installation: this takes some minutes.")
+            self._console.print(
+                "Compiling kernels, as after each installation or change: this takes some minutes."
+            )
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
         with Progress(*columns, console=self._console, transient=True) as bar:
             task = bar.add_task("compiling kernels", total=len(self._groups))
@@ -96,11 +98,7 @@ class KernelCompilation:
 
     def _sentence(self) -> str:
         remaining = [group for group in self._groups if group not in self._done]
-        return (
-            f"Compiling kernels, once after an installation: {remaining[0]}"
-            if remaining
-            else "Kernels are compiled"
-        )
+        return f"Compiling kernels: {remaining[0]}" if remaining else "Kernels are compiled"
 
     def _run_worker(self) -> None:
         """Pass the groups to one worker process, one at a time."""

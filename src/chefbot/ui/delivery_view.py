@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection
 
 from chefbot.delivery.params import DeliveryParams
-from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, IN_ROUND, QUEUE_CHANGED, display_name
+from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, QUEUE_CHANGED, ROUND_STATES, display_name
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
 from chefbot.ui import commands as do
@@ -39,7 +39,7 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
         place=status.place,
         waits_for="choice" if choice else CONFIRMATION.get(status.state, ""),
         choices=_choices(status),
-        round_active=status.state in IN_ROUND,
+        round_active=status.state in ROUND_STATES,
         delivered=status.delivered,
         missed=status.skipped_reasons,
         loaded=status.loaded,
@@ -64,7 +64,7 @@ def forecast_views(message: RoundForecast) -> tuple[RoundStopView, ...]:
 
 def _unserved(status: DeliveryStatus) -> tuple[str, ...]:
     """Return the tables that the robot has given up, once no food is on its way to others."""
-    if status.state in IN_ROUND and status.state not in ("returning", "unloading"):
+    if status.state in ROUND_STATES and status.state not in ("returning", "unloading"):
         return ()
     settled = {*status.delivered, *(place for order in status.pending_orders for place in order.places)}
     return tuple(place for place in status.places if place not in settled)
@@ -91,9 +91,9 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         _check_deletion(command.name, status)
     if isinstance(command, do.PutPlace) and command.moved and command.name == status.place:
         _check_move(command.name, status)
-    if isinstance(command, do.Goal | do.GoPlace) and status.state in IN_ROUND and not command.when:
+    if isinstance(command, do.Goal | do.GoPlace) and status.state in ROUND_STATES and not command.when:
         raise UserError(ERRAND_NEEDS_WHEN[:1].upper() + ERRAND_NEEDS_WHEN[1:])
-    if isinstance(command, do.Patrol | do.Follow | do.MapBuilding) and status.state in IN_ROUND:
+    if isinstance(command, do.Patrol | do.Follow | do.MapBuilding) and status.state in ROUND_STATES:
         raise UserError("A delivery round is active; end it first")
     if isinstance(command, do.Loaded | do.Taken | do.NotTaken):
         _check_confirmation(command, status)
@@ -118,7 +118,7 @@ def _check_deletion(name: str, status: DeliveryStatus) -> None:
     """Raise UserError for a place without which a delivery that is possible or under way would fail."""
     if name in (KITCHEN, HOME):
         raise UserError(f"Deliveries need {display_name(name)}; move it instead")
-    if status.state in IN_ROUND and name in (status.place, *status.queue):
+    if status.state in ROUND_STATES and name in (status.place, *status.queue):
         raise UserError(f"The robot is to serve {display_name(name)}; leave it out of the round first")
 
 
@@ -153,4 +153,4 @@ def _check_confirmation(command: do.Loaded | do.Taken | do.NotTaken, status: Del
 def is_errand(when: str, status: DeliveryStatus) -> bool:
     """Return whether a goal is an errand of the delivery node, which keeps its round; otherwise the
     navigator's."""
-    return bool(when) and (status.state in IN_ROUND or bool(status.hold_reason))
+    return bool(when) and (status.state in ROUND_STATES or bool(status.hold_reason))

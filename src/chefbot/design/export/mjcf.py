@@ -140,7 +140,7 @@ def _hull(robot: Robot, solid: Primitive, as_built: AsBuilt) -> str:
 
 
 def _tyre(solid: Primitive, factor: float) -> str:
-    """An ellipsoid, which touches the floor in one point at the tyre's middle: the track is exact."""
+    """An ellipsoid, which touches the floor in one point at the tyre's middle: the wheel separation is exact."""
     radius, half = solid.size[0] * factor, solid.size[1] / 2
     return f'type="ellipsoid" size="{numbers((radius, half, radius))}"'
 

@@ -32,5 +32,5 @@ def move_with_robot(costs: LayeredCostmap, pose: SE2) -> None:
     """Move a rolling costmap to the robot's pose in its frame, and clear what the robot covers."""
     costs.move_to(*pose[:2])
     costs.clear_footprint(pose, keep=(DROP_OFFS,))  # its edge may be over one
-    if costs.has_layer(DROP_OFFS):
+    if costs.has_source(DROP_OFFS):
         costs.clear_around(pose, costs.resolution, DROP_OFFS)

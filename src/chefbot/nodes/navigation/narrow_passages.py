@@ -38,7 +38,7 @@ RESOLUTION, SIZE, INFLATION_RADIUS = 0.0125, 2.6, 0.4
 """Cells of the costmap in narrow passages, m, about the noise of a lidar; its side, and its inflation radius."""
 MARGIN = CollisionMonitorParams().side_margin
 """Distance from the body that must be free, m: nearer to something the collision monitor stops the robot."""
-REMEMBERED_LAYER = "remembered"
+REMEMBERED = "remembered"
 """Layer of the points that the collision monitor would stop for."""
 REACH = 1.0
 """Distance of these points from the robot, m."""
@@ -126,7 +126,7 @@ class NarrowPassagesNode(LocalCostmapNode, CauseReportsNode):
 
 def _mark_only(costs: LayeredCostmap, points: NDArray[np.float64]) -> None:
     """Replace the marks of remembered points by those of the cells of points (n, 2) in odom."""
-    cells = costs.layer(REMEMBERED_LAYER)
+    cells = costs.source_cells(REMEMBERED)
     cells[:] = UNKNOWN
     columns = np.floor((points[:, 0] - costs.origin_x) / costs.resolution).astype(int)
     rows = np.floor((points[:, 1] - costs.origin_y) / costs.resolution).astype(int)

@@ -24,7 +24,7 @@ MAX_AGE = 0.5
 class PeopleMarksNode(Node):
     """Base class of a node with a costmap in which a person leaves no marks behind, and that knows who is around.
 
-    The sensor that marked somebody may look elsewhere when the person leaves, and each clears only its own layer.
+    The sensor that marked somebody may look elsewhere when the person leaves, and each clears its own marks only.
     That the same person is seen elsewhere shows that the place is free.
     """
 

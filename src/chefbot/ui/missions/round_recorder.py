@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.delivery.status_messages import IN_ROUND, ROUND_WAITS, display_name
+from chefbot.delivery.status_messages import ROUND_STATES, ROUND_WAITS, display_name
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.storage.delivery_history import DeliveryHistory
 
@@ -21,7 +21,7 @@ class RoundRecorder:
 
     def process(self, status: DeliveryStatus, ordered_by: str) -> bool:
         """Note what has changed since the last status, and return whether the history has."""
-        if status.state not in IN_ROUND:
+        if status.state not in ROUND_STATES:
             return self._end(status.description.partition(ROUND_WAITS)[0].strip())  # without a question
         began = self._number is None or self._key != (status.order_id, status.places)
         if began:

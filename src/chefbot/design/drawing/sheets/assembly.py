@@ -140,10 +140,10 @@ def _floor(box: BoundingBox, factor: float) -> Item:
 
 
 def _front_sizes(robot: Robot, box: BoundingBox, factor: float) -> list[Item]:
-    """Heights of the plates, of all, track and width."""
+    """Heights of the plates, of all, wheel separation and width."""
     undersides = [z * MM for z in layout.plate_undersides(robot)]
     thickness, edge = robot.plates.thickness * MM, robot.body.plate.half_width * MM
-    track, left = robot.wheels.separation * MM / 2, -edge
+    half, left = robot.wheels.separation * MM / 2, -edge
     steps = [0.0, *(z for low in undersides for z in (low, low + thickness))]
     chain = [(a, b) for a, b in itertools.pairwise(steps) if b - a > thickness + 1e-6]
     items, lanes = _chain(left, box.left, chain, factor)
@@ -153,7 +153,7 @@ def _front_sizes(robot: Robot, box: BoundingBox, factor: float) -> list[Item]:
     return [
         *items,
         _floor(box, factor),
-        Linear((-track, 0.0), (track, 0.0), "x", -row(0, factor)),
+        Linear((-half, 0.0), (half, 0.0), "x", -row(0, factor)),
         Linear((box.left, undersides[0]), (box.right, undersides[0]), "x", -row(1, factor)),
     ]
 

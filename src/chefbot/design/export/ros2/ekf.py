@@ -61,7 +61,7 @@ def _gyro(figures: Figures) -> Tree:
     gyro, wheels = gyro_deviation(figures), wheels_turn_deviation(figures)
     reason = (
         f"gyroscope {short(gyro)} rad/s (noise and bias) against the wheels' {short(wheels)} rad/s (slip, diameters,"
-        " track)"
+        " separation)"
     )
     if gyro > 3.0 * wheels:
         return {"odom0_nodelay": Explained(False, f"no imu0: {reason}: the wheels only are more accurate")}
@@ -86,7 +86,7 @@ def _process(figures: Figures) -> Explained:
     )
     return Explained(
         [value for row in rows for value in row],
-        f"variances per second on the diagonal: {reason}. x, y: slip^2 v; yaw: 2 slip^2 v / track^2; vx: a v"
+        f"variances per second on the diagonal: {reason}. x, y: slip^2 v; yaw: 2 slip^2 v / separation^2; vx: a v"
         " (acceleration to full speed is one deviation); vyaw: the same for turns; ax: a^2",
     )
 
@@ -94,11 +94,11 @@ def _process(figures: Figures) -> Explained:
 def _plane_variances(figures: Figures) -> dict[str, float]:
     """Return the process variances of the states that plane motion changes."""
     v, w = figures.speed.number, figures.turn.number
-    slip, track = figures.odometry_errors.slip, figures.robot.wheels.separation
+    slip, separation = figures.odometry_errors.slip, figures.robot.wheels.separation
     return {
         "x": slip**2 * v,
         "y": slip**2 * v,
-        "yaw": 2 * slip**2 * v / track**2,
+        "yaw": 2 * slip**2 * v / separation**2,
         "vx": figures.acceleration.number * v,
         "vyaw": figures.turn_acceleration.number * w,
         "ax": figures.acceleration.number**2,

@@ -22,20 +22,20 @@ def alphas(figures: Figures, travel: float, turned: float) -> dict[str, Explaine
     separation its relative error.
     """
     slip, diameter, share = figures.odometry_errors
-    track = figures.robot.wheels.separation
-    arc = turned * track / 2  # travel of a wheel in a turn on the spot
+    separation = figures.robot.wheels.separation
+    arc = turned * separation / 2  # travel of a wheel in a turn on the spot
     wheel = slip**2 / travel + diameter**2  # variance of a wheel's travel, over travel^2
     on_spot = (slip**2 * arc + (diameter * arc) ** 2) / turned**2
     spread = SPREAD * figures.resolution.number
     values = (
-        MARGIN**2 * (share**2 + 2 * on_spot / track**2),
-        MARGIN**2 * 2 * wheel / track**2,
+        MARGIN**2 * (share**2 + 2 * on_spot / separation**2),
+        MARGIN**2 * 2 * wheel / separation**2,
         max(MARGIN**2 * wheel / 2, (spread / travel) ** 2),
         max(MARGIN**2 * on_spot / 2, (spread / turned) ** 2),
     )
     texts = (
-        "a turn's error from a turn: separation_error^2 + 2 e^2 / track^2, e the error of a wheel",
-        "a turn's error from travel: 2 e^2 / track^2, e a wheel's error over one update",
+        "a turn's error from a turn: separation_error^2 + 2 e^2 / separation^2, e the error of a wheel",
+        "a turn's error from travel: 2 e^2 / separation^2, e a wheel's error over one update",
         "a length's error from travel: e^2 / 2, the mean of two wheels, a quarter cell per update at least",
         "a length's error from a turn: e^2 / 2, a quarter cell per update at least",
     )
@@ -60,6 +60,6 @@ def wheels_turn_deviation(figures: Figures) -> float:
     Causes: slip, unequal wheels and the error of the separation, at maximum speed and turn rate.
     """
     slip, diameter, share = figures.odometry_errors
-    v, track = figures.speed.number, figures.robot.wheels.separation
-    unequal = math.sqrt(2.0) * math.hypot(slip * math.sqrt(v), diameter * v) / track
+    v, separation = figures.speed.number, figures.robot.wheels.separation
+    unequal = math.sqrt(2.0) * math.hypot(slip * math.sqrt(v), diameter * v) / separation
     return math.hypot(unequal, share * figures.turn.number)

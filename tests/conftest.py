@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import functools
+import gc
 import os
 import signal
 import sys
@@ -60,6 +61,15 @@ os.environ["CHEFBOT_STATE"] = _STATE.name  # no test stops the owner's robot
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as for what a shell starts in the background
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+gc.disable()  # the tests and the modules under test stay: looking for garbage among them takes seconds
+
+
+def pytest_collection_finish() -> None:
+    """Begin to collect garbage, of what the tests leave only."""
+    gc.freeze()
+    gc.enable()
+
 
 REPOSITORY = Path(__file__).parent.parent
 

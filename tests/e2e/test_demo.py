@@ -80,7 +80,7 @@ def test_demo_in_the_hotel_delivers_to_three_tables(tmp_path: Path) -> None:
     assert (tmp_path / "run" / "run.mcap").stat().st_size < 200_000_000
 
 
-@pytest.mark.rotated("long drives")
+@pytest.mark.rotated("demo in the room")
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "kind"), [(7, 2), (9, 1), (11, 0)])
 def test_a_generated_robot_explores_and_delivers(tmp_path: Path, seed: int, kind: int) -> None:

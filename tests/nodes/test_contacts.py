@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
-from tests.support.nodes import NodeRunner, StationaryRobot
+from tests.nodes.clear_sensors import WALL
+from tests.support.nodes import AHEAD, NodeRunner, StationaryRobot, send_goal_and_run
 
 from chefbot.control.path_follower import FollowPathError
-from chefbot.msgs.geometry_msgs import Twist, Vector3
-from chefbot.msgs.nav2_msgs import SpeedLimit
-from chefbot.msgs.std_msgs import String
-from chefbot.nodes.navigation.contacts import ContactsNode
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped, Twist, Vector3
+from chefbot.msgs.nav2_msgs import FollowPath_Goal, SpeedLimit
+from chefbot.msgs.nav_msgs import Path
+from chefbot.msgs.std_msgs import Header, String
+from chefbot.msgs.tf2_msgs import TFMessage
+from chefbot.nodes.navigation.contacts import SLIPPING, ContactsNode
 from chefbot.nodes.navigation.controller_params import ControllerNodeParams
 
+FAR_AHEAD = PoseStamped(Header.of(0, "odom"), Pose.of(SE2(4.0, 0.0, 0.0)))
 FAULT = "The left encoder is silent. The motors are off; press STOP, then Release STOP, to clear it."
 
 
@@ -32,6 +38,38 @@ def test_a_driven_robot_without_progress_touches_something() -> None:
     assert outcome.result.error_code == FollowPathError.STUCK
     (contact,) = robot.messages("contact")
     assert contact.header.frame_id == "base_link"
+
+
+class SlippingRobot(StationaryRobot):
+    """A robot whose odometry moves as commanded, while its scans show that it stands."""
+
+    fixed = (("map", "odom"), ("base_footprint", "base_link"))
+    x = 0.0
+
+    def run(self, seconds: float) -> None:
+        """Run and publish the odometry at 50 Hz, with scans that are never exactly the same."""
+        lidar: Any = self.system.nodes["sensors"]
+        for _ in range(round(50 * seconds)):
+            super().run(0.02)
+            lidar.ranges = lidar.ranges[::-1] if lidar.ranges[0] < WALL else np.linspace(6.99, WALL, 360)
+            twists = self.messages("cmd_vel")
+            self.x += 0.02 * twists[-1].linear.x if twists else 0.0
+            moved = TransformStamped.of(self.loop.now_ns, "odom", "base_footprint", SE2(self.x, 0.0, 0.0))
+            self.loop.publish("tf", TFMessage((moved,)), "odometry")
+
+
+def test_wheels_that_slip_end_the_path_with_a_contact() -> None:
+    robot = SlippingRobot()
+    path = FollowPath_Goal(Path(Header.of(0, "odom"), (AHEAD, FAR_AHEAD)))
+    send_goal_and_run(robot, "follow_path", path, 6.0)
+    (outcome,) = robot.results("follow_path")
+    assert outcome.result.error_code == FollowPathError.STUCK
+    assert outcome.result.error_msg.startswith(SLIPPING) and robot.x < 0.8
+    assert len(robot.messages("contact")) == 1
+    assert SLIPPING in {report.sentence for report in robot.messages("cause_reports")}
+    robot.run(2.0)
+    send_goal_and_run(robot, "follow_path", path, 1.0)
+    assert len(robot.results("follow_path")) == 1, "what was seen before does not count again"
 
 
 @pytest.mark.parametrize("after", [0.0, 5.5])

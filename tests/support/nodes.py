@@ -132,6 +132,9 @@ GOALS: dict[str, tuple[Any, Any]] = {
 class StationaryRobot(NodeRunner):
     """Base, controller and navigator of a robot that does not move, whatever is commanded."""
 
+    fixed = (("map", "odom"), ("odom", "base_footprint"), ("base_footprint", "base_link"))
+    """Frames that do not move in their parents."""
+
     def __init__(self, robot: Robot = ROBOT) -> None:
         kinds = {
             "base": "drive_base:DriveBaseNode",
@@ -141,7 +144,7 @@ class StationaryRobot(NodeRunner):
         nodes = {name: f"chefbot.nodes.{kind}" for name, kind in kinds.items()}
         nodes["sensors"] = "tests.nodes.clear_sensors:ClearSensorsNode"
         super().__init__(nodes, {}, robot=robot)
-        for parent, child in (("map", "odom"), ("odom", "base_footprint"), ("base_footprint", "base_link")):
+        for parent, child in self.fixed:
             transform = TransformStamped.of(0, parent, child, SE2(0.0, 0.0, 0.0))
             self.loop.publish("tf_static", TFMessage((transform,)), "test")
         self.run(1.0)

@@ -125,7 +125,7 @@ class ControllerNode(
         blind = self._sensors.blind_ahead(pose, costs) or self._hidden
         twist = present.linear.x, present.angular.z
         step = self._creep(self._follower.step(pose, twist, costs, blind, people))
-        step = self._look_aside(step, pose, costs, people)
+        step = self._ended_by_slip(self._look_aside(step, pose, costs, people))
         self.report_step(step, self._follower, pose, costs, blind)
         self._drive(step.v, step.w)
         self._feedback(FollowPath_Feedback(remaining_length(self._follower.path, pose), step.speed))

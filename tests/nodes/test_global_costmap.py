@@ -192,6 +192,17 @@ def test_marks_from_before_a_jump_of_the_pose_go(jump: SE2, kept: bool) -> None:
     assert bool(hall.marked(CAMERA)) == kept and hall.marked(LASER)
 
 
+def test_a_contact_outlives_the_correction_of_slipped_wheels() -> None:
+    hall = Hall()
+    hall.scan()
+    hall.send("contact", PoseStamped(Header.of(hall.loop.now_ns, "base_link")))
+    touched = hall.marked(CONTACT)
+    for correction in (0.3, 0.6):
+        hall.place("map", "odom", MAP_T_ODOM @ SE2(correction, 0.0, 0.0))
+        hall.scan(2.0)
+    assert len(hall.marked(CONTACT)) == len(touched) > 0
+
+
 def test_the_costmap_is_shown_each_second_once_there_is_a_map() -> None:
     hall = Hall(with_map=False)
     hall.run(3.0)

@@ -78,6 +78,7 @@ class GlobalCostmapNode(PeopleMarksNode):
 
     def on_contact(self, contact: PoseStamped) -> None:
         """Pass to the layers what the robot has touched."""
+        self._pose_jump.note_contact(contact.header.stamp.ns)
         self._place(contact, contact.header)
 
     def _place(self, message: Message, header: Header) -> None:
@@ -92,7 +93,7 @@ class GlobalCostmapNode(PeopleMarksNode):
         except TransformError:
             return  # not localized yet: marks would be in the wrong place
         if self.map.last is not None:
-            if self._pose_jump.process(map_T_odom, odom_T_sensor):
+            if self._pose_jump.process(map_T_odom, odom_T_sensor, stamp_ns):
                 self._costs.clear()
             self._costs.set_time(stamp_ns / 1e9)
             self._costs.process(message, map_T_odom @ odom_T_sensor)

@@ -51,7 +51,7 @@ def feed(policy: SensorPolicy, first_ms: int, last_ms: int, silent: str = "") ->
 
 def judged(policy: SensorPolicy, time_ms: int, pose_ms: int | None = None) -> SensorVerdict:
     pose_ns = (time_ms if pose_ms is None else pose_ms) * MS
-    return policy.judge(time_ms * MS, IDENTITY, pose_ns, lambda: NOTHING)
+    return policy.judge(time_ms * MS, IDENTITY, pose_ns, lambda: NOTHING, 0.025)
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_a_sensor_that_stops_restricts_until_it_is_back(silent: str, restriction
 def test_an_optional_sensor_counts_from_its_first_message_on() -> None:
     assert judged(SensorPolicy(ROBOT, ()), 0).restriction is Restriction.STOP_UNLESS_TELEOP
     policy = SensorPolicy(ROBOT, ALL)
-    assert policy.judge(0, None, None, lambda: NOTHING) == SensorVerdict(Restriction.NONE)
+    assert policy.judge(0, None, None, lambda: NOTHING, 0.025) == SensorVerdict(Restriction.NONE)
     feed(policy, 0, 1000)
     assert judged(policy, 1010) == SensorVerdict(Restriction.NONE)
     assert judged(policy, 1400).restriction is Restriction.STOP_UNLESS_TELEOP
@@ -176,18 +176,25 @@ def test_odometry_is_needed_by_who_sees_only() -> None:
     blind = msgspec.structs.replace(
         ROBOT, sensors=msgspec.structs.replace(ROBOT.sensors, lidar=None, depth_camera=None, ultrasonic=None)
     )
-    assert SensorPolicy(blind, ()).judge(0, None, None, lambda: NOTHING) == SensorVerdict(Restriction.NONE)
+    assert SensorPolicy(blind, ()).judge(0, None, None, lambda: NOTHING, 0.025) == SensorVerdict(
+        Restriction.NONE
+    )
     for missing in ("lidar", "depth_camera"):
         sensors = msgspec.structs.replace(ROBOT.sensors, **{missing: None})
         policy = SensorPolicy(msgspec.structs.replace(ROBOT, sensors=sensors), ())
         feed(policy, 0, 1000)
-        assert policy.judge(1010 * MS, IDENTITY, 1010 * MS, lambda: NOTHING).restriction is Restriction.NONE
-        lost = policy.judge(1010 * MS, None, None, lambda: NOTHING)
+        assert (
+            policy.judge(1010 * MS, IDENTITY, 1010 * MS, lambda: NOTHING, 0.025).restriction
+            is Restriction.NONE
+        )
+        lost = policy.judge(1010 * MS, None, None, lambda: NOTHING, 0.025)
         assert lost.restriction is Restriction.STOP_UNLESS_TELEOP and "no odometry yet" in lost.stop_reason
 
 
 def test_a_fault_of_a_sensor_is_named_before_the_odometry() -> None:
-    assert "has not sent anything" in SensorPolicy(ROBOT, ()).judge(0, None, None, lambda: NOTHING).fault
+    assert (
+        "has not sent anything" in SensorPolicy(ROBOT, ()).judge(0, None, None, lambda: NOTHING, 0.025).fault
+    )
 
 
 def test_an_optional_ranger_is_missed_once_it_has_sent() -> None:
@@ -267,5 +274,5 @@ def test_faults_of_several_sensors_restrict_together() -> None:
     assert late.restriction is Restriction.STOP_UNLESS_TELEOP and "odometry is late" in late.fault
     assert late.others == (Restriction.NO_FORWARD, Restriction.SLOW)
     assert restricted(StampedCommand(0.1, 0.0, 0, TELEOP), late, 0.15, 0.14) == 0.0
-    lost = policy.judge(1520 * MS, None, None, lambda: NOTHING)
+    lost = policy.judge(1520 * MS, None, None, lambda: NOTHING, 0.025)
     assert lost.restriction is Restriction.STOP_UNLESS_TELEOP and lost.others == (Restriction.SLOW,)

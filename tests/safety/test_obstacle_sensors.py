@@ -33,6 +33,8 @@ STANDING = SE2(0.0, 0.0, 0.0)
 COSTS = Costmap(np.zeros((20, 20), np.uint8), 0.05, -0.5, -0.5)
 PERIOD_NS = 100_000_000
 BINS, FIRST, STEP = 160, -0.5, 1.0 / 160
+CELL = 0.025
+"""Side of a cell of the memory, m."""
 """The directions of the camera's obstacle scans here, from right to left."""
 NOTHING = np.zeros((0, 2))
 
@@ -170,7 +172,7 @@ def test_a_sensor_that_is_not_mounted_is_ignored() -> None:
     bare = ObstacleSensors(with_sensors(lidar=None, depth_camera=None))
     now_ns = run(bare, 3)
     assert not bare.any_counted and bare.fault(now_ns, STANDING) == ""
-    assert bare.blind_beyond(lambda: NOTHING) == "" == bare.blind_ahead(STANDING, COSTS)
+    assert bare.blind_beyond(lambda: NOTHING, CELL) == "" == bare.blind_ahead(STANDING, COSTS)
     assert ObstacleSensors(ROBOT).any_counted
 
 
@@ -247,26 +249,25 @@ def test_a_known_wall_explains_a_blind_camera_wherever_it_looks(x: float, y: flo
     sensors = blind_camera(looking(x, y, yaw))
     bearings = yaw + FIRST + STEP * np.arange(BINS)
     wall = np.column_stack([x + 0.5 * np.cos(bearings), y + 0.5 * np.sin(bearings)])
-    assert sensors.blind_beyond(lambda: NOTHING) == BLIND
-    assert sensors.blind_beyond(lambda: wall) == ""
-    assert sensors.blind_beyond(lambda: np.array([[2.0 * x, 2.0 * y]]) - wall) == BLIND, (
+    assert sensors.blind_beyond(lambda: NOTHING, CELL) == BLIND
+    assert sensors.blind_beyond(lambda: wall, CELL) == ""
+    assert sensors.blind_beyond(lambda: np.array([[2.0 * x, 2.0 * y]]) - wall, CELL) == BLIND, (
         "the wall is behind it"
     )
     far = np.array([x, y]) + 2.0 * (wall - np.array([x, y]))
-    assert sensors.blind_beyond(lambda: far) == BLIND, "at a metre the camera would measure it"
-    assert sensors.blind_beyond(lambda: wall[: BINS // 4]) == BLIND, "of one quarter only"
+    assert sensors.blind_beyond(lambda: far, CELL) == BLIND, "at a metre the camera would measure it"
+    assert sensors.blind_beyond(lambda: wall[: BINS // 4], CELL) == BLIND, "of one quarter only"
 
 
-def test_known_points_explain_three_directions_on_each_side() -> None:
-    """Points lie a cell apart; one in seven directions explains all of them, one in fourteen does not."""
-    sensors = blind_camera(looking(0.0, 0.0, 0.0))
-
-    def every(n: int) -> np.ndarray:
-        bearings = FIRST + STEP * np.arange(3, BINS, n)
-        return 0.5 * np.column_stack([np.cos(bearings), np.sin(bearings)])
-
-    assert sensors.blind_beyond(lambda: every(7)) == "" and sensors.blind_beyond(lambda: every(13)) == ""
-    assert sensors.blind_beyond(lambda: every(15)) == BLIND
+@pytest.mark.parametrize("distance", [0.25, 0.4, 0.55])
+def test_a_point_in_each_cell_explains_a_wall(distance: float) -> None:
+    """Wherever in its cell the point is; a point in every fourth cell leaves half of the wall unexplained."""
+    sensors, rng = blind_camera(looking(0.0, 0.0, 0.0)), np.random.default_rng(3)
+    cells = np.arange(-0.4, 0.4, CELL)
+    for _ in range(20):
+        wall = np.column_stack([np.full(len(cells), distance), cells + rng.uniform(0.0, CELL, len(cells))])
+        assert sensors.blind_beyond(lambda wall=wall: wall, CELL) == ""
+    assert sensors.blind_beyond(lambda: wall[::4], CELL) == BLIND
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -286,7 +287,7 @@ def test_a_few_directions_are_explained_each(sign: float, count: int, at: float,
     )
     bearing = first + at * step
     point = 0.4 * np.array([[math.cos(bearing), math.sin(bearing)]])
-    assert (sensors.blind_beyond(lambda: point) == "") == explained
+    assert (sensors.blind_beyond(lambda: point, 0.4 * math.tan(0.35)) == "") == explained
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -298,11 +299,11 @@ def test_a_person_who_comes_in_from_the_side_stops_the_robot(sign: float) -> Non
         at = slice(0, hidden) if sign < 0.0 else slice(BINS - hidden, BINS)
         seen.ranges[at], seen.clear_to[at] = np.inf, 0.0
         sensors.process_obstacles(seen, (k + 1) * PERIOD_NS, STANDING)
-    assert sensors.blind_beyond(lambda: NOTHING) == HIDDEN == sensors.blind_ahead(STANDING, COSTS)
+    assert sensors.blind_beyond(lambda: NOTHING, CELL) == HIDDEN == sensors.blind_ahead(STANDING, COSTS)
     bearings = sign * (FIRST + STEP * np.arange(16))
     wall = 0.4 * np.column_stack([np.cos(bearings), -np.sin(bearings)])
-    assert sensors.blind_beyond(lambda: wall) == ""
-    assert sensors.blind_beyond(lambda: wall * (1.0, -1.0)) == HIDDEN, "it is on the other side"
+    assert sensors.blind_beyond(lambda: wall, CELL) == ""
+    assert sensors.blind_beyond(lambda: wall * (1.0, -1.0), CELL) == HIDDEN, "it is on the other side"
 
 
 @pytest.mark.parametrize(("gap", "explained"), [(-0.005, True), (0.005, False)])
@@ -313,18 +314,18 @@ def test_nearer_than_the_camera_measures_at_the_edge_of_its_view(gap: float, exp
     limit = (camera.range_min + 0.1) / math.cos(camera.field_of_view / 2)
     bearings = FIRST + STEP * np.arange(BINS)
     wall = (limit + gap) * np.column_stack([np.cos(bearings), np.sin(bearings)])
-    assert (blind_camera(looking(0.0, 0.0, 0.0)).blind_beyond(lambda: wall) == "") == explained
+    assert (blind_camera(looking(0.0, 0.0, 0.0)).blind_beyond(lambda: wall, CELL) == "") == explained
 
 
 def test_a_camera_that_sees_needs_no_other_sensor() -> None:
     sensors = ObstacleSensors(ROBOT)
-    assert sensors.blind_beyond(lambda: NOTHING) == "" == sensors.blind_ahead(None, COSTS)
+    assert sensors.blind_beyond(lambda: NOTHING, CELL) == "" == sensors.blind_ahead(None, COSTS)
     run(sensors, 1)
 
     def never() -> np.ndarray:
         raise AssertionError("the memory need not be searched")
 
-    assert sensors.blind_beyond(never) == "" == sensors.blind_ahead(None, COSTS)
+    assert sensors.blind_beyond(never, CELL) == "" == sensors.blind_ahead(None, COSTS)
 
 
 @pytest.mark.parametrize("count", [0, 1])
@@ -333,8 +334,9 @@ def test_an_obstacle_scan_of_nothing_is_blind(count: int) -> None:
     sensors, array = ObstacleSensors(looking(0.0, 0.0, 0.0)), np.full(count, np.inf, np.float32)
     none = ObstacleScan(Header.of(0, "camera"), 0.0, 0.0, 8.0, array, array, np.zeros(count, np.float32))
     sensors.process_obstacles(none, 0, STANDING)
-    assert sensors.blind_beyond(lambda: np.array([[0.3, 3.0], [-0.3, 0.0]])) == (BLIND if count == 0 else "")
-    assert sensors.blind_beyond(lambda: NOTHING) == BLIND
+    assert sensors.blind_beyond(lambda: np.array([[0.3, 0.0]]), CELL) == (BLIND if count == 0 else "")
+    assert sensors.blind_beyond(lambda: np.array([[0.3, 3.0], [-0.3, 0.0]]), CELL) == BLIND
+    assert sensors.blind_beyond(lambda: NOTHING, CELL) == BLIND
 
 
 def room(robot_x: float, robot_y: float, yaw: float, distance: float) -> Costmap:

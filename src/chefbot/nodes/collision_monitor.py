@@ -109,7 +109,8 @@ class CollisionMonitorNode(MotionReasonsNode):
             return self._monitor.points(pose, now_ns, self._monitor.reach)
 
         before = self._verdict
-        judged = self._policy.judge(now_ns + round(COMMAND_PERIOD * 1e9), pose, pose_ns, known)
+        due_ns = now_ns + round(COMMAND_PERIOD * 1e9)
+        judged = self._policy.judge(due_ns, pose, pose_ns, known, self._monitor.polygons.resolution)
         self._verdict = judged.with_board_fault(self.board_fault.last.data if self.board_fault.last else "")
         if before.stop_reason != self._verdict.stop_reason:
             self.stop_reason.publish(String(self._verdict.stop_reason))

@@ -73,16 +73,22 @@ class SensorPolicy:
         self._sees = sensors.lidar is not None or sensors.depth_camera is not None
 
     def judge(
-        self, now_ns: int, pose: SE2 | None, pose_ns: int | None, known: Callable[[], NDArray[np.float64]]
+        self,
+        now_ns: int,
+        pose: SE2 | None,
+        pose_ns: int | None,
+        known: Callable[[], NDArray[np.float64]],
+        resolution: float,
     ) -> SensorVerdict:
         """Return the restriction at a time; pose, pose_ns: newest one in odom with its stamp, if it has one.
 
-        known: returns known obstacles (n, 2) in base_link, which explain what a camera is too near to see.
+        known: returns known obstacles (n, 2) in base_link, one in each cell of `resolution` (m), which explain what a
+        camera is too near to see.
         """
         fault = self.obstacle_sensors.fault(now_ns, pose)
         if self._sees and self._counts:
             fault = fault or odometry_fault(now_ns, pose, pose_ns)
-        blind = self.obstacle_sensors.blind_beyond(known) if pose is not None or not fault else ""
+        blind = self.obstacle_sensors.blind_beyond(known, resolution) if pose is not None or not fault else ""
         slow = self._ranger_fault(now_ns)
         found = (
             (Restriction.STOP_UNLESS_TELEOP, fault),

@@ -34,8 +34,6 @@ QUARTILE_RATIO = 0.472
 """Lower quartile of the absolute value of a normal variable by its median, 0.319 / 0.674."""
 SCATTERED_SCANS, MIN_SCATTER_BEAMS = 3, 30
 """Scans in a row that scatter before the lidar counts as damaged, and the ranges that a scan needs for that."""
-KNOWN_BINS = 3
-"""Directions on each side of a known point that it explains, as points lie a cell apart."""
 
 
 def laser_view(scan: LaserScan) -> SensorView:
@@ -94,6 +92,25 @@ def marked_directions(
     x = sensor.x + np.cos(directions)[:, None] * distances
     y = sensor.y + np.sin(directions)[:, None] * distances
     return np.asarray((costs.values(x, y, outside=0) == LETHAL).any(axis=1))
+
+
+def explained(
+    directions: NDArray[np.float64],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    reach: float,
+    resolution: float,
+) -> NDArray[np.bool_]:
+    """Return in which directions (n,) points (m,), seen from the camera, explain that it is too near to see.
+
+    A point stands for a surface up to a cell to each side: the points of neighbouring cells lie up to two apart.
+    """
+    distances = np.hypot(x, y)
+    near = distances <= reach
+    width = np.arctan2(resolution, distances[near])
+    apart = directions[:, None] - np.arctan2(y[near], x[near])
+    apart = np.abs(np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi)
+    return np.asarray((apart <= width).any(axis=1))
 
 
 def max_blind_distance(camera: DepthCamera) -> float:
@@ -171,25 +188,19 @@ class ObstacleSensors:
         monitors = [monitor for monitor in (self._lidar, self._camera) if monitor is not None]
         return [one for one in monitors if one.has_sent or one.title not in self._optional]
 
-    def blind_beyond(self, known_points: Callable[[], NDArray[np.float64]]) -> str:
-        """Return why the robot must not drive forward, as `blind_ahead`; known obstacles (n, 2) are in base_link."""
+    def blind_beyond(self, known_points: Callable[[], NDArray[np.float64]], resolution: float) -> str:
+        """Return why the robot must not drive forward, as `blind_ahead`.
+
+        known_points: returns known obstacles (n, 2) in base_link, one in each cell of `resolution`, m.
+        """
         camera, scan, spec = self._camera, self._last_obstacles, self._camera_spec
         if camera is None or not (camera.blind() or camera.hidden_at_edge()):
             return ""
         assert scan is not None and spec is not None
         points = known_points()
         x, y = points[:, 0] - spec.mount.x, points[:, 1] - spec.mount.y
-        near = np.hypot(x, y) <= max_blind_distance(spec)
-        # directions from the first one on, in a turn that begins as far before it as a point explains
-        increment = scan.angle_increment or 2.0 * math.pi
-        offsets = (np.arctan2(y[near], x[near]) - spec.mount.yaw - scan.angle_min) / increment
-        offsets = np.remainder(offsets + KNOWN_BINS, 2.0 * math.pi / abs(increment)) - KNOWN_BINS
-        bins = np.round(offsets).astype(np.int64)
-        known = np.zeros(len(scan.ranges), np.bool_)
-        for shift in range(-KNOWN_BINS, KNOWN_BINS + 1):
-            shifted = bins + shift
-            known[shifted[(shifted >= 0) & (shifted < len(known))]] = True
-        return _unseen(camera, known)
+        directions = camera_directions(scan, spec.mount.planar)
+        return _unseen(camera, explained(directions, x, y, max_blind_distance(spec), resolution))
 
     def blind_ahead(self, pose: SE2 | None, costs: Costmap) -> str:
         """Return why the robot must not drive forward, or an empty string; it may still rotate.

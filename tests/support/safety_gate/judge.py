@@ -204,6 +204,7 @@ class _BodyJudge:
         took, pool = time.monotonic() - self._began, _Pool(self._jobs)
         baseline = self._baseline()
         items = {item.nodeid: item for item in session.items}
+        gc.unfreeze()  # what is frozen is not found
         self._functions = _functions_of(str(path_of(self._module)))
         gc.freeze()  # a forked process that collects garbage would copy all memory
         gc.disable()

@@ -12,7 +12,7 @@ from tests.chaos.launch_process import report, run_launch_file, wait_for
 from tests.support.processes import children_of, is_alive
 from tests.support.waiting import in_time
 
-TIMES, MANY = 5, 200
+TIMES, MANY = 3, 200
 MEDIAN_STOP_S = 3.0
 """Limit for the median, as some runs may be delayed by a busy machine."""
 

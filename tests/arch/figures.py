@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from tests.arch.dialect import WORDS
-from tests.arch.syntax import parse, parse_text
+from tests.arch.syntax import parse, walk, walk_text
 
 REPOSITORY = Path(__file__).parents[2]
 SOURCE = REPOSITORY / "src" / "chefbot"
@@ -65,7 +65,7 @@ def dialect_in(path: Path) -> Counter[str]:
     help texts, sentences for people; keys and patterns of one word as well."""
     names: set[str] = set()
     found: Counter[str] = Counter()
-    for node in ast.walk(parse(path)):
+    for node in walk(path):
         if isinstance(node, ast.Constant):
             found.update(phrases_in(node.value) if isinstance(node.value, str) else ())
         elif name := defined_name(node):
@@ -89,7 +89,7 @@ def names_of_tests() -> Iterator[tuple[Path, str]]:
     """File and name of each test function, those of this folder aside, which name the words of the list."""
     for path in sorted(REPOSITORY.glob("tests/**/test_*.py")):
         if path.parent.name != "arch":
-            for node in ast.walk(parse(path)):
+            for node in walk(path):
                 if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
                     yield path, node.name
 
@@ -105,7 +105,7 @@ def dialect_in_test_names() -> list[str]:
 
 def imported_modules(path: Path) -> Iterator[str]:
     """Modules of the project that a file imports, also inside functions and for types only."""
-    for node in ast.walk(parse(path)):
+    for node in walk(path):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("chefbot."):
             yield from (
                 f"{node.module}.{alias.name}"
@@ -146,7 +146,7 @@ def class_names() -> dict[str, list[str]]:
     """Each name of a class, also of private and nested ones, and the file of each definition."""
     found: dict[str, list[str]] = {}
     for path in FILES:
-        for node in ast.walk(parse(path)):
+        for node in walk(path):
             if isinstance(node, ast.ClassDef):
                 found.setdefault(node.name, []).append(path.relative_to(SOURCE).as_posix())
     return found
@@ -193,7 +193,7 @@ def comments_per_100_lines(paths: list[Path]) -> float:
         text = path.read_text()
         documented = {
             line
-            for node in ast.walk(parse_text(text))
+            for node in walk_text(text)
             if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
             for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)
         }
@@ -221,7 +221,7 @@ def function_lengths() -> list[int]:
         sum(not re.match(r"\s*(#|$)", line) for line in lines[node.lineno - 1 : node.end_lineno])
         for path in FILES
         for lines in [path.read_text().splitlines()]
-        for node in ast.walk(parse(path))
+        for node in walk(path)
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
     ]
 

@@ -12,6 +12,17 @@ def parse(path: Path) -> ast.Module:
     return parse_text(path.read_text())
 
 
+def walk(path: Path) -> tuple[ast.AST, ...]:
+    """Return all nodes of the syntax tree of a file."""
+    return walk_text(path.read_text())
+
+
+@functools.cache
+def walk_text(text: str) -> tuple[ast.AST, ...]:
+    """Return all nodes of the syntax tree of a text."""
+    return tuple(ast.walk(parse_text(text)))
+
+
 @functools.cache
 def parse_text(text: str) -> ast.Module:
     """Return the syntax tree of a text, shared with other rules: it must not be changed."""

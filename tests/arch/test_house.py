@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from tests.arch.figures import folder_imports, mutual_imports
-from tests.arch.syntax import parse
+from tests.arch.syntax import parse, walk
 
 SOURCE = Path(__file__).parents[2] / "src" / "chefbot"
 FILES = sorted(SOURCE.rglob("*.py"))
@@ -40,14 +40,14 @@ def inner_files() -> list[Path]:
 
 def functions() -> Iterator[tuple[str, int]]:
     for path in FILES:
-        for node in ast.walk(parse(path)):
+        for node in walk(path):
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
                 lines = (node.end_lineno or node.lineno) - node.lineno + 1
                 yield f"{path.relative_to(SOURCE)}:{node.lineno} {node.name}", lines
 
 
 def called_names(path: Path) -> Iterator[tuple[int, str]]:
-    for node in ast.walk(parse(path)):
+    for node in walk(path):
         if isinstance(node, ast.Call) and isinstance(node.func, (ast.Name, ast.Attribute)):
             yield node.lineno, ast.unparse(node.func)
 
@@ -76,7 +76,7 @@ def test_names_of_tests_stay_short() -> None:
     long = [
         node.name
         for path in Path(__file__).parents[1].rglob("test_*.py")
-        for node in ast.walk(parse(path))
+        for node in walk(path)
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_") and len(node.name) > 60
     ]
     assert long == []
@@ -104,7 +104,7 @@ ValidationError of the ValueError of a section's `__post_init__`."""
 
 
 def raised_names(path: Path) -> Iterator[tuple[int, str]]:
-    for node in ast.walk(parse(path)):
+    for node in walk(path):
         if isinstance(node, ast.Raise) and node.exc is not None:
             error = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
             yield node.lineno, ast.unparse(error)
@@ -130,7 +130,7 @@ def test_every_exception_has_the_common_root() -> None:
         f"{path.relative_to(SOURCE)}:{node.lineno} {node.name}"
         for path in FILES
         if path.relative_to(SOURCE).parts[0] in PURE
-        for node in ast.walk(parse(path))
+        for node in walk(path)
         if isinstance(node, ast.ClassDef) and any(ast.unparse(base) in roots for base in node.bases)
     ]
     assert found == []

@@ -39,6 +39,8 @@ from chefbot.maths.units import DEFINITIONS, UnitError, to_si
         ("2 rad/s**2", "rad/s^2", 2.0),
         ("-3 mm", "m", -0.003),
         ("90°", "rad", math.pi / 2),
+        ("2 Ω", "ohm", 2.0),
+        ("2 \u2126", "ohm", 2.0),
     ],
 )
 def test_common_spellings_of_quantities_parse(text, unit, value):
@@ -61,6 +63,11 @@ def test_every_unit_equals_that_of_pint():
         expected = theirs.Quantity(1.0, name).to_base_units()
         found = own.Quantity(1.0, name).to(str(expected.units)).magnitude
         assert found == pytest.approx(expected.magnitude, rel=1e-12), name
+
+
+def test_no_unit_is_defined_twice(caplog):
+    pint.UnitRegistry(DEFINITIONS)
+    assert [record.getMessage() for record in caplog.records] == []
 
 
 @pytest.mark.parametrize(

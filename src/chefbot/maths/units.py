@@ -13,6 +13,8 @@ _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
 _UNIT = r"[A-Za-z°µμΩ%]+(?:(?:\^|\*\*)-?[0-9])?"
 _QUANTITY = re.compile(rf"\s*{_NUMBER}\s*(?P<unit>{_UNIT}(?:(?:\s*[*/]\s*|\s+){_UNIT})*)?\s*")
 DEFINITIONS = Path(__file__).with_name("units.txt")
+OHM_SIGN = "\u2126"
+"""The ohm sign of data sheets, for which Unicode recommends the letter omega."""
 _MAX_LENGTH = 60
 """Maximum number of characters; with the pattern above it keeps expressions like 9**9**9 from evaluation."""
 
@@ -37,6 +39,7 @@ def to_si(text: str, unit: str) -> float:
     """
     import pint
 
+    text = text.replace(OHM_SIGN, "Ω")
     _check_form(text, unit)
     normalized = text.replace("kg cm", "kgf cm") if unit == "N m" else text
     try:

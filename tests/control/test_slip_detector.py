@@ -116,6 +116,16 @@ def test_a_reset_forgets_the_slip() -> None:
     assert slipping[20] and not any(slipping[21:])
 
 
+@pytest.mark.parametrize("increment", [0.0, 1e-30])
+def test_a_scan_in_one_direction_shows_nothing(increment: float) -> None:
+    detector = SlipDetector()
+    for i in range(30):
+        header = Header.of(i * PERIOD_NS, "laser")
+        scan = LaserScan(header, 0.0, 0.0, increment, 0.0, 0.1, 0.1, 20.0, np.ones(180, np.float32))
+        detector.process(scan, SE2(0.03 * i, 0.0, 0.0), MOUNT)
+        assert not detector.is_slipping
+
+
 @pytest.mark.parametrize("ranges", [np.full(180, np.nan), np.full(180, np.inf), np.zeros(180), np.zeros(0)])
 def test_scans_without_ranges_show_nothing(ranges: NDArray[np.float64]) -> None:
     detector = SlipDetector()

@@ -20,6 +20,8 @@ TOLERANCE = 0.06
 """Difference up to which a range is the expected one, m: noise of a cheap lidar, and the width of its beams."""
 MIN_BEAMS = 15
 """Number of beams that must show a robot that stands."""
+MIN_INCREMENT = 1e-5
+"""Angle between two beams, rad, smaller than that of any lidar."""
 MAX_OPPOSED = 0.1
 """Beams that show the travel, as a share of those; people who walk along with the robot are not all it sees."""
 SLIPPING_SCANS = 3
@@ -57,34 +59,43 @@ class SlipDetector:
 
     def process(self, scan: LaserScan, robot: SE2, mount: SE2) -> None:
         """Process a scan without skew; robot: pose in odom at its stamp. mount: pose of the sensor on the robot."""
-        if len(scan.ranges) < MIN_BEAMS:
+        if len(scan.ranges) < MIN_BEAMS or abs(scan.angle_increment) < MIN_INCREMENT:
             return
-        time_ns, ranges = scan.header.stamp.ns, scan.ranges.astype(np.float64)
-        if self._scans and (
-            time_ns <= self._scans[-1].time_ns or robot.distance(self._scans[-1].robot) > MAX_TRAVEL
-        ):
-            self.reset()
-        valid = np.isfinite(ranges) & (ranges > scan.range_min) & (ranges < scan.range_max)
-        angles = scan.angles[valid].astype(np.float64)
-        points = ranges[valid, None] * np.column_stack((np.cos(angles), np.sin(angles)))
-        self._scans.append(PlacedScan(time_ns, robot, mount.apply(points)))
-        self._drop_old(time_ns, robot)
+        ranges = measured_ranges(scan)
+        self._add(PlacedScan(scan.header.stamp.ns, robot, mount.apply(points_of(ranges, scan.angles))))
         before = self._scans[0]
         if before.robot.distance(robot) < MIN_TRAVEL:
             self._count = 0
             return
-        ranges[~valid] = np.nan
-        turned = SE2(before.robot.x, before.robot.y, robot.yaw)
-        moved = expected_ranges(before.robot.apply(before.points), robot @ mount, scan)
-        stood = expected_ranges(before.robot.apply(before.points), turned @ mount, scan)
+        points, turned = before.robot.apply(before.points), SE2(before.robot.x, before.robot.y, robot.yaw)
+        moved = expected_ranges(points, robot @ mount, scan)
+        stood = expected_ranges(points, turned @ mount, scan)
         self._count = self._count + 1 if shows_standstill(ranges, moved, stood) else 0
 
-    def _drop_old(self, time_ns: int, robot: SE2) -> None:
-        """Keep the newest scan before `MIN_TRAVEL`, and those after it."""
-        while time_ns - self._scans[0].time_ns > MAX_AGE_NS:
+    def _add(self, scan: PlacedScan) -> None:
+        """Keep a scan, the newest one `MIN_TRAVEL` before it, and those in between; none from before a jump."""
+        newest = self._scans[-1] if self._scans else scan
+        if scan.time_ns < newest.time_ns or scan.robot.distance(newest.robot) > MAX_TRAVEL:
+            self.reset()
+        self._scans.append(scan)
+        while scan.time_ns - self._scans[0].time_ns > MAX_AGE_NS:
             self._scans.popleft()
-        while len(self._scans) > 1 and robot.distance(self._scans[1].robot) >= MIN_TRAVEL:
+        while len(self._scans) > 1 and scan.robot.distance(self._scans[1].robot) >= MIN_TRAVEL:
             self._scans.popleft()
+
+
+def measured_ranges(scan: LaserScan) -> NDArray[np.float64]:
+    """Return the ranges (n,) of a scan, m; NaN where nothing is measured."""
+    ranges = scan.ranges.astype(np.float64)
+    ranges[~((ranges > scan.range_min) & (ranges < scan.range_max))] = np.nan
+    return ranges
+
+
+def points_of(ranges: NDArray[np.float64], angles: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the points (k, 2) of the ranges (n,) that are measured, in the frame of the sensor, m."""
+    valid = np.isfinite(ranges)
+    at = angles[valid].astype(np.float64)
+    return ranges[valid, None] * np.column_stack((np.cos(at), np.sin(at)))
 
 
 def expected_ranges(points: NDArray[np.float64], sensor: SE2, scan: LaserScan) -> NDArray[np.float64]:

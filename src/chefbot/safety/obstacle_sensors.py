@@ -95,20 +95,16 @@ def marked_directions(
 
 
 def explained(
-    directions: NDArray[np.float64],
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    reach: float,
-    resolution: float,
+    directions: NDArray[np.float64], points: NDArray[np.float64], reach: float, resolution: float
 ) -> NDArray[np.bool_]:
-    """Return in which directions (n,) points (m,), seen from the camera, explain that it is too near to see.
+    """Return in which directions (n,) points (m, 2), seen from the camera, explain that it is too near to see.
 
     A point stands for a surface up to a cell to each side: the points of neighbouring cells lie up to two apart.
     """
-    distances = np.hypot(x, y)
+    distances = np.hypot(points[:, 0], points[:, 1])
     near = distances <= reach
     width = np.arctan2(resolution, distances[near])
-    apart = directions[:, None] - np.arctan2(y[near], x[near])
+    apart = directions[:, None] - np.arctan2(points[near, 1], points[near, 0])
     apart = np.abs(np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi)
     return np.asarray((apart <= width).any(axis=1))
 
@@ -197,10 +193,9 @@ class ObstacleSensors:
         if camera is None or not (camera.blind() or camera.hidden_at_edge()):
             return ""
         assert scan is not None and spec is not None
-        points = known_points()
-        x, y = points[:, 0] - spec.mount.x, points[:, 1] - spec.mount.y
+        points = known_points() - (spec.mount.x, spec.mount.y)
         directions = camera_directions(scan, spec.mount.planar)
-        return _unseen(camera, explained(directions, x, y, max_blind_distance(spec), resolution))
+        return _unseen(camera, explained(directions, points, max_blind_distance(spec), resolution))
 
     def blind_ahead(self, pose: SE2 | None, costs: Costmap) -> str:
         """Return why the robot must not drive forward, or an empty string; it may still rotate.

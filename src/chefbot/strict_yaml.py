@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 import re
+from functools import lru_cache
 from typing import Any
 
 import yaml
@@ -95,7 +97,16 @@ for _kind in ("int", "float"):  # PyYAML calls what is registered, not the metho
 
 
 def load_strict(text: str) -> Any:
-    """Return dicts, lists, numbers and strings. Raises yaml.YAMLError, and ValueError for impossible numbers."""
+    """Return dicts, lists, numbers and strings. Raises yaml.YAMLError, and ValueError for impossible numbers.
+
+    The texts read last are kept: a launch reads the launches that it includes, and the catalogue, several times.
+    """
+    return pickle.loads(_pickled(text))
+
+
+@lru_cache(maxsize=16)
+def _pickled(text: str) -> bytes:
+    """Return what a text contains, as bytes from which every caller gets values of its own."""
     if len(_TAG_LINE.findall(text)) > MAX_TAG_LINES:
         raise yaml.MarkedYAMLError(problem=f"more than {MAX_TAG_LINES} %TAG directives")
-    return yaml.load(text, Loader=_Loader)  # type: ignore[arg-type]
+    return pickle.dumps(yaml.load(text, Loader=_Loader))  # type: ignore[arg-type]

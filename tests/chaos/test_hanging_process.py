@@ -39,7 +39,7 @@ def check_hang(observer: DeliveryObserver, process: str) -> None:
     assert in_simulated_time(fault.stopped_ms, STOP_MS) and in_time(took, BACK_S)
 
 
-@pytest.mark.rotated("long drives")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 @pytest.mark.timed
 def test_deliveries_succeed_while_each_process_hangs(tmp_path: Path) -> None:

@@ -79,6 +79,7 @@ def test_the_goal_resumes_when_the_sensor_recovers(fault: str, profile: str) -> 
     assert drive.status == STATUS_SUCCEEDED and not drive.wait_reason and not drive.contact
 
 
+@pytest.mark.rotated("sensor faults during a goal")
 @pytest.mark.slow
 def test_alternating_sensor_faults_are_each_named() -> None:
     drive = drive_at_full_speed("chefbot_lidar")
@@ -94,6 +95,7 @@ def test_alternating_sensor_faults_are_each_named() -> None:
     assert drive.status == STATUS_SUCCEEDED and not drive.wait_reason
 
 
+@pytest.mark.rotated("sensor faults during a goal")
 @pytest.mark.slow
 def test_a_permanent_sensor_fault_aborts_the_goal_and_is_named() -> None:
     drive = drive_at_full_speed()

@@ -50,6 +50,7 @@ def test_uncalibrated_robot_gets_a_correct_calibration_file(tmp_path: Path) -> N
         run_calibrate(options(tmp_path, robot=str(tmp_path / "robot.yaml")))
 
 
+@pytest.mark.rotated("places without room for a calibration")
 @pytest.mark.slow
 def test_robot_without_a_visible_wall_stops_and_writes_nothing(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"sees walls with 0 % of its beams.*no robot file was written"):
@@ -57,6 +58,7 @@ def test_robot_without_a_visible_wall_stops_and_writes_nothing(tmp_path: Path) -
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.mcap"]
 
 
+@pytest.mark.rotated("places without room for a calibration")
 @pytest.mark.slow
 def test_too_little_space_is_reported_with_the_space_needed(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"no room for a square of 9.0 m; put the robot"):

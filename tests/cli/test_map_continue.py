@@ -117,6 +117,7 @@ def test_a_drive_that_begins_elsewhere_continues_the_map(algorithm: str, given: 
     assert (new.cells == 100).sum() < 1.6 * (old.cells == 100).sum(), "no wall is drawn twice"
 
 
+@pytest.mark.rotated("maps of two drives")
 @pytest.mark.slow
 def test_two_maps_of_a_building_are_merged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, points, seed in (("a", LOOP, 1), ("b", ELSEWHERE, 3)):
@@ -129,6 +130,7 @@ def test_two_maps_of_a_building_are_merged(tmp_path: Path, capsys: pytest.Captur
     assert "2 sessions, pose graph" in text and "the origin" in text
 
 
+@pytest.mark.rotated("maps of two drives")
 @pytest.mark.slow
 @pytest.mark.parametrize("start", [(40.0, 1.0, 0.0), (2.0, 1.0, 2.0)])
 def test_a_wrong_start_is_refused(start: tuple[float, float, float], tmp_path: Path) -> None:
@@ -148,6 +150,7 @@ def test_arguments_that_make_no_sense_are_refused_at_once(tmp_path: Path) -> Non
         continue_map(tmp_path, log, tmp_path, None, report=False)
 
 
+@pytest.mark.rotated("maps of two drives")
 @pytest.mark.slow
 def test_a_drive_in_another_building_changes_nothing(tmp_path: Path) -> None:
     write_log(tmp_path / "a.log", LOOP, SE2(0.0, 0.0, 0.0), 1)

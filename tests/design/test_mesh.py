@@ -105,6 +105,7 @@ def is_round(solid: Solid) -> bool:
     return any(corner.bulge for loop in (solid.outline.edge, *solid.outline.holes) for corner in loop)
 
 
+@pytest.mark.rotated("meshes of any fineness")
 @pytest.mark.slow
 def test_finer_chords_approach_the_true_mass() -> None:
     for part in all_parts():
@@ -133,6 +134,7 @@ def test_the_assembly_is_one_closed_mesh_without_overlaps(name: str) -> None:
 factor = st.floats(0.8, 1.25)
 
 
+@pytest.mark.rotated("meshes of any fineness")
 @pytest.mark.slow
 @given(st.sampled_from(ROBOTS), st.integers(1, 4), factor, factor, factor)
 @settings(max_examples=5)

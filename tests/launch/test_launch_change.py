@@ -40,7 +40,7 @@ def has_free_floor(page: WebUiClient) -> bool:
     return bool(((cells >= 0) & (cells < 100.0 * FREE_THRESH)).any())
 
 
-@pytest.mark.rotated("long drives")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 def test_a_robot_maps_then_delivers_then_maps_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path))

@@ -60,7 +60,7 @@ def pass_doors(folder: Path, seeds: list[int]) -> dict[str, list[float]]:
     return figures
 
 
-@pytest.mark.rotated("long drives")
+@pytest.mark.rotated("drives of whole robots")
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_robot_requests_waits_and_gets_through(tmp_path: Path, seed: int) -> None:

@@ -65,6 +65,7 @@ def test_equal_runs_in_two_processes_have_equal_messages() -> None:
     assert (second.figures, second.path, second.goals) == (first.figures, first.path, first.goals)
 
 
+@pytest.mark.rotated("runs in a child process")
 @pytest.mark.slow
 def test_a_drive_that_reaches_the_time_limit_has_failed() -> None:
     record = made(tiny_specs([1], limits=RunLimits(time=0.5))[0])
@@ -73,6 +74,7 @@ def test_a_drive_that_reaches_the_time_limit_has_failed() -> None:
     assert record.sim_time == pytest.approx(0.5, abs=1e-6)
 
 
+@pytest.mark.rotated("runs in a child process")
 @pytest.mark.slow
 def test_a_run_that_hangs_ends_at_its_wall_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     starting_with(HANG, tmp_path, monkeypatch)
@@ -89,6 +91,7 @@ def test_a_run_with_too_much_memory_ends(tmp_path: Path, monkeypatch: pytest.Mon
     assert record.failure.endswith(" MB of memory, more than 300 MB")
 
 
+@pytest.mark.rotated("runs in a child process")
 @pytest.mark.slow
 def test_a_program_error_becomes_a_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     starting_with(CRASH, tmp_path, monkeypatch)
@@ -116,6 +119,7 @@ def test_a_process_that_dies_becomes_a_record(
     assert (record.success, record.failure) == (False, failure)
 
 
+@pytest.mark.rotated("runs in a child process")
 @pytest.mark.slow
 def test_a_run_that_cannot_begin_is_a_failed_run() -> None:
     spec = tiny_specs([4])[0]
@@ -125,6 +129,7 @@ def test_a_run_that_cannot_begin_is_a_failed_run() -> None:
     assert record.failure.startswith("it cannot run: no world is called 'nosuch'")
 
 
+@pytest.mark.rotated("runs in a child process")
 @pytest.mark.slow
 def test_a_run_killed_from_outside_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Linux kills a process for lack of memory: that is not a result of the run."""
@@ -159,6 +164,7 @@ def child(folder: Path, spec: RunSpec) -> subprocess.Popen[bytes]:
     return process
 
 
+@pytest.mark.rotated("runs in a child process")
 @pytest.mark.slow
 def test_a_child_ends_with_its_input(tmp_path: Path) -> None:
     process = child(tmp_path, tiny_specs([1], task=LONG, limits=RunLimits(time=100_000.0))[0])
@@ -175,6 +181,7 @@ make_run_in_process(sys.stdin.buffer.read())
 """
 
 
+@pytest.mark.rotated("runs in a child process")
 @pytest.mark.slow
 def test_a_child_dies_with_its_worker() -> None:
     worker = subprocess.Popen([sys.executable, "-c", WORKER], stdin=subprocess.PIPE)

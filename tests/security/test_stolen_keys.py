@@ -61,6 +61,7 @@ def test_a_stolen_key_stays_out_after_a_replacement(network: Network, fleet: Key
     assert "/site/tester" not in str(thief.request("nodes"))
 
 
+@pytest.mark.rotated("lists and certificates of a fleet")
 def test_running_routers_take_over_a_new_list(network: Network, fleet: Keyring, tmp_path: Path) -> None:
     """A stolen key works until the list without it is accepted, then no more, without a restart of the launch."""
     stolen(tmp_path)
@@ -91,6 +92,7 @@ def test_running_routers_take_over_a_new_list(network: Network, fleet: Keyring, 
     assert {data for _, data in after[before:]} <= {"renewed", "from_robot"}  # type: ignore[index]
 
 
+@pytest.mark.rotated("lists and certificates of a fleet")
 def test_an_old_list_accepts_what_a_new_one_refuses(network: Network, fleet: Keyring, tmp_path: Path) -> None:
     """A machine that has not accepted the new list still accepts the stolen key and refuses its replacement."""
     stolen(tmp_path)
@@ -105,6 +107,7 @@ def test_an_old_list_accepts_what_a_new_one_refuses(network: Network, fleet: Key
     publish_both_until(alice, thief, robot, {"from_robot"})
 
 
+@pytest.mark.rotated("lists and certificates of a fleet")
 def test_an_expired_certificate_is_refused_at_both_ends(network: Network, tmp_path: Path) -> None:
     now, year = datetime.now(UTC), timedelta(days=365)
     office = Keyring(tmp_path / "site")
@@ -123,6 +126,7 @@ def test_an_expired_certificate_is_refused_at_both_ends(network: Network, tmp_pa
     assert site.request("received") == [] and "/site/tester" not in str(thief.request("nodes"))
 
 
+@pytest.mark.rotated("lists and certificates of a fleet")
 def test_a_connection_ends_when_its_certificate_expires(network: Network, tmp_path: Path) -> None:
     """The other members are for a machine with so much load that the first is not connected in time."""
     now, year = datetime.now(UTC), timedelta(days=365)

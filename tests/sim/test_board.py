@@ -38,13 +38,14 @@ def square_error(profile: str, seed: int, side: float, sign: float) -> float:
     return origin.between(sim.truth().pose).distance(driver.pose)
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("squares of simulated robots")
 @pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
 @pytest.mark.slow
 def test_perfect_odometry_closes_a_ten_metre_square(sign: float) -> None:
     assert square_error("perfect", 0, 10.0, sign) < 0.02
 
 
+@pytest.mark.rotated("squares of simulated robots")
 @pytest.mark.slow
 def test_simulated_real_robots_deviate_individually() -> None:
     errors = [square_error("real", seed, 2.0, 1.0) for seed in (1, 2)]

@@ -43,7 +43,7 @@ def walk_line(x0: float, y0: float, x1: float, y1: float) -> NDArray[np.uint8]:
 @example(100.0, 100.0, -100.0, -99.0)
 def test_a_clipped_line_clears_the_cells_of_the_full_line(x0: float, y0: float, x1: float, y1: float) -> None:
     cells = np.full(SHAPE, UNKNOWN, np.uint8)
-    raytrace._clear_line(cells, cells, x0, y0, x1, y1)
+    raytrace._clear_line(cells, cells, x0, y0, x1, y1, 0.0, math.inf)
     np.testing.assert_array_equal(cells, walk_line(x0, y0, x1, y1))
 
 

@@ -93,7 +93,17 @@ def test_a_scan_clears_from_where_its_sensor_sees() -> None:
     camera.process_scan(scan(0.7, 2.0, range_min=0.5), IDENTITY)
     assert distances(camera)[0] == pytest.approx(0.4)
     camera.process_scan(scan(0.7, 2.5, range_min=0.2), IDENTITY)
-    assert distances(camera) == []
+    assert distances(camera)[0] == pytest.approx(0.7)
+
+
+def test_a_wall_behind_a_low_box_is_remembered() -> None:
+    """The obstacle scan shows the nearest only; with the box out of view, the wall beside it is still there."""
+    one = monitor(CAMERA)
+    one.process_obstacles(obstacles(0.5, 0.3, 0.5), IDENTITY)
+    one.process_scan(scan(0.8), IDENTITY)
+    found = distances(one)
+    assert any(abs(distance - 0.5) < 0.02 for distance in found)
+    assert any(abs(distance - 0.8) < 0.02 for distance in found)
 
 
 def test_a_fine_scan_clears_all_that_it_passes() -> None:

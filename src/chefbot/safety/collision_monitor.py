@@ -94,7 +94,10 @@ class CollisionMonitor:
     # -- sensors
 
     def process_scan(self, scan: LaserScan, sensor: SE2) -> None:
-        """Process a planar scan from `sensor`; a depth camera's only clears, as its obstacle scan has all heights."""
+        """Process a planar scan from `sensor`; a depth camera's shows what stands behind the nearest obstacle.
+
+        The camera's obstacle scan has the nearest one in each direction only. A lidar's scan shows the ground, too.
+        """
         ranges = scan.ranges.astype(np.float64)
         angles, stamp_ns = scan.angles.astype(np.float64), scan.header.stamp.ns
         ranges[ranges >= scan.range_max] = np.inf
@@ -110,9 +113,9 @@ class CollisionMonitor:
         thin = slice(None, None, self._thinning(float(scan.angle_increment)))
         rays = [np.ascontiguousarray(values[thin]) for values in (angles, starts, ends)]
         memory.clear_rays(self._memory, sensor.array(), *rays, stamp_ns, clears, SEEN_FLOOR & is_lidar)
-        if is_lidar:
-            marked = np.where(invalid, np.inf, ranges)
-            memory.mark_points(self._memory, sensor.array(), angles, marked, stamp_ns, memory.LIDAR)
+        marked = np.where(invalid, np.inf, ranges)
+        layer = memory.LIDAR if is_lidar else memory.UPRIGHT
+        memory.mark_points(self._memory, sensor.array(), angles, marked, stamp_ns, layer)
 
     def _thinning(self, increment: float) -> int:
         """Return of how many neighbouring rays one passes through each cell within reach."""

@@ -127,7 +127,7 @@ def test_a_ray_without_return_is_free_as_far_as_lidar_measures() -> None:
         assert is_seen(one, 0.25, memory.GROUND) and is_seen(one, 0.6, memory.GROUND) == cleared
 
 
-def test_the_scan_of_a_camera_marks_and_clears_what_stands_in_its_plane() -> None:
+def test_the_scan_of_a_camera_marks_and_clears_in_its_plane() -> None:
     """As the obstacle scan does, which has all heights, but in each direction the nearest obstacle only."""
     one = monitor(CAMERA)
     one.process_obstacles(obstacles(0.4, math.inf, 0.0, top=9.0), IDENTITY)

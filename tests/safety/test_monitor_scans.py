@@ -106,6 +106,12 @@ def test_a_wall_behind_a_low_box_is_remembered() -> None:
     assert any(abs(distance - 0.8) < 0.02 for distance in found)
 
 
+def test_what_a_cameras_scan_shows_is_the_cameras() -> None:
+    one = monitor(CAMERA)
+    one.process_scan(scan(0.25), IDENTITY)
+    assert "depth camera" in one.check(0.3, 0.0, IDENTITY, SECOND, 0.1).limit
+
+
 def test_a_fine_scan_clears_all_that_it_passes() -> None:
     one = monitor(LIDAR)
     for distance in (0.3, 0.4, 0.5):  # what can matter is nearer than 0.55 m

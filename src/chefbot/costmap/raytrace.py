@@ -64,10 +64,10 @@ def _clear_line(
     x, y = int(x0 * fixed_one), int(y0 * fixed_one)
     dx, dy = int((x1 - x0) / steps * fixed_one), int((y1 - y0) / steps * fixed_one)
     # of lethal cells, clear those that are within the view from the first step on at which the border is far enough
-    spared = steps if margin <= 0.0 else 0
+    spared = float(steps) if margin <= 0.0 else 0.0
     if 0.0 < margin < math.inf:
         length = math.hypot(x1 - x0, y1 - y0)
-        spared = math.ceil((CELL_DIAGONAL / margin - start) / length * steps)
+        spared = (CELL_DIAGONAL / margin - start) / length * steps
     # clip to the steps within the map
     first, last = _clip_steps(x, dx, w * fixed_one, 0, steps)
     first, last = _clip_steps(y, dy, h * fixed_one, first, last)

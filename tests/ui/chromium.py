@@ -25,7 +25,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 FLAGS = [
     *("--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--window-size=1280,800"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-    "--disable-features=BackForwardCache",
+    "--disable-features=BackForwardCache",  # nobody goes back to a page that a test has left
     "--remote-debugging-port=0",
 ]
 NO_GPU = ["--disable-gpu"]

@@ -38,7 +38,7 @@ def wall_ranges(pose: SE2, angles: NDArray[np.float64], y: float) -> NDArray[np.
 
 @pytest.mark.parametrize("seed", range(1, 40, 2))
 def test_a_wall_beside_the_way_stays(seed: int) -> None:
-    """At any distance, for any field of view and heading: all but the two columns at the ends of the wall."""
+    """At any distance, view and heading of a drive along it: all but the two columns at the ends of the wall."""
     rng = np.random.default_rng(seed)
     y, view, yaw = rng.uniform(0.4, 0.8), rng.uniform(1.1, 1.5), rng.uniform(-0.15, 0.15)
     costs, angles = rolling_costmap(), np.linspace(-view / 2.0, view / 2.0, 320)

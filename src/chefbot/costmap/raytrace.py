@@ -87,7 +87,7 @@ def _clear_line(
 
 @njit(cache=True, nogil=True)
 def _measured_beams(mark: NDArray[np.float64], clear: NDArray[np.float64]) -> tuple[int, int]:
-    """Return the first and the last beam that marks or clears, the borders of the view; (0, -1) if none does."""
+    """Return the first and the last beam that marks or clears, the borders of the view; first > last if none does."""
     first, last = 0, len(clear) - 1
     while first <= last and not (clear[first] > 0.0 or math.isfinite(mark[first])):
         first += 1

@@ -16,12 +16,13 @@ from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
 from chefbot.safety.command_multiplexer import CommandMultiplexer, CommandSource, StampedCommand
+from chefbot.safety.known_obstacles import RememberedPoints
 from chefbot.safety.motion_policy import Restriction, SensorPolicy, SensorVerdict, odometry_fault, restricted
 
 MS = 1_000_000
 ROBOT = load_robot("chefbot_lidar")
 TELEOP, NAVIGATION = CommandSource.TELEOP, CommandSource.NAVIGATION
-NOTHING = np.zeros((0, 2))
+NOTHING = RememberedPoints(lambda: np.zeros((0, 2)), 0.025)
 ALL = ("lidar", "depth camera", "ultrasonic ranger")
 
 
@@ -51,7 +52,7 @@ def feed(policy: SensorPolicy, first_ms: int, last_ms: int, silent: str = "") ->
 
 def judged(policy: SensorPolicy, time_ms: int, pose_ms: int | None = None) -> SensorVerdict:
     pose_ns = (time_ms if pose_ms is None else pose_ms) * MS
-    return policy.judge(time_ms * MS, IDENTITY, pose_ns, lambda: NOTHING, 0.025)
+    return policy.judge(time_ms * MS, IDENTITY, pose_ns, NOTHING)
 
 
 @pytest.mark.parametrize(
@@ -77,7 +78,7 @@ def test_a_sensor_that_stops_restricts_until_it_is_back(silent: str, restriction
 def test_an_optional_sensor_counts_from_its_first_message_on() -> None:
     assert judged(SensorPolicy(ROBOT, ()), 0).restriction is Restriction.STOP_UNLESS_TELEOP
     policy = SensorPolicy(ROBOT, ALL)
-    assert policy.judge(0, None, None, lambda: NOTHING, 0.025) == SensorVerdict(Restriction.NONE)
+    assert policy.judge(0, None, None, NOTHING) == SensorVerdict(Restriction.NONE)
     feed(policy, 0, 1000)
     assert judged(policy, 1010) == SensorVerdict(Restriction.NONE)
     assert judged(policy, 1400).restriction is Restriction.STOP_UNLESS_TELEOP
@@ -176,25 +177,18 @@ def test_odometry_is_needed_by_who_sees_only() -> None:
     blind = msgspec.structs.replace(
         ROBOT, sensors=msgspec.structs.replace(ROBOT.sensors, lidar=None, depth_camera=None, ultrasonic=None)
     )
-    assert SensorPolicy(blind, ()).judge(0, None, None, lambda: NOTHING, 0.025) == SensorVerdict(
-        Restriction.NONE
-    )
+    assert SensorPolicy(blind, ()).judge(0, None, None, NOTHING) == SensorVerdict(Restriction.NONE)
     for missing in ("lidar", "depth_camera"):
         sensors = msgspec.structs.replace(ROBOT.sensors, **{missing: None})
         policy = SensorPolicy(msgspec.structs.replace(ROBOT, sensors=sensors), ())
         feed(policy, 0, 1000)
-        assert (
-            policy.judge(1010 * MS, IDENTITY, 1010 * MS, lambda: NOTHING, 0.025).restriction
-            is Restriction.NONE
-        )
-        lost = policy.judge(1010 * MS, None, None, lambda: NOTHING, 0.025)
+        assert policy.judge(1010 * MS, IDENTITY, 1010 * MS, NOTHING).restriction is Restriction.NONE
+        lost = policy.judge(1010 * MS, None, None, NOTHING)
         assert lost.restriction is Restriction.STOP_UNLESS_TELEOP and "no odometry yet" in lost.stop_reason
 
 
 def test_a_fault_of_a_sensor_is_named_before_the_odometry() -> None:
-    assert (
-        "has not sent anything" in SensorPolicy(ROBOT, ()).judge(0, None, None, lambda: NOTHING, 0.025).fault
-    )
+    assert "has not sent anything" in SensorPolicy(ROBOT, ()).judge(0, None, None, NOTHING).fault
 
 
 def test_an_optional_ranger_is_missed_once_it_has_sent() -> None:
@@ -274,5 +268,5 @@ def test_faults_of_several_sensors_restrict_together() -> None:
     assert late.restriction is Restriction.STOP_UNLESS_TELEOP and "odometry is late" in late.fault
     assert late.others == (Restriction.NO_FORWARD, Restriction.SLOW)
     assert restricted(StampedCommand(0.1, 0.0, 0, TELEOP), late, 0.15, 0.14) == 0.0
-    lost = policy.judge(1520 * MS, None, None, lambda: NOTHING, 0.025)
+    lost = policy.judge(1520 * MS, None, None, NOTHING)
     assert lost.restriction is Restriction.STOP_UNLESS_TELEOP and lost.others == (Restriction.SLOW,)

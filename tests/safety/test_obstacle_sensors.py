@@ -17,13 +17,14 @@ from chefbot.msgs.std_msgs import Header
 from chefbot.robot.load import load_robot
 from chefbot.robot.section import Mount
 from chefbot.robot.spec import Robot
+from chefbot.safety.known_obstacles import MarkedCells, RememberedPoints
 from chefbot.safety.obstacle_sensors import (
     BLIND,
+    BLIND_LIDAR,
     HIDDEN,
     OK_MESSAGE,
     SCATTERED,
     ObstacleSensors,
-    camera_directions,
     camera_view,
     laser_view,
 )
@@ -36,7 +37,13 @@ BINS, FIRST, STEP = 160, -0.5, 1.0 / 160
 CELL = 0.025
 """Side of a cell of the memory, m."""
 """The directions of the camera's obstacle scans here, from right to left."""
-NOTHING = np.zeros((0, 2))
+
+
+def points(known: np.ndarray, resolution: float = CELL) -> RememberedPoints:
+    return RememberedPoints(lambda: known, resolution)
+
+
+NOTHING = points(np.zeros((0, 2)))
 
 
 def scan(stamp_ns: int, distance: float = 3.0) -> LaserScan:
@@ -49,6 +56,10 @@ def obstacles(stamp_ns: int, distance: float = 2.0, floor: float = 1.9) -> Obsta
     """Return an obstacle scan with an obstacle at the same distance everywhere, and floor as far as `floor`."""
     ranges, begin, end = (np.full(BINS, value, np.float32) for value in (distance, 0.7, floor))
     return ObstacleScan(Header.of(stamp_ns, "camera_depth_frame"), FIRST, STEP, 8.0, ranges, begin, end)
+
+
+def never() -> np.ndarray:
+    raise AssertionError("the memory need not be searched")
 
 
 def with_sensors(**sensors: object) -> Robot:
@@ -119,11 +130,6 @@ def test_camera_directions_without_obstacle_or_floor_lack_data() -> None:
     assert view.stamp_ns == 9 and view.data.shape == (BINS, 3) and view.near is False
 
 
-def test_directions_of_the_camera_turn_with_it() -> None:
-    directions = camera_directions(obstacles(0), SE2(3.0, 1.0, 2.0))
-    assert directions[[0, -1]].tolist() == pytest.approx([2.0 + FIRST, 2.0 + FIRST + (BINS - 1) * STEP])
-
-
 def test_measurable_directions_are_those_of_the_camera() -> None:
     sensors = ObstacleSensors(ROBOT)
     assert sensors.measurable == slice(0, 0), "nothing was sent"
@@ -138,15 +144,15 @@ def test_measurable_directions_are_those_of_the_camera() -> None:
 
 def test_a_silent_lidar_is_a_fault_until_it_has_sent_some_scans() -> None:
     sensors, now_ns = ObstacleSensors(ROBOT), 0
-    assert "lidar" in sensors.fault(now_ns, STANDING)
+    assert "lidar" in sensors.fault(now_ns, STANDING, NOTHING)
     faults = []
     for _ in range(8):
         now_ns += PERIOD_NS
         sensors.process_scan(scan(now_ns), now_ns, STANDING)
         sensors.note_scan_marked(now_ns)
-        faults.append(sensors.fault(now_ns, STANDING))
+        faults.append(sensors.fault(now_ns, STANDING, NOTHING))
     assert faults[0] and "lidar" not in faults[-1]
-    assert "lidar" in sensors.fault(now_ns + 3_000_000_000, STANDING)
+    assert "lidar" in sensors.fault(now_ns + 3_000_000_000, STANDING, NOTHING)
 
 
 @pytest.mark.parametrize("sensor", ["lidar", "depth_camera"])
@@ -157,22 +163,22 @@ def test_each_sensor_has_the_rate_of_the_robot_file(sensor: str) -> None:
     now_ns = run(sensors, 8)
     other = "depth camera" if sensor == "lidar" else "lidar"
     for late_ns, named in ((PERIOD_NS, ""), (4 * PERIOD_NS, f"The {other} has sent nothing")):
-        assert sensors.fault(now_ns + late_ns, STANDING).startswith(named)
-        assert bool(sensors.fault(now_ns + late_ns, STANDING)) == bool(named)
+        assert sensors.fault(now_ns + late_ns, STANDING, NOTHING).startswith(named)
+        assert bool(sensors.fault(now_ns + late_ns, STANDING, NOTHING)) == bool(named)
     alone = ObstacleSensors(msgspec.structs.replace(slow, sensors=msgspec.structs.replace(
         slow.sensors, **{("depth_camera" if sensor == "lidar" else "lidar"): None}
     )))  # fmt: skip
     now_ns = run(alone, 8)
-    assert alone.fault(now_ns + 15 * PERIOD_NS, STANDING) == ""
-    assert "for more than 1.5 s" in alone.fault(now_ns + 15 * PERIOD_NS + 1, STANDING)
+    assert alone.fault(now_ns + 15 * PERIOD_NS, STANDING, NOTHING) == ""
+    assert "for more than 1.5 s" in alone.fault(now_ns + 15 * PERIOD_NS + 1, STANDING, NOTHING)
 
 
 def test_a_sensor_that_is_not_mounted_is_ignored() -> None:
     """The scan made of a camera's picture is not a lidar's, and a sensor that is not mounted marks nothing."""
     bare = ObstacleSensors(with_sensors(lidar=None, depth_camera=None))
     now_ns = run(bare, 3)
-    assert not bare.any_counted and bare.fault(now_ns, STANDING) == ""
-    assert bare.blind_beyond(lambda: NOTHING, CELL) == "" == bare.blind_ahead(STANDING, COSTS)
+    assert not bare.any_counted and bare.fault(now_ns, STANDING, NOTHING) == ""
+    assert bare.blind_ahead(NOTHING) == "" == bare.blind_ahead(MarkedCells(COSTS, STANDING))
     assert ObstacleSensors(ROBOT).any_counted
 
 
@@ -180,19 +186,26 @@ def test_data_that_cannot_be_placed_stop_the_robot() -> None:
     for note in ("note_scan_marked", "note_obstacles_marked"):
         sensors = ObstacleSensors(ROBOT)
         setattr(sensors, note, lambda _: None)
-        assert "There is no transform from" in sensors.fault(run(sensors, 12), STANDING)
+        assert "There is no transform from" in sensors.fault(run(sensors, 12), STANDING, NOTHING)
 
 
 @pytest.mark.parametrize("sensor", ["lidar", "depth camera"])
 def test_an_optional_sensor_counts_once_it_has_sent(sensor: str) -> None:
     sensors = ObstacleSensors(ROBOT, ("lidar", "depth camera"))
-    assert not sensors.any_counted and sensors.fault(10**12, STANDING) == ""
+    assert not sensors.any_counted and sensors.fault(10**12, STANDING, NOTHING) == ""
     if sensor == "lidar":
         sensors.process_scan(scan(0), 0, STANDING)
     else:
         sensors.process_obstacles(obstacles(0), 0, STANDING)
     assert sensors.any_counted
-    assert sensors.fault(10**12, STANDING) == f"The {sensor} has sent nothing for more than 0.3 s."
+    assert sensors.fault(10**12, STANDING, NOTHING) == f"The {sensor} has sent nothing for more than 0.3 s."
+
+
+def test_a_camera_with_a_driver_has_to_be_connected() -> None:
+    camera = ROBOT.sensors.depth_camera
+    assert camera is not None
+    driven = msgspec.structs.replace(camera, driver="replay")
+    assert ObstacleSensors(with_sensors(lidar=None, depth_camera=driven), ("depth camera",)).any_counted
 
 
 def test_a_blind_lidar_stops_the_robot() -> None:
@@ -201,7 +214,7 @@ def test_a_blind_lidar_stops_the_robot() -> None:
     covered = scan(now_ns + 1, 3.1)
     covered.ranges[90:180] = np.nan
     sensors.process_scan(covered, now_ns + 1, STANDING)
-    assert sensors.fault(now_ns + 1, STANDING).startswith("The lidar is blind")
+    assert sensors.fault(now_ns + 1, STANDING, NOTHING).startswith("The lidar is blind")
 
 
 @pytest.mark.parametrize("count", [0, 3])
@@ -218,7 +231,7 @@ def test_a_lidar_that_sends_no_ranges_is_blind(count: int) -> None:
         sensors.note_scan_marked(now_ns)
         sensors.process_obstacles(obstacles(now_ns), now_ns, STANDING)
         sensors.note_obstacles_marked(now_ns)
-    assert sensors.fault(now_ns, STANDING).startswith("The lidar is blind")
+    assert sensors.fault(now_ns, STANDING, NOTHING).startswith("The lidar is blind")
 
 
 def test_three_scattered_scans_in_a_row_are_a_damaged_lidar() -> None:
@@ -233,9 +246,88 @@ def test_three_scattered_scans_in_a_row_are_a_damaged_lidar() -> None:
             sensors.note_scan_marked(now_ns)
             sensors.process_obstacles(obstacles(now_ns, rng.uniform(1.0, 2.0)), now_ns, STANDING)
             sensors.note_obstacles_marked(now_ns)
-        assert sensors.fault(now_ns, STANDING) == (SCATTERED if good_after == 3 else "")
+        assert sensors.fault(now_ns, STANDING, NOTHING) == (SCATTERED if good_after == 3 else "")
         if good_after == 2:
             now_ns = run(sensors, 1, now_ns)
+
+
+# -- a blind lidar
+
+
+def costs_of(lethal: np.ndarray) -> Costmap:
+    """Return a costmap of 4 m with lethal cells at points (n, 2)."""
+    cells = np.zeros((80, 80), np.uint8)
+    for x, y in lethal.tolist():
+        cells[int((y + 2.0) / 0.05), int((x + 2.0) / 0.05)] = LETHAL
+    return Costmap(cells, 0.05, -2.0, -2.0)
+
+
+def half_covered(stamp_ns: int) -> LaserScan:
+    """Return a scan of a full turn that has no data on the left, from 0 to a quarter of a turn."""
+    covered = scan(stamp_ns, 3.1)
+    covered.ranges[(covered.angles > 0.0) & (covered.angles < np.pi / 2)] = -np.inf
+    return covered
+
+
+def lidar_at(x: float, y: float, yaw: float) -> Robot:
+    lidar = ROBOT.sensors.lidar
+    assert lidar is not None
+    mount = msgspec.structs.replace(lidar.mount, x=x, y=y, yaw=yaw)
+    return with_sensors(depth_camera=None, lidar=msgspec.structs.replace(lidar, mount=mount))
+
+
+def arc(sensor: SE2, distance: float, first: float = 0.0, last: float = math.pi / 2) -> np.ndarray:
+    """Return points around a sensor at a pose in base_link."""
+    bearings = sensor.yaw + np.linspace(first, last, 400)
+    return np.column_stack([sensor.x + distance * np.cos(bearings), sensor.y + distance * np.sin(bearings)])
+
+
+@pytest.mark.parametrize(("x", "y", "yaw"), [(0.0, 0.0, 0.0), (0.1, -0.05, 2.0), (-0.1, 0.08, -3.0)])
+def test_a_wall_nearer_than_the_lidar_measures_is_no_fault(x: float, y: float, yaw: float) -> None:
+    """As long as it is known, be it as remembered points or as marked cells, where the lidar has no data."""
+    sensors, sensor = ObstacleSensors(lidar_at(x, y, yaw)), SE2(x, y, yaw)
+    now_ns = run(sensors, 8) + 1
+    sensors.process_scan(half_covered(now_ns), now_ns, STANDING)
+    assert sensors.fault(now_ns, STANDING, NOTHING) == BLIND_LIDAR
+    assert sensors.fault(now_ns, STANDING, points(arc(sensor, 0.15))) == ""
+    assert sensors.fault(now_ns, STANDING, points(arc(sensor, 0.15, -math.pi / 2, 0.0))) == BLIND_LIDAR
+    assert sensors.fault(now_ns, STANDING, points(arc(sensor, 0.15, 0.0, 0.6))) == BLIND_LIDAR, "most is not"
+    pose = SE2(0.4, -0.3, 2.0)
+    wall = np.vstack([arc(pose @ sensor, distance) for distance in (0.1, 0.125, 0.15)])
+    assert sensors.fault(now_ns, STANDING, MarkedCells(costs_of(wall), pose)) == ""
+    assert sensors.fault(now_ns, STANDING, MarkedCells(costs_of(wall), STANDING)) == BLIND_LIDAR
+    unplaced = MarkedCells(costs_of(wall), None)
+    assert sensors.fault(now_ns, None, unplaced) == BLIND_LIDAR
+    assert unplaced.explain(np.zeros(3), sensor, 1.0).tolist() == [False] * 3
+    assert sensors.health(now_ns, STANDING, NOTHING).message == BLIND_LIDAR
+
+
+@pytest.mark.parametrize(("gap", "explained"), [(-0.002, True), (0.002, False)])
+def test_a_wall_that_the_lidar_would_measure_explains_nothing(gap: float, explained: bool) -> None:
+    """Beyond its minimum range, four deviations of its noise and a margin of 5 cm."""
+    robot = lidar_at(0.0, 0.0, 0.0)
+    lidar = robot.sensors.lidar
+    assert lidar is not None
+    wall = arc(STANDING, lidar.range_min + 4.0 * lidar.noise + 0.05 + gap)
+    sensors = ObstacleSensors(robot)
+    now_ns = run(sensors, 8) + 1
+    sensors.process_scan(half_covered(now_ns), now_ns, STANDING)
+    assert (sensors.fault(now_ns, STANDING, points(wall)) == "") == explained
+
+
+def test_a_lidar_that_sees_nothing_at_all_is_blind_beside_a_wall() -> None:
+    """As a cover over all of it, or one of which all returns vanish at once."""
+    sensors = ObstacleSensors(lidar_at(0.0, 0.0, 0.0))
+    now_ns = run(sensors, 8) + 1
+    for ranges in (-np.inf, np.inf):
+        sensors.process_scan(scan(now_ns, ranges), now_ns, STANDING)
+        assert sensors.fault(now_ns, STANDING, points(arc(STANDING, 0.15))) == BLIND_LIDAR
+
+
+def test_a_lidar_that_sees_needs_no_known_obstacles() -> None:
+    sensors = ObstacleSensors(lidar_at(0.0, 0.0, 0.0))
+    assert sensors.fault(0, STANDING, RememberedPoints(never, CELL)) != ""
+    assert sensors.fault(run(sensors, 8), STANDING, RememberedPoints(never, CELL)) == ""
 
 
 # -- a blind camera
@@ -249,14 +341,14 @@ def test_a_known_wall_explains_a_blind_camera_wherever_it_looks(x: float, y: flo
     sensors = blind_camera(looking(x, y, yaw))
     bearings = yaw + FIRST + STEP * np.arange(BINS)
     wall = np.column_stack([x + 0.5 * np.cos(bearings), y + 0.5 * np.sin(bearings)])
-    assert sensors.blind_beyond(lambda: NOTHING, CELL) == BLIND
-    assert sensors.blind_beyond(lambda: wall, CELL) == ""
-    assert sensors.blind_beyond(lambda: np.array([[2.0 * x, 2.0 * y]]) - wall, CELL) == BLIND, (
+    assert sensors.blind_ahead(NOTHING) == BLIND
+    assert sensors.blind_ahead(points(wall)) == ""
+    assert sensors.blind_ahead(points(np.array([[2.0 * x, 2.0 * y]]) - wall)) == BLIND, (
         "the wall is behind it"
     )
     far = np.array([x, y]) + 2.0 * (wall - np.array([x, y]))
-    assert sensors.blind_beyond(lambda: far, CELL) == BLIND, "at a metre the camera would measure it"
-    assert sensors.blind_beyond(lambda: wall[: BINS // 4], CELL) == BLIND, "of one quarter only"
+    assert sensors.blind_ahead(points(far)) == BLIND, "at a metre the camera would measure it"
+    assert sensors.blind_ahead(points(wall[: BINS // 4])) == BLIND, "of one quarter only"
 
 
 @pytest.mark.parametrize("distance", [0.25, 0.4, 0.55])
@@ -266,8 +358,8 @@ def test_a_point_in_each_cell_explains_a_wall(distance: float) -> None:
     cells = np.arange(-0.4, 0.4, CELL)
     for _ in range(20):
         wall = np.column_stack([np.full(len(cells), distance), cells + rng.uniform(0.0, CELL, len(cells))])
-        assert sensors.blind_beyond(lambda wall=wall: wall, CELL) == ""
-    assert sensors.blind_beyond(lambda: wall[::4], CELL) == BLIND
+        assert sensors.blind_ahead(points(wall)) == ""
+    assert sensors.blind_ahead(points(wall[::4])) == BLIND
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -287,7 +379,7 @@ def test_a_few_directions_are_explained_each(sign: float, count: int, at: float,
     )
     bearing = first + at * step
     point = 0.4 * np.array([[math.cos(bearing), math.sin(bearing)]])
-    assert (sensors.blind_beyond(lambda: point, 0.4 * math.tan(0.35)) == "") == explained
+    assert (sensors.blind_ahead(points(point, 0.4 * math.tan(0.35))) == "") == explained
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -299,11 +391,11 @@ def test_a_person_who_comes_in_from_the_side_stops_the_robot(sign: float) -> Non
         at = slice(0, hidden) if sign < 0.0 else slice(BINS - hidden, BINS)
         seen.ranges[at], seen.clear_to[at] = np.inf, 0.0
         sensors.process_obstacles(seen, (k + 1) * PERIOD_NS, STANDING)
-    assert sensors.blind_beyond(lambda: NOTHING, CELL) == HIDDEN == sensors.blind_ahead(STANDING, COSTS)
+    assert sensors.blind_ahead(NOTHING) == HIDDEN == sensors.blind_ahead(MarkedCells(COSTS, STANDING))
     bearings = sign * (FIRST + STEP * np.arange(16))
     wall = 0.4 * np.column_stack([np.cos(bearings), -np.sin(bearings)])
-    assert sensors.blind_beyond(lambda: wall, CELL) == ""
-    assert sensors.blind_beyond(lambda: wall * (1.0, -1.0), CELL) == HIDDEN, "it is on the other side"
+    assert sensors.blind_ahead(points(wall)) == ""
+    assert sensors.blind_ahead(points(wall * (1.0, -1.0))) == HIDDEN, "it is on the other side"
 
 
 @pytest.mark.parametrize(("gap", "explained"), [(-0.005, True), (0.005, False)])
@@ -314,18 +406,18 @@ def test_nearer_than_the_camera_measures_at_the_edge_of_its_view(gap: float, exp
     limit = (camera.range_min + 0.1) / math.cos(camera.field_of_view / 2)
     bearings = FIRST + STEP * np.arange(BINS)
     wall = (limit + gap) * np.column_stack([np.cos(bearings), np.sin(bearings)])
-    assert (blind_camera(looking(0.0, 0.0, 0.0)).blind_beyond(lambda: wall, CELL) == "") == explained
+    assert (blind_camera(looking(0.0, 0.0, 0.0)).blind_ahead(points(wall)) == "") == explained
 
 
 def test_a_camera_that_sees_needs_no_other_sensor() -> None:
     sensors = ObstacleSensors(ROBOT)
-    assert sensors.blind_beyond(lambda: NOTHING, CELL) == "" == sensors.blind_ahead(None, COSTS)
+    assert sensors.blind_ahead(NOTHING) == "" == sensors.blind_ahead(MarkedCells(COSTS, None))
     run(sensors, 1)
-
-    def never() -> np.ndarray:
-        raise AssertionError("the memory need not be searched")
-
-    assert sensors.blind_beyond(never, CELL) == "" == sensors.blind_ahead(None, COSTS)
+    assert (
+        sensors.blind_ahead(RememberedPoints(never, CELL))
+        == ""
+        == sensors.blind_ahead(MarkedCells(COSTS, None))
+    )
 
 
 @pytest.mark.parametrize("count", [0, 1])
@@ -334,18 +426,14 @@ def test_an_obstacle_scan_of_nothing_is_blind(count: int) -> None:
     sensors, array = ObstacleSensors(looking(0.0, 0.0, 0.0)), np.full(count, np.inf, np.float32)
     none = ObstacleScan(Header.of(0, "camera"), 0.0, 0.0, 8.0, array, array, np.zeros(count, np.float32))
     sensors.process_obstacles(none, 0, STANDING)
-    assert sensors.blind_beyond(lambda: np.array([[0.3, 0.0]]), CELL) == (BLIND if count == 0 else "")
-    assert sensors.blind_beyond(lambda: np.array([[0.3, 3.0], [-0.3, 0.0]]), CELL) == BLIND
-    assert sensors.blind_beyond(lambda: NOTHING, CELL) == BLIND
+    assert sensors.blind_ahead(points(np.array([[0.3, 0.0]]))) == (BLIND if count == 0 else "")
+    assert sensors.blind_ahead(points(np.array([[0.3, 3.0], [-0.3, 0.0]]))) == BLIND
+    assert sensors.blind_ahead(NOTHING) == BLIND
 
 
 def room(robot_x: float, robot_y: float, yaw: float, distance: float) -> Costmap:
     """Return a costmap of 4 m in which an arc around a pose, half a radian to each side, is lethal."""
-    cells = np.zeros((80, 80), np.uint8)
-    for bearing in np.linspace(yaw - 0.6, yaw + 0.6, 200):
-        x, y = robot_x + distance * math.cos(bearing), robot_y + distance * math.sin(bearing)
-        cells[int((y + 2.0) / 0.05), int((x + 2.0) / 0.05)] = LETHAL
-    return Costmap(cells, 0.05, -2.0, -2.0)
+    return costs_of(arc(SE2(robot_x, robot_y, yaw), distance, -0.6, 0.6))
 
 
 def test_a_marked_wall_explains_a_blind_camera() -> None:
@@ -355,23 +443,29 @@ def test_a_marked_wall_explains_a_blind_camera() -> None:
         sensors = blind_camera(looking(0.1, 0.0, camera_yaw))
         eye = pose @ SE2(0.1, 0.0, camera_yaw)
         for near in (0.4, 0.425, 0.45, 0.475):
-            assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw, near)) == "", "a cell thick"
-        assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw, 1.2)) == BLIND, "it would be measured"
-        assert sensors.blind_ahead(pose, room(eye.x, eye.y, eye.yaw + math.pi, 0.4)) == BLIND, "it is behind"
-        assert sensors.blind_ahead(None, room(eye.x, eye.y, eye.yaw, 0.4)) == BLIND, (
+            assert sensors.blind_ahead(MarkedCells(room(eye.x, eye.y, eye.yaw, near), pose)) == "", (
+                "a cell thick"
+            )
+        assert sensors.blind_ahead(MarkedCells(room(eye.x, eye.y, eye.yaw, 1.2), pose)) == BLIND, (
+            "it would be measured"
+        )
+        assert sensors.blind_ahead(MarkedCells(room(eye.x, eye.y, eye.yaw + math.pi, 0.4), pose)) == BLIND, (
+            "it is behind"
+        )
+        assert sensors.blind_ahead(MarkedCells(room(eye.x, eye.y, eye.yaw, 0.4), None)) == BLIND, (
             "nobody knows where it is"
         )
-        assert sensors.blind_ahead(SE2(0.0, 1.0, 0.0), room(eye.x, eye.y, eye.yaw, 0.4)) == BLIND
+        assert sensors.blind_ahead(MarkedCells(room(eye.x, eye.y, eye.yaw, 0.4), SE2(0.0, 1.0, 0.0))) == BLIND
 
 
 def test_the_health_agrees_with_the_fault() -> None:
     sensors = ObstacleSensors(ROBOT)
-    silent = sensors.health(0, STANDING, COSTS)
-    assert silent.level == ERROR and silent.message == sensors.fault(0, STANDING) != ""
+    silent = sensors.health(0, STANDING, NOTHING)
+    assert silent.level == ERROR and silent.message == sensors.fault(0, STANDING, NOTHING) != ""
     now_ns = run(sensors, 8)
-    healthy = sensors.health(now_ns, STANDING, COSTS)
+    healthy = sensors.health(now_ns, STANDING, NOTHING)
     assert (healthy.level, healthy.name, healthy.message) == (OK, "obstacle sensors", OK_MESSAGE)
     assert healthy.hardware_id == ROBOT.name
     sensors.process_obstacles(obstacles(now_ns + 1, math.inf, 0.0), now_ns + 1, STANDING)
-    blind = sensors.health(now_ns + 1, STANDING, COSTS)
+    blind = sensors.health(now_ns + 1, STANDING, NOTHING)
     assert (blind.level, blind.message) == (ERROR, BLIND)

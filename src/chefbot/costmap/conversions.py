@@ -59,8 +59,7 @@ def mark_laser(costs: LayeredCostmap, sensor: SE2, scan: LaserScan) -> None:
 
 def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, marking: ObstacleMarking) -> None:
     """Mark and clear with an obstacle scan of a depth camera whose planar pose in the costmap's frame is `sensor`."""
-    steps = np.arange(len(scan.ranges), dtype=np.float64)
-    angles: NDArray[np.float64] = np.asarray(scan.angle_min + steps * scan.angle_increment, np.float64)
+    angles = scan.angles
     floor = (scan.clear_from.astype(np.float64), scan.clear_to.astype(np.float64))
     ranges = scan.ranges.astype(np.float64)
     upright, drops = through_plane(scan.bottom, scan.top, ranges, marking.plane), _drop_offs(scan)

@@ -17,6 +17,7 @@ from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.collision_monitor import CheckedTwist, CollisionMonitor
 from chefbot.safety.command_multiplexer import StampedCommand
+from chefbot.safety.known_obstacles import RememberedPoints
 from chefbot.safety.latency import LatencyEstimator
 from chefbot.safety.motion_policy import Restriction, SensorPolicy, SensorVerdict, restricted
 from chefbot.safety.params import DriveBaseParams
@@ -29,6 +30,7 @@ INITIAL_LATENCY = 0.15
 """Latency of the wheels before it is measured, s."""
 MAX_POSE_AGE = 1.0
 """Age of the pose in odom that the distance to stop includes at most, s; an older one has stopped the robot."""
+NO_POINTS = np.zeros((0, 2))
 STATUS, OK_MESSAGE = "collision monitor", "Nothing limits the motion."
 """Name of the status in /diagnostics, and its message while nothing is wrong."""
 
@@ -104,13 +106,13 @@ class CollisionMonitorNode(MotionReasonsNode):
         """
         (pose, pose_ns), now_ns = self._pose(), self.now_ns
 
-        def known() -> NDArray[np.float64]:
-            assert pose is not None, "without odometry no camera is judged"
-            return self._monitor.points(pose, now_ns, self._monitor.reach)
+        def points() -> NDArray[np.float64]:
+            return self._monitor.points(pose, now_ns, self._monitor.reach) if pose is not None else NO_POINTS
 
         before = self._verdict
         due_ns = now_ns + round(COMMAND_PERIOD * 1e9)
-        judged = self._policy.judge(due_ns, pose, pose_ns, known, self._monitor.polygons.resolution)
+        known = RememberedPoints(points, self._monitor.polygons.resolution)
+        judged = self._policy.judge(due_ns, pose, pose_ns, known)
         self._verdict = judged.with_board_fault(self.board_fault.last.data if self.board_fault.last else "")
         if before.stop_reason != self._verdict.stop_reason:
             self.stop_reason.publish(String(self._verdict.stop_reason))

@@ -106,7 +106,7 @@ class ControllerNode(
         costs = self._costs_around(pose)
         odom_ns, status = self.tf.newest_ns("odom"), self.localization_status.last
         lost = self._localization.reason(status, pose, odom_ns, self.now_ns)
-        reason = self._sensor_fault(pose) or self._too_slow or (lost if self._motion is None else "")
+        reason = self._sensor_fault(pose, costs) or self._too_slow or (lost if self._motion is None else "")
         if reason:
             self._follower.pause()
             self._stop_looking()
@@ -114,7 +114,7 @@ class ControllerNode(
             if sentence and self._following is not None:
                 self._finish_path(self._following, failed_path(FollowPathError.PATIENCE_EXCEEDED, sentence))
         elif self._motion is not None:
-            self._step_motion(pose, costs, self._sensors.blind_ahead(pose, costs), CONTROL_PERIOD)
+            self._step_motion(pose, costs, self._blind_ahead(pose, costs), CONTROL_PERIOD)
         elif self._following is not None:
             self._step_path(self._following, pose, costs)
 
@@ -122,7 +122,7 @@ class ControllerNode(
         self._place_goal(self._follower)
         present, people = self.cmd_vel.last or Twist(), self._nearby_people()
         costs = self._passage_costs(self._follower, pose, costs, people)
-        blind = self._sensors.blind_ahead(pose, costs) or self._hidden
+        blind = self._blind_ahead(pose, costs) or self._hidden
         twist = present.linear.x, present.angular.z
         step = self._creep(self._follower.step(pose, twist, costs, blind, people))
         step = self._ended_by_slip(self._look_aside(step, pose, costs, people))

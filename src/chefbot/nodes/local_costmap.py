@@ -14,21 +14,20 @@ from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.chefbot_msgs.maps import MapZones
-from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.geometry_msgs import PoseStamped
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
-from chefbot.msgs.std_msgs import Float64, Header, String
+from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.nodes.navigation.costmap_layers import make_costmap, move_with_robot
 from chefbot.nodes.navigation.people_marks import PeopleMarksNode
 from chefbot.nodes.scans.deskewing import when_deskewed
+from chefbot.nodes.scans.sensor_health import SensorHealthNode
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
-from chefbot.safety.obstacle_sensors import ObstacleSensors
 
 
-class LocalCostmapNode(PeopleMarksNode):
+class LocalCostmapNode(PeopleMarksNode, SensorHealthNode):
     """Base class of a node with a rolling costmap around the robot, which its obstacle sensors mark and clear.
 
     Its parameters have the fields `costmap` of type CostmapParams and `optional_sensors`.
@@ -41,15 +40,12 @@ class LocalCostmapNode(PeopleMarksNode):
     contact: In[PoseStamped]
     zones: In[MapZones]
     clear_costmaps: In[Float64]
-    base_stop_reason: In[String] = topic("base/stop_reason")
-    monitor_reason: In[String] = topic("collision_monitor/reason")
     costmap: Out[OccupancyGrid] = topic("local_costmap/costmap", latched=True)
-    diagnostics: Out[DiagnosticArray]
 
     def start(self) -> None:
-        """Create the empty costmap and the sensor monitors."""
+        """Create an empty costmap around the robot."""
+        super().start()
         self._costs = make_costmap(self.params.costmap, self.robot, rolling=True)
-        self._sensors = ObstacleSensors(self.robot, self.params.optional_sensors)
 
     def reconfigure(self, params: Any) -> None:
         """Apply new parameters to the costmap."""
@@ -107,20 +103,6 @@ class LocalCostmapNode(PeopleMarksNode):
             return self.tf.lookup("odom", "base_link")
         return None
 
-    def _sensor_fault(self, pose: SE2) -> str:
-        """Return why the robot must stand still, by the monitors here or by those of the base; or an empty string."""
-        return self._sensors.fault(self.now_ns, pose) or self._base_fault
-
-    @property
-    def _base_fault(self) -> str:
-        """The fault for which the base stands; empty if it does not."""
-        return self.base_stop_reason.last.data if self.base_stop_reason.last else ""
-
-    @property
-    def _limit(self) -> str:
-        """Why the collision monitor limits the motion; empty if it does not."""
-        return self.monitor_reason.last.data if self.monitor_reason.last else ""
-
     def _costs_around(self, pose: SE2) -> Costmap:
         """Move the costmap to the robot and return its costs."""
         self._follow(self._costs, pose)
@@ -138,8 +120,7 @@ class LocalCostmapNode(PeopleMarksNode):
     def publish_health(self) -> None:
         """Publish the health of the obstacle sensors, also while no goal is active."""
         self._costs.set_time(self.now_ns / 1e9)
-        status = self._sensors.health(self.now_ns, self._pose(), self._costs.update())
-        self.diagnostics.publish(DiagnosticArray(Header.of(self.now_ns, "base_link"), (status,)))
+        self._publish_health(self._pose(), self._costs.update())
 
     @every(hz=1)
     def publish_costmap(self) -> None:

@@ -22,7 +22,7 @@ from chefbot.safety import local_memory as memory
 from chefbot.safety.contact_time import first_contact
 from chefbot.safety.monitor_polygons import CREEP_SPEED, OUTLINE_INSET, MonitorPolygons, safe_fraction
 from chefbot.safety.monitor_text import MIN_DRIVING_SPEED, SensedPoint, obstacle_text, unseen_text
-from chefbot.safety.obstacle_sensors import max_blind_distance
+from chefbot.safety.obstacle_sensors import NEAR_DEVIATIONS, max_blind_distance
 from chefbot.safety.params import CollisionMonitorParams
 
 ECHO_TIMEOUT_NS = 300_000_000
@@ -40,8 +40,6 @@ SEEN_FLOOR, BELOW_THE_VIEW = np.array([True, True]), np.array([False, True])
 NO_LAYER = np.zeros(memory.LAYERS, np.bool_)
 GROUND_MARGIN = 1.0 + OUTLINE_INSET
 """Cells before unseen ground at which the robot stops backing: the one it reaches into, and the outline's inset."""
-NEAR_DEVIATIONS = 4.0
-"""Standard deviations of a lidar's noise above its minimum range within which its returns may all be too long."""
 SENSORS = ("lidar", "depth camera", "depth camera")
 """Names of the sensors of the memory's layers."""
 
@@ -126,7 +124,7 @@ class CollisionMonitor:
         """Process an obstacle scan of the depth camera, seen from the point on the floor below it."""
         self._has_looked = True
         ranges, at, stamp_ns = scan.ranges.astype(np.float64), sensor.array(), scan.header.stamp.ns
-        angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges), dtype=np.float64)
+        angles = scan.angles
         starts = scan.clear_from.astype(np.float64)
         ends = np.where(scan.clear_to > 0.0, scan.clear_to, -np.inf).astype(np.float64)
         clears = np.array([False, True, True])

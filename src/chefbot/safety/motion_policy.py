@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import Enum
 from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
 from chefbot.robot.spec import Robot
 from chefbot.safety.command_multiplexer import CommandSource, StampedCommand
+from chefbot.safety.known_obstacles import KnownObstacles
 from chefbot.safety.monitor_polygons import CREEP_SPEED
 from chefbot.safety.obstacle_sensors import ObstacleSensors
 from chefbot.safety.ranger_freshness import TITLE, RangerMonitor
@@ -73,22 +70,13 @@ class SensorPolicy:
         self._sees = sensors.lidar is not None or sensors.depth_camera is not None
 
     def judge(
-        self,
-        now_ns: int,
-        pose: SE2 | None,
-        pose_ns: int | None,
-        known: Callable[[], NDArray[np.float64]],
-        resolution: float,
+        self, now_ns: int, pose: SE2 | None, pose_ns: int | None, known: KnownObstacles
     ) -> SensorVerdict:
-        """Return the restriction at a time; pose, pose_ns: newest one in odom with its stamp, if it has one.
-
-        known: returns known obstacles (n, 2) in base_link, one in each cell of `resolution` (m), which explain what a
-        camera is too near to see.
-        """
-        fault = self.obstacle_sensors.fault(now_ns, pose)
+        """Return the restriction at a time; pose, pose_ns: newest one in odom with its stamp, if it has one."""
+        fault = self.obstacle_sensors.fault(now_ns, pose, known)
         if self._sees and self._counts:
             fault = fault or odometry_fault(now_ns, pose, pose_ns)
-        blind = self.obstacle_sensors.blind_beyond(known, resolution) if pose is not None or not fault else ""
+        blind = self.obstacle_sensors.blind_ahead(known) if pose is not None or not fault else ""
         slow = self._ranger_fault(now_ns)
         found = (
             (Restriction.STOP_UNLESS_TELEOP, fault),

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.maths.costs import LETHAL, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.diagnostic_msgs import ERROR, OK, DiagnosticStatus
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.robot.sensors import DepthCamera
 from chefbot.robot.spec import Robot
+from chefbot.safety.known_obstacles import KnownObstacles
 from chefbot.safety.sensor_freshness import ObstacleSensorMonitor, SensorView
 
 OK_MESSAGE = "The obstacle sensors send good data."
@@ -22,6 +22,11 @@ BLIND = "The depth camera is blind: a quarter of its picture or more shows nothi
 HIDDEN = (
     "Something beside the robot is too near for the depth camera to see; the robot does not drive forward."
 )
+BLIND_LIDAR = "The lidar is blind: a quarter of its view or more shows nothing."
+NEAR_DEVIATIONS = 4.0
+"""Standard deviations of a lidar's noise above its minimum range within which its returns may all be too long."""
+NEAR_MARGIN = 0.05
+"""Margin beyond the lidar's minimum range, of the odometry since the obstacle was measured and of a cell, m."""
 NEAR_FRACTION = 0.5
 """Fraction of the range within which surfaces do not vanish from one message to the next."""
 BLIND_RANGE_MARGIN = 0.1
@@ -75,53 +80,12 @@ def camera_view(scan: ObstacleScan) -> SensorView:
     return SensorView(scan.header.stamp.ns, data, hits, measured, ~measured, False, scan.header.frame_id)
 
 
-def camera_directions(scan: ObstacleScan, sensor: SE2) -> NDArray[np.float64]:
-    """Return the directions (n,) of an obstacle scan in the frame of the sensor's pose, rad."""
-    angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges), dtype=np.float64)
-    return np.asarray(sensor.yaw + angles)
-
-
-def marked_directions(
-    directions: NDArray[np.float64], sensor: SE2, camera: DepthCamera, costs: Costmap
-) -> NDArray[np.bool_]:
-    """Return in which directions (n,) an obstacle is marked that may be too near for the camera to be seen.
-
-    sensor: pose of the camera. It and the directions are in the frame of the costmap.
-    """
-    distances = np.arange(0.0, max_blind_distance(camera), costs.resolution / 2)
-    x = sensor.x + np.cos(directions)[:, None] * distances
-    y = sensor.y + np.sin(directions)[:, None] * distances
-    return np.asarray((costs.values(x, y, outside=0) == LETHAL).any(axis=1))
-
-
-def explained(
-    directions: NDArray[np.float64], points: NDArray[np.float64], reach: float, resolution: float
-) -> NDArray[np.bool_]:
-    """Return in which directions (n,) points (m, 2), seen from the camera, explain that it is too near to see.
-
-    A point stands for a surface up to a cell to each side: the points of neighbouring cells lie up to two apart.
-    """
-    distances = np.hypot(points[:, 0], points[:, 1])
-    near = distances <= reach
-    width = np.arctan2(resolution, distances[near])
-    apart = directions[:, None] - np.arctan2(points[near, 1], points[near, 0])
-    apart = np.abs(np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi)
-    return np.asarray((apart <= width).any(axis=1))
-
-
 def max_blind_distance(camera: DepthCamera) -> float:
     """Return the distance within which a known obstacle may be too near to be seen, m.
 
     Ranges are measured along the optical axis, so the minimum range is longest at the edge of the view.
     """
     return (camera.range_min + BLIND_RANGE_MARGIN) / math.cos(camera.field_of_view / 2)
-
-
-def _unseen(camera: ObstacleSensorMonitor, known: NDArray[np.bool_] | None) -> str:
-    """Return why the robot must not drive forward if these directions are explained by known obstacles."""
-    if camera.blind(known):
-        return BLIND
-    return HIDDEN if camera.hidden_at_edge(known) else ""
 
 
 class ObstacleSensors:
@@ -132,24 +96,25 @@ class ObstacleSensors:
     """
 
     def __init__(self, robot: Robot, optional: Collection[str] = ()) -> None:
-        self._robot_name = robot.name
+        self._robot = robot
         lidar, camera = robot.sensors.lidar, robot.sensors.depth_camera
         self._lidar = ObstacleSensorMonitor("lidar", 1.0 / lidar.rate) if lidar is not None else None
         self._camera = (
             ObstacleSensorMonitor("depth camera", 1.0 / camera.rate) if camera is not None else None
         )
-        self._lidar_noise = lidar.noise if lidar is not None else math.inf
         self._scattered = 0
         driven = {"depth camera"} if camera is not None and camera.driver else set()
         self._optional = frozenset(optional) - driven
-        self._camera_spec = camera
+        self._last_scan: LaserScan | None = None
         self._last_obstacles: ObstacleScan | None = None
 
     def process_scan(self, scan: LaserScan, now_ns: int, pose: SE2 | None) -> None:
         """Process a laser scan; ignored without a lidar, as the depth camera is monitored by its obstacle scans."""
-        if self._lidar is not None:
+        lidar = self._robot.sensors.lidar
+        if self._lidar is not None and lidar is not None:
+            self._last_scan = scan
             self._lidar.process_view(laser_view(scan), now_ns, pose)
-            self._scattered = self._scattered + 1 if scatters(scan.ranges, self._lidar_noise) else 0
+            self._scattered = self._scattered + 1 if scatters(scan.ranges, lidar.noise) else 0
 
     def note_scan_marked(self, stamp_ns: int) -> None:
         """Note that the scan of this time was marked in the costmap."""
@@ -167,13 +132,21 @@ class ObstacleSensors:
         if self._camera is not None:
             self._camera.note_marked(stamp_ns)
 
-    def fault(self, now_ns: int, pose: SE2 | None) -> str:
+    def fault(self, now_ns: int, pose: SE2 | None, known: KnownObstacles) -> str:
         """Return why the robot must stand still, a sentence that names the sensor, or an empty string."""
         faults = [monitor.fault(now_ns, pose) for monitor in self._counted()]
-        if self._lidar is not None and self._lidar.blind():
-            faults.append("The lidar is blind: a quarter of its view or more shows nothing.")
+        faults.append(BLIND_LIDAR if self._lidar_is_blind(known) else "")
         faults.append(SCATTERED if self._scattered >= SCATTERED_SCANS else "")
         return next((fault for fault in faults if fault), "")
+
+    def _lidar_is_blind(self, known: KnownObstacles) -> bool:
+        """Return whether the lidar lacks data that no known obstacle explains, as a wall beside the body does."""
+        lidar, scan, spec = self._lidar, self._last_scan, self._robot.sensors.lidar
+        if lidar is None or scan is None or not lidar.blind():
+            return False
+        assert spec is not None
+        reach = spec.range_min + NEAR_DEVIATIONS * spec.noise + NEAR_MARGIN
+        return lidar.blind(known.explain(scan.angles.astype(np.float64), spec.mount.planar, reach))
 
     @property
     def any_counted(self) -> bool:
@@ -184,43 +157,29 @@ class ObstacleSensors:
         monitors = [monitor for monitor in (self._lidar, self._camera) if monitor is not None]
         return [one for one in monitors if one.has_sent or one.title not in self._optional]
 
-    def blind_beyond(self, known_points: Callable[[], NDArray[np.float64]], resolution: float) -> str:
-        """Return why the robot must not drive forward, as `blind_ahead`.
+    def blind_ahead(self, known: KnownObstacles) -> str:
+        """Return why the robot must not drive forward, or an empty string; it may still rotate.
 
-        known_points: returns known obstacles (n, 2) in base_link, one in each cell of `resolution`, m.
+        A depth camera has no data nearer than its minimum range, as in front of a wall; directions in which that wall
+        is known do not count as blind.
         """
-        camera, scan, spec = self._camera, self._last_obstacles, self._camera_spec
+        camera, scan, spec = self._camera, self._last_obstacles, self._robot.sensors.depth_camera
         if camera is None or not (camera.blind() or camera.hidden_at_edge()):
             return ""
         assert scan is not None and spec is not None
-        points = known_points() - (spec.mount.x, spec.mount.y)
-        directions = camera_directions(scan, spec.mount.planar)
-        return _unseen(camera, explained(directions, points, max_blind_distance(spec), resolution))
-
-    def blind_ahead(self, pose: SE2 | None, costs: Costmap) -> str:
-        """Return why the robot must not drive forward, or an empty string; it may still rotate.
-
-        A depth camera has no data nearer than its minimum range, as in front of a wall; directions in which the
-        costmap (in odom, as the pose) has that wall marked do not count as blind.
-        """
-        camera = self._camera
-        if camera is None or not (camera.blind() or camera.hidden_at_edge()):
-            return ""
-        if pose is None:
-            return _unseen(camera, None)
-        spec, scan = self._camera_spec, self._last_obstacles
-        assert spec is not None and scan is not None
-        directions = camera_directions(scan, pose @ spec.mount.planar)
-        return _unseen(camera, marked_directions(directions, pose @ spec.mount.planar, spec, costs))
+        explained = known.explain(scan.angles, spec.mount.planar, max_blind_distance(spec))
+        if camera.blind(explained):
+            return BLIND
+        return HIDDEN if camera.hidden_at_edge(explained) else ""
 
     @property
     def measurable(self) -> slice:
         """The directions of the newest obstacle scan that the camera measures at all."""
         return slice(0, 0) if self._camera is None else self._camera.measurable
 
-    def health(self, now_ns: int, pose: SE2 | None, costs: Costmap) -> DiagnosticStatus:
+    def health(self, now_ns: int, pose: SE2 | None, known: KnownObstacles) -> DiagnosticStatus:
         """Return the health for /diagnostics, also while the robot is idle."""
-        fault = self.fault(now_ns, pose) or self.blind_ahead(pose, costs)
+        fault = self.fault(now_ns, pose, known) or self.blind_ahead(known)
         return DiagnosticStatus(
-            ERROR if fault else OK, "obstacle sensors", fault or OK_MESSAGE, self._robot_name
+            ERROR if fault else OK, "obstacle sensors", fault or OK_MESSAGE, self._robot.name
         )

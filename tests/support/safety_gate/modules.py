@@ -34,6 +34,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "chefbot.robot.motion_limits": ("tests/robot/test_motion_limits.py",),
     "chefbot.safety.monitor_polygons": _safety("monitor_polygons"),
     "chefbot.safety.sensor_freshness": _safety("sensor_freshness", "freshness_limits"),
+    "chefbot.safety.known_obstacles": _safety("obstacle_sensors"),
     "chefbot.safety.obstacle_sensors": _safety("obstacle_sensors", "lidar_scatter"),
     "chefbot.safety.contact_time": _safety("contact_time", "contact_edges"),
     "chefbot.safety.local_memory": _safety("local_memory", "memory_limits", "ray_clearing"),

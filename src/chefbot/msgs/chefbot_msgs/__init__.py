@@ -107,6 +107,13 @@ class ObstacleScan(Message, frozen=True, eq=False):
     bottom: Float32Array = _NO_FLOATS
     top: Float32Array = _NO_FLOATS
 
+    @property
+    def angles(self) -> NDArray[np.float64]:
+        """Middle of each angular bin in the frame of the header, rad, shape (n,)."""
+        return np.asarray(
+            self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
+        )
+
 
 class LocalizationStatus(Message, frozen=True, eq=False):
     """The quality of the pose estimate, with a description of the state and its cause.

@@ -17,7 +17,8 @@ from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.robot.motion_limits import Limits
 from chefbot.robot.spec import Robot
 from chefbot.runtime.node import In
-from chefbot.safety.obstacle_sensors import camera_directions, camera_view, marked_directions
+from chefbot.safety.known_obstacles import MarkedCells
+from chefbot.safety.obstacle_sensors import camera_view, max_blind_distance
 
 LOOKS = "People are nearby: the robot looks to its sides before it drives on."
 HIDDEN = "Something beside the robot is too near to be seen; the robot waits."
@@ -91,7 +92,8 @@ class SideLookingNode(LocalCostmapNode, CauseReportsNode):
         sensor, scan = view
         camera = self.robot.sensors.depth_camera
         assert camera is not None, "only a robot with a camera looks to its sides"
-        directions, measurable = camera_directions(scan, sensor), self._sensors.measurable
-        has_data = ~camera_view(scan).mute | marked_directions(directions, sensor, camera, costs)
-        robot = sensor @ camera.mount.planar.inverse()
+        mount, measurable = camera.mount.planar, self._sensors.measurable
+        robot, directions = sensor @ mount.inverse(), sensor.yaw + scan.angles
+        marked = MarkedCells(costs, robot).explain(scan.angles, mount, max_blind_distance(camera))
+        has_data = ~camera_view(scan).mute | marked
         look.seen.process(robot, directions[measurable], has_data[measurable], scan.header.stamp.ns)

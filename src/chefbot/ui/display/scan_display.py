@@ -30,8 +30,7 @@ class ScanDisplay:
         """Show a scan from the sensor's pose in the map, if that is known and the scan shows something new."""
         if sensor is None:
             return
-        angles = message.angle_min + message.angle_increment * np.arange(len(message.ranges))
-        scan = ScanView(sensor, angles, message.ranges, message.header.frame_id)
+        scan = ScanView(sensor, message.angles, message.ranges, message.header.frame_id)
         if layer not in self._shown or differs(self._shown[layer], scan):
             self._shown[layer] = scan
             self._set_layer(layer, scan)

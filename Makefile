@@ -92,8 +92,9 @@ fuzz-firmware:
 fuzz-host:
 	@$(BIN)/python -m tests.devices.host_fuzz $(SECONDS) $(SEED)
 
-# The locks pin versions and the hashes of all files of the index: a file that was exchanged there is refused.
-INSTALL := pip install --quiet --disable-pip-version-check --require-hashes
+# The locks pin versions and the hashes of all files of the index: a file that was exchanged there is refused. Python
+# compiles a module at its first import; most are never imported, and to compile all takes as long as to install them.
+INSTALL := pip install --quiet --disable-pip-version-check --no-compile --require-hashes
 HAS_COMPILER := import runpy, sys; sys.exit(runpy.run_path("firmware/ports/host/build.py")["compiler"]() is None)
 
 $(VENV)/.demo: pyproject.toml requirements.lock requirements-build.lock requirements-compiler.lock

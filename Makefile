@@ -12,10 +12,13 @@ SMALL_SET := localize_home localize_hotel go_narrow go_hall drive_workshop deliv
 COMPILE_KERNELS := from rich.console import Console; from chefbot.kernels.precompile import compile_kernels; \
     compile_kernels(Console())
 
-.PHONY: demo test test-fast test-long test-modules lint kernels docs prove scoreboard chaos safety-gate safety-mutants bench bench-slam fuzz fuzz-firmware fuzz-host lock check-lock audit sbom clean
+.PHONY: demo test test-fast test-long test-modules lint kernels docs prove scoreboard chaos safety-gate safety-mutants bench bench-slam fuzz fuzz-firmware fuzz-host lock check-lock audit sbom axe clean
 
 demo: $(VENV)/.demo
 	$(BIN)/chefbot demo $(ARGS)
+
+# The testers keep all cores busy: threads of BLAS would only wait for each other.
+test test-fast test-long: export OPENBLAS_NUM_THREADS = 1
 
 # Of tests marked `rotated` it runs one case each, with another commit another one. Kernels are compiled once, before
 # several processes of the tests need them at the same time.
@@ -143,6 +146,10 @@ sbom: $(VENV)/.tools
 	mkdir -p dist
 	$(TOOLS)/bin/cyclonedx-py requirements --pyproject pyproject.toml --mc-type application --output-reproducible \
 	    --spec-version 1.6 -o dist/sbom.cdx.json requirements.lock
+
+# The accessibility checker that tests/ui uses if it is there; needs npm.
+axe:
+	npm install --silent --no-audit --no-fund --prefix build axe-core@4.14.1
 
 clean:
 	rm -rf $(VENV) runs build dist docs/_build docs/reference/generated .mypy_cache .ruff_cache .pytest_cache

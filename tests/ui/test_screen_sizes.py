@@ -78,3 +78,18 @@ def test_a_place_of_one_word_is_not_broken_on_any_screen(page: Any) -> None:
             tab.evaluate("document.getElementById('places').scrollIntoView()")
             long, short = tab.evaluate(heights)
             assert long == short, (width, height)
+
+
+def test_every_layer_can_be_chosen_on_every_screen(page: Any) -> None:
+    show_a_room(page.server)
+    hidden = """(() => [...document.querySelectorAll('#layer-list input')].filter((box) => {
+      box.scrollIntoView({ block: 'nearest' });
+      const { x, y, width, height } = box.getBoundingClientRect();
+      return document.elementFromPoint(x + width / 2, y + height / 2) !== box;
+    }).map((box) => box.parentElement.textContent))()"""
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for("document.querySelectorAll('#layer-list input').length > 10")
+        tab.evaluate("document.getElementById('layers').open = true")
+        for width, height in SIZES:
+            tab.resize(width, height)
+            assert tab.evaluate(hidden) == [], (width, height)

@@ -8,7 +8,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
-from chefbot.ui.display.views import DeliveryView, StatusView
+from chefbot.ui.display.views import DeliveryView, StatusView, StopView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 SIZES = [(320, 640), (390, 844), (640, 320), (844, 390), (720, 450), (1440, 900)]
@@ -93,3 +93,16 @@ def test_every_layer_can_be_chosen_on_every_screen(page: Any) -> None:
         for width, height in SIZES:
             tab.resize(width, height)
             assert tab.evaluate(hidden) == [], (width, height)
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_nothing_is_behind_the_stop_button_on_any_screen(page: Any, stopped: bool) -> None:
+    show_a_room(page.server)
+    page.server.set_layer("stop", StopView(stopped=stopped))
+    hidden = """document.getElementById('panels').getBoundingClientRect().bottom
+      - document.querySelector('footer').getBoundingClientRect().top"""
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for(f"document.getElementById('release-stop').checkVisibility() === {str(stopped).lower()}")
+        for width, height in SIZES:
+            tab.resize(width, height)
+            assert tab.evaluate(hidden) <= 0.5, (width, height)

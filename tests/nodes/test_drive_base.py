@@ -306,22 +306,25 @@ def test_a_robot_that_tips_over_is_stopped() -> None:
     assert base.speed == pytest.approx(0.2)
 
 
-def test_a_release_does_not_drive_a_robot_that_lies() -> None:
+def test_a_release_while_the_robot_lies_is_refused() -> None:
+    """It would drive off in the hands of the person who sets it upright."""
     base = bench()
     pitch(base, 0.0, 0.0, 2.0, 0.2)
     pitch(base, 0.0, 90.0, 0.5, 0.2)
     base.run(1.0)
     base.send("stop_request", Bool(False))
     pitch(base, 90.0, 90.0, 2.0, 0.2)
-    assert base.twist_out == (0.0, 0.0)
-    assert base.texts("collision_monitor/reason")[-1] == TIPPED_OVER
-    report = base.messages("cause_reports")[-1]
-    assert (report.kind, report.check, report.sentence) == ("stop", "sensor data", TIPPED_OVER)
+    assert base.twist_out == (0.0, 0.0) and base.messages("stop_status")[-1].active
+    assert base.texts("base/notice") == [TIPPED_OVER, TIPPED_OVER]
     base.twist("cmd_vel_teleop", 0.1, 0.3)
     base.run(TICK)
     assert base.twist_out == (0.0, 0.0), "by hand neither"
-    pitch(base, 90.0, 0.0, 1.0, 0.0)
+    pitch(base, 90.0, 0.0, 1.0, 0.2)
     pitch(base, 0.0, 0.0, 2.5, 0.2)
+    assert base.speed == 0.0, "upright, it waits for the release"
+    base.run(1.0)
+    base.send("stop_request", Bool(False))
+    pitch(base, 0.0, 0.0, 2.0, 0.2)
     assert base.speed == pytest.approx(0.2) and base.texts("collision_monitor/reason")[-1] == ""
 
 

@@ -20,6 +20,7 @@ from chefbot.safety.stop_latch import (
     PRESSED_BY_TOPIC,
     RELEASED,
     TIPPED_OVER,
+    StopDecision,
     StopLatch,
 )
 
@@ -146,7 +147,28 @@ def test_a_robot_that_tips_over_is_stopped_until_a_release() -> None:
     assert latch.active and not latch.status.held and latch.status.pressed_at.ns == 5
     assert latch.status.description == TIPPED_OVER
     assert latch.tip_over(6) is None and latch.regain_board(7) is None and latch.active
+    latch.get_upright()
+    assert latch.active
     assert latch.request(False, 8) is not None and not latch.active
+
+
+def test_a_release_while_it_lies_is_refused() -> None:
+    """Also of a stop that was pressed before the fall."""
+    for pressed in (False, True):
+        latch = StopLatch()
+        if pressed:
+            latch.request(True, 4)
+        latch.tip_over(5)
+        before = latch.status
+        assert latch.request(False, 6) == StopDecision(before, False, TIPPED_OVER) and latch.active
+        latch.get_upright()
+        assert latch.request(False, 7) is not None and not latch.active
+
+
+def test_a_release_of_a_stop_that_is_not_active_has_no_effect() -> None:
+    """As when the stop was released before a wrong accusation of the IMU was known."""
+    latch = StopLatch()
+    assert latch.request(False, 1) is None and not latch.active
 
 
 def test_a_fall_while_the_board_is_lost_outlasts_it() -> None:

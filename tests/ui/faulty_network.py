@@ -17,10 +17,12 @@ class FaultyNetwork:
 
     mode: "pass", "late" (by `delay` seconds), "slow", "hole" (all data are lost), "answers lost" or "refused".
     rate: of a slow link, bytes/s. accepted: number of connections that browsers have opened, refused ones included.
+    received: number of bytes that browsers have received.
     """
 
     def __init__(self, port: int) -> None:
-        self.mode, self.delay, self.rate, self.accepted = "pass", 0.0, 20_000.0, 0
+        self.mode, self.delay, self.rate = "pass", 0.0, 20_000.0
+        self.accepted = self.received = 0
         self.target = port
         self._pairs: list[tuple[socket.socket, socket.socket]] = []
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=64)
@@ -66,4 +68,5 @@ class FaultyNetwork:
                 lost = lost or self.mode in ("hole", losing)
                 if not lost:
                     sink.sendall(data)
+                    self.received += len(data) if losing == "answers lost" else 0
             sink.shutdown(socket.SHUT_WR)

@@ -12,6 +12,7 @@ from rich.console import Console
 from chefbot.demo.button_presser import ButtonPresser
 from chefbot.demo.processes import DemoProcesses
 from chefbot.demo.score import Scorer, simulated_click
+from chefbot.exploration.session import WAITS
 from chefbot.kernels.precompile import KernelCompilation
 from chefbot.launcher.lan_access import ALL_ADDRESSES, with_ui_address
 from chefbot.launcher.session import announce, start
@@ -241,7 +242,9 @@ class Demo:
         seconds, elapsed = self.system.loop.now_ns / 1e9, (wall_ns() - self._began_ns) / 1e9
         pose = self.scorer.last_ground_truth
         rate = f"{seconds:.0f} s, real-time factor {seconds / elapsed:.1f}"
-        return f"{self._phase}: {rate}, at ({pose.x:.1f}, {pose.y:.1f}) m"
+        waits = not self.explored.done and self.explored.description.startswith(WAITS)
+        fault = f"; {self.explored.description}" if waits else ""
+        return f"{self._phase}: {rate}, at ({pose.x:.1f}, {pose.y:.1f}) m{fault}"
 
     def _announce_phase(self, sentence: str) -> None:
         self._phase = sentence

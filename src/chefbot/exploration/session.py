@@ -13,6 +13,8 @@ from chefbot.robot.spec import Robot
 
 EMPTY_MAPS_TO_FINISH = 2
 """Consecutive maps without a frontier that end the exploration: the last scans may not be in the map yet."""
+WAITS = "Exploration waits: "
+"""Beginning of the sentence of a status while the robot itself cannot drive; the fault follows."""
 NOTHING_DECIDED = ExplorationDecision(None, ())
 """Decision before the first map."""
 

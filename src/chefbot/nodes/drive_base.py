@@ -99,6 +99,8 @@ class DriveBaseNode(EmergencyStopNode):
         """Activate the emergency stop if the robot tips over."""
         if self._tilt.process(self._imu.reading(imu)):
             self._apply(self._stop.tip_over(self.now_ns))
+        elif not self._tilt.tilted:
+            self._stop.get_upright()
 
     @every(hz=COMMAND_RATE)
     def command(self) -> None:

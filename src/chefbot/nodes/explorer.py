@@ -8,19 +8,19 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.costmap.params import CostmapParams
-from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal
+from chefbot.exploration.explorer import ExplorationGoal
 from chefbot.exploration.params import ExplorerParams
-from chefbot.exploration.session import NOTHING_DECIDED, ExplorationSession, exploration_status
+from chefbot.exploration.session import ExplorationSession
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, ExplorationStatus
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result, Spin
 from chefbot.msgs.std_msgs import Bool, Empty, Header
-from chefbot.nodes.frontier_map import FrontierMapNode
+from chefbot.nodes.exploration_reports import ExplorationReportsNode, RobotFaultError
 from chefbot.planning.params import PlannerParams
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Future, Task, wait_any
-from chefbot.runtime.node import In, Out, restored, topic
+from chefbot.runtime.node import In, restored
 from chefbot.safety.emergency_stop import REFUSED, is_pressed, pressed_since
 
 READY = "Ready to explore."
@@ -38,7 +38,7 @@ class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     autostart: Annotated[bool, Meta(description="whether to explore from the start, else on request")] = True
 
 
-class ExplorerNode(FrontierMapNode):
+class ExplorerNode(ExplorationReportsNode):
     """Sends the navigator from frontier to frontier; `exploration_status` reports progress and skipped frontiers.
 
     true on `explore` begins an exploration, or continues one that was ended, on the map as it is; false ends it.
@@ -53,14 +53,13 @@ class ExplorerNode(FrontierMapNode):
     restored_stop: In[EmergencyStopStatus] = restored("stop_status")
     navigate_to_pose = action_client(NavigateToPose)
     spin = action_client(Spin)
-    exploration_status: Out[ExplorationStatus] = topic(latched=True)
 
     def start(self) -> None:
         """Start exploring with a full turn, also after a restart, with the map as it is."""
         import scipy.ndimage  # noqa: F401 (the import takes 0.1 s and more: now, not at the first decision)
 
         super().start()
-        self._session, self._refused = ExplorationSession(), False
+        self._refused = False
         self._task: Task[None] = self.spawn(self._explore())
 
     def on_explore(self, wanted: Bool) -> None:
@@ -69,7 +68,7 @@ class ExplorerNode(FrontierMapNode):
             self._task.cancel()
         elif is_pressed(self.emergency_stop.last):
             self._refused = True
-            self._publish_status(True, NOTHING_DECIDED, REFUSED)
+            self._publish_idle(REFUSED)
         elif self._task.done:
             self._session = ExplorationSession()
             self._task = self.spawn(self._explore_once())
@@ -84,7 +83,7 @@ class ExplorerNode(FrontierMapNode):
             self._task.cancel()
         elif self._refused:
             self._refused = False
-            self._publish_status(True, NOTHING_DECIDED, READY)
+            self._publish_idle(READY)
 
     async def _explore(self) -> None:
         await self.sleep(0.0)  # restored messages are delivered first
@@ -93,10 +92,10 @@ class ExplorerNode(FrontierMapNode):
             self.exploration_status.publish(restored)
             return
         if restored is not None and pressed_since(self.restored_stop.last, restored.header.stamp.ns):
-            self._publish_status(True, NOTHING_DECIDED, "Exploration ended: emergency stop.")
+            self._publish_idle("Exploration ended: emergency stop.")
             return
         if restored is None and not self.params.autostart:
-            self._publish_status(True, NOTHING_DECIDED, READY)
+            self._publish_idle(READY)
             return
         await self._explore_once()
 
@@ -104,8 +103,10 @@ class ExplorerNode(FrontierMapNode):
         try:
             await self._explore_all()
         except Cancelled:
-            self._publish_status(True, NOTHING_DECIDED, "Exploration was cancelled.")
+            self._publish_idle("Exploration was cancelled.")
             raise
+        except RobotFaultError as fault:
+            self._publish_end(f"Exploration ended: {fault}")
 
     async def _explore_all(self) -> None:
         """Visit one goal after the other until none is left, then return to the start."""
@@ -115,12 +116,12 @@ class ExplorerNode(FrontierMapNode):
             await self._await_new_map()
             goal = session.process(self._decide())
             if goal is not None:
-                self._publish_status(False, session.decision, "Exploring.")
+                self._publish_progress("Exploring.")
                 await self._visit(goal, self._known_area)
         if self.params.go_home:
-            self._publish_status(False, session.decision, "Everything within reach is seen; going home.")
+            self._publish_progress("Everything within reach is seen; going home.")
             await self._go(SE2(0.0, 0.0, 0.0))
-        self._publish_status(True, session.decision, "Everything within reach is seen.")
+        self._publish_end("Everything within reach is seen.")
 
     async def _visit(self, goal: ExplorationGoal, known: float) -> None:
         """Drive to a goal, and stop early once its frontier has been mapped; known: area known before, m^2."""
@@ -131,7 +132,10 @@ class ExplorerNode(FrontierMapNode):
         finally:
             driving.discard()
         if driving.done and driving.result().error_code:
-            self._note_failed(goal)
+            if self._fault:
+                await self._await_end_of_fault()
+            else:
+                self._note_failed(goal)
         elif driving.done:
             if goal.look_around:
                 await self.spin.call(self._session.next_turn())
@@ -144,7 +148,3 @@ class ExplorerNode(FrontierMapNode):
     def _go(self, pose: SE2) -> Future[NavigateToPose_Result]:
         stamped = PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))
         return self.navigate_to_pose.call(NavigateToPose_Goal(stamped))
-
-    def _publish_status(self, done: bool, decision: ExplorationDecision, sentence: str) -> None:
-        status = exploration_status(self.now_ns, done=done, decision=decision, sentence=sentence)
-        self.exploration_status.publish(status)

@@ -43,6 +43,8 @@ class StopLatch:
 
     def __init__(self) -> None:
         self.status = EmergencyStopStatus()
+        self._lies = False
+        """Whether the robot has tipped over and not been set upright since."""
 
     @property
     def active(self) -> bool:
@@ -52,10 +54,11 @@ class StopLatch:
     def request(self, pressed: bool, now_ns: int) -> StopDecision | None:
         """Press or release the emergency stop; a repeated request has no effect.
 
-        A press while it is held counts; a release does not.
+        A press while it is held counts; a release does not, nor does one while the robot lies: it would drive off in
+        the hands of the person who sets it upright.
         """
-        if self.status.held and not pressed:
-            return StopDecision(self.status, False, BOARD_LOST)
+        if self.active and not pressed and (self.status.held or self._lies):
+            return StopDecision(self.status, False, BOARD_LOST if self.status.held else TIPPED_OVER)
         if pressed == self.active and not self.status.held:
             return None
         return self._set(pressed, PRESSED if pressed else RELEASED, now_ns)
@@ -71,9 +74,14 @@ class StopLatch:
 
     def tip_over(self, now_ns: int) -> StopDecision | None:
         """Activate the emergency stop because the robot has tipped over, unless it is pressed."""
+        self._lies = True
         if self.active and not self.status.held:
             return None
         return self._set(True, TIPPED_OVER, now_ns)._replace(notice=TIPPED_OVER)
+
+    def get_upright(self) -> None:
+        """Note that the robot has been set upright; from now on the emergency stop can be released."""
+        self._lies = False
 
     def lose_board(self, now_ns: int) -> StopDecision | None:
         """Hold the robot because the motor board is lost, unless it is stopped already."""

@@ -180,7 +180,9 @@ def release_stop(page: str) -> int:
             raise UserError(f"the robot at {page} does not report the state of its emergency stop")
         robot.send(ReleaseStop(stop["pressed"]))
         released = _await_stop(robot, lambda stop: not stop["stopped"])
-    console.print("The emergency stop is released." if released else "The emergency stop is still active.")
+        reason = (robot.latest.get("status") or {}).get("reason", "")
+    active = f"The emergency stop is still active. {reason}".strip()
+    console.print("The emergency stop is released." if released else active)
     return 0 if released else 1
 
 

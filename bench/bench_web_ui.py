@@ -42,8 +42,8 @@ CanvasRenderingContext2D.prototype.clearRect = function (...box) {
 };"""
 SHOWN = f"document.querySelectorAll('#places button').length > 0 && JSON.parse({DRAWN_AREA})[1] > 0"
 WHOLE_MAP = "document.getElementById('fit').click()"
-SETTLE = 3.0
-"""Time in which the page gets what it shows, s."""
+SETTLE, STANDS = 3.0, 15.0
+"""Time in which a robot that has a goal drives off; time at standstill after which it has none, s."""
 
 
 class Traffic(NamedTuple):
@@ -91,7 +91,7 @@ def _serves(process: subprocess.Popen[bytes]) -> bool:
 
 
 def traffic(tab: Tab, network: FaultyNetwork, seconds: float) -> Traffic:
-    """Measure what a page receives and draws in the next seconds."""
+    """Measure what a page receives and draws for `seconds` from now on."""
     tab.evaluate("repaints.length = 0")
     before, began = network.received, time.monotonic()
     time.sleep(seconds)
@@ -107,7 +107,7 @@ def report_traffic(network: FaultyNetwork, name: str, seconds: float) -> None:
         tab.resize(*SIZES[name])
         tab.wait_for(SHOWN)
         tab.evaluate(COUNT_REPAINTS)
-        time.sleep(SETTLE)
+        _wait_until_it_stands(tab)
         places = tab.evaluate(
             "[...document.querySelectorAll('#places button')].map((one) => one.textContent)"
         )
@@ -122,8 +122,16 @@ def report_traffic(network: FaultyNetwork, name: str, seconds: float) -> None:
             )
         home = places.index("Home")
         tab.evaluate(f"document.querySelectorAll('#places button')[{home}].click()")
-        tab.wait_for("document.getElementById('phase').textContent.includes('Home')")
-        time.sleep(SETTLE)
+        _wait_until_it_stands(tab)
+
+
+def _wait_until_it_stands(tab: Tab) -> None:
+    """Wait until the robot has stood for some seconds: at the start it turns and drives until it is localized."""
+    stood = time.monotonic()
+    while time.monotonic() - stood < STANDS:
+        time.sleep(0.2)
+        if tab.evaluate("document.getElementById('speed').textContent") != "0.00 m/s":
+            stood = time.monotonic()
 
 
 def report_loads(network: FaultyNetwork, name: str, loads: int) -> None:

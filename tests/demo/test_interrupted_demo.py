@@ -9,8 +9,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.support.waiting import PATIENCE
+from tests.support.waiting import PATIENCE, wait_for
 
+from chefbot.maths.grid import FREE
+from chefbot.storage.map_files import load_map
+
+RECORDED = 200_000
+"""Size of a recording that has a map, bytes."""
 pytestmark = pytest.mark.slow
 
 
@@ -20,6 +25,7 @@ def test_an_interrupted_demo_reports_what_is_done(tmp_path: Path) -> None:
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         assert any("Exploring" in line for line in iter(process.stdout.readline, ""))
+        wait_for(lambda: (tmp_path / "run.mcap").stat().st_size > RECORDED)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
@@ -27,3 +33,4 @@ def test_an_interrupted_demo_reports_what_is_done(tmp_path: Path) -> None:
     assert "Interrupted before it was done; pictures in" in out and "failed" not in out
     assert json.loads((tmp_path / "summary.json").read_text())["failure"] == "interrupted before it was done"
     assert (tmp_path / "report.html").exists()
+    assert (load_map(tmp_path / "map.yaml").cells == FREE).any(), "the map so far"

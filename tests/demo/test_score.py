@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,7 +22,9 @@ from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance
 from chefbot.msgs.idl.message import Message
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.std_msgs import Header
+from chefbot.robot.load import load_robot
 from chefbot.runtime.transform_buffer import TransformError
+from chefbot.sim.world.load import load_any_world
 
 PLACES = {"home": SE2(0.0, 0.0, 0.0), "table_1": SE2(3.0, 0.0, 0.0)}
 
@@ -129,6 +132,20 @@ def test_the_report_escapes_texts_and_embeds_pictures() -> None:
         report._errors(track),
     ):
         assert picture.startswith(b"\x89PNG")
+
+
+def test_places_are_drawn_in_the_frame_of_the_map(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Its origin is the start of the robot, which need not be that of the world."""
+    drawn: list[Any] = []
+    monkeypatch.setattr(report, "_draw_places", lambda _, places: drawn.append(places))
+    monkeypatch.setattr(report, "_page", lambda *_: "")
+    robot = load_robot("chefbot_lidar")
+    world = load_any_world("room", robot, "[1.0, 0.6, 1.57]")
+    in_map = {name: world.start.between(pose) for name, pose in world.places.items()}
+    scorer: Any = SimpleNamespace(saved_map=None, places=in_map, mapping=Track(), delivering=Track())
+    result: Any = SimpleNamespace()
+    report.write_report(tmp_path, result, scorer, world, robot)
+    assert drawn == [in_map] * 2 and in_map["home"].distance(world.places["home"]) > 1.0
 
 
 def test_the_report_has_one_line_for_each_reason() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.ndimage import label
 
 from chefbot.mapping.image_format import MapFormatError
 from chefbot.mapping.map_changes import MIN_SIDE, cropped, rotated, with_stroke
@@ -83,3 +84,12 @@ def test_a_turned_map_keeps_every_wall(yaw: float) -> None:
 def test_a_crop_of_nothing_is_refused() -> None:
     with pytest.raises(MapFormatError, match="fewer than 10 rows"):
         cropped(empty(), (0.0, 1.0), (0.1, 2.0))
+
+
+@given(st.floats(-math.pi, math.pi), st.booleans())
+def test_a_turned_diagonal_wall_has_no_hole(yaw: float, falling: bool) -> None:
+    """Its cells touch at their corners, and so do those of the turned one: all are one piece."""
+    cells = np.eye(60, dtype=np.int8) * np.int8(OCCUPIED)
+    turned = rotated(Grid(cells[:, ::-1] if falling else cells, 0.05, 0.0, 0.0), yaw)
+    _, pieces = label(turned.cells == OCCUPIED, np.ones((3, 3)))
+    assert pieces == 1

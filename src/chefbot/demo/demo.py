@@ -136,14 +136,18 @@ class Demo:
         self._wait_for_kernels()
         x0, y0, x1, y1 = self.world.bounds
         limit = max(EXPLORATION_TIMEOUT, EXPLORATION_TIME_PER_AREA * (x1 - x0) * (y1 - y0))
-        if not self._run_until(limit, lambda: self.explored.done):
+        explored = self._run_until(limit, lambda: self.explored.done)
+        self._save_map()
+        if not explored:
             return f"exploration was not done after {limit:.0f} s"
-        if self.scorer.map is None:
-            return "exploration made no map"
-        self.scorer.saved_map = self.scorer.map.grid
-        save_map(self.map_path, self.scorer.saved_map)
-        save_places(places_path(self.map_path), self.places)
-        return ""
+        return "" if self.scorer.saved_map is not None else "exploration made no map"
+
+    def _save_map(self) -> None:
+        """Save the map made so far, if there is one, also of an exploration that was interrupted."""
+        if self.scorer.map is not None:
+            self.scorer.saved_map = self.scorer.map.grid
+            save_map(self.map_path, self.scorer.saved_map)
+            save_places(places_path(self.map_path), self.places)
 
     def _localize(self) -> str:
         """Restart: all nodes are constructed again, only the saved files are kept."""

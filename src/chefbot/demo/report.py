@@ -26,7 +26,7 @@ INK, PAPER, UNKNOWN_TINT = 0.12, 1.0, 0.8
 def write_report(out: Path, result: DemoResult, scorer: Scorer, world: World, robot: Robot) -> None:
     """Write `report.html`, and the map beside the ground-truth plan as `map_and_plan.png`."""
     plan = ground_truth_map(world, robot)
-    pictures = {"Ground-truth map and map made by the robot": _maps(plan, scorer.saved_map, world.places)}
+    pictures = {"Ground-truth map and map made by the robot": _maps(plan, scorer.saved_map, scorer.places)}
     for title, track in (("While mapping", scorer.mapping), ("While delivering", scorer.delivering)):
         if track.times:
             pictures[f"{title}: ground truth and estimate"] = _trajectory(plan, track)

@@ -38,7 +38,7 @@ class Scorer:
 
     def __init__(self, system: NodeContainer, places: dict[str, SE2]) -> None:
         self._system = system
-        self._places = places
+        self.places = places
         self.mapping = Track()
         self.delivering = Track()
         self.localized = False
@@ -95,7 +95,7 @@ class Scorer:
 
     def _on_delivery_status(self, status: DeliveryStatus) -> None:
         self.delivery = status
-        place = self._places.get(status.place)
+        place = self.places.get(status.place)
         if (
             status.state == "waiting"
             and place
@@ -105,7 +105,7 @@ class Scorer:
 
     def at_home(self) -> bool:
         """Return whether the robot truly is at home."""
-        return self.last_ground_truth.distance(self._places["home"]) <= ARRIVAL_TOLERANCE
+        return self.last_ground_truth.distance(self.places["home"]) <= ARRIVAL_TOLERANCE
 
 
 def error_statistics(errors: NDArray[np.float64]) -> dict[str, float | None]:

@@ -283,10 +283,26 @@ def _sample(
 def _keep_walls(
     cells: NDArray[np.int8], rotated: NDArray[np.int8], min_x: float, min_y: float, yaw: float
 ) -> None:
-    """Copy every occupied cell: nearest-neighbour sampling alone skips some, and a thin wall would get holes."""
+    """Copy every occupied cell: nearest-neighbour sampling alone skips some, and a thin wall would get holes.
+
+    Cells that touch at a corner may be two apart after the rotation, so the corner between them is copied, too.
+    """
     c, s = math.cos(yaw), math.sin(yaw)
-    row, column = np.nonzero(cells > 100 * OCCUPIED_THRESH)
-    source_x, source_y = column + 0.5, row + 0.5
+    occupied = cells > 100 * OCCUPIED_THRESH
+    row, column = np.nonzero(occupied)
+    corner_row, corner_column = np.nonzero(_touching_corners(occupied))
+    source_x = np.concatenate([column + 0.5, corner_column + 1.0])
+    source_y = np.concatenate([row + 0.5, corner_row + 1.0])
+    values = np.concatenate([cells[row, column], np.full(len(corner_row), OCCUPIED, np.int8)])
     x = np.floor(c * source_x - s * source_y - min_x).astype(np.int64)
     y = np.floor(s * source_x + c * source_y - min_y).astype(np.int64)
-    rotated[y, x] = cells[row, column]
+    rotated[y, x] = values
+
+
+def _touching_corners(occupied: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the corners (h - 1, w - 1) at which two cells of `occupied` (h, w) touch, with none beside them."""
+    low_left, low_right, high_left, high_right = (
+        occupied[:-1, :-1], occupied[:-1, 1:], occupied[1:, :-1], occupied[1:, 1:]
+    )  # fmt: skip
+    rising, falling = low_left & high_right, low_right & high_left
+    return (rising & ~(low_right | high_left)) | (falling & ~(low_left | high_right))

@@ -112,7 +112,7 @@ class DriveBaseNode(EmergencyStopNode):
             self._limiter.reset()  # at once, without a ramp
         command = StampedCommand(0.0, 0.0, now_ns) if self._stop.active else self._commands.select(now_ns)
         self.publish_notice(self._cliffs.new_notice(command.v, now_ns))
-        allowed = 0.0 if self._tilt.tilted else self._allowed_fraction(command)
+        allowed = self._allowed_fraction(command)
         allowed *= fraction_within(self.speed_limit.last, allowed * command.v, self._limiter.limits.speed)
         target = self._cliffs.limit(allowed * command.v, now_ns), allowed * command.w
         v, w = self._limiter.step(*target, command.age(now_ns), COMMAND_PERIOD)

@@ -29,7 +29,7 @@ class ExplorationReportsNode(FrontierMapNode):
     notice: Out[String] = topic("explorer/notice")
 
     def start(self) -> None:
-        """Start with nothing decided."""
+        """Start a session in which nothing is decided."""
         super().start()
         self._session = ExplorationSession()
 

@@ -12,6 +12,7 @@ from tests.support.waiting import wait_for
 
 from chefbot.devices.maps.map_editor import MapEditor
 from chefbot.devices.maps.map_file import MAX_WAITING, TOO_MANY, TURNED
+from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, MapStroke, MapZone, Place
@@ -69,6 +70,17 @@ def test_a_change_is_written_published_and_taken_back(path: Path) -> None:
     assert served(path).messages("map_edit_result")[-1].undoable == 1, "changes outlast the launch"
     assert result_of(runner, MapEdit("b", undo=True)).undoable == 0
     assert runner.messages("places")[-1].places == () and not places_path(path).exists()
+
+
+def test_a_place_outside_the_map_is_refused_at_the_start(path: Path) -> None:
+    """Else an order there is accepted, and a person loads the food for it."""
+    places_path(path).write_text("places: {home: {x: 1 m, y: 1 m}, table_1: {x: 60 m, y: 1 m}}\n")
+    with pytest.raises(UserError) as error:
+        served(path)
+    assert str(error.value) == (
+        f"places file {places_path(path)}: table_1 at (60.00, 1.00) m lies outside the map, which extends from "
+        "(0.00, 0.00) m over 5.0 x 5.0 m; correct the place or remove it"
+    )
 
 
 def test_a_refused_change_is_answered_and_changes_nothing(path: Path) -> None:

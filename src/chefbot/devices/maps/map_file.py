@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated
@@ -153,6 +154,7 @@ class MapFileDevice(Device):
             )
         places_file = places_path(path)
         self.named = load_entries(places_file) if places_file.exists() else {}
+        _check_on_map(self._grid, self.named, places_file)
 
     def _load_zones(self) -> LoadedZones:
         """Load the given zones file, else the one beside the map, else none."""
@@ -177,6 +179,17 @@ class MapFileDevice(Device):
         header = Header.of(self.now_ns, "map")
         self.places.publish(Places(tuple(_place(header, *named) for named in self.named.items())))
         self.zones.publish(MapZones(header, self._zones))
+
+
+def _check_on_map(grid: Grid, named: Mapping[str, PlaceEntry], path: Path) -> None:
+    """Raise UserError if a place lies outside the map."""
+    for name, entry in named.items():
+        if not grid.contains(entry.x, entry.y):
+            raise UserError(
+                f"places file {path}: {name} at ({entry.x:.2f}, {entry.y:.2f}) m lies outside the map, which extends "
+                f"from ({grid.origin_x:.2f}, {grid.origin_y:.2f}) m over {grid.width * grid.resolution:.1f} x "
+                f"{grid.height * grid.resolution:.1f} m; correct the place or remove it"
+            )
 
 
 def _place(header: Header, name: str, entry: PlaceEntry) -> Place:

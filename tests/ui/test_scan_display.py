@@ -51,6 +51,18 @@ def test_noise_at_rest_is_nothing_new(room: np.ndarray) -> None:
     assert not shown(room, changed(room, 5, 9.0)), "single beams at edges jump"
 
 
+def test_noise_of_a_depth_camera_is_nothing_new(room: np.ndarray) -> None:
+    """It grows with the square of the range, and some directions have no data, each time others."""
+    rng = np.random.default_rng(3)
+
+    def seen() -> np.ndarray:
+        far = np.where(np.isfinite(room), 2.0 * room, 8.0)
+        return np.where(rng.random(BEAMS) < 0.06, np.inf, rng.normal(far, 0.0025 * far**2))
+
+    assert not any(shown(seen(), seen()) for _ in range(20))
+    assert shown(seen(), changed(seen(), 12, 0.5)), "somebody who comes"
+
+
 @pytest.mark.parametrize("value", [0.5, math.inf, math.nan])
 def test_somebody_who_comes_is_new(room: np.ndarray, value: float) -> None:
     assert shown(room, changed(room, 12, value))

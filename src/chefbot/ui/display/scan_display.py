@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.ui.display.views import ScanView
 
-NOISE = 0.06
-"""Difference of a range up to which it is noise, m."""
-NOISY_SHARE = 0.02
-"""Share of the ranges that may differ by more: single beams at edges jump; a person covers more of them."""
+NOISE, NOISE_GROWTH = 0.06, 0.01
+"""Difference of a range up to which it is noise, m, and its growth with the square of the range, 1/m, of a camera."""
+MIN_RUN, NOISY_SHARE = 4, 0.02
+"""Number of neighbouring ranges that differ by more from which they count, and the share of those that may: single
+beams at edges jump, and a camera has no data in single directions; a person covers more of them."""
 MOVED_DISTANCE, TURNED_ANGLE = 0.01, 0.005
 """Motion of the sensor from which its scan is new, m and rad."""
 
@@ -47,6 +49,14 @@ def differs(shown: ScanView, scan: ScanView) -> bool:
     ):
         return True
     seen, before = np.isfinite(scan.ranges), np.isfinite(shown.ranges)
+    noise = NOISE + NOISE_GROWTH * np.where(seen, scan.ranges, 0.0) ** 2
     with np.errstate(invalid="ignore"):
-        far = np.abs(np.where(seen & before, np.asarray(scan.ranges) - shown.ranges, 0.0)) > NOISE
-    return bool(np.count_nonzero(far | (seen != before)) > NOISY_SHARE * len(scan.ranges))
+        far = np.abs(np.where(seen & before, np.asarray(scan.ranges) - shown.ranges, 0.0)) > noise
+    return _count_in_runs(far | (seen != before)) > NOISY_SHARE * len(scan.ranges)
+
+
+def _count_in_runs(changed: NDArray[np.bool_]) -> int:
+    """Return how many of the changed ranges (n,) have enough changed neighbours."""
+    edges = np.flatnonzero(np.diff(changed.astype(np.int8), prepend=0, append=0))
+    lengths = edges[1::2] - edges[::2]
+    return int(lengths[lengths >= MIN_RUN].sum())

@@ -34,6 +34,12 @@ def test_a_robot_beside_a_wall_is_in_a_narrow_place() -> None:
     assert is_map_narrow(GridPlanner(), with_gap(10), SE2(1.45, 0.3, 0.0), GOAL)
 
 
+@pytest.mark.parametrize("x", [1.44, 1.5, 1.6])
+def test_a_robot_in_a_gap_that_is_just_open_is_in_a_narrow_place(x: float) -> None:
+    """From there a planner would begin behind the gap, where the way is wide."""
+    assert is_map_narrow(GridPlanner(), with_gap(2), SE2(x, 1.04, 0.0), GOAL)
+
+
 def test_without_walls_nothing_is_narrow() -> None:
     free = Costmap(np.full((40, 60), FREE, np.uint8), 0.05, 0.0, 0.0)
     assert not is_map_narrow(GridPlanner(), free, START, GOAL)

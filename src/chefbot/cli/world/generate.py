@@ -84,7 +84,7 @@ def _summary(spec: WorldSpec, world: World, out: Path, map_path: Path) -> str:
     tables = sum(name.startswith("table_") for name in spec.places)
     things = len(spec.tables) + len(spec.chairs) + len(spec.boxes) + len(spec.cylinders)
     return (
-        f"{spec.name}: {x1 - x0:.1f} x {y1 - y0:.1f} m, {len(spec.walls)} walls, {len(spec.doors)} doors, {things}"
-        f" pieces of furniture, {len(spec.holes)} holes; home, kitchen and {tables} tables can be reached\n"
+        f"{spec.name}: {x1 - x0:.1f} x {y1 - y0:.1f} m; walls: {len(spec.walls)}, doors: {len(spec.doors)}, "
+        f"furniture: {things}, holes: {len(spec.holes)}, tables that can be reached: {tables}\n"
         f"world in {out}, true map in {map_path}"
     )

@@ -316,6 +316,8 @@ def test_a_release_while_the_robot_lies_is_refused() -> None:
     pitch(base, 90.0, 90.0, 2.0, 0.2)
     assert base.twist_out == (0.0, 0.0) and base.messages("stop_status")[-1].active
     assert base.texts("base/notice") == [TIPPED_OVER, TIPPED_OVER]
+    assert base.texts("collision_monitor/reason")[-1] == TIPPED_OVER
+    assert base.messages("stop_status")[-1].description == TIPPED_OVER
     base.twist("cmd_vel_teleop", 0.1, 0.3)
     base.run(TICK)
     assert base.twist_out == (0.0, 0.0), "by hand neither"

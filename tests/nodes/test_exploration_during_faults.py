@@ -55,7 +55,6 @@ class Exploration:
         self.runner = NodeRunner(kinds, {}, {"explorer": {"go_home": False}})
         transform = TransformStamped.of(0, "map", "base_link", IDENTITY)
         self.publish("tf_static", TFMessage((transform,)))
-        self.fault = ""
 
     def publish(self, topic: str, message: Any) -> None:
         self.runner.loop.publish(topic, message, "test", from_device=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from chefbot.exploration.session import NOTHING_DECIDED, WAITS, ExplorationSession, exploration_status
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.msgs.std_msgs import String
+from chefbot.nodes.causes.base_fault import BaseFaultNode
 from chefbot.nodes.frontier_map import FrontierMapNode
-from chefbot.runtime.node import In, Out, topic
+from chefbot.runtime.node import Out, topic
 
 FAULT_PATIENCE = 300.0
 """Time for which an exploration waits for a fault of the robot to end, s."""
@@ -18,13 +19,12 @@ class RobotFaultError(Exception):
     """The robot could not drive for too long; the text is the fault."""
 
 
-class ExplorationReportsNode(FrontierMapNode):
+class ExplorationReportsNode(FrontierMapNode, BaseFaultNode):
     """Base class of a node that explores: it publishes progress and result, and pauses during a fault of the robot.
 
     A goal that fails because a sensor or the motor board has a fault shows nothing about its frontier.
     """
 
-    base_stop_reason: In[String] = topic("base/stop_reason")
     exploration_status: Out[ExplorationStatus] = topic(latched=True)
     notice: Out[String] = topic("explorer/notice")
 
@@ -33,16 +33,11 @@ class ExplorationReportsNode(FrontierMapNode):
         super().start()
         self._session = ExplorationSession()
 
-    @property
-    def _fault(self) -> str:
-        """The fault for which the base stands; empty if it can drive."""
-        return self.base_stop_reason.last.data if self.base_stop_reason.last else ""
-
     async def _await_end_of_fault(self) -> None:
         """Wait until the robot can drive again; raise RobotFaultError if it cannot for too long."""
         until_ns = self.now_ns + round(FAULT_PATIENCE * 1e9)
-        self._publish_progress(WAITS + self._fault)
-        while fault := self._fault:
+        self._publish_progress(WAITS + self._base_fault)
+        while fault := self._base_fault:
             if self.now_ns >= until_ns:
                 raise RobotFaultError(fault)
             await self.sleep(POLL_PERIOD)

@@ -132,7 +132,7 @@ class ExplorerNode(ExplorationReportsNode):
         finally:
             driving.discard()
         if driving.done and driving.result().error_code:
-            if self._fault:
+            if self._base_fault:
                 await self._await_end_of_fault()
             else:
                 self._note_failed(goal)

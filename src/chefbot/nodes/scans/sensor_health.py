@@ -8,19 +8,19 @@ from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.std_msgs import Header, String
-from chefbot.runtime.node import In, Node, Out, topic
+from chefbot.nodes.causes.base_fault import BaseFaultNode
+from chefbot.runtime.node import In, Out, topic
 from chefbot.safety.known_obstacles import MarkedCells
 from chefbot.safety.obstacle_sensors import ObstacleSensors
 
 
-class SensorHealthNode(Node):
+class SensorHealthNode(BaseFaultNode):
     """Base class of a node that drives only while the obstacle sensors and the base have no fault.
 
     Its parameters have the field `optional_sensors`.
     """
 
     params: Any
-    base_stop_reason: In[String] = topic("base/stop_reason")
     monitor_reason: In[String] = topic("collision_monitor/reason")
     diagnostics: Out[DiagnosticArray]
 
@@ -36,11 +36,6 @@ class SensorHealthNode(Node):
     def _blind_ahead(self, pose: SE2, costs: Costmap) -> str:
         """Return why the robot must not drive forward, or an empty string."""
         return self._sensors.blind_ahead(MarkedCells(costs, pose))
-
-    @property
-    def _base_fault(self) -> str:
-        """The fault for which the base stands; empty if it does not."""
-        return self.base_stop_reason.last.data if self.base_stop_reason.last else ""
 
     @property
     def _limit(self) -> str:

@@ -45,6 +45,17 @@ def test_the_status_names_every_skipped_frontier() -> None:
     assert any(value == 2 for value in vars_of(status))
 
 
+def test_the_result_names_the_places_where_attempts_failed() -> None:
+    session = ExplorationSession()
+    small, hidden = SkippedFrontier(1.0, 2.0, 0.5, "too small"), SkippedFrontier(3.0, 4.0, 1.5, "unreachable")
+    session.process(ExplorationDecision(None, (small, hidden)))
+    assert session.result == "Everything within reach is seen."
+    door = SkippedFrontier(-2.0, 1.25, 0.6, "failed 3 times", failed=True)
+    other_piece, window = door._replace(x=-2.5, length=0.4), door._replace(y=9.0, length=0.9)
+    session.process(ExplorationDecision(None, (small, other_piece, door, hidden, window)))
+    assert session.result == "Not everything is seen: all attempts failed near (-2.0, 9.0), (-2.0, 1.2)."
+
+
 def vars_of(status: object) -> list[object]:
     return [getattr(status, name) for name in type(status).__struct_fields__]  # type: ignore[attr-defined]
 

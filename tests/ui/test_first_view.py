@@ -76,6 +76,42 @@ def test_the_full_map_is_shown_at_the_first_load(tab: Tab, width: int, height: i
         assert tab.evaluate("document.getElementById('follow').getAttribute('aria-pressed')") == "false"
 
 
+RECORD_PAINTS = f"""window.painted = [];
+const clear = CanvasRenderingContext2D.prototype.clearRect, inflate = Response.prototype.arrayBuffer;
+CanvasRenderingContext2D.prototype.clearRect = function (...box) {{
+  if (this.canvas.id === 'canvas') queueMicrotask(() => painted.push({DRAWN_AREA}));
+  return clear.apply(this, box);
+}};
+Response.prototype.arrayBuffer = async function () {{
+  await new Promise((done) => setTimeout(done, 300));
+  return inflate.call(this);
+}};"""
+"""Keeps the drawn area of every paint; a map needs 0.3 s to decode, as a large one on a phone."""
+
+
+def painted_areas(tab: Tab) -> list[str]:
+    """Return the areas that were drawn one after the other since the page was loaded, without empty ones."""
+    return [area for area in tab.evaluate("painted") if json.loads(area)[1] >= 0.0]
+
+
+def test_nothing_is_drawn_before_the_map_has_arrived(tab: Tab) -> None:
+    tab.wait_for("document.querySelectorAll('#tables button').length === 2")
+    expected = area_of_whole_map(tab)
+    tab.call("Page.addScriptToEvaluateOnNewDocument", source=RECORD_PAINTS)
+    tab.call("Page.reload")
+    tab.wait_for(f"document.querySelectorAll('#tables button').length === 2 && {DRAWN_AREA} === '{expected}'")
+    assert painted_areas(tab)[0] == expected
+
+
+def test_a_robot_without_a_map_is_drawn_at_once(page: Any, tab: Tab) -> None:
+    page.server.set_layer("map", None)
+    tab.call("Page.addScriptToEvaluateOnNewDocument", source="window.setTimeout = () => 0;")
+    tab.call("Page.reload")
+    tab.wait_for(
+        f"document.querySelectorAll('#tables button').length === 2 && JSON.parse({DRAWN_AREA})[1] > 0"
+    )
+
+
 @pytest.mark.rotated
 @pytest.mark.parametrize("name", ["app.js", "view.js", "style.css"])
 def test_a_page_of_which_a_file_did_not_arrive_is_loaded_again(tab: Tab, name: str) -> None:

@@ -146,6 +146,16 @@ def test_a_value_that_has_not_changed_is_not_sent_again() -> None:
         assert store.encode_due(lambda now=now: now) == expected
 
 
+def test_a_layer_has_a_value_before_and_after_encoding() -> None:
+    store = LayerStore()
+    assert not store.has_value("labels")
+    for value, expected in ({"table_1": "Window"}, True), (None, False), ({}, True):
+        store.set_layer("labels", value)
+        assert store.has_value("labels") is expected
+        store.encode_due(lambda: 0.0)
+        assert store.has_value("labels") is expected
+
+
 def test_a_layer_that_is_slow_to_encode_is_sent_less_often() -> None:
     store, times = LayerStore(), iter([0.0, 0.0, 0.4])
     store.set_layer("path", np.zeros((2, 2)))

@@ -24,7 +24,9 @@ MIN_BLOCKED_GAIN = 4.0
 """Minimum unknown area behind a blocked passage, m^2, for which the robot checks it again."""
 MIN_HIDDEN_GAIN = 1.0
 """Minimum unknown area in view from beside a frontier, m^2, that is worth a goal if the first viewpoint is not."""
+FAILED = "failed {} times"
 UNREACHABLE = "unreachable: no path to a place that sees it"
+TOO_SMALL = "too small: the robot would not fit through"
 TOO_LITTLE = "too small: less unknown floor than the robot covers"
 DIMINISHED = "too little unknown floor, after goals that showed hardly any"
 CLOSE_VIEW = 1.0 / 3.0
@@ -52,12 +54,13 @@ class ExplorationGoal(NamedTuple):
 
 
 class SkippedFrontier(NamedTuple):
-    """A frontier that stays unexplored: position, length (m) and reason."""
+    """A frontier that stays unexplored: position, length (m) and reason; `failed`: after repeated attempts."""
 
     x: float
     y: float
     length: float
     reason: str
+    failed: bool = False
 
 
 class ExplorationDecision(NamedTuple):
@@ -99,7 +102,7 @@ class Explorer:
             if isinstance(result, ExplorationGoal):
                 goals.append(result)
             else:
-                skipped.append(SkippedFrontier(frontier.x, frontier.y, frontier.length, result))
+                skipped.append(result)
         # Nothing else remains: check blocked passages again
         goals = goals or self._goals_for_blocked(grid, cost, skipped)
         # Utility: gain^GAIN_POWER / cost
@@ -131,10 +134,11 @@ class Explorer:
 
     def _evaluate(
         self, grid: Grid, cost: NDArray[np.float32], pose: SE2, frontier: Frontier
-    ) -> ExplorationGoal | str:
-        """Return a goal for the frontier, or the reason why there is none."""
+    ) -> ExplorationGoal | SkippedFrontier:
+        """Return a goal for the frontier, or the frontier with the reason why there is none."""
+        skipped = SkippedFrontier(frontier.x, frontier.y, frontier.length, TOO_LITTLE)
         if frontier.length < self.min_frontier_length:
-            return "too small: the robot would not fit through"
+            return skipped._replace(reason=TOO_SMALL)
         tolerance = self.params.same_goal_distance
         # Give up after repeated failures near this frontier
         failed = [
@@ -143,7 +147,7 @@ class Explorer:
             if math.hypot(x - frontier.x, y - frontier.y) <= tolerance
         ]
         if sum(failed) >= self.params.max_attempts:
-            return f"failed {len(failed)} times"
+            return skipped._replace(reason=FAILED.format(len(failed)), failed=True)
         gain, required = -math.inf, self._required_gain.value
         for cell in self._viewpoints(grid, cost, frontier, close_first=bool(failed)):
             goal = self._goal(grid, float(cost[cell]), pose, frontier, cell)
@@ -151,8 +155,8 @@ class Explorer:
                 return goal
             gain, required = max(gain, goal.gain), max(required, MIN_HIDDEN_GAIN)
         if gain < 0.0:
-            return UNREACHABLE
-        return DIMINISHED if gain >= self._required_gain.minimum else TOO_LITTLE
+            return skipped._replace(reason=UNREACHABLE)
+        return skipped._replace(reason=DIMINISHED) if gain >= self._required_gain.minimum else skipped
 
     def _viewpoints(
         self, grid: Grid, cost: NDArray[np.float32], frontier: Frontier, close_first: bool

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from chefbot.exploration.explorer import FULL_TURN, ExplorationDecision, ExplorationGoal
+from chefbot.exploration.explorer import FULL_TURN, ExplorationDecision, ExplorationGoal, SkippedFrontier
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.msgs.nav2_msgs import Spin_Goal
@@ -13,6 +13,10 @@ from chefbot.robot.spec import Robot
 
 EMPTY_MAPS_TO_FINISH = 2
 """Consecutive maps without a frontier that end the exploration: the last scans may not be in the map yet."""
+SAME_PLACE = 1.0
+"""Distance up to which frontiers count as one place in a sentence, m."""
+MAX_LISTED = 3
+"""Maximum number of places in a sentence; the status lists all frontiers."""
 WAITS = "Exploration waits: "
 """Beginning of the sentence of a status while the robot itself cannot drive; the fault follows."""
 NOTHING_DECIDED = ExplorationDecision(None, ())
@@ -32,6 +36,11 @@ class ExplorationSession:
         """Whether no goal was left on enough maps in a row."""
         return self._empty_maps >= EMPTY_MAPS_TO_FINISH
 
+    @property
+    def result(self) -> str:
+        """How the exploration ends with the latest decision: one sentence."""
+        return _result_sentence(self.decision)
+
     def process(self, decision: ExplorationDecision) -> ExplorationGoal | None:
         """Process the decision on a new map and return the goal to visit, None to wait for another map."""
         self.decision = decision
@@ -48,6 +57,22 @@ def field_of_view(robot: Robot) -> float:
     """Return the field of view of the robot's mapping sensor, rad."""
     sensor = robot.sensors.lidar or robot.sensors.depth_camera
     return 2.0 * math.pi if sensor is None else sensor.field_of_view
+
+
+def _result_sentence(decision: ExplorationDecision) -> str:
+    """Return how an exploration ended: with all that is within reach seen, or where attempts failed."""
+    apart: list[SkippedFrontier] = []
+    for frontier in sorted(decision.skipped, key=lambda frontier: -frontier.length):
+        if frontier.failed and all(_distance(frontier, other) > SAME_PLACE for other in apart):
+            apart.append(frontier)
+    if not apart:
+        return "Everything within reach is seen."
+    places = ", ".join(f"({frontier.x:.1f}, {frontier.y:.1f})" for frontier in apart[:MAX_LISTED])
+    return f"Not everything is seen: all attempts failed near {places}."
+
+
+def _distance(frontier: SkippedFrontier, other: SkippedFrontier) -> float:
+    return math.hypot(frontier.x - other.x, frontier.y - other.y)
 
 
 def exploration_status(

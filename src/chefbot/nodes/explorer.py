@@ -119,9 +119,9 @@ class ExplorerNode(ExplorationReportsNode):
                 self._publish_progress("Exploring.")
                 await self._visit(goal, self._known_area)
         if self.params.go_home:
-            self._publish_progress("Everything within reach is seen; going home.")
+            self._publish_progress(f"{session.result} Going home.")
             await self._go(SE2(0.0, 0.0, 0.0))
-        self._publish_end("Everything within reach is seen.")
+        self._publish_end(session.result)
 
     async def _visit(self, goal: ExplorationGoal, known: float) -> None:
         """Drive to a goal, and stop early once its frontier has been mapped; known: area known before, m^2."""

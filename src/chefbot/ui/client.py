@@ -72,9 +72,10 @@ class BrowserConnection:
         self._pending_answers.append(protocol.refused(sentence))
         self._wake.set()
 
-    def greet(self, server: str, last_ping: int) -> None:
-        """Send the first message: which server this is, what it has received from this page, and the role here."""
-        self._pending_answers.append(protocol.connected(server, last_ping, self.visitor.role))
+    def greet(self, server: str, last_ping: int, has_map: bool) -> None:
+        """Send the first message: which server this is, what it has received from this page, the role here, and
+        whether a map follows."""
+        self._pending_answers.append(protocol.connected(server, last_ping, self.visitor.role, has_map))
         self._wake.set()
 
     def pong(self, number: int) -> None:

@@ -36,6 +36,13 @@ class LayerStore:
         with self._lock:
             self._changed[layer] = value
 
+    def has_value(self, layer: str) -> bool:
+        """Whether the layer has a value, encoded or not. Thread-safe."""
+        with self._lock:
+            if layer in self._changed:
+                return self._changed[layer] is not None
+            return layer in self.frames and self.frames[layer] != protocol.text(layer, None)
+
     def encode_due(self, clock: Callable[[], float]) -> list[str]:
         """Encode the layers that are due and return the names of those whose frame is another than before.
 

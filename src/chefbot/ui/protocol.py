@@ -7,10 +7,10 @@ Server to browser, as text (small layers and answers):
     {"layer": NAME, "value": ...}    the latest value; null clears the layer
     {"refused": SENTENCE}            the answer to a command that was refused
     {"pong": NUMBER}                 the answer to a ping, after all that was sent before it
-    {"connected": SERVER, "last_ping": NUMBER, "role": ROLE}   first message to a browser whose address has
-                                     `page=NAME`: a name that is another one after a restart, the last ping from this
-                                     page, also on an earlier connection, and the role of its visitor; what the page
-                                     sent before that ping has arrived
+    {"connected": SERVER, "last_ping": NUMBER, "role": ROLE, "has_map": BOOLEAN}   first message to a browser whose
+                                     address has `page=NAME`: a name that is another one after a restart, the last
+                                     ping from this page, also on an earlier connection, the role of its visitor, and
+                                     whether a map follows; what the page sent before that ping has arrived
 
 Server to browser, as bytes (bulk layers), in pieces, so that on a slow link small layers pass between them: each
 begins with a byte, 1 if more pieces of the layer follow and 0 in the last. Together they are the
@@ -102,9 +102,10 @@ def pong(number: int) -> str:
     return msgspec.json.encode({"pong": number}).decode()
 
 
-def connected(server: str, last_ping: int, role: str) -> str:
+def connected(server: str, last_ping: int, role: str, has_map: bool) -> str:
     """Encode the first message to a page."""
-    return msgspec.json.encode({"connected": server, "last_ping": last_ping, "role": role}).decode()
+    message = {"connected": server, "last_ping": last_ping, "role": role, "has_map": has_map}
+    return msgspec.json.encode(message).decode()
 
 
 def text(layer: str, value: Any) -> str:

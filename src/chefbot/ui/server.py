@@ -237,7 +237,7 @@ class WebUiServer:
             client.show(shown.split(","), ())
         if page := web.query_params.get("page", ""):
             client.page = page
-            client.greet(self._pings.server, self._pings.last(page))
+            client.greet(self._pings.server, self._pings.last(page), self._hub.has_value("map"))
         self._admit(client)
         self._audit.connected(client)
         try:

@@ -32,6 +32,7 @@ const NEEDED = ["shape", "map", "robot", "goal", "labels", "places", "zones", "m
 const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
 const OF_THE_ROBOT = new Set(["stop", "shape", ...SOLID_LAYERS]);        // the same after a restart
 const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
+const MAP_PATIENCE = 3000;               // milliseconds: a first picture is drawn without its map if that takes longer
 const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
 const NARROW = window.matchMedia("(max-width: 760px), (max-height: 480px)");
 const data = new Map();
@@ -39,6 +40,7 @@ const hidden = new Set(QUIET);
 const glides = new Glides();
 const shown = new Map();                 // poses on the way from their last value to the latest
 let following = true, whole = true, lastData = 0, refusal = 0, failures = null, keepNotice = false;
+let complete = false;                    // whether the map has arrived, if there is one: places alone would jump
 let cameraInView = false, solid = null, kiosk = null, inspect = null, address = null;
 let unserved = "";                       // tables of a round of which a restarted server has not reported yet
 
@@ -91,6 +93,7 @@ function draw(tool, points) {
 }
 
 function paint(context) {
+  if (!complete) return;
   glides.advance();
   const robot = shown.get("robot");
   if (following && robot) view.centre = { x: robot.x, y: robot.y };   // a copy: gestures move the centre
@@ -119,6 +122,11 @@ function glide(layer, pose) {
   glides.to(layer, (share) => shown.set(layer, {
     ...pose, x: from.x + share * (pose.x - from.x), y: from.y + share * (pose.y - from.y), yaw: from.yaw + share * turn,
   }));
+}
+
+function showFirstPicture() {
+  complete = true;
+  refresh();
 }
 
 function refresh() {
@@ -200,6 +208,7 @@ const DRAWN = new Set([...PAINTERS.map(([layer]) => layer), "shape", "delivery"]
 function take(layer, value) {
   lastData = performance.now();
   data.set(layer, value);
+  if (layer === "map" && !complete) showFirstPicture();
   HANDLERS[layer]?.(value);
   if (layer === "robot" || layer === "truth") glide(layer, value);
   solid.take(layer, value);
@@ -222,7 +231,8 @@ function reportLostRound(delivery) {
 }
 
 link.addEventListener("layer", ({ detail: { layer, value } }) => take(layer, value));
-link.addEventListener("greeted", ({ detail: { arrived, restarted, role } }) => {
+link.addEventListener("greeted", ({ detail: { arrived, restarted, role, hasMap } }) => {
+  if (!hasMap) showFirstPicture();
   document.body.dataset.role = role;      // the style sheet hides what it may not command
   if (arrived) showNotice(tr("Reconnected. The robot received the last command."));
   if (restarted) forget();
@@ -316,6 +326,7 @@ $("language").onchange = () => {
   showNotice(tr("This browser cannot store settings, so the web UI follows the browser's language."));
 };
 if (loadError) showNotice(loadError, { stays: true });
+setTimeout(showFirstPicture, MAP_PATIENCE);
 $("where").onclick = () => { $("where-text").textContent = whereSentence(data); };
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });
 

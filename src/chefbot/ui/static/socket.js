@@ -144,12 +144,12 @@ export class Link extends EventTarget {
   }
 
   // What was sent before the last ping that the robot received has arrived, although its answer was lost.
-  greeted({ connected, last_ping, role }) {
+  greeted({ connected, last_ping, role, has_map }) {
     const arrived = this.doubtful.length > 0 && this.doubtful.every(([after]) => after <= last_ping);
     const restarted = this.server !== "" && this.server !== connected;
     this.doubtful = [];
     this.server = connected;
-    this.emit("greeted", { arrived, restarted, role });
+    this.emit("greeted", { arrived, restarted, role, hasMap: has_map });
   }
 
   // Decoding a map takes time; the chain keeps the order of arrival. The emergency stop does not wait.

@@ -67,9 +67,9 @@ def refusal(network: Network, *arguments: str) -> str:
 
 @pytest.mark.rotated("launches of several processes")
 def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
-    robot = network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")
+    network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")
     join = ("--join", f"tls/{network.address('robot1')}")
-    there = network.chefbot("alice", "launch", "remote_page", "robot:=chefbot_lidar", *join)
+    network.chefbot("alice", "launch", "remote_page", "robot:=chefbot_lidar", *join)
     page = network.page_user("alice")
     for layer in ("map", "scan", "robot", "status", "fixed_frames", "description"):
         assert page.request(f"see {layer}"), layer
@@ -96,6 +96,14 @@ def test_the_web_ui_runs_on_another_machine(network: Network) -> None:
     assert "is a chefbot_lidar, not a chefbot" in refusal(network, "remote_teleop", "robot:=chefbot")
     assert "remote_page runs already" in refusal(network, "remote_page", "robot:=chefbot_lidar")
 
+
+@pytest.mark.rotated("launches of several processes")
+def test_the_web_ui_follows_a_robot_that_is_restarted(network: Network) -> None:
+    robot = network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")
+    join = ("--join", f"tls/{network.address('robot1')}")
+    there = network.chefbot("alice", "launch", "remote_page", "robot:=chefbot_lidar", *join)
+    page = network.page_user("alice")
+    assert page.request("see map")
     robot.send_signal(signal.SIGINT)
     end(robot)
     network.chefbot("robot1", "launch", "gmapping_demo", *ROBOT, "headless:=true")

@@ -29,7 +29,7 @@ CASES = [
 ]
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("drives towards obstacles")
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_random_teleoperation_hits_nothing(robot: str) -> None:
@@ -45,7 +45,7 @@ def test_random_teleoperation_hits_nothing_in_many_drives(robot: str, world: str
         assert random_teleop(ALL_ROBOTS[robot], world, seed).contact == 0.0, seed
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("drives towards obstacles")
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_a_box_ahead_is_not_touched_and_is_named(robot: str) -> None:
@@ -68,7 +68,7 @@ def test_no_box_is_hit_whatever_sensor_fails(robot: str, fault: str, place: str)
             assert outcome.contact <= 1.05 * contact_speed(ALL_ROBOTS[robot]), seed
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("drives towards obstacles")
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ["chefbot", "lidar"])
 def test_teleoperation_stops_and_creeps_after_letting_go(robot: str) -> None:

@@ -36,7 +36,7 @@ def check(robot: str, sensor: str, fault: str, drives: list[int], seed: int) -> 
         assert TITLES[sensor] in outcome.description and outcome.status == 0, (i, outcome)
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("sensor faults during a goal")
 @pytest.mark.slow
 @pytest.mark.parametrize(("robot", "sensor"), CASES)
 @pytest.mark.parametrize("fault", FAULTS)
@@ -51,7 +51,7 @@ def test_robot_stops_before_the_box_in_twenty_drives(robot: str, sensor: str, fa
     check(robot, sensor, fault, list(range(MANY_DRIVES)), seed=1)
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("sensor faults during a goal")
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["late", "half_blind"])
 def test_late_data_and_a_half_blind_lidar_stop_the_robot(fault: str) -> None:
@@ -64,7 +64,7 @@ def drive_at_full_speed(robot: str = "lidar", profile: str = "real") -> SensorFa
     return drive
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("sensor faults during a goal")
 @pytest.mark.slow
 @pytest.mark.parametrize("profile", ["real", "perfect"])
 @pytest.mark.parametrize("fault", FAULTS)

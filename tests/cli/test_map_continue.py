@@ -86,7 +86,7 @@ def write_log(path: Path, points: tuple[tuple[float, float], ...], odom_frame: S
     return poses
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("maps of two drives")
 @pytest.mark.slow
 @pytest.mark.parametrize("algorithm", ["gmapping", "graph"])
 @pytest.mark.parametrize("given", [False, True])

@@ -59,7 +59,7 @@ FAULTS = [
 ]
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("checks of any robot")
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "key", "value", "rule", "subject"), FAULTS)
 def test_a_fault_is_found_and_its_remedy_fixes_it(name, key, value, rule, subject):
@@ -77,7 +77,7 @@ def test_a_fault_is_found_and_its_remedy_fixes_it(name, key, value, rule, subjec
     assert (fault.rule, fault.subject, fault.sentence) not in left
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("checks of any robot")
 @pytest.mark.parametrize(
     ("key", "value", "rule", "subject"),
     [

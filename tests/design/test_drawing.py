@@ -130,7 +130,7 @@ def area_of(corners: list[tuple[float, float, float]]) -> float:
     return total
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("drawings of any robot")
 @pytest.mark.parametrize(("name", "sheet"), ALL_SHEETS)
 def test_every_dxf_is_valid_and_in_millimetres(name: str, sheet: str) -> None:
     document = read_back(VARIANTS[name], sheet)
@@ -207,7 +207,7 @@ def test_every_size_of_the_chapter_is_a_dimension(what: str) -> None:
     assert millimetres in measurements(CHEFBOT, sheet)
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("drawings of any robot")
 @pytest.mark.parametrize(("name", "sheet"), ALL_SHEETS)
 def test_dimensions_print_the_measured_length(name: str, sheet: str) -> None:
     for dimension in read_back(VARIANTS[name], sheet).modelspace().query("DIMENSION"):
@@ -265,7 +265,7 @@ def texts_of(document: Document) -> Iterator[tuple[str, bbox.BoundingBox]]:
             yield entity.plain_text(), bbox.extents([entity])
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("drawings of any robot")
 @pytest.mark.parametrize(("name", "sheet"), ALL_SHEETS)
 def test_texts_do_not_overlap_and_stay_on_the_paper(name: str, sheet: str) -> None:
     robot = VARIANTS[name]

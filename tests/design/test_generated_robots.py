@@ -40,7 +40,7 @@ def assert_valid(robot: Robot) -> None:
         assert hidden_sectors(robot, lidar).farthest + 3 * lidar.noise <= lidar.range_min
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("checks of any robot")
 @pytest.mark.parametrize("seed", range(1, 21, 2))
 @pytest.mark.slow
 def test_a_generated_robot_is_valid(seed: int) -> None:

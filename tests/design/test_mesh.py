@@ -118,7 +118,7 @@ def test_finer_chords_approach_the_true_mass() -> None:
         assert fine < 2e-4, part.name
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("meshes of any fineness")
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.slow
 def test_the_assembly_is_one_closed_mesh_without_overlaps(name: str) -> None:
@@ -281,7 +281,7 @@ def test_bill_of_materials_has_the_robot_mass_and_empty_prices(name: str) -> Non
     assert wheel["count"] == "2"
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("meshes of any fineness")
 @pytest.mark.parametrize("part", all_parts(), ids=lambda part: part.name)
 def test_the_bounding_box_of_a_part_is_tight(part: RobotPart) -> None:
     size, seen = np.array(box(part.solids)), np.ptp(part_mesh(part.solids, 1e-7).vertices, axis=0)

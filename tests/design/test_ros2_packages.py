@@ -155,7 +155,7 @@ def all_choices(file: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
         yield required | dict(zip((one.name for one in chosen), values, strict=True))
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("exported packages and worlds")
 @pytest.mark.parametrize("name", ["chefbot_bringup", "chefbot_gazebo"])
 @pytest.mark.slow
 def test_every_launch_starts_what_exists(

@@ -60,7 +60,7 @@ def test_libsdformat_reads_the_same_masses_and_frames(robot: Robot, tmp_path: Pa
     assert not model["static"]
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("exported packages and worlds")
 @pytest.mark.slow
 def test_sdf_equals_the_conversion_of_the_urdf_by_gazebo(robot: Robot, tmp_path: Path) -> None:
     """Its reader joins what is fixed to one link, with all masses, sensors and frictions."""

@@ -202,7 +202,7 @@ def test_other_wirings_drive_the_motors_in_the_same_way(
     assert {math.copysign(1, duty[1]) for duty, _ in both.duties if duty[1]} == {-1.0, 1.0}
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("limits of microcontrollers")
 @pytest.mark.slow
 def test_control_step_is_short_even_at_full_speed(
     emulator: BoardEmulator, record_property: Callable[[str, object], None]
@@ -222,7 +222,7 @@ def test_control_step_is_short_even_at_full_speed(
     assert 500 < state.longest_step <= STEP_CYCLES
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("limits of microcontrollers")
 @pytest.mark.slow
 def test_no_encoder_edge_is_lost_at_full_speed(emulator: BoardEmulator) -> None:
     for edges in (112, -112, 112):
@@ -238,7 +238,7 @@ def test_no_encoder_edge_is_lost_at_full_speed(emulator: BoardEmulator) -> None:
     assert status.fields[-2:] == ("0", "0")
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("limits of microcontrollers")
 @pytest.mark.parametrize("offset_us", [1700, 8100])
 @pytest.mark.slow
 def test_a_silent_computer_stops_the_motors_in_150_ms(emulator: BoardEmulator, offset_us: int) -> None:
@@ -266,7 +266,7 @@ def test_a_silent_computer_stops_the_motors_in_150_ms(emulator: BoardEmulator, o
     assert state.duty == (0, 0)
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("limits of microcontrollers")
 @pytest.mark.slow
 def test_a_hanging_i2c_bus_does_not_block_the_board(emulator: BoardEmulator) -> None:
     emulator.request("imu_answers 0")

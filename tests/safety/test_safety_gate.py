@@ -123,7 +123,7 @@ def run_gate(step: str, module: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.rotated
+@pytest.mark.rotated("safety gate of a module")
 @pytest.mark.parametrize("module", MODULES)
 def test_the_tests_of_a_module_reach_all_of_it(module: str) -> None:
     done = run_gate("coverage", module)
@@ -131,7 +131,7 @@ def test_the_tests_of_a_module_reach_all_of_it(module: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.rotated
+@pytest.mark.rotated("safety gate of a module")
 @pytest.mark.parametrize("module", SMALL)
 def test_the_tests_of_a_module_kill_its_mutants(module: str) -> None:
     done = run_gate("mutants", module)

@@ -56,7 +56,7 @@ def test_sensors_over_a_hole_see_no_floor(tmp_path: Path, pose: SE2, depth: str,
     assert SimulatedCliffSensors.of(load_robot("chefbot"), loaded) is None
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("drives towards obstacles")
 @pytest.mark.slow
 @pytest.mark.parametrize(("yaw", "v"), [(0.0, 0.35), (45.0, 0.35), (180.0, -0.2), (20.0, 0.2)])
 def test_teleoperation_stops_at_a_step(tmp_path: Path, yaw: float, v: float) -> None:

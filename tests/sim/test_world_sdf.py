@@ -18,7 +18,7 @@ def world(request: pytest.FixtureRequest) -> World:
     return load_world(request.param)
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("exported packages and worlds")
 @pytest.mark.slow
 def test_libsdformat_reads_every_solid(world: World, tmp_path: Path) -> None:
     robot, file = load_robot("chefbot"), tmp_path / "world.sdf"

@@ -108,6 +108,7 @@ class WebUiDevice(NavigationDevice):
         self._stopped = False
         self._last_status = views.StatusView()
         self._last_stop = views.StopView()
+        self._shown_robot: views.RobotView | None = None
         self._failures = 0
         self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
         self._real_time_factor = RealTimeFactor(self.now_ns)
@@ -272,7 +273,8 @@ class WebUiDevice(NavigationDevice):
         pose = self._lookup("map", "base_link") or self._lookup("odom", "base_link")
         if pose is not None:
             twist = self.odom.last.twist.twist if self.odom.last else Twist()
-            self._server.set_layer("robot", robot_view(pose, twist))
+            self._shown_robot = robot_view(pose, twist, self._shown_robot)
+            self._server.set_layer("robot", self._shown_robot)
         self._last_status = self._status(pose)
         self._server.set_layer("status", self._last_status)
         self._show_moving_parts()

@@ -44,7 +44,7 @@ def rebuilt(bundle: Path) -> bytes:
     return mapper.slam.map().cells.tobytes()
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("recorded maps")
 @pytest.mark.parametrize("mapper", MAPPERS)
 def test_the_bundle_gives_the_live_map_again(tmp_path: Path, mapper: str) -> None:
     robot = MappingRobot(tmp_path, mapper=mapper)
@@ -128,7 +128,7 @@ def test_a_restarted_mapper_adds_another_drive(tmp_path: Path) -> None:
     assert second.used.tolist() == [True, True, False]
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("recorded maps")
 @pytest.mark.parametrize("mapper", MAPPERS)
 def test_a_restarted_process_goes_on_in_the_same_folder(tmp_path: Path, mapper: str) -> None:
     robot = MappingRobot(tmp_path, mapper=mapper)
@@ -175,7 +175,7 @@ def mapper_of(bundle: Path) -> str:
     return "graph_slam" if isinstance(load_drives(bundle).params, GraphSlamParams) else "gmapping"
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("recorded maps")
 def test_a_map_is_continued_from_a_given_pose(earlier: Path, tmp_path: Path) -> None:
     before = hashlib.sha256(earlier.read_bytes()).hexdigest()
     robot = MappingRobot(tmp_path / "later", str(earlier.parent), mapper_of(earlier))
@@ -196,7 +196,7 @@ def test_a_map_is_continued_from_a_given_pose(earlier: Path, tmp_path: Path) -> 
     assert hashlib.sha256(earlier.read_bytes()).hexdigest() == before
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("recorded maps")
 def test_the_robot_is_found_on_the_map_while_it_drives(earlier: Path, tmp_path: Path) -> None:
     robot = MappingRobot(tmp_path / "later", str(earlier), mapper_of(earlier))
     robot.began = SE2(1.5, 0.3, 2.0)
@@ -248,7 +248,7 @@ def test_a_folder_that_cannot_be_made_is_one_warning(tmp_path: Path) -> None:
     robot.end()
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("recorded maps")
 def test_another_mount_of_the_laser_is_refused(earlier: Path) -> None:
     continued = ContinuedMap(earlier)
     header = Header.of(1, "laser")
@@ -280,7 +280,7 @@ def test_a_pose_that_cannot_be_is_ignored(
     robot.end()
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("recorded maps")
 def test_another_building_is_not_continued(earlier: Path, tmp_path: Path) -> None:
     robot = MappingRobot(tmp_path / "later", str(earlier), mapper_of(earlier))
     robot.room = 0.6  # everything is nearer
@@ -301,7 +301,7 @@ def test_a_robot_that_does_not_move_keeps_no_map(tmp_path: Path) -> None:
     assert robot.messages("map") and not bundles(tmp_path)
 
 
-@pytest.mark.rotated
+@pytest.mark.rotated("recorded maps")
 @pytest.mark.parametrize("mapper", MAPPERS)
 def test_the_error_of_the_live_map_is_published(tmp_path: Path, mapper: str) -> None:
     robot = MappingRobot(tmp_path, mapper=mapper)

@@ -61,7 +61,7 @@ class LostBoard:
         self.system.loop.publish("stop_request", Bool(pressed), "operator", from_device=True)
 
 
-@pytest.mark.rotated("a board lost in a drive")
+@pytest.mark.rotated("sensor faults during a goal")
 @pytest.mark.slow
 def test_a_new_goal_is_driven_to_after_the_board_is_back() -> None:
     robot = LostBoard()
@@ -80,7 +80,7 @@ def test_a_new_goal_is_driven_to_after_the_board_is_back() -> None:
     assert robot.pose.distance(stood) > 0.2
 
 
-@pytest.mark.rotated("a board lost in a drive")
+@pytest.mark.rotated("sensor faults during a goal")
 @pytest.mark.slow
 def test_a_press_while_the_board_is_lost_outlasts_it() -> None:
     robot = LostBoard()

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import WheelTicks
 from chefbot.msgs.geometry_msgs import Twist
@@ -16,6 +17,9 @@ from chefbot.robot.sensors import Sensors
 from chefbot.robot.spec import Robot
 from chefbot.ui.display.views import FrameView, RobotView, ShapeView, ViewCone
 
+MOVED_DISTANCE, TURNED_ANGLE = 0.003, 0.003
+"""Change of the estimated pose of a robot at rest from which it is shown, m and rad; less is noise."""
+
 
 def make_glb(robot: Robot) -> bytes:
     """Return the robot's solids as GLB, a node per link in the link's own frame. Loads the CAD libraries."""
@@ -24,10 +28,18 @@ def make_glb(robot: Robot) -> bytes:
     return glb(robot)
 
 
-def robot_view(pose: SE2, twist: Twist) -> RobotView:
-    """Return pose and velocity to the millimetre and milliradian: a robot at rest has nothing new to show."""
+def robot_view(pose: SE2, twist: Twist, shown: RobotView | None = None) -> RobotView:
+    """Return pose and velocity to the millimetre and milliradian; `shown` if a robot at rest has not left it."""
     x, y, yaw = (round(float(number), 3) for number in pose)
-    return RobotView(x=x, y=y, yaw=yaw, v=round(twist.linear.x, 3), w=round(twist.angular.z, 3))
+    view = RobotView(x=x, y=y, yaw=yaw, v=round(twist.linear.x, 3), w=round(twist.angular.z, 3))
+    return shown if shown and _is_at(shown, view) else view
+
+
+def _is_at(shown: RobotView, view: RobotView) -> bool:
+    """Return whether a robot stands, as before, where it is shown."""
+    stands = view.v == view.w == shown.v == shown.w == 0.0
+    moved, turned = math.hypot(view.x - shown.x, view.y - shown.y), abs(wrap(view.yaw - shown.yaw))
+    return stands and moved <= MOVED_DISTANCE and turned <= TURNED_ANGLE
 
 
 def shape_view(robot: Robot) -> ShapeView:

@@ -46,7 +46,11 @@ class ScanDisplay:
     def _is_new(self, layer: str, scan: ScanView) -> bool:
         """Return whether a scan shows something else than the one that is shown."""
         shown = self._shown.get(layer)
-        if shown is None or len(scan.ranges) != len(shown.ranges) or _has_moved(SE2(*shown.pose), SE2(*scan.pose)):
+        if (
+            shown is None
+            or len(scan.ranges) != len(shown.ranges)
+            or _has_moved(SE2(*shown.pose), SE2(*scan.pose))
+        ):
             return True
         changed = _changed_ranges(shown, scan)
         both = changed & self._changed.get(layer, np.zeros_like(changed))

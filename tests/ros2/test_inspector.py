@@ -19,7 +19,7 @@ from chefbot.msgs.rcl_interfaces import Log
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.ros2.rmw.node import RmwNode
-from chefbot.ros2.rmw.qos import ROSOUT
+from chefbot.ros2.rmw.qos import ROSOUT, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.ros2.tools import inspector as module
 from chefbot.ros2.tools import leases
@@ -118,7 +118,24 @@ def test_the_graph_is_shown_without_the_inspector(looking: Looking, base: RmwNod
     looking.until(condition=lambda: any(topic.name == "/r/scan" for topic in looking.graph.topics))
     assert looking.graph.nodes == ("/r/base",) and looking.graph.problem == ""
     scan = next(topic for topic in looking.graph.topics if topic.name == "/r/scan")
-    assert scan == TopicSummary("/r/scan", ("sensor_msgs/msg/LaserScan",), ("/r/base",), ())
+    assert msgspec.structs.replace(scan, hz=None) == TopicSummary(
+        "/r/scan", ("sensor_msgs/msg/LaserScan",), ("/r/base",), ()
+    )
+
+
+@pytest.mark.slow
+def test_rates_of_topics_that_nobody_watches_are_measured(looking: Looking, base: RmwNode) -> None:
+    """Three are measured at a time; `rare` has one message, for late-joining subscribers."""
+    base.publisher("rare", String, TRANSIENT_LOCAL_QOS).publish(String("once"))
+    often = ["/r/scan", "/r/other", "/r/text"]
+
+    def rates() -> dict[str, float]:
+        return {topic.name: topic.hz for topic in looking.graph.topics if topic.hz is not None}
+
+    looking.until(condition=lambda: {*often, "/r/rare"} <= set(rates()))
+    assert rates()["/r/rare"] == 0.0
+    assert min(rates()[name] for name in often) > 1.0
+    assert looking.values == {}
 
 
 @pytest.mark.slow

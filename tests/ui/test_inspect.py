@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import msgspec
 import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
@@ -66,6 +67,21 @@ def test_topics_are_filtered_by_name_type_and_node(tab: Tab) -> None:
         )
         assert tab.evaluate("document.querySelectorAll('#topic-list button').length") == count
     assert tab.evaluate("document.getElementById('graph-note').textContent") == "2 nodes, 2 topics"
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_every_topic_shows_the_rate_that_was_measured(tab: Tab, page: Any) -> None:
+    rates = (
+        "[...document.querySelectorAll('#topic-list button')].map((one) => one.lastChild.textContent.trim())"
+    )
+    assert tab.evaluate(rates) == ["", ""]
+    odom, scan = (
+        msgspec.structs.replace(topic, hz=hz) for topic, hz in zip(GRAPH.topics, (49.96, 0.0), strict=True)
+    )
+    page.server.set_layer("graph", msgspec.structs.replace(GRAPH, topics=(odom, scan)))
+    tab.wait_for(f"{rates}[0] === '50.0 Hz'")
+    assert tab.evaluate(rates)[1] == "< 0.5 Hz"
 
 
 @pytest.mark.slow

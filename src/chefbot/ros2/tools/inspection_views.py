@@ -8,12 +8,13 @@ import msgspec
 
 
 class TopicSummary(msgspec.Struct, frozen=True):
-    """A topic with its types and the nodes at both ends."""
+    """A topic with its types, the nodes at both ends, and its rate; None before it is measured, 0 for a rare one."""
 
     name: str
     types: tuple[str, ...]
     publishers: tuple[str, ...]
     subscriptions: tuple[str, ...]
+    hz: float | None = None
 
 
 class GraphSummary(msgspec.Struct, frozen=True):

@@ -6,7 +6,7 @@ import os
 import queue
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from chefbot.ros2.rmw.environment import domain_from_environment, port_from_environment
@@ -24,6 +24,7 @@ from chefbot.ros2.tools.inspection_views import (
 )
 from chefbot.ros2.tools.leases import Leases
 from chefbot.ros2.tools.remote_parameters import parameter_owners
+from chefbot.ros2.tools.sampled_rates import SampledRates
 from chefbot.ros2.tools.topic_info import without_tools
 from chefbot.ros2.tools.watched_log import WatchedLog
 from chefbot.ros2.tools.watched_parameters import ParameterChange, WatchedParameters
@@ -120,18 +121,22 @@ class Inspector:
 
     def _inspect(self, node: RmwNode) -> None:
         watched, parameters, log = WatchedTopics(node, self._begin), WatchedParameters(node), WatchedLog(node)
+        sampled = SampledRates(node)
         begin, step = time.monotonic(), 0
         try:
             while not self._closing.wait(PERIOD) and self._graph.names():
                 found = node.wire.connected or time.monotonic() - begin > SEARCH
                 self._set_parameters(parameters)
+                sampled.update(published_topics(node.wire.graph))
                 if found and step % SLOW_PERIODS == 0:
-                    self._display.graph(summary(node.wire.graph, connected=node.wire.connected))
+                    connected = node.wire.connected
+                    self._display.graph(summary(node.wire.graph, sampled.rates, connected=connected))
                     self._display.parameters(parameters.read(self._nodes.names()))
                     self._display.log(log.lines())
                 step += 1
                 self._display.values(watched.values(self._topics.names()))
         finally:
+            sampled.close()
             parameters.close()
             self._display.values(())
             self._display.parameters(())
@@ -159,21 +164,30 @@ class WatchedTopics:
         return tuple(topic.value(groups.get(name)) for name, topic in self._topics.items())
 
 
-def summary(graph: Graph, *, connected: bool) -> GraphSummary:
-    """Return the graph without tools and hidden names."""
+def published_topics(graph: Graph) -> dict[str, EndpointGroup]:
+    """Return the topics with publishers, without hidden ones."""
+    topics = graph.topics()
+    return {name: topic for name, topic in topics.items() if topic.providers and not is_hidden(name)}
+
+
+def summary(graph: Graph, rates: Mapping[str, float], *, connected: bool) -> GraphSummary:
+    """Return the graph without tools and hidden names; rates: of the topics that were measured, Hz."""
     nodes = sorted({node.full_name for node in graph.nodes() if not is_hidden(node.full_name)})
     if not connected and not nodes:
         return GraphSummary(problem=NO_GRAPH)
-    topics = tuple(_summary(topic) for topic in graph.topics().values() if not is_hidden(topic.name))
+    topics = tuple(
+        _summary(topic, rates.get(topic.name))
+        for topic in graph.topics().values()
+        if not is_hidden(topic.name)
+    )
     owners = tuple(parameter_owners(graph))
     return GraphSummary(tuple(nodes), topics, tuple(mismatches(graph)), parameter_nodes=owners)
 
 
-def _summary(topic: EndpointGroup) -> TopicSummary:
+def _summary(topic: EndpointGroup, hz: float | None) -> TopicSummary:
     publishers, subscriptions = (
         tuple(sorted({endpoint.node.full_name for endpoint in without_tools(endpoints)}))
         for endpoints in (topic.providers, topic.consumers)
     )
-    return TopicSummary(
-        topic.name, tuple(dict.fromkeys(kind.name for kind in topic.types)), publishers, subscriptions
-    )
+    kinds = tuple(dict.fromkeys(kind.name for kind in topic.types))
+    return TopicSummary(topic.name, kinds, publishers, subscriptions, None if hz is None else round(hz, 1))

@@ -1,6 +1,7 @@
-// Topics as a tree of their namespaces, each with its types and, if it is watched, its rate.
+// Topics as a tree of their namespaces, each with its types and its rate.
 
 const SHOWN = 200;                       // topics listed at once
+const RARE = 0.5;                        // Hz: rates of fewer messages are not measured, unless a topic is watched
 
 export class TopicTree {
   // `toggle(name)` watches a topic, or watches it no longer.
@@ -22,11 +23,12 @@ export class TopicTree {
     for (const topic of listed) this.mark(topic, watched);
   }
 
-  mark({ name, publishers, subscriptions }, watched) {
+  mark({ name, publishers, subscriptions, hz }, watched) {
     const { button, rate } = this.buttons.get(name), isWatched = watched.includes(name);
     button.setAttribute("aria-pressed", String(isWatched));
     button.title = `${publishers.join(", ")} → ${subscriptions.join(", ")}`;
-    if (!isWatched) rate.textContent = "";
+    if (isWatched) return;
+    rate.textContent = hz === null ? "" : hz < RARE ? ` < ${RARE} Hz` : ` ${hz.toFixed(1)} Hz`;
   }
 
   showRate(name, hz) {

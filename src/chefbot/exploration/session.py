@@ -38,7 +38,7 @@ class ExplorationSession:
 
     @property
     def result(self) -> str:
-        """How the exploration ends with the latest decision: one sentence."""
+        """The sentence that reports how the exploration ends with the latest decision."""
         return _result_sentence(self.decision)
 
     def process(self, decision: ExplorationDecision) -> ExplorationGoal | None:

@@ -44,7 +44,7 @@ class SampledRates:
                 self._samples[name] = TopicSample(self._node, topics[name])
 
     def close(self) -> None:
-        """End all subscriptions."""
+        """End the subscriptions of all topics that are measured."""
         for name in list(self._samples):
             self._end(name)
 
@@ -75,7 +75,7 @@ class TopicSample:
         return (len(arrivals) - 1) / max(arrivals[-1] - arrivals[0], 1e-6)
 
     def close(self) -> None:
-        """End the subscriptions."""
+        """End the subscriptions of this topic."""
         for subscription in self._subscriptions:
             self._node.destroy(subscription)
 

@@ -39,7 +39,7 @@ from chefbot.ui.commands import (
     ReleaseStop,
     Stop,
 )
-from chefbot.ui.display.views import DeliveryView, StopView, WaitingOrderView
+from chefbot.ui.display.views import DeliveryView, StatusView, StopView, WaitingOrderView
 
 
 @pytest.fixture(autouse=True)
@@ -359,6 +359,16 @@ def test_release_names_the_press_that_it_releases() -> None:
         robot.server.set_layer("stop", StopView(stopped=True, pressed="17"))
         assert release_stop(robot.url) == 1
         assert robot.commands.get(timeout=PATIENCE) == ReleaseStop("17")
+
+
+@pytest.mark.slow
+def test_a_refused_release_states_the_reason(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        robot.server.set_layer("stop", StopView(stopped=True, pressed="17"))
+        robot.server.set_layer("status", StatusView(reason="The robot lies on its side."))
+        assert release_stop(robot.url) == 1
+    printed = " ".join(capsys.readouterr().out.split())
+    assert printed == "The emergency stop is still active. The robot lies on its side."
 
 
 @pytest.mark.slow

@@ -97,6 +97,8 @@ def test_a_map_is_saved_under_its_name(nodes: NodeRunner) -> None:
     [
         ({"world": "room", "robot": "chefbot_lidar", "built": False}, "world:=room robot:=chefbot_lidar "),
         ({"world": "room", "robot": "r7.yaml", "built": True}, "built:=true robot:=r7.yaml "),
+        ({"world": "room", "robot": "chefbot", "port": 8080}, "world:=room robot:=chefbot "),
+        ({"world": "room", "robot": "chefbot", "port": 8085}, "world:=room robot:=chefbot port:=8085 "),
         ({}, ""),
     ],
 )
@@ -248,6 +250,16 @@ def test_another_launch_is_requested(nodes: NodeRunner, tmp_path: Path) -> None:
     )  # for other browsers
     in_launch(nodes, mapping=False, map_file=str(tmp_path / "hall.yaml"))
     assert device(nodes)._server.layers["launch"] == LaunchView(mapping=False), "the request was refused"
+
+
+def test_the_saved_map_is_known_after_a_restart(nodes: NodeRunner) -> None:
+    outcome(nodes, "hall")
+    [saved] = nodes.messages("saved_map")
+    assert saved.data == "hall" and [one.topic for one in nodes.loop.latched()].count("saved_map") == 1
+    restarted = NodeRunner({"page": f"{__name__}:Surveyor"}, {"saved_map": saved})
+    restarted.loop.publish("exploration_status", ExplorationStatus(Header(), True, 0, "Ready."), "explorer")
+    restarted.run(0.1)
+    assert device(restarted)._server.layers["mapping"].saved == "hall"
 
 
 def test_the_search_on_a_continued_map_is_displayed(nodes: NodeRunner) -> None:

@@ -86,7 +86,7 @@ def restored(name: str) -> Any:
 
     The message was published by the node itself or by another one. It is delivered once, before any timer, if
     the node's process died and was restarted, so that the node can continue where it was. `tf` holds the
-    transforms of the moment when the process died; LIFE, an Empty, is delivered after all others.
+    transforms of the moment when the process died; RESTARTED, an Empty, is delivered after all others.
     """
     return TopicSpec(RESTORED_PREFIX + name)
 

@@ -19,7 +19,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.runtime.launch import Launch
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.node import In, Out, topic
+from chefbot.runtime.node import In, Out, restored, topic
 from chefbot.runtime.node_container import LAUNCH_TOPIC
 from chefbot.storage.atomic_files import StorageError, make_folder
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
@@ -31,8 +31,10 @@ from chefbot.storage.zones import zones_path
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import LaunchView, MappingView
 from chefbot.ui.missions.model_device import ModelDevice
+from chefbot.ui.web_ui_params import WebUiParams
 
 SAVED = "Saved."
+DEFAULT_PORT = WebUiParams().port
 WRITE_TIMEOUT = 5.0
 """Time in which the map recorder has to write the drive of a map that is saved, s."""
 OTHER_FRAME = (
@@ -67,10 +69,12 @@ class MappingDevice(ModelDevice):
     launch_status: In[LaunchStatus]
     scan_notice: In[String] = topic("scan/notice")
     written: In[MapFolder] = topic("map_recorder/written")
+    restored_saved: In[String] = restored("saved_map")
     explore: Out[Bool]
     reset_map: Out[Empty]
     write_map: Out[Empty] = topic("map_recorder/write")
     launch_request: Out[LaunchRequest]
+    saved_map: Out[String] = topic(latched=True)
 
     def start(self) -> None:
         """Start without a mapping view, until the explorer publishes its status."""
@@ -90,6 +94,12 @@ class MappingDevice(ModelDevice):
     def on_exploration_status(self, status: ExplorationStatus) -> None:
         """Display what the explorer does."""
         self._show_mapping(exploring=not status.done, description=status.description)
+
+    def on_restored_saved(self, name: String) -> None:
+        """Offer to drive on the map that was saved before a restart of the web UI."""
+        self._mapping = msgspec.structs.replace(self._mapping, saved=name.data)
+        if self.exploration_status.last is not None:
+            self._show_mapping()
 
     def on_launch_status(self, status: LaunchStatus) -> None:
         """Offer to map the building, and to continue a map of which the drive is kept beside it."""
@@ -181,8 +191,10 @@ class MappingDevice(ModelDevice):
             return b""
 
     def _end_save(self, name: str, outcome: str) -> None:
-        saved = name if outcome.startswith(SAVED) else self._mapping.saved
-        self._show_mapping(outcome=outcome, saved=saved, requests=self._mapping.requests + 1)
+        if outcome.startswith(SAVED):
+            self._mapping = msgspec.structs.replace(self._mapping, saved=name)
+            self.saved_map.publish(String(name))
+        self._show_mapping(outcome=outcome, requests=self._mapping.requests + 1)
 
     def _show_mapping(self, **changes: object) -> None:
         self._mapping = msgspec.structs.replace(self._mapping, **changes)
@@ -195,7 +207,9 @@ def launch_arguments(latched: Iterable[Publication]) -> str:
         one.message.data for one in latched if one.topic == LAUNCH_TOPIC and isinstance(one.message, String)
     ]
     args = Launch.from_json(texts[-1]).args if texts else {}
-    names = ("built", "robot") if args.get("built") else ("world", "robot")
+    names = ["built" if args.get("built") else "world", "robot"]
+    if args.get("port") != DEFAULT_PORT:
+        names.append("port")
     return "".join(
         f"{name}:={str(args[name]).lower() if name == 'built' else args[name]} "
         for name in names

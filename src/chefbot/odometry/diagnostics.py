@@ -20,7 +20,7 @@ UPSIDE_DOWN = (
     "The gyro turns against the wheels and gravity points upwards: the IMU is mounted upside down; "
     "continuing with the wheels alone."
 )
-TIPPED_OVER = (
+WITHOUT_IMU = (
     "The robot has tipped over or is held aslant: continuing with the wheels alone until it stands upright."
 )
 MOTION_FORCE = 0.05
@@ -37,7 +37,7 @@ def diagnostic_message(ekf: Ekf, now_ns: int) -> str | None:
     if ekf.belief.stamp_ns is None:
         return None  # no wheel reading yet
     if ekf.tilted:
-        return TIPPED_OVER
+        return WITHOUT_IMU
     messages = [_source_message(ekf, source, now_ns) for source in Source]
     messages.append(_contradiction_message(ekf))
     return " ".join(sentence for sentence in messages if sentence) or None

@@ -19,7 +19,7 @@ from chefbot.msgs.rcl_interfaces import Log
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.ros2.rmw.node import RmwNode
-from chefbot.ros2.rmw.qos import ROSOUT, TRANSIENT_LOCAL_QOS
+from chefbot.ros2.rmw.qos import ROSOUT, TRANSIENT_LOCAL, QoS
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.ros2.tools import inspector as module
 from chefbot.ros2.tools import leases
@@ -125,8 +125,10 @@ def test_the_graph_is_shown_without_the_inspector(looking: Looking, base: RmwNod
 
 @pytest.mark.slow
 def test_rates_of_topics_that_nobody_watches_are_measured(looking: Looking, base: RmwNode) -> None:
-    """Three are measured at a time; `rare` has one message, for late-joining subscribers."""
-    base.publisher("rare", String, TRANSIENT_LOCAL_QOS).publish(String("once"))
+    """Three are measured at a time; `rare` has messages that are stored for late-joining subscribers."""
+    rare = base.publisher("rare", String, QoS(durability=TRANSIENT_LOCAL, depth=20))
+    for number in range(20):
+        rare.publish(String(str(number)))
     often = ["/r/scan", "/r/other", "/r/text"]
 
     def rates() -> dict[str, float]:

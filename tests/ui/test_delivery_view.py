@@ -104,6 +104,19 @@ def test_unknown_places_are_rejected() -> None:
     validate_command(do.Deliver(["table_1"]), PLACES, DeliveryStatus(state="idle"))
 
 
+def test_an_order_needs_a_launch_with_deliveries() -> None:
+    with pytest.raises(UserError, match="takes no orders"):
+        validate_command(do.Deliver(["table_1"]), PLACES, DeliveryStatus())
+
+
+def test_a_held_round_goes_nowhere_during_an_emergency_stop() -> None:
+    held = DeliveryStatus(state="driving", place="table_1", hold_reason="stop")
+    for command in (do.GoPlace("kitchen", "now"), do.Goal(1.0, 2.0, 0.0, "instead"), do.Choose("go_on")):
+        with pytest.raises(UserError, match="Release STOP first"):
+            validate_command(command, PLACES, held)
+    validate_command(do.GoPlace("kitchen", "after"), PLACES, held)
+
+
 def test_a_place_that_a_delivery_needs_is_not_deleted() -> None:
     status = DeliveryStatus(state="driving", place="table_1", queue=("table_1", "table_2"))
     for name in ("table_1", "table_2"):

@@ -217,6 +217,30 @@ def test_a_round_is_changed_by_its_chips(page: Any, tab: Tab) -> None:
     tab.wait_for("document.querySelectorAll('#queue li').length === 0")
 
 
+def test_the_focus_stays_in_the_queue_when_a_table_is_left_out(page: Any, tab: Tab) -> None:
+    def show(*queue: str) -> None:
+        page.server.set_layer("delivery", DeliveryView(state="driving", round_active=True, queue=queue))
+        tab.wait_for(f"document.querySelectorAll('#queue li').length === {len(queue)}")
+
+    show("table_1", "table_2", "table_1")
+    tab.evaluate("document.querySelectorAll('#queue li')[1].lastChild.focus()")
+    show("table_1", "table_1")
+    assert tab.evaluate("document.activeElement === document.querySelectorAll('#queue li')[1].lastChild")
+    show()
+    assert tab.evaluate("document.activeElement.id") == "round"
+
+
+def test_a_long_label_leaves_the_buttons_of_a_table_in_view(page: Any, tab: Tab) -> None:
+    tab.resize(390, 844)
+    page.server.set_layer("labels", {"table_1": "The table below the large window on the left"})
+    page.server.set_layer(
+        "delivery", DeliveryView(state="driving", round_active=True, queue=("table_1", "table_1"))
+    )
+    tab.wait_for("document.querySelectorAll('#queue li').length === 2")
+    assert tab.evaluate("document.querySelector('#queue li').lastChild.getBoundingClientRect().right") < 390.0
+    assert tab.evaluate("document.getElementById('round').scrollWidth") <= 390
+
+
 def test_missed_tables_are_ordered_again_by_one_tap(page: Any, tab: Tab) -> None:
     taken, missed = RecordedStop("table_1", "taken", NOON), RecordedStop("table_2", "<i>no path</i>", NOON)
     rounds = (RecordedRound("anna", False, NOON, NOON, NOON, "", (taken, missed)),)

@@ -196,6 +196,8 @@ def test_sentences_of_the_robot_are_translated(spanish: Callable[[str], str]) ->
         ("On the way to table 3.", "En camino a Mesa 3."),
         ("The round was ended; not served: table 1, table 2 and kitchen.",
          "La ronda se terminó; sin servir: Mesa 1, Mesa 2 y Cocina."),
+        ("The round was ended; not served: table 1, Pizza corner and kitchen.",
+         "La ronda se terminó; sin servir: Mesa 1, Pizza corner y Cocina."),
         ("table 3 was not reached: No progress: the robot is stuck.",
          "No se llegó a Mesa 3: Sin avance: el robot está atascado."),
         ("Something new happened. The battery is low.", "Something new happened. La batería está baja."),

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import queue
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import httpx
 import pytest
+from starlette.requests import Request
 from tests.support.waiting import PATIENCE
 
 from chefbot.ui import stop_endpoint
 from chefbot.ui.access.audit_log import AuditLog, read_entries
+from chefbot.ui.access.command_audit import CommandAudit
 from chefbot.ui.access.token_bucket import TokenBucket
 from chefbot.ui.access.visitors import GUEST
 from chefbot.ui.commands import OperatorCommand, Stop
 from chefbot.ui.server import WebUiServer
-from chefbot.ui.stop_endpoint import BURST
+from chefbot.ui.stop_endpoint import BURST, StopEndpoint
 
 PRESS = {"do": "stop", "id": "one press"}
 
@@ -106,3 +110,16 @@ def test_a_bucket_refills_with_time() -> None:
     bucket = TokenBucket(rate=2.0, burst=3.0, now=0.0)
     assert [bucket.take(0.0) for _ in range(4)] == [True, True, True, False]
     assert bucket.take(1.0) and not bucket.take(1.0)
+
+
+def test_a_request_that_breaks_off_stops_nothing_and_is_no_error() -> None:
+    commands: list[OperatorCommand] = []
+    endpoint = StopEndpoint(lambda command, _: commands.append(command), CommandAudit(None))
+
+    async def receive() -> dict[str, str]:
+        return {"type": "http.disconnect"}
+
+    peer = SimpleNamespace(host="192.0.2.1")
+    scope = {"type": "http", "method": "POST", "headers": [], "state": {"visitor": GUEST, "peer": peer}}
+    response = asyncio.run(endpoint.serve(Request(scope, receive)))
+    assert response.status_code == 400 and commands == []

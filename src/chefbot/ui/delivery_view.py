@@ -6,7 +6,13 @@ from collections import Counter
 from collections.abc import Collection
 
 from chefbot.delivery.params import DeliveryParams
-from chefbot.delivery.status_messages import ERRAND_NEEDS_WHEN, QUEUE_CHANGED, ROUND_STATES, display_name
+from chefbot.delivery.status_messages import (
+    ERRAND_NEEDS_WHEN,
+    NOT_WHILE_STOPPED,
+    QUEUE_CHANGED,
+    ROUND_STATES,
+    display_name,
+)
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
 from chefbot.ui import commands as do
@@ -22,6 +28,8 @@ CONFIRMATION_STATES = {
     do.NotTaken: ("waiting",),
 }
 """States of the mission in which a confirmation is valid."""
+
+NO_DELIVERIES = "This launch takes no orders; a launch such as `chefbot launch waiter` does"
 
 KITCHEN, HOME = DeliveryParams().kitchen, DeliveryParams().home
 """Names of the places that deliveries need, unless a launch file gives others."""
@@ -87,6 +95,10 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         raise UserError(f"There is no place called {missing[0]}")
     if isinstance(command, do.Deliver) and KITCHEN in command.tables:
         raise UserError(f"The food comes from {display_name(KITCHEN)}; order it to another place")
+    if isinstance(command, do.Deliver) and not status.state:
+        raise UserError(NO_DELIVERIES)
+    if isinstance(command, do.Goal | do.GoPlace | do.Choose) and status.hold_reason == "stop":
+        _check_released(command)
     if isinstance(command, do.DeletePlace):
         _check_deletion(command.name, status)
     if isinstance(command, do.PutPlace) and command.moved and command.name == status.place:
@@ -112,6 +124,12 @@ def _tables_of(command: do.ChangeQueue | do.ShortestOrder, status: DeliveryStatu
             if order.id == command.order:
                 return order.places
     raise UserError(QUEUE_CHANGED)
+
+
+def _check_released(command: do.Goal | do.GoPlace | do.Choose) -> None:
+    """Raise UserError for a drive during an emergency stop that holds a round; one after the round may wait."""
+    if isinstance(command, do.Choose) or command.when != "after":
+        raise UserError(NOT_WHILE_STOPPED)
 
 
 def _check_deletion(name: str, status: DeliveryStatus) -> None:

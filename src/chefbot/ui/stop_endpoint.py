@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from typing import NamedTuple
 
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
 from chefbot.errors import ChefbotError, UserError
@@ -44,7 +44,10 @@ class StopEndpoint:
         sender = Sender(request.state.visitor, request.state.peer.host)
         if not self._within_rate_limit(sender.address):
             return plain_text("Too many presses of STOP from this address.", 429)
-        body = await request.body()
+        try:
+            body = await request.body()
+        except ClientDisconnect:
+            return Response(status_code=400)  # nobody receives it
         try:
             self._pass_on(sender, parse_command(body[:MAX_TEXT].decode(errors="replace")))
         except ChefbotError as error:

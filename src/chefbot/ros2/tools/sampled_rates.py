@@ -13,6 +13,8 @@ from chefbot.ros2.tools.subscribe import subscribe_any
 
 AT_ONCE = 3
 """Number of topics that are measured at the same time."""
+SETTLE_TIME = 0.5
+"""Time after the subscription in which messages do not count, s: stored ones of a latched topic come all at once."""
 MAX_MESSAGES, MAX_TIME = 10, 3.0
 """Number of messages after which a topic is measured, and the time after which it is, s."""
 
@@ -64,7 +66,7 @@ class TopicSample:
     @property
     def is_complete(self) -> bool:
         """Whether enough messages have arrived, or enough time has passed."""
-        return len(self._arrivals) == MAX_MESSAGES or time.monotonic() - self._begin >= MAX_TIME
+        return len(self._arrivals) == MAX_MESSAGES or time.monotonic() - self._begin >= MAX_TIME + SETTLE_TIME
 
     @property
     def rate(self) -> float:
@@ -81,4 +83,6 @@ class TopicSample:
 
     def _note_arrival(self, _kind: InterfaceType, _data: bytes) -> None:
         """Note a message, in a thread of Zenoh; deques are safe from several threads."""
-        self._arrivals.append(time.monotonic())
+        now = time.monotonic()
+        if now - self._begin >= SETTLE_TIME:
+            self._arrivals.append(now)

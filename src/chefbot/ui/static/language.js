@@ -71,8 +71,10 @@ function part(text, depth) {
   if (whole) return whole;
   if (/[.?!]\s/.test(text)) return translated(text, depth);
   if (text.includes("; ")) return text.split("; ").map((one) => part(one, depth)).join("; ");
-  const listed = text.split(/, | and /).map(name);
-  return listed.includes(null) ? translated(text, depth) : new Intl.ListFormat(language).format(listed);
+  // In a list of places, what only the owner calls so has no translation and stays as it is.
+  const parts = text.split(/, | and /), names = parts.map(name);
+  if (!names.some(Boolean)) return translated(text, depth);
+  return new Intl.ListFormat(language).format(parts.map((one, i) => names[i] ?? one));
 }
 
 function patterns(messages, capture) {

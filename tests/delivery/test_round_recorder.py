@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from chefbot.delivery.mission import DeliveryRound
-from chefbot.msgs.chefbot_msgs import Order
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
 from chefbot.storage.delivery_history import DeliveryHistory, RecordedRound
-from chefbot.ui.missions.round_recorder import NOT_SERVED, TAKEN, RoundRecorder
+from chefbot.ui.missions.round_recorder import NEXT_ROUND, NOT_SERVED, TAKEN, RoundRecorder
 
 
 class Recorded:
@@ -104,6 +104,13 @@ def test_the_order_that_waited_is_a_round_of_its_own(one: Recorded) -> None:
         one.do(one.round.arrived)
     assert one.outcomes == [("table_1", TAKEN)] * 2
     assert [bool(recorded.ended) for recorded in one.rounds] == [True, True]
+
+
+def test_a_round_that_another_one_follows_at_once_has_an_outcome(one: Recorded) -> None:
+    for order_id in ("a", "b"):
+        status = DeliveryStatus(state="driving", order_id=order_id, places=("table_1",))
+        one.recorder.process(status, "anna")
+    assert [recorded.outcome for recorded in one.rounds] == [NEXT_ROUND, ""]
 
 
 def test_food_that_went_back_to_the_kitchen_is_loaded_once(one: Recorded) -> None:

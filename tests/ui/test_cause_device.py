@@ -120,7 +120,7 @@ def test_a_cause_that_repeats_is_one_entry(make: Callable[[], NodeRunner]) -> No
             msgspec.structs.replace(same, kind=END, header=Header.of(round(second * 1e9) + 10**9, "map")),
         )
     assert [(one.id, one.sentence) for one in views] == [(3, "Lost.")]
-    assert recorded(nodes) == [("Lost.", 21.0, ("map", "camera"))]
+    assert recorded(nodes) == [("Lost.", 3.0, ("map", "camera"))], "without the pauses, in which it drove"
     process(nodes, msgspec.structs.replace(cause(4, STOP, 30.0 + repeat), sentence="Lost."))
     assert len(recorded(nodes)) == 2
 
@@ -134,6 +134,15 @@ def test_earlier_runs_fill_the_list_up(make: Callable[[], NodeRunner]) -> None:
         views = process(nodes, cause(number, DETOUR, 10.0 * number))
     assert [one.began == "" for one in views] == [True] * (SHOWN_CAUSES - 1) + [False]
     assert len(process(nodes, cause(SHOWN_CAUSES, DETOUR, 999.0))) == SHOWN_CAUSES
+
+
+def test_causes_that_repeat_displace_no_others(make: Callable[[], NodeRunner]) -> None:
+    nodes = make()
+    process(nodes, cause(1, STOP, 10.0))
+    for number in range(2, 2 * SHOWN_CAUSES):
+        again = msgspec.structs.replace(cause(number, STOP, 10.0 + number), sentence="Lost.")
+        views = process(nodes, again)
+    assert len(views) == 2 and views[1].id == 1
 
 
 def test_a_stop_is_recorded_without_map_or_camera(make: Callable[[], NodeRunner]) -> None:

@@ -27,6 +27,8 @@ class CauseRecorder:
     def __init__(self, records: CauseRecords, radius: float, *, simulated: bool) -> None:
         self._records, self._radius, self._simulated = records, radius, simulated
         self._began_ns: dict[int, int] = {}
+        self._lasted_ns: dict[int, int] = {}
+        """How long the causes of each entry lasted together; between them the robot drove."""
         self._pictured_ns: int | None = None
         self._newest: Cause | None = None
         self.entries: dict[int, HistoryEntry] = {}
@@ -37,21 +39,21 @@ class CauseRecorder:
         if cause.kind != END:
             self._begin(cause, grid, picture)
         elif cause.id in self.entries:
-            lasted = (cause.header.stamp.ns - self._began_ns[cause.id]) / 1e9
-            self._records.end(self.entries[cause.id].number, lasted)
+            number = self.entries[cause.id].number
+            self._lasted_ns[number] += cause.header.stamp.ns - self._began_ns[cause.id]
+            self._records.end(number, self._lasted_ns[number] / 1e9)
 
     def _begin(self, cause: Cause, grid: Grid | None, picture: Image | None) -> None:
         """Record a cause, or add it to the entry of the one before it if that is the same."""
         before, self._newest = self._newest, cause
-        began_ns = cause.header.stamp.ns
+        self._began_ns[cause.id] = cause.header.stamp.ns
         if before is not None and _is_same(before, cause) and before.id in self.entries:
             self.entries[cause.id] = self.entries[before.id]
-            self._began_ns[cause.id] = self._began_ns[before.id]
             return
         moment = self._moment(cause, grid, picture)
         number = self._records.add(moment, simulated=self._simulated)
         self.entries[cause.id] = HistoryEntry(number, moment.pictures)
-        self._began_ns[cause.id] = began_ns
+        self._lasted_ns[number] = 0
 
     def _moment(self, cause: Cause, grid: Grid | None, picture: Image | None) -> Moment:
         place = place_on_map(cause)

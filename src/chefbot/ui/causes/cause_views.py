@@ -13,6 +13,8 @@ from chefbot.ui.display.views import CauseView
 
 SHOWN_CAUSES = 24
 """Number of causes that the web UI shows, the newest, of this run and of earlier ones."""
+KEPT_CAUSES = 10 * SHOWN_CAUSES
+"""Number of causes of this run that are kept: several may be one entry."""
 
 
 def place_on_map(cause: Cause) -> tuple[float, float] | None:

@@ -9,7 +9,7 @@ from chefbot.msgs.sensor_msgs import Image
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.cause_records import CauseRecords
 from chefbot.ui.causes.cause_recorder import CauseRecorder
-from chefbot.ui.causes.cause_views import SHOWN_CAUSES, cause_views, recorded_cause_views
+from chefbot.ui.causes.cause_views import KEPT_CAUSES, SHOWN_CAUSES, cause_views, recorded_cause_views
 from chefbot.ui.display.views import CauseView
 from chefbot.ui.missions.history_device import history_path
 from chefbot.ui.missions.recording_device import RecordingDevice
@@ -24,7 +24,7 @@ class CauseDevice(RecordingDevice):
     def start(self) -> None:
         """Start this run without a cause."""
         super().start()
-        self._causes = CauseHistory(size=SHOWN_CAUSES)
+        self._causes = CauseHistory(size=KEPT_CAUSES)
         self._earlier_causes: tuple[CauseView, ...] = ()
 
     def stop(self) -> None:

@@ -8,6 +8,7 @@ from chefbot.storage.delivery_history import DeliveryHistory
 
 TAKEN = "taken"
 NOT_SERVED = "not served"
+NEXT_ROUND = "The next round began."
 
 
 class RoundRecorder:
@@ -30,7 +31,7 @@ class RoundRecorder:
 
     def _begin(self, status: DeliveryStatus, ordered_by: str) -> None:
         """Begin a round, or go on with one that was recorded before a restart of this process."""
-        self._end("")
+        self._end(NEXT_ROUND)
         history, places = self._history, status.places
         self._key = (status.order_id, places)
         self._number = history.open_round(status.order_id, places)

@@ -16,7 +16,7 @@ from chefbot.runtime.node import every
 from chefbot.runtime.replay import LoggedMessage
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import commands as do
-from chefbot.ui.causes.cause_views import SHOWN_CAUSES
+from chefbot.ui.causes.cause_views import KEPT_CAUSES
 from chefbot.ui.display import views
 from chefbot.ui.display.message_conversion import RecentDiagnostics
 from chefbot.ui.playback.log_player import LogPlayer
@@ -100,7 +100,7 @@ class PlaybackDevice(WebUiDevice):
     def _jump(self, to_ns: int) -> None:
         """Forget what is shown, and show what was known at another time."""
         self.tf.clear()
-        self._causes, self._diagnostics = CauseHistory(size=SHOWN_CAUSES), RecentDiagnostics()
+        self._causes, self._diagnostics = CauseHistory(size=KEPT_CAUSES), RecentDiagnostics()
         for layer in ("goal", "path", "local_path", "people", "delivery", "causes"):
             self._server.set_layer(layer, None)
         self._publish_logged(self.player.jump(to_ns))

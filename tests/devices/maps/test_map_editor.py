@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chefbot.devices.maps.edit_preview import side_effects
-from chefbot.devices.maps.map_editor import MapEditor
+from chefbot.devices.maps.map_editor import MapChange, MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
@@ -110,6 +110,21 @@ def test_a_preview_names_what_is_cut_off_and_writes_nothing(editor: MapEditor, t
     effects = side_effects(ROBOT, editor.changed(MapEdit(zones=(inside,))), start)
     assert effects == "The place table_1 lies in the keep-out zone keep_out_1 and cannot be reached."
     assert [path.name for path in tmp_path.iterdir()] == ["room.places.yaml"]
+
+
+def test_a_new_place_out_of_reach_is_reported(editor: MapEditor) -> None:
+    start = SE2(1.0, 1.0, 0.0)
+    beside_wall = MapEdit(places=(place("terrace", 0.1, 4.5),))
+    assert (
+        side_effects(ROBOT, editor.changed(beside_wall), start)
+        == "Too near to a wall for the robot: terrace."
+    )
+    assert side_effects(ROBOT, editor.changed(MapEdit(places=(place("bar", 1.0, 4.5),))), start) == ""
+    walled_in = editor.changed(MapEdit(zones=(zone(),))).after
+    change = MapChange(
+        walled_in, walled_in._replace(places={**walled_in.places, "bar": PlaceEntry(x=1.0, y=4.5)})
+    )
+    assert side_effects(ROBOT, change, start) == "No path from the robot to: bar."
 
 
 def test_a_preview_reports_a_trapped_robot(editor: MapEditor) -> None:

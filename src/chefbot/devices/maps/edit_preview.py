@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from chefbot.devices.cut_off import Walls, cut_off, without_room
+from chefbot.devices.cut_off import Walls, cut_off, reachable, without_room
 from chefbot.devices.maps.map_editor import MapChange
 from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT
 from chefbot.robot.spec import Robot
 from chefbot.zones.contradictions import check_zones
+
+NO_PATH = "No path from the robot to: {}."
+NO_ROOM = "Too near to a wall for the robot: {}."
 
 
 def side_effects(robot: Robot, change: MapChange, start: SE2 | None) -> str:
@@ -24,6 +27,8 @@ def side_effects(robot: Robot, change: MapChange, start: SE2 | None) -> str:
     sentences = [sentence for sentence in found if sentence not in known]
     if start is not None and (after.zones != before.zones or after.grid is not before.grid):
         sentences += _effects_on_paths(robot, change, start, " ".join(sentences))
+    elif start is not None:
+        sentences += _new_places_out_of_reach(robot, change, start)
     return " ".join(sentences)
 
 
@@ -40,9 +45,21 @@ def _effects_on_paths(robot: Robot, change: MapChange, start: SE2, reported: str
     walls = (Walls(before.grid, before.zones), Walls(after.grid, after.zones))
     lost = cut_off(robot, start, after.poses(), *walls)
     if outside := [name for name in lost if f" {name} " not in reported]:
-        yield f"No path from the robot to: {', '.join(outside)}."
+        yield NO_PATH.format(", ".join(outside))
     if narrow := sorted(_new_without_room(robot, change, after.poses()) - set(outside)):
-        yield f"Too near to a wall for the robot: {', '.join(narrow)}."
+        yield NO_ROOM.format(", ".join(narrow))
+
+
+def _new_places_out_of_reach(robot: Robot, change: MapChange, start: SE2) -> Iterator[str]:
+    """Yield which places that are new or elsewhere have no path from `start`, or no room for the robot."""
+    before, after = change
+    known = before.poses()
+    changed = {name: pose for name, pose in after.poses().items() if known.get(name) != pose}
+    found = reachable(after.grid, robot, start, changed, after.zones) if changed else set()
+    if apart := [name for name in changed if name not in found]:
+        yield NO_PATH.format(", ".join(apart))
+    if narrow := sorted(without_room(Walls(after.grid, ()), robot, changed) & found):
+        yield NO_ROOM.format(", ".join(narrow))
 
 
 def _new_without_room(robot: Robot, change: MapChange, poses: Mapping[str, SE2]) -> set[str]:

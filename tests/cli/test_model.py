@@ -45,6 +45,7 @@ def _small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(renderer, "picture", partial(renderer.picture, size=(160, 120)))
 
 
+@pytest.mark.rotated("meshes of any fineness")
 @pytest.mark.slow
 @pytest.mark.timed
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")

@@ -19,6 +19,7 @@ RECORDED = 200_000
 pytestmark = pytest.mark.slow
 
 
+@pytest.mark.rotated("demo in the room")
 def test_an_interrupted_demo_reports_what_is_done(tmp_path: Path) -> None:
     arguments = ["demo", "--headless", "--world", "room", "--out", str(tmp_path)]
     command = [sys.executable, "-u", "-m", "chefbot", *arguments]

@@ -125,6 +125,7 @@ def test_only_buildable_remedies_are_tried():
     assert len(tried) > 10 and all(has_solids(robot) for robot in tried)
 
 
+@pytest.mark.rotated("checks of any robot")
 @pytest.mark.slow
 def test_a_support_removed_by_a_remedy_blocks_nothing():
     """A battery that is too high reaches into the lidar's stand; a lower lidar has none."""

@@ -317,6 +317,7 @@ def test_rviz_shows_the_depth_image_of_a_camera_robot(made: tuple[str, Path]) ->
         assert ("rviz_default_plugins/Image" in shown) == (camera is not None)
 
 
+@pytest.mark.rotated("exported packages and worlds")
 @pytest.mark.slow
 def test_worlds_wait_for_the_robot(made: tuple[str, Path]) -> None:
     robot, out = made

@@ -99,6 +99,7 @@ def test_the_boot_loader_hides_the_reason_of_a_restart(board: MegaWithBootLoader
     assert motions and not any(line.flags & BoardFlag.WATCHDOG_RESTART for line in motions)
 
 
+@pytest.mark.rotated("a lost board or sensor")
 @pytest.mark.slow
 def test_driver_finds_the_board_cold_and_with_its_cable_pulled(tmp_path: Path) -> None:
     with UsbMega(tmp_path / "port") as mega, Driven(str(mega.path)) as driven:

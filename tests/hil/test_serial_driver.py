@@ -143,6 +143,7 @@ def test_the_cable_can_be_pulled_and_plugged_back(bench: BoardBench, driven: Dri
     drive(driven, cable, SPEED)
 
 
+@pytest.mark.rotated("a lost board or sensor")
 def test_an_imu_lost_on_the_bus_is_reported_and_recovers(
     bench: BoardBench, driven: Driven, cable: Cable
 ) -> None:

@@ -144,7 +144,7 @@ def test_rates_of_topics_that_nobody_watches_are_measured(looking: Looking, base
 def test_a_watched_topic_has_its_newest_message_and_rate(looking: Looking, base: RmwNode) -> None:
     def seen() -> bool:
         value = looking.values.get("/r/scan")
-        return value is not None and value.hz > 1.0 and value.value is not None
+        return value is not None and value.hz > 1.0 and value.messages > 1 and value.value is not None
 
     looking.until("/r/scan", condition=seen)
     scan = looking.values["/r/scan"]

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from chefbot.ros2.rmw.graph import EndpointGroup
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.tools.meter import Meter
 from chefbot.ros2.tools.subscribe import subscribe_any
 
 AT_ONCE = 3
@@ -55,34 +56,32 @@ class SampledRates:
 
 
 class TopicSample:
-    """The arrival times of the next messages of a topic."""
+    """The rate of the next messages of a topic."""
 
     def __init__(self, node: RmwNode, topic: EndpointGroup) -> None:
         self._node = node
         self._begin = time.monotonic()
-        self._arrivals: deque[float] = deque(maxlen=MAX_MESSAGES)
+        self._meter = Meter()
         self._subscriptions = subscribe_any(node, topic, self._note_arrival)
 
     @property
     def is_complete(self) -> bool:
         """Whether enough messages have arrived, or enough time has passed."""
-        return len(self._arrivals) == MAX_MESSAGES or time.monotonic() - self._begin >= MAX_TIME + SETTLE_TIME
+        enough = self._meter.rate().messages >= MAX_MESSAGES
+        return enough or time.monotonic() - self._begin >= MAX_TIME + SETTLE_TIME
 
     @property
     def rate(self) -> float:
         """Mean rate, Hz; 0 with fewer than two messages."""
-        arrivals = list(self._arrivals)
-        if len(arrivals) < 2:
-            return 0.0
-        return (len(arrivals) - 1) / max(arrivals[-1] - arrivals[0], 1e-6)
+        return self._meter.rate().hz
 
     def close(self) -> None:
         """End the subscriptions of this topic."""
         for subscription in self._subscriptions:
             self._node.destroy(subscription)
 
-    def _note_arrival(self, _kind: InterfaceType, _data: bytes) -> None:
-        """Note a message, in a thread of Zenoh; deques are safe from several threads."""
+    def _note_arrival(self, _kind: InterfaceType, data: bytes) -> None:
+        """Note a message, in a thread of Zenoh."""
         now = time.monotonic()
         if now - self._begin >= SETTLE_TIME:
-            self._arrivals.append(now)
+            self._meter.add(now, len(data))

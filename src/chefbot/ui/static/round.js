@@ -23,7 +23,7 @@ export class RoundCard {
   }
 
   show(value) {
-    const asked = this.value?.waits_for === "choice";
+    const waited = this.value?.waits_for === "choice";
     this.value = value;
     const waits = value?.waits_for ?? "", next = value?.place ? title(value.place) : tr("the next order");
     text("step", translated(value?.step) || tr("No delivery."));
@@ -41,7 +41,7 @@ export class RoundCard {
     $("shortest").hidden = (value?.queue ?? []).length < 2;
     this.showForecast(this.forecast);
     document.body.classList.toggle("waits", Boolean(waits));
-    if (waits === "choice" && !asked) $("round").scrollIntoView({ block: "nearest" });   // a phone may show what is below
+    if (waits === "choice" && !waited) $("round").scrollIntoView({ block: "nearest" });   // a phone may show what is below
     if (!value?.round_active) this.answer("");
   }
 
@@ -62,7 +62,7 @@ export class RoundCard {
       item.append(label, when, earlier, leave);
       return item;
     }));
-    if (focused >= 0) ([...$("queue").children].slice(0, focused + 1).at(-1)?.lastChild ?? $("round")).focus();
+    if (focused >= 0) ($("queue").children[Math.min(focused, queue.length - 1)]?.lastChild ?? $("round")).focus();
   }
 
   // The orders that wait for the round, each with a button to cancel it.

@@ -125,6 +125,7 @@ function glide(layer, pose) {
 }
 
 function showFirstPicture() {
+  if (complete) return;
   complete = true;
   refresh();
 }
@@ -208,7 +209,7 @@ const DRAWN = new Set([...PAINTERS.map(([layer]) => layer), "shape", "delivery"]
 function take(layer, value) {
   lastData = performance.now();
   data.set(layer, value);
-  if (layer === "map" && !complete) showFirstPicture();
+  if (layer === "map") showFirstPicture();
   HANDLERS[layer]?.(value);
   if (layer === "robot" || layer === "truth") glide(layer, value);
   solid.take(layer, value);

@@ -32,24 +32,33 @@ def status(state: str, hold_reason: str = "") -> DeliveryStatus:
 def test_each_stop_is_behind_the_one_before(legs: list[tuple[float, float]], pace: float) -> None:
     names = [f"table_{i}" for i in range(len(legs))]
     stops = forecast_stops(
-        names, [leg for leg, _ in legs], [wait for _, wait in legs], Pace(pace, BATTERY, 1e5)
+        names, [leg for leg, _ in legs], 0.0, [stay for _, stay in legs], Pace(pace, BATTERY, 1e5)
     )
     assert [stop.place for stop in stops] == names
     for before, after in itertools.pairwise(stops):
         assert after.distance >= before.distance and after.time >= before.time
-        assert 0.0 <= after.charge <= before.charge <= 0.8
+        assert 0.0 <= after.charge <= before.charge <= BATTERY.charge
     assert stops[-1].distance == pytest.approx(sum(leg for leg, _ in legs), rel=1e-5, abs=1e-5)
 
 
 def test_a_stop_costs_its_leg_and_the_stops_before() -> None:
-    one, two = forecast_stops(("a", "b"), (10.0, 5.0), (0.0, 60.0), Pace(4.0, BATTERY, 10_000.0))
+    one, two = forecast_stops(("a", "b"), (10.0, 5.0), 0.0, (60.0, 0.0), Pace(4.0, BATTERY, 10_000.0))
     assert (one.distance, one.time) == (10.0, 40.0) and (two.distance, two.time) == (15.0, 120.0)
     assert one.charge == pytest.approx(0.8 - (40 * 10 + 10 * 20) / 10_000)
     assert two.charge == pytest.approx(0.8 - (120 * 10 + 15 * 20) / 10_000)
 
 
+def test_a_stop_without_a_path_is_left_out() -> None:
+    pace, legs, stays = Pace(4.0, BATTERY, 10_000.0), (10.0, math.inf, 5.0), (60.0, 99.0, 0.0)
+    one, other, two = forecast_stops(("a", "b", "c"), legs, 0.0, stays, pace)
+    assert (one.reachable, other.reachable, two.reachable) == (True, False, True)
+    without = forecast_stops(("a", "c"), (10.0, 5.0), 0.0, (60.0, 0.0), pace)
+    assert [stop.time for stop in (one, two)] == [stop.time for stop in without]
+    assert [stop.distance for stop in (one, two)] == [stop.distance for stop in without]
+
+
 def test_without_a_battery_monitor_the_charge_is_not_known() -> None:
-    (stop,) = forecast_stops(("a",), (10.0,), (0.0,), Pace(4.0, None, 10_000.0))
+    (stop,) = forecast_stops(("a",), (10.0,), 0.0, (0.0,), Pace(4.0, None, 10_000.0))
     assert stop.charge == -1.0
 
 
@@ -71,7 +80,7 @@ def test_an_interrupted_drive_does_not_count() -> None:
     times.begin(20.0, 0.0)
     times.end(1.0, arrived=False)
     times.end(500.0, arrived=True)
-    times.begin(math.nan, 500.0)
+    times.begin(math.inf, 500.0)
     times.end(900.0, arrived=True)
     assert times.seconds_per_metre == 4.0
 

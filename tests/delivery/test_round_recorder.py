@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from chefbot.delivery.mission import DeliveryRound
-from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.storage.delivery_history import DeliveryHistory, RecordedRound
-from chefbot.ui.missions.round_recorder import NEXT_ROUND, NOT_SERVED, TAKEN, RoundRecorder
+from chefbot.ui.missions.round_recorder import NOT_SERVED, TAKEN, RoundRecorder
 
 
 class Recorded:
@@ -27,7 +27,7 @@ class Recorded:
         self.note()
 
     def note(self) -> None:
-        self.recorder.process(self.round.status, "anna")
+        self.recorder.process(self.round.status)
 
     def do(self, *steps: Callable[[], None]) -> None:
         for step in steps:
@@ -35,7 +35,7 @@ class Recorded:
             self.note()
 
     def order(self, *places: str, number: str = "a") -> None:
-        self.do(lambda: self.round.order(Order(places, number)))
+        self.do(lambda: self.round.order(Order(places, number, "anna")))
 
     def serve(self) -> None:
         """Reach the next table, where the food is taken."""
@@ -75,7 +75,7 @@ def test_every_table_of_a_round_has_its_outcome(one: Recorded, restarts: bool) -
     assert (second, fourth) == ("was not reached: a door is closed", "nobody took the food")
     (recorded,) = one.rounds
     assert recorded.ordered_by == "anna" and recorded.loaded and recorded.ended
-    assert recorded.outcome == "; ".join(one.round.status.skipped_reasons)
+    assert recorded.outcome == "2 of 4 places served."
 
 
 def test_a_cancelled_round_leaves_no_table_open(one: Recorded) -> None:
@@ -107,10 +107,34 @@ def test_the_order_that_waited_is_a_round_of_its_own(one: Recorded) -> None:
 
 
 def test_a_round_that_another_one_follows_at_once_has_an_outcome(one: Recorded) -> None:
-    for order_id in ("a", "b"):
-        status = DeliveryStatus(state="driving", order_id=order_id, places=("table_1",))
-        one.recorder.process(status, "anna")
-    assert [recorded.outcome for recorded in one.rounds] == [NEXT_ROUND, ""]
+    one.order("table_1", number="a")
+    one.round.order(Order(("table_2",), "b", "ben"))
+    one.restart()  # orders that wait keep their person
+    one.round.withdraw("a")
+    one.note()
+    assert [recorded.outcome for recorded in one.rounds] == ["The delivery was cancelled.", ""]
+    assert [recorded.ordered_by for recorded in one.rounds] == ["anna", "ben"]
+
+
+@pytest.mark.parametrize(
+    ("reason", "outcome"), [("", "All places were served."), ("no path", "0 of 1 place served.")]
+)
+def test_a_round_that_an_errand_follows_has_an_outcome(one: Recorded, reason: str, outcome: str) -> None:
+    one.order("table_1")
+    one.do(one.round.arrived, one.round.loaded, lambda: one.round.go(Errand("room_1", when="after")))
+    one.do(
+        lambda: one.round.arrived(reason),
+        one.round.taken,
+        one.round.arrived,
+        one.round.taken,
+        one.round.arrived,
+    )
+    assert one.rounds[0].outcome == outcome
+
+
+def test_a_drive_home_to_be_charged_is_not_a_round(one: Recorded) -> None:
+    one.recorder.process(DeliveryStatus(state="returning", place="home"))
+    assert one.rounds == []
 
 
 def test_food_that_went_back_to_the_kitchen_is_loaded_once(one: Recorded) -> None:
@@ -124,7 +148,7 @@ def test_food_that_went_back_to_the_kitchen_is_loaded_once(one: Recorded) -> Non
 
 
 def test_nothing_new_is_not_reported_as_a_change(one: Recorded) -> None:
-    assert not one.recorder.process(one.round.status, "")
+    assert not one.recorder.process(one.round.status)
     one.round.order(Order(("table_1",), "a"))
-    assert one.recorder.process(one.round.status, "")
-    assert not one.recorder.process(one.round.status, "")
+    assert one.recorder.process(one.round.status)
+    assert not one.recorder.process(one.round.status)

@@ -127,6 +127,18 @@ def test_the_routes_are_those_of_the_latest_map() -> None:
     assert isinstance(node, DeliveryForecastNode) and len(node._lengths) == 2, "none of the old map is kept"
 
 
+def test_a_table_without_a_path_is_left_out_of_the_forecast() -> None:
+    restaurant = Restaurant()
+    closed = walled(20.0, 4.0)
+    closed.cells[:, WALL + round(7.0 / RESOLUTION)] = 100
+    restaurant.publish("map", OccupancyGrid.of(PLAIN, closed))
+    restaurant.order("table_5", "table_9", "table_3").until("loading", "kitchen")
+    restaurant.put("kitchen")
+    stops = restaurant.forecast.stops
+    assert [stop.reachable for stop in stops] == [True, False, True, True]
+    assert [stop.distance for stop in stops[:3]] == pytest.approx([4.0, 0.0, 6.0], abs=0.2)
+
+
 def test_without_a_map_there_is_no_forecast() -> None:
     runner = DeliveryRunner()
     runner.publish("order", Order(("table_1",), "a"))

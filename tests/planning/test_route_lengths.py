@@ -42,6 +42,7 @@ def test_without_a_path_it_estimates_from_the_straight_line(far: SE2) -> None:
     a = SE2(1.0, 2.0, 0.0)
     assert lengths.between(a, far) == pytest.approx(DETOUR * a.distance(far))
     assert lengths.between(far, a) == pytest.approx(DETOUR * a.distance(far))
+    assert lengths.path_length(a, far) == lengths.path_length(far, a) == np.inf
 
 
 def test_tables_are_kept_and_forgotten() -> None:

@@ -62,6 +62,13 @@ class TestInChromium:
         tab.wait_for(f"{CHIPS} === '|'")
         assert "%" not in tab.evaluate("document.getElementById('eta').textContent")
 
+    def test_a_table_without_a_path_has_no_metres(self, page: Any, tab: Tab) -> None:
+        unreachable = RoundStopView(place="table_1", distance=0, time=0, battery=None, reachable=False)
+        page.server.set_layer("forecast", (unreachable, STOPS[1], unreachable, STOPS[3]))
+        tab.wait_for(f"{CHIPS} === '20 m · 2 min · 70 %|no path on the map'")
+        eta = tab.evaluate("document.getElementById('eta').textContent")
+        assert eta == "Table 1: no path on the map. Back home: 45 m, about 11 min, 61 % battery."
+
     def test_at_a_table_the_next_ones_are_shown(self, page: Any, tab: Tab) -> None:
         waiting = DeliveryView(
             state="waiting", place="table_1", queue=("table_2",), waits_for="taken", round_active=True

@@ -195,7 +195,7 @@ class BatteryRound(DeliveryRound):
             for table in self._unserved_tables():
                 self._add_missed(status_messages.battery_skipped(table))
         else:
-            self._update_status(order_id="", places=(), delivered=(), skipped_reasons=())
+            self._begin_round()
         self._update_status(queue=(), untaken=(), errands=(), hold_reason="")
         self._drive("returning", self.home)
         self._update_status(
@@ -222,6 +222,7 @@ class BatteryRound(DeliveryRound):
             self._add_missed(status_messages.battery_skipped(table))
         status = self.status
         self._set_standing("idle", status_messages.PARKING)
+        self._update_status(last_outcome=status_messages.PARKING)
         outcome = OrderOutcome(status.order_id, status.delivered, BATTERY_TOO_LOW, status_messages.PARKING)
         self._on_end(outcome)
 

@@ -65,6 +65,7 @@ class DeliveryRound(RoundState):
         text = status_messages.CANCELLED_TOO.format(waiting_orders) if waiting_orders else cancelled
         self._set_standing("idle", text)
         if previous.state in ROUND_STATES:
+            self._update_status(last_outcome=cancelled)
             self._on_end(OrderOutcome(previous.order_id, previous.delivered, ENDED_BY_PERSON, cancelled))
         for order in previous.pending_orders:
             self._on_end(OrderOutcome(order.id, (), ENDED_BY_PERSON, cancelled))
@@ -334,9 +335,8 @@ class DeliveryRound(RoundState):
         """Start the next order; orders with unknown places fail at once."""
         while self.status.pending_orders and not self.status.hold_reason and self.status.state in IDLE_STATES:
             first, *rest = self.status.pending_orders
-            self._update_status(
-                pending_orders=tuple(rest), order_id=first.id, places=(), delivered=(), skipped_reasons=()
-            )
+            self._begin_round(first.id, first.ordered_by)
+            self._update_status(pending_orders=tuple(rest))
             try:
                 tables = self._tables(first)
             except OrderError as error:

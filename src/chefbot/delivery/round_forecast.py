@@ -62,8 +62,8 @@ class DriveTimes:
         return self._time / self._length
 
     def begin(self, length: float, now: float) -> None:
-        """Process the begin of a drive over a length (m, or NaN) at a time (s)."""
-        self._begun = None if math.isnan(length) else (length, now)
+        """Process the begin of a drive over a length (m, inf if that is not known) at a time (s)."""
+        self._begun = None if math.isinf(length) else (length, now)
 
     def end(self, now: float, *, arrived: bool) -> None:
         """Process the end of a drive; one that was interrupted does not count."""
@@ -91,16 +91,21 @@ class Pace(NamedTuple):
 
 
 def forecast_stops(
-    stops: Sequence[str], legs: Sequence[float], waits: Sequence[float], pace: Pace
+    stops: Sequence[str], legs: Sequence[float], begin: float, stays: Sequence[float], pace: Pace
 ) -> tuple[RoundStop, ...]:
     """Return the forecast of each stop.
 
-    legs: length of the path to each stop from the one before, m. waits: time before each leg begins, s.
+    legs: length of the path to each stop from the reachable one before, m; inf where there is none.
+    begin: time before the first leg, s. stays: time at each stop, s.
     """
-    distance = time = 0.0
+    distance, time = 0.0, begin
     forecast: list[RoundStop] = []
-    for place, leg, wait in zip(stops, legs, waits, strict=True):
+    for place, leg, stay in zip(stops, legs, stays, strict=True):
+        if math.isinf(leg):
+            forecast.append(RoundStop(place, reachable=False))
+            continue
         distance += leg
-        time += wait + leg * pace.seconds_per_metre
+        time += leg * pace.seconds_per_metre
         forecast.append(RoundStop(place, distance, time, pace.charge_after(distance, time)))
+        time += stay
     return tuple(forecast)

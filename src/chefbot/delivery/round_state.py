@@ -48,6 +48,11 @@ class RoundState:
     def _update_status(self, **changes: Any) -> None:
         self.status = msgspec.structs.replace(self.status, **changes)
 
+    def _begin_round(self, order_id: str = "", ordered_by: str = "") -> None:
+        """Begin a round without places, or a drive that belongs to no order."""
+        nothing: dict[str, Any] = {"places": (), "delivered": (), "skipped_reasons": ()}
+        self._update_status(order_id=order_id, ordered_by=ordered_by, **nothing)
+
     def _set_standing(self, state: str, sentence: str) -> None:
         standing: dict[str, Any] = {"place": "", "queue": (), "order_id": "", "loaded": False, "on_trays": ()}
         self._update_status(state=state, description=sentence, untaken=(), **standing)
@@ -113,4 +118,7 @@ class RoundState:
     def _report_round_end(self, sentence: str, code: int) -> None:
         status = self.status
         self._set_standing("failed" if code == NOT_REACHED else "idle", sentence or status_messages.AT_HOME)
+        if status.places:  # else it drove home to be charged
+            served = status_messages.served(status.delivered, status.places)
+            self._update_status(last_outcome=sentence if code == ENDED_BY_PERSON else served)
         self._on_end(OrderOutcome(status.order_id, status.delivered, code, sentence))

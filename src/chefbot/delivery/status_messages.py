@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
+from chefbot.plural import number_of
 
 IDLE = "Waiting for an order."
 AT_HOME = "At home, waiting for an order."
@@ -105,6 +106,13 @@ def choose(status: DeliveryStatus, reason: str) -> str:
     else:
         options = f"go on to {display_name(status.place)}, go back to the kitchen, or end the round"
     return f"{reason} {ROUND_WAITS} {options}.".strip()
+
+
+def served(delivered: Sequence[str], places: Sequence[str]) -> str:
+    """Return how a round ended of which some places received their food."""
+    if len(delivered) == len(places):
+        return "All places were served."
+    return f"{len(delivered)} of {number_of(len(places), 'place')} served."
 
 
 def ended(left: Sequence[str]) -> str:

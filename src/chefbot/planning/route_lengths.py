@@ -30,21 +30,19 @@ class RouteLengths:
 
     def between(self, a: SE2, b: SE2) -> float:
         """Return an upper bound of the length of the path between two poses, m; the table of `b` is kept."""
-        table = self.table(b)
-        length = math.inf if table is None else self._lowest_near(table, a)
+        length = self._cost_to_come(a, b)
         return length if math.isfinite(length) else DETOUR * a.distance(b)
 
     def has_path(self, a: SE2, b: SE2) -> bool:
         """Return whether there is a path between two poses; the table of `a` is kept."""
-        table = self.table(a)
-        return table is not None and math.isfinite(self._lowest_near(table, b))
+        return math.isfinite(self._cost_to_come(b, a))
 
     def path_length(self, a: SE2, b: SE2) -> float:
-        """Return the length of the planner's path between two poses, m."""
+        """Return the length of the planner's path between two poses, m; inf where there is none."""
         try:
             return path_length(self._planner.plan(self._costmap, a, b))
         except PlanningError:
-            return DETOUR * a.distance(b)
+            return self._cost_to_come(a, b)
 
     def table(self, pose: SE2) -> NDArray[np.float32] | None:
         """Return the lengths (h, w) from a pose to all cells, inf where there is no path; None outside the map."""
@@ -58,6 +56,10 @@ class RouteLengths:
     def forget(self, pose: SE2) -> None:
         """Drop the table of a pose that is no longer needed."""
         self._tables.pop(pose, None)
+
+    def _cost_to_come(self, a: SE2, b: SE2) -> float:
+        table = self.table(b)
+        return math.inf if table is None else self._lowest_near(table, a)
 
     def _lowest_near(self, table: NDArray[np.float32], pose: SE2) -> float:
         row, column = self._costmap.cell(pose.x, pose.y)

@@ -65,6 +65,7 @@ def forecast_views(message: RoundForecast) -> tuple[RoundStopView, ...]:
             distance=float(round(stop.distance)),
             time=TIME_STEP * round(stop.time / TIME_STEP),
             battery=float(round(100.0 * stop.charge)) if stop.charge >= 0.0 else None,
+            reachable=stop.reachable,
         )
         for stop in message.stops
     )

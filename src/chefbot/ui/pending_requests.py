@@ -13,8 +13,6 @@ CONFIRMATION_TIMEOUT_NS = 1_000_000_000
 """Timeout of a confirmation, ns, after which the operator is warned."""
 ORDER_PERIOD_NS = 1_000_000_000
 """Period at which an unconfirmed order is repeated, ns."""
-MAX_ORDERS = 100
-"""Number of orders whose persons are remembered, the newest."""
 ORDER_UNCONFIRMED = "The order is not confirmed yet; it is being repeated."
 STOP_UNCONFIRMED = (
     "Emergency stop is not confirmed by the robot. "
@@ -38,7 +36,6 @@ class PendingRequests:
         self.presses = StopPresses()
         self._pressed_ns = 0
         self._orders: deque[Order] = deque()
-        self._ordered_by: dict[str, str] = {}
         self._queued_ns = self._published_ns = 0
 
     @property
@@ -78,17 +75,10 @@ class PendingRequests:
 
     def deliver(self, tables: Sequence[str], now_ns: int, ordered_by: str = "") -> None:
         """Queue an order behind the unconfirmed ones."""
-        self._orders.append(Order(tuple(tables), f"{self._name} {now_ns}"))
-        self._ordered_by[self._orders[-1].id] = ordered_by
-        if len(self._ordered_by) > MAX_ORDERS:
-            del self._ordered_by[next(iter(self._ordered_by))]
+        self._orders.append(Order(tuple(tables), f"{self._name} {now_ns}", ordered_by))
         if len(self._orders) == 1:
             self._queued_ns = now_ns
             self._publish_first(now_ns)
-
-    def ordered_by(self, order_id: str) -> str:
-        """Return who gave an order here; empty for one that came in another way."""
-        return self._ordered_by.get(order_id, "")
 
     def confirm_orders(self, accepted: Collection[str], now_ns: int) -> None:
         """Process the ids of accepted orders; the next order is published by `again`."""

@@ -251,7 +251,7 @@ class WebUiDevice(NavigationDevice):
     def on_delivery_status(self, message: DeliveryStatus) -> None:
         """Update the state of the deliveries and confirm accepted orders."""
         self._pending.confirm_orders(message.accepted, self.now_ns)
-        if self._record_round(message, self._pending.ordered_by(message.order_id)):
+        if self._record_round(message):
             self._server.set_layer("forecast", ())
         self._server.set_layer("history", self._newest_rounds())
         self._show_delivery(message)

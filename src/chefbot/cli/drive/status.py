@@ -83,6 +83,8 @@ def _delivery(
 
 
 def _stop(stop: dict[str, Any]) -> str:
+    if not stop["reachable"]:
+        return f"{display_name(stop['place'])}: no path on the map"
     time = f"{stop['time']:.0f} s" if stop["time"] < LONG_TIME else f"{stop['time'] / 60:.0f} min"
     charge = "" if stop["battery"] is None else f", {stop['battery']:.0f} % battery"
     return f"{display_name(stop['place'])} in {stop['distance']:.0f} m, about {time}{charge}"

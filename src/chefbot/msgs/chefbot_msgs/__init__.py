@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.chefbot_msgs.deliveries import Order as Order
 from chefbot.msgs.chefbot_msgs.deliveries import RoundForecast as RoundForecast
 from chefbot.msgs.chefbot_msgs.deliveries import RoundStop as RoundStop
 from chefbot.msgs.chefbot_msgs.launches import LaunchRequest as LaunchRequest
@@ -135,16 +136,6 @@ class LocalizationStatus(Message, frozen=True, eq=False):
     description: String = ""
 
 
-class Order(Message, frozen=True, eq=False):
-    """An order to deliver food to places, in order.
-
-    A second message with the same `id` is the same order; orders with an empty `id` are always distinct.
-    """
-
-    places: StringArray = ()
-    id: String = ""
-
-
 class PatrolOrder(Message, frozen=True, eq=False):
     """An order to drive to places, or through them without stopping.
 
@@ -209,6 +200,10 @@ class DeliveryStatus(Message, frozen=True, eq=False):
     """Places to be served from the trays, by tray, "" for none; empty if the robot carries all food at once."""
     untaken: StringArray = ()
     """Places whose food nobody took and is still on the robot, which returns it to the kitchen."""
+    ordered_by: String = ""
+    """Person who gave the order of the current round, or of the last one."""
+    last_outcome: String = ""
+    """How the last round ended, a sentence; empty before the first."""
 
 
 class EmergencyStopStatus(Message, frozen=True, eq=False):

@@ -1,10 +1,24 @@
-"""Messages of chefbot_msgs about when a delivery round reaches its stops."""
+"""Messages of chefbot_msgs about orders and when a delivery round reaches its stops."""
 
 from __future__ import annotations
 
 from chefbot.msgs.idl.constraints import per_field
-from chefbot.msgs.idl.message import Float32, Message, String
+from chefbot.msgs.idl.message import Bool, Float32, Message, String, StringArray
 from chefbot.msgs.std_msgs import Header
+
+
+class Order(Message, frozen=True, eq=False):
+    """An order to deliver food to places, in order.
+
+    A second message with the same `id` is the same order; orders with an empty `id` are always distinct.
+    """
+
+    ROS_PACKAGE = "chefbot_msgs"
+
+    places: StringArray = ()
+    id: String = ""
+    ordered_by: String = ""
+    """Name or role of the person; empty for another program."""
 
 
 class RoundStop(Message, frozen=True, eq=False):
@@ -19,6 +33,8 @@ class RoundStop(Message, frozen=True, eq=False):
     time: Float32 = 0.0
     charge: Float32 = -1.0
     """Charge of the battery on arrival, 0..1; negative if the battery is not monitored."""
+    reachable: Bool = True
+    """Whether the map shows a path; otherwise the forecast leaves the stop out, and its values are 0."""
 
 
 class RoundForecast(Message, frozen=True, eq=False):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.battery_monitor import prior_consumption
 from chefbot.nodes.deliveries.round import DeliveryRoundNode
+from chefbot.planning.route_lengths import RouteLengths
 from chefbot.runtime.node import Out, every, topic
 
 
@@ -48,7 +48,8 @@ class DeliveryForecastNode(DeliveryRoundNode):
         drives, drove = _drive_of(status), _drive_of(before)
         if drives != drove:
             self._drive_times.end(now, arrived=not status.hold_reason and not drives)
-            self._drive_times.begin(self._leg_lengths((drives,))[0] if drives else math.nan, now)
+            lengths = self._leg_lengths((drives,)) if drives else []
+            self._drive_times.begin(lengths[0] if lengths else math.inf, now)
 
     @every(hz=1)
     def publish_forecast(self) -> None:
@@ -62,25 +63,36 @@ class DeliveryForecastNode(DeliveryRoundNode):
         status, header, now = self._round.status, Header.of(self.now_ns, "map"), self.now_ns / 1e9
         stops = self._round.stops_left() if self._round.in_progress else ()
         legs = self._leg_lengths(stops)
-        if not stops or math.isnan(legs[0]):
+        if not legs:
             return RoundForecast(header, status.order_id)
         times = self._stop_times
         times.params = self.params
-        waits = [times.expected(at_kitchen=stop == self.params.kitchen) for stop in stops[:-1]]
+        stays = [times.expected(at_kitchen=stop == self.params.kitchen) for stop in stops]
         return RoundForecast(
-            header, status.order_id, forecast_stops(stops, legs, [times.rest(now), *waits], self._pace)
+            header, status.order_id, forecast_stops(stops, legs, times.rest(now), stays, self._pace)
         )
 
     def _leg_lengths(self, stops: tuple[str, ...]) -> list[float]:
-        """Return the length of the path to each stop from the one before, m; NaN without a map or a pose."""
-        route, lengths = self._route(stops), self._route_lengths()
-        if not stops or not route or lengths is None:
-            return [math.nan] * len(stops)
-        first, *others = pairwise(route)
-        for pair in others:
-            if pair not in self._lengths:
-                self._lengths[pair] = lengths.path_length(*pair)
-        return [lengths.path_length(*first), *(self._lengths[pair] for pair in others)]
+        """Return the length of the path to each stop from the reachable one before, m; inf where there is none.
+
+        The list is empty without a map or a pose.
+        """
+        route, routes = self._route(stops), self._route_lengths()
+        if not stops or not route or routes is None:
+            return []
+        robot, *poses = route
+        legs, start = [], robot
+        for pose in poses:
+            leg = routes.path_length(robot, pose) if start is robot else self._leg_length(routes, start, pose)
+            legs.append(leg)
+            start = start if math.isinf(leg) else pose
+        return legs
+
+    def _leg_length(self, routes: RouteLengths, start: SE2, end: SE2) -> float:
+        """Return the length of the path between two places, which is planned once for each map."""
+        if (start, end) not in self._lengths:
+            self._lengths[start, end] = routes.path_length(start, end)
+        return self._lengths[start, end]
 
     @property
     def _pace(self) -> Pace:

@@ -262,12 +262,16 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class RoundStopView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A stop that is left of a round: distance to it (m), time until the arrival (s), charge then (percent)."""
+    """A stop that is left of a round: distance to it (m), time until the arrival (s), charge then (percent).
+
+    reachable: whether the map shows a path to it.
+    """
 
     place: str
     distance: float
     time: float
     battery: float | None
+    reachable: bool = True
 
 
 class CauseView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

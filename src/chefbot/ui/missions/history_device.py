@@ -41,12 +41,12 @@ class HistoryDevice(MissionDevice):
             self._warn(str(error))
         return self._newest_rounds()
 
-    def _record_round(self, status: DeliveryStatus, ordered_by: str) -> bool:
+    def _record_round(self, status: DeliveryStatus) -> bool:
         """Record what has changed, and return whether there is something new to show."""
         if self._recorder is None:
             return False
         try:
-            return self._recorder.process(status, ordered_by)
+            return self._recorder.process(status)
         except StorageError as error:
             self._warn(str(error))
             self._recorder = None  # one sentence; the deliveries go on without it

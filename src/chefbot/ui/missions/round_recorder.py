@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from chefbot.delivery.status_messages import ROUND_STATES, ROUND_WAITS, display_name
+from chefbot.delivery.status_messages import ROUND_STATES, display_name
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.storage.delivery_history import DeliveryHistory
 
 TAKEN = "taken"
 NOT_SERVED = "not served"
-NEXT_ROUND = "The next round began."
 
 
 class RoundRecorder:
@@ -20,23 +19,26 @@ class RoundRecorder:
         self._key: tuple[str, tuple[str, ...]] = ("", ())
         self._taken = self._missed = 0
 
-    def process(self, status: DeliveryStatus, ordered_by: str) -> bool:
+    def process(self, status: DeliveryStatus) -> bool:
         """Note what has changed since the last status, and return whether the history has."""
-        if status.state not in ROUND_STATES:
-            return self._end(status.description.partition(ROUND_WAITS)[0].strip())  # without a question
+        if (
+            status.state not in ROUND_STATES or not status.places
+        ):  # without places it drives home to be charged
+            return self._end(status.last_outcome)
         began = self._number is None or self._key != (status.order_id, status.places)
         if began:
-            self._begin(status, ordered_by)
+            self._begin(status)
         return self._note_steps(status) or began
 
-    def _begin(self, status: DeliveryStatus, ordered_by: str) -> None:
+    def _begin(self, status: DeliveryStatus) -> None:
         """Begin a round, or go on with one that was recorded before a restart of this process."""
-        self._end(NEXT_ROUND)
+        self._end(status.last_outcome)
         history, places = self._history, status.places
         self._key = (status.order_id, places)
         self._number = history.open_round(status.order_id, places)
         if self._number is None:
-            self._number = history.begin(status.order_id, ordered_by, places, simulated=self._simulated)
+            person, simulated = status.ordered_by, self._simulated
+            self._number = history.begin(status.order_id, person, places, simulated=simulated)
         (newest,) = history.rounds(1)
         outcomes = [stop.outcome for stop in newest.stops]
         self._taken = outcomes.count(TAKEN)

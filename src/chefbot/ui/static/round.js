@@ -84,10 +84,10 @@ export class RoundCard {
   showForecast(forecast) {
     this.forecast = forecast;
     const { queue = [], state = "", place = "", round_active: active = false } = this.value ?? {};
-    const stops = active ? forecast : [], [next] = stops, home = stops.at(-1);
+    const stops = active ? forecast : [], [next] = stops, last = stops.at(-1), home = last?.reachable ? last : null;
     const drives = next?.place === place && (state === "driving" || state === "returning");
     text("eta", [
-      drives && tr("{place}: {metres}, about {time}.", { place: title(place), metres: metres(next.distance), time: time(next.time) }),
+      drives && arrival(next),
       home && stops.length > 1 && homeAgain(home),
       home && (this.stopped || this.value.waits_for === "choice") && tr("Times count from when the robot continues."),
     ].filter(Boolean).join(" "));
@@ -96,7 +96,8 @@ export class RoundCard {
       const found = stops.findIndex((stop, k) => k >= from && stop.place === name);
       const chip = $("queue").children[i].querySelector("small"), stop = stops[found];
       if (stop) from = found + 1;
-      chip.textContent = stop ? [metres(stop.distance), time(stop.time), ...charge(stop)].join(" · ") : "";
+      if (stop?.reachable) chip.textContent = [metres(stop.distance), time(stop.time), ...charge(stop)].join(" · ");
+      else chip.textContent = stop ? tr("no path on the map") : "";
     }
   }
 
@@ -151,6 +152,11 @@ export class RoundCard {
     $("when").hidden = true;
     if (command && when) this.send({ ...command, when });
   }
+}
+
+function arrival({ place, distance, time: left, reachable }) {
+  if (!reachable) return tr("{place}: no path on the map.", { place: title(place) });
+  return tr("{place}: {metres}, about {time}.", { place: title(place), metres: metres(distance), time: time(left) });
 }
 
 // Distance, time and, where it is known, charge of the battery at the end of a round.

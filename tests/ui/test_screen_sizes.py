@@ -22,7 +22,7 @@ CAN_BE_PRESSED = """((id) => {
   return width > 40 && height > 30 && (hit === button || button.contains(hit));
 })"""
 AREA_OF_MAP = """(() => {
-  const { width, height } = document.getElementById('map').getBoundingClientRect();
+  const { width, height } = document.getElementById('canvas').getBoundingClientRect();
   return width * height / (innerWidth * innerHeight);
 })()"""
 
@@ -46,6 +46,41 @@ def test_a_round_can_be_served_on_every_screen(waiting: Any) -> None:
                 assert tab.evaluate(f"{CAN_BE_PRESSED}('{button}')"), (button, width, height)
             assert tab.evaluate(AREA_OF_MAP) > 0.2, (width, height)
             assert tab.evaluate("document.documentElement.scrollWidth") == width
+
+
+def test_loaded_is_in_view_above_many_tables(page: Any) -> None:
+    show_a_room(page.server)
+    tables = ("table_1", "table_2", "table_1", "table_2")
+    step = "In the kitchen. Load the food for table 1, table 2, table 1 and table 2, then press 'Loaded'."
+    loads = DeliveryView(state="loading", step=step, queue=tables, waits_for="loaded", round_active=True)
+    page.server.set_layer("delivery", loads)
+    hidden = """document.getElementById('loaded').getBoundingClientRect().bottom
+      - document.querySelector('footer').getBoundingClientRect().top"""
+    with open_tab(page.url, NO_GPU) as tab:
+        for width, height in SIZES:
+            tab.resize(width, height)
+            tab.wait_for("document.querySelectorAll('#queue li').length === 4")
+            tab.evaluate("document.getElementById('panels').scrollTop = 0")
+            assert tab.evaluate(hidden) <= 0.0, (width, height)
+
+
+def test_a_warning_does_not_move_the_buttons(page: Any) -> None:
+    show_a_room(page.server)
+    waits = DeliveryView(state="waiting", place="table_1", waits_for="taken", round_active=True, loaded=True)
+    page.server.set_layer("delivery", waits)
+    tops = (
+        """(() => ['taken', 'stop'].map((id) => document.getElementById(id).getBoundingClientRect().top))()"""
+    )
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for("!document.getElementById('taken').hidden")
+        for width, height in SIZES:
+            tab.resize(width, height)
+            before = tab.evaluate(tops)
+            page.server.set_layer("status", StatusView(phase="At table 1.", warnings=WARNINGS))
+            tab.wait_for("!document.getElementById('warnings').hidden")
+            assert tab.evaluate(tops) == before, (width, height)
+            page.server.set_layer("status", StatusView(phase="At table 1."))
+            tab.wait_for("document.getElementById('warnings').hidden")
 
 
 def test_the_alarm_of_a_stop_is_on_every_screen(page: Any) -> None:

@@ -33,13 +33,14 @@ const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"
 const OF_THE_ROBOT = new Set(["stop", "shape", ...SOLID_LAYERS]);        // the same after a restart
 const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
 const MAP_PATIENCE = 3000;               // milliseconds: a first picture is drawn without its map if that takes longer
+const WHERE_SHOWN = 20000;               // milliseconds
 const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
 const NARROW = window.matchMedia("(max-width: 760px), (max-height: 480px)");
 const data = new Map();
 const hidden = new Set(QUIET);
 const glides = new Glides();
 const shown = new Map();                 // poses on the way from their last value to the latest
-let following = true, whole = true, lastData = 0, refusal = 0, failures = null, keepNotice = false;
+let following = true, whole = true, lastData = 0, refusal = 0, whereAsked = 0, failures = null, keepNotice = false;
 let complete = false;                    // whether the map has arrived, if there is one: places alone would jump
 let cameraInView = false, solid = null, kiosk = null, inspect = null, address = null;
 let unserved = "";                       // tables of a round of which a restarted server has not reported yet
@@ -328,7 +329,11 @@ $("language").onchange = () => {
 };
 if (loadError) showNotice(loadError, { stays: true });
 setTimeout(showFirstPicture, MAP_PATIENCE);
-$("where").onclick = () => { $("where-text").textContent = whereSentence(data); };
+$("where").onclick = () => {
+  clearTimeout(whereAsked);
+  $("where-text").textContent = whereSentence(data);
+  whereAsked = setTimeout(() => { $("where-text").textContent = ""; }, WHERE_SHOWN);   // soon it is somewhere else
+};
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });
 
 // What is shown, as far as it is not as usual, in the address.

@@ -116,7 +116,7 @@ export class RoundCard {
       const item = document.createElement("li"), head = document.createElement("b");
       const began = new Date(round.began).toLocaleString(language, { dateStyle: "short", timeStyle: "short" });
       head.textContent = round.ordered_by ? `${began}, ${round.ordered_by}: ` : `${began}: `;
-      item.append(head, round.stops.map((stop) => `${title(stop.place)} ${stop.outcome ? translated(stop.outcome) : tr("open")}`).join("; "), round.ended ? "" : `; ${tr("unfinished")}`);
+      item.append(head, round.stops.map((stop) => tr("{place}: {outcome}", { place: title(stop.place), outcome: stop.outcome ? translated(stop.outcome) : tr("open") })).join("; "), round.ended ? "" : `; ${tr("unfinished")}`);
       return item;
     }));
   }

@@ -135,6 +135,8 @@ def test_topic_list_info_echo_and_hz_work(verb: Callable, base: RmwNode) -> None
     assert verb("topic", "echo", "/r/map", "--once", "--field", "info.resolution")[1].strip() == "0.0"
     code, out, _ = verb("topic", "hz", "/r/scan", "--duration", "1")
     assert code == 0 and 1 < float(out.split()[1]) < 100 and "kB/s" in out  # 50, but late ones bunch
+    code, out, _ = verb("topic", "hz", "/r/map", "--duration", "1")
+    assert code == 1 and "no message" in out, "the stored one came before"
 
 
 @pytest.mark.slow

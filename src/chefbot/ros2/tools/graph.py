@@ -72,7 +72,7 @@ def measure_rates(node: RmwNode, seconds: float, stop: threading.Event) -> dict[
     for topic in node.wire.graph.topics().values():
         if topic.providers and _shown(topic):
             meters[topic.name] = Meter()
-            subscribe_any(node, topic, _counter(meters[topic.name]))
+            subscribe_any(node, topic, _counter(meters[topic.name]), stored=False)
     stop.wait(seconds)
     return {name: _rate_fields(meter.rate()) for name, meter in meters.items()}
 

@@ -14,8 +14,6 @@ from chefbot.ros2.tools.subscribe import subscribe_any
 
 AT_ONCE = 3
 """Number of topics that are measured at the same time."""
-SETTLE_TIME = 0.5
-"""Time after the subscription in which messages do not count, s: stored ones of a latched topic come all at once."""
 MAX_MESSAGES, MAX_TIME = 10, 3.0
 """Number of messages after which a topic is measured, and the time after which it is, s."""
 
@@ -62,13 +60,13 @@ class TopicSample:
         self._node = node
         self._begin = time.monotonic()
         self._meter = Meter()
-        self._subscriptions = subscribe_any(node, topic, self._note_arrival)
+        self._subscriptions = subscribe_any(node, topic, self._note_arrival, stored=False)
 
     @property
     def is_complete(self) -> bool:
         """Whether enough messages have arrived, or enough time has passed."""
         enough = self._meter.rate().messages >= MAX_MESSAGES
-        return enough or time.monotonic() - self._begin >= MAX_TIME + SETTLE_TIME
+        return enough or time.monotonic() - self._begin >= MAX_TIME
 
     @property
     def rate(self) -> float:
@@ -82,6 +80,4 @@ class TopicSample:
 
     def _note_arrival(self, _kind: InterfaceType, data: bytes) -> None:
         """Note a message, in a thread of Zenoh."""
-        now = time.monotonic()
-        if now - self._begin >= SETTLE_TIME:
-            self._meter.add(now, len(data))
+        self._meter.add(time.monotonic(), len(data))

@@ -12,6 +12,7 @@ from chefbot.ros2.rmw.attachment import Attachment
 from chefbot.ros2.rmw.graph import EndpointGroup, Graph
 from chefbot.ros2.rmw.names import InterfaceType
 from chefbot.ros2.rmw.node import RmwNode
+from chefbot.ros2.rmw.qos import VOLATILE
 from chefbot.ros2.rmw.qos_matching import best_matching_qos, offered_types
 from chefbot.ros2.rmw.subscription import SampleCallback, Subscription
 from chefbot.ros2.tools.common import NO_MESSAGE_TIMEOUT, errors, mismatches
@@ -29,13 +30,20 @@ class ReceivedSample(NamedTuple):
     data: bytes
 
 
-def subscribe_any(node: RmwNode, topic: EndpointGroup, callback: TypedSampleCallback) -> list[Subscription]:
-    """Subscribe to all types of a topic and call `callback(type, bytes)` in a Zenoh thread."""
+def subscribe_any(
+    node: RmwNode, topic: EndpointGroup, callback: TypedSampleCallback, *, stored: bool = True
+) -> list[Subscription]:
+    """Subscribe to all types of a topic and call `callback(type, bytes)` in a Zenoh thread.
+
+    stored: whether to receive messages from before the subscription, too, which latched topics keep.
+    """
     subscriptions = []
     for kind in offered_types(topic):
         qos = best_matching_qos(
             publisher.info.qos for publisher in topic.providers if publisher.info.type == kind
         )
+        if not stored:
+            qos = qos._replace(durability=VOLATILE)
         subscriptions.append(node.raw_subscription(topic.name, kind, _of_type(kind, callback), qos))
     return subscriptions
 

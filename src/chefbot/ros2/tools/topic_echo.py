@@ -68,7 +68,7 @@ def run_hz(topic: str, seconds: float) -> int:
         named = find(node.wire.graph.topics, topic, "topic")
         watch = NoMessageMonitor(node.wire.graph, named.name)
         meters = [Meter()]
-        subscribe_any(node, named, lambda _, data: meters[-1].add(time.monotonic(), len(data)))
+        subscribe_any(node, named, lambda _, data: meters[-1].add(time.monotonic(), len(data)), stored=False)
         deadline = time.monotonic() + seconds
         while not stop.wait(0.05) and (seconds == 0 or time.monotonic() < deadline):
             watch.received |= meters[-1].rate().messages > 0

@@ -75,7 +75,8 @@ def press(phone: Phone, fault: str, rng: random.Random) -> Press:
             alarm = now - pressed
         time.sleep(0.01)
     network.mode = "pass"
-    passed = time.monotonic()
+    # bytes that are late pass at the end of their delay
+    passed = max(time.monotonic(), pressed + network.delay if fault == "late" else 0.0)
     while not phone.stopped and time.monotonic() - passed < PATIENCE:
         time.sleep(0.002)
     stand = max(0.0, time.monotonic() - passed)

@@ -38,7 +38,7 @@ def test_a_history_damaged_inside_is_a_notice(tmp_path: Path, monkeypatch: pytes
     damage_rows(path)
     assert device._open_history(simulated=False) == ()
     under_way = DeliveryStatus(state="driving", place="kitchen", places=("table_1",), order_id="a")
-    assert not device._record_round(under_way, "anna"), "nothing is written into a damaged file"
+    assert not device._record_round(under_way), "nothing is written into a damaged file"
     nodes.run(1.0)
     (notice,) = nodes.messages("page/notice")
     assert "the history" in notice.data and "cannot be used" in notice.data

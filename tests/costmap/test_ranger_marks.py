@@ -67,6 +67,16 @@ def test_a_door_post_explains_an_echo() -> None:
     assert marked(costs, RANGER)
 
 
+@pytest.mark.parametrize(("bearing", "explained"), [(0.33, True), (-0.33, True), (0.6, False)])
+def test_a_table_leg_at_the_edge_of_the_cone_explains_an_echo(bearing: float, explained: bool) -> None:
+    """The cone ends at 0.26 rad: while the robot turns, the leg is still in it or already."""
+    costs = costmap()
+    costs.mark_and_clear("laser", SENSOR, np.array([bearing]), np.array([0.4]))
+    for _ in range(5):
+        mark_range(costs, SENSOR, echo(0.4))
+    assert costs.has_source(RANGER) != explained
+
+
 @pytest.mark.parametrize("metres", [math.inf, -math.inf, math.nan, 1.2, 0.01])
 def test_no_echo_and_far_echoes_mark_nothing(metres: float) -> None:
     costs = costmap()

@@ -31,6 +31,9 @@ MARK_PROBABILITY = 0.8
 """Probability from which a cell is marked (mark_threshold of RangeSensorLayer)."""
 EXPLAINED_DISTANCE = 0.12
 """Difference between an echo and a known obstacle in the cone up to which that explains it, m."""
+EXPLAINED_MARGIN = 0.15
+"""Angle beside the cone in which a known obstacle explains an echo, too, rad: its cells are coarse, and while the robot
+turns they lag behind it. An echo of a table leg at the edge would otherwise mark the arc through the gap beside it."""
 CONTACT_BEARINGS = (-0.35, 0.0, 0.35)
 """Bearings of the marks of a contact about the direction of motion, rad: where it was touched is not known."""
 CONTACT_MARGIN = 0.03
@@ -58,8 +61,9 @@ def mark_range(costs: LayeredCostmap, sensor: SE2, echo: Range) -> None:
     if costs.has_source(CONTACT):
         costs.source_cells(CONTACT)[window.slices][free] = UNKNOWN
     known = costs.obstacles(window, without=RANGER)
-    near = in_cone & (np.abs(phi - distance) <= EXPLAINED_DISTANCE)
-    marks = marks and not (known & near).any()
+    around_cone = np.abs(theta) <= echo.field_of_view / 2.0 + EXPLAINED_MARGIN
+    explains = known & around_cone & (np.abs(phi - distance) <= EXPLAINED_DISTANCE)
+    marks = marks and not explains.any()
     if marks or costs.has_source(RANGER):
         cells = costs.source_cells(RANGER)[window.slices]
         updated = in_cone if marks else free

@@ -32,8 +32,8 @@ MARK_PROBABILITY = 0.8
 EXPLAINED_DISTANCE = 0.12
 """Difference between an echo and a known obstacle in the cone up to which that explains it, m."""
 EXPLAINED_MARGIN = 0.15
-"""Angle beside the cone in which a known obstacle explains an echo, too, rad: its cells are coarse, and while the robot
-turns they lag behind it. An echo of a table leg at the edge would otherwise mark the arc through the gap beside it."""
+"""Angle beside the cone in which a known obstacle explains an echo, too, rad: cells are coarse, and while the robot
+turns they lag behind. An echo of a table leg at the edge would otherwise mark the arc through the gap beside it."""
 CONTACT_BEARINGS = (-0.35, 0.0, 0.35)
 """Bearings of the marks of a contact about the direction of motion, rad: where it was touched is not known."""
 CONTACT_MARGIN = 0.03

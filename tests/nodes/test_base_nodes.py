@@ -23,7 +23,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Float64
 from chefbot.nodes.behavior_server import BehaviorServerNode
 from chefbot.nodes.deliveries.round import DeliveryRoundNode
-from chefbot.nodes.frontier_map import MAP_TIMEOUT, FrontierMapNode
+from chefbot.nodes.exploration.frontier_map import MAP_TIMEOUT, FrontierMapNode
 from chefbot.nodes.local_costmap import LocalCostmapNode
 from chefbot.nodes.navigation.recovery_behaviors import COSTMAP_REFRESH_TIME, RecoveryBehaviorsNode
 from chefbot.planning.params import PlannerParams

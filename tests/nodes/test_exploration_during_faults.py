@@ -22,7 +22,7 @@ from chefbot.msgs.nav2_msgs import (
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.exploration_reports import FAULT_PATIENCE
+from chefbot.nodes.exploration.reports import FAULT_PATIENCE
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams
 

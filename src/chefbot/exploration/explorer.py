@@ -119,6 +119,12 @@ class Explorer:
         else:
             self._failed_goals.append((goal.x, goal.y, LEARNED_WEIGHT if learned else 1.0))
 
+    def has_failed(self, goal: ExplorationGoal) -> bool:
+        """Return whether a drive to this goal, or to another one of its frontier, has failed before."""
+        return (
+            self._attempts_near(goal.pose) > 0 if goal.blocked else bool(self._failures_near(goal.x, goal.y))
+        )
+
     def note_gain(self, goal: ExplorationGoal, shown: float) -> None:
         """Take by how many square metres the map has grown on the way to a goal."""
         self._required_gain.update(goal.gain, shown)
@@ -139,13 +145,8 @@ class Explorer:
         skipped = SkippedFrontier(frontier.x, frontier.y, frontier.length, TOO_LITTLE)
         if frontier.length < self.min_frontier_length:
             return skipped._replace(reason=TOO_SMALL)
-        tolerance = self.params.same_goal_distance
         # Give up after repeated failures near this frontier
-        failed = [
-            weight
-            for x, y, weight in self._failed_goals
-            if math.hypot(x - frontier.x, y - frontier.y) <= tolerance
-        ]
+        failed = self._failures_near(frontier.x, frontier.y)
         if sum(failed) >= self.params.max_attempts:
             return skipped._replace(reason=FAILED.format(len(failed)), failed=True)
         gain, required = -math.inf, self._required_gain.value
@@ -157,6 +158,15 @@ class Explorer:
         if gain < 0.0:
             return skipped._replace(reason=UNREACHABLE)
         return skipped._replace(reason=DIMINISHED) if gain >= self._required_gain.minimum else skipped
+
+    def _failures_near(self, x: float, y: float) -> list[float]:
+        """Return how much each of the failures counts whose frontiers were here."""
+        tolerance = self.params.same_goal_distance
+        return [
+            weight
+            for frontier_x, frontier_y, weight in self._failed_goals
+            if math.hypot(frontier_x - x, frontier_y - y) <= tolerance
+        ]
 
     def _viewpoints(
         self, grid: Grid, cost: NDArray[np.float32], frontier: Frontier, close_first: bool

@@ -13,19 +13,17 @@ from chefbot.exploration.params import ExplorerParams
 from chefbot.exploration.session import ExplorationSession
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import EmergencyStopStatus, ExplorationStatus
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped
-from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result, Spin
-from chefbot.msgs.std_msgs import Bool, Empty, Header
-from chefbot.nodes.exploration_reports import ExplorationReportsNode, RobotFaultError
+from chefbot.msgs.nav2_msgs import Spin
+from chefbot.msgs.std_msgs import Bool, Empty
+from chefbot.nodes.exploration.drives import ExplorationDrivesNode
+from chefbot.nodes.exploration.reports import RobotFaultError
 from chefbot.planning.params import PlannerParams
 from chefbot.runtime.actions import action_client
-from chefbot.runtime.coroutines import Cancelled, Future, Task, wait_any
+from chefbot.runtime.coroutines import Cancelled, Task
 from chefbot.runtime.node import In, restored
 from chefbot.safety.emergency_stop import REFUSED, is_pressed, pressed_since
 
 READY = "Ready to explore."
-CHECK_PERIOD = 2.0
-"""Period at which the frontier is checked on the growing map while driving, s."""
 
 
 class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -38,7 +36,7 @@ class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     autostart: Annotated[bool, Meta(description="whether to explore from the start, else on request")] = True
 
 
-class ExplorerNode(ExplorationReportsNode):
+class ExplorerNode(ExplorationDrivesNode):
     """Sends the navigator from frontier to frontier; `exploration_status` reports progress and skipped frontiers.
 
     true on `explore` begins an exploration, or continues one that was ended, on the map as it is; false ends it.
@@ -51,7 +49,6 @@ class ExplorerNode(ExplorationReportsNode):
     emergency_stop: In[Bool]
     restored_status: In[ExplorationStatus] = restored("exploration_status")
     restored_stop: In[EmergencyStopStatus] = restored("stop_status")
-    navigate_to_pose = action_client(NavigateToPose)
     spin = action_client(Spin)
 
     def start(self) -> None:
@@ -125,18 +122,7 @@ class ExplorerNode(ExplorationReportsNode):
 
     async def _visit(self, goal: ExplorationGoal, known: float) -> None:
         """Drive to a goal, and stop early once its frontier has been mapped; known: area known before, m^2."""
-        driving = self._go(goal.pose)
-        try:
-            while not driving.done and self._frontier_remains(goal):
-                await wait_any(driving, self.sleep(CHECK_PERIOD))
-        finally:
-            driving.discard()
-        if driving.done and driving.result().error_code:
-            if self._base_fault:
-                await self._await_end_of_fault()
-            else:
-                self._note_failed(goal)
-        elif driving.done:
+        if await self._reach(goal):
             if goal.look_around:
                 await self.spin.call(self._session.next_turn())
             await self._await_new_map()
@@ -144,7 +130,3 @@ class ExplorerNode(ExplorationReportsNode):
             if self._frontier_remains(goal):
                 self._explorer.mark_failed(goal)
         self._explorer.note_gain(goal, self._known_area - known)
-
-    def _go(self, pose: SE2) -> Future[NavigateToPose_Result]:
-        stamped = PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))
-        return self.navigate_to_pose.call(NavigateToPose_Goal(stamped))

@@ -6,7 +6,7 @@ from chefbot.exploration.session import NOTHING_DECIDED, WAITS, ExplorationSessi
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.msgs.std_msgs import String
 from chefbot.nodes.causes.base_fault import BaseFaultNode
-from chefbot.nodes.frontier_map import FrontierMapNode
+from chefbot.nodes.exploration.frontier_map import FrontierMapNode
 from chefbot.runtime.node import Out, topic
 
 FAULT_PATIENCE = 300.0

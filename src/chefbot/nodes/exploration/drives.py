@@ -1,0 +1,62 @@
+"""The drives of an exploration; the first one to a goal is given up early if the robot does not get on."""
+
+from __future__ import annotations
+
+from chefbot.exploration.explorer import ExplorationGoal
+from chefbot.maths.se2 import SE2
+from chefbot.msgs.geometry_msgs import Pose, PoseStamped
+from chefbot.msgs.nav2_msgs import (
+    NavigateToPose,
+    NavigateToPose_Feedback,
+    NavigateToPose_Goal,
+    NavigateToPose_Result,
+)
+from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.exploration.reports import ExplorationReportsNode
+from chefbot.runtime.actions import action_client
+from chefbot.runtime.coroutines import Future, wait_any
+
+CHECK_PERIOD = 2.0
+"""Period at which the frontier is checked on the growing map while driving, s."""
+FIRST_RECOVERIES = 4
+"""Number of recoveries of the first drive to a goal, each of the navigator's once; later drives have all of them."""
+
+
+class ExplorationDrivesNode(ExplorationReportsNode):
+    """Base class of a node that explores: it drives to goals and notes those that cannot be reached."""
+
+    navigate_to_pose = action_client(NavigateToPose)
+
+    def start(self) -> None:
+        """Start without having driven anywhere."""
+        super().start()
+        self._recoveries = 0
+
+    def on_navigate_to_pose(self, feedback: NavigateToPose_Feedback) -> None:
+        """Note how many recoveries the drive has needed."""
+        self._recoveries = feedback.number_of_recoveries
+
+    def _go(self, pose: SE2) -> Future[NavigateToPose_Result]:
+        self._recoveries = 0
+        stamped = PoseStamped(Header.of(self.now_ns, "map"), Pose.of(pose))
+        return self.navigate_to_pose.call(NavigateToPose_Goal(stamped))
+
+    async def _reach(self, goal: ExplorationGoal) -> bool:
+        """Drive to a goal until it is reached, cannot be reached, or its frontier is mapped; return whether it was
+        reached."""
+        driving = self._go(goal.pose)
+        try:
+            while not driving.done and self._frontier_remains(goal) and not self._gets_stuck(goal):
+                await wait_any(driving, self.sleep(CHECK_PERIOD))
+        finally:
+            driving.discard()
+        failed = driving.result().error_code != 0 if driving.done else self._gets_stuck(goal)
+        if failed and self._base_fault:
+            await self._await_end_of_fault()
+        elif failed:
+            self._note_failed(goal)
+        return driving.done and not failed
+
+    def _gets_stuck(self, goal: ExplorationGoal) -> bool:
+        """Return whether the first drive to a goal has needed too many recoveries: others may be reached sooner."""
+        return self._recoveries > FIRST_RECOVERIES and not self._explorer.has_failed(goal)

@@ -1,4 +1,4 @@
-"""An exploration with a navigator that gets stuck: it gives up the first drive to a frontier early, later ones not."""
+"""An exploration with a navigator that gets stuck: it gives up first drives to a frontier early, later ones not."""
 
 from __future__ import annotations
 
@@ -83,6 +83,6 @@ def test_the_first_drive_to_each_frontier_is_given_up_early() -> None:
     assert all(drive == RECOVERIES * RECOVERY for drive in drives if drive not in early)
 
 
-def test_a_drive_that_is_given_up_during_a_fault_shows_nothing_about_its_frontier() -> None:
+def test_giving_up_during_a_fault_blames_no_frontier() -> None:
     drives, status = explored("The left wheel is blocked.")
     assert len(drives) == 1 and not any("failed" in frontier for frontier in status.skipped_frontiers)

@@ -17,6 +17,7 @@ from chefbot.robot.load import load_robot
 
 RESOLUTION, SIZE = 0.05, 120
 ROBOT = SE2(2.0, 3.0, 0.0)
+NO_PATH = np.zeros((0, 3))
 
 
 def room() -> Grid:
@@ -44,16 +45,26 @@ def reachable(grid: Grid, x: float, y: float) -> bool:
 def test_what_lies_behind_a_mirror_is_not_reachable() -> None:
     grid, blockages = room(), Blockages()
     assert reachable(blockages.on(grid), 4.0, 3.0)
-    assert blockages.add(ROBOT, with_mirror(grid), grid)
-    assert not blockages.add(ROBOT, with_mirror(grid), grid), "it is known by now"
+    assert blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid)
+    assert not blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid), "it is known by now"
     assert not reachable(blockages.on(grid), 4.0, 3.0)
     assert reachable(blockages.on(grid), 2.0, 5.0), "this side is free as before"
     assert np.array_equal(grid.cells, room().cells), "the map itself is as it was"
 
 
+def test_what_is_on_the_path_counts_from_far_away() -> None:
+    """Having failed, the robot may have backed up, or have turned back long before the mirror."""
+    grid, blockages, far = room(), Blockages(), SE2(0.5, 5.0, 0.0)
+    assert not blockages.add(far, NO_PATH, with_mirror(grid), grid)
+    path = np.column_stack([np.linspace(0.5, 4.0, 50), np.linspace(5.0, 3.0, 50), np.zeros(50)])
+    assert blockages.add(far, path, with_mirror(grid), grid)
+    marked = np.argwhere(blockages.on(grid).cells != grid.cells)
+    assert len(marked) and np.all(marked[:, 1] == 60) and np.all(marked[:, 0] >= 60), "near the path"
+
+
 def test_it_is_free_again_once_the_obstacle_is_seen_gone() -> None:
     grid, blockages = room(), Blockages()
-    blockages.add(ROBOT, with_mirror(grid), grid)
+    blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid)
     blockages.forget_gone(ROBOT, with_mirror(grid))
     assert not reachable(blockages.on(grid), 4.0, 3.0)
     blockages.forget_gone(SE2(0.5, 0.5, 0.0), grid)
@@ -64,7 +75,7 @@ def test_it_is_free_again_once_the_obstacle_is_seen_gone() -> None:
 
 def test_obstacles_of_the_map_are_not_blockages() -> None:
     grid, blockages = room(), Blockages()
-    blockages.add(ROBOT, with_mirror(room(), column=60), with_mirror(grid, column=61))
+    blockages.add(ROBOT, NO_PATH, with_mirror(room(), column=60), with_mirror(grid, column=61))
     assert blockages.on(grid) is grid, "a cell beside a wall of the map is that wall, seen again"
 
 
@@ -72,7 +83,7 @@ def test_obstacles_of_the_map_are_not_blockages() -> None:
 def test_only_what_is_near_counts(x: float, y: float, seed: int) -> None:
     grid, blockages = Grid(np.full((SIZE, SIZE), FREE, np.int8), RESOLUTION, 0.0, 0.0), Blockages()
     marks = (np.random.default_rng(seed).random((SIZE, SIZE)) < 0.01).astype(np.int8) * OCCUPIED
-    blockages.add(SE2(x, y, 0.0), Grid(marks, RESOLUTION, 0.0, 0.0), grid)
+    blockages.add(SE2(x, y, 0.0), NO_PATH, Grid(marks, RESOLUTION, 0.0, 0.0), grid)
     rows, columns = np.indices(marks.shape)
     distance = np.hypot(RESOLUTION * (columns + 0.5) - x, RESOLUTION * (rows + 0.5) - y)
     expected = np.where(distance <= REACH, marks, FREE)
@@ -81,6 +92,6 @@ def test_only_what_is_near_counts(x: float, y: float, seed: int) -> None:
 
 def test_a_map_that_has_shrunk_ignores_what_lies_outside() -> None:
     grid, blockages = room(), Blockages()
-    blockages.add(ROBOT, with_mirror(grid), grid)
+    blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid)
     small = Grid(grid.cells[:40, :40], RESOLUTION, 0.0, 0.0)
     assert np.array_equal(blockages.on(small).cells, small.cells)

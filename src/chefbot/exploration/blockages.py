@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 
 REACH = 2.0
 """Distance from the robot up to which obstacles of the costmap explain why it does not come on, m."""
+PATH_REACH = 0.5
+"""The same, from its path to the goal on the map: it may have failed far away from what is in the way, m."""
 WALL_MARGIN = 1
 """Cells around an obstacle of the map in which a mark of the costmap is that obstacle."""
 
@@ -27,16 +29,18 @@ class Blockages:
     def __init__(self) -> None:
         self._points: Floats = np.zeros((0, 2))
 
-    def add(self, robot: SE2, costmap: Grid, grid: Grid) -> bool:
-        """Add what the costmap (OCCUPIED: lethal), but not the map, has within REACH of a robot that failed here.
+    def add(self, robot: SE2, path: Floats, costmap: Grid, grid: Grid) -> bool:
+        """Add what the costmap (OCCUPIED: lethal), but not the map, has in the way of a robot that failed here.
 
-        Returns whether some of it was not known before.
+        path: (n, 2 or 3) from the robot to the goal on the map; empty if there is none. Returns whether some of it
+        was not known before.
         """
         self.forget_gone(robot, costmap)
         cells = np.argwhere(costmap.cells == OCCUPIED).astype(np.float64) + 0.5
         x = costmap.origin_x + cells[:, 1] * costmap.resolution
         y = costmap.origin_y + cells[:, 0] * costmap.resolution
         near = np.hypot(x - robot.x, y - robot.y) <= REACH
+        near |= _distance_to(path, x, y) <= PATH_REACH
         chosen = near & (_near_obstacles(grid).values(x, y, outside=0) == 0)
         known = len(self._points)
         self._points = np.unique(np.vstack([self._points, np.column_stack([x[chosen], y[chosen]])]), axis=0)
@@ -58,6 +62,16 @@ class Blockages:
         cells = grid.cells.copy()
         cells[rows[inside], columns[inside]] = OCCUPIED
         return dataclasses.replace(grid, cells=cells)
+
+
+def _distance_to(path: Floats, x: Floats, y: Floats) -> Floats:
+    """Return the distance of points (n,) from the nearest point of a path, m; inf without one."""
+    from scipy.spatial import KDTree
+
+    if not len(path):
+        return np.full(len(x), np.inf)
+    distances: Floats = KDTree(path[:, :2]).query(np.column_stack([x, y]))[0]
+    return distances
 
 
 def _near_obstacles(grid: Grid) -> Grid:

@@ -53,7 +53,8 @@ class ExplorerNode(ExplorationDrivesNode):
 
     def start(self) -> None:
         """Start exploring with a full turn, also after a restart, with the map as it is."""
-        import scipy.ndimage  # noqa: F401 (the import takes 0.1 s and more: now, not at the first decision)
+        import scipy.ndimage
+        import scipy.spatial  # noqa: F401 (the imports take 0.1 s and more: now, not at the first decision)
 
         super().start()
         self._refused = False

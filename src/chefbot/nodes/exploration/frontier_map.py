@@ -84,9 +84,17 @@ class FrontierMapNode(Node):
         """Record that a goal was not reached, and what blocks the robot here although it is not on the map."""
         learned = False
         if self.map.last is not None and self.planner_costmap.last is not None:
-            robot = self.tf.lookup("map", "base_link")
-            learned = self._blockages.add(robot, self.planner_costmap.last.grid, self.map.last.grid)
+            robot, grid = self.tf.lookup("map", "base_link"), self.map.last.grid
+            path = self._path_to(goal, robot, grid)
+            learned = self._blockages.add(robot, path, self.planner_costmap.last.grid, grid)
         self._explorer.mark_failed(goal, learned=learned)
+
+    def _path_to(self, goal: ExplorationGoal, robot: SE2, grid: Grid) -> NDArray[np.float64]:
+        """Return the path (n, 3) to a goal on the map with the known blockages; empty if there is none."""
+        try:
+            return self._planner.plan(self._costs_of(self._blockages.on(grid)).update(), robot, goal.pose)
+        except PlanningError:
+            return np.zeros((0, 3))
 
     def _forget_blockages(self) -> None:
         """Forget what has blocked the robot here and has gone."""

@@ -17,6 +17,7 @@ from chefbot.robot.load import load_robot
 
 RESOLUTION, SIZE = 0.05, 120
 ROBOT = SE2(2.0, 3.0, 0.0)
+RADIUS = load_robot("chefbot_lidar").inscribed_radius
 NO_PATH = np.zeros((0, 3))
 
 
@@ -43,7 +44,7 @@ def reachable(grid: Grid, x: float, y: float) -> bool:
 
 
 def test_what_lies_behind_a_mirror_is_not_reachable() -> None:
-    grid, blockages = room(), Blockages()
+    grid, blockages = room(), Blockages(RADIUS)
     assert reachable(blockages.on(grid), 4.0, 3.0)
     assert blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid)
     assert not blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid), "it is known by now"
@@ -54,7 +55,7 @@ def test_what_lies_behind_a_mirror_is_not_reachable() -> None:
 
 def test_what_is_on_the_path_counts_from_far_away() -> None:
     """Having failed, the robot may have backed up, or have turned back long before the mirror."""
-    grid, blockages, far = room(), Blockages(), SE2(0.5, 5.0, 0.0)
+    grid, blockages, far = room(), Blockages(RADIUS), SE2(0.5, 5.0, 0.0)
     assert not blockages.add(far, NO_PATH, with_mirror(grid), grid)
     path = np.column_stack([np.linspace(0.5, 4.0, 50), np.linspace(5.0, 3.0, 50), np.zeros(50)])
     assert blockages.add(far, path, with_mirror(grid), grid)
@@ -62,8 +63,28 @@ def test_what_is_on_the_path_counts_from_far_away() -> None:
     assert len(marked) and np.all(marked[:, 1] == 60) and np.all(marked[:, 0] >= 60), "near the path"
 
 
+def test_a_gap_that_only_the_planner_finds_too_narrow_is_blocked() -> None:
+    """The ranger has marked the middle of the mirror; between that and the wall the body just fits."""
+    grid, blockages = room(), Blockages(RADIUS)
+    marked = with_mirror(grid)
+    marked.cells[50:70, 60] = FREE
+    marked.cells[57:63, 60] = OCCUPIED
+    distance = np.hypot(*np.meshgrid(np.arange(-4, 5), np.arange(-4, 5)))
+    for row, column in np.argwhere(marked.cells == OCCUPIED):
+        window = marked.cells[max(row - 4, 0) : row + 5, max(column - 4, 0) : column + 5]
+        if window.shape == distance.shape:
+            window[(distance <= 4) & (window < 99)] = 99
+    path = np.column_stack([np.linspace(2.0, 4.0, 60), np.full(60, 2.65), np.zeros(60)])
+    assert blockages.add(ROBOT, path, marked, grid)
+    changed = np.argwhere(blockages.on(grid).cells != grid.cells) + 0.5
+    assert len(changed) > 20
+    assert np.hypot(*(RESOLUTION * changed[:, ::-1] - [ROBOT.x, ROBOT.y]).T).min() > 0.4
+    blockages.forget_gone(ROBOT, grid)
+    assert blockages.on(grid) is grid
+
+
 def test_it_is_free_again_once_the_obstacle_is_seen_gone() -> None:
-    grid, blockages = room(), Blockages()
+    grid, blockages = room(), Blockages(RADIUS)
     blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid)
     blockages.forget_gone(ROBOT, with_mirror(grid))
     assert not reachable(blockages.on(grid), 4.0, 3.0)
@@ -74,14 +95,14 @@ def test_it_is_free_again_once_the_obstacle_is_seen_gone() -> None:
 
 
 def test_obstacles_of_the_map_are_not_blockages() -> None:
-    grid, blockages = room(), Blockages()
+    grid, blockages = room(), Blockages(RADIUS)
     blockages.add(ROBOT, NO_PATH, with_mirror(room(), column=60), with_mirror(grid, column=61))
     assert blockages.on(grid) is grid, "a cell beside a wall of the map is that wall, seen again"
 
 
 @given(st.floats(0.1, 5.9), st.floats(0.1, 5.9), st.integers(0, 2**32 - 1))
 def test_only_what_is_near_counts(x: float, y: float, seed: int) -> None:
-    grid, blockages = Grid(np.full((SIZE, SIZE), FREE, np.int8), RESOLUTION, 0.0, 0.0), Blockages()
+    grid, blockages = Grid(np.full((SIZE, SIZE), FREE, np.int8), RESOLUTION, 0.0, 0.0), Blockages(RADIUS)
     marks = (np.random.default_rng(seed).random((SIZE, SIZE)) < 0.01).astype(np.int8) * OCCUPIED
     blockages.add(SE2(x, y, 0.0), NO_PATH, Grid(marks, RESOLUTION, 0.0, 0.0), grid)
     rows, columns = np.indices(marks.shape)
@@ -91,7 +112,7 @@ def test_only_what_is_near_counts(x: float, y: float, seed: int) -> None:
 
 
 def test_a_map_that_has_shrunk_ignores_what_lies_outside() -> None:
-    grid, blockages = room(), Blockages()
+    grid, blockages = room(), Blockages(RADIUS)
     blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid)
     small = Grid(grid.cells[:40, :40], RESOLUTION, 0.0, 0.0)
     assert np.array_equal(blockages.on(small).cells, small.cells)

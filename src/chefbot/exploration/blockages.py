@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +19,21 @@ PATH_REACH = 0.5
 """The same, from its path to the goal on the map: it may have failed far away from what is in the way, m."""
 WALL_MARGIN = 1
 """Cells around an obstacle of the map in which a mark of the costmap is that obstacle."""
+FREE_AROUND_ROBOT = 0.4
+"""Distance from the robot within which inscribed cells are no blockage, m: it has to get away from there."""
+INSCRIBED = 99
+"""Occupancy of cells of the costmap whose distance from an obstacle is less than the robot's inscribed radius."""
 
 
 class Blockages:
     """Obstacles of the planner's costmap, but not of the map, at the places where the robot could not go on.
 
     The sensor that makes the map may see through them: what lies beyond is on the map, and cannot be reached.
+    inscribed_radius: that of the robot, m.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, inscribed_radius: float) -> None:
+        self._radius = inscribed_radius
         self._points: Floats = np.zeros((0, 2))
 
     def add(self, robot: SE2, path: Floats, costmap: Grid, grid: Grid) -> bool:
@@ -36,21 +43,39 @@ class Blockages:
         was not known before.
         """
         self.forget_gone(robot, costmap)
-        cells = np.argwhere(costmap.cells == OCCUPIED).astype(np.float64) + 0.5
-        x = costmap.origin_x + cells[:, 1] * costmap.resolution
-        y = costmap.origin_y + cells[:, 0] * costmap.resolution
+        known = len(self._points)
+        new = self._obstacles(robot, path, costmap, grid), self._entrance(robot, path, costmap, grid)
+        self._points = np.unique(np.vstack([self._points, *new]), axis=0)
+        return len(self._points) > known
+
+    def _obstacles(self, robot: SE2, path: Floats, costmap: Grid, grid: Grid) -> Floats:
+        """Return the lethal cells (n, 2) near the robot and its path, m."""
+        x, y = _cells_from(OCCUPIED, costmap)
         near = np.hypot(x - robot.x, y - robot.y) <= REACH
         near |= _distance_to(path, x, y) <= PATH_REACH
-        chosen = near & (_near_obstacles(grid).values(x, y, outside=0) == 0)
-        known = len(self._points)
-        self._points = np.unique(np.vstack([self._points, np.column_stack([x[chosen], y[chosen]])]), axis=0)
-        return len(self._points) > known
+        chosen = near & ~_is_near_obstacle(grid, WALL_MARGIN, x, y)
+        return np.column_stack([x[chosen], y[chosen]])
+
+    def _entrance(self, robot: SE2, path: Floats, costmap: Grid, grid: Grid) -> Floats:
+        """Return the inscribed cells (n, 2) where the path enters them, m, unless obstacles of the map make them so.
+
+        A gap beside an obstacle that is marked in part only looks wider on the map than to the planner.
+        """
+        entered = _first_entered(costmap.values(path[:, 0], path[:, 1], outside=0) >= INSCRIBED)
+        if entered < 0:
+            return np.zeros((0, 2))
+        x, y = _cells_from(INSCRIBED, costmap)
+        near = np.hypot(x - path[entered, 0], y - path[entered, 1]) <= PATH_REACH
+        near &= np.hypot(x - robot.x, y - robot.y) > FREE_AROUND_ROBOT
+        margin = math.ceil(self._radius / grid.resolution)
+        chosen = near & ~_is_near_obstacle(grid, margin, x, y)
+        return np.column_stack([x[chosen], y[chosen]])
 
     def forget_gone(self, robot: SE2, costmap: Grid) -> None:
         """Forget what was within REACH of the robot and is not on the costmap any more."""
         x, y = self._points[:, 0], self._points[:, 1]
         far = np.hypot(x - robot.x, y - robot.y) > REACH
-        self._points = self._points[far | (costmap.values(x, y, outside=0) == OCCUPIED)]
+        self._points = self._points[far | (costmap.values(x, y, outside=0) >= INSCRIBED)]
 
     def on(self, grid: Grid) -> Grid:
         """Return the map with what is known as obstacles."""
@@ -74,9 +99,26 @@ def _distance_to(path: Floats, x: Floats, y: Floats) -> Floats:
     return distances
 
 
-def _near_obstacles(grid: Grid) -> Grid:
-    """Return a grid that is 1 within WALL_MARGIN cells of an obstacle of the map, else 0."""
+def _cells_from(occupancy: int, costmap: Grid) -> tuple[Floats, Floats]:
+    """Return x and y of the cells (n,) with at least this occupancy, m."""
+    cells = np.argwhere(costmap.cells >= occupancy).astype(np.float64) + 0.5
+    return (
+        costmap.origin_x + cells[:, 1] * costmap.resolution,
+        costmap.origin_y + cells[:, 0] * costmap.resolution,
+    )
+
+
+def _first_entered(inside: NDArray[np.bool_]) -> int:
+    """Return the first index that is inside after one that is not, -1 if there is none."""
+    entered = np.flatnonzero(inside[1:] & ~inside[:-1])
+    return int(entered[0]) + 1 if len(entered) else -1
+
+
+def _is_near_obstacle(grid: Grid, margin: int, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    """Return for points (n,) whether an obstacle of the map is within so many cells."""
     from scipy.ndimage import maximum_filter
 
     occupied: NDArray[np.int8] = (grid.cells >= OCCUPIED_THRESHOLD).astype(np.int8)
-    return dataclasses.replace(grid, cells=maximum_filter(occupied, 2 * WALL_MARGIN + 1))
+    widened = dataclasses.replace(grid, cells=maximum_filter(occupied, 2 * margin + 1))
+    near: NDArray[np.bool_] = widened.values(x, y, outside=0) > 0
+    return near

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,7 +40,7 @@ class FrontierMapNode(Node):
             self.robot.inscribed_radius, field_of_view(self.robot), self.params.explorer
         )
         self._planner = GridPlanner(self.params.planner)
-        self._blockages = Blockages()
+        self._blockages = Blockages(self.robot.inscribed_radius)
         self._new_map: Future[None] = Future()
 
     def on_map(self, _: OccupancyGrid) -> None:
@@ -75,8 +77,7 @@ class FrontierMapNode(Node):
         decision = self._explorer.decide(grid, self._cost_to_come(costs.update(), robot), robot)
         if (decision.goal and not decision.goal.blocked) or not fits_narrow_passages(self.robot):
             return decision
-        nobody, margin = np.zeros((0, 2)), -0.5 * grid.resolution
-        narrow = self._cost_to_come(costs.narrow_costs(margin, nobody, 0.0), robot)
+        narrow = self._cost_to_come(self._narrow_costs(costs, grid), robot)
         beyond = self._explorer.decide(grid, narrow, robot)
         return beyond if beyond.goal and not beyond.goal.blocked else decision
 
@@ -91,10 +92,17 @@ class FrontierMapNode(Node):
 
     def _path_to(self, goal: ExplorationGoal, robot: SE2, grid: Grid) -> NDArray[np.float64]:
         """Return the path (n, 3) to a goal on the map with the known blockages; empty if there is none."""
-        try:
-            return self._planner.plan(self._costs_of(self._blockages.on(grid)).update(), robot, goal.pose)
-        except PlanningError:
-            return np.zeros((0, 3))
+        costs = self._costs_of(self._blockages.on(grid))
+        for costmap in (costs.update(), self._narrow_costs(costs, grid)):
+            with contextlib.suppress(PlanningError):
+                return self._planner.plan(costmap, robot, goal.pose)
+        return np.zeros((0, 3))
+
+    def _narrow_costs(self, costs: LayeredCostmap, grid: Grid) -> Costmap:
+        """Return costs in which passages are open where the robot just fits, if it may creep through them."""
+        if not fits_narrow_passages(self.robot):
+            return costs.update()
+        return costs.narrow_costs(-0.5 * grid.resolution, np.zeros((0, 2)), 0.0)
 
     def _forget_blockages(self) -> None:
         """Forget what has blocked the robot here and has gone."""

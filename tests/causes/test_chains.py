@@ -117,6 +117,20 @@ def test_a_check_that_names_its_root_has_nothing_behind_it() -> None:
     assert lost.caused_by == 0 and lost.sentence == "Recovery 1: Localization lost."
 
 
+def test_causes_whose_ends_were_lost_are_ended_by_the_checks_that_find_something() -> None:
+    chains = CauseChains()
+    first, second = process(chains, blocked(2.0)), process(chains, blocked(1.0), now_ns=3 * SECOND)
+    other = process(chains, blocked(1.0), node="base", now_ns=3 * SECOND)
+    failure = process(chains, make_report(FAILURE, "global plan", "No path."), now_ns=3 * SECOND)
+    assert chains.lost_ends("controller", ("twists", "twists"), 9 * SECOND) == []
+    [end] = chains.lost_ends("controller", ("twists",), 9 * SECOND)
+    assert (end.id, end.kind, end.header.stamp.ns) == (first.id, END, 9 * SECOND)
+    assert chains.lost_ends("controller", (), 4 * SECOND) == [], "its report may be on the way"
+    assert chains.present == [second.id, other.id]
+    assert [end.id for end in chains.lost_ends("controller", (), 9 * SECOND)] == [second.id]
+    assert chains.present == [other.id] and failure.id > other.id, "a failure does not last"
+
+
 def test_an_end_of_what_never_began_is_nothing() -> None:
     assert CauseChains().process(stamped(make_report(END, "x", ""), "base", 1), IDENTITY, ROBOT) is None
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import msgspec
+import numpy as np
 
 from chefbot.causes.history import CauseHistory, distinct_spans
 from chefbot.causes.reports import DETOUR, END, FAILURE, SLOW, STOP
-from chefbot.msgs.chefbot_msgs import Cause
+from chefbot.msgs.chefbot_msgs import Cause, PresentCauses
 from chefbot.msgs.std_msgs import Header
 
 
@@ -24,6 +25,23 @@ def test_the_newest_of_the_severest_active_causes_is_present() -> None:
     history.process(cause(5, FAILURE, 7))
     assert history.sentence == "detour 1"  # a failure does not last
     assert [span.duration for span in history.spans] == [None, 4.0, None, 1.0, 0.0]
+
+
+def test_a_cause_whose_end_was_lost_is_ended_by_the_list_of_those_that_hold() -> None:
+    history = CauseHistory([cause(1, DETOUR, 1), cause(2, STOP, 2), cause(3, SLOW, 9)])
+
+    def process(ids: list[int], seconds: int) -> None:
+        header = Header.of(seconds * 1_000_000_000, "")
+        for end in history.lost_ends(PresentCauses(header, ids=np.array(ids, np.uint32))):
+            history.process(end)
+
+    process([1, 2], 10)  # the list may be older than the newest cause
+    assert history.sentence == "stop 2"
+    process([1], 11)
+    assert history.sentence == "detour 1"
+    assert [span.duration for span in history.spans] == [None, 9.0, None]
+    process([], 20)
+    assert history.present is None
 
 
 def test_nothing_is_present_in_the_beginning() -> None:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner, StationaryRobot
 
+from chefbot.causes.reports import END, STOP, make_report, stamped
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import Cause, EmergencyStopStatus, NavigationStatus
+from chefbot.msgs.chefbot_msgs import Cause, EmergencyStopStatus, NavigationStatus, PresentCauses
 from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal
@@ -141,3 +142,23 @@ def test_a_goal_that_ends_ends_what_the_controller_reported() -> None:
         open_now ^= {key}
     assert reports and not {key for key in open_now if key[0] == "controller"}
     assert ("stop", "controller", "progress") in kinds(reports)
+
+
+def test_an_end_that_was_lost_is_published_later() -> None:
+    """Also where a status opened a cause of the same node, which that node's own list does not name."""
+    runner = NodeRunner({"causes": "chefbot.nodes.causes.chains:CausesNode"}, {})
+    report = make_report(STOP, "sensor data", "The lidar is silent.")
+    runner.loop.publish("cause_reports", stamped(report, "base", 0), "base")
+    runner.loop.publish("stop_status", EmergencyStopStatus(active=True), "base")
+    for second, checks in ((1, ("sensor data",)), (4, ())):
+        runner.run(second - runner.loop.now_ns / 1e9)
+        present = PresentCauses(Header.of(runner.loop.now_ns, ""), "base", checks)
+        runner.loop.publish("present_reports", present, "base")
+        runner.run(0.1)
+    assert kinds(runner.messages("causes")) == [
+        (STOP, "base", "sensor data"),
+        (STOP, "base", "emergency stop"),
+        (END, "base", "sensor data"),
+    ]
+    runner.run(1.5)
+    assert runner.messages("present_causes")[-1].ids.tolist() == [2]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import msgspec
 import numpy as np
 
-from chefbot.causes.reports import END, FAILURE, MAP, SEVERITY, is_zone
+from chefbot.causes.reports import END, FAILURE, LATENESS_NS, MAP, SEVERITY, is_zone
 from chefbot.causes.sentences import NOT_ON_MAP, ON_MAP, PERSON, joined, place_links, place_sentence
 from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
@@ -48,6 +49,11 @@ class _Kept(NamedTuple):
     cause: Cause
     ended_ns: int | None
 
+    @property
+    def holds(self) -> bool:
+        """Whether it has not ended; a failure does not last."""
+        return self.ended_ns is None and self.cause.kind != FAILURE
+
 
 class CauseChains:
     """Adds to each report its number, the cause behind it, its obstacle, and the sentence of the chain."""
@@ -78,6 +84,24 @@ class CauseChains:
         if len(self._kept) > MAX_KEPT:
             del self._kept[min(self._kept)]
         return cause
+
+    @property
+    def present(self) -> list[int]:
+        """The ids of the causes that hold now."""
+        return [number for number, kept in self._kept.items() if kept.holds]
+
+    def lost_ends(self, node: str, checks: Sequence[str], now_ns: int) -> list[Cause]:
+        """Return the ends of the causes of a node that hold here, but are not among these checks."""
+        counts = Counter(checks)
+        ends = []
+        for number in sorted(self._kept, reverse=True):  # of several of one check, the newest hold
+            cause = self._kept[number].cause
+            if cause.node != node or not self._kept[number].holds:
+                continue
+            counts[cause.check] -= 1
+            if counts[cause.check] < 0 and now_ns - cause.header.stamp.ns > LATENESS_NS:
+                ends.append(self._close(number, now_ns))
+        return ends
 
     # -- the obstacle
 
@@ -128,20 +152,23 @@ class CauseChains:
 
     def _end(self, report: Cause) -> Cause | None:
         """Return the end of the latest open cause of the same check."""
-        now_ns = report.header.stamp.ns
         for number in sorted(self._kept, reverse=True):
             cause, ended_ns = self._kept[number]
             if ended_ns is None and (cause.node, cause.check) == (report.node, report.check):
-                self._kept[number] = _Kept(cause, now_ns)
-                seconds = (now_ns - cause.header.stamp.ns) / 1e9
-                return msgspec.structs.replace(
-                    cause,
-                    header=Header.of(now_ns, cause.header.frame_id),
-                    kind=END,
-                    numbers=(Quantity("duration", seconds, "s"),),
-                    sentence=f"Ended after {seconds:.1f} s: {cause.sentence}",
-                )
+                return self._close(number, report.header.stamp.ns)
         return None
+
+    def _close(self, number: int, now_ns: int) -> Cause:
+        cause = self._kept[number].cause
+        self._kept[number] = _Kept(cause, now_ns)
+        seconds = (now_ns - cause.header.stamp.ns) / 1e9
+        return msgspec.structs.replace(
+            cause,
+            header=Header.of(now_ns, cause.header.frame_id),
+            kind=END,
+            numbers=(Quantity("duration", seconds, "s"),),
+            sentence=f"Ended after {seconds:.1f} s: {cause.sentence}",
+        )
 
 
 def is_mapped(grid: Grid, x: float, y: float) -> bool:

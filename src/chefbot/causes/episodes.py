@@ -50,6 +50,11 @@ class Episodes:
         self._open[subject] = _Open(found, now_ns, now_ns)
         return [*ending, found]
 
+    @property
+    def open_checks(self) -> tuple[str, ...]:
+        """The checks whose episodes are open."""
+        return tuple(one.report.check for one in self._open.values())
+
     def end_all(self) -> list[Cause]:
         """End all episodes, as at the end of a goal, and return their ends."""
         return [self._end(subject) for subject in list(self._open)]

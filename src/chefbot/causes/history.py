@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from chefbot.causes.reports import END, FAILURE, SEVERITY
-from chefbot.msgs.chefbot_msgs import Cause
+import msgspec
+
+from chefbot.causes.reports import END, FAILURE, LATENESS_NS, SEVERITY
+from chefbot.msgs.chefbot_msgs import Cause, PresentCauses
 
 
 class CauseSpan(NamedTuple):
@@ -47,6 +49,17 @@ class CauseHistory:
         self._spans.append(CauseSpan(cause, now_ns if cause.kind == FAILURE else None))
         if self._size is not None:
             del self._spans[: -self._size]
+
+    def lost_ends(self, present: PresentCauses) -> list[Cause]:
+        """Return the ends of the causes that hold here, but are not in the list of those that do."""
+        header, ids = present.header, frozenset(present.ids.tolist())
+        return [
+            msgspec.structs.replace(span.cause, header=header, kind=END)
+            for span in self._spans
+            if span.ended_ns is None
+            and span.cause.id not in ids
+            and header.stamp.ns - span.began_ns > LATENESS_NS
+        ]
 
     def _end(self, ends: Callable[[Cause], bool], now_ns: int) -> None:
         """End those of the causes that hold for which `ends` is true."""

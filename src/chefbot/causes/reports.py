@@ -16,6 +16,8 @@ SLOW, STOP, DETOUR, FAILURE, END = "slow", "stop", "detour", "failure", "end"
 """Kinds of causes, by their effect."""
 SEVERITY = {SLOW: 0, DETOUR: 1, STOP: 2, FAILURE: 3}
 """Severity of the effects."""
+LATENESS_NS = 2_000_000_000
+"""Age of a cause from which a list of those that hold has to name it, ns: messages overtake each other."""
 LIDAR, CAMERA, RANGER = "lidar", "depth camera", "ultrasonic ranger"
 """Sensors that mark obstacles."""
 TRACKER = "people tracker"

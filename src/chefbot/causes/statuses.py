@@ -34,6 +34,10 @@ class StatusReports:
         self._navigation = NavigationStatus()
         self._delivery = DeliveryStatus()
 
+    def open_checks(self, node: str) -> tuple[str, ...]:
+        """Return the check of the report about a node that is open here, if there is one."""
+        return (self._open[node].check,) if node in self._open else ()
+
     def navigation(self, status: NavigationStatus, now_ns: int) -> list[Cause]:
         """Report recoveries, and goals that ended without being reached."""
         before, self._navigation = self._navigation, status

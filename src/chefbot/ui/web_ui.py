@@ -9,7 +9,6 @@ from chefbot.causes.statuses import NO_FAILURE
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
-    Cause,
     DeliveryStatus,
     EmergencyStopStatus,
     Errand,
@@ -65,7 +64,6 @@ class WebUiDevice(NavigationDevice):
     # A flood may delay the web UI; remote driving ends by the base's own command timeout, which is shorter.
     max_silence = 0.5
     params: WebUiParams
-    map: In[OccupancyGrid]
     costmap: In[OccupancyGrid] = topic("global_costmap/costmap")
     scan: In[LaserScan]
     obstacles: In[ObstacleScan]
@@ -76,7 +74,6 @@ class WebUiDevice(NavigationDevice):
     goal: In[PoseStamped] = topic("navigation_goal")
     odom: In[Odometry]
     ground_truth: In[Odometry]
-    picture: In[Image] = topic("camera/color/image_raw")
     battery_state: In[BatteryState]
     localization_status: In[LocalizationStatus]
     navigation_status: In[NavigationStatus]
@@ -86,7 +83,6 @@ class WebUiDevice(NavigationDevice):
     diagnostics: In[DiagnosticArray]
     emergency_stop: In[Bool]
     stop_status: In[EmergencyStopStatus]
-    causes: In[Cause]
     doors: In[JointState] = topic("simulation/doors")
 
     goal_pose: Out[PoseStamped]
@@ -239,11 +235,8 @@ class WebUiDevice(NavigationDevice):
         """Store diagnostics that are not OK, with the time of reception."""
         self._diagnostics.update(message, self.now_ns)
 
-    def on_causes(self, cause: Cause) -> None:
-        """Display why the robot slows down, stops, takes a detour or fails."""
-        grid = self.map.last.grid if self.map.last else None
-        self._server.set_layer("causes", self._process_cause(cause, grid, self.picture.last))
-        self._note_failure(cause)
+    def _show_causes(self, causes: tuple[views.CauseView, ...]) -> None:
+        self._server.set_layer("causes", causes)
 
     def _show_incidents(self, view: views.IncidentsView) -> None:
         self._server.set_layer("incidents", view)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.msgs.builtin_interfaces import Time
+from chefbot.msgs.chefbot_msgs.causes import PresentCauses as PresentCauses
 from chefbot.msgs.chefbot_msgs.deliveries import Order as Order
 from chefbot.msgs.chefbot_msgs.deliveries import RoundForecast as RoundForecast
 from chefbot.msgs.chefbot_msgs.deliveries import RoundStop as RoundStop

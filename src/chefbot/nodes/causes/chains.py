@@ -13,12 +13,13 @@ from chefbot.msgs.chefbot_msgs import (
     DeliveryStatus,
     EmergencyStopStatus,
     NavigationStatus,
+    PresentCauses,
 )
 from chefbot.msgs.chefbot_msgs.people import TrackedPeople
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.std_msgs import String
+from chefbot.msgs.std_msgs import Header, String
 from chefbot.people.people_messages import is_outdated
-from chefbot.runtime.node import In, Node, NoParams, Out
+from chefbot.runtime.node import In, Node, NoParams, Out, every
 from chefbot.runtime.transform_buffer import TransformError
 
 
@@ -36,6 +37,8 @@ class CausesNode(Node):
     process_back: In[String]
     tracked_people: In[TrackedPeople]
     causes: Out[Cause]
+    present_reports: In[PresentCauses]
+    present_causes: Out[PresentCauses]
 
     def start(self) -> None:
         """Start without causes and without known statuses."""
@@ -48,6 +51,18 @@ class CausesNode(Node):
     def on_cause_reports(self, report: Cause) -> None:
         """Publish the chain of what a node reports."""
         self._publish([report])
+
+    def on_present_reports(self, reports: PresentCauses) -> None:
+        """Publish the ends of what a node does not find any more, if their messages were lost."""
+        checks = (*reports.checks, *self._statuses.open_checks(reports.node))
+        for end in self._chains.lost_ends(reports.node, checks, reports.header.stamp.ns):
+            self.causes.publish(end)
+
+    @every(hz=1)
+    def publish_present_causes(self) -> None:
+        """Publish what holds now, for those who have lost the message of an end."""
+        ids = np.array(self._chains.present, np.uint32)
+        self.present_causes.publish(PresentCauses(Header.of(self.now_ns, ""), ids=ids))
 
     def on_navigation_status(self, status: NavigationStatus) -> None:
         """Report recoveries and goals that are given up."""

@@ -13,15 +13,17 @@ from chefbot.costmap import sources
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.layers import STATIC
 from chefbot.costmap.sources import LASER
-from chefbot.msgs.chefbot_msgs import Cause
+from chefbot.msgs.chefbot_msgs import Cause, PresentCauses
+from chefbot.msgs.std_msgs import Header
 from chefbot.robot.spec import Robot
-from chefbot.runtime.node import Node, Out
+from chefbot.runtime.node import Node, Out, every
 
 
 class CauseReportsNode(Node):
     """Base class of a node that publishes on `cause_reports` what its checks find, when it begins and ends."""
 
     cause_reports: Out[Cause]
+    present_reports: Out[PresentCauses]
 
     @cached_property
     def _episodes(self) -> Episodes:
@@ -37,6 +39,12 @@ class CauseReportsNode(Node):
     def end_reports(self) -> None:
         """Publish the end of all that is open, as at the end of a goal."""
         self._publish_reports(self._episodes.end_all())
+
+    @every(hz=1)
+    def publish_present_reports(self) -> None:
+        """Publish what is open, also if that is nothing: the message of an end may have been lost."""
+        header = Header.of(self.now_ns, "")
+        self.present_reports.publish(PresentCauses(header, self.name, self._episodes.open_checks))
 
     def report_once(self, found: Cause) -> None:
         """Publish something that has no duration: it ends when it begins."""

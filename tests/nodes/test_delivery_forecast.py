@@ -13,8 +13,9 @@ from tests.planning.rooms import RESOLUTION, WALL, walled
 from chefbot.delivery.status_messages import QUEUE_CHANGED, ROUTES_NOT_KNOWN
 from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.msgs.chefbot_msgs import BatteryStatus, Order, Place, Places, RoundForecast
-from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped
+from chefbot.msgs.chefbot_msgs import BatteryStatus, MapZone, MapZones, Order, Place, Places, RoundForecast
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT
+from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Empty, Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
@@ -137,6 +138,16 @@ def test_a_table_without_a_path_is_left_out_of_the_forecast() -> None:
     stops = restaurant.forecast.stops
     assert [stop.reachable for stop in stops] == [True, False, True, True]
     assert [stop.distance for stop in stops[:3]] == pytest.approx([4.0, 0.0, 6.0], abs=0.2)
+
+
+def test_a_table_in_a_keep_out_zone_has_no_path() -> None:
+    restaurant = Restaurant().order("table_5", "table_9")
+    restaurant.until("loading", "kitchen")
+    restaurant.put("kitchen")
+    assert all(stop.reachable for stop in restaurant.forecast.stops)
+    corners = tuple(Point(x, y) for x, y in ((8.0, 1.0), (10.0, 1.0), (10.0, 3.0), (8.0, 3.0)))
+    restaurant.publish("zones", MapZones(PLAIN, (MapZone("guests", KEEP_OUT, corners),)))
+    assert [stop.reachable for stop in restaurant.forecast.stops] == [True, False, True]
 
 
 def test_without_a_map_there_is_no_forecast() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
@@ -81,6 +82,21 @@ def test_a_warning_does_not_move_the_buttons(page: Any) -> None:
             assert tab.evaluate(tops) == before, (width, height)
             page.server.set_layer("status", StatusView(phase="At table 1."))
             tab.wait_for("document.getElementById('warnings').hidden")
+
+
+def test_a_stop_of_another_person_does_not_move_the_buttons(page: Any) -> None:
+    show_a_room(page.server)
+    tops = """(() => ['deliver', 'stop'].map((id) => document.getElementById(id).getBoundingClientRect().top))()"""
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for("document.querySelectorAll('#tables button').length > 0")
+        for width, height in SIZES:
+            tab.resize(width, height)
+            before = tab.evaluate(tops)
+            page.server.set_layer("stop", StopView(stopped=True))
+            tab.wait_for("document.getElementById('release-stop').checkVisibility()")
+            assert np.abs(np.array(tab.evaluate(tops)) - before).max() <= 1.0, (width, height)
+            page.server.set_layer("stop", StopView())
+            tab.wait_for("!document.getElementById('release-stop').checkVisibility()")
 
 
 def test_the_alarm_of_a_stop_is_on_every_screen(page: Any) -> None:

@@ -137,7 +137,6 @@ class WebUiDevice(NavigationDevice):
         if self._server.requires_token:
             self._note_address()
         self.qr_code = qr_code(self.url) if self._server.requires_token else ""
-        self._show_stop()
 
     def _note_address(self) -> None:
         """Keep the address for the links of people who are invited."""

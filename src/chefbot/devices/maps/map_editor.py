@@ -162,10 +162,12 @@ class MapEditor:
             current = load_map(self._map)  # the picture may have been changed by hand
             edited = edited_grid(current, edit)
             grid = grid if same_cells(edited, current) and same_cells(current, grid) else edited
+            blocked = {name for name, entry in places.items() if _is_blocked(current, entry)}
             places = {name: turned_entry(entry, edit.rotation) for name, entry in places.items()}
             zones = {name: turned_zone(zone, edit.rotation) for name, zone in zones.items()}
             for name, entry in places.items():
-                _check_pose(grid, SE2(entry.x, entry.y, entry.yaw), entry.label or name)
+                if name not in blocked:
+                    _check_pose(grid, SE2(entry.x, entry.y, entry.yaw), entry.label or name)
         after = MapContent(places, tuple(zones.values()), grid)
         _check_names([*places, *zones])
         if len(places) > MAX_PLACES or len(zones) > MAX_ZONES:
@@ -204,6 +206,11 @@ def _check_pose(grid: Grid, pose: SE2, name: str) -> None:
         raise UserError(f"{name} lies outside the map")
     if grid.at(pose.x, pose.y) >= OCCUPIED_THRESHOLD:
         raise UserError(f"{name} lies in a wall")
+
+
+def _is_blocked(grid: Grid, entry: PlaceEntry) -> bool:
+    """Return whether a place lies in a wall already, as one that was drawn by hand: that forbids no other change."""
+    return grid.contains(entry.x, entry.y) and grid.at(entry.x, entry.y) >= OCCUPIED_THRESHOLD
 
 
 def _checked(label: str) -> str:

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.delivery.energy_forecast import EnergyForecast, Stop
 from chefbot.delivery.params import DeliveryParams
 from chefbot.delivery.status_messages import display_name
 from chefbot.errors import UserError
-from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import BatteryStatus, Places
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.msgs.chefbot_msgs import BatteryStatus, MapZones, Places
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.planning.parking import ParkingSearch
 from chefbot.planning.route_lengths import RouteLengths
 from chefbot.runtime.node import In, Node
@@ -31,6 +31,7 @@ class DeliveryEnergyNode(Node):
     params: DeliveryParams
     map: In[OccupancyGrid]
     places: In[Places]
+    zones: In[MapZones]
     battery_status: In[BatteryStatus]
 
     def start(self) -> None:
@@ -42,6 +43,10 @@ class DeliveryEnergyNode(Node):
     def on_map(self, _: OccupancyGrid) -> None:
         """Measure the routes again on the next request."""
         self._routes = self._parking = None
+
+    def on_zones(self, _: MapZones) -> None:
+        """Measure the routes again on the next request: keep-out zones close some."""
+        self._routes = None
 
     def on_places(self, _: Places) -> None:
         """Look for parking places away from the new places."""
@@ -96,12 +101,10 @@ class DeliveryEnergyNode(Node):
 
     def _route_lengths(self) -> RouteLengths | None:
         if self._routes is None and self.map.last is not None:
-            costs = LayeredCostmap(
-                CostmapParams(),
-                self.robot.footprint,
-                avoid_unknown=self.robot.sensors.forward_sensing_only,
-            )
+            costs = make_costmap(CostmapParams(), self.robot, rolling=False)
             costs.set_static(self.map.last.grid)
+            if self.zones.last is not None:
+                costs.process(self.zones.last, IDENTITY)
             self._routes = RouteLengths(costs.update())
         return self._routes
 

@@ -12,7 +12,7 @@ from chefbot.delivery.round_outcome import OrderError
 from chefbot.delivery.shortest_order import MAX_STOPS, shortest_order
 from chefbot.design.sizing.energy_budget import usable_energy
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, MapZones, RoundForecast
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.battery_monitor import prior_consumption
@@ -39,6 +39,11 @@ class DeliveryForecastNode(DeliveryRoundNode):
     def on_map(self, message: OccupancyGrid) -> None:
         """Plan the paths again on the next request."""
         super().on_map(message)
+        self._lengths.clear()
+
+    def on_zones(self, message: MapZones) -> None:
+        """Plan the paths again on the next request."""
+        super().on_zones(message)
         self._lengths.clear()
 
     def _report_status(self, status: DeliveryStatus) -> None:

@@ -220,6 +220,7 @@ function take(layer, value) {
 // A server that was restarted may know nothing of what the page still shows.
 function forget() {
   unserved = panels.round.unserved();
+  panels.round.connected();
   for (const layer of data.keys()) if (!OF_THE_ROBOT.has(layer)) take(layer, null);
 }
 
@@ -238,6 +239,7 @@ link.addEventListener("greeted", ({ detail: { arrived, restarted, role, hasMap }
   document.body.dataset.role = role;      // the style sheet hides what it may not command
   if (arrived) showNotice(tr("Reconnected. The robot received the last command."));
   if (restarted) forget();
+  panels.round.connected();
 });
 link.addEventListener("up", () => {
   document.body.classList.remove("offline");

@@ -3,6 +3,7 @@ import { language, title, tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
+const PATIENCE = 3000;                   // milliseconds in which a connected robot sends the status of its deliveries
 const names = (list) => (list ?? []).map(title).join(", ");
 
 export class RoundCard {
@@ -12,6 +13,7 @@ export class RoundCard {
     this.queue = this.orders = "[]";
     this.forecast = [];                  // stops that are left, with metres, seconds and battery
     this.stopped = false;                // by the emergency stop
+    this.since = performance.now();      // when the robot was connected
     for (const press of ["loaded", "taken", "not_taken"]) {
       $(press).onclick = () => send({ do: press, place: this.value?.place ?? "" });
     }
@@ -26,7 +28,8 @@ export class RoundCard {
     const waited = this.value?.waits_for === "choice";
     this.value = value;
     const waits = value?.waits_for ?? "", next = value?.place ? title(value.place) : tr("the next order");
-    text("step", translated(value?.step) || tr("No delivery."));
+    const late = performance.now() - this.since > PATIENCE;
+    text("step", translated(value?.step) || (value || late ? tr("No delivery.") : tr("Connecting to the robot …")));
     text("round-rest", this.rest(value));
     $("loaded").hidden = waits !== "loaded";
     $("taken").hidden = waits !== "taken";
@@ -43,6 +46,13 @@ export class RoundCard {
     document.body.classList.toggle("waits", Boolean(waits));
     if (waits === "choice" && !waited) $("round").scrollIntoView({ block: "nearest" });   // a phone may show what is below
     if (!value?.round_active) this.answer("");
+  }
+
+  // A robot without deliveries sends no status of them.
+  connected() {
+    this.since = performance.now();
+    this.show(this.value);
+    setTimeout(() => this.show(this.value), PATIENCE + 1);
   }
 
   // The tables that are left, each with buttons to serve it earlier and to leave it out.

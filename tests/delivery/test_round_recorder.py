@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from chefbot.delivery.mission import DeliveryRound
+from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.storage.delivery_history import DeliveryHistory, RecordedRound
-from chefbot.ui.missions.round_recorder import NOT_SERVED, TAKEN, RoundRecorder
+from chefbot.ui.missions.round_recorder import NOT_SERVED, ORDER_CANCELLED, TAKEN, RoundRecorder
 
 
 class Recorded:
@@ -130,6 +131,32 @@ def test_a_round_that_an_errand_follows_has_an_outcome(one: Recorded, reason: st
         one.round.arrived,
     )
     assert one.rounds[0].outcome == outcome
+
+
+def test_orders_that_wait_are_recorded_with_what_became_of_them(one: Recorded) -> None:
+    for number, places in (("a", ("table_1",)), ("b", ("table_2", "table_3")), ("c", ("table_4",))):
+        one.order(*places, number=number)
+    assert [bool(recorded.ended) for recorded in one.rounds] == [False] * 3
+    one.restart()
+    one.do(lambda: one.round.change_queue("b", ("table_3",)), lambda: one.round.withdraw("c"))
+    assert [stop.place for stop in one.rounds[1].stops] == ["table_3"]
+    assert one.rounds[2].outcome == ORDER_CANCELLED and one.outcomes[-1] == ("table_4", NOT_SERVED)
+    one.do(lambda: one.round.withdraw("a"))
+    assert len(one.rounds) == 3 and not one.rounds[1].ended, "the second one has begun"
+    one.do(one.round.cancel)
+    assert one.rounds[1].outcome == "The delivery was cancelled."
+
+
+def test_a_refused_order_has_its_reason(one: Recorded) -> None:
+    one.order("table_1", number="a")
+    one.order("cellar", number="b")
+
+    def resolve(places: tuple[str, ...]) -> tuple[str, ...]:
+        raise UserError("there is no place called cellar")
+
+    one.round._resolve = resolve  # the map has changed in the meantime
+    one.do(lambda: one.round.withdraw("a"))
+    assert one.rounds[1].outcome == "On this map there is no place called cellar."
 
 
 def test_a_drive_home_to_be_charged_is_not_a_round(one: Recorded) -> None:

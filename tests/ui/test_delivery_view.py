@@ -48,6 +48,13 @@ def test_only_the_round_that_was_seen_is_changed() -> None:
             validate_command(command, PLACES, status)
 
 
+def test_a_change_of_a_queue_that_has_changed_is_refused() -> None:
+    status = DeliveryStatus(state="driving", queue=("table_2", "kitchen"), order_id="a")
+    validate_command(do.ChangeQueue(["kitchen"], "a", ["table_2", "kitchen"]), PLACES, status)
+    with pytest.raises(UserError, match="has changed in the meantime"):
+        validate_command(do.ChangeQueue(["kitchen"], "a", ["kitchen", "table_2"]), PLACES, status)
+
+
 def test_a_waiting_order_is_changed_by_its_id() -> None:
     orders = (Order(("table_1", "table_2"), "b"), Order(("table_2",), ""))
     status = DeliveryStatus(state="driving", queue=("table_2",), order_id="a", pending_orders=orders)

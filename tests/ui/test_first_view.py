@@ -10,6 +10,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
+from chefbot.delivery.status_messages import QUEUE_CHANGED
 from chefbot.storage.delivery_history import RecordedRound, RecordedStop
 from chefbot.ui.commands import ChangeQueue, Deliver, Drive, Follow, GoPlace
 from chefbot.ui.display.views import DeliveryView, StatusView
@@ -210,9 +211,9 @@ def test_a_round_is_changed_by_its_chips(page: Any, tab: Tab) -> None:
     assert tab.evaluate("document.querySelector('#queue button').disabled"), "the first cannot be earlier"
     press = "document.querySelectorAll('#queue li')[{}].querySelectorAll('button')[{}].click()"
     tab.evaluate(press.format(1, 0))
-    assert page.next_command() == ChangeQueue(["table_2", "table_1", "table_1"], "a")
+    assert page.next_command() == ChangeQueue(["table_2", "table_1", "table_1"], "a", list(queue))
     tab.evaluate(press.format(2, 1))
-    assert page.next_command() == ChangeQueue(["table_1", "table_2"], "a")
+    assert page.next_command() == ChangeQueue(["table_1", "table_2"], "a", list(queue))
     page.server.set_layer("delivery", DeliveryView(state="returning", round_active=True))
     tab.wait_for("document.querySelectorAll('#queue li').length === 0")
 
@@ -254,6 +255,19 @@ def test_missed_tables_are_ordered_again_by_one_tap(page: Any, tab: Tab) -> None
     assert listed.endswith(", anna: Table 1: taken; Table 2: <i>no path</i>")
     page.server.set_layer("delivery", DeliveryView(state="loading", round_active=True))
     tab.wait_for("document.getElementById('again').hidden")
+
+
+def test_what_the_deliveries_refuse_is_shown_and_can_be_closed(page: Any, tab: Tab) -> None:
+    shown = "!document.getElementById('notice').hidden && document.getElementById('notice').textContent"
+    page.server.set_layer("status", StatusView(phase="Ready."))
+    tab.wait_for("document.getElementById('phase').textContent === 'Ready.'")
+    page.server.set_layer("status", StatusView(phase="Ready.", notice=QUEUE_CHANGED, notices=1))
+    tab.wait_for(f"{shown} === '{QUEUE_CHANGED}'")
+    tab.evaluate("document.getElementById('notice-close').click()")
+    assert tab.evaluate("document.getElementById('notice').hidden")
+    page.server.set_layer("status", StatusView(phase="Later.", notice=QUEUE_CHANGED, notices=1))
+    tab.wait_for("document.getElementById('phase').textContent === 'Later.'")
+    assert tab.evaluate("document.getElementById('notice').hidden"), "it is no news"
 
 
 def test_an_errand_during_a_round_needs_a_choice_of_time(page: Any, tab: Tab) -> None:

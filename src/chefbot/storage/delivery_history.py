@@ -46,22 +46,38 @@ class DeliveryHistory(HistoryFile):
                 (order_id, ordered_by, simulated, utc_now()),
             )
             number = int(row.lastrowid or 0)
-            self._db.executemany(
-                "INSERT INTO stops (round, position, place) VALUES (?, ?, ?)",
-                [(number, position, place) for position, place in enumerate(places)],
-            )
+            self._add_stops(number, places)
         return number
 
+    def replace_stops(self, number: int, places: Sequence[str]) -> None:
+        """Replace the places of a round that has not begun."""
+        with self._transaction():
+            self._db.execute("DELETE FROM stops WHERE round = ?", (number,))
+            self._add_stops(number, places)
+
+    def _add_stops(self, number: int, places: Sequence[str]) -> None:
+        self._db.executemany(
+            "INSERT INTO stops (round, position, place) VALUES (?, ?, ?)",
+            [(number, position, place) for position, place in enumerate(places)],
+        )
+
     def open_round(self, order_id: str, places: Sequence[str]) -> int | None:
-        """Return the number of the newest round if it has not ended and is this one, else None."""
+        """Return the number of the newest round of this order and these places that has not ended, else None."""
         with self._errors_reported():
             newest = self._db.execute(
-                "SELECT id, order_id, ended FROM rounds ORDER BY id DESC LIMIT 1"
+                "SELECT id FROM rounds WHERE order_id = ? AND ended IS NULL ORDER BY id DESC LIMIT 1",
+                (order_id,),
             ).fetchone()
-            if newest is None or newest[2] is not None or newest[1] != order_id:
-                return None
-            stops = self._db.execute("SELECT place FROM stops WHERE round = ? ORDER BY position", newest[:1])
-            return int(newest[0]) if [place for (place,) in stops] == list(places) else None
+        same = newest is not None and [stop.place for stop in self.stops(newest[0])] == list(places)
+        return int(newest[0]) if same else None
+
+    def stops(self, number: int) -> tuple[RecordedStop, ...]:
+        """Return the stops of a round."""
+        with self._errors_reported():
+            rows = self._db.execute(
+                "SELECT place, outcome, at FROM stops WHERE round = ? ORDER BY position", (number,)
+            )
+            return tuple(RecordedStop(*row) for row in rows)
 
     def note_loaded(self, number: int) -> None:
         """Note that the food of a round is on the tray; only the first time counts."""
@@ -99,11 +115,7 @@ class DeliveryHistory(HistoryFile):
 
     def _round(self, row: tuple[int, str, int, str, str | None, str | None, str]) -> RecordedRound:
         number, ordered_by, simulated, began, loaded, ended, outcome = row
-        stops = self._db.execute(
-            "SELECT place, outcome, at FROM stops WHERE round = ? ORDER BY position", (number,)
-        )
-        served = tuple(RecordedStop(*stop) for stop in stops)
-        return RecordedRound(ordered_by, bool(simulated), began, loaded, ended, outcome, served)
+        return RecordedRound(ordered_by, bool(simulated), began, loaded, ended, outcome, self.stops(number))
 
 
 def read_history(path: Path, last: int) -> list[RecordedRound]:

@@ -91,10 +91,12 @@ class ChangeQueue(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag=
     """Serve the tables that are left in this order, without those that are missing in it.
 
     `order`: id of the round that the operator saw, or of an order that waits; without a table that one is cancelled.
+    `seen`: the tables that were left when the operator looked; None does not compare them.
     """
 
     tables: Annotated[list[Name], msgspec.Meta(max_length=32)]
     order: Id = ""
+    seen: Annotated[list[Name], msgspec.Meta(max_length=32)] | None = None
 
 
 class ShortestOrder(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="shortest_order"):

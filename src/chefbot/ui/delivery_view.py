@@ -111,8 +111,9 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
     if isinstance(command, do.Loaded | do.Taken | do.NotTaken):
         _check_confirmation(command, status)
     if isinstance(command, do.ChangeQueue | do.ShortestOrder):
-        tables = command.tables if isinstance(command, do.ChangeQueue) else ()
-        if Counter(tables) - Counter(_tables_of(command, status)):
+        left = _tables_of(command, status)
+        tables, seen = (command.tables, command.seen) if isinstance(command, do.ChangeQueue) else ((), None)
+        if Counter(tables) - Counter(left) or (seen is not None and tuple(seen) != left):
             raise UserError(QUEUE_CHANGED)
 
 

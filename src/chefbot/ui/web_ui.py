@@ -80,6 +80,7 @@ class WebUiDevice(NavigationDevice):
     delivery_status: In[DeliveryStatus]
     round_forecast: In[RoundForecast]
     phase: In[String]
+    delivery_notice: In[String] = topic("delivery/notice")
     diagnostics: In[DiagnosticArray]
     emergency_stop: In[Bool]
     stop_status: In[EmergencyStopStatus]
@@ -105,7 +106,7 @@ class WebUiDevice(NavigationDevice):
         self._last_status = views.StatusView()
         self._last_stop = views.StopView()
         self._shown_robot: views.RobotView | None = None
-        self._failures = 0
+        self._failures = self._notices = 0
         self._pending = PendingRequests(self.name, self.stop_request.publish, self.order.publish)
         self._real_time_factor = RealTimeFactor(self.now_ns)
         self._diagnostics = RecentDiagnostics()
@@ -248,6 +249,10 @@ class WebUiDevice(NavigationDevice):
         self._server.set_layer("history", self._newest_rounds())
         self._show_delivery(message)
 
+    def on_delivery_notice(self, _: String) -> None:
+        """Count what the delivery has refused, so that the operator notices."""
+        self._notices += 1
+
     def on_round_forecast(self, message: RoundForecast) -> None:
         """Display when the stops of the round are reached."""
         self._server.set_layer("forecast", forecast_views(message))
@@ -298,6 +303,8 @@ class WebUiDevice(NavigationDevice):
             stopped=self._stopped,
             stop_pending=self._pending.stop,
             failures=self._failures,
+            notice=self.delivery_notice.last.data if self.delivery_notice.last else "",
+            notices=self._notices,
             simulation=self.params.simulation,
             warnings=(*self.own_warnings, *self._diagnostics.warnings(self.now_ns)),
             doors=door_views(self.doors.last),
@@ -345,7 +352,7 @@ class WebUiDevice(NavigationDevice):
                 self.not_taken.publish(Empty())
             case do.Choose(choice):
                 self.round_choice.publish(String(choice))
-            case do.ChangeQueue(tables, order):
+            case do.ChangeQueue(tables=tables, order=order):
                 self.round_queue.publish(Order(tuple(tables), order))
             case do.Patrol() | do.Follow() | do.ShortestOrder():
                 self._execute_mission(command)

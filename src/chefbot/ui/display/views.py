@@ -206,6 +206,10 @@ class StatusView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """Diagnostics that are not OK, one sentence each."""
     failures: int = 0
     """Number of failed goals; `reason` is that of the last."""
+    notice: str = ""
+    """What the deliveries refused last, a sentence."""
+    notices: int = 0
+    """Number of such refusals."""
     doors: tuple[DoorView, ...] = ()
     """Doors that the simulation can move."""
 

@@ -3,46 +3,84 @@
 from __future__ import annotations
 
 from chefbot.delivery.status_messages import ROUND_STATES, display_name
-from chefbot.msgs.chefbot_msgs import DeliveryStatus
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
 from chefbot.storage.delivery_history import DeliveryHistory
 
 TAKEN = "taken"
 NOT_SERVED = "not served"
+ORDER_CANCELLED = "The order was cancelled."
 
 
 class RoundRecorder:
-    """Notes the beginning, the steps and the end of each round; raises StorageError if that cannot be written."""
+    """Notes orders that wait, and the beginning, the steps and the end of each round.
+
+    Raises StorageError if that cannot be written.
+    """
 
     def __init__(self, history: DeliveryHistory, *, simulated: bool) -> None:
         self._history, self._simulated = history, simulated
         self._number: int | None = None
         self._key: tuple[str, tuple[str, ...]] = ("", ())
         self._taken = self._missed = 0
+        self._waiting: dict[str, tuple[int, tuple[str, ...]]] = {}
+        """Orders that wait, by their `id`: the numbers of their rounds, and their places."""
 
     def process(self, status: DeliveryStatus) -> bool:
         """Note what has changed since the last status, and return whether the history has."""
-        if (
-            status.state not in ROUND_STATES or not status.places
-        ):  # without places it drives home to be charged
+        changes = [self._note_waiting(order) for order in status.pending_orders if order.id]
+        return any([*changes, self._note_round(status), self._note_dropped(status)])
+
+    def _note_waiting(self, order: Order) -> bool:
+        """Note an order that waits, so that a crash does not lose it, or that its places have changed."""
+        number, places = self._waiting.get(order.id, (None, ()))
+        if places == order.places:
+            return False
+        if number is None:
+            number = self._open_round(order.id, order.ordered_by, order.places)
+        else:
+            self._history.replace_stops(number, order.places)
+        self._waiting[order.id] = number, order.places
+        return True
+
+    def _note_round(self, status: DeliveryStatus) -> bool:
+        # without places it drives home to be charged
+        if status.state not in ROUND_STATES or not status.places:
             return self._end(status.last_outcome)
         began = self._number is None or self._key != (status.order_id, status.places)
         if began:
             self._begin(status)
         return self._note_steps(status) or began
 
+    def _note_dropped(self, status: DeliveryStatus) -> bool:
+        """Note the end of the orders that wait no longer and have not become a round."""
+        gone = self._waiting.keys() - {order.id for order in status.pending_orders}
+        for number, places in [self._waiting.pop(order_id) for order_id in gone]:
+            if number != self._number:
+                refused = status.state == "failed"
+                self._close(number, places, status.description if refused else ORDER_CANCELLED)
+        return bool(gone)
+
     def _begin(self, status: DeliveryStatus) -> None:
-        """Begin a round, or go on with one that was recorded before a restart of this process."""
+        """Begin a round, or go on with one that was recorded while it waited, or before a restart of this process."""
         self._end(status.last_outcome)
-        history, places = self._history, status.places
+        places = status.places
         self._key = (status.order_id, places)
-        self._number = history.open_round(status.order_id, places)
-        if self._number is None:
-            person, simulated = status.ordered_by, self._simulated
-            self._number = history.begin(status.order_id, person, places, simulated=simulated)
-        (newest,) = history.rounds(1)
-        outcomes = [stop.outcome for stop in newest.stops]
+        number, ordered = self._waiting.get(status.order_id, (None, ()))
+        if number is None:
+            number = self._open_round(status.order_id, status.ordered_by, places)
+        elif ordered != places:  # by their labels
+            self._history.replace_stops(number, places)
+        self._number = number
+        outcomes = [stop.outcome for stop in self._history.stops(number)]
         self._taken = outcomes.count(TAKEN)
         self._missed = len(status.skipped_reasons) if any(outcomes) else 0
+
+    def _open_round(self, order_id: str, ordered_by: str, places: tuple[str, ...]) -> int:
+        """Return the number of the round of an order that has not ended, which begins here unless it is recorded."""
+        number = self._history.open_round(order_id, places)
+        if number is None:
+            number = self._history.begin(order_id, ordered_by, places, simulated=self._simulated)
+        return number
 
     def _note_steps(self, status: DeliveryStatus) -> bool:
         assert self._number is not None, "a round is under way"
@@ -61,11 +99,14 @@ class RoundRecorder:
     def _end(self, sentence: str) -> bool:
         if self._number is None:
             return False
-        for place in self._key[1]:
-            self._history.note_stop(self._number, place, NOT_SERVED)
-        self._history.end(self._number, sentence)
+        self._close(self._number, self._key[1], sentence)
         self._number = None
         return True
+
+    def _close(self, number: int, places: tuple[str, ...], sentence: str) -> None:
+        for place in places:
+            self._history.note_stop(number, place, NOT_SERVED)
+        self._history.end(number, sentence)
 
 
 def _place_of(reason: str, places: tuple[str, ...]) -> str:

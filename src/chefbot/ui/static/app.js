@@ -40,7 +40,7 @@ const data = new Map();
 const hidden = new Set(QUIET);
 const glides = new Glides();
 const shown = new Map();                 // poses on the way from their last value to the latest
-let following = true, whole = true, lastData = 0, refusal = 0, whereAsked = 0, failures = null, keepNotice = false;
+let following = true, whole = true, lastData = 0, refusal = 0, whereAsked = 0, failures = null, refusals = null, keepNotice = false;
 let complete = false;                    // whether the map has arrived, if there is one: places alone would jump
 let cameraInView = false, solid = null, kiosk = null, inspect = null, address = null;
 let unserved = "";                       // tables of a round of which a restarted server has not reported yet
@@ -177,11 +177,18 @@ function showFailure(status) {
   failures = count;
 }
 
+// Report on every tab what the deliveries have refused, such as a change of a round that has changed.
+function showRefusal(status) {
+  const count = status?.notices ?? 0;
+  if (refusals !== null && count > refusals && status.notice) showNotice(translated(status.notice));
+  refusals = count;
+}
+
 const HANDLERS = {
   stop: (value) => { stop.take(value); kiosk.stop(value); panels.round.stop(value); },
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
-  status: (value) => { panels.status(value); inspect.transforms.status(value); incidents.status(value); alerts.status(value); showFailure(value); tools.showSimulationTools(Boolean(value?.simulation)); },
+  status: (value) => { panels.status(value); inspect.transforms.status(value); incidents.status(value); alerts.status(value); showFailure(value); showRefusal(value); tools.showSimulationTools(Boolean(value?.simulation)); },
   labels: (value) => { setLabels(value ?? {}); mapEdit.labels = value ?? {}; panels.relabel(data.get("places") ?? []); mapEdit.showPlaces(data.get("places") ?? []); },
   places: (value) => { panels.places(value ?? []); mapEdit.showPlaces(value ?? []); },
   zones: (value) => mapEdit.showZones(value),
@@ -279,6 +286,7 @@ link.addEventListener("done", ({ detail }) => kiosk.done(detail));
 // What is urgent interrupts a screen reader; other news wait until it has ended its sentence.
 function showNotice(sentence, { stays = false, urgent = false } = {}) {
   clearTimeout(refusal);
+  $("notice-close").hidden = !sentence;
   $("notice").ariaLive = urgent ? "assertive" : "polite";
   $("notice").textContent = sentence;
   $("notice").hidden = !sentence;
@@ -330,6 +338,7 @@ $("language").onchange = () => {
   showNotice(tr("This browser cannot store settings, so the web UI follows the browser's language."));
 };
 if (loadError) showNotice(loadError, { stays: true });
+$("notice-close").onclick = () => showNotice("");
 setTimeout(showFirstPicture, MAP_PATIENCE);
 $("where").onclick = () => {
   clearTimeout(whereAsked);

@@ -37,6 +37,8 @@ export class RoundCard {
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
     text("go_on", value?.place ? tr("Go on to {place}", { place: next }) : tr("Start with {place}", { place: next }));
     text("end", value?.round_active ? tr("End the round") : tr("Cancel the next order"));
+    const several = value?.round_active || (value?.orders ?? []).length;
+    text("cancel", several ? tr("Cancel the round and all orders") : tr("Cancel the current task"));
     $("again").hidden = !value?.unserved.length;
     text("again", tr("Order {places} again", { places: names(value?.unserved) }));
     this.showQueue(value?.queue ?? []);
@@ -117,7 +119,7 @@ export class RoundCard {
     this.showForecast(this.forecast);
   }
 
-  changeQueue(tables) { this.send({ do: "queue", tables, order: this.value.order_id }); }
+  changeQueue(tables) { this.send({ do: "queue", tables, order: this.value.order_id, seen: this.value.queue }); }
 
   // The newest rounds first, each with what became of its tables.
   showHistory(rounds) {

@@ -152,6 +152,19 @@ def test_a_zone_is_drawn_corner_by_corner(page: Any, tab: Tab) -> None:
     assert bx == pytest.approx(ax) and by > ay and cy == pytest.approx(by) and cx < bx
 
 
+def test_a_place_is_added_without_a_walk(page: Any, tab: Tab) -> None:
+    """Its button leads to the map, and a press there to the form."""
+    tab.evaluate("document.getElementById('edit-tab').click()")
+    tab.evaluate("document.getElementById('edit-box').open = true")
+    tab.evaluate("document.getElementById('place-new').focus()")
+    key(tab, "Enter")
+    assert tab.evaluate("document.activeElement.id") == "canvas"
+    key(tab, "ArrowRight")
+    key(tab, "Enter")
+    assert tab.evaluate("document.activeElement.id") == "place-label"
+    tab.evaluate("document.getElementById('place-cancel').click()")
+
+
 def test_the_manual_is_opened_read_and_closed(tab: Tab) -> None:
     tab_to(tab, "document.getElementById('manual-open')")
     key(tab, "Enter")

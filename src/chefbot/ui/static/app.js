@@ -83,7 +83,11 @@ kiosk = new Kiosk(send, () => link.show());
 
 function gesture(command) {
   if (command.do === "measure") return true;             // it was shown during the drag
-  if (command.do === "place" || command.do === "corner") return mapEdit.pressed(command);
+  if (command.do === "place" || command.do === "corner") {
+    const taken = mapEdit.pressed(command);
+    if (command.do === "place" && cursor.pose) $("place-label").focus();   // by keyboard the form is far away
+    return taken;
+  }
   return command.do === "goal" ? panels.round.go(command, tr("this point")) : send(command);
 }
 

@@ -25,7 +25,10 @@ export class MapEdit {
   }
 
   wire() {
-    $("place-new").onclick = () => this.startPlace();
+    $("place-new").onclick = ({ detail: clicks }) => {
+      this.startPlace();
+      if (!clicks) $("canvas").focus();                                    // a key, as the map is far away
+    };
     $("place-here").onclick = () => { if (this.robot()) this.openPlace({ ...this.robot(), name: "" }); };
     $("place-move").onclick = () => this.choose("place");
     $("place-delete").onclick = () => this.save({ do: "delete_place", name: this.place.name });

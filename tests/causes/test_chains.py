@@ -117,7 +117,7 @@ def test_a_check_that_names_its_root_has_nothing_behind_it() -> None:
     assert lost.caused_by == 0 and lost.sentence == "Recovery 1: Localization lost."
 
 
-def test_causes_whose_ends_were_lost_are_ended_by_the_checks_that_find_something() -> None:
+def test_lost_ends_follow_from_the_checks_that_find_something() -> None:
     chains = CauseChains()
     first, second = process(chains, blocked(2.0)), process(chains, blocked(1.0), now_ns=3 * SECOND)
     other = process(chains, blocked(1.0), node="base", now_ns=3 * SECOND)

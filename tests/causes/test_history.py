@@ -27,7 +27,7 @@ def test_the_newest_of_the_severest_active_causes_is_present() -> None:
     assert [span.duration for span in history.spans] == [None, 4.0, None, 1.0, 0.0]
 
 
-def test_a_cause_whose_end_was_lost_is_ended_by_the_list_of_those_that_hold() -> None:
+def test_a_lost_end_follows_from_the_list_of_those_that_hold() -> None:
     history = CauseHistory([cause(1, DETOUR, 1), cause(2, STOP, 2), cause(3, SLOW, 9)])
 
     def process(ids: list[int], seconds: int) -> None:

@@ -149,7 +149,7 @@ def test_a_stroke_is_drawn_published_and_taken_back(path: Path) -> None:
     assert runner.messages("initialpose") == []
 
 
-def test_a_place_that_is_in_a_wall_already_forbids_no_stroke_elsewhere(path: Path) -> None:
+def test_a_place_in_a_wall_forbids_no_stroke_elsewhere(path: Path) -> None:
     places_path(path).write_text("places: {edge: {x: 0.02 m, y: 2 m}}\n")
     result = result_of(served(path), MapEdit("a", strokes=(WALL,)))
     assert result.applied and load_map(path).at(2.0, 1.0) == 100

@@ -231,7 +231,6 @@ function take(layer, value) {
 // A server that was restarted may know nothing of what the page still shows.
 function forget() {
   unserved = panels.round.unserved();
-  panels.round.connected();
   for (const layer of data.keys()) if (!OF_THE_ROBOT.has(layer)) take(layer, null);
 }
 
@@ -249,8 +248,8 @@ link.addEventListener("greeted", ({ detail: { arrived, restarted, role, hasMap }
   if (!hasMap) showFirstPicture();
   document.body.dataset.role = role;      // the style sheet hides what it may not command
   if (arrived) showNotice(tr("Reconnected. The robot received the last command."));
-  if (restarted) forget();
   panels.round.connected();
+  if (restarted) forget();
 });
 link.addEventListener("up", () => {
   document.body.classList.remove("offline");

@@ -35,6 +35,7 @@ def test_every_command_round_trips_through_json() -> None:
         "name": "kitchen",
         "file": "kitchen",
         "tables": ["table_1"],
+        "seen": ["table_1", "table_2"],
         "when": "now",
         "place": "table_1",
         "choice": "go_on",

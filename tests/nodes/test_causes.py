@@ -8,9 +8,16 @@ import pytest
 from tests.support.nodes import NodeRunner, StationaryRobot
 
 from chefbot.causes.reports import END, STOP, make_report, stamped
+from chefbot.delivery.status_messages import left_out, not_reached, not_taken
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs import Cause, EmergencyStopStatus, NavigationStatus, PresentCauses
+from chefbot.msgs.chefbot_msgs import (
+    Cause,
+    DeliveryStatus,
+    EmergencyStopStatus,
+    NavigationStatus,
+    PresentCauses,
+)
 from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal
@@ -162,3 +169,13 @@ def test_an_end_that_was_lost_is_published_later() -> None:
     ]
     runner.run(1.5)
     assert runner.messages("present_causes")[-1].ids.tolist() == [2]
+
+
+def test_a_table_that_a_person_took_out_of_the_round_is_no_failure() -> None:
+    runner = NodeRunner({"causes": "chefbot.nodes.causes.chains:CausesNode"}, {})
+    reasons = (left_out("table_1"), not_taken("table_2"), not_reached("table_3", "no path."))
+    for count in range(len(reasons) + 1):
+        status = DeliveryStatus(state="driving", skipped_reasons=reasons[:count])
+        runner.loop.publish("delivery_status", status, "delivery")
+        runner.run(0.1)
+    assert [cause.sentence for cause in runner.messages("causes")] == [reasons[2]]

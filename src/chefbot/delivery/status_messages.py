@@ -27,6 +27,9 @@ LOW_BATTERY = "The battery is low."
 PARKING = "The battery is too low for the drive home; the robot parks."
 PARKED = "Parked with a low battery. Charge it, then send the robot home."
 PARKING_PLACE = "a parking place"
+NOT_TAKEN, LEFT_OUT = "nobody took the food", "it was taken out of the round"
+ENDED_BEFORE = "the round was ended before it was served"
+"""Reasons of persons for which a table is not served."""
 MEANWHILE = " The round waits."
 ERRAND_NEEDS_WHEN = "a round is under way; choose when to drive there: now, after it, or instead of it"
 IDLE_STATES = ("idle", "failed")
@@ -54,11 +57,16 @@ def _about(sentence: str) -> Callable[[str], str]:
 on_the_way = _about("On the way to {}.")
 with_food_back = _about("On the way to {} with the food that nobody took.")
 at = _about("At {}.")
-not_taken = _about("{}: nobody took the food")
+not_taken = _about(f"{{}}: {NOT_TAKEN}")
 battery_skipped = _about("{}: not enough battery")
-not_served = _about("{}: the round was ended before it was served")
-left_out = _about("{}: it was taken out of the round")
+not_served = _about(f"{{}}: {ENDED_BEFORE}")
+left_out = _about(f"{{}}: {LEFT_OUT}")
 """Sentences by the name of a place: while driving, after an errand; and why a table was not served."""
+
+
+def is_failure(skipped_reason: str) -> bool:
+    """Return whether the robot, and not a person, is why a table was not served."""
+    return not skipped_reason.endswith((NOT_TAKEN, ENDED_BEFORE, LEFT_OUT))
 
 
 def load(status: DeliveryStatus, trays: int) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 
 from chefbot.causes.chains import CauseChains, TrackedPoint
 from chefbot.causes.statuses import StatusReports
+from chefbot.delivery.status_messages import is_failure
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import (
     BatteryStatus,
@@ -77,7 +79,9 @@ class CausesNode(Node):
         self._publish(self._statuses.battery(status, self.now_ns))
 
     def on_delivery_status(self, status: DeliveryStatus) -> None:
-        """Report places that were not served."""
+        """Report places that the robot failed to serve; what persons decide is no failure."""
+        failures = tuple(filter(is_failure, status.skipped_reasons))
+        status = msgspec.structs.replace(status, skipped_reasons=failures)
         self._publish(self._statuses.delivery(status, self.now_ns))
 
     def on_process_lost(self, process: String) -> None:

@@ -72,3 +72,13 @@ def test_an_unconfirmed_stop_is_repeated_until_confirmed(robot: Robot) -> None:
         count = len(robot.stop_requests)
         page.receive(PATIENCE)
         assert len(robot.stop_requests) == count
+
+
+@pytest.mark.parametrize("robot", [False], indirect=True)
+@pytest.mark.slow
+def test_no_state_is_shown_before_the_base_has_reported_it(robot: Robot) -> None:
+    """After a restart of its process, a page would otherwise show for a moment that a stopped robot may drive."""
+    with robot.page("here") as page:
+        assert shows(page, stopped=False) and "stop" not in page.latest
+        robot.publish("emergency_stop", True)
+        assert shows(page, stopped=True) and page.latest["stop"]["stopped"]

@@ -24,7 +24,7 @@ class Recorded:
 
     def restart(self) -> None:
         """Record by a new process, to which the last status is sent."""
-        self.recorder = RoundRecorder(self.history, simulated=False)
+        self.recorder = RoundRecorder(self.history, lambda: {"table_9": "Window"}, simulated=False)
         self.note()
 
     def note(self) -> None:
@@ -145,6 +145,11 @@ def test_orders_that_wait_are_recorded_with_what_became_of_them(one: Recorded) -
     assert len(one.rounds) == 3 and not one.rounds[1].ended, "the second one has begun"
     one.do(one.round.cancel)
     assert one.rounds[1].outcome == "The delivery was cancelled."
+
+
+def test_a_place_keeps_the_label_that_it_had(one: Recorded) -> None:
+    one.order("table_1", "table_9")
+    assert [stop.label for stop in one.rounds[0].stops] == ["", "Window"]
 
 
 def test_a_refused_order_has_its_reason(one: Recorded) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from chefbot.storage import cause_records, history_file
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.cause_records import CauseRecords, Moment, read_causes
-from chefbot.storage.delivery_history import DeliveryHistory, read_history
+from chefbot.storage.delivery_history import DeliveryHistory, RecordedStop, read_history
 
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=30)
 PLACES = st.none() | st.floats(-1e6, 1e6)
@@ -65,12 +66,15 @@ def test_a_file_of_deliveries_keeps_them_and_gets_causes(
 ) -> None:
     path = tmp_path / "one.sqlite"
     monkeypatch.setattr(history_file, "MIGRATIONS", history_file.MIGRATIONS[:1])
-    history = DeliveryHistory(path)
-    history.end(history.begin("a", "anna", ("table_1",), simulated=False), "kept")
-    history.close()
+    DeliveryHistory(path).close()
+    with closing(sqlite3.connect(path)) as old:
+        old.execute("INSERT INTO rounds VALUES (1, 'a', 'anna', 0, '2026-01-01', NULL, '2026-01-01', 'kept')")
+        old.execute("INSERT INTO stops VALUES (1, 0, 'table_1', 'taken', '2026-01-01')")
+        old.commit()
     monkeypatch.undo()
     assert read_causes(path, 5) == []
-    assert [one.outcome for one in read_history(path, 5)] == ["kept"]
+    [one] = read_history(path, 5)
+    assert one.outcome == "kept" and one.stops == (RecordedStop("table_1", "taken", "2026-01-01"),)
     assert sqlite3.connect(path).execute("PRAGMA user_version").fetchone() == (len(history_file.MIGRATIONS),)
 
 

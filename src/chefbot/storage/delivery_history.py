@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 
 import msgspec
 
 from chefbot.storage.history_file import HistoryFile, utc_now
+
+NO_LABELS: Mapping[str, str] = {}
 
 
 class RecordedStop(msgspec.Struct, frozen=True):
@@ -18,6 +20,8 @@ class RecordedStop(msgspec.Struct, frozen=True):
     outcome: str
     """taken, or why the food was not; empty as long as it is open."""
     at: str | None
+    label: str = ""
+    """What the place was called by its label then; empty if it had none."""
 
 
 class RecordedRound(msgspec.Struct, frozen=True):
@@ -38,27 +42,37 @@ class RecordedRound(msgspec.Struct, frozen=True):
 class DeliveryHistory(HistoryFile):
     """Reads and writes the delivery rounds of a history."""
 
-    def begin(self, order_id: str, ordered_by: str, places: Sequence[str], *, simulated: bool) -> int:
-        """Add a round with these places and return its number."""
+    def begin(
+        self,
+        order_id: str,
+        ordered_by: str,
+        places: Sequence[str],
+        labels: Mapping[str, str] = NO_LABELS,
+        *,
+        simulated: bool,
+    ) -> int:
+        """Add a round with these places, which have these labels, and return its number."""
         with self._transaction():
             row = self._db.execute(
                 "INSERT INTO rounds (order_id, ordered_by, simulated, began) VALUES (?, ?, ?, ?)",
                 (order_id, ordered_by, simulated, utc_now()),
             )
             number = int(row.lastrowid or 0)
-            self._add_stops(number, places)
+            self._add_stops(number, places, labels)
         return number
 
-    def replace_stops(self, number: int, places: Sequence[str]) -> None:
+    def replace_stops(
+        self, number: int, places: Sequence[str], labels: Mapping[str, str] = NO_LABELS
+    ) -> None:
         """Replace the places of a round that has not begun."""
         with self._transaction():
             self._db.execute("DELETE FROM stops WHERE round = ?", (number,))
-            self._add_stops(number, places)
+            self._add_stops(number, places, labels)
 
-    def _add_stops(self, number: int, places: Sequence[str]) -> None:
+    def _add_stops(self, number: int, places: Sequence[str], labels: Mapping[str, str]) -> None:
         self._db.executemany(
-            "INSERT INTO stops (round, position, place) VALUES (?, ?, ?)",
-            [(number, position, place) for position, place in enumerate(places)],
+            "INSERT INTO stops (round, position, place, label) VALUES (?, ?, ?, ?)",
+            [(number, position, place, labels.get(place, "")) for position, place in enumerate(places)],
         )
 
     def open_round(self, order_id: str, places: Sequence[str]) -> int | None:
@@ -75,7 +89,7 @@ class DeliveryHistory(HistoryFile):
         """Return the stops of a round."""
         with self._errors_reported():
             rows = self._db.execute(
-                "SELECT place, outcome, at FROM stops WHERE round = ? ORDER BY position", (number,)
+                "SELECT place, outcome, at, label FROM stops WHERE round = ? ORDER BY position", (number,)
             )
             return tuple(RecordedStop(*row) for row in rows)
 

@@ -30,6 +30,7 @@ MIGRATIONS = (
         sentence TEXT NOT NULL, chain TEXT NOT NULL, x REAL, y REAL, map BLOB, camera BLOB
     ) STRICT;
     """,
+    "ALTER TABLE stops ADD COLUMN label TEXT NOT NULL DEFAULT ''",
 )
 """One script a version of the file, which `PRAGMA user_version` counts; opening a file brings it to the newest."""
 BUSY_TIMEOUT = 2.0

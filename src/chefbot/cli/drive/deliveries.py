@@ -39,7 +39,9 @@ def print_deliveries(robot: str, last: int, csv_file: Path | None) -> None:
 def round_line(one: RecordedRound) -> str:
     """Return a round as one line: local time, who ordered, each place with its outcome, how it ended."""
     who = f"{one.ordered_by}: " if one.ordered_by else ""
-    places = ", ".join(f"{display_name(stop.place)} ({_outcome(stop.outcome)})" for stop in one.stops)
+    places = ", ".join(
+        f"{stop.label or display_name(stop.place)} ({_outcome(stop.outcome)})" for stop in one.stops
+    )
     end = f"until {local_time(one.ended)[11:]}; {one.outcome}" if one.ended else "unfinished"
     simulated = " [simulated]" if one.simulated else ""
     return f"{local_time(one.began)}  {who}{places}; {end}{simulated}"

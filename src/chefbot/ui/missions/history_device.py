@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from chefbot.devices.state_files import state_folder
-from chefbot.msgs.chefbot_msgs import DeliveryStatus
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Places
+from chefbot.runtime.node import In
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.delivery_history import DeliveryHistory, RecordedRound
 from chefbot.ui.missions.mission_device import MissionDevice
@@ -23,6 +24,7 @@ def history_path(robot: str) -> Path:
 class HistoryDevice(MissionDevice):
     """Records each delivery round while the web UI is served; a history that cannot be written is a notice."""
 
+    places: In[Places]
     _history: DeliveryHistory | None = None
     _recorder: RoundRecorder | None = None
 
@@ -36,10 +38,15 @@ class HistoryDevice(MissionDevice):
         """Open the history of the robot and return its newest rounds; `simulated` is noted with each new one."""
         try:
             self._history = DeliveryHistory(history_path(self.robot.name))
-            self._recorder = RoundRecorder(self._history, simulated=simulated)
+            self._recorder = RoundRecorder(self._history, self._labels, simulated=simulated)
         except StorageError as error:
             self._warn(str(error))
         return self._newest_rounds()
+
+    def _labels(self) -> dict[str, str]:
+        """Return the labels of the places that have one."""
+        places = self.places.last.places if self.places.last else ()
+        return {place.name: place.label for place in places if place.label}
 
     def _record_round(self, status: DeliveryStatus) -> bool:
         """Record what has changed, and return whether there is something new to show."""

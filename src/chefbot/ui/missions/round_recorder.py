@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 from chefbot.delivery.status_messages import ROUND_STATES, display_name
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
 from chefbot.storage.delivery_history import DeliveryHistory
@@ -14,11 +16,13 @@ ORDER_CANCELLED = "The order was cancelled."
 class RoundRecorder:
     """Notes orders that wait, and the beginning, the steps and the end of each round.
 
-    Raises StorageError if that cannot be written.
+    `labels` returns the labels of the places that have one. Raises StorageError if something cannot be written.
     """
 
-    def __init__(self, history: DeliveryHistory, *, simulated: bool) -> None:
-        self._history, self._simulated = history, simulated
+    def __init__(
+        self, history: DeliveryHistory, labels: Callable[[], Mapping[str, str]], *, simulated: bool
+    ) -> None:
+        self._history, self._labels, self._simulated = history, labels, simulated
         self._number: int | None = None
         self._key: tuple[str, tuple[str, ...]] = ("", ())
         self._taken = self._missed = 0
@@ -38,7 +42,7 @@ class RoundRecorder:
         if number is None:
             number = self._open_round(order.id, order.ordered_by, order.places)
         else:
-            self._history.replace_stops(number, order.places)
+            self._history.replace_stops(number, order.places, self._labels())
         self._waiting[order.id] = number, order.places
         return True
 
@@ -69,7 +73,7 @@ class RoundRecorder:
         if number is None:
             number = self._open_round(status.order_id, status.ordered_by, places)
         elif ordered != places:  # by their labels
-            self._history.replace_stops(number, places)
+            self._history.replace_stops(number, places, self._labels())
         self._number = number
         outcomes = [stop.outcome for stop in self._history.stops(number)]
         self._taken = outcomes.count(TAKEN)
@@ -79,7 +83,8 @@ class RoundRecorder:
         """Return the number of the round of an order that has not ended, which begins here unless it is recorded."""
         number = self._history.open_round(order_id, places)
         if number is None:
-            number = self._history.begin(order_id, ordered_by, places, simulated=self._simulated)
+            labels = self._labels()
+            number = self._history.begin(order_id, ordered_by, places, labels, simulated=self._simulated)
         return number
 
     def _note_steps(self, status: DeliveryStatus) -> bool:

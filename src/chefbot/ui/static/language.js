@@ -37,7 +37,11 @@ export function setLabels(value) {
 
 // The name of a place for the reader: table_3 is "Table 3", or "Tisch 3", unless it has a label.
 export function title(name) {
-  if (Object.hasOwn(labels, name)) return labels[name];
+  return Object.hasOwn(labels, name) ? labels[name] : nameTitle(name);
+}
+
+// The same without the labels of the present map.
+export function nameTitle(name) {
   const text = capital(name.replace(/_/g, " "));
   return matched(text, namePatterns, 0) ?? text;
 }

@@ -1,5 +1,5 @@
 // The delivery round: buttons for what the robot waits for, and the choice between the round and another goal.
-import { language, title, tr, translated } from "./language.js";
+import { language, nameTitle, title, tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
@@ -128,7 +128,7 @@ export class RoundCard {
       const item = document.createElement("li"), head = document.createElement("b");
       const began = new Date(round.began).toLocaleString(language, { dateStyle: "short", timeStyle: "short" });
       head.textContent = round.ordered_by ? `${began}, ${round.ordered_by}: ` : `${began}: `;
-      item.append(head, round.stops.map((stop) => tr("{place}: {outcome}", { place: title(stop.place), outcome: stop.outcome ? translated(stop.outcome) : tr("open") })).join("; "), round.ended ? "" : `; ${tr("unfinished")}`);
+      item.append(head, round.stops.map((stop) => tr("{place}: {outcome}", { place: stop.label || nameTitle(stop.place), outcome: stop.outcome ? translated(stop.outcome) : tr("open") })).join("; "), round.ended ? "" : `; ${tr("unfinished")}`);
       return item;
     }));
   }

@@ -171,7 +171,7 @@ def test_an_end_that_was_lost_is_published_later() -> None:
     assert runner.messages("present_causes")[-1].ids.tolist() == [2]
 
 
-def test_a_table_that_a_person_took_out_of_the_round_is_no_failure() -> None:
+def test_a_table_that_a_person_left_out_is_no_failure() -> None:
     runner = NodeRunner({"causes": "chefbot.nodes.causes.chains:CausesNode"}, {})
     reasons = (left_out("table_1"), not_taken("table_2"), not_reached("table_3", "no path."))
     for count in range(len(reasons) + 1):

@@ -93,15 +93,15 @@ class FrontierMapNode(Node):
     def _path_to(self, goal: ExplorationGoal, robot: SE2, grid: Grid) -> NDArray[np.float64]:
         """Return the path (n, 3) to a goal on the map with the known blockages; empty if there is none."""
         costs = self._costs_of(self._blockages.on(grid))
-        for costmap in (costs.update(), self._narrow_costs(costs, grid)):
+        with contextlib.suppress(PlanningError):
+            return self._planner.plan(costs.update(), robot, goal.pose)
+        if fits_narrow_passages(self.robot):
             with contextlib.suppress(PlanningError):
-                return self._planner.plan(costmap, robot, goal.pose)
+                return self._planner.plan(self._narrow_costs(costs, grid), robot, goal.pose)
         return np.zeros((0, 3))
 
     def _narrow_costs(self, costs: LayeredCostmap, grid: Grid) -> Costmap:
-        """Return costs in which passages are open where the robot just fits, if it may creep through them."""
-        if not fits_narrow_passages(self.robot):
-            return costs.update()
+        """Return costs in which passages are open where the robot just fits, for one that may creep through them."""
         return costs.narrow_costs(-0.5 * grid.resolution, np.zeros((0, 2)), 0.0)
 
     def _forget_blockages(self) -> None:

@@ -155,3 +155,13 @@ def test_a_folder_in_the_way_is_reported_in_one_sentence(tmp_path: Path) -> None
 def test_only_the_owner_may_read_it(history: DeliveryHistory) -> None:
     history.begin("a", "anna", PLACES, simulated=False)
     assert {path.stat().st_mode & 0o077 for path in history.path.parent.iterdir()} == {0}
+
+
+def test_without_an_id_no_old_round_goes_on(tmp_path: Path) -> None:
+    history = DeliveryHistory(tmp_path / "one.sqlite")
+    first = history.begin("", "", ("table_1",), simulated=False)
+    assert history.open_round("", ("table_1",)) == first
+    named = history.begin("a", "anna", ("table_2",), simulated=False)
+    assert history.open_round("", ("table_1",)) is None
+    history.begin("b", "ben", ("table_3",), simulated=False)
+    assert history.open_round("a", ("table_2",)) == named

@@ -76,10 +76,14 @@ class DeliveryHistory(HistoryFile):
         )
 
     def open_round(self, order_id: str, places: Sequence[str]) -> int | None:
-        """Return the number of the newest round of this order and these places that has not ended, else None."""
+        """Return the number of the newest round of this order and these places that has not ended, else None.
+
+        Without an id only the newest of all rounds may be the same: an older one was left unfinished by a crash.
+        """
         with self._errors_reported():
             newest = self._db.execute(
-                "SELECT id FROM rounds WHERE order_id = ? AND ended IS NULL ORDER BY id DESC LIMIT 1",
+                "SELECT id FROM rounds WHERE order_id = ? AND ended IS NULL "
+                "AND (order_id != '' OR id = (SELECT max(id) FROM rounds)) ORDER BY id DESC LIMIT 1",
                 (order_id,),
             ).fetchone()
         same = newest is not None and [stop.place for stop in self.stops(newest[0])] == list(places)

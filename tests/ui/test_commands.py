@@ -36,6 +36,7 @@ def test_every_command_round_trips_through_json() -> None:
         "file": "kitchen",
         "tables": ["table_1"],
         "seen": ["table_1", "table_2"],
+        "seen_change": "a-b-b",
         "when": "now",
         "place": "table_1",
         "choice": "go_on",

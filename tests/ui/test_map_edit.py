@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import msgspec
 import pytest
 from tests.support.web_ui import MAP_SHOWN, show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
+from chefbot.devices.maps.map_editor import CHANGED_SINCE
 from chefbot.msgs.chefbot_msgs import MapEditResult
 from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
@@ -143,6 +145,34 @@ def test_what_exists_is_moved_deleted_and_taken_back(edited: Any) -> None:
         assert isinstance(labelled, do.PutPlace) and (labelled.label, labelled.moved) == ("Bar", False)
         tab.evaluate("document.getElementById('undo-edit').click()")
         assert isinstance(edited.next_command(), do.UndoMapEdit)
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_another_persons_change_is_not_overwritten(edited: Any) -> None:
+    """What the form was opened on counts, not what came since; the button names what it would undo."""
+    last = MapEditResult("x", undoable=1, last_id="x", last_change="table_2 was moved", last_edited_by="Max")
+    edited.server.set_layer("edit", last)
+    with open_tab(edited.url, NO_GPU) as tab:
+        opened(tab)
+        tab.wait_for(f"{text_of('undo-edit')} === 'Undo: 窗边 二 was moved (Max)'")
+        tab.evaluate("document.querySelectorAll('#place-list button')[0].click()")
+        edited.server.set_layer("edit", msgspec.structs.replace(last, id="y", last_id="y", last_edited_by=""))
+        tab.wait_for(f"{text_of('undo-edit')} === 'Undo: 窗边 二 was moved'")
+        for seen, newest in (("x", "z"), ("z", "z")):  # refused, and then pressed again
+            tab.evaluate("document.querySelector('#place-form .primary').click()")
+            saved = edited.next_command()
+            assert isinstance(saved, do.PutPlace) and saved.seen_change == seen
+            edited.server.set_layer(
+                "edit", MapEditResult(saved.id, description=CHANGED_SINCE, last_id=newest)
+            )
+            tab.wait_for(f"{text_of('edit-note')} === 'Not saved: {CHANGED_SINCE}'")
+        tab.evaluate("document.getElementById('zone-new').click()")
+        edited.server.set_layer("edit", msgspec.structs.replace(last, id="w", last_id="w"))
+        tab.wait_for(f"{text_of('undo-edit')}.includes('Max')")
+        tab.evaluate("document.getElementById('undo-edit').click()")
+        undo = edited.next_command()
+        assert isinstance(undo, do.UndoMapEdit) and undo.seen_change == "w"
 
 
 @pytest.mark.slow

@@ -60,7 +60,7 @@ def nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeRunne
 def edits(nodes: NodeRunner, *commands: Any) -> list[MapEdit]:
     device: Any = nodes.system.nodes["page"]
     for command in commands:
-        device._execute_map_edit(command)
+        device._execute_map_edit(command, "Mia")
     nodes.run(0.1)
     return nodes.messages("map_edit")
 
@@ -115,7 +115,7 @@ def test_zones_have_the_numbers_of_their_kind_only(nodes: NodeRunner) -> None:
 
 def test_deletions_and_undo_are_passed_on(nodes: NodeRunner) -> None:
     place, zone, undo = edits(
-        nodes, do.DeletePlace("table_1"), do.DeleteZone("keep_out_1"), do.UndoMapEdit("a")
+        nodes, do.DeletePlace("table_1"), do.DeleteZone("keep_out_1"), do.UndoMapEdit(id="a")
     )
     assert (place.deleted_places, zone.deleted_zones) == (("table_1",), ("keep_out_1",))
     assert undo.undo and undo.id == "a"
@@ -128,9 +128,14 @@ def test_changes_of_the_map_are_passed_on(nodes: NodeRunner) -> None:
         do.CropMap(0.0, 1.0, 4.0, 5.0, preview=True, id="b"),
         do.RotateMap(0.5, id="c"),
     ):
-        device._execute_map_change(command)
+        device._execute_map_change(command, "Mia")
     nodes.run(0.1)
     drawn, crop, rotation = nodes.messages("map_edit")
     assert [(len(one.points), one.width, one.value) for one in drawn.strokes] == [(2, 0.2, -1), (1, 0.2, -1)]
     assert [(corner.x, corner.y) for corner in crop.crop] == [(0.0, 1.0), (4.0, 5.0)]
     assert (drawn.preview, crop.preview, rotation.rotation, rotation.id) == (False, True, 0.5, "c")
+
+
+def test_a_change_carries_who_made_it_and_what_they_saw(nodes: NodeRunner) -> None:
+    (edit,) = edits(nodes, do.DeletePlace("table_1", id="a", seen_change="b"))
+    assert (edit.id, edit.seen_change, edit.edited_by) == ("a", "b", "Mia")

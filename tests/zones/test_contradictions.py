@@ -44,7 +44,9 @@ def test_a_zone_that_is_not_an_area_of_the_map_is_refused(
 
 def test_one_way_lanes_against_each_other_are_refused() -> None:
     lanes = zone("out", ONE_WAY, box(1.0, 1.0)), zone("back", ONE_WAY, box(1.5, 1.0), math.pi)
-    with pytest.raises(ZoneError, match=r"lanes out and back overlap at x 1\..*differ by 180 deg"):
+    with pytest.raises(
+        ZoneError, match=r"lane out and the one-way lane back overlap at x 1\..*differ by 180 deg"
+    ):
         check_zones(lanes, GRID, {})
 
 
@@ -57,11 +59,11 @@ def test_what_has_no_effect_is_warned_of_by_name() -> None:
     zones = zone("stairs", KEEP_OUT, box(1.0, 1.0, 3.0, 3.0)), zone("ramp", SLOW_ZONE, box(2.0, 2.0))
     places = {"table_1": SE2(1.5, 1.5, 0.0), "home": SE2(5.0, 1.0, 0.0)}
     assert check_zones(zones, GRID, places).warnings == (
-        "Zone ramp lies in the keep-out zone stairs and has no effect.",
+        "The slow zone ramp lies in the keep-out zone stairs and has no effect.",
         "The place table_1 lies in the keep-out zone stairs and cannot be reached.",
     )
     partly = check_zones((zone("edge", KEEP_OUT, box(-0.5, 1.0)),), GRID, {})
-    assert partly.warnings == ("Zone edge lies partly outside the map.",)
+    assert partly.warnings == ("The keep-out zone edge lies partly outside the map.",)
 
 
 @given(st.lists(st.tuples(st.floats(-3.0, 9.0), st.floats(-3.0, 9.0)), max_size=7))
@@ -69,6 +71,6 @@ def test_any_corners_are_accepted_or_refused_with_a_reason(points: list[tuple[fl
     try:
         report = check_zones((zone("a", ONE_WAY, points),), GRID, {"home": SE2(1.0, 1.0, 0.0)})
     except ZoneError as error:
-        assert str(error).startswith("zone a")
+        assert str(error).startswith("one-way lane a")
     else:
         assert all(sentence.endswith(".") for sentence in report.warnings)

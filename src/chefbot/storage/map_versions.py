@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+import msgspec
+
 from chefbot.errors import ChefbotError
 from chefbot.storage.atomic_files import StorageError, os_errors_as_storage_errors, write_atomic
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
@@ -20,18 +22,27 @@ SEAL = "written.sha256"
 """File of a version with the hashes of what the change after it wrote."""
 ABSENT = "absent.txt"
 """File of a version with the names of the files that did not exist, which a restoration removes."""
-NOTE = "note.txt"
-"""File of a version with what else is to be known about it."""
+NOTE = "change.json"
+"""File of a version that describes the change after it."""
 CHANGED_BY_HAND = (
     "The files of the map were edited by hand since the last change here, so it cannot be undone"
 )
 
 
+class ChangeNote(msgspec.Struct, frozen=True):
+    """What a change was: its id, a sentence, who made it, and by how much it has turned the map, rad."""
+
+    id: str = ""
+    description: str = ""
+    edited_by: str = ""
+    rotation: float = 0.0
+
+
 class RestoredVersion(NamedTuple):
-    """The files that a version concerned, none without a version, and the note that was kept with it."""
+    """The files that a version concerned, none without a version, and the change that was undone."""
 
     files: list[Path]
-    note: str = ""
+    note: ChangeNote = ChangeNote()
 
 
 class MapVersions:
@@ -43,7 +54,11 @@ class MapVersions:
     def __len__(self) -> int:
         return len(self._numbers())
 
-    def keep(self, changing: Collection[Path], note: str = "") -> None:
+    def last_change(self) -> ChangeNote:
+        """Return the change that `restore` would undo, an empty one without any. Raises StorageError."""
+        return self._note(self._newest()) if len(self) else ChangeNote()
+
+    def keep(self, changing: Collection[Path], note: ChangeNote) -> None:
         """Copy the files that a change concerns, before it.
 
         Raises StorageError if that fails; the change should not happen then.
@@ -60,13 +75,13 @@ class MapVersions:
                     write_atomic(incomplete / file.name, file.read_bytes())
             absent = "".join(f"{file.name}\n" for file in changing if not file.is_file())
             write_atomic(incomplete / ABSENT, absent.encode())
-            write_atomic(incomplete / NOTE, note.encode())
+            write_atomic(incomplete / NOTE, msgspec.json.encode(note))
             incomplete.rename(version)
         for number in numbers[: len(numbers) + 1 - MAX_VERSIONS]:
             self._remove(number)
 
     @contextmanager
-    def change(self, changing: Collection[Path], note: str = "") -> Iterator[None]:
+    def change(self, changing: Collection[Path], note: ChangeNote) -> Iterator[None]:
         """Keep the files that a change concerns, and bring them back if it fails with a ChefbotError."""
         self.keep(changing, note)
         try:
@@ -90,7 +105,7 @@ class MapVersions:
         if not numbers:
             return RestoredVersion([])
         version = self._newest()
-        concerned, seal = self._concerned(version), version / SEAL
+        concerned, seal, note = self._concerned(version), version / SEAL, self._note(version)
         if seal.is_file() and seal.read_bytes() != self._digest(concerned):
             raise StorageError(CHANGED_BY_HAND)
         for file in concerned:
@@ -99,8 +114,6 @@ class MapVersions:
                     write_atomic(file, (version / file.name).read_bytes())
                 else:
                     file.unlink(missing_ok=True)
-        with os_errors_as_storage_errors(version):
-            note = (version / NOTE).read_text()
         self._remove(numbers[-1])
         return RestoredVersion(concerned, note)
 
@@ -109,6 +122,14 @@ class MapVersions:
         with os_errors_as_storage_errors(version):
             absent = (version / ABSENT).read_text().splitlines()
         return [file for file in self._files if (version / file.name).is_file() or file.name in absent]
+
+    def _note(self, version: Path) -> ChangeNote:
+        with os_errors_as_storage_errors(version):
+            content = (version / NOTE).read_bytes()
+        try:
+            return msgspec.json.decode(content, type=ChangeNote)
+        except msgspec.DecodeError as error:
+            raise StorageError(f"{version / NOTE} is damaged ({error}); move its folder away") from None
 
     def _newest(self) -> Path:
         return self._folder / f"{self._numbers()[-1]:06d}"

@@ -15,12 +15,11 @@ from chefbot.maths.grid import FREE, Grid
 from chefbot.storage.atomic_files import os_errors_as_storage_errors, write_atomic
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import MAX_YAML_BYTES, map_yaml_path, save_map
-from chefbot.storage.map_versions import versions_of
+from chefbot.storage.map_versions import ChangeNote, versions_of
 from chefbot.storage.places import places_path
 from chefbot.storage.zones import zones_path
 
-NO_ROTATION = "0.0"
-"""Note of a version before a change that does not turn the map."""
+NEW_MAP = ChangeNote("new map", "The map was replaced by a new one")
 NO_MAP = "There is no map yet; drive the robot around, or let it explore."
 
 
@@ -35,7 +34,7 @@ def save_new_map(folder_or_stem: Path, grid: Grid, companions: Sequence[tuple[Pa
     versions = versions_of(path, zones_path(path))
     if not len(versions):
         return save_map(path, grid, companions=companions)
-    with versions.change(_map_files(path), NO_ROTATION):
+    with versions.change(_map_files(path), NEW_MAP):
         return save_map(path, grid, companions=companions)
 
 
@@ -56,7 +55,7 @@ def save_map_in_frame(
         save_new_map(path, grid, companions)
         return False
     _check_replaced(path)
-    with versions_of(path, zones_path(path)).change([*_map_files(path), *beside], NO_ROTATION):
+    with versions_of(path, zones_path(path)).change([*_map_files(path), *beside], NEW_MAP):
         save_map(path, grid, companions=companions)
         for file, source in zip(beside, sources, strict=True):
             with os_errors_as_storage_errors(file):

@@ -28,6 +28,7 @@ from chefbot.ui.map_commands import DrawOnMap as DrawOnMap
 from chefbot.ui.map_commands import DriveOnMap as DriveOnMap
 from chefbot.ui.map_commands import Explore as Explore
 from chefbot.ui.map_commands import MapBuilding as MapBuilding
+from chefbot.ui.map_commands import MapEditCommand as MapEditCommand
 from chefbot.ui.map_commands import PutPlace as PutPlace
 from chefbot.ui.map_commands import PutZone as PutZone
 from chefbot.ui.map_commands import ResetMap as ResetMap

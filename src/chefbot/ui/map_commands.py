@@ -13,7 +13,17 @@ MapName = Annotated[
 ]
 
 
-class PutPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_place"):
+class MapEditCommand(OperatorCommand, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Base of the changes of a map; with `seen_change`, one is refused if another person has changed the map since.
+
+    `seen_change`: the id of the last change that the person knew when this one was begun.
+    """
+
+    id: Id = ""
+    seen_change: Id = ""
+
+
+class PutPlace(MapEditCommand, frozen=True, forbid_unknown_fields=True, tag="put_place"):
     """Add a place to the map, or change it; without a name it becomes the next one of its kind.
 
     `moved`: whether a place that exists gets this pose; else only its label is changed.
@@ -26,10 +36,9 @@ class PutPlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="pu
     moved: bool = True
     kind: Literal["table", "room", "kitchen", "charger", "pick_up"] = "table"
     label: Annotated[str, msgspec.Meta(max_length=40, description="what people read; in any script")] = ""
-    id: Id = ""
 
 
-class PutZone(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put_zone"):
+class PutZone(MapEditCommand, frozen=True, forbid_unknown_fields=True, tag="put_zone"):
     """Add a zone to the map, or change it; without a name it becomes the next one of its kind.
 
     `preview`: only report what it would do.
@@ -41,27 +50,24 @@ class PutZone(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="put
     speed: Annotated[float, msgspec.Meta(ge=0.1, le=10.0, description="limit of a slow zone, m/s")] = 0.15
     direction: Angle = 0.0
     preview: bool = False
-    id: Id = ""
 
 
-class DeletePlace(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="delete_place"):
+class DeletePlace(MapEditCommand, frozen=True, forbid_unknown_fields=True, tag="delete_place"):
     """Remove a place from the map."""
 
     name: Name
-    id: Id = ""
 
 
-class DeleteZone(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="delete_zone"):
+class DeleteZone(MapEditCommand, frozen=True, forbid_unknown_fields=True, tag="delete_zone"):
     """Remove a zone from the map."""
 
     name: Name
-    id: Id = ""
 
 
 Stroke = Annotated[list[tuple[Metre, Metre]], msgspec.Meta(min_length=1, max_length=2000)]
 
 
-class DrawOnMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="draw_on_map"):
+class DrawOnMap(MapEditCommand, frozen=True, forbid_unknown_fields=True, tag="draw_on_map"):
     """Draw strokes of a brush on the map: walls, free floor, or unknown.
 
     `preview`: only report what it would do.
@@ -71,10 +77,9 @@ class DrawOnMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="d
     width: Annotated[float, msgspec.Meta(ge=0, le=5, description="of the brush, m")]
     brush: Literal["wall", "free", "unknown"]
     preview: bool = False
-    id: Id = ""
 
 
-class CropMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="crop_map"):
+class CropMap(MapEditCommand, frozen=True, forbid_unknown_fields=True, tag="crop_map"):
     """Keep only the part of the map between two opposite corners; `preview` as in DrawOnMap."""
 
     x: Metre
@@ -82,15 +87,13 @@ class CropMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="cro
     other_x: Metre
     other_y: Metre
     preview: bool = False
-    id: Id = ""
 
 
-class RotateMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="rotate_map"):
+class RotateMap(MapEditCommand, frozen=True, forbid_unknown_fields=True, tag="rotate_map"):
     """Turn the map, its places and zones about the origin of its frame; `preview` as in DrawOnMap."""
 
     angle: Angle
     preview: bool = False
-    id: Id = ""
 
 
 class Explore(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="explore"):
@@ -122,7 +125,5 @@ class DriveOnMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="
     name: MapName
 
 
-class UndoMapEdit(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="undo_map_edit"):
-    """Take the last change of places or zones back."""
-
-    id: Id = ""
+class UndoMapEdit(MapEditCommand, frozen=True, forbid_unknown_fields=True, tag="undo_map_edit"):
+    """Take the last change of the map, its places or its zones back."""

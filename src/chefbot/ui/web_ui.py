@@ -379,9 +379,9 @@ class WebUiDevice(NavigationDevice):
             case do.DropBox() | do.Kidnap() | do.OpenDoor() | do.CloseDoor():
                 self._execute_in_simulation(command)
             case do.PutPlace() | do.DeletePlace() | do.PutZone() | do.DeleteZone() | do.UndoMapEdit():
-                self._execute_map_edit(command)
+                self._execute_map_edit(command, who)
             case do.DrawOnMap() | do.CropMap() | do.RotateMap():
-                self._execute_map_change(command)
+                self._execute_map_change(command, who)
             case do.Explore() | do.ResetMap() | do.SaveMap():
                 self._execute_mapping(command, self.map.last, self._places)
             case do.MapBuilding() | do.DriveOnMap():

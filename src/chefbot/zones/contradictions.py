@@ -43,7 +43,7 @@ def check_zones(zones: tuple[MapZone, ...], grid: Grid | None, places: Mapping[s
     """
     shapes = {zone.name: _shape(zone) for zone in zones}
     _check_lanes([zone for zone in zones if zone.kind == ONE_WAY], shapes)
-    warnings = [*_outside_map(shapes, grid)] if grid is not None else []
+    warnings = [*_outside_map(zones, shapes, grid)] if grid is not None else []
     return ZoneReport((*warnings, *_covered(zones, shapes), *_unreachable_places(zones, places)))
 
 
@@ -52,12 +52,12 @@ def _shape(zone: MapZone) -> Polygon:
     from shapely import Polygon  # takes a quarter of a second, and only maps with zones need it
 
     if len(zone.corners) < 3:
-        raise ZoneError(f"zone {zone.name}: {FEW_CORNERS}, and has {len(zone.corners)}")
+        raise ZoneError(f"{zone.title}: {FEW_CORNERS}, and has {len(zone.corners)}")
     shape = Polygon(zone.array)
     if shape.convex_hull.area <= 0.0:
-        raise ZoneError(f"zone {zone.name}: {NO_AREA}")
+        raise ZoneError(f"{zone.title}: {NO_AREA}")
     if not shape.is_valid:
-        raise ZoneError(f"zone {zone.name}: {CROSSES}")
+        raise ZoneError(f"{zone.title}: {CROSSES}")
     return shape
 
 
@@ -71,26 +71,27 @@ def _check_lanes(lanes: list[MapZone], shapes: Mapping[str, Polygon]) -> None:
             at = common.representative_point()
             between = abs(math.degrees(math.remainder(b.direction - a.direction, math.tau)))
             raise ZoneError(
-                f"the one-way lanes {a.name} and {b.name} overlap at x {at.x:.2f} m, y {at.y:.2f} m, and their "
+                f"the {a.title} and the {b.title} overlap at x {at.x:.2f} m, y {at.y:.2f} m, and their "
                 f"directions differ by {between:.0f} deg; end one where the other begins"
             )
 
 
-def _outside_map(shapes: Mapping[str, Polygon], grid: Grid) -> Iterator[str]:
+def _outside_map(zones: tuple[MapZone, ...], shapes: Mapping[str, Polygon], grid: Grid) -> Iterator[str]:
     """Yield the zones that lie partly outside the map; ZoneError for one that lies outside altogether."""
     from shapely import box
 
     right = grid.origin_x + grid.width * grid.resolution
     top = grid.origin_y + grid.height * grid.resolution
     area = box(grid.origin_x, grid.origin_y, right, top)
-    for name, shape in shapes.items():
+    for zone in zones:
+        shape = shapes[zone.name]
         if not shape.intersects(area):
             raise ZoneError(
-                f"zone {name} lies outside the map, which extends over x {grid.origin_x:.2f} to {right:.2f} m, "
+                f"the {zone.title} lies outside the map, which extends over x {grid.origin_x:.2f} to {right:.2f} m, "
                 f"y {grid.origin_y:.2f} to {top:.2f} m"
             )
         if not shape.within(area):
-            yield f"Zone {name} lies partly outside the map."
+            yield f"The {zone.title} lies partly outside the map."
 
 
 def _covered(zones: tuple[MapZone, ...], shapes: Mapping[str, Polygon]) -> Iterator[str]:
@@ -99,7 +100,7 @@ def _covered(zones: tuple[MapZone, ...], shapes: Mapping[str, Polygon]) -> Itera
         for other in zones:
             inside = other.kind == KEEP_OUT != zone.kind and shapes[zone.name].within(shapes[other.name])
             if inside:
-                yield f"Zone {zone.name} lies in the keep-out zone {other.name} and has no effect."
+                yield f"The {zone.title} lies in the {other.title} and has no effect."
 
 
 def _unreachable_places(zones: tuple[MapZone, ...], places: Mapping[str, SE2]) -> Iterator[str]:
@@ -107,4 +108,4 @@ def _unreachable_places(zones: tuple[MapZone, ...], places: Mapping[str, SE2]) -
     for name, pose in places.items():
         for zone in zones:
             if zone.kind == KEEP_OUT and contains(zone.array, pose.x, pose.y):
-                yield f"The place {name} lies in the keep-out zone {zone.name} and cannot be reached."
+                yield f"The place {name} lies in the {zone.title} and cannot be reached."

@@ -108,7 +108,7 @@ def test_a_preview_names_what_is_cut_off_and_writes_nothing(editor: MapEditor, t
     assert side_effects(ROBOT, editor.changed(MapEdit(zones=(beside,))), start) == ""
     inside = zone(corners=((0.5, 4.5), (1.5, 4.5), (1.5, 5.5), (0.5, 5.5)))
     effects = side_effects(ROBOT, editor.changed(MapEdit(zones=(inside,))), start)
-    assert effects == "The place table_1 lies in the keep-out zone keep_out_1 and cannot be reached."
+    assert effects == "The place table_1 lies in the keep-out zone 1 and cannot be reached."
     assert [path.name for path in tmp_path.iterdir()] == ["room.places.yaml"]
 
 

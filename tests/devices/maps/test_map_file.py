@@ -10,7 +10,7 @@ import pytest
 from tests.support.nodes import NodeRunner
 from tests.support.waiting import wait_for
 
-from chefbot.devices.maps.map_editor import MapEditor
+from chefbot.devices.maps.map_editor import CHANGED_SINCE, MapEditor
 from chefbot.devices.maps.map_file import MAX_WAITING, TOO_MANY, TURNED
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
@@ -247,3 +247,39 @@ def test_the_picture_of_another_map_is_not_replaced(path: Path) -> None:
     path.with_suffix(".pgm").unlink()
     assert result_of(runner, MapEdit("b", strokes=(WALL,))).applied
     assert load_map(path).at(2.0, 1.0) == 100 and other.read_bytes() == before
+
+
+def test_two_editors_do_not_overwrite_each_other(path: Path) -> None:
+    """Mia and Max have the form of the bar open; who saves later sees that first, and may save again."""
+    runner = served(path)
+    assert result_of(runner, MapEdit("a", places=(BAR,), edited_by="Mia")).applied
+    moved, renamed = (
+        Place("bar", PoseStamped(Header(), Pose.of(SE2(x, 3.0, 0.0))), label=label)
+        for x, label in ((3.0, "Café"), (2.0, "Bar"))
+    )
+    last = result_of(runner, MapEdit("b", places=(moved,), seen_change="a", edited_by="Max"))
+    assert (last.applied, last.last_id, last.last_change) == (True, "b", "Café was moved")
+    assert last.last_edited_by == "Max"
+    refused = result_of(runner, MapEdit("c", places=(renamed,), seen_change="a"))
+    assert (refused.applied, refused.description) == (False, CHANGED_SINCE)
+    assert load_entries(places_path(path))["bar"].x == 3.0
+    undo = result_of(runner, MapEdit("d", undo=True, seen_change="a"))
+    assert (undo.applied, undo.description) == (False, CHANGED_SINCE), "the button named another change"
+    assert result_of(runner, MapEdit("e", places=(renamed,), seen_change=refused.last_id)).applied
+    assert result_of(runner, MapEdit("f", undo=True, seen_change="e")).last_change == "Café was moved"
+
+
+def test_a_preview_does_not_depend_on_what_others_changed(path: Path) -> None:
+    runner = served(path)
+    assert result_of(runner, MapEdit("a", places=(BAR,))).applied
+    preview = result_of(runner, MapEdit("b", strokes=(WALL,), preview=True, seen_change="older"))
+    assert (preview.applied, preview.description) == (False, "")
+
+
+def test_a_map_with_a_damaged_version_is_served(path: Path) -> None:
+    assert result_of(served(path), MapEdit("a", places=(BAR,))).applied
+    (path.with_suffix(".versions") / "000001" / "change.json").write_text("half")
+    runner = served(path)
+    assert "change.json is damaged" in runner.messages("map_edit_result")[-1].last_change
+    assert "change.json is damaged" in result_of(runner, MapEdit("b", undo=True)).description
+    assert runner.messages("places")[-1].places

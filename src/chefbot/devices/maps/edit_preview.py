@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from chefbot.devices.cut_off import Walls, cut_off, reachable, without_room
-from chefbot.devices.maps.map_editor import MapChange
+from chefbot.devices.maps.map_content import MapChange
 from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT

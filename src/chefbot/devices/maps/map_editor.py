@@ -7,20 +7,21 @@ import unicodedata
 from collections.abc import Collection, Mapping, Sequence
 from itertools import count
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
 
+from chefbot.devices.maps.edit_description import edit_description
 from chefbot.devices.maps.grid_edit import changes_grid, edited_grid, same_cells, turned_entry, turned_zone
+from chefbot.devices.maps.map_content import MapChange, MapContent
 from chefbot.errors import UserError, name_hint
 from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
-from chefbot.msgs.chefbot_msgs.maps import MAX_PLACES, MAX_ZONES, MapZone
+from chefbot.msgs.chefbot_msgs.maps import MAX_PLACES, MAX_ZONES
 from chefbot.storage.atomic_files import os_errors_as_storage_errors, write_atomic
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map, map_png, read_map_files, save_map
-from chefbot.storage.map_versions import versions_of
+from chefbot.storage.map_versions import ChangeNote, versions_of
 from chefbot.storage.places import PlaceEntry, load_entries, places_path, save_entries
 from chefbot.storage.zones import load_zones, save_zones
 from chefbot.zones.contradictions import check_zones
@@ -29,29 +30,7 @@ NAME = re.compile(r"[a-z][a-z0-9_]{0,63}")
 """Names of places and zones; what people read is a place's label."""
 MAX_LABEL = 40
 """Maximum length of a label, characters."""
-
-
-class MapContent(NamedTuple):
-    """The places by name, the zones, and the map."""
-
-    places: dict[str, PlaceEntry]
-    zones: tuple[MapZone, ...]
-    grid: Grid
-
-    def of_kind(self, kind: str) -> tuple[MapZone, ...]:
-        """Return the zones of a kind."""
-        return tuple(zone for zone in self.zones if zone.kind == kind)
-
-    def poses(self) -> dict[str, SE2]:
-        """Return the poses of the places by name."""
-        return {name: SE2(entry.x, entry.y, entry.yaw) for name, entry in self.places.items()}
-
-
-class MapChange(NamedTuple):
-    """A map with its places and zones before a change and after it."""
-
-    before: MapContent
-    after: MapContent
+CHANGED_SINCE = "The map has changed in the meantime; look at it and press again"
 
 
 class MapEditor:
@@ -85,12 +64,13 @@ class MapEditor:
 
         Raises ChefbotError if it is not valid or cannot be written; nothing has changed then.
         """
-        before, after = self.changed(edit)
+        change = before, after = self.changed(edit)
         if after == before:
             return False
         files = self._map_files if after.grid is not before.grid else ()
         drives = self._drives_in_old_frame(edit) if files else ()
-        with self.versions.change((self._places, self._zones, *files, *drives), str(edit.rotation)):
+        changing = (self._places, self._zones, *files, *drives)
+        with self.versions.change(changing, self._note(edit, change)):
             if after.places != before.places:
                 save_entries(self._places, after.places)
             if after.zones != before.zones:
@@ -102,6 +82,15 @@ class MapEditor:
                     drive.unlink()
         self.grid = after.grid
         return True
+
+    def _note(self, edit: MapEdit, change: MapChange) -> ChangeNote:
+        identifier = edit.id or f"change {len(self.versions) + 1}"
+        return ChangeNote(identifier, edit_description(edit, change), edit.edited_by, edit.rotation)
+
+    def check_seen(self, edit: MapEdit) -> None:
+        """Raise UserError if the editor does not know the last change, which the edit might overwrite."""
+        if edit.seen_change and edit.seen_change != self.versions.last_change().id:
+            raise UserError(CHANGED_SINCE)
 
     def _drives_in_old_frame(self, edit: MapEdit) -> tuple[Path, ...]:
         """Return the bundle with which the map could be continued, but only in the frame before a rotation."""
@@ -142,7 +131,7 @@ class MapEditor:
             self.grid = load_map(self._map)
             if drawn is not None:
                 write_atomic(drawn, map_png(self.grid))
-        return -float(restored.note)
+        return -restored.note.rotation
 
     def _changed(self, before: MapContent, edit: MapEdit) -> MapContent:
         """Return the content after a change. Raises UserError or ZoneError if it is not valid."""

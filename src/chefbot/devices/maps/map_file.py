@@ -12,7 +12,8 @@ from msgspec import Meta
 
 from chefbot.devices.initial_pose import initial_pose
 from chefbot.devices.maps.edit_preview import side_effects
-from chefbot.devices.maps.map_editor import MapContent, MapEditor
+from chefbot.devices.maps.map_content import MapContent
+from chefbot.devices.maps.map_editor import MapEditor
 from chefbot.errors import ChefbotError, UserError
 from chefbot.mapping.image_format import MapFormatError
 from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
@@ -24,7 +25,9 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import Device, In, Out, topic
 from chefbot.runtime.transform_buffer import TransformError
+from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.map_files import load_map, map_in
+from chefbot.storage.map_versions import ChangeNote
 from chefbot.storage.places import PlaceEntry, load_entries, places_path
 from chefbot.storage.zones import LoadedZones, load_zones, zones_path
 
@@ -92,8 +95,7 @@ class MapFileDevice(Device):
     def on_map_edit(self, edit: MapEdit) -> None:
         """Apply a change of the map; a search for paths and the disk may take a while, so in a thread."""
         if self._waiting >= MAX_WAITING:
-            count = len(self._editor.versions)
-            self.map_edit_result.publish(MapEditResult(edit.id, description=TOO_MANY, undoable=count))
+            self.map_edit_result.publish(self._result(edit.id, TOO_MANY))
             return
         self._waiting += 1
         self._edits.submit(self._edit, edit, self._robot_pose())
@@ -104,6 +106,8 @@ class MapFileDevice(Device):
         try:
             if edit.rotation and self.world_frame:
                 raise UserError("The map of a simulated world keeps its frame, so that it is not turned")
+            if not edit.preview:
+                self._editor.check_seen(edit)
             if edit.undo:
                 rotation = self._editor.undo()
             else:
@@ -117,9 +121,24 @@ class MapFileDevice(Device):
             problem = str(error)
         except Exception as error:
             problem = f"The map server failed: {error!r}"
-        result = MapEditResult(edit.id, content is not None, problem or effects, len(self._editor.versions))
+        result = self._result(edit.id, problem or effects, applied=content is not None)
         turned = SE2(0.0, 0.0, rotation) @ pose if rotation and pose is not None else None
         self.post(lambda: self._publish_edited(content, result, turned))
+
+    def _result(self, identifier: str = "", description: str = "", *, applied: bool = False) -> MapEditResult:
+        try:
+            last = self._editor.versions.last_change()
+        except StorageError as error:
+            last = ChangeNote(description=str(error))
+        return MapEditResult(
+            id=identifier,
+            applied=applied,
+            description=description,
+            undoable=len(self._editor.versions),
+            last_id=last.id,
+            last_change=last.description,
+            last_edited_by=last.edited_by,
+        )
 
     def _publish_edited(self, content: MapContent | None, result: MapEditResult, pose: SE2 | None) -> None:
         """Publish what has changed, and the robot's pose on a map that was turned."""
@@ -170,7 +189,7 @@ class MapFileDevice(Device):
     def _publish(self) -> None:
         self._publish_map()
         self._publish_names()
-        self.map_edit_result.publish(MapEditResult(undoable=len(self._editor.versions)))
+        self.map_edit_result.publish(self._result())
 
     def _publish_map(self) -> None:
         self.map.publish(OccupancyGrid.of(Header.of(self.now_ns, "map"), self._grid))

@@ -145,7 +145,8 @@ class MapEdit(Message, frozen=True, eq=False):
     `strokes` are drawn on the map. `crop` has two opposite corners of the part that is left. `rotation` (rad) turns
     the map with its places and zones about the origin of its frame. With `new`, nothing is replaced: a name that is
     taken becomes the next free one. With `keep_poses`, places that exist stay where they are. With `undo`, the last
-    change is taken back; with `preview`, only the result is published.
+    change is taken back; with `preview`, only the result is published. With `seen_change`, the id of the last
+    change that the editor knows, it is refused if another one has come since.
     """
 
     ROS_PACKAGE = "chefbot_msgs"
@@ -170,6 +171,9 @@ class MapEdit(Message, frozen=True, eq=False):
     keep_poses: Bool = False
     undo: Bool = False
     preview: Bool = False
+    seen_change: String = ""
+    edited_by: String = ""
+    """Name of the person, empty if it is not known."""
 
 
 class MapEditResult(Message, frozen=True, eq=False):
@@ -183,6 +187,11 @@ class MapEditResult(Message, frozen=True, eq=False):
     """A sentence: what is wrong with the change, or which places it cuts off; empty if there is nothing to say."""
     undoable: Uint32 = 0
     """Number of changes that can be taken back."""
+    last_id: String = ""
+    """Id of the last change that can be taken back."""
+    last_change: String = ""
+    """What that has changed, as "table_1 was moved", and who made it, if that is known."""
+    last_edited_by: String = ""
 
 
 def whole_poses(message: Any) -> str:

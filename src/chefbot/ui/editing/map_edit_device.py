@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import count
 
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN
@@ -46,31 +47,33 @@ class MapEditDevice(MappingDevice):
         """Display what became of a change of the map."""
         self._server.set_layer("edit", result)
 
-    def _execute_map_edit(self, command: AnyEdit) -> None:
+    def _execute_map_edit(self, command: AnyEdit, who: str) -> None:
+        make_edit = _edit_by(command, who)
         match command:
             case do.PutPlace(x, y, yaw, name, moved, kind, label):
                 pose = self._stamped(SE2(x, y, yaw))
                 place = Place(name or self._new_place(kind), pose, label=label.strip())
-                edit = MapEdit(command.id, places=(place,), new=not name, keep_poses=not moved)
+                edit = make_edit(places=(place,), new=not name, keep_poses=not moved)
             case do.PutZone(name=name, preview=preview):
-                edit = MapEdit(command.id, zones=(self._zone(command),), new=not name, preview=preview)
+                edit = make_edit(zones=(self._zone(command),), new=not name, preview=preview)
             case do.DeletePlace(name):
-                edit = MapEdit(command.id, deleted_places=(name,))
+                edit = make_edit(deleted_places=(name,))
             case do.DeleteZone(name):
-                edit = MapEdit(command.id, deleted_zones=(name,))
+                edit = make_edit(deleted_zones=(name,))
             case do.UndoMapEdit():
-                edit = MapEdit(command.id, undo=True)
+                edit = make_edit(undo=True)
         self.map_edit.publish(edit)
 
-    def _execute_map_change(self, command: do.DrawOnMap | do.CropMap | do.RotateMap) -> None:
+    def _execute_map_change(self, command: do.DrawOnMap | do.CropMap | do.RotateMap, who: str) -> None:
+        make_edit = _edit_by(command, who)
         match command:
             case do.DrawOnMap(strokes, width, brush, preview):
-                edit = MapEdit(command.id, strokes=_strokes(strokes, width, BRUSHES[brush]), preview=preview)
+                edit = make_edit(strokes=_strokes(strokes, width, BRUSHES[brush]), preview=preview)
             case do.CropMap(x, y, other_x, other_y, preview):
                 corners = Point(x, y, 0.0), Point(other_x, other_y, 0.0)
-                edit = MapEdit(command.id, crop=corners, preview=preview)
+                edit = make_edit(crop=corners, preview=preview)
             case do.RotateMap(angle, preview):
-                edit = MapEdit(command.id, rotation=angle, preview=preview)
+                edit = make_edit(rotation=angle, preview=preview)
         self.map_edit.publish(edit)
 
     def _new_place(self, kind: str) -> str:
@@ -86,6 +89,11 @@ class MapEditDevice(MappingDevice):
         speed = command.speed if command.kind == "slow" else 0.0
         direction = command.direction if command.kind == "one_way" else 0.0
         return MapZone(command.name or new, command.kind, corners, speed, direction)
+
+
+def _edit_by(command: do.MapEditCommand, who: str) -> partial[MapEdit]:
+    """Return what makes a change with the fields that do not depend on its kind."""
+    return partial(MapEdit, id=command.id, seen_change=command.seen_change, edited_by=who)
 
 
 def _strokes(strokes: list[list[tuple[float, float]]], width: float, value: int) -> tuple[MapStroke, ...]:

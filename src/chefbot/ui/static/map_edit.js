@@ -16,11 +16,11 @@ export class MapEdit {
     Object.assign(this, { send, choose, robot, changed });
     this.places = this.zones = [];
     this.place = this.zone = null;       // what is being changed; a new one has no name
-    this.sent = 0;
     this.saving = this.previewing = "";  // ids of requests whose answers are expected
+    this.newest = this.seen = "";        // id of the last change of the map, and of the last when a form was opened
     this.shown = { zones: false, mapping: false, launch: false };
     this.mapping = new Mapping(send);
-    this.drawing = new MapDrawing((command) => this.request(command), choose, changed, () => this.close());
+    this.drawing = new MapDrawing((command) => this.request(command), choose, changed, () => this.opening());
     this.wire();
   }
 
@@ -39,7 +39,7 @@ export class MapEdit {
     $("zone-delete").onclick = () => this.save({ do: "delete_zone", name: this.zone.name });
     $("zone-form").onsubmit = (event) => { event.preventDefault(); this.save(this.zoneCommand()); };
     for (const id of ["zone-kind", "zone-speed", "zone-direction"]) $(id).oninput = () => this.fieldsChanged();
-    $("undo-edit").onclick = () => { this.undoing = true; this.save({ do: "undo_map_edit" }); };
+    $("undo-edit").onclick = () => this.undo();
   }
 
   showPlaces(list) {
@@ -98,8 +98,14 @@ export class MapEdit {
     this.changed();
   }
 
-  openPlace(place) {
+  // Close other forms; what another person changes from now on is not overwritten.
+  opening() {
     this.close();
+    this.seen = this.newest;
+  }
+
+  openPlace(place) {
+    this.opening();
     this.place = place;
     $("edit-note").textContent = "";
     $("place-form").hidden = false;
@@ -119,7 +125,7 @@ export class MapEdit {
 
   // Pressing a corner of a zone that exists replaces its old corners.
   openZone(zone) {
-    this.close();
+    this.opening();
     this.zone = { ...zone, from: zone.corners.length || -1 };
     $("edit-note").textContent = $("zone-effects").textContent = "";
     $("zone-form").hidden = false;
@@ -151,8 +157,7 @@ export class MapEdit {
 
   preview() {
     if (!this.zone) return;
-    this.previewing = this.nextId();
-    this.send({ ...this.zoneCommand(), preview: true, id: this.previewing });
+    this.previewing = this.request({ ...this.zoneCommand(), preview: true });
   }
 
   zoneCommand() {
@@ -164,24 +169,29 @@ export class MapEdit {
   }
 
   save(command) {
-    this.saving = this.nextId();
-    if (this.send({ ...command, id: this.saving })) $("edit-note").textContent = tr("Saving …");
+    this.saving = this.request(command);
+    if (this.saving) $("edit-note").textContent = tr("Saving …");
   }
 
-  // Send a change with an id of its own, and return that.
+  undo() {
+    this.undoing = true;
+    this.seen = this.newest;             // the change that the button names
+    this.save({ do: "undo_map_edit" });
+  }
+
+  // Send a change with an id of its own, and return that; empty without a connection.
   request(command) {
-    const id = this.nextId();
-    this.send({ ...command, id });
-    return id;
+    const id = `${Date.now()}-${Math.random().toString(36).slice(2)}`;
+    return this.send({ ...command, id, seen_change: this.seen }) ? id : "";
   }
-
-  nextId() { return `${Date.now()}-${++this.sent}`; }
 
   // What became of a change, perhaps of another page's.
   answer(result) {
     if (!result) return;
+    this.newest = result.last_id;
+    if (result.id && [this.saving, this.drawing.saving].includes(result.id)) this.seen = this.newest;
     this.drawing.answer(result);
-    $("undo-edit").disabled = !result.undoable;
+    this.showUndo(result);
     const text = translated(result.description);
     if (result.id && result.id === this.previewing) $("zone-effects").textContent = text || tr("No place is cut off.");
     if (!result.id || result.id !== this.saving) return;
@@ -190,6 +200,12 @@ export class MapEdit {
     const done = this.undoing ? tr("Undone.") : tr("Saved.");
     $("edit-note").textContent = result.applied ? `${done} ${text}` : tr("Not saved: {reason}", { reason: text });
     this.undoing = false;
+  }
+
+  showUndo({ undoable, last_change: change, last_edited_by: person }) {
+    $("undo-edit").disabled = !undoable;
+    const values = { change: translated(change), person };
+    $("undo-edit").textContent = !change ? tr("Undo the last change") : person ? tr("Undo: {change} ({person})", values) : tr("Undo: {change}", values);
   }
 
   refused(sentence) {

@@ -314,3 +314,50 @@ def test_a_round_without_tables_ends_before_it_is_loaded(in_the_kitchen: bool) -
     waiter.round.change_queue("a", ())
     assert [one.order_id for one in waiter.outcomes] == ["a"]
     assert waiter.now == ("driving", "kitchen", "") and waiter.round.status.queue == ("table_2",)
+
+
+def test_an_order_that_waits_begins_at_the_last_table() -> None:
+    """The way home between two orders would cost the kitchen minutes at lunch."""
+    waiter = Waiter().at("table_1", ("table_1",), ("table_2",))
+    waiter.round.taken()
+    assert waiter.now == ("driving", "kitchen", "") and waiter.round.status.order_id == "order 1"
+    assert waiter.outcomes == [OrderOutcome("order 0", ("table_1",), 0, "")]
+    waiter.at("table_2").round.taken()
+    assert waiter.now == ("returning", "home", "")
+
+
+def test_an_order_on_the_way_home_begins_at_once() -> None:
+    waiter = Waiter().at("table_1", ("table_1",))
+    waiter.round.taken()
+    assert waiter.now == ("returning", "home", "")
+    waiter.round.order(Order(("table_2",), "b"))
+    assert waiter.now == ("driving", "kitchen", "") and waiter.round.status.order_id == "b"
+    assert [outcome.order_id for outcome in waiter.outcomes] == ["order 0"]
+
+
+def test_what_nobody_took_is_unloaded_before_the_next_order() -> None:
+    waiter = Waiter().at("table_1", ("table_1",), ("table_2",))
+    waiter.round.skip()
+    assert waiter.now == ("returning", "kitchen", "")
+    waiter.round.arrived()
+    assert waiter.now == ("unloading", "kitchen", "")
+    waiter.round.taken()
+    assert waiter.now == ("driving", "kitchen", "") and waiter.round.status.order_id == "order 1"
+
+
+def test_before_an_order_that_cannot_begin_it_drives_home() -> None:
+    """It would stand at the table of others otherwise."""
+    waiter = Waiter().at("table_1", ("table_1",), ("roof",))
+    waiter.round.taken()
+    assert waiter.now == ("returning", "home", "")
+    waiter.round.arrived()
+    assert waiter.round.status.state == "failed" and waiter.outcomes[-1].code == UNKNOWN_PLACE
+
+
+def test_from_a_kitchen_out_of_reach_it_drives_home_first() -> None:
+    """Each waiting order would try the same way to the kitchen again, and fail."""
+    waiter = Waiter()
+    for number, table in enumerate(("table_1", "table_2")):
+        waiter.round.order(Order((table,), f"order {number}"))
+    waiter.round.arrived("a box is in the way")
+    assert waiter.now == ("returning", "home", "")

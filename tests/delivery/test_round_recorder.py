@@ -102,7 +102,7 @@ def test_the_order_that_waited_is_a_round_of_its_own(one: Recorded) -> None:
     for _ in range(2):
         one.do(one.round.arrived, one.round.loaded)
         one.serve()
-        one.do(one.round.arrived)
+    one.do(one.round.arrived)
     assert one.outcomes == [("table_1", TAKEN)] * 2
     assert [bool(recorded.ended) for recorded in one.rounds] == [True, True]
 
@@ -131,6 +131,7 @@ def test_a_round_that_an_errand_follows_has_an_outcome(one: Recorded, reason: st
         one.round.arrived,
     )
     assert one.rounds[0].outcome == outcome
+    assert one.outcomes == [("table_1", TAKEN if not reason else f"was not reached: {reason}")]
 
 
 def test_orders_that_wait_are_recorded_with_what_became_of_them(one: Recorded) -> None:

@@ -40,7 +40,10 @@ class DeliveryRound(RoundState):
         self._update_status(pending_orders=(*self.status.pending_orders, order), accepted=accepted)
         if self.stopped and not self.in_progress:
             self._update_status(hold_reason="stop", description=status_messages.ORDER_KEPT)
-        self._start_next_order()
+        if self.status.state == "returning" and not self.status.untaken and self._order_follows():
+            self._complete_round()
+        else:
+            self._start_next_order()
 
     def resume(self, restored: DeliveryStatus) -> None:
         """Continue from the state restored after a restart; an interrupted drive starts again."""
@@ -231,7 +234,7 @@ class DeliveryRound(RoundState):
     def _go_to_next_place(self) -> None:
         """Drive to the next table, to the kitchen with what is on board or to load again, or home.
 
-        If an errand waits the round ends here.
+        If an errand or an order waits the round ends here.
         """
         if trip_is_over(self.status):
             self._update_status(loaded=False, on_trays=())
@@ -242,10 +245,20 @@ class DeliveryRound(RoundState):
             self._drive("driving", place)
         elif self.status.untaken:
             self._drive("returning", self.kitchen)
-        elif self.status.errands and not self.status.hold_reason:
+        elif (self.status.errands and not self.status.hold_reason) or self._order_follows():
             self._complete_round()
         else:
             self._drive("returning", self.home)
+
+    def _order_follows(self) -> bool:
+        """Return whether a waiting order can begin where the robot is; one that would be refused is left for home."""
+        if self.status.hold_reason or not (self.status.pending_orders and self.status.loaded):
+            return False
+        try:
+            self._tables(self.status.pending_orders[0])
+        except OrderError:
+            return False
+        return True
 
     def _go_now(self, errand: Errand) -> None:
         self._drop_current_errand()

@@ -49,6 +49,8 @@ class RoundRecorder:
     def _note_round(self, status: DeliveryStatus) -> bool:
         # without places it drives home to be charged
         if status.state not in ROUND_STATES or not status.places:
+            if self._number is not None and status.places == self._key[1]:
+                self._note_steps(status)  # at its last table another order or an errand may follow at once
             return self._end(status.last_outcome)
         began = self._number is None or self._key != (status.order_id, status.places)
         if began:

@@ -35,6 +35,7 @@ def drive(
     seconds: float = 3.0,
     ranges: Ranges = ranges_at,
     noise: float = 0.01,
+    speed: float = SPEED,
 ) -> list[bool]:
     """Return for each scan of a drive whether the wheels slipped; slip: share of the travel that is not driven.
 
@@ -46,7 +47,7 @@ def drive(
         measured = ranges(truth @ MOUNT) + rng.normal(0.0, noise, len(ANGLES)).astype(np.float32)
         detector.process(scan_of(measured, i * PERIOD_NS), odom, MOUNT)
         found.append(detector.is_slipping)
-        step = SPEED * PERIOD_NS / 1e9
+        step = speed * PERIOD_NS / 1e9
         truth, odom = (
             pose @ SE2(length, 0.0, turn * PERIOD_NS / 1e9)
             for pose, length in ((truth, step * (1.0 - slip)), (odom, step))
@@ -65,6 +66,23 @@ def test_wheels_that_turn_in_vain_slip(start: SE2, turn: float) -> None:
     begin = math.ceil(MIN_TRAVEL / SPEED * 1e9 / PERIOD_NS)
     assert not any(found[:begin])
     assert found[begin + 4] and found[-1]
+
+
+@pytest.mark.parametrize("slip", [0.0, 1.0])
+def test_wheels_that_creep_are_judged(slip: float) -> None:
+    """Through a narrow passage the robot creeps; at a board above the sensors it would push on for minutes."""
+    found = drive(SE2(0.5, 0.2, 0.4), slip, seconds=10.0, speed=0.04)
+    assert any(found) == bool(slip)
+
+
+def test_the_time_since_which_a_robot_stands_is_known() -> None:
+    detector, ranges = SlipDetector(), ranges_at(MOUNT)
+    for i in range(30):
+        detector.process(scan_of(ranges, i * PERIOD_NS), SE2(0.03 * i, 0.0, 0.0), MOUNT)
+        if detector.is_slipping:
+            travel = 0.03 * (i - detector.standing_since_ns / PERIOD_NS)
+            assert MIN_TRAVEL <= travel < MIN_TRAVEL + 0.04
+    assert detector.is_slipping
 
 
 @pytest.mark.parametrize("slip", [0.0, 0.3, -0.3])

@@ -7,7 +7,8 @@ import pytest
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import GLOBAL_COSTMAP
-from chefbot.costmap.sources import CAMERA, CONTACT, DROP_OFFS, LASER
+from chefbot.costmap.ranger_marks import mark_contact
+from chefbot.costmap.sources import CAMERA, CONTACT, CONTACT_TIME, DROP_OFFS, LASER
 from chefbot.maths.costs import LETHAL
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
@@ -70,6 +71,16 @@ def test_what_no_other_sensor_sees_stays(costs: LayeredCostmap) -> None:
     for time in range(10, 200):
         see(costs, LASER, HERE, float(time), ASIDE)
     assert is_marked(costs)
+
+
+def test_a_contact_is_forgotten_after_a_while(costs: LayeredCostmap) -> None:
+    """Perhaps somebody has moved a chair into a doorway, and back."""
+    costs.set_time(5.0)
+    mark_contact(costs, SE2(3.0, 2.0, 0.0), 0.2)
+    costs.set_time(CONTACT_TIME)
+    assert (costs.source_cells(CONTACT) == LETHAL).any()
+    costs.set_time(CONTACT_TIME + 7.0)
+    assert not (costs.source_cells(CONTACT) == LETHAL).any()
 
 
 def test_only_the_window_of_what_went_is_updated(

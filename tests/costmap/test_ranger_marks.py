@@ -48,11 +48,21 @@ def test_the_cone_clears_what_has_left() -> None:
     costs = costmap()
     mark_contact(costs, IDENTITY, 0.32)
     for _ in range(3):
-        mark_range(costs, SENSOR, echo(0.4))
+        mark_range(costs, SENSOR, echo(0.32 - SENSOR.x))
     assert marked(costs, RANGER) and marked(costs, CONTACT)
     for _ in range(20):
         mark_range(costs, SENSOR, echo(1.5))
     assert not marked(costs, RANGER) and costs.update().at(0.32, 0.01) != LETHAL
+
+
+def test_the_cone_does_not_clear_what_it_has_not_marked() -> None:
+    """The ranger looks below a board that hangs before the robot: it was there all the time."""
+    costs = costmap()
+    mark_contact(costs, IDENTITY, 0.32)
+    touched = marked(costs, CONTACT)
+    for _ in range(20):
+        mark_range(costs, SENSOR, echo(1.5))
+    assert marked(costs, CONTACT) == touched > 0
 
 
 def test_a_door_post_explains_an_echo() -> None:

@@ -10,6 +10,9 @@ from tests.nodes.clear_sensors import WALL
 from tests.support.nodes import AHEAD, NodeRunner, StationaryRobot, send_goal_and_run
 
 from chefbot.control.path_follower import FollowPathError
+from chefbot.control.slip_detector import MIN_TRAVEL
+from chefbot.costmap.sources import CONTACT
+from chefbot.maths.costs import LETHAL
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped, TransformStamped, Twist, Vector3
 from chefbot.msgs.nav2_msgs import FollowPath_Goal, SpeedLimit
@@ -46,6 +49,14 @@ class SlippingRobot(StationaryRobot):
     fixed = (("map", "odom"), ("base_footprint", "base_link"))
     x = 0.0
 
+    def __init__(self) -> None:
+        self.track: list[tuple[int, float]] = []
+        super().__init__()
+
+    def odometry_at(self, time_ns: int) -> float:
+        """Return the x coordinate that the odometry had at a time."""
+        return next(x for then_ns, x in self.track if then_ns >= time_ns)
+
     def run(self, seconds: float) -> None:
         """Run and publish the odometry at 50 Hz, with scans that are never exactly the same."""
         lidar: Any = self.system.nodes["sensors"]
@@ -54,6 +65,7 @@ class SlippingRobot(StationaryRobot):
             lidar.ranges = lidar.ranges[::-1] if lidar.ranges[0] < WALL else np.linspace(6.99, WALL, 360)
             twists = self.messages("cmd_vel")
             self.x += 0.02 * twists[-1].linear.x if twists else 0.0
+            self.track.append((self.loop.now_ns, self.x))
             moved = TransformStamped.of(self.loop.now_ns, "odom", "base_footprint", SE2(self.x, 0.0, 0.0))
             self.loop.publish("tf", TFMessage((moved,)), "odometry")
 
@@ -65,7 +77,13 @@ def test_wheels_that_slip_end_the_path_with_a_contact() -> None:
     (outcome,) = robot.results("follow_path")
     assert outcome.result.error_code == FollowPathError.STUCK
     assert outcome.result.error_msg.startswith(SLIPPING) and robot.x < 0.8
-    assert len(robot.messages("contact")) == 1
+    (contact,) = robot.messages("contact")
+    slipped = robot.x - robot.odometry_at(contact.header.stamp.ns)
+    assert slipped == pytest.approx(MIN_TRAVEL, abs=0.1), "the pose on the map is that from before the slip"
+    costs: Any = robot.system.nodes["controller"]._costs
+    columns = np.nonzero(costs.source_cells(CONTACT) == LETHAL)[1]
+    touched = costs.origin_x + (columns + 0.5) * costs.resolution
+    assert len(touched) and (touched > robot.x + 0.1).all(), "where the odometry has it now"
     assert SLIPPING in {report.sentence for report in robot.messages("cause_reports")}
     robot.run(2.0)
     send_goal_and_run(robot, "follow_path", path, 1.0)

@@ -203,6 +203,22 @@ def test_a_contact_outlives_the_correction_of_slipped_wheels() -> None:
     assert len(hall.marked(CONTACT)) == len(touched) > 0
 
 
+@pytest.mark.parametrize("corrected", [False, True])
+def test_a_contact_has_the_pose_from_before_the_slip(corrected: bool) -> None:
+    """Localization corrects the slip later, or has begun to: the pose on the map at that time is right."""
+    hall = Hall()
+    hall.place("odom", "body", IDENTITY)
+    contact = PoseStamped(Header.of(hall.loop.now_ns, "body"))
+    hall.place("odom", "body", IDENTITY)
+    hall.place("map", "odom", MAP_T_ODOM)
+    hall.place("odom", "body", SE2(0.4, 0.0, 0.0))
+    if corrected:
+        hall.place("map", "odom", MAP_T_ODOM @ SE2(-0.4, 0.0, 0.0))
+    hall.send("contact", contact)
+    touched = hall.marked(CONTACT)
+    assert touched and all(math.hypot(*at) < ROBOT.circumscribed_radius + 0.1 for at in touched)
+
+
 def test_the_costmap_is_shown_each_second_once_there_is_a_map() -> None:
     hall = Hall(with_map=False)
     hall.run(3.0)

@@ -9,11 +9,12 @@ from tests.support.nodes import NodeRunner
 
 from chefbot.behavior.retreat import sight_distance
 from chefbot.causes.reports import CAMERA, END, LIDAR, SLOW, STOP, MarkedPlace, make_report
+from chefbot.costmap.ranger_marks import contact_radius
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Cause
-from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.geometry_msgs import PoseStamped, TransformStamped
 from chefbot.msgs.nav2_msgs import BackUp, BackUp_Goal, BackUp_Result, Spin, Spin_Goal, Spin_Result
-from chefbot.msgs.std_msgs import String
+from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.causes.motion_reasons import CONDITION, MONITOR
 from chefbot.nodes.navigation.retreating import NO_TRACK, NOTHING_REMEMBERED, RetreatingNode
@@ -140,3 +141,18 @@ def test_a_way_back_that_is_blocked_is_an_error() -> None:
     motions.backup_error = "Blocked."
     turns, distances, error = drive.retreat()
     assert turns == [] and len(distances) == 1 and error == "Blocked."
+
+
+def test_it_backs_up_to_see_what_it_touches() -> None:
+    """A board above the ranger is too near for the camera, and only seen from farther away."""
+    drive = Drive()
+    drive.runner.loop.publish("contact", PoseStamped(Header.of(0, "base_link")), "controller")
+    drive.runner.run(0.1)
+    turns, distances, error = drive.retreat()
+    robot = drive.runner.system.nodes["navigator"].robot
+    camera = robot.sensors.depth_camera
+    assert camera is not None
+    far_enough = sight_distance(camera) - contact_radius(robot)
+    assert (turns, distances, error) == ([], [pytest.approx(-far_enough, abs=0.051)], "")
+    drive.runner.run(4.0)
+    assert drive.retreat()[2] == NOTHING_REMEMBERED

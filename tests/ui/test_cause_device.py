@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.support.nodes import NodeRunner
 
-from chefbot.causes.reports import DETOUR, END, FAILURE, SLOW, STOP
+from chefbot.causes.reports import DETOUR, EMERGENCY_STOP, END, FAILURE, SLOW, STOP
 from chefbot.maths.grid import Grid
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.geometry_msgs import Point
@@ -123,6 +123,15 @@ def test_a_cause_that_repeats_is_one_entry(make: Callable[[], NodeRunner]) -> No
     assert recorded(nodes) == [("Lost.", 3.0, ("map", "camera"))], "without the pauses, in which it drove"
     process(nodes, msgspec.structs.replace(cause(4, STOP, 30.0 + repeat), sentence="Lost."))
     assert len(recorded(nodes)) == 2
+
+
+def test_each_emergency_stop_is_an_entry(make: Callable[[], NodeRunner]) -> None:
+    """Two presses within a minute are two events for whoever asks what happened."""
+    nodes = make()
+    for number, second in enumerate((10.0, 20.0), 1):
+        stop = msgspec.structs.replace(cause(number, STOP, second), check=EMERGENCY_STOP, sentence="Stopped.")
+        views = process(nodes, stop)
+    assert len(views) == len(recorded(nodes)) == 2
 
 
 def test_earlier_runs_fill_the_list_up(make: Callable[[], NodeRunner]) -> None:

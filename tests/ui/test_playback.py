@@ -179,4 +179,11 @@ def test_the_slider_and_the_button_in_a_browser(show: Show) -> None:
         tab.evaluate(f"(() => {{ {slide} }})()")
         tab.wait_for("document.getElementById('playback-position').textContent === '00:42.0 of 01:00.0'")
         tab.wait_for("document.getElementById('step').textContent === 'On the way to table 1.'")
+        tab.call(
+            "Input.dispatchKeyEvent", type="keyDown", key="Escape", code="Escape"
+        )  # nobody can stop the robot of a recording, so no alarm that it is not stopped
+        assert tab.evaluate("[sessionStorage.length, document.body.classList.contains('stopped')]") == [
+            0,
+            False,
+        ]
         assert tab.errors() == []

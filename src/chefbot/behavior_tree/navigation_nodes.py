@@ -170,9 +170,9 @@ class BackUp(ServiceAction):
 
 
 class BackUpToSee(ServiceAction):
-    """Backs up along its own track until the depth camera sees the remembered obstacle that stops the robot.
+    """Backs up along its own track until the depth camera sees what the robot touches, or remembers that it stops it.
 
-    Fails at once if no such obstacle stops it.
+    Fails at once if there is no such obstacle.
     """
 
     def begin(self) -> Pending:

@@ -20,6 +20,8 @@ LATENESS_NS = 2_000_000_000
 """Age of a cause from which a list of those that hold has to name it, ns: messages overtake each other."""
 LIDAR, CAMERA, RANGER = "lidar", "depth camera", "ultrasonic ranger"
 """Sensors that mark obstacles."""
+EMERGENCY_STOP = "emergency stop"
+"""The check of the base that a person has pressed STOP."""
 TRACKER = "people tracker"
 """What knows where people are, from all sensors."""
 CONTACT, MAP = "contact", "map"

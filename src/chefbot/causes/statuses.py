@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from chefbot.causes.reports import DETOUR, END, FAILURE, STOP, make_report, stamped
+from chefbot.causes.reports import DETOUR, EMERGENCY_STOP, END, FAILURE, STOP, make_report, stamped
 from chefbot.causes.sentences import after_colon
 from chefbot.msgs.chefbot_msgs import (
     BatteryStatus,
@@ -62,7 +62,7 @@ class StatusReports:
         text = status.description or "it is active."
         if "emergency stop" not in text.lower():
             text = f"Emergency stop: {after_colon(text)}"
-        found = make_report(STOP, "emergency stop", text) if status.active else None
+        found = make_report(STOP, EMERGENCY_STOP, text) if status.active else None
         return self._change("base", found, now_ns)
 
     def battery(self, status: BatteryStatus, now_ns: int) -> list[Cause]:

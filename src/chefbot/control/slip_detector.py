@@ -14,8 +14,8 @@ from chefbot.msgs.sensor_msgs import LaserScan
 
 MIN_TRAVEL, MAX_TRAVEL = 0.3, 1.0
 """Travel by odometry over which scans are compared, m; after a longer one between two scans the odometry jumped."""
-MAX_AGE_NS = 5_000_000_000
-"""Time between the two scans, ns: slower wheels are not judged."""
+MAX_AGE_NS = 9_000_000_000
+"""Time between the two scans, ns, less than the cache of transforms: slower wheels are not judged."""
 TOLERANCE = 0.06
 """Difference up to which a range is the expected one, m: noise of a cheap lidar, and the width of its beams."""
 MIN_BEAMS = 15
@@ -51,6 +51,11 @@ class SlipDetector:
     def is_slipping(self) -> bool:
         """Whether the last scans show that the robot has not moved while the odometry has."""
         return self._count >= SLIPPING_SCANS
+
+    @property
+    def standing_since_ns(self) -> int:
+        """Time of the scan at which a robot whose wheels slip stood where it stands now, ns."""
+        return self._scans[0].time_ns
 
     def reset(self) -> None:
         """Forget all scans, as after a motion has ended."""

@@ -18,7 +18,7 @@ from chefbot.costmap.layers import InflationLayer, StaticLayer, built_in_layers
 from chefbot.costmap.master_costmap import MasterCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.sensor_marks import SensorMarks, marks_in, permanent_marks, shifted
-from chefbot.costmap.sources import LASTING_SOURCES
+from chefbot.costmap.sources import CONTACT, CONTACT_TIME, LASTING_SOURCES
 from chefbot.costmap.update_window import EMPTY_WINDOW, CellWindow
 from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.footprint import Footprint
@@ -189,11 +189,11 @@ class LayeredCostmap:
         height, width = self.static.shape
         return height, width
 
-    def obstacles(self, window: CellWindow, without: str) -> NDArray[np.bool_]:
-        """Return which cells of a window are lethal in the static map or by any source but one."""
+    def obstacles(self, window: CellWindow, without: Collection[str]) -> NDArray[np.bool_]:
+        """Return which cells of a window are lethal in the static map or by any source but these."""
         lethal: NDArray[np.bool_] = self.static[window.slices] == LETHAL
         for name, marks in self.sources.items():
-            if name != without:
+            if name not in without:
                 lethal = lethal | (marks.cells[window.slices] == LETHAL)
         return lethal
 
@@ -242,6 +242,8 @@ class LayeredCostmap:
         decay = self.params.decay_time
         if self.rolling:
             return marks.remove_older(self._time - decay)
+        if name == CONTACT:
+            return marks.remove_older(self._time - CONTACT_TIME)
         if self._sensor is None or name in LASTING_SOURCES:
             return EMPTY_WINDOW
         column = (self._sensor.x - self.origin_x) / self.resolution

@@ -58,9 +58,10 @@ def mark_range(costs: LayeredCostmap, sensor: SE2, echo: Range) -> None:
     phi, theta = _polar(costs, sensor, window.slices)
     in_cone = (np.abs(theta) <= echo.field_of_view / 2.0) & (phi <= reach)
     free = in_cone & (phi < distance - 2.0 * costs.resolution)
-    if costs.has_source(CONTACT):
-        costs.source_cells(CONTACT)[window.slices][free] = UNKNOWN
-    known = costs.obstacles(window, without=RANGER)
+    if costs.has_source(CONTACT) and costs.has_source(RANGER):
+        echoes = phi[in_cone & (costs.source_cells(RANGER)[window.slices] == LETHAL)]
+        _clear_contacts(costs.source_cells(CONTACT)[window.slices], free, phi, echoes)
+    known = costs.obstacles(window, without=(RANGER, CONTACT))
     around_cone = np.abs(theta) <= echo.field_of_view / 2.0 + EXPLAINED_MARGIN
     explains = known & around_cone & (np.abs(phi - distance) <= EXPLAINED_DISTANCE)
     marks = marks and not explains.any()
@@ -94,6 +95,20 @@ def mark_contact(costs: LayeredCostmap, contact: SE2, radius: float) -> None:
             cells[row, column] = LETHAL
             costs.note_marks(CONTACT, (row, column))
     costs.note_change(contact, radius)
+
+
+def _clear_contacts(
+    cells: NDArray[np.uint8], free: NDArray[np.bool_], phi: NDArray[np.float64], echoes: NDArray[np.float64]
+) -> None:
+    """Clear the contacts in a window that the ranger has marked, too, as they have left.
+
+    What it looks past, as below a board, was there all the time. cells, free, phi (h, w): the marks, whether the cone
+    is free, the distances; echoes (n,): distances of what the ranger has marked in the cone, m.
+    """
+    rows, columns = np.nonzero(free & (cells == LETHAL))
+    if len(rows) and len(echoes):
+        has_left = np.abs(phi[rows, columns, None] - echoes).min(axis=1) <= EXPLAINED_DISTANCE
+        cells[rows[has_left], columns[has_left]] = UNKNOWN
 
 
 def _polar(

@@ -11,5 +11,7 @@ RANGER, CONTACT, GLASS = "ranger", "contact", "glass"
 beams of the lidar."""
 LASTING_SOURCES = (RANGER, CONTACT, GLASS)
 """Sources of obstacles that other sensors may not see: beams of the lidar and recovery behaviors leave them."""
+CONTACT_TIME = 600.0
+"""Time after which a contact is forgotten, s: perhaps somebody has moved what the robot touched."""
 PERMANENT_SOURCES = (GLASS, DROP_OFFS)
 """Sources of what belongs to the building as its walls do: no plan counts on its having left."""

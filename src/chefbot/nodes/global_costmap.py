@@ -77,9 +77,17 @@ class GlobalCostmapNode(PeopleMarksNode):
         self._place(echo, echo.header)
 
     def on_contact(self, contact: PoseStamped) -> None:
-        """Pass to the layers what the robot has touched."""
-        self._pose_jump.note_contact(contact.header.stamp.ns)
-        self._place(contact, contact.header)
+        """Pass to the layers what the robot has touched, with its pose on the map before the wheels slipped."""
+        self._pose_jump.note_contact(self.now_ns)
+        stamp_ns, frame = contact.header.stamp.ns, contact.header.frame_id
+        self.tf.on_available("odom", frame, stamp_ns, lambda pose: self._mark_contact(contact, pose))
+
+    def _mark_contact(self, contact: PoseStamped, odom_T_robot: SE2) -> None:
+        newest_ns = self.tf.newest_ns("odom")
+        if self.map.last is not None and newest_ns is not None:
+            map_T_odom = self.tf.lookup("map", "odom", min(contact.header.stamp.ns, newest_ns))
+            self._costs.set_time(self.now_ns / 1e9)
+            self._costs.process(contact, map_T_odom @ odom_T_robot)
 
     def _place(self, message: Message, header: Header) -> None:
         """Pass a message to the layers as soon as the odometry pose of its frame is known."""

@@ -83,9 +83,10 @@ class LocalCostmapNode(PeopleMarksNode, SensorHealthNode):
         self.tf.on_available("odom", echo.header.frame_id, echo.header.stamp.ns, partial(self._mark, echo))
 
     def on_contact(self, contact: PoseStamped) -> None:
-        """Mark what the robot has touched."""
-        header = contact.header
-        self.tf.on_available("odom", header.frame_id, header.stamp.ns, partial(self._mark, contact))
+        """Mark what the robot has touched and stands at now, wherever the odometry was before the wheels slipped."""
+        pose = self._pose()
+        if pose is not None:
+            self._mark(contact, pose)
 
     def _mark(self, message: Message, pose: SE2) -> None:
         """Mark and clear with a measurement from `pose` in odom."""

@@ -29,6 +29,7 @@ class ContactsNode(LocalCostmapNode):
         super().start()
         self._contacts = ContactDetector()
         self._slip = SlipDetector()
+        self._slipping_since_ns: int | None = None
 
     def on_cmd_vel(self, twist: Twist) -> None:
         """Take the twist that the base commands."""
@@ -45,10 +46,16 @@ class ContactsNode(LocalCostmapNode):
         """Return the step with a failure as its result if the wheels slip."""
         if step.result is not None or not self._slip.is_slipping:
             return step
+        self._slipping_since_ns = self._slip.standing_since_ns
         self._slip.reset()
         return step._replace(result=failed_path(FollowPathError.STUCK, SLIPPING))
 
     def publish_contact_if_driven(self) -> None:
-        """Publish a contact if one explains that the robot makes no progress on a free path."""
+        """Publish a contact if one explains that the robot makes no progress on a free path.
+
+        Its stamp is from before the wheels slipped, when the odometry still had the pose at which the robot stands.
+        """
+        since_ns, self._slipping_since_ns = self._slipping_since_ns, None
         if self._contacts.explains(self._base_fault, self.now_ns):
-            self.contact_out.publish(PoseStamped(Header.of(self.now_ns, "base_link")))
+            stamp_ns = self.now_ns if since_ns is None else since_ns
+            self.contact_out.publish(PoseStamped(Header.of(stamp_ns, "base_link")))

@@ -1,4 +1,4 @@
-"""Backs up along the robot's own track until its depth camera sees the remembered obstacle that stops it."""
+"""Backs up along the robot's own track until its depth camera sees the obstacle that stops it, or that it touches."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ import math
 from chefbot.behavior.motion_errors import BACK_UP
 from chefbot.behavior.retreat import RecentTrack, sight_distance
 from chefbot.causes.reports import CAMERA, STOP
+from chefbot.costmap.ranger_marks import contact_radius
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.builtin_interfaces import Duration
 from chefbot.msgs.chefbot_msgs import Cause
-from chefbot.msgs.geometry_msgs import Point
+from chefbot.msgs.geometry_msgs import Point, PoseStamped
 from chefbot.msgs.nav2_msgs import BackUp_Goal, BackUp_Result
 from chefbot.nodes.causes.motion_reasons import MONITOR
 from chefbot.nodes.navigation.recovery_behaviors import RecoveryBehaviorsNode
@@ -24,7 +25,7 @@ TURN_TOLERANCE = 0.1
 """Angle up to which the robot need not rotate first, rad."""
 TURN_ALLOWANCE, BACK_UP_ALLOWANCE = 10.0, 30.0
 """Time allowances of the motions, s; the collision monitor lets the robot back slowly."""
-NOTHING_REMEMBERED = "No remembered obstacle stops the robot."
+NOTHING_REMEMBERED = "No remembered obstacle stops the robot, and it touches none."
 NO_TRACK = "The robot has no recent track on which it could back up."
 
 
@@ -32,12 +33,15 @@ class RetreatingNode(RecoveryBehaviorsNode):
     """Base class of a node that backs up to look at what its collision monitor remembers."""
 
     monitor_reports: In[Cause] = topic("cause_reports")
+    contact: In[PoseStamped]
 
     def start(self) -> None:
-        """Start with no track, and no stop."""
+        """Start with no track, no stop, and no contact."""
         super().start()
         self._track, self._stop = RecentTrack(), Cause()
         self._stop_ended_ns: int | None = None
+        self._touched: tuple[float, float] | None = None
+        self._touched_ns = 0
 
     @every(hz=5)
     def record_track(self) -> None:
@@ -54,6 +58,13 @@ class RetreatingNode(RecoveryBehaviorsNode):
             self._stop, self._stop_ended_ns = report, None
         elif self._stop_ended_ns is None:
             self._stop_ended_ns = self.now_ns
+
+    def on_contact(self, contact: PoseStamped) -> None:
+        """Keep the place that the robot touches, in odom: in front of it, or where its motion was directed."""
+        robot = self._robot_in_odom()
+        if robot is not None:
+            ahead = robot @ contact.pose.se2 @ SE2(contact_radius(self.robot), 0.0, 0.0)
+            self._touched, self._touched_ns = (ahead.x, ahead.y), self.now_ns
 
     async def _back_up_to_see(self) -> BackUp_Result:
         """Back up until the camera sees the place of the obstacle that stops the robot; an error if none does."""
@@ -81,7 +92,9 @@ class RetreatingNode(RecoveryBehaviorsNode):
             await self._spin_by(angle, TURN_ALLOWANCE)
 
     def _remembered_place(self) -> tuple[float, float] | None:
-        """Return where the obstacle is that stops the robot, or has just stopped it, in odom."""
+        """Return where the obstacle is that the robot touches, or that has just stopped it, in odom."""
+        if self._touched is not None and self.now_ns - self._touched_ns <= RECENT_NS:
+            return self._touched
         ended_ns, point = self._stop_ended_ns, self._stop.point
         if not self._stop.located or (ended_ns is not None and self.now_ns - ended_ns > RECENT_NS):
             return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from chefbot.causes.reports import END, FAILURE, STOP
+from chefbot.causes.reports import EMERGENCY_STOP, END, FAILURE, STOP
 from chefbot.causes.sentences import effect_word
 from chefbot.errors import ScanError
 from chefbot.maths.grid import Grid
@@ -82,7 +82,12 @@ class CauseRecorder:
 
 
 def _is_same(before: Cause, cause: Cause) -> bool:
-    """Return whether a cause has the effect and the sentence of the one before it, and follows it soon."""
+    """Return whether a cause has the effect and the sentence of the one before it, and follows it soon.
+
+    Each emergency stop counts by itself: a person has pressed.
+    """
+    if cause.check == EMERGENCY_STOP:
+        return False
     passed_ns = cause.header.stamp.ns - before.header.stamp.ns
     return (cause.kind, cause.sentence) == (before.kind, before.sentence) and 0 <= passed_ns < REPEAT_NS
 

@@ -25,7 +25,8 @@ export function tr(message, values = {}) {
 export function translated(text, depth = DEPTH) {
   if (labelled && text && depth === DEPTH) text = text.replace(labelled, (name) => labels[name.toLowerCase().replace(/ /g, "_")]);
   if (!text || language === "en" || text.length > LONGEST) return text;
-  return sentence(text, depth) ?? text.split(/(?<=[.?!])\s+/).map((one) => sentence(one, depth) ?? one).join(" ");
+  const clauses = (one) => one.split("; ").map((clause) => sentence(clause, depth) ?? clause).join("; ");
+  return sentence(text, depth) ?? text.split(/(?<=[.?!])\s+/).map((one) => sentence(one, depth) ?? clauses(one)).join(" ");
 }
 
 // Take the labels of places, which the reader sees instead of their names.
@@ -67,10 +68,10 @@ function matched(text, known, depth) {
   return null;
 }
 
-// A part of a sentence: a name, a list of names, another sentence or several.
+// A part of a sentence: a name, a number or topic, a list of these, another sentence or several.
 function part(text, depth) {
   if (depth < 0) return text;
-  const name = (one) => (/^\d+$/.test(one) ? one : matched(capital(one.replace(/_/g, " ")), namePatterns, 0));
+  const name = (one) => (/^(\d+|\/\S+)$/.test(one) ? one : matched(capital(one.replace(/_/g, " ")), namePatterns, 0));
   const whole = name(text) ?? sentence(text, depth);
   if (whole) return whole;
   if (/[.?!]\s/.test(text)) return translated(text, depth);

@@ -18,7 +18,8 @@ export class StopButton {
     const stop = () => { pressing(); this.press.press(); };
     $("stop").onpointerdown = stop;                                       // when touched, not when released
     $("stop").onclick = (event) => { if (event.detail === 0) stop(); };   // by keyboard
-    window.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.repeat) stop(); }, true);
+    const recording = () => document.body.classList.contains("recording");   // of a robot that nobody can stop here
+    window.addEventListener("keydown", (event) => { if (event.key === "Escape" && !event.repeat && !recording()) stop(); }, true);
     $("release-stop").onclick = () => this.release();
     this.show();
   }

@@ -123,6 +123,14 @@ def test_an_order_behind_others_needs_energy_for_all() -> None:
     assert [order.id for order in one.round.status.pending_orders] == ["c"]
 
 
+def test_the_way_home_between_two_orders_needs_no_energy() -> None:
+    """To table 3 and back to the kitchen are 55 m, to table 2 and home 35 m; by way of home 10 m more."""
+    one = Corridor(90.0 * MARGIN + 1.0)
+    one.round.order(Order(("table_3",), "a"))
+    one.round.order(Order(("table_2",), "b"))
+    assert [order.id for order in one.round.status.pending_orders] == ["b"]
+
+
 def test_a_low_robot_refuses_until_it_is_charged() -> None:
     one = Corridor(500.0, "return")
     one.round.order(Order(("table_1",), "a"))

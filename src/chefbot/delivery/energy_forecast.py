@@ -18,13 +18,16 @@ Length = Callable[[tuple[Stop, ...]], float]
 
 
 class PlannedRoute(NamedTuple):
-    """The route from the robot over all stops, and the number of those at which it waits for people."""
+    """The route from the robot over all stops, the last of them home, and at how many of them it waits for people.
+
+    A sum is one after the other without the drive home between them.
+    """
 
     stops: tuple[Stop, ...]
     waits: int
 
     def __add__(self, other: PlannedRoute) -> PlannedRoute:  # type: ignore[override]
-        return PlannedRoute(self.stops + other.stops, self.waits + other.waits)
+        return PlannedRoute(self.stops[:-1] + other.stops, self.waits + other.waits)
 
 
 class EnergyForecast:

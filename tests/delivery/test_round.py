@@ -361,3 +361,57 @@ def test_from_a_kitchen_out_of_reach_it_drives_home_first() -> None:
         waiter.round.order(Order((table,), f"order {number}"))
     waiter.round.arrived("a box is in the way")
     assert waiter.now == ("returning", "home", "")
+
+
+@pytest.mark.parametrize("released", [False, True])
+def test_after_stop_at_the_last_table_the_next_order_is_offered(released: bool) -> None:
+    """Nobody wants to choose a way home while others wait for their food."""
+    waiter = Waiter().at("table_1", ("table_1",), ("table_2",))
+    one = waiter.round
+    one.stop(True)
+    if released:
+        one.stop(False)
+    one.taken()
+    if not released:
+        assert waiter.now == ("idle", "", "stop") and one.leg is None
+        one.stop(False)
+    assert waiter.now == ("idle", "", "choice") and one.leg is None
+    assert one.status.description.endswith("Choose: start with the next order, or cancel it.")
+    assert "round waits" not in one.status.description and len(waiter.outcomes) == 1
+    one.choose("go_on")
+    assert waiter.now == ("driving", "kitchen", "") and one.status.order_id == "order 1"
+
+
+def test_going_on_with_the_way_home_begins_the_order_that_came_since() -> None:
+    waiter = Waiter().at("table_1", ("table_1",))
+    one = waiter.round
+    one.taken()
+    one.stop(True)
+    one.order(Order(("table_2",), "b"))
+    one.stop(False)
+    one.choose("go_on")
+    assert waiter.now == ("driving", "kitchen", "") and one.status.order_id == "b"
+
+
+def test_a_drive_follows_orders_that_cannot_begin() -> None:
+    waiter = Waiter().at("table_1", ("table_1",), ("roof",))
+    one = waiter.round
+    one.stop(True)
+    one.go(errand("after"))
+    one.taken()
+    one.stop(False)
+    while waiter.now[2]:
+        one.choose("go_on")
+    if waiter.now[0] == "returning":
+        one.arrived()
+    assert waiter.now == ("errand", "reception", ""), "it does not wait for an order that comes some day"
+
+
+def test_a_cancelled_order_takes_nothing_from_the_round_before() -> None:
+    waiter = Waiter().at("table_1", ("table_1",), ("table_2",))
+    one = waiter.round
+    one.stop(True)
+    one.taken()
+    one.stop(False)
+    one.choose("end")
+    assert one.status.description == "The order for table 2 was cancelled." and one.status.delivered == ()

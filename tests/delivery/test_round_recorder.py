@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 
 from chefbot.delivery.mission import DeliveryRound
+from chefbot.delivery.status_messages import ORDER_CANCELLED
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.storage.delivery_history import DeliveryHistory, RecordedRound
-from chefbot.ui.missions.round_recorder import NOT_SERVED, ORDER_CANCELLED, TAKEN, RoundRecorder
+from chefbot.storage.history_file import utc_now
+from chefbot.ui.missions.round_recorder import NOT_SERVED, TAKEN, RoundRecorder
 
 
 class Recorded:
@@ -28,7 +30,7 @@ class Recorded:
         self.note()
 
     def note(self) -> None:
-        self.recorder.process(self.round.status)
+        self.recorder.process(self.round.status, utc_now())
 
     def do(self, *steps: Callable[[], None]) -> None:
         for step in steps:
@@ -166,7 +168,7 @@ def test_a_refused_order_has_its_reason(one: Recorded) -> None:
 
 
 def test_a_drive_home_to_be_charged_is_not_a_round(one: Recorded) -> None:
-    one.recorder.process(DeliveryStatus(state="returning", place="home"))
+    one.recorder.process(DeliveryStatus(state="returning", place="home"), utc_now())
     assert one.rounds == []
 
 
@@ -181,7 +183,7 @@ def test_food_that_went_back_to_the_kitchen_is_loaded_once(one: Recorded) -> Non
 
 
 def test_nothing_new_is_not_reported_as_a_change(one: Recorded) -> None:
-    assert not one.recorder.process(one.round.status)
+    assert not one.recorder.process(one.round.status, utc_now())
     one.round.order(Order(("table_1",), "a"))
-    assert one.recorder.process(one.round.status)
-    assert not one.recorder.process(one.round.status)
+    assert one.recorder.process(one.round.status, utc_now())
+    assert not one.recorder.process(one.round.status, utc_now())

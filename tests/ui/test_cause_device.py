@@ -134,6 +134,22 @@ def test_each_emergency_stop_is_an_entry(make: Callable[[], NodeRunner]) -> None
     assert len(views) == len(recorded(nodes)) == 2
 
 
+def test_causes_of_a_full_disk_are_recorded_later(make: Callable[[], NodeRunner]) -> None:
+    nodes = make()
+    page = device(nodes)
+    process(nodes, cause(1, STOP, 1.0))
+    (pages,) = page._records._db.execute("PRAGMA page_count").fetchone()
+    page._records._db.execute(f"PRAGMA max_page_count = {pages}")
+    for number in range(2, 40):
+        process(nodes, cause(number, STOP, 10.0 * number))
+    nodes.run(0.5)
+    assert len(recorded(nodes)) < 39 and page.own_warnings
+    page._records._db.execute("PRAGMA max_page_count = 1000000")
+    nodes.run(6.0)
+    assert len(recorded(nodes)) == 39 and page.own_warnings == []
+    assert [one for one in recorded(nodes) if not one[2]] == []
+
+
 def test_earlier_runs_fill_the_list_up(make: Callable[[], NodeRunner]) -> None:
     nodes = make()
     for number in range(1, 4):

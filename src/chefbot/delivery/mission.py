@@ -150,8 +150,11 @@ class DeliveryRound(RoundState):
         if choice == "go_on" and self.status.hold_reason:
             self._drop_current_errand()
             self._update_status(hold_reason="")
-            self._resume_drive()
-            self._start_next_order()
+            if self.status.state == "returning" and not self.status.untaken and self._order_follows():
+                self._complete_round()
+            else:
+                self._resume_drive()
+                self._start_next_order()
         elif choice == "kitchen" and self.status.state in ("loading", "driving", "waiting"):
             self._back_to_kitchen()
         elif choice == "end" and self.in_progress:
@@ -252,7 +255,7 @@ class DeliveryRound(RoundState):
 
     def _order_follows(self) -> bool:
         """Return whether a waiting order can begin where the robot is; one that would be refused is left for home."""
-        if self.status.hold_reason or not (self.status.pending_orders and self.status.loaded):
+        if self.status.hold_reason == "errand" or not (self.status.pending_orders and self.status.loaded):
             return False
         try:
             self._tables(self.status.pending_orders[0])
@@ -310,7 +313,7 @@ class DeliveryRound(RoundState):
         self._set_standing("failed" if failed else "idle", sentence)
         if self.status.hold_reason:
             if self.status.pending_orders:
-                self._wait_for_choice(sentence)
+                self._hold_next_order(sentence)
             else:
                 self._update_status(hold_reason="", errands=())
         elif self.status.errands:
@@ -318,11 +321,20 @@ class DeliveryRound(RoundState):
         else:
             self._start_next_order()
 
+    def _hold_next_order(self, sentence: str) -> None:
+        """Keep the next order until the emergency stop is released, or a person chooses to start it."""
+        if self.status.hold_reason == "stop":
+            self._update_status(description=status_messages.ORDER_KEPT)
+        else:
+            self._wait_for_choice(sentence)
+
     def _drop_next_order(self) -> None:
         first, *rest = self.status.pending_orders
+        self._begin_round()
         self._update_status(pending_orders=tuple(rest))
-        self._on_end(OrderOutcome(first.id, (), ENDED_BY_PERSON, status_messages.ended(first.places)))
-        self._start_waiting_work(status_messages.ended(first.places), failed=False)
+        sentence = status_messages.order_cancelled(first.places)
+        self._on_end(OrderOutcome(first.id, (), ENDED_BY_PERSON, sentence))
+        self._start_waiting_work(sentence, failed=False)
 
     def _change_waiting_order(self, order_id: str, places: tuple[str, ...]) -> None:
         """Replace the tables of a waiting order by these, which are some of them; without one it is cancelled."""
@@ -345,7 +357,7 @@ class DeliveryRound(RoundState):
             self._start_waiting_work(sentence, failed=False)
 
     def _start_next_order(self) -> None:
-        """Start the next order; orders with unknown places fail at once."""
+        """Start the next order; orders with unknown places fail at once, and an errand follows the last of them."""
         while self.status.pending_orders and not self.status.hold_reason and self.status.state in IDLE_STATES:
             first, *rest = self.status.pending_orders
             self._begin_round(first.id, first.ordered_by)
@@ -358,6 +370,8 @@ class DeliveryRound(RoundState):
             else:
                 self._update_status(places=tables, queue=tables)
                 self._drive("driving", self.kitchen)
+        if self.status.errands and not self.status.hold_reason and self.status.state in IDLE_STATES:
+            self._drive_errand()
 
     def _tables(self, order: Order) -> tuple[str, ...]:
         if not order.places:

@@ -14,6 +14,7 @@ DIVERTED = "The robot was sent elsewhere."
 ORDER_KEPT = "The emergency stop is active. The order is kept; release STOP, then choose whether to start."
 NOT_WHILE_STOPPED = "The emergency stop is active. Release STOP first."
 CANCELLED_TOO = "The delivery was cancelled, and {} more in the queue."
+ORDER_CANCELLED = "The order was cancelled."
 QUEUE_CHANGED = "The round has changed in the meantime; check it and try again."
 TOO_MANY_TO_SORT = (
     "The shortest route can be computed for up to {} tables; leave some out, or sort them yourself."
@@ -21,7 +22,7 @@ TOO_MANY_TO_SORT = (
 ROUTES_NOT_KNOWN = "The routes between the tables that are left are not known yet."
 NOTHING_LEFT = "The round has no table left to serve."
 ERRAND_ENDED = "The drive was ended."
-ROUND_WAITS = "The round waits. Choose:"
+ROUND_WAITS, ORDER_WAITS = "The round waits. Choose:", "An order waits. Choose:"
 NO_PLACE = "The order names no place."
 LOW_BATTERY = "The battery is low."
 PARKING = "The battery is too low for the drive home; the robot parks."
@@ -108,8 +109,8 @@ def stopped(status: DeliveryStatus) -> str:
 def choose(status: DeliveryStatus, reason: str) -> str:
     """Return the message while the round waits for the operator's choice."""
     if status.state not in ROUND_STATES:
-        options = "start with the next order, or cancel it"
-    elif status.state in ("returning", "unloading") or not status.loaded:
+        return f"{reason} {ORDER_WAITS} start with the next order, or cancel it.".strip()
+    if status.state in ("returning", "unloading") or not status.loaded:
         options = f"go on to {display_name(status.place)}, or end the round"
     else:
         options = f"go on to {display_name(status.place)}, go back to the kitchen, or end the round"
@@ -126,6 +127,11 @@ def served(delivered: Sequence[str], places: Sequence[str]) -> str:
 def ended(left: Sequence[str]) -> str:
     """Return the message after a round was ended on request, with the unserved tables."""
     return f"The round was ended; not served: {join_names(left)}." if left else "The round was ended."
+
+
+def order_cancelled(places: Sequence[str]) -> str:
+    """Return the message after a waiting order was cancelled."""
+    return f"The order for {join_names(places)} was cancelled." if places else ORDER_CANCELLED
 
 
 def refused(tables: Sequence[str], reach: float, length: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -78,12 +79,13 @@ def save_incident(
     temporary = path.with_suffix(".part")
     failures: list[str] = []
     notes = {INCIDENT_METADATA: {key: str(value) for key, value in msgspec.to_builtins(incident).items()}}
-    recorder = Recorder(temporary, robot, seed, on_end=failures.append, images=True, notes=notes)
     try:
-        temporary.chmod(0o600)  # pictures of people
-        for publication in content:
-            recorder(publication)
-        recorder.close()
+        with closing(
+            Recorder(temporary, robot, seed, on_end=failures.append, images=True, notes=notes)
+        ) as recorder:
+            temporary.chmod(0o600)  # pictures of people
+            for publication in content:
+                recorder(publication)
         if failures and not keep_part:
             raise StorageError(failures[0])
         rename_existing(path)  # of the same second
@@ -92,7 +94,6 @@ def save_incident(
         if failures:
             raise StorageError(f"{failures[0]}; what was written before is kept")
     except BaseException:
-        recorder.close()
         remove([temporary])
         raise
     return path

@@ -140,6 +140,7 @@ class DeliveryNode(DeliveryForecastNode):
 
     def _report_outcome(self, outcome: OrderOutcome) -> None:
         """Publish the status and set the result of the action goal, if the order came by action."""
+        super()._report_outcome(outcome)
         self._publish()
         if outcome.order_id in self._results:
             self._results[outcome.order_id].set_result(outcome)

@@ -9,7 +9,7 @@ from typing import Literal
 
 import msgspec
 
-from chefbot.storage.history_file import HistoryFile, utc_now
+from chefbot.storage.history_file import HistoryFile
 
 MAX_KEPT = 1000
 """Number of causes that are kept, the newest."""
@@ -63,7 +63,7 @@ class CauseRecords(HistoryFile):
                 "INSERT INTO causes (simulated, began, effect, sentence, chain, x, y, map, camera) "
                 "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
                 (
-                    simulated, utc_now(), moment.effect, moment.sentence, chain,
+                    simulated, self._now(), moment.effect, moment.sentence, chain,
                     moment.x, moment.y, moment.map or None, moment.camera or None,
                 ),
             )  # fmt: skip

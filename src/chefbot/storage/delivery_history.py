@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from chefbot.storage.history_file import HistoryFile, utc_now
+from chefbot.storage.history_file import HistoryFile
 
 NO_LABELS: Mapping[str, str] = {}
 
@@ -55,7 +55,7 @@ class DeliveryHistory(HistoryFile):
         with self._transaction():
             row = self._db.execute(
                 "INSERT INTO rounds (order_id, ordered_by, simulated, began) VALUES (?, ?, ?, ?)",
-                (order_id, ordered_by, simulated, utc_now()),
+                (order_id, ordered_by, simulated, self._now()),
             )
             number = int(row.lastrowid or 0)
             self._add_stops(number, places, labels)
@@ -101,7 +101,7 @@ class DeliveryHistory(HistoryFile):
         """Note that the food of a round is on the tray; only the first time counts."""
         with self._transaction():
             self._db.execute(
-                "UPDATE rounds SET loaded = ? WHERE id = ? AND loaded IS NULL", (utc_now(), number)
+                "UPDATE rounds SET loaded = ? WHERE id = ? AND loaded IS NULL", (self._now(), number)
             )
 
     def note_stop(self, number: int, place: str, outcome: str) -> None:
@@ -110,7 +110,7 @@ class DeliveryHistory(HistoryFile):
             self._db.execute(
                 "UPDATE stops SET outcome = ?, at = ? WHERE round = ? AND position = (SELECT min(position) "
                 "FROM stops WHERE round = ? AND place = ? AND outcome = '')",
-                (outcome, utc_now(), number, number, place),
+                (outcome, self._now(), number, number, place),
             )
 
     def end(self, number: int, outcome: str) -> None:
@@ -118,7 +118,7 @@ class DeliveryHistory(HistoryFile):
         with self._transaction():
             self._db.execute(
                 "UPDATE rounds SET ended = ?, outcome = ? WHERE id = ? AND ended IS NULL",
-                (utc_now(), outcome, number),
+                (self._now(), outcome, number),
             )
 
     def rounds(self, last: int) -> list[RecordedRound]:

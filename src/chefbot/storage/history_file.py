@@ -44,7 +44,7 @@ class HistoryFile:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        self.path, self._time = path, ""
         make_folder(path.parent)
         with self._errors_reported():
             path.touch(mode=0o600)  # names and pictures of persons: for the owner only
@@ -75,15 +75,33 @@ class HistoryFile:
         return int(version)
 
     @contextmanager
+    def changes_of(self, time: str) -> Iterator[None]:
+        """Make all changes at once or none of them, with the time (UTC, ISO 8601) at which they happened."""
+        with self._transaction():
+            self._time = time
+            try:
+                yield
+            finally:
+                self._time = ""
+
+    def _now(self) -> str:
+        """Return the time of a change, UTC in ISO 8601."""
+        return self._time or utc_now()
+
+    @contextmanager
     def _transaction(self) -> Iterator[None]:
+        if self._db.in_transaction:
+            yield  # part of another one
+            return
         with self._errors_reported():
             self._db.execute("BEGIN IMMEDIATE")
             try:
                 yield
+                self._db.execute("COMMIT")
             except BaseException:
-                self._db.execute("ROLLBACK")
+                if self._db.in_transaction:  # a full disk has ended it already
+                    self._db.execute("ROLLBACK")
                 raise
-            self._db.execute("COMMIT")
 
     @contextmanager
     def _errors_reported(self) -> Iterator[None]:

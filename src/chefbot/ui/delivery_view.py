@@ -138,7 +138,9 @@ def _check_deletion(name: str, status: DeliveryStatus) -> None:
     """Raise UserError for a place without which a delivery that is possible or under way would fail."""
     if name in (KITCHEN, HOME):
         raise UserError(f"Deliveries need {display_name(name)}; move it instead")
-    if status.state in ROUND_STATES and name in (status.place, *status.queue):
+    waiting = {place for order in status.pending_orders for place in order.places}
+    served = (status.place, *status.queue) if status.state in ROUND_STATES else ()
+    if name in (*served, *waiting, *(errand.name for errand in status.errands)):
         raise UserError(f"The robot is to serve {display_name(name)}; leave it out of the round first")
 
 

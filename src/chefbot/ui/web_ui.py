@@ -29,6 +29,7 @@ from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.scan.color_image import rgb_pixels
 from chefbot.storage.atomic_files import StorageError
+from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import commands as do
 from chefbot.ui.access.invitations import Invitations, write_address
 from chefbot.ui.access.page_access import announcement
@@ -238,6 +239,9 @@ class WebUiDevice(NavigationDevice):
     def _show_causes(self, causes: tuple[views.CauseView, ...]) -> None:
         self._server.set_layer("causes", causes)
 
+    def _show_history(self, rounds: tuple[RecordedRound, ...]) -> None:
+        self._server.set_layer("history", rounds)
+
     def _show_incidents(self, view: views.IncidentsView) -> None:
         self._server.set_layer("incidents", view)
 
@@ -246,7 +250,7 @@ class WebUiDevice(NavigationDevice):
         self._pending.confirm_orders(message.accepted, self.now_ns)
         if self._record_round(message):
             self._server.set_layer("forecast", ())
-        self._server.set_layer("history", self._newest_rounds())
+        self._show_history(self._newest_rounds())
         self._show_delivery(message)
 
     def on_delivery_notice(self, _: String) -> None:

@@ -10,7 +10,13 @@ from chefbot.delivery.battery_round import BatteryRound
 from chefbot.delivery.button_timer import ButtonPress, ButtonTimer
 from chefbot.delivery.drive_retry import NO_NAVIGATOR, DriveRetry
 from chefbot.delivery.params import DeliveryParams
-from chefbot.delivery.round_outcome import DriveRequest, OrderError, OrderOutcome
+from chefbot.delivery.round_outcome import (
+    BATTERY_TOO_LOW,
+    UNKNOWN_PLACE,
+    DriveRequest,
+    OrderError,
+    OrderOutcome,
+)
 from chefbot.msgs.chefbot_msgs import BatteryStatus, DeliveryStatus, LocalizationStatus
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
 from chefbot.msgs.std_msgs import Header, String
@@ -139,4 +145,6 @@ class DeliveryRoundNode(DeliveryEnergyNode):
         """Process a status that was published."""
 
     def _report_outcome(self, outcome: OrderOutcome) -> None:
-        """Process the outcome of an order."""
+        """Publish a notice for an order that could not begin, which nobody may expect any more."""
+        if outcome.code in (UNKNOWN_PLACE, BATTERY_TOO_LOW) and not outcome.delivered:
+            self.notice.publish(String(outcome.sentence))

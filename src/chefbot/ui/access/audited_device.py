@@ -45,6 +45,10 @@ class AuditedDevice(Device):
         """Publish a warning, and keep it for the web UI; thread-safe, and once for each sentence."""
         self.post(lambda: self._keep_warning(sentence))
 
+    def _end_warning(self, sentence: str) -> None:
+        """Show a warning no longer, as what it warned of has ended."""
+        self.post(lambda: self.own_warnings.remove(sentence) if sentence in self.own_warnings else None)
+
     def _keep_warning(self, sentence: str) -> None:
         if sentence not in self.own_warnings:
             self.own_warnings.append(sentence)

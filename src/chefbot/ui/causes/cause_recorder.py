@@ -10,6 +10,7 @@ from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.sensor_msgs import Image
 from chefbot.scan.color_image import rgb_pixels
+from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.cause_records import CauseRecords, Moment
 from chefbot.ui.causes.cause_views import HistoryEntry, place_on_map
 from chefbot.ui.causes.map_snapshot import map_snapshot
@@ -34,13 +35,27 @@ class CauseRecorder:
         self.entries: dict[int, HistoryEntry] = {}
         """The entries of the causes of this run by their `id`."""
 
-    def record(self, cause: Cause, grid: Grid | None, picture: Image | None) -> None:
-        """Record a cause with the newest map and picture of the camera, or the end of one. Raises StorageError."""
-        if cause.kind != END:
-            self._begin(cause, grid, picture)
-        elif cause.id in self.entries:
-            number = self.entries[cause.id].number
-            self._lasted_ns[number] += cause.header.stamp.ns - self._began_ns[cause.id]
+    def record(self, cause: Cause, grid: Grid | None, picture: Image | None, time: str) -> None:
+        """Record a cause with the newest map and picture of the camera, or the end of one.
+
+        time: UTC, ISO 8601. Raises StorageError if that cannot be written; then nothing has changed, and it may be
+        tried again.
+        """
+        before = self._newest, self._pictured_ns, dict(self.entries), dict(self._lasted_ns)
+        try:
+            with self._records.changes_of(time):
+                if cause.kind == END:
+                    self._end(cause)
+                else:
+                    self._begin(cause, grid, picture)
+        except StorageError:
+            self._newest, self._pictured_ns, self.entries, self._lasted_ns = before
+            raise
+
+    def _end(self, end: Cause) -> None:
+        if end.id in self.entries:
+            number = self.entries[end.id].number
+            self._lasted_ns[number] += end.header.stamp.ns - self._began_ns[end.id]
             self._records.end(number, self._lasted_ns[number] / 1e9)
 
     def _begin(self, cause: Cause, grid: Grid | None, picture: Image | None) -> None:

@@ -7,18 +7,22 @@ from chefbot.maths.grid import Grid
 from chefbot.msgs.chefbot_msgs import Cause, PresentCauses
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import Image
-from chefbot.runtime.node import In, topic
+from chefbot.runtime.node import In, every, topic
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.cause_records import CauseRecords
+from chefbot.storage.pending_writes import PendingWrites
 from chefbot.ui.causes.cause_recorder import CauseRecorder
 from chefbot.ui.causes.cause_views import KEPT_CAUSES, SHOWN_CAUSES, cause_views, recorded_cause_views
 from chefbot.ui.display.views import CauseView
-from chefbot.ui.missions.history_device import history_path
+from chefbot.ui.missions.history_device import RETRY_RATE, history_path
 from chefbot.ui.missions.recording_device import RecordingDevice
+
+KEPT_MOMENTS = 50
+"""Number of causes that are kept, with map and picture, while they cannot be written."""
 
 
 class CauseDevice(RecordingDevice):
-    """Keeps the causes of this run and records them; a history that cannot be written is a notice."""
+    """Keeps the causes of this run and records them; as long as that fails, a warning is shown."""
 
     causes: In[Cause]
     present_causes: In[PresentCauses]
@@ -26,6 +30,7 @@ class CauseDevice(RecordingDevice):
     picture: In[Image] = topic("camera/color/image_raw")
     _records: CauseRecords | None = None
     _cause_recorder: CauseRecorder | None = None
+    _pending_causes: PendingWrites[tuple[Cause, Grid | None, Image | None]] | None = None
 
     def start(self) -> None:
         """Start this run without a cause."""
@@ -41,14 +46,32 @@ class CauseDevice(RecordingDevice):
 
     def _open_causes(self, *, simulated: bool) -> tuple[CauseView, ...]:
         """Open the history of the robot and return the newest causes of its earlier runs."""
+        self._simulated = simulated
+        self._pending_causes = PendingWrites(self._write_cause, KEPT_MOMENTS)
         try:
+            self._opened_cause_recorder()
+        except StorageError as error:
+            self._warn_of_history(str(error))
+        return self._earlier_causes
+
+    def _opened_cause_recorder(self) -> CauseRecorder:
+        """Return the recorder, with the file open. Raises StorageError."""
+        if self._records is None or self._cause_recorder is None:
             self._records = CauseRecords(history_path(self.robot.name))
             self._earlier_causes = recorded_cause_views(self._records.causes(SHOWN_CAUSES))
             radius = self.robot.footprint.circumscribed_radius
-            self._cause_recorder = CauseRecorder(self._records, radius, simulated=simulated)
-        except StorageError as error:
-            self._warn(str(error))
-        return self._earlier_causes
+            self._cause_recorder = CauseRecorder(self._records, radius, simulated=self._simulated)
+        return self._cause_recorder
+
+    def _write_cause(self, moment: tuple[Cause, Grid | None, Image | None], time: str) -> bool:
+        self._opened_cause_recorder().record(*moment, time)
+        return True
+
+    @every(hz=RETRY_RATE)
+    def retry_causes(self) -> None:
+        """Record what could not be written before."""
+        if self._pending_causes:
+            self._attempt(self._pending_causes.retry)
 
     def on_causes(self, cause: Cause) -> None:
         """Record and show why the robot slows down, stops, takes a detour or fails, or the end of that."""
@@ -72,10 +95,6 @@ class CauseDevice(RecordingDevice):
         """Show the causes, the newest first; for the web UI to implement."""
 
     def _record_cause(self, cause: Cause, grid: Grid | None, picture: Image | None) -> None:
-        if self._cause_recorder is None:
-            return
-        try:
-            self._cause_recorder.record(cause, grid, picture)
-        except StorageError as error:
-            self._warn(str(error))
-            self._cause_recorder = None  # one sentence; the robot continues without it
+        pending = self._pending_causes
+        if pending is not None:
+            self._attempt(lambda: pending.add((cause, grid, picture)))

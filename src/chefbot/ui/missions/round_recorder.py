@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from chefbot.delivery.status_messages import ROUND_STATES, display_name
+from chefbot.delivery.status_messages import ORDER_CANCELLED, ROUND_STATES, display_name
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
+from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.delivery_history import DeliveryHistory
 
 TAKEN = "taken"
 NOT_SERVED = "not served"
-ORDER_CANCELLED = "The order was cancelled."
 
 
 class RoundRecorder:
     """Notes orders that wait, and the beginning, the steps and the end of each round.
 
-    `labels` returns the labels of the places that have one. Raises StorageError if something cannot be written.
+    `labels` returns the labels of the places that have one.
     """
 
     def __init__(
@@ -29,8 +29,20 @@ class RoundRecorder:
         self._waiting: dict[str, tuple[int, tuple[str, ...]]] = {}
         """Orders that wait, by their `id`: the numbers of their rounds, and their places."""
 
-    def process(self, status: DeliveryStatus) -> bool:
-        """Note what has changed since the last status, and return whether the history has."""
+    def process(self, status: DeliveryStatus, time: str) -> bool:
+        """Note what has changed since the last status at a time (UTC, ISO 8601); return whether the history has.
+
+        Raises StorageError if that cannot be written; then nothing has changed, and it may be tried again.
+        """
+        before = self._number, self._key, self._taken, self._missed, dict(self._waiting)
+        try:
+            with self._history.changes_of(time):
+                return self._process(status)
+        except StorageError:
+            self._number, self._key, self._taken, self._missed, self._waiting = before
+            raise
+
+    def _process(self, status: DeliveryStatus) -> bool:
         changes = [self._note_waiting(order) for order in status.pending_orders if order.id]
         return any([*changes, self._note_round(status), self._note_dropped(status)])
 

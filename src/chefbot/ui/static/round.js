@@ -31,9 +31,10 @@ export class RoundCard {
     const late = performance.now() - this.since > PATIENCE;
     text("step", translated(value?.step) || (value || late ? tr("No delivery.") : tr("Connecting to the robot …")));
     text("round-rest", this.rest(value));
-    $("loaded").hidden = waits !== "loaded";
-    $("taken").hidden = waits !== "taken";
-    $("not_taken").hidden = value?.state !== "waiting" || waits !== "taken";
+    // also while STOP or a choice holds the round: the guest at the table does not wait for that
+    $("loaded").hidden = value?.state !== "loading";
+    $("taken").hidden = !["waiting", "unloading"].includes(value?.state);
+    $("not_taken").hidden = value?.state !== "waiting";
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
     text("go_on", value?.place ? tr("Go on to {place}", { place: next }) : tr("Start with {place}", { place: next }));
     text("end", value?.round_active ? tr("End the round") : tr("Cancel the next order"));

@@ -68,7 +68,7 @@ def test_the_message_names_what_is_lost_now_and_not_how_often(parts: SimpleNames
     parts.tally.add("/plan: not of its type")
     parts.health.publish(RECENT_NS + 8 * SECOND)
     expected = (
-        "this computer is too slow, messages are lost on /map, /odom, and 1 more; /plan: not of its type"
+        "this computer is too slow, messages are lost on /map, /odom and 1 more; /plan: not of its type"
     )
     assert (parts.published[-1].message, parts.published[-1].hardware_id) == (expected, "/robot")
 

@@ -38,7 +38,7 @@ def test_a_place_is_where_the_robot_is(capsys: pytest.CaptureFixture[str]) -> No
 def test_a_place_that_exists_moves_and_keeps_its_label(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         robot.show_places()
-        robot.server.set_layer("edit", MapEditResult("an older one", False, "Another change."))
+        robot.server.set_layer("edits", (MapEditResult("an older one", False, "Another change."),))
         put_place("2", ["1", "-2", "-0.3"], robot.url)
         sent = robot.commands.get(timeout=PATIENCE)
     assert isinstance(sent, PutPlace) and sent.label == "窗边 2"

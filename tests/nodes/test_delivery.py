@@ -162,6 +162,14 @@ def test_food_is_not_ordered_to_the_kitchen() -> None:
     assert runner.reached == []
 
 
+def test_an_order_that_cannot_begin_is_a_notice() -> None:
+    """Its person waits; the next order begins in the same moment."""
+    runner = start_orders(("table_1",), ("roof",), ("table_2",))
+    runner.until("waiting", "table_2")
+    (notice,) = runner.messages("delivery/notice")
+    assert "roof" in notice.data
+
+
 def test_a_changed_queue_is_driven_unless_it_is_outdated() -> None:
     runner = start_orders(("table_1", "table_2", "table_1"))
     runner.until("driving", "table_1")

@@ -8,7 +8,7 @@ import pytest
 
 from chefbot.storage import map_versions
 from chefbot.storage.atomic_files import StorageError
-from chefbot.storage.map_versions import ChangeNote, MapVersions, RestoredVersion
+from chefbot.storage.map_versions import NO_CHANGE, ChangeNote, MapVersions, RestoredVersion
 
 TURNED = ChangeNote("a", "The map was rotated by 57°", "Mia", 1.0)
 
@@ -79,11 +79,11 @@ def test_a_version_brings_back_only_what_its_change_concerned(
 
 def test_the_last_change_is_known_until_it_is_undone(tmp_path: Path, files: tuple[Path, Path]) -> None:
     versions = MapVersions(tmp_path / "versions", files)
-    assert versions.last_change() == ChangeNote()
+    assert versions.last_change() == NO_CHANGE
     versions.keep(files, TURNED)
     assert versions.last_change() == TURNED
     versions.restore()
-    assert versions.last_change() == ChangeNote()
+    assert versions.last_change() == NO_CHANGE
 
 
 @pytest.mark.parametrize("content", [b"", b"0.0", b'{"rotation": "left"}'])

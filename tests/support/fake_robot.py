@@ -104,7 +104,7 @@ class FakeRobot:
 
     def _change_place(self, command: PutPlace | DeletePlace) -> None:
         problem = "table_9 lies in a wall" if command.name == "table_9" else ""
-        self.server.set_layer("edit", MapEditResult(command.id, not problem, problem))
+        self.server.set_layer("edits", (MapEditResult(command.id, not problem, problem),))
 
     def _deliver(self, tables: list[str]) -> None:
         if self.fate == "flat":

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from chefbot.delivery import status_messages
 from chefbot.errors import UserError
-from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.ui import commands as do
 from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
 from chefbot.ui.display.views import WaitingOrderView
@@ -130,6 +130,12 @@ def test_a_place_that_a_delivery_needs_is_not_deleted() -> None:
         with pytest.raises(UserError, match=f"is to serve {name.replace('_', ' ')}; leave it out"):
             validate_command(do.DeletePlace(name), PLACES, status)
         validate_command(do.DeletePlace(name), PLACES, DeliveryStatus(state="idle"))
+    waits = DeliveryStatus(
+        state="idle", pending_orders=(Order(("table_2",), "a"),), errands=(Errand("table_1", when="after"),)
+    )
+    for name in ("table_1", "table_2"):
+        with pytest.raises(UserError, match=f"is to serve {name.replace('_', ' ')}; leave it out"):
+            validate_command(do.DeletePlace(name), PLACES, waits)
     for name in ("kitchen", "home"):
         with pytest.raises(UserError, match=f"Deliveries need {name}; move it instead"):
             validate_command(do.DeletePlace(name), PLACES, DeliveryStatus(state="idle"))
@@ -171,7 +177,8 @@ def test_the_choices_depend_on_the_state(state: str) -> None:
     for loaded in (True, False):
         status = DeliveryStatus(state=state, place="table_1", loaded=loaded)
         text = status_messages.choose(status, "Released.")
-        assert text.startswith("Released. The round waits.") and text.endswith(".")
+        waits = "An order" if state == "idle" else "The round"
+        assert text.startswith(f"Released. {waits} waits.") and text.endswith(".")
         assert ("kitchen" in text) == (state == "driving" and loaded)
 
 

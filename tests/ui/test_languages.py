@@ -198,6 +198,13 @@ def test_sentences_of_the_robot_are_translated(spanish: Callable[[str], str]) ->
          "La ronda se terminó; sin servir: Mesa 1, Mesa 2 y Cocina."),
         ("Wire: this computer is too slow, messages are lost on /odom, /tf; and 2 more",
          "Red: este ordenador es demasiado lento, se pierden mensajes: /odom y /tf; y 2 más"),
+        ("Wire: this computer is too slow, messages are lost on /odom, /tf and 2 more",
+         "Red: este ordenador es demasiado lento, se pierden mensajes: /odom, /tf y 2 más"),
+        ("The keep-out zone 1 lies at x 2.28 m, y -1.00 m.", "En x 2.28 m, y -1.00 m está: Zona prohibida 1."),
+        ("Incident of chefbot, 2026-01-31 09:05, saved by mehmet: no reason given",
+         "Incidente de chefbot, 2026-01-31 09:05, guardado por mehmet: sin motivo indicado"),
+        ("On this map there is no place called 'table_1' (did you mean 'table_6'?).",
+         "En este mapa no hay ningún lugar llamado Mesa 1 (quizá Mesa 6)."),
         ("Table 3 was moved; keep-out zone 1 was added",
          "Mesa 3: movido; Zona prohibida 1: añadido"),
         ("The place table_1 lies in the keep-out zone 1 and cannot be reached.",
@@ -217,6 +224,25 @@ def test_a_sentence_is_translated_in_its_parts(
     spanish: Callable[[str], str], sentence: str, translation: str
 ) -> None:
     assert spanish(sentence) == translation
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_labels_leave_sentences_translated(page: Any) -> None:
+    """A kitchen that is called Pantry is a name in its sentences, or the word that they have for it."""
+    page.server.set_layer("labels", {"kitchen": "Pantry", "table_1": "Fenster", "table_2": "Sofa"})
+    with open_tab(page.url, NO_GPU) as tab:
+        choose(tab, "es")
+        call = "import('./language.js').then((module) => module.translated(%s))"
+        sentences = {
+            "In the kitchen. Load the food for table 1 and table 2, then press 'Loaded'.":
+                "En la cocina. Cargue la comida para Fenster y Sofa y pulse «Cargado».",
+            "On the way to kitchen.": "En camino a Pantry.",
+            "At table_1 something new": "At Fenster something new",
+        }  # fmt: skip
+        tab.wait_for(f"{call % json.dumps('On the way to kitchen.')}.then((text) => text.includes('Pantry'))")
+        for sentence, translation in sentences.items():
+            assert tab.evaluate(call % json.dumps(sentence)) == translation
 
 
 @pytest.mark.slow

@@ -39,7 +39,7 @@ def test_strokes_are_previewed_taken_back_and_saved(edited: Any) -> None:
         assert first[-1][0] > ax and first[-1][1] == pytest.approx(ay) and second[0][1] < ay
         assert (preview.brush, preview.width) == ("wall", 0.1)
         edited.server.set_layer(
-            "edit", MapEditResult(preview.id, description="No path from the robot to: bar.")
+            "edits", (MapEditResult(preview.id, description="No path from the robot to: bar."),)
         )
         tab.wait_for(f"{text_of('drawing-effects')} === 'No path from the robot to: bar.'")
         tab.evaluate("document.getElementById('stroke-back').click()")
@@ -47,7 +47,7 @@ def test_strokes_are_previewed_taken_back_and_saved(edited: Any) -> None:
         tab.evaluate("document.getElementById('drawing-save').click()")
         change = next_change(edited, DrawOnMap, preview=False)
         assert change.strokes == [first] and change.brush == "free"
-        edited.server.set_layer("edit", MapEditResult(change.id, applied=True, undoable=2))
+        edited.server.set_layer("edits", (MapEditResult(change.id, applied=True, undoable=2),))
         tab.wait_for(f"{text_of('edit-note')}.startsWith('Saved.')")
         assert tab.evaluate("document.getElementById('drawing-form').hidden") and tab.errors() == []
 
@@ -64,7 +64,7 @@ def test_a_crop_has_two_corners_and_a_refusal_is_shown(edited: Any) -> None:
         tab.evaluate("document.getElementById('drawing-save').click()")
         change = next_change(edited, CropMap, preview=False)
         assert (change.x, change.y, change.other_x) == (crop.x, crop.y, crop.other_x)
-        edited.server.set_layer("edit", MapEditResult(change.id, description="bar lies outside the map"))
+        edited.server.set_layer("edits", (MapEditResult(change.id, description="bar lies outside the map"),))
         tab.wait_for(f"{text_of('drawing-effects')} === 'Not saved: bar lies outside the map'")
         assert not tab.evaluate("document.getElementById('drawing-form').hidden")
         tab.evaluate("document.getElementById('place-new').click()")

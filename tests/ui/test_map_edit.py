@@ -32,7 +32,7 @@ def edited(page: Any) -> Any:
     show_a_room(page.server)
     page.server.set_layer("labels", {"table_2": "窗边 二"})
     page.server.set_layer("zones", zone_views(MapZones(zones=(STAIRS,))))
-    page.server.set_layer("edit", MapEditResult(undoable=1))
+    page.server.set_layer("edits", (MapEditResult(undoable=1),))
     return page
 
 
@@ -69,13 +69,13 @@ def test_the_effect_of_a_zone_is_shown_before_it_is_saved(edited: Any) -> None:
         (ax, ay), (bx, by), (cx, cy) = preview.corners
         assert ax < bx == pytest.approx(cx) and ay == pytest.approx(by) and cy < by
         edited.server.set_layer(
-            "edit", MapEditResult(preview.id, description="No path from the robot to: table_2.")
+            "edits", (MapEditResult(preview.id, description="No path from the robot to: table_2."),)
         )
         tab.wait_for(f"{text_of('zone-effects')} === 'No path from the robot to: 窗边 二.'")
         tab.evaluate("document.getElementById('zone-save').click()")
         saved = edited.next_command()
         assert isinstance(saved, do.PutZone) and saved.corners == preview.corners and not saved.preview
-        edited.server.set_layer("edit", MapEditResult(saved.id, applied=True, undoable=2))
+        edited.server.set_layer("edits", (MapEditResult(saved.id, applied=True, undoable=2),))
         tab.wait_for(
             f"{text_of('edit-note')}.startsWith('Saved.') && document.getElementById('zone-form').hidden"
         )
@@ -97,7 +97,7 @@ def test_a_place_gets_a_label_in_any_script(edited: Any) -> None:
         assert isinstance(command, do.PutPlace)
         assert (command.name, command.kind, command.label) == ("", "room", "غرفة ٣")
         assert command.yaw == pytest.approx(math.pi / 2, abs=0.1)
-        edited.server.set_layer("edit", MapEditResult(command.id, description="غرفة ٣ lies in a wall"))
+        edited.server.set_layer("edits", (MapEditResult(command.id, description="غرفة ٣ lies in a wall"),))
         tab.wait_for(f"{text_of('edit-note')} === 'Not saved: غرفة ٣ lies in a wall'")
         assert not tab.evaluate("document.getElementById('place-form').hidden"), (
             "nothing is lost on a refusal"
@@ -152,27 +152,58 @@ def test_what_exists_is_moved_deleted_and_taken_back(edited: Any) -> None:
 def test_another_persons_change_is_not_overwritten(edited: Any) -> None:
     """What the form was opened on counts, not what came since; the button names what it would undo."""
     last = MapEditResult("x", undoable=1, last_id="x", last_change="table_2 was moved", last_edited_by="Max")
-    edited.server.set_layer("edit", last)
+    edited.server.set_layer("edits", (last,))
     with open_tab(edited.url, NO_GPU) as tab:
         opened(tab)
         tab.wait_for(f"{text_of('undo-edit')} === 'Undo: 窗边 二 was moved (Max)'")
         tab.evaluate("document.querySelectorAll('#place-list button')[0].click()")
-        edited.server.set_layer("edit", msgspec.structs.replace(last, id="y", last_id="y", last_edited_by=""))
+        edited.server.set_layer(
+            "edits", (msgspec.structs.replace(last, id="y", last_id="y", last_edited_by=""),)
+        )
         tab.wait_for(f"{text_of('undo-edit')} === 'Undo: 窗边 二 was moved'")
         for seen, newest in (("x", "z"), ("z", "z")):  # refused, and then pressed again
             tab.evaluate("document.querySelector('#place-form .primary').click()")
             saved = edited.next_command()
             assert isinstance(saved, do.PutPlace) and saved.seen_change == seen
             edited.server.set_layer(
-                "edit", MapEditResult(saved.id, description=CHANGED_SINCE, last_id=newest)
+                "edits", (MapEditResult(saved.id, description=CHANGED_SINCE, last_id=newest),)
             )
             tab.wait_for(f"{text_of('edit-note')} === 'Not saved: {CHANGED_SINCE}'")
         tab.evaluate("document.getElementById('zone-new').click()")
-        edited.server.set_layer("edit", msgspec.structs.replace(last, id="w", last_id="w"))
+        edited.server.set_layer("edits", (msgspec.structs.replace(last, id="w", last_id="w"),))
         tab.wait_for(f"{text_of('undo-edit')}.includes('Max')")
         tab.evaluate("document.getElementById('undo-edit').click()")
         undo = edited.next_command()
         assert isinstance(undo, do.UndoMapEdit) and undo.seen_change == "w"
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_results_of_two_people_arrive_together(edited: Any) -> None:
+    """A browser gets the latest value of a layer only; its own result may be the older one."""
+    with open_tab(edited.url, NO_GPU) as tab:
+        opened(tab)
+        tab.evaluate("document.querySelectorAll('#place-list button')[0].click()")
+        tab.evaluate("document.querySelector('#place-form .primary').click()")
+        saved = edited.next_command()
+        other = MapEditResult("other", applied=True, undoable=3, last_id="other", last_change="bar was added")
+        edited.server.set_layer("edits", (other, MapEditResult(saved.id, applied=True)))
+        tab.wait_for(f"{text_of('edit-note')}.startsWith('Saved.')")
+        assert tab.evaluate(text_of("undo-edit")) == "Undo: bar was added"
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_a_zone_is_previewed_again_after_another_change(edited: Any) -> None:
+    with open_tab(edited.url, NO_GPU) as tab:
+        opened(tab)
+        tab.evaluate("document.querySelector('#zone-list button').click()")
+        preview = edited.next_command()
+        edited.server.set_layer("edits", (MapEditResult(preview.id),))
+        tab.wait_for(f"{text_of('zone-effects')} === 'No place is cut off.'")
+        edited.server.set_layer("edits", (MapEditResult("other", applied=True), MapEditResult(preview.id)))
+        again = edited.next_command()
+        assert isinstance(again, do.PutZone) and again.preview and again.id != preview.id
 
 
 @pytest.mark.slow

@@ -77,7 +77,7 @@ def test_places_labels_zones_and_results_are_shown(nodes: NodeRunner) -> None:
     result = MapEditResult("a", applied=True)
     nodes.loop.publish("map_edit_result", result, "map")
     nodes.run(0.1)
-    assert layers["edit"] is result
+    assert layers["edits"] == (result,)
 
 
 def test_new_places_get_the_first_free_name_of_their_kind(nodes: NodeRunner) -> None:

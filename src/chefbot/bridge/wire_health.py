@@ -129,10 +129,10 @@ def _sentences(losses: list[str]) -> list[str]:
     others = [reason for reason in losses if not reason.endswith(QUEUE_FULL)]
     if not full:
         return others
-    return [
-        f"this computer is too slow, messages are lost on {', '.join(_first(sorted(set(full))))}",
-        *others,
-    ]
+    topics = sorted(set(full))
+    more = f" and {len(topics) - SHOWN_PARTS} more" if len(topics) > SHOWN_PARTS else ""
+    shown = ", ".join(topics[:SHOWN_PARTS])
+    return [f"this computer is too slow, messages are lost on {shown}{more}", *others]
 
 
 def _first(parts: list[str]) -> list[str]:

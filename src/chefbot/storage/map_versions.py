@@ -38,6 +38,10 @@ class ChangeNote(msgspec.Struct, frozen=True):
     rotation: float = 0.0
 
 
+NO_CHANGE = ChangeNote("none")
+"""Stands for the last change of a map that has never been changed."""
+
+
 class RestoredVersion(NamedTuple):
     """The files that a version concerned, none without a version, and the change that was undone."""
 
@@ -55,8 +59,8 @@ class MapVersions:
         return len(self._numbers())
 
     def last_change(self) -> ChangeNote:
-        """Return the change that `restore` would undo, an empty one without any. Raises StorageError."""
-        return self._note(self._newest()) if len(self) else ChangeNote()
+        """Return the change that `restore` would undo, NO_CHANGE without any. Raises StorageError."""
+        return self._note(self._newest()) if len(self) else NO_CHANGE
 
     def keep(self, changing: Collection[Path], note: ChangeNote) -> None:
         """Copy the files that a change concerns, before it.

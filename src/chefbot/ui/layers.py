@@ -177,7 +177,7 @@ LAYERS: dict[str, Layer] = {
     "status": Layer(FAST_PERIOD, _instance_of(StatusView), _ENCODE_JSON),
     "places": Layer(FAST_PERIOD, _places, _ENCODE_JSON),
     "labels": Layer(FAST_PERIOD, _labels, _ENCODE_JSON),
-    "edit": Layer(0.0, _instance_of(MapEditResult), _ENCODE_JSON),
+    "edits": Layer(0.0, _tuple_of(MapEditResult), _ENCODE_JSON),
     "launch": Layer(FAST_PERIOD, _instance_of(LaunchView), _ENCODE_JSON),
     "mapping": Layer(FAST_PERIOD, _instance_of(MappingView), _ENCODE_JSON),
     "zones": Layer(MAP_PERIOD, _tuple_of(ZoneView), _ENCODE_JSON),

@@ -269,6 +269,15 @@ def test_two_editors_do_not_overwrite_each_other(path: Path) -> None:
     assert result_of(runner, MapEdit("f", undo=True, seen_change="e")).last_change == "Café was moved"
 
 
+def test_the_first_change_of_a_map_is_not_overwritten_either(path: Path) -> None:
+    runner = served(path)
+    untouched = runner.messages("map_edit_result")[-1].last_id
+    assert result_of(runner, MapEdit("a", places=(BAR,), seen_change=untouched)).applied
+    refused = result_of(runner, MapEdit("b", deleted_places=("bar",), seen_change=untouched))
+    assert (refused.applied, refused.description) == (False, CHANGED_SINCE)
+    assert result_of(runner, MapEdit("c", undo=True, seen_change="a")).last_id == untouched
+
+
 def test_a_preview_does_not_depend_on_what_others_changed(path: Path) -> None:
     runner = served(path)
     assert result_of(runner, MapEdit("a", places=(BAR,))).applied

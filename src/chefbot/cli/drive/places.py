@@ -65,13 +65,13 @@ def _robot_pose(robot: WebUiClient) -> SE2:
 def _edit(robot: WebUiClient, command: PutPlace | DeletePlace) -> None:
     """Send a change of the map; raises UserError with the reason if it is not applied, or without an answer."""
     robot.send(command)
-    own = lambda: (robot.latest.get("edit") or {}).get("id") == command.id  # noqa: E731
-    if not robot.wait_until(own, running_robot.RESPONSE_TIMEOUT):
+    own = lambda: [one for one in robot.latest.get("edits") or () if one["id"] == command.id]  # noqa: E731
+    if not robot.wait_until(lambda: bool(own()), running_robot.RESPONSE_TIMEOUT):
         raise UserError(
             f"the robot at {robot.url} has not stored the place; it must run `chefbot launch amcl_demo` or another "
             "launch with a map server"
         )
-    result = robot.latest["edit"]
+    (result,) = own()
     if not result["applied"]:
         raise UserError(f"not stored: {result['description']}")
     if result["description"]:

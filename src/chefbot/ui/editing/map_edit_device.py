@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from functools import partial
 from itertools import count
 
@@ -17,6 +18,8 @@ from chefbot.ui.editing.mapping_device import MappingDevice
 
 BRUSHES = {"wall": OCCUPIED, "free": FREE, "unknown": UNKNOWN}
 """Values of the cells that a brush draws."""
+SHOWN_RESULTS = 8
+"""Number of results that a browser gets together: a layer has its latest value only, and several people edit."""
 AnyEdit = do.PutPlace | do.DeletePlace | do.PutZone | do.DeleteZone | do.UndoMapEdit
 
 
@@ -32,6 +35,7 @@ class MapEditDevice(MappingDevice):
         """Start without places, until the first message."""
         super().start()
         self._places: dict[str, SE2] = {}
+        self._results: deque[MapEditResult] = deque(maxlen=SHOWN_RESULTS)
 
     def on_places(self, message: Places) -> None:
         """Display the named places on the map."""
@@ -44,8 +48,9 @@ class MapEditDevice(MappingDevice):
         self._server.set_layer("zones", zone_views(message))
 
     def on_map_edit_result(self, result: MapEditResult) -> None:
-        """Display what became of a change of the map."""
-        self._server.set_layer("edit", result)
+        """Display what became of the last changes of the map, the newest first."""
+        self._results.appendleft(result)
+        self._server.set_layer("edits", tuple(self._results))
 
     def _execute_map_edit(self, command: AnyEdit, who: str) -> None:
         make_edit = _edit_by(command, who)

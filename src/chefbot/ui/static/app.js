@@ -28,7 +28,7 @@ import { whereSentence } from "./where.js";
 const STALE = 2000;                      // milliseconds without data before the web UI reports it
 const $ = (id) => document.getElementById(id);
 const JUMP = 0.5;                        // metres: a pose that is farther from the last is drawn at once
-const NEEDED = ["shape", "map", "robot", "goal", "labels", "places", "zones", "mapping", "launch", "edit", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback", "cell"];
+const NEEDED = ["shape", "map", "robot", "goal", "labels", "places", "zones", "mapping", "launch", "edits", "delivery", "forecast", "history", "causes", "incidents", "progress", "playback", "cell"];
 const SOLID_LAYERS = ["frames", "fixed_frames", "joints", "description", "depth"];
 const OF_THE_ROBOT = new Set(["stop", "shape", ...SOLID_LAYERS]);        // the same after a restart
 const OLD = 500;                         // milliseconds: the age from which the view shows how old it is
@@ -198,7 +198,7 @@ const HANDLERS = {
   zones: (value) => mapEdit.showZones(value),
   mapping: (value) => mapEdit.showMapping(value),
   launch: (value) => mapEdit.showLaunch(value),
-  edit: (value) => mapEdit.answer(value),
+  edits: (value) => mapEdit.answers(value),
   graph: (value) => inspect.showGraph(value),
   values: (value) => inspect.showValues(value ?? []),
   parameters: (value) => inspect.parameters.show(value ?? []),

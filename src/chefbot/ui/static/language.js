@@ -23,9 +23,8 @@ export function tr(message, values = {}) {
 
 // A sentence of the robot, or several; one that the catalogue does not have stays English.
 export function translated(text, depth = DEPTH) {
-  if (labelled && text && depth === DEPTH) text = text.replace(labelled, (name) => labels[name.toLowerCase().replace(/ /g, "_")]);
-  if (!text || language === "en" || text.length > LONGEST) return text;
-  const clauses = (one) => one.split("; ").map((clause) => sentence(clause, depth) ?? clause).join("; ");
+  if (!text || language === "en" || text.length > LONGEST) return relabelled(text);
+  const clauses = (one) => one.split("; ").map((clause) => sentence(clause, depth) ?? relabelled(clause)).join("; ");
   return sentence(text, depth) ?? text.split(/(?<=[.?!])\s+/).map((one) => sentence(one, depth) ?? clauses(one)).join(" ");
 }
 
@@ -35,6 +34,11 @@ export function setLabels(value) {
   const known = Object.keys(value).sort((a, b) => b.length - a.length).map((name) => name.replace(/_/g, "[_ ]"));
   labelled = known.length ? new RegExp(`\\b(?:${known.join("|")})\\b`, "gi") : null;
 }
+
+// A text with the labels of the places that it names; a sentence of the catalogue takes them as its parts.
+function relabelled(text) { return labelled && text ? text.replace(labelled, (name) => labels[key(name)]) : text; }
+function label(name) { return Object.hasOwn(labels, key(name)) ? labels[key(name)] : null; }
+function key(name) { return name.toLowerCase().replace(/ /g, "_"); }
 
 // The name of a place for the reader: table_3 is "Table 3", or "Tisch 3", unless it has a label.
 export function title(name) {
@@ -70,8 +74,8 @@ function matched(text, known, depth) {
 
 // A part of a sentence: a name, a number or topic, a list of these, another sentence or several.
 function part(text, depth) {
-  if (depth < 0) return text;
-  const name = (one) => (/^(\d+|\/\S+)$/.test(one) ? one : matched(capital(one.replace(/_/g, " ")), namePatterns, 0));
+  if (depth < 0) return relabelled(text);
+  const name = (one) => label(one) ?? (/^(\d+|\/\S+)$/.test(one) ? one : matched(capital(one.replace(/_/g, " ")), namePatterns, 0));
   const whole = name(text) ?? sentence(text, depth);
   if (whole) return whole;
   if (/[.?!]\s/.test(text)) return translated(text, depth);
@@ -79,7 +83,7 @@ function part(text, depth) {
   // In a list of places, what only the owner calls so has no translation and stays as it is.
   const parts = text.split(/, | and /), names = parts.map(name);
   if (!names.some(Boolean)) return translated(text, depth);
-  return new Intl.ListFormat(language).format(parts.map((one, i) => names[i] ?? one));
+  return new Intl.ListFormat(language).format(parts.map((one, i) => names[i] ?? relabelled(one)));
 }
 
 function patterns(messages, capture) {

@@ -87,6 +87,12 @@ export class MapDrawing {
     $("drawing-effects").textContent = applied ? "" : tr("Not saved: {reason}", { reason: text });
   }
 
+  unanswered(id) {
+    if (!id || id !== this.saving) return;
+    this.saving = "";
+    this.refused(tr("No answer. Look at the map, and save again."));
+  }
+
   refused(sentence) { if (this.open) $("drawing-effects").textContent = sentence; }
 
   close() {

@@ -7,6 +7,7 @@ import { Mapping } from "./mapping.js";
 
 const $ = (id) => document.getElementById(id);
 const PREVIEW_DELAY = 400;               // milliseconds without a change before the robot previews it
+const ANSWER_TIME = 15000;               // milliseconds for the robot's answer
 const DEGREE = Math.PI / 180;
 const SLOWEST = 0.1, FASTEST = 10;       // m/s, limits of a slow zone
 
@@ -182,23 +183,39 @@ export class MapEdit {
   // Send a change with an id of its own, and return that; empty without a connection.
   request(command) {
     const id = `${Date.now()}-${Math.random().toString(36).slice(2)}`;
-    return this.send({ ...command, id, seen_change: this.seen }) ? id : "";
+    if (!this.send({ ...command, id, seen_change: this.seen })) return "";
+    setTimeout(() => this.unanswered(id), ANSWER_TIME);
+    return id;
   }
 
-  // What became of a change, perhaps of another page's.
+  // What became of the last changes, the newest first, perhaps of other pages'.
+  answers(results) {
+    if (!results?.length) return;
+    const [newest] = results, isNews = this.latest !== undefined && newest.id !== this.latest;
+    const own = [this.saving, this.drawing.saving].includes(newest.id);
+    this.latest = newest.id;
+    this.newest = newest.last_id;
+    this.showUndo(newest);
+    for (const result of results) this.answer(result);
+    if (isNews && newest.applied && !own) this.previewAgain();
+  }
+
+  // Another person's change may have cut off more.
+  previewAgain() {
+    if (this.zone) this.cornersChanged();
+    if (this.drawing.open) this.drawing.show();
+  }
+
   answer(result) {
-    if (!result) return;
-    this.newest = result.last_id;
     if (result.id && [this.saving, this.drawing.saving].includes(result.id)) this.seen = this.newest;
     this.drawing.answer(result);
-    this.showUndo(result);
     const text = translated(result.description);
     if (result.id && result.id === this.previewing) $("zone-effects").textContent = text || tr("No place is cut off.");
     if (!result.id || result.id !== this.saving) return;
     this.saving = "";
     if (result.applied) this.close();
     const done = this.undoing ? tr("Undone.") : tr("Saved.");
-    $("edit-note").textContent = result.applied ? `${done} ${text}` : tr("Not saved: {reason}", { reason: text });
+    this.note(result.applied ? `${done} ${text}` : tr("Not saved: {reason}", { reason: text }));
     this.undoing = false;
   }
 
@@ -210,9 +227,21 @@ export class MapEdit {
 
   refused(sentence) {
     this.drawing.refused(sentence);
-    if (this.saving) $("edit-note").textContent = sentence;
+    if (this.saving) this.note(sentence);
     this.saving = "";
     this.undoing = false;
+  }
+
+  // A result that was lost on its way must not look as if it came soon.
+  unanswered(id) {
+    this.drawing.unanswered(id);
+    if (id === this.saving) this.refused(tr("No answer. Look at the map, and save again."));
+  }
+
+  // The note stands below the lists, often out of sight.
+  note(sentence) {
+    $("edit-note").textContent = sentence;
+    $("edit-note").scrollIntoView({ block: "nearest" });
   }
 
   close() {

@@ -1,5 +1,5 @@
 // The bar of a recording: play or pause, a slider over its time, the rate.
-import { tr } from "./language.js";
+import { tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const RATES = [1, 2, 5, 10];
@@ -27,7 +27,7 @@ export class Playback {
     $("playback").hidden = !value;
     document.body.classList.toggle("recording", Boolean(value));
     if (!value) return;
-    $("playback-title").textContent = value.title;
+    $("playback-title").textContent = translated(value.title);
     $("playback-run").textContent = value.rate ? tr("Pause") : tr("Play");
     $("playback-time").max = value.length;
     if (this.dragging) return;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from typing import Any
 from uuid import uuid4
 
 from rich.console import Console
@@ -65,7 +66,10 @@ def _robot_pose(robot: WebUiClient) -> SE2:
 def _edit(robot: WebUiClient, command: PutPlace | DeletePlace) -> None:
     """Send a change of the map; raises UserError with the reason if it is not applied, or without an answer."""
     robot.send(command)
-    own = lambda: [one for one in robot.latest.get("edits") or () if one["id"] == command.id]  # noqa: E731
+
+    def own() -> list[dict[str, Any]]:
+        return [one for one in robot.latest.get("edits") or () if one["id"] == command.id]
+
     if not robot.wait_until(lambda: bool(own()), running_robot.RESPONSE_TIMEOUT):
         raise UserError(
             f"the robot at {robot.url} has not stored the place; it must run `chefbot launch amcl_demo` or another "

@@ -19,7 +19,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry
 from chefbot.msgs.nav_msgs import Path as PlannedPath
 from chefbot.msgs.sensor_msgs import LaserScan
-from chefbot.runtime.replay import read_log
+from chefbot.runtime.recorded_log import read_log
 
 PERIOD, FRAME_MS = 2.5, 90
 """Simulated time between two frames, s, and time that each is shown, ms."""

@@ -25,7 +25,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav_msgs import Odometry
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.robot.motion_limits import Limits
-from chefbot.runtime.replay import RecordedLog, read_log
+from chefbot.runtime.recorded_log import RecordedLog, read_log
 
 GIVEN = Path(sys.argv[1]) if len(sys.argv) > 1 else None
 """The folder named on the command line, for runs and pictures; without one the repository's own pictures are made."""

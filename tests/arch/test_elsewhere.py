@@ -12,7 +12,7 @@ from chefbot.devices.gamepad_reader import GamepadReader
 from chefbot.devices.terminal import Terminal
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import WheelTicks
-from chefbot.runtime.replay import read_log
+from chefbot.runtime.recorded_log import read_log
 
 PATIENCE = 500.0
 

@@ -45,7 +45,8 @@ from chefbot.ros2.rmw.node import RmwNode
 from chefbot.ros2.rmw.qos import CLOCK, ROSOUT, TRANSIENT_LOCAL_QOS
 from chefbot.ros2.rmw.session import RmwContext
 from chefbot.runtime.node_restart import RECOVER_TOPIC
-from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.recorded_log import read_log
+from chefbot.runtime.replay import Replay
 
 
 def test_node_topics_are_bridged_in_both_directions(port: int) -> None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import msgspec
 import pytest
 
 from chefbot.causes.reports import DETOUR, END, FAILURE, STOP
 from chefbot.causes.statuses import CANCELLED, StatusReports
+from chefbot.delivery.status_messages import left_out, not_served, not_taken
 from chefbot.msgs.chefbot_msgs import (
     BatteryStatus,
     Cause,
@@ -100,7 +104,19 @@ def test_each_place_that_is_skipped_is_a_failure() -> None:
         state="failed", skipped_reasons=("table 3: no path.",), description="No path home."
     )
     assert facts(statuses.delivery(failed, 3)) == [(FAILURE, "delivery", "delivery")]
+    statuses.delivery(one, 4)
+    known = msgspec.structs.replace(failed, description="table 3: no path.")
+    assert statuses.delivery(known, 5) == [], "it was reported when it happened"
     assert statuses.delivery(DeliveryStatus(state="loading"), 4) == []  # a new round has none yet
+
+
+@pytest.mark.parametrize("by_person", [left_out, not_taken, not_served])
+def test_what_persons_decide_is_no_failure_of_the_robot(by_person: Callable[[str], str]) -> None:
+    statuses = StatusReports()
+    reasons = (by_person("table_3"),)
+    assert statuses.delivery(DeliveryStatus(state="driving", skipped_reasons=reasons), 1) == []
+    ended = DeliveryStatus(state="failed", skipped_reasons=reasons, description=reasons[0])
+    assert statuses.delivery(ended, 2) == []
 
 
 def test_a_lost_process_stops_the_robot_until_it_is_back() -> None:

@@ -14,7 +14,7 @@ from chefbot.cli.run import replay, show_log, supervised
 from chefbot.errors import UserError
 from chefbot.incidents.files import Incident, save_incident
 from chefbot.robot.load import load_robot
-from chefbot.runtime.replay import read_log
+from chefbot.runtime.recorded_log import read_log
 from chefbot.storage.atomic_files import StorageError
 
 INCIDENT = Incident(robot="chefbot", time="2026-01-31T09:05:00Z", sentence="A box.", by="anna")

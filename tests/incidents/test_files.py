@@ -23,8 +23,8 @@ from chefbot.incidents.files import (
 from chefbot.msgs.sensor_msgs import Image
 from chefbot.msgs.std_msgs import String
 from chefbot.robot.load import load_robot
+from chefbot.runtime.recorded_log import read_log
 from chefbot.runtime.recorder import Recorder
-from chefbot.runtime.replay import read_log
 from chefbot.storage.atomic_files import StorageError
 
 ROBOT = load_robot("chefbot")

@@ -21,7 +21,8 @@ from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import built_in_launches, load_launch, node_class, node_params
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node_container import NodeContainer
-from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.recorded_log import read_log
+from chefbot.runtime.replay import Replay
 from chefbot.sim.world.floor_plan import floor_plan
 from chefbot.sim.world.load import load_any_world
 from chefbot.storage.map_files import save_map

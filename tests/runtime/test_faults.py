@@ -22,8 +22,9 @@ from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import Device, In, Node, NoParams, Out, every
 from chefbot.runtime.node_container import NodeContainer
+from chefbot.runtime.recorded_log import read_log
 from chefbot.runtime.recorder import Recorder
-from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.replay import Replay
 from tests.runtime.toys import Source
 
 MS = 1_000_000

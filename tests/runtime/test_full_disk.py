@@ -21,7 +21,8 @@ from chefbot.msgs.diagnostic_msgs import WARN, DiagnosticArray
 from chefbot.robot.load import load_robot
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Publication
-from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.recorded_log import read_log
+from chefbot.runtime.replay import Replay
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.mcap_writer import McapWriter
 

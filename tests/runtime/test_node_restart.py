@@ -18,8 +18,9 @@ from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import RESTARTED, Device, In, Node, NoParams, Out, every, restored, topic
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.node_restart import LOST_TOPIC, MAX_DELAY_NS, MIN_DELAY_NS, SERVER_LOST
+from chefbot.runtime.recorded_log import read_log
 from chefbot.runtime.recorder import Recorder
-from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.replay import Replay
 from tests.runtime.toys import Source
 
 MS, SECOND = 1_000_000, 1_000_000_000

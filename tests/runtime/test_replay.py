@@ -14,8 +14,9 @@ from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, NodeEntry
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import NodeContainer
+from chefbot.runtime.recorded_log import read_log
 from chefbot.runtime.recorder import Recorder
-from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.replay import Replay
 
 NODES = {"counter": "Counter", "doubler": "Doubler", "dice": "Dice", "cook": "Cook", "guest": "Guest"}
 

@@ -27,7 +27,7 @@ from chefbot.mapping.image_format import MapFormatError, decode_image
 from chefbot.mapping.map_format import decode_map_yaml
 from chefbot.ros2.bag.errors import BagError
 from chefbot.ros2.bag.reader import read_bag
-from chefbot.runtime.replay import read_log
+from chefbot.runtime.recorded_log import read_log
 from chefbot.slam.carmen import parse
 from chefbot.storage import mcap_reading
 from chefbot.storage.carmen_log import read_text

@@ -17,7 +17,7 @@ from chefbot.ui import commands as do
 from chefbot.ui.access.roles import LAYER_ROLE, NEEDED_ROLE, ONLY_VIEW, ROLES, hidden_layers, may
 from chefbot.ui.access.roles import refusal as refusal_by_role
 from chefbot.ui.access.visitors import Role, Visitor
-from chefbot.ui.display.views import DeliveryView, IncidentsView
+from chefbot.ui.display.views import DeliveryView, IncidentsView, StopView
 from chefbot.ui.layers import LAYERS
 
 SERVES, DRIVES, CHANGES = do.Deliver(("table_1",)), do.Drive(0.1, 0.0), do.DropBox(1.0, 2.0)
@@ -44,7 +44,8 @@ def site(tmp_path: Any) -> Iterator[Site]:
 
 
 def test_every_command_has_a_role() -> None:
-    assert set(NEEDED_ROLE) == set(do.OperatorCommand.__subclasses__())
+    commands = {*do.OperatorCommand.__subclasses__(), *do.MapEditCommand.__subclasses__()} - {do.MapEditCommand}
+    assert set(NEEDED_ROLE) == commands
 
 
 @pytest.mark.parametrize("role", ROLES)
@@ -116,6 +117,9 @@ def test_the_page_offers_what_the_role_may_do(site: Site, role: Role) -> None:
             assert tab.evaluate(OFFERED % element), element
         row = "document.querySelector('#round .row').checkVisibility()"
         assert tab.evaluate(row) == may(role, "waiter")
+        site.server.set_layer("stop", StopView(stopped=True))
+        tab.wait_for("document.getElementById('stop').textContent === 'STOPPED'")
+        assert tab.evaluate(OFFERED % "release-stop") == may(role, "waiter")
 
 
 def test_the_link_of_a_guest_gives_no_other_role(site: Site) -> None:

@@ -11,7 +11,7 @@ import hashlib
 import sys
 from pathlib import Path
 
-from chefbot.runtime.replay import LoggedMessage, read_log
+from chefbot.runtime.recorded_log import LoggedMessage, read_log
 
 
 def messages(folder: Path) -> list[LoggedMessage]:

@@ -150,6 +150,15 @@ def test_causes_of_a_full_disk_are_recorded_later(make: Callable[[], NodeRunner]
     assert [one for one in recorded(nodes) if not one[2]] == []
 
 
+def test_causes_that_take_turns_are_an_entry_each(make: Callable[[], NodeRunner]) -> None:
+    """A goal without a path and the recoveries after it would push all others out of the list."""
+    nodes = make()
+    for number in range(1, 13):
+        sentence = "No path." if number % 2 else f"Recovery {number // 2}: no path."
+        views = process(nodes, msgspec.structs.replace(cause(number, STOP, 2.0 * number), sentence=sentence))
+    assert len(views) == len(recorded(nodes)) == 2
+
+
 def test_earlier_runs_fill_the_list_up(make: Callable[[], NodeRunner]) -> None:
     nodes = make()
     for number in range(1, 4):

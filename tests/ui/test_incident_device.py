@@ -15,7 +15,7 @@ from chefbot.incidents.files import read_incident
 from chefbot.msgs.chefbot_msgs import Cause
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.runtime.node import NoParams
-from chefbot.runtime.replay import read_log
+from chefbot.runtime.recorded_log import read_log
 from chefbot.storage.atomic_files import StorageError
 from chefbot.ui.display.views import IncidentsView
 from chefbot.ui.missions import incident_device

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chefbot.runtime.replay import LoggedMessage
+from chefbot.runtime.recorded_log import LoggedMessage
 from chefbot.ui.playback.log_player import TF_SPAN_NS, LogPlayer
 
 SECOND = 1_000_000_000

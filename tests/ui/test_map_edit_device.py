@@ -16,6 +16,7 @@ from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.std_msgs import Header
 from chefbot.runtime.node import NoParams
 from chefbot.ui import commands as do
+from chefbot.ui.access.audit_log import audit_path, read_entries
 from chefbot.ui.editing.map_edit_device import MapEditDevice
 
 CORNERS = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]
@@ -139,3 +140,15 @@ def test_changes_of_the_map_are_passed_on(nodes: NodeRunner) -> None:
 def test_a_change_carries_who_made_it_and_what_they_saw(nodes: NodeRunner) -> None:
     (edit,) = edits(nodes, do.DeletePlace("table_1", id="a", seen_change="b"))
     assert (edit.id, edit.seen_change, edit.edited_by) == ("a", "b", "Mia")
+
+
+def test_a_refused_change_is_in_the_audit_log(nodes: NodeRunner) -> None:
+    """The map server refuses later than the web UI, which has recorded the press already."""
+    edits(nodes, do.DeletePlace("table_1", id="a"), do.DeletePlace("kitchen", id="b"))
+    for result in (MapEditResult("a", applied=True), MapEditResult("b", description="It is needed.")):
+        nodes.loop.publish("map_edit_result", result, "map")
+    nodes.run(0.1)
+    device: Any = nodes.system.nodes["page"]
+    device.audit.close()
+    (refused,) = [entry for entry in read_entries(audit_path(device.robot.name)) if entry.refused]
+    assert (refused.name, refused.action, refused.refused) == ("Mia", "delete_place", "It is needed.")

@@ -27,7 +27,7 @@ from chefbot.runtime.clock import WallClock
 from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import Context
 from chefbot.runtime.node_container import NodeContainer
-from chefbot.runtime.replay import RecordedLog, read_log
+from chefbot.runtime.recorded_log import RecordedLog, read_log
 from chefbot.ui.missions.history_device import history_path
 from chefbot.ui.playback.log_player import LogPlayer
 from chefbot.ui.playback.playback_device import ONLY_PLAYBACK, PlaybackDevice

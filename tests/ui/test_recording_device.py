@@ -15,8 +15,8 @@ from chefbot.incidents import files
 from chefbot.incidents.files import read_incident
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import NoParams
+from chefbot.runtime.recorded_log import read_log
 from chefbot.runtime.recorder import Recorder
-from chefbot.runtime.replay import read_log
 from chefbot.storage.atomic_files import StorageError
 from chefbot.ui.display.views import IncidentsView
 from chefbot.ui.missions.incident_device import incident_folder

@@ -14,6 +14,7 @@ from chefbot.msgs.chefbot_msgs import (
     NavigationStatus,
     Quantity,
 )
+from chefbot.msgs.chefbot_msgs.deliveries import BY_PERSONS
 
 CANCELLED = "The goal was cancelled."
 """Reason of a navigation that somebody ended; it has not failed."""
@@ -78,11 +79,16 @@ class StatusReports:
         return self._change("supervisor", make_report(STOP, "heartbeat", text) if process else None, now_ns)
 
     def delivery(self, status: DeliveryStatus, now_ns: int) -> list[Cause]:
-        """Report places that were not served, and deliveries that failed."""
+        """Report places that the robot could not serve, and deliveries that failed for another reason."""
         before, self._delivery = self._delivery, status
         new = status.skipped_reasons[len(before.skipped_reasons) :]
-        reports = [make_report(FAILURE, "place not served", reason) for reason in new]
-        if status.state == "failed" and before.state != "failed":
+        reports = [
+            make_report(FAILURE, "place not served", reason)
+            for reason in new
+            if not reason.endswith(BY_PERSONS)
+        ]
+        is_known = status.description in status.skipped_reasons  # reported when it happened
+        if status.state == "failed" and before.state != "failed" and not is_known:
             reports.append(make_report(FAILURE, "delivery", status.description))
         return [stamped(report, "delivery", now_ns) for report in reports]
 

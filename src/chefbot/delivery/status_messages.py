@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
+from chefbot.msgs.chefbot_msgs.deliveries import BY_PERSONS, ENDED_BEFORE, LEFT_OUT, NOT_TAKEN
 from chefbot.plural import number_of
 
 IDLE = "Waiting for an order."
@@ -28,9 +29,6 @@ LOW_BATTERY = "The battery is low."
 PARKING = "The battery is too low for the drive home; the robot parks."
 PARKED = "Parked with a low battery. Charge it, then send the robot home."
 PARKING_PLACE = "a parking place"
-NOT_TAKEN, LEFT_OUT = "nobody took the food", "it was taken out of the round"
-ENDED_BEFORE = "the round was ended before it was served"
-"""Reasons of persons for which a table is not served."""
 MEANWHILE = " The round waits."
 ERRAND_NEEDS_WHEN = "a round is under way; choose when to drive there: now, after it, or instead of it"
 IDLE_STATES = ("idle", "failed")
@@ -67,7 +65,7 @@ left_out = _about(f"{{}}: {LEFT_OUT}")
 
 def is_failure(skipped_reason: str) -> bool:
     """Return whether the robot, and not a person, is why a table was not served."""
-    return not skipped_reason.endswith((NOT_TAKEN, ENDED_BEFORE, LEFT_OUT))
+    return not skipped_reason.endswith(BY_PERSONS)
 
 
 def load(status: DeliveryStatus, trays: int) -> str:

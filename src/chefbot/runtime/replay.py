@@ -4,47 +4,19 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import NamedTuple
 
-import msgspec
-
-from chefbot.config import open_file
-from chefbot.errors import UserError
 from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.std_msgs import String
-from chefbot.robot.spec import Robot
 from chefbot.runtime.callback_faults import Faults
 from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, node_class
 from chefbot.runtime.loop import DEVICE, Loop, Publication
 from chefbot.runtime.node import Device, Node, subscribes_to
 from chefbot.runtime.node_container import LAUNCH_TOPIC, NodeContainer
-from chefbot.runtime.recorder import IMAGES, METADATA
-from chefbot.storage.mcap_reading import READ_ERRORS, limited, mcap_reader, reason
-
-
-class LoggedMessage(NamedTuple):
-    """One message of a log."""
-
-    topic: str
-    kind: str
-    data: bytes
-    time_ns: int
-    publisher: str
-    from_device: bool
-    latched: bool
-
-
-@dataclass(frozen=True)
-class RecordedLog:
-    """A complete log: robot, seed and the messages in order of publication."""
-
-    robot: Robot
-    seed: int
-    messages: list[LoggedMessage]
+from chefbot.runtime.recorded_log import LoggedMessage, RecordedLog
+from chefbot.runtime.recorder import IMAGES
 
 
 class ReplayMismatch(NamedTuple):
@@ -54,40 +26,6 @@ class ReplayMismatch(NamedTuple):
     """Number of identical messages before it."""
     logged: str
     replayed: str
-
-
-def read_log(path: Path) -> RecordedLog:
-    """Read a log that `Recorder` wrote; UserError if it is missing, damaged or from another program."""
-    try:
-        with open_file(path) as file:
-            return _read(path, file)
-    except OSError as error:
-        raise UserError(f"log {path} cannot be read: {error.strerror}") from None
-    except READ_ERRORS as error:
-        raise UserError(f"log {path} is damaged or cut off, it cannot be replayed: {reason(error)}") from None
-
-
-def _read(path: Path, file: BinaryIO) -> RecordedLog:
-    reader = mcap_reader(file, validate_crcs=True)
-    about = {record.name: record.metadata for record in reader.iter_metadata()}.get(METADATA)
-    if about is None:
-        raise UserError(
-            f"log {path} was not recorded by chefbot: it does not say which robot and launch made it"
-        )
-    messages = [
-        LoggedMessage(
-            channel.topic.lstrip("/"),
-            schema.name if schema else "",
-            message.data,
-            message.log_time,
-            channel.metadata.get("publisher", ""),
-            channel.metadata.get("from_device") == "True",
-            channel.metadata.get("latched") == "True",
-        )
-        for schema, channel, message in limited(reader.iter_messages(log_time_order=False), file)
-    ]
-    robot = msgspec.json.decode(about["robot"], type=Robot)
-    return RecordedLog(robot, int(about["seed"]), messages)
 
 
 class Replay:

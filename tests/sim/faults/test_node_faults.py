@@ -17,8 +17,9 @@ from chefbot.runtime.launch import Launch, NodeEntry, load_launch
 from chefbot.runtime.loop import Loop, Publication
 from chefbot.runtime.node import Device, In, Node, NoParams, Out, every, topic
 from chefbot.runtime.node_container import NodeContainer
+from chefbot.runtime.recorded_log import read_log
 from chefbot.runtime.recorder import Recorder
-from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.replay import Replay
 from chefbot.sim.faults import events as e
 from chefbot.sim.faults.node_faults import KIND, NODE, fault_events, inject
 

@@ -12,8 +12,9 @@ from chefbot.runtime.clock import StepClock
 from chefbot.runtime.launch import Launch, load_launch
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node_container import LAUNCH_TOPIC, NodeContainer
+from chefbot.runtime.recorded_log import read_log
 from chefbot.runtime.recorder import Recorder
-from chefbot.runtime.replay import Replay, read_log
+from chefbot.runtime.replay import Replay
 from chefbot.sim.faults import events as e
 from chefbot.sim.faults.node_faults import fault_events, inject
 

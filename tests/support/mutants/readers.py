@@ -31,8 +31,8 @@ from chefbot.ros2.rmw.qos import QoS
 from chefbot.ros2.tools.bag import info_lines
 from chefbot.runtime.launch import load_launch, node_class, node_params
 from chefbot.runtime.loop import Publication
+from chefbot.runtime.recorded_log import read_log
 from chefbot.runtime.recorder import Recorder
-from chefbot.runtime.replay import read_log
 from chefbot.sim.world.load import load_any_world
 from chefbot.slam.carmen import parse
 from chefbot.slam.graph import GraphSlamParams

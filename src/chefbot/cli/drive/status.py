@@ -20,7 +20,7 @@ STANDSTILL_SPEED = 0.01
 """Speed below which the robot stands, m/s."""
 LONG_TIME = 90.0
 """Time from which minutes are printed, s."""
-SHOWN_LAYERS = {"status", "robot", "delivery", "forecast"}
+SHOWN_LAYERS = {"status", "robot", "delivery", "forecast", "playback"}
 NEARLY_SURE = 0.99
 """Largest probability that is shown: nothing is certain."""
 NAME_WIDTH = len("emergency stop")
@@ -44,6 +44,8 @@ def show_status(page: str) -> int:
 def _rows(
     status: dict[str, Any], layers: dict[str, Any], places: dict[str, SE2]
 ) -> Iterator[tuple[str, str]]:
+    if recording := layers.get("playback"):
+        yield "recording", f"{recording['title']}, no robot"
     yield "place", place_sentence(layers.get("robot"), places)
     yield "speed", _speed(layers.get("robot"))
     yield "activity", status["phase"] or status["navigation"] or "none"

@@ -10,17 +10,31 @@ from rich.progress import Progress
 from chefbot.errors import UserError
 from chefbot.incidents.files import read_incident
 from chefbot.kernels.precompile import compile_kernels
-from chefbot.runtime.replay import Replay, read_log
+from chefbot.plural import number_of
+from chefbot.runtime.recorded_log import RecordedLog, read_intact_part, read_log
+from chefbot.runtime.replay import Replay
 
-console = Console(highlight=False)
+console = Console(highlight=False, soft_wrap=True)
+
+
+def _log_to_show(path: Path) -> RecordedLog:
+    """Read a log, or the part before the damage, with a sentence about that."""
+    log = read_intact_part(path)
+    if log.damage:
+        number = number_of(len(log.messages), "message")
+        console.print(
+            f"{path} is damaged or cut off ({log.damage}); the {number} before are shown.", markup=False
+        )
+    return log
 
 
 def run_replay(path: Path, *, check: bool, show: bool = False, port: int = 8080) -> int:
     """Replay a log and compare the outputs, or show it. Returns the exit code: 1 if one differs and `check` is on.
 
-    UserError for an incident with `check`: its nodes cannot be run again without what they knew before.
+    A log that was cut off is shown as far as it goes. UserError for an incident with `check`: its nodes cannot be run
+    again without what they knew before.
     """
-    log = read_log(path)
+    log = _log_to_show(path) if show else read_log(path)
     incident = read_incident(path)
     if incident is not None and check:
         raise UserError(

@@ -17,7 +17,7 @@ from chefbot.runtime.clock import WallClock
 from chefbot.runtime.loop import Loop
 from chefbot.runtime.node import Context
 from chefbot.runtime.node_container import NodeContainer
-from chefbot.runtime.replay import RecordedLog
+from chefbot.runtime.recorded_log import RecordedLog
 from chefbot.signals import stop_on_signals
 from chefbot.ui.browser import open_browser
 from chefbot.ui.playback.log_player import LogPlayer

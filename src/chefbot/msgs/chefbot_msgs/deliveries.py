@@ -21,6 +21,12 @@ class Order(Message, frozen=True, eq=False):
     """Name or role of the person; empty for another program."""
 
 
+NOT_TAKEN, LEFT_OUT = "nobody took the food", "it was taken out of the round"
+ENDED_BEFORE = "the round was ended before it was served"
+BY_PERSONS = (NOT_TAKEN, ENDED_BEFORE, LEFT_OUT)
+"""Ends of the reasons in DeliveryStatus that persons and not the robot are responsible for."""
+
+
 class RoundStop(Message, frozen=True, eq=False):
     """A stop that is left of a round: distance to it (m) and time until the arrival (s), over the stops before."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from chefbot.causes.reports import EMERGENCY_STOP, END, FAILURE, STOP
 from chefbot.causes.sentences import effect_word
 from chefbot.errors import ScanError
@@ -19,7 +21,8 @@ from chefbot.ui.image_encoding import jpeg
 PICTURE_INTERVAL_NS = 1_000_000_000
 """Minimum time between the pictures of two causes, ns."""
 REPEAT_NS = 60_000_000_000
-"""Time within which a cause with the effect and the sentence of the one before it is no new entry, ns."""
+"""Time within which a cause with the effect and the sentence of another one is no new entry, ns."""
+RECOVERY_NUMBER = re.compile(r"^Recovery \d+")
 
 
 class CauseRecorder:
@@ -31,7 +34,8 @@ class CauseRecorder:
         self._lasted_ns: dict[int, int] = {}
         """How long the causes of each entry lasted together; between them the robot drove."""
         self._pictured_ns: int | None = None
-        self._newest: Cause | None = None
+        self._recent: dict[tuple[str, str], Cause] = {}
+        """The causes of the last minute by what repeats of them."""
         self.entries: dict[int, HistoryEntry] = {}
         """The entries of the causes of this run by their `id`."""
 
@@ -41,7 +45,7 @@ class CauseRecorder:
         time: UTC, ISO 8601. Raises StorageError if that cannot be written; then nothing has changed, and it may be
         tried again.
         """
-        before = self._newest, self._pictured_ns, dict(self.entries), dict(self._lasted_ns)
+        before = dict(self._recent), self._pictured_ns, dict(self.entries), dict(self._lasted_ns)
         try:
             with self._records.changes_of(time):
                 if cause.kind == END:
@@ -49,7 +53,7 @@ class CauseRecorder:
                 else:
                     self._begin(cause, grid, picture)
         except StorageError:
-            self._newest, self._pictured_ns, self.entries, self._lasted_ns = before
+            self._recent, self._pictured_ns, self.entries, self._lasted_ns = before
             raise
 
     def _end(self, end: Cause) -> None:
@@ -59,10 +63,17 @@ class CauseRecorder:
             self._records.end(number, self._lasted_ns[number] / 1e9)
 
     def _begin(self, cause: Cause, grid: Grid | None, picture: Image | None) -> None:
-        """Record a cause, or add it to the entry of the one before it if that is the same."""
-        before, self._newest = self._newest, cause
-        self._began_ns[cause.id] = cause.header.stamp.ns
-        if before is not None and _is_same(before, cause) and before.id in self.entries:
+        """Record a cause, or add it to the entry of the same one within the last minute; people press each STOP."""
+        now_ns, key = cause.header.stamp.ns, _repeated_part(cause)
+        self._began_ns[cause.id] = now_ns
+        self._recent = {
+            one: before
+            for one, before in self._recent.items()
+            if 0 <= now_ns - before.header.stamp.ns < REPEAT_NS
+        }
+        before = self._recent.get(key)
+        self._recent[key] = cause
+        if before is not None and cause.check != EMERGENCY_STOP and before.id in self.entries:
             self.entries[cause.id] = self.entries[before.id]
             return
         moment = self._moment(cause, grid, picture)
@@ -96,15 +107,9 @@ class CauseRecorder:
         return True
 
 
-def _is_same(before: Cause, cause: Cause) -> bool:
-    """Return whether a cause has the effect and the sentence of the one before it, and follows it soon.
-
-    Each emergency stop counts by itself: a person has pressed.
-    """
-    if cause.check == EMERGENCY_STOP:
-        return False
-    passed_ns = cause.header.stamp.ns - before.header.stamp.ns
-    return (cause.kind, cause.sentence) == (before.kind, before.sentence) and 0 <= passed_ns < REPEAT_NS
+def _repeated_part(cause: Cause) -> tuple[str, str]:
+    """Return the effect of a cause and its sentence, without the number of a recovery."""
+    return cause.kind, RECOVERY_NUMBER.sub("Recovery", cause.sentence)
 
 
 def _encoded(picture: Image | None) -> bytes:

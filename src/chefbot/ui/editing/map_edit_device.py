@@ -13,6 +13,7 @@ from chefbot.msgs.chefbot_msgs.maps import MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.runtime.node import In, Out
 from chefbot.ui import commands as do
+from chefbot.ui.access.audit_log import Kind
 from chefbot.ui.display.message_conversion import zone_views
 from chefbot.ui.editing.mapping_device import MappingDevice
 
@@ -20,6 +21,8 @@ BRUSHES = {"wall": OCCUPIED, "free": FREE, "unknown": UNKNOWN}
 """Values of the cells that a brush draws."""
 SHOWN_RESULTS = 8
 """Number of results that a browser gets together: a layer has its latest value only, and several people edit."""
+MAX_REQUESTED = 64
+"""Number of changes whose results are expected at most."""
 AnyEdit = do.PutPlace | do.DeletePlace | do.PutZone | do.DeleteZone | do.UndoMapEdit
 
 
@@ -36,6 +39,8 @@ class MapEditDevice(MappingDevice):
         super().start()
         self._places: dict[str, SE2] = {}
         self._results: deque[MapEditResult] = deque(maxlen=SHOWN_RESULTS)
+        self._requested: dict[str, tuple[str, str]] = {}
+        """Changes whose results are expected, by their `id`: the command, and who gave it."""
 
     def on_places(self, message: Places) -> None:
         """Display the named places on the map."""
@@ -50,10 +55,15 @@ class MapEditDevice(MappingDevice):
     def on_map_edit_result(self, result: MapEditResult) -> None:
         """Display what became of the last changes of the map, the newest first."""
         self._results.appendleft(result)
+        if result.id in self._requested:
+            action, who = self._requested.pop(result.id)
+            if not result.applied:
+                details = {"id": result.id}
+                self.audit.record(Kind.COMMAND, (who, "", ""), action, details, result.description)
         self._server.set_layer("edits", tuple(self._results))
 
     def _execute_map_edit(self, command: AnyEdit, who: str) -> None:
-        make_edit = _edit_by(command, who)
+        make_edit = self._edit_by(command, who)
         match command:
             case do.PutPlace(x, y, yaw, name, moved, kind, label):
                 pose = self._stamped(SE2(x, y, yaw))
@@ -70,7 +80,7 @@ class MapEditDevice(MappingDevice):
         self.map_edit.publish(edit)
 
     def _execute_map_change(self, command: do.DrawOnMap | do.CropMap | do.RotateMap, who: str) -> None:
-        make_edit = _edit_by(command, who)
+        make_edit = self._edit_by(command, who)
         match command:
             case do.DrawOnMap(strokes, width, brush, preview):
                 edit = make_edit(strokes=_strokes(strokes, width, BRUSHES[brush]), preview=preview)
@@ -80,6 +90,14 @@ class MapEditDevice(MappingDevice):
             case do.RotateMap(angle, preview):
                 edit = make_edit(rotation=angle, preview=preview)
         self.map_edit.publish(edit)
+
+    def _edit_by(self, command: do.MapEditCommand, who: str) -> partial[MapEdit]:
+        """Return what makes a change with the fields that do not depend on its kind."""
+        if command.id and not getattr(command, "preview", False):
+            if len(self._requested) >= MAX_REQUESTED:
+                del self._requested[next(iter(self._requested))]  # its result was lost
+            self._requested[command.id] = str(type(command).__struct_config__.tag), who
+        return partial(MapEdit, id=command.id, seen_change=command.seen_change, edited_by=who)
 
     def _new_place(self, kind: str) -> str:
         """Return the first free name of a kind; a map has one kitchen as a rule."""
@@ -94,11 +112,6 @@ class MapEditDevice(MappingDevice):
         speed = command.speed if command.kind == "slow" else 0.0
         direction = command.direction if command.kind == "one_way" else 0.0
         return MapZone(command.name or new, command.kind, corners, speed, direction)
-
-
-def _edit_by(command: do.MapEditCommand, who: str) -> partial[MapEdit]:
-    """Return what makes a change with the fields that do not depend on its kind."""
-    return partial(MapEdit, id=command.id, seen_change=command.seen_change, edited_by=who)
 
 
 def _strokes(strokes: list[list[tuple[float, float]]], width: float, value: int) -> tuple[MapStroke, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 
-from chefbot.runtime.replay import LoggedMessage
+from chefbot.runtime.recorded_log import LoggedMessage
 
 OWN_TOPICS = "chefbot/"
 """Begin of the topics by which a launch controls its own nodes; they are not played."""

@@ -13,7 +13,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.validity import check
 from chefbot.runtime.node import every
-from chefbot.runtime.replay import LoggedMessage
+from chefbot.runtime.recorded_log import LoggedMessage
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import commands as do
 from chefbot.ui.causes.cause_views import KEPT_CAUSES

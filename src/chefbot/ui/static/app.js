@@ -247,7 +247,10 @@ link.addEventListener("layer", ({ detail: { layer, value } }) => take(layer, val
 link.addEventListener("greeted", ({ detail: { arrived, restarted, role, hasMap } }) => {
   if (!hasMap) showFirstPicture();
   document.body.dataset.role = role;      // the style sheet hides what it may not command
-  if (arrived) showNotice(tr("Reconnected. The robot received the last command."));
+  if (arrived) {
+    showNotice(tr("Reconnected. The robot received the last command."));
+    panels.orderArrived();
+  }
   panels.round.connected();
   if (restarted) forget();
 });

@@ -56,8 +56,14 @@ export class Panels {
 
   // The order was refused or may be lost: restore the selection, so that it can be sent again.
   keepOrder() {
-    if (this.ordered && this.chosen.length === 0) this.choose(this.ordered);
+    if (this.ordered && this.chosen.length === 0) this.choose(this.kept = this.ordered);
     this.ordered = null;
+  }
+
+  // It was not lost, so that it is not sent twice.
+  orderArrived() {
+    if (this.kept && this.chosen === this.kept) this.choose([]);
+    this.kept = null;
   }
 
   choose(tables) {
@@ -94,6 +100,7 @@ export class Panels {
   relabel(list) {
     this.names = "";
     this.places(list);
+    this.round.show(this.round.value);
   }
 
   toggle(name) {

@@ -39,7 +39,8 @@ export class StopButton {
     document.body.classList.toggle("alarmed", alarmed);
     text("stop", LABELS[state]);
     text("release-stop", state === "not confirmed" ? tr("Cancel the stop request") : tr("Release STOP"));
-    $("release-stop").hidden = state === "free";
+    const mayRelease = document.body.dataset.role !== "guest" || state === "not confirmed";
+    $("release-stop").hidden = state === "free" || !mayRelease;
     $("alarm").hidden = !alarmed;
     if (alarmed && performance.now() - this.vibrated > VIBRATION_PERIOD) {
       this.vibrated = performance.now();

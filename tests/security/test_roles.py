@@ -44,7 +44,9 @@ def site(tmp_path: Any) -> Iterator[Site]:
 
 
 def test_every_command_has_a_role() -> None:
-    commands = {*do.OperatorCommand.__subclasses__(), *do.MapEditCommand.__subclasses__()} - {do.MapEditCommand}
+    commands = {*do.OperatorCommand.__subclasses__(), *do.MapEditCommand.__subclasses__()} - {
+        do.MapEditCommand
+    }
     assert set(NEEDED_ROLE) == commands
 
 

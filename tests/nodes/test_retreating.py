@@ -20,6 +20,7 @@ from chefbot.nodes.causes.motion_reasons import CONDITION, MONITOR
 from chefbot.nodes.navigation.retreating import NO_TRACK, NOTHING_REMEMBERED, RetreatingNode
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams, Out
+from chefbot.safety.obstacle_sensors import BLIND
 
 NEAR = (1.2, 0.0)
 """A place 0.2 m from the end of the drive, in odom."""
@@ -155,4 +156,14 @@ def test_it_backs_up_to_see_what_it_touches() -> None:
     far_enough = sight_distance(camera) - contact_radius(robot)
     assert (turns, distances, error) == ([], [pytest.approx(-far_enough, abs=0.051)], "")
     drive.runner.run(4.0)
+    assert drive.retreat()[2] == NOTHING_REMEMBERED
+
+
+def test_it_backs_up_once_from_what_blinds_its_camera() -> None:
+    """A mirror or a wall nearer than the camera's minimum range; a cover on its lens it takes along."""
+    drive = Drive()
+    drive.runner.loop.publish("collision_monitor/reason", String(BLIND), "base")
+    drive.runner.run(0.1)
+    _, distances, error = drive.retreat()
+    assert error == "" and len(distances) == 1 and distances[0] < -0.3
     assert drive.retreat()[2] == NOTHING_REMEMBERED

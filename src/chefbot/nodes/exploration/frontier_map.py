@@ -11,7 +11,7 @@ from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.exploration.blockages import Blockages
 from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal, Explorer
 from chefbot.exploration.session import field_of_view
-from chefbot.maths.costs import Costmap
+from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -74,10 +74,13 @@ class FrontierMapNode(Node):
         grid = self.map.last.grid
         robot = self.tf.lookup("map", "base_link")
         costs = self._costs_of(self._blockages.on(grid))
-        decision = self._explorer.decide(grid, self._cost_to_come(costs.update(), robot), robot)
+        open_costs = costs.update()
+        closed = open_costs.cells >= INSCRIBED
+        decision = self._explorer.decide(grid, self._cost_to_come(open_costs, robot), robot)
         if (decision.goal and not decision.goal.blocked) or not fits_narrow_passages(self.robot):
             return decision
         narrow = self._cost_to_come(self._narrow_costs(costs, grid), robot)
+        narrow[closed] = np.inf  # a way through, but no place to stop at: the planner has no goals there
         beyond = self._explorer.decide(grid, narrow, robot)
         return beyond if beyond.goal and not beyond.goal.blocked else decision
 

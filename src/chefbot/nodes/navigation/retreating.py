@@ -1,4 +1,4 @@
-"""Backs up along the robot's own track until its depth camera sees the obstacle that stops it, or that it touches."""
+"""Backs up along the robot's own track until its depth camera sees what stops it, touches it or blinds the camera."""
 
 from __future__ import annotations
 
@@ -18,9 +18,12 @@ from chefbot.nodes.navigation.recovery_behaviors import RecoveryBehaviorsNode
 from chefbot.robot.motion_limits import max_speed
 from chefbot.runtime.node import In, every, topic
 from chefbot.runtime.transform_buffer import TransformError
+from chefbot.safety.obstacle_sensors import BLIND
 
 RECENT_NS = 3_000_000_000
 """Time after its end for which a stop by the collision monitor counts, ns: the controller has given up since."""
+NEW_PLACE = 1.0
+"""Distance from where the robot has backed up from what blinds its camera, m, at which it does so again."""
 TURN_TOLERANCE = 0.1
 """Angle up to which the robot need not rotate first, rad."""
 TURN_ALLOWANCE, BACK_UP_ALLOWANCE = 10.0, 30.0
@@ -42,6 +45,7 @@ class RetreatingNode(RecoveryBehaviorsNode):
         self._stop_ended_ns: int | None = None
         self._touched: tuple[float, float] | None = None
         self._touched_ns = 0
+        self._backed_from: SE2 | None = None
 
     @every(hz=5)
     def record_track(self) -> None:
@@ -92,13 +96,24 @@ class RetreatingNode(RecoveryBehaviorsNode):
             await self._spin_by(angle, TURN_ALLOWANCE)
 
     def _remembered_place(self) -> tuple[float, float] | None:
-        """Return where the obstacle is that the robot touches, or that has just stopped it, in odom."""
+        """Return where the obstacle is that the robot touches, or that blinds its camera or has just stopped it."""
         if self._touched is not None and self.now_ns - self._touched_ns <= RECENT_NS:
             return self._touched
+        if BLIND in self._limit:
+            return self._place_too_near()
         ended_ns, point = self._stop_ended_ns, self._stop.point
         if not self._stop.located or (ended_ns is not None and self.now_ns - ended_ns > RECENT_NS):
             return None
         return (point.x, point.y) if math.isfinite(point.x + point.y) else None
+
+    def _place_too_near(self) -> tuple[float, float] | None:
+        """Return the place ahead that may be too near for a blind camera; None if it has backed up here before."""
+        robot, before = self._robot_in_odom(), self._backed_from
+        if robot is None or (before is not None and robot.distance(before) < NEW_PLACE):
+            return None
+        self._backed_from = robot
+        ahead = robot @ SE2(contact_radius(self.robot), 0.0, 0.0)
+        return ahead.x, ahead.y
 
     def _robot_in_odom(self) -> SE2 | None:
         try:

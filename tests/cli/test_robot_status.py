@@ -11,7 +11,14 @@ from chefbot.cli.drive import status as drive_status
 from chefbot.cli.drive.status import place_sentence, show_status
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
-from chefbot.ui.display.views import DeliveryView, RobotView, RoundStopView, StatusView, WaitingOrderView
+from chefbot.ui.display.views import (
+    DeliveryView,
+    PlaybackView,
+    RobotView,
+    RoundStopView,
+    StatusView,
+    WaitingOrderView,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -51,6 +58,17 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     assert rows["delivery"] == "Driving to table 3." and rows["warning"] == "Lidar: late"
     assert "last stop       A door.\n" in out
     assert "still to serve  table 2\nother goals     home\norder 1 waits   table 1 and table 3\n" in out
+
+
+@pytest.mark.slow
+def test_a_recording_is_called_one(capsys: pytest.CaptureFixture[str]) -> None:
+    """Else its robot looks as if it were there, waiting for food."""
+    with fake_robot() as robot:
+        recording = PlaybackView(time=1.0, length=60.0, rate=1.0, title="run.mcap")
+        robot.server.set_layer("playback", recording)
+        robot.server.set_layer("status", StatusView())
+        show_status(robot.url)
+    assert capsys.readouterr().out.splitlines()[0] == "recording       run.mcap, no robot"
 
 
 @pytest.mark.slow

@@ -70,6 +70,17 @@ def test_a_command_that_arrived_is_not_reported_as_doubtful(
     assert page.commands.empty() and tab.evaluate("window.page")
 
 
+def test_an_order_that_arrived_is_not_offered_again(page: Any, network: FaultyNetwork, tab: Tab) -> None:
+    tab.evaluate("document.querySelector('#tables button').click()")
+    network.mode = "answers lost"
+    tab.evaluate("document.getElementById('deliver').click()")
+    assert page.next_command() == Deliver(["table_1"])
+    tab.wait_for(OFFLINE)
+    assert not tab.evaluate("document.getElementById('deliver').disabled"), "it may be lost"
+    network.mode = "pass"
+    tab.wait_for(f"!{OFFLINE} && document.getElementById('deliver').disabled")
+
+
 def test_a_command_that_was_lost_stays_reported(page: Any, network: FaultyNetwork, tab: Tab) -> None:
     press_cancel_while(tab, network, "hole")
     tab.evaluate("document.querySelector('#tables button').click()")

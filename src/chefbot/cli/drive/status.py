@@ -20,7 +20,7 @@ STANDSTILL_SPEED = 0.01
 """Speed below which the robot stands, m/s."""
 LONG_TIME = 90.0
 """Time from which minutes are printed, s."""
-SHOWN_LAYERS = {"status", "robot", "delivery", "forecast", "playback"}
+SHOWN_LAYERS = {"status", "robot", "delivery", "forecast"}
 NEARLY_SURE = 0.99
 """Largest probability that is shown: nothing is certain."""
 NAME_WIDTH = len("emergency stop")

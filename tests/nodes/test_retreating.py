@@ -18,6 +18,7 @@ from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.nodes.causes.motion_reasons import CONDITION, MONITOR
 from chefbot.nodes.navigation.retreating import NO_TRACK, NOTHING_REMEMBERED, RetreatingNode
+from chefbot.robot.load import load_robot
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams, Out
 from chefbot.safety.obstacle_sensors import BLIND
@@ -56,9 +57,9 @@ class Motions(Node):
 class Drive:
     """A robot that has driven one metre ahead and then turned, and its navigator."""
 
-    def __init__(self, yaw: float = 0.0, length: float = 1.0) -> None:
+    def __init__(self, yaw: float = 0.0, length: float = 1.0, robot: str = "chefbot") -> None:
         kinds = {"navigator": f"{__name__}:Retreating", "behaviors": f"{__name__}:Motions"}
-        self.runner = NodeRunner(kinds, {})
+        self.runner = NodeRunner(kinds, {}, robot=load_robot(robot))
         for i in range(round(length / 0.05) + 1):
             self.move_to(SE2(1.0 - length + 0.05 * i, 0.0, 0.0))
         self.move_to(SE2(1.0, 0.0, yaw))
@@ -167,3 +168,11 @@ def test_it_backs_up_once_from_what_blinds_its_camera() -> None:
     _, distances, error = drive.retreat()
     assert error == "" and len(distances) == 1 and distances[0] < -0.3
     assert drive.retreat()[2] == NOTHING_REMEMBERED
+
+
+@pytest.mark.parametrize(("robot", "backs_up"), [("chefbot_lidar", True), ("chefbot", False)])
+def test_ground_covered_before_counts_where_a_lidar_sees_it(robot: str, backs_up: bool) -> None:
+    drive = Drive(robot=robot)
+    drive.runner.run(40.0)
+    drive.report(stop_at(*NEAR))
+    assert (drive.retreat()[2] == "") == backs_up

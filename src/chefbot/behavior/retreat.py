@@ -15,6 +15,8 @@ SPACING = 0.03
 TRACK_TIME_NS = 25_000_000_000
 """Time for which the track is kept, ns: ground that the body covered longer ago may be taken, and the collision
 monitor does not let the robot back over it (its parameter `ground_memory_time`)."""
+SEEN_TRACK_TIME_NS = 120_000_000_000
+"""The same for a robot that sees what is behind it, ns: a few turns in place and a wait are no new place."""
 MAX_RETREAT = 0.5
 """Maximum distance of a retreat, m: it needs no localization, and without it the robot drives no farther."""
 SIGHT_MARGIN = 0.1
@@ -30,16 +32,17 @@ class Retreat(NamedTuple):
 
 
 class RecentTrack:
-    """The robot's poses of the last seconds, in odom."""
+    """The robot's poses of the last `time_ns` nanoseconds, in odom."""
 
-    def __init__(self) -> None:
+    def __init__(self, time_ns: int = TRACK_TIME_NS) -> None:
+        self._time_ns = time_ns
         self._poses: deque[tuple[int, SE2]] = deque()
 
     def add(self, pose: SE2, now_ns: int) -> None:
         """Add the present pose, unless the robot has not moved since the last one, and drop the oldest ones."""
         if not self._poses or self._poses[-1][1].distance(pose) >= SPACING:
             self._poses.append((now_ns, pose))
-        while self._poses and now_ns - self._poses[0][0] > TRACK_TIME_NS:
+        while self._poses and now_ns - self._poses[0][0] > self._time_ns:
             self._poses.popleft()
 
     def retreat(self, robot: SE2, x: float, y: float, sight: float) -> Retreat | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from chefbot.behavior.motion_errors import BACK_UP
-from chefbot.behavior.retreat import RecentTrack, sight_distance
+from chefbot.behavior.retreat import SEEN_TRACK_TIME_NS, TRACK_TIME_NS, RecentTrack, sight_distance
 from chefbot.causes.reports import CAMERA, STOP
 from chefbot.costmap.ranger_marks import contact_radius
 from chefbot.maths.se2 import SE2
@@ -41,7 +41,10 @@ class RetreatingNode(RecoveryBehaviorsNode):
     def start(self) -> None:
         """Start with no track, no stop, and no contact."""
         super().start()
-        self._track, self._stop = RecentTrack(), Cause()
+        lidar = self.robot.sensors.lidar
+        sees_behind = lidar is not None and lidar.full_turn
+        self._track = RecentTrack(SEEN_TRACK_TIME_NS if sees_behind else TRACK_TIME_NS)
+        self._stop = Cause()
         self._stop_ended_ns: int | None = None
         self._touched: tuple[float, float] | None = None
         self._touched_ns = 0

@@ -382,7 +382,7 @@ def test_after_stop_at_the_last_table_the_next_order_is_offered(released: bool) 
     assert waiter.now == ("driving", "kitchen", "") and one.status.order_id == "order 1"
 
 
-def test_going_on_with_the_way_home_begins_the_order_that_came_since() -> None:
+def test_going_on_home_begins_the_order_that_came_since() -> None:
     waiter = Waiter().at("table_1", ("table_1",))
     one = waiter.round
     one.taken()

@@ -38,6 +38,15 @@ def test_it_backs_straight_until_the_place_is_in_sight() -> None:
     assert retreat == pytest.approx((0.0, 0.4, 0.0), abs=0.051)
 
 
+@given(st.floats(0.03, 0.2), st.floats(0.0, 0.2))
+def test_a_retreat_ends_between_two_poses_of_the_track(spacing: float, phase: float) -> None:
+    """The longest retreat is hardly longer than one to the sight distance; a fast robot's poses pass both."""
+    track = driven([SE2(spacing * i, 0.0, 0.0) for i in range(round(1.0 / spacing))])
+    robot = SE2(1.0 + min(phase, spacing), 0.0, 0.0)
+    retreat = track.retreat(robot, robot.x + 0.18, 0.0, 0.62)
+    assert retreat is not None and retreat.distance == pytest.approx(0.445, abs=0.0051)
+
+
 def test_a_robot_that_has_turned_first_turns_to_its_track() -> None:
     poses = straight(1.0)
     robot = SE2(1.0, 0.0, -1.2)

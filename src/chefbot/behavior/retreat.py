@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from chefbot.maths.angles import wrap
@@ -17,6 +18,8 @@ TRACK_TIME_NS = 25_000_000_000
 monitor does not let the robot back over it (its parameter `ground_memory_time`)."""
 SEEN_TRACK_TIME_NS = 120_000_000_000
 """The same for a robot that sees what is behind it, ns: a few turns in place and a wait are no new place."""
+STEP = 0.01
+"""Distance between two points of the track at which the retreat may end, m."""
 MAX_RETREAT = 0.5
 """Maximum distance of a retreat, m: it needs no localization, and without it the robot drives no farther."""
 SIGHT_MARGIN = 0.1
@@ -52,15 +55,24 @@ class RecentTrack:
         """
         if math.hypot(x - robot.x, y - robot.y) >= sight:
             return None
-        for _, pose in reversed(self._poses):
-            distance = robot.distance(pose)
+        for back_x, back_y in self._points_back_from(robot):
+            distance = math.hypot(robot.x - back_x, robot.y - back_y)
             if distance > MAX_RETREAT:
                 return None
-            if math.hypot(x - pose.x, y - pose.y) >= sight:
-                ahead = math.atan2(robot.y - pose.y, robot.x - pose.x)
-                to_place = math.atan2(y - pose.y, x - pose.x)
+            if math.hypot(x - back_x, y - back_y) >= sight:
+                ahead = math.atan2(robot.y - back_y, robot.x - back_x)
+                to_place = math.atan2(y - back_y, x - back_x)
                 return Retreat(wrap(ahead - robot.yaw), distance, wrap(to_place - ahead))
         return None
+
+    def _points_back_from(self, robot: SE2) -> Iterator[tuple[float, float]]:
+        """Yield points of the track from the robot back, closely: between two poses it may come into sight."""
+        x, y = robot.x, robot.y
+        for _, pose in reversed(self._poses):
+            steps = math.ceil(math.hypot(pose.x - x, pose.y - y) / STEP)
+            for i in range(1, steps + 1):
+                yield x + (pose.x - x) * i / steps, y + (pose.y - y) * i / steps
+            x, y = pose.x, pose.y
 
 
 def sight_distance(camera: DepthCamera) -> float:

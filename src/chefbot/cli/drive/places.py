@@ -75,7 +75,7 @@ def _edit(robot: WebUiClient, command: PutPlace | DeletePlace) -> None:
             f"the robot at {robot.url} has not stored the place; it must run `chefbot launch amcl_demo` or another "
             "launch with a map server"
         )
-    (result,) = own()
+    result = own()[0]
     if not result["applied"]:
         raise UserError(f"not stored: {result['description']}")
     if result["description"]:

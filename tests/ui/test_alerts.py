@@ -35,7 +35,8 @@ def tab(page: Any) -> Iterator[Tab]:
 
 
 def waits_at(place: str, confirmation: str) -> DeliveryView:
-    return DeliveryView(state="waiting", place=place, waits_for=confirmation, round_active=True)
+    state = {"loaded": "loading", "taken": "waiting"}[confirmation]
+    return DeliveryView(state=state, place=place, waits_for=confirmation, round_active=True)
 
 
 def given_after(tab: Tab, shown: str) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.sources import CAMERA, DROP_OFFS, LASER, UPRIGHT
-from chefbot.maths.costs import INSCRIBED, LETHAL, Costmap
+from chefbot.maths.costs import FREE, INSCRIBED, LETHAL, Costmap
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 UNSEEN_MARGIN = 0.15
 """Distance from the robot's front at which a drop-off is marked whose edge the camera has not seen, m."""
+MARKED_BEHIND = 0.5
+"""Depth of the ground behind the edge of a drop-off that is marked, too, m: a hole is wider than its edge."""
 _COST_TO_OCCUPANCY = np.array(
     [0, *(1 + 97 * (cost - 1) // 251 for cost in range(1, INSCRIBED)), 99, 100, -1], np.int8
 )
@@ -75,6 +77,34 @@ def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, marki
             edges[i] = np.inf if known else marking.unseen_from
         limited = floor[0], np.minimum(floor[1], marking.drop_range)
         costs.mark_and_clear(DROP_OFFS, sensor, angles, edges, limited)
+        _mark_behind(costs, sensor, angles[drops], edges[drops])
+
+
+def _mark_behind(
+    costs: LayeredCostmap, sensor: SE2, angles: NDArray[np.float64], edges: NDArray[np.float64]
+) -> None:
+    """Mark the ground behind the edges of drop-offs (n,), m, up to where the camera has seen floor.
+
+    Of a hole it sees the edge that it looks over; around its ends the robot turns to others, which are too near then.
+    """
+    behind = np.arange(costs.resolution / 2.0, MARKED_BEHIND, costs.resolution / 2.0)
+    near = edges <= costs.params.marking_range
+    distance, yaw = edges[near, None] + behind, sensor.yaw + angles[near, None]
+    rows = np.floor((sensor.y + distance * np.sin(yaw) - costs.origin_y) / costs.resolution).astype(np.int64)
+    columns = np.floor((sensor.x + distance * np.cos(yaw) - costs.origin_x) / costs.resolution).astype(
+        np.int64
+    )
+    cells = costs.source_cells(DROP_OFFS)
+    height, width = cells.shape
+    inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+    floor = ~inside
+    floor[inside] = cells[rows[inside], columns[inside]] == FREE
+    chosen = ~np.logical_or.accumulate(floor, axis=1)
+    marked = rows[chosen], columns[chosen]
+    cells[marked] = LETHAL
+    costs.note_marks(DROP_OFFS, marked)
+    if chosen.any():
+        costs.note_change(sensor, float(distance[chosen].max()))
 
 
 def _drop_offs(scan: ObstacleScan) -> NDArray[np.bool_]:

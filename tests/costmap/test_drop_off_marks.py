@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -90,3 +92,23 @@ def test_a_drop_off_at_a_huge_distance_takes_no_time() -> None:
     costs = costs_with(np.inf)
     mark_obstacles(costs, IDENTITY, scan(1e30, clear=(np.inf, 0.0)), MARKING)
     assert at_edge(costs, 0.24) == LETHAL
+
+
+def test_the_ground_behind_an_edge_is_marked() -> None:
+    """Around the end of a hole's edge the robot would turn into the hole, whose other edge is too near to be seen."""
+    costs = costs_with(1.01).update()
+    assert [costs.at(x, y) for x in (1.01, 1.2, 1.48) for y in (-0.2, 0.01, 0.2)] == [LETHAL] * 9
+    assert costs.at(1.6, 0.01) != LETHAL and costs.at(0.9, 0.01) != LETHAL
+
+
+def test_floor_that_was_seen_behind_a_hole_stays_free() -> None:
+    costs = costs_with(1.01)
+    other_side = scan(np.inf, clear=(0.72, 1.1))
+    mark_obstacles(costs, SE2(2.4, 0.0, math.pi), other_side, MARKING)
+    mark_obstacles(costs, IDENTITY, scan(1.01), MARKING)
+    assert [costs.update().at(x, 0.01) == LETHAL for x in (1.01, 1.2, 1.35, 1.48)] == [
+        True,
+        True,
+        False,
+        False,
+    ]

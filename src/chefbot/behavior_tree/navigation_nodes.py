@@ -170,9 +170,9 @@ class BackUp(ServiceAction):
 
 
 class BackUpToSee(ServiceAction):
-    """Backs up along its own track until the depth camera sees what the robot touches, or remembers that it stops it.
+    """Backs up along its own track until the depth camera sees what stops the robot, touches it or blinds the camera.
 
-    Fails at once if there is no such obstacle.
+    Fails at once if there is nothing of that kind.
     """
 
     def begin(self) -> Pending:

@@ -40,9 +40,7 @@ class DeliveryRound(RoundState):
         self._update_status(pending_orders=(*self.status.pending_orders, order), accepted=accepted)
         if self.stopped and not self.in_progress:
             self._update_status(hold_reason="stop", description=status_messages.ORDER_KEPT)
-        if self.status.state == "returning" and not self.status.untaken and self._order_follows():
-            self._complete_round()
-        else:
+        if not self._replace_drive_home():
             self._start_next_order()
 
     def resume(self, restored: DeliveryStatus) -> None:
@@ -150,9 +148,7 @@ class DeliveryRound(RoundState):
         if choice == "go_on" and self.status.hold_reason:
             self._drop_current_errand()
             self._update_status(hold_reason="")
-            if self.status.state == "returning" and not self.status.untaken and self._order_follows():
-                self._complete_round()
-            else:
+            if not self._replace_drive_home():
                 self._resume_drive()
                 self._start_next_order()
         elif choice == "kitchen" and self.status.state in ("loading", "driving", "waiting"):
@@ -252,6 +248,14 @@ class DeliveryRound(RoundState):
             self._complete_round()
         else:
             self._drive("returning", self.home)
+
+    def _replace_drive_home(self) -> bool:
+        """Begin the next order in place of the drive home, and return whether there was one to begin."""
+        is_going_home = self.status.state == "returning" and not self.status.untaken
+        if is_going_home and self._order_follows():
+            self._complete_round()
+            return True
+        return False
 
     def _order_follows(self) -> bool:
         """Return whether a waiting order can begin where the robot is; one that would be refused is left for home."""

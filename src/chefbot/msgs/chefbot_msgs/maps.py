@@ -190,8 +190,9 @@ class MapEditResult(Message, frozen=True, eq=False):
     last_id: String = ""
     """Id of the last change that can be taken back."""
     last_change: String = ""
-    """What that has changed, as "table_1 was moved", and who made it, if that is known."""
+    """What that has changed, as "table_1 was moved"."""
     last_edited_by: String = ""
+    """Name of the person who made it, empty if it is not known."""
 
 
 def whole_poses(message: Any) -> str:

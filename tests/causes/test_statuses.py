@@ -55,6 +55,16 @@ def test_an_aborted_goal_is_a_failure_but_a_cancelled_one_is_not() -> None:
     assert cancelled[1:] == [at_once, []]
 
 
+def test_a_goal_that_the_explorer_cancels_is_no_cause() -> None:
+    statuses = StatusReports()
+    statuses.exploring = True
+    assert navigation(statuses, ("driving", 0, ""), ("idle", 0, CANCELLED)) == [[], []]
+    aborted = navigation(statuses, ("driving", 0, ""), ("idle", 0, "No path."))
+    assert aborted == [[], [(FAILURE, "navigator", "goal aborted")]]
+    statuses.exploring = False
+    assert navigation(statuses, ("driving", 0, ""), ("idle", 0, CANCELLED))[1]
+
+
 def test_lost_localization_is_its_own_root() -> None:
     (report,) = navigation(StatusReports(), ("recovering", 0, "Localization lost; rotating."))[0]
     assert report == (STOP, "navigator", "localization")

@@ -8,6 +8,7 @@ import pytest
 from tests.support.nodes import NodeRunner, StationaryRobot
 
 from chefbot.causes.reports import END, STOP, make_report, stamped
+from chefbot.causes.statuses import CANCELLED
 from chefbot.delivery.status_messages import left_out, not_reached, not_taken
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -15,6 +16,7 @@ from chefbot.msgs.chefbot_msgs import (
     Cause,
     DeliveryStatus,
     EmergencyStopStatus,
+    ExplorationStatus,
     NavigationStatus,
     PresentCauses,
 )
@@ -52,6 +54,18 @@ def test_statuses_become_causes_with_one_number_each() -> None:
     assert [cause.id for cause in causes] == [1, 1, 2]
     assert causes[1].numbers[0].name == "duration"
     assert causes[2].sentence.startswith("The goal was aborted: no path.")
+
+
+def test_the_explorer_may_cancel_its_goals() -> None:
+    runner = NodeRunner({"causes": "chefbot.nodes.causes.chains:CausesNode"}, {})
+    for exploration_is_done, count in ((False, 0), (True, 2)):
+        status = ExplorationStatus(done=exploration_is_done)
+        runner.loop.publish("exploration_status", status, "explorer")
+        for state, reason in (("driving", ""), ("idle", CANCELLED)):
+            status = NavigationStatus(state=state, reason=reason)
+            runner.loop.publish("navigation_status", status, "navigator")
+        runner.run(0.1)
+        assert len(runner.messages("causes")) == count
 
 
 def ring(runner: NodeRunner, distance: float, seconds: float) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from tests.support.nodes import ROOM, NodeRunner
 
-from chefbot.delivery.status_messages import QUEUE_CHANGED
+from chefbot.delivery.status_messages import ORDER_ENDED, QUEUE_CHANGED
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
@@ -175,9 +175,11 @@ def test_a_changed_queue_is_driven_unless_it_is_outdated() -> None:
     runner.until("driving", "table_1")
     runner.publish("round_queue", Order(("table_1", "table_1"), runner.now.order_id))
     runner.publish("round_queue", Order(("table_2",), "another round"))
+    runner.publish("round_queue", Order((), "another round"))
     runner.run(0.5)
-    assert runner.now.queue == ("table_2", "table_1"), "neither was possible"
-    assert [one.data for one in runner.messages("delivery/notice")] == [QUEUE_CHANGED] * 2
+    assert runner.now.queue == ("table_2", "table_1"), "none was possible"
+    notices = [one.data for one in runner.messages("delivery/notice")]
+    assert notices == [QUEUE_CHANGED, QUEUE_CHANGED, ORDER_ENDED]
     runner.publish("round_queue", Order(("table_1",), runner.now.order_id))
     runner.until("failed", "")
     assert runner.reached == ["kitchen", "table_1", "table_1", "kitchen", "home"]

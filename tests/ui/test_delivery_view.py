@@ -65,6 +65,12 @@ def test_a_waiting_order_is_changed_by_its_id() -> None:
             validate_command(command, PLACES, status)
 
 
+def test_an_order_that_another_person_cancelled_has_ended() -> None:
+    status = DeliveryStatus(state="driving", queue=("table_2",), order_id="a")
+    with pytest.raises(UserError, match="already ended or was cancelled"):
+        validate_command(do.ChangeQueue([], "b"), PLACES, status)
+
+
 @pytest.mark.parametrize("state", STATES)
 def test_tables_that_were_given_up_can_be_ordered_again(state: str) -> None:
     places = ("table_1", "table_2", "table_3")

@@ -37,6 +37,8 @@ DRAWN_AREA = """(() => {
 """Bounds of the drawn area as fractions of the canvas, including the scale bar."""
 
 
+LATER = "new Promise((done) => setTimeout(() => done({}), 450))"
+"""A tap that is not the second one of a double tap."""
 FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 """A promise that is fulfilled when the page has been drawn."""
 
@@ -129,14 +131,50 @@ def test_a_page_of_which_a_file_did_not_arrive_is_loaded_again(tab: Tab, name: s
     assert tab.evaluate("getComputedStyle(document.body).margin") == "0px", "with the style sheet"
 
 
-def test_the_full_map_stays_visible_below_a_warning(page: Any, tab: Tab) -> None:
-    tab.wait_for(f"JSON.parse({DRAWN_AREA})[1] >= 0")
+WARNING = StatusView(warnings=("The battery is low. " * 12,))
+
+
+def show_warning(page: Any, tab: Tab) -> None:
+    """Show a warning above the map, and wait until the map below it is drawn."""
     height = tab.evaluate("document.getElementById('canvas').height")
-    page.server.set_layer("status", StatusView(warnings=("The battery is low. " * 12,)))
+    page.server.set_layer("status", WARNING)
     tab.wait_for(f"document.getElementById('canvas').height < {height}")
     tab.evaluate(FRAMES)
+
+
+def place_on_screen(tab: Tab) -> tuple[float, float]:
+    """Return the right and top edges of what is drawn in the window, pixels."""
+    box = "document.getElementById('canvas').getBoundingClientRect()"
+    left, top, width, height = tab.evaluate(f"(({{ x, y, width, height }}) => [x, y, width, height])({box})")
+    _, right_fraction, top_fraction, _ = json.loads(tab.evaluate(DRAWN_AREA))
+    return left + right_fraction * width, top + top_fraction * height
+
+
+@pytest.mark.parametrize("follows", [False, True])
+def test_a_warning_does_not_move_the_map_under_a_finger(page: Any, tab: Tab, follows: bool) -> None:
+    tab.wait_for(f"JSON.parse({DRAWN_AREA})[1] >= 0")
+    if follows:  # a robot that stands, on a map that is in sight as a whole
+        tab.evaluate("document.getElementById('canvas').dispatchEvent(new WheelEvent('wheel', {deltaY: 700}))")
+        tab.evaluate("document.getElementById('follow').click()")
+    tab.evaluate(FRAMES)
+    before = place_on_screen(tab)
+    show_warning(page, tab)
+    assert place_on_screen(tab) == pytest.approx(before, abs=1.5)
+    page.server.set_layer("status", StatusView())
+    tab.wait_for("document.getElementById('warnings').hidden")
+    tab.evaluate(FRAMES)
+    assert place_on_screen(tab) == pytest.approx(before, abs=1.5)
+
+
+def test_the_full_map_stays_visible_below_a_warning(page: Any, tab: Tab) -> None:
+    tab.call("Emulation.setDeviceMetricsOverride", width=1440, height=500, deviceScaleFactor=1, mobile=False)
+    tab.wait_for(f"JSON.parse({DRAWN_AREA})[1] >= 0 && document.getElementById('canvas').width > 1000")
+    tab.evaluate(FRAMES)
+    before = place_on_screen(tab)
+    show_warning(page, tab)
     drawn = tab.evaluate(DRAWN_AREA)
     assert area_of_whole_map(tab) == drawn
+    assert place_on_screen(tab) != pytest.approx(before, abs=1.5), "it is smaller"
 
 
 def key(tab: Tab, name: str) -> None:
@@ -212,8 +250,15 @@ def test_a_round_is_changed_by_its_chips(page: Any, tab: Tab) -> None:
     press = "document.querySelectorAll('#queue li')[{}].querySelectorAll('button')[{}].click()"
     tab.evaluate(press.format(1, 0))
     assert page.next_command() == ChangeQueue(["table_2", "table_1", "table_1"], "a", list(queue))
-    tab.evaluate(press.format(2, 1))
+    leave_out = "document.querySelectorAll('#queue li')[2].lastChild"
+    tab.evaluate(f"{leave_out}.click(), {leave_out}.click()")
+    assert page.commands.empty(), "a double tap does not take the food away"
+    assert tab.evaluate(f"{leave_out}.textContent + '|' + {leave_out}.ariaLabel") == (
+        "Leave out?|Leave out Table 1. Leave out?"
+    )
+    tab.evaluate(LATER.format(f"{leave_out}.click()"))
     assert page.next_command() == ChangeQueue(["table_1", "table_2"], "a", list(queue))
+    tab.wait_for(f"{leave_out}.textContent === '×'")
     page.server.set_layer("delivery", DeliveryView(state="returning", round_active=True))
     tab.wait_for("document.querySelectorAll('#queue li').length === 0")
 

@@ -94,6 +94,9 @@ def test_a_waiting_order_is_cancelled(page: Any, tab: Tab) -> None:
     tab_to(tab, "document.querySelector('#orders button')")
     assert tab.evaluate("document.activeElement.ariaLabel") == "Cancel the order: Table 1, Table 2"
     key(tab, "Enter")
+    assert tab.evaluate("document.activeElement.ariaLabel").endswith("Cancel it?") and page.commands.empty()
+    tab.evaluate("new Promise((done) => setTimeout(done, 450))")
+    key(tab, "Enter")
     assert page.next_command() == do.ChangeQueue([], "b")
 
 

@@ -34,6 +34,8 @@ class StatusReports:
         self._open: dict[str, Cause] = {}
         self._navigation = NavigationStatus()
         self._delivery = DeliveryStatus()
+        self.exploring = False
+        """Whether the explorer chooses the goals: it cancels one whose frontier is mapped before the robot is there."""
 
     def open_checks(self, node: str) -> tuple[str, ...]:
         """Return the check of the report about a node that is open here, if there is one."""
@@ -52,7 +54,8 @@ class StatusReports:
             return reports  # the controller reports for what it waits
         found = _recovery(status) if status.state == "recovering" else None
         reports += self._change("navigator", found, now_ns)
-        if before.state != "idle" and status.state == "idle" and status.reason == CANCELLED:
+        ended = before.state != "idle" and status.state == "idle"
+        if ended and status.reason == CANCELLED and not self.exploring:
             # a robot without a goal is not held up: it ends at once
             cancelled = stamped(make_report(STOP, "cancelled goal", status.reason), "navigator", now_ns)
             reports += [cancelled, msgspec.structs.replace(cancelled, kind=END)]

@@ -169,7 +169,8 @@ class DeliveryRound(RoundState):
             return
         left, wanted = Counter(self.status.queue), Counter(places)
         if not self.in_progress or order_id != self.status.order_id or wanted - left:
-            raise OrderError(status_messages.QUEUE_CHANGED)
+            is_over = bool(order_id) and not places
+            raise OrderError(status_messages.ORDER_ENDED if is_over else status_messages.QUEUE_CHANGED)
         left_out = tuple((left - wanted).elements())
         for place in left_out:
             self._add_missed(status_messages.left_out(place))

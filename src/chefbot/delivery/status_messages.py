@@ -16,6 +16,7 @@ ORDER_KEPT = "The emergency stop is active. The order is kept; release STOP, the
 NOT_WHILE_STOPPED = "The emergency stop is active. Release STOP first."
 CANCELLED_TOO = "The delivery was cancelled, and {} more in the queue."
 ORDER_CANCELLED = "The order was cancelled."
+ORDER_ENDED = "This order has already ended or was cancelled."
 QUEUE_CHANGED = "The round has changed in the meantime; check it and try again."
 TOO_MANY_TO_SORT = (
     "The shortest route can be computed for up to {} tables; leave some out, or sort them yourself."

@@ -9,6 +9,7 @@ from chefbot.delivery.params import DeliveryParams
 from chefbot.delivery.status_messages import (
     ERRAND_NEEDS_WHEN,
     NOT_WHILE_STOPPED,
+    ORDER_ENDED,
     QUEUE_CHANGED,
     ROUND_STATES,
     display_name,
@@ -125,7 +126,8 @@ def _tables_of(command: do.ChangeQueue | do.ShortestOrder, status: DeliveryStatu
         for order in status.pending_orders:
             if order.id == command.order:
                 return order.places
-    raise UserError(QUEUE_CHANGED)
+    cancels = isinstance(command, do.ChangeQueue) and not command.tables
+    raise UserError(ORDER_ENDED if cancels and command.order else QUEUE_CHANGED)
 
 
 def _check_released(command: do.Goal | do.GoPlace | do.Choose) -> None:

@@ -41,6 +41,7 @@ from chefbot.ui.display.message_conversion import (
     clicked_pose,
     cost_image,
     door_views,
+    navigation_reason,
     path_points,
     people_views,
 )
@@ -291,6 +292,7 @@ class WebUiDevice(NavigationDevice):
     def _status(self, pose: SE2 | None) -> views.StatusView:
         battery, truth = self.battery_state.last, self.ground_truth.last
         localization, navigation = self.localization_status.last, self.navigation_status.last
+        reason = self._why_stopped() or self._causes.sentence
         return views.StatusView(
             phase=self.phase.last.data if self.phase.last else "",
             clock=float(self.now_ns // 1_000_000_000),
@@ -303,7 +305,7 @@ class WebUiDevice(NavigationDevice):
             if truth and pose
             else None,
             navigation=navigation.state if navigation else "",
-            reason=self._why_stopped() or self._causes.sentence or (navigation.reason if navigation else ""),
+            reason=reason or navigation_reason(navigation, exploring=self._mapping.exploring),
             stopped=self._stopped,
             stop_pending=self._pending.stop,
             failures=self._failures,

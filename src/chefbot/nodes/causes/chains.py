@@ -14,6 +14,7 @@ from chefbot.msgs.chefbot_msgs import (
     Cause,
     DeliveryStatus,
     EmergencyStopStatus,
+    ExplorationStatus,
     NavigationStatus,
     PresentCauses,
 )
@@ -35,6 +36,7 @@ class CausesNode(Node):
     stop_status: In[EmergencyStopStatus]
     battery_status: In[BatteryStatus]
     delivery_status: In[DeliveryStatus]
+    exploration_status: In[ExplorationStatus]
     process_lost: In[String]
     process_back: In[String]
     tracked_people: In[TrackedPeople]
@@ -69,6 +71,10 @@ class CausesNode(Node):
     def on_navigation_status(self, status: NavigationStatus) -> None:
         """Report recoveries and goals that are given up."""
         self._publish(self._statuses.navigation(status, self.now_ns))
+
+    def on_exploration_status(self, status: ExplorationStatus) -> None:
+        """Report no goals that the explorer itself cancels."""
+        self._statuses.exploring = not status.done
 
     def on_stop_status(self, status: EmergencyStopStatus) -> None:
         """Report that the emergency stop was pressed or released."""

@@ -7,9 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.causes.statuses import NO_FAILURE
 from chefbot.maths.cell_grid import CellGrid
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import NavigationStatus
 from chefbot.msgs.chefbot_msgs.maps import MapZones
 from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
 from chefbot.msgs.diagnostic_msgs import OK, DiagnosticArray
@@ -46,6 +48,13 @@ def clicked_pose(clicked: PoseStamped) -> PoseWithCovarianceStamped:
     """Return a pose that the operator has clicked on the map, with its covariance."""
     covariance = covariance_36(np.diag([CLICK_STD_XY**2, CLICK_STD_XY**2, CLICK_STD_YAW**2]))
     return PoseWithCovarianceStamped(clicked.header, PoseWithCovariance(clicked.pose, covariance))
+
+
+def navigation_reason(status: NavigationStatus | None, *, exploring: bool) -> str:
+    """Return why the navigation holds or has ended a goal; the explorer itself cancels goals that are mapped."""
+    if status is None or (exploring and status.reason in NO_FAILURE):
+        return ""
+    return status.reason
 
 
 def people_views(message: TrackedPeople, frame: SE2) -> tuple[PersonView, ...]:

@@ -46,7 +46,7 @@ let cameraInView = false, solid = null, kiosk = null, inspect = null, address = 
 let unserved = "";                       // tables of a round of which a restarted server has not reported yet
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, shownLayers);
-const view = new View($("canvas"), paint, () => { if (whole) showWhole(); });
+const view = new View($("canvas"), paint, (inPlace) => { if (whole) showWhole(inPlace); });
 const panels = new Panels(send);
 const driver = new Driver((command) => link.send(command));
 const stop = new StopButton((command) => link.send(command), () => { driver.release(); panels.round.answer(""); });
@@ -101,7 +101,7 @@ function paint(context) {
   if (!complete) return;
   glides.advance();
   const robot = shown.get("robot");
-  if (following && robot) view.centre = { x: robot.x, y: robot.y };   // a copy: gestures move the centre
+  if (following && robot) view.track(robot);
   view.labels = new Labels(context, view);
   for (const [layer, painter] of PAINTERS) {
     const value = shown.get(layer) ?? data.get(layer);
@@ -150,7 +150,7 @@ function follow(on) {
   $("follow").setAttribute("aria-pressed", String(on));
   solid.view?.follow(on);
   const robot = data.get("robot");
-  if (on && robot) view.centre = { x: robot.x, y: robot.y };
+  if (on && robot) view.track(robot);
   view.refresh();
 }
 
@@ -164,11 +164,12 @@ function fit() {
 }
 
 // Keep the known map in view while it grows and the page is resized, until the operator pans.
-function showWhole() {
+// A map that is `inPlace` stays as it is while it can be seen.
+function showWhole(inPlace = false) {
   const grid = data.get("map");
   if (!grid || !view.width || !view.height) return;
-  const bar = $("tools").offsetHeight + 16;
-  view.fit(knownArea(grid), bar, NARROW.matches ? bar + 24 : 30);
+  const bar = $("tools").offsetHeight + 16, covered = [bar, NARROW.matches ? bar + 24 : 30], area = knownArea(grid);
+  if (!inPlace || !view.shows(area, ...covered)) view.fit(area, ...covered);
 }
 
 // Report a failed goal on every tab.

@@ -3,6 +3,7 @@ import { language, nameTitle, title, tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
+const DOUBLE_TAP = 400, DOUBT = 4000;    // milliseconds: the second tap that confirms is no part of a double tap
 const PATIENCE = 3000;                   // milliseconds in which a connected robot sends the status of its deliveries
 const names = (list) => (list ?? []).map(title).join(", ");
 
@@ -70,7 +71,7 @@ export class RoundCard {
       const when = document.createElement("small");
       when.title = tr("Distance, time and battery on arrival");
       const earlier = chip("↑", tr("Serve {place} earlier", { place: title(name) }), () => this.changeQueue(moved(queue, i)));
-      const leave = chip("×", tr("Leave out {place}", { place: title(name) }), () => this.changeQueue(queue.filter((_, k) => k !== i)));
+      const leave = chip("×", tr("Leave out {place}", { place: title(name) }), confirmed(tr("Leave out?"), () => this.changeQueue(queue.filter((_, k) => k !== i))));
       earlier.disabled = i === 0;
       item.append(label, when, earlier, leave);
       return item;
@@ -86,7 +87,7 @@ export class RoundCard {
     $("orders").replaceChildren(...orders.map(({ id, places }) => {
       const item = document.createElement("li"), label = document.createElement("span");
       label.textContent = tr("Then: {places}", { places: names(places) });
-      const cancel = chip("×", tr("Cancel the order: {places}", { places: names(places) }), () => this.send({ do: "queue", tables: [], order: id }));
+      const cancel = chip("×", tr("Cancel the order: {places}", { places: names(places) }), confirmed(tr("Cancel it?"), () => this.send({ do: "queue", tables: [], order: id })));
       cancel.hidden = !id;
       item.append(label, cancel);
       return item;
@@ -188,6 +189,25 @@ function chip(sign, label, action) {
   const button = document.createElement("button");
   button.textContent = sign;
   button.ariaLabel = button.title = label;
-  button.onclick = action;
+  button.onclick = () => action(button);
   return button;
+}
+
+// What takes food away from somebody needs a second tap on the question that the first one shows.
+function confirmed(question, action) {
+  let shown = null;
+  return (button) => {
+    if (shown !== null) {
+      if (performance.now() - shown > DOUBLE_TAP) action();
+      return;
+    }
+    const { textContent: sign, ariaLabel: label } = button;
+    const show = (content, spoken) => {
+      [button.textContent, button.ariaLabel] = [content, spoken];
+      button.classList.toggle("question", shown !== null);
+    };
+    shown = performance.now();
+    show(question, `${label}. ${question}`);
+    setTimeout(() => { shown = null; show(sign, label); }, DOUBT);
+  };
 }

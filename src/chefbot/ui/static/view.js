@@ -3,7 +3,7 @@
 const MIN_SCALE = 4, MAX_SCALE = 600;
 
 export class View {
-  // `resized()` is called when the canvas has got its size, and whenever that changes.
+  // `resized(inPlace)` is called when the canvas has got its size, and whenever that changes.
   constructor(canvas, draw, resized = () => {}) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
@@ -12,20 +12,33 @@ export class View {
     this.scale = 50;                     // CSS pixels per metre
     this.pending = false;
     this.resized = resized;
+    this.box = null;                     // of the canvas in the window, and the height of the window
+    this.lift = 0;                       // pixels by which the middle of the column is above that of the canvas
     new ResizeObserver(() => this.resize()).observe(canvas);
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
   }
 
   // A canvas of another size is empty, so it is painted in the same frame.
   resize() {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = window.devicePixelRatio || 1, inPlace = this.keepInPlace();
     this.width = this.canvas.clientWidth;
     this.height = this.canvas.clientHeight;
     this.canvas.width = Math.round(this.width * ratio);
     this.canvas.height = Math.round(this.height * ratio);
     this.ratio = ratio;
-    this.resized();
+    this.resized(inPlace);
     this.paint();
+  }
+
+  // A warning that comes or goes above the canvas does not move the map under a finger. Returns whether that is the case.
+  keepInPlace() {
+    const { top, width, height } = this.canvas.getBoundingClientRect(), before = this.box;
+    const column = this.canvas.closest("#map-column").getBoundingClientRect();
+    this.lift = top + height / 2 - (column.top + column.height / 2);
+    this.box = { middle: top + height / 2, width, window: window.innerHeight };
+    if (!before?.width || before.width !== width || before.window !== window.innerHeight) return false;
+    this.centre.y -= (this.box.middle - before.middle) / this.scale;
+    return true;
   }
 
   refresh() {
@@ -71,6 +84,9 @@ export class View {
     this.refresh();
   }
 
+  // Keep a point in the middle of the column, which does not move when a warning comes or goes.
+  track({ x, y }) { this.centre = { x, y: y - this.lift / this.scale }; }
+
   zoom(factor, px, py) {
     const before = this.metres(px, py);
     this.scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, this.scale * factor));
@@ -85,7 +101,12 @@ export class View {
     this.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...this.at(event));
   }
 
-  // `above` and `below`: pixels that buttons cover.
+  // Whether an area is in sight. `above` and `below`: pixels that buttons cover.
+  shows(area, above, below) {
+    const [left, top] = this.px(area.left, area.top), [right, bottom] = this.px(area.right, area.bottom);
+    return left >= 0 && right <= this.width && top >= above && bottom <= this.height - below;
+  }
+
   fit(area, above, below) {
     const wide = area.right - area.left, high = area.top - area.bottom;
     const free = Math.max(this.height / 3, this.height - above - below);

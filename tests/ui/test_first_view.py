@@ -154,7 +154,9 @@ def place_on_screen(tab: Tab) -> tuple[float, float]:
 def test_a_warning_does_not_move_the_map_under_a_finger(page: Any, tab: Tab, follows: bool) -> None:
     tab.wait_for(f"JSON.parse({DRAWN_AREA})[1] >= 0")
     if follows:  # a robot that stands, on a map that is in sight as a whole
-        tab.evaluate("document.getElementById('canvas').dispatchEvent(new WheelEvent('wheel', {deltaY: 700}))")
+        tab.evaluate(
+            "document.getElementById('canvas').dispatchEvent(new WheelEvent('wheel', {deltaY: 700}))"
+        )
         tab.evaluate("document.getElementById('follow').click()")
     tab.evaluate(FRAMES)
     before = place_on_screen(tab)

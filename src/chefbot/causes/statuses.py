@@ -35,7 +35,7 @@ class StatusReports:
         self._navigation = NavigationStatus()
         self._delivery = DeliveryStatus()
         self.exploring = False
-        """Whether the explorer chooses the goals: it cancels one whose frontier is mapped before the robot is there."""
+        """Whether the explorer chooses the goals: it cancels one whose frontier is mapped before it is reached."""
 
     def open_checks(self, node: str) -> tuple[str, ...]:
         """Return the check of the report about a node that is open here, if there is one."""

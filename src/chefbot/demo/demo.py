@@ -42,6 +42,8 @@ EXPLORATION_TIME_PER_AREA = 5.0
 """Exploration time for each square metre of the world's bounds, of which a third is floor, s/m^2."""
 FIRST_MAP_NS = 2_500_000_000
 """Time until there is a first map, before anything is planned on it, ns of the robot's time."""
+LAST_MESSAGES_NS = 500_000_000
+"""Time for which the nodes run on after the deliveries, so that the web UI records their end, ns."""
 LOG_PERIOD = 60_000_000_000
 """Period of progress lines where the output is not a terminal, ns of the robot's time."""
 ABORTED = "interrupted before it was done"
@@ -183,6 +185,7 @@ class Demo:
 
         if not self._run_until(DELIVERY_TIMEOUT, ended):
             return f"the deliveries were not done after {DELIVERY_TIMEOUT:.0f} s"
+        self.system.loop.run(until_ns=self.system.loop.now_ns + LAST_MESSAGES_NS)
         return self.scorer.delivery.description if self.scorer.delivery.state == "failed" else ""
 
     # -- helpers

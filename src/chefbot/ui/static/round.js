@@ -202,8 +202,8 @@ function confirmed(question, action) {
       return;
     }
     const { textContent: sign, ariaLabel: label } = button;
-    const show = (content, spoken) => {
-      [button.textContent, button.ariaLabel] = [content, spoken];
+    const show = (content, accessible) => {
+      [button.textContent, button.ariaLabel] = [content, accessible];
       button.classList.toggle("question", shown !== null);
     };
     shown = performance.now();

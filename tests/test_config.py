@@ -80,6 +80,8 @@ def test_units_are_parsed_where_expected():
         ("inner: {length: 1 m}\ncount: 10", "count", "10 must be at most 9"),
         ("inner: {length: 1 m}\ncount: 1.5", "count", "a whole number"),
         ("inner: {length: 1 m}\nname: 5", "name", "a text, not a whole number"),
+        ("inner: {length: 1 m}\nname: yes", "name", "a text, not true or false; write it in quotes"),
+        ("inner: {length: 1 m}\nname: 2026-12-02", "name", "a text, not a date; write it in quotes"),
         ("inner: {length: 1 m}\nshort: Ä", "short", "'Ä' must be a small letter"),
         ("", "the file", "section"),
         ("- 1", "the file", "section"),

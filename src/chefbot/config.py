@@ -8,6 +8,7 @@ import operator
 import os
 import re
 import stat
+from datetime import date
 from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar, cast
@@ -37,6 +38,8 @@ _IMPOSSIBLE = (RecursionError, ValueError, OverflowError, AttributeError, KeyErr
 """Exceptions of PyYAML for deep nesting, impossible numbers, and values that do not fit their tag: `!!bool x`."""
 CONTAINERS = (types.UnionType, types.StructType, types.ListType, types.VarTupleType, types.DictType)
 """Types with parts that are converted; a description of theirs changes nothing."""
+READ_AS = {bool: "true or false", int: "a whole number", float: "a number", date: "a date"}
+"""Types as which YAML reads a text without quotes; a boolean is an integer, too, so it comes first."""
 
 
 class ConfigError(ChefbotError):
@@ -155,6 +158,7 @@ def _to_si(value: Any, kind: types.Type, where: str, key: str) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         raise ConfigError(f"{where}: {key}: {value} is not a finite number")
     _check_bounds(value, written, kind, unit or "", f"{where}: {key}")
+    _check_text(value, kind, f"{where}: {key}")
     _check_form(value, kind, f"{where}: {key}")
     _check_choice(value, kind, f"{where}: {key}")
     return value
@@ -166,6 +170,15 @@ def _member_for(value: Any, kind: types.UnionType) -> types.Type | None:
     others = [member for member in kind.types if not isinstance(member, (types.NoneType, types.StructType))]
     members = structs if structs and (isinstance(value, dict) or not others) else others
     return members[0] if len(members) == 1 else None
+
+
+def _check_text(value: Any, kind: types.Type, where: str) -> None:
+    """Check that a text was not read as another type, as `yes` and 1:30 are without quotes."""
+    inner = kind.type if isinstance(kind, types.Metadata) else kind
+    if isinstance(inner, types.StrType):
+        for type_read, name in READ_AS.items():
+            if isinstance(value, type_read):
+                raise ConfigError(f"{where}: must be a text, not {name}; write it in quotes")
 
 
 def _check_form(value: Any, kind: types.Type, where: str) -> None:

@@ -21,6 +21,7 @@ import typer
 from chefbot.cli.doctor import computer, report
 from chefbot.cli.doctor.commands import doctor
 from chefbot.cli.doctor.computer import camera_lines, clock_lines, disk_lines, map_lines, web_ui_lines
+from chefbot.devices.state_files import maps_folder
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.storage.map_files import save_map
@@ -93,6 +94,19 @@ def test_a_state_that_cannot_be_kept_is_a_problem(tmp_path: Path, monkeypatch: p
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "file"))
     assert any(line.startswith(f"! {tmp_path / 'file'}, where the state") for line in disk_lines())
+
+
+@pytest.fixture(autouse=True)
+def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """State without the maps that other tests save."""
+    monkeypatch.setenv("CHEFBOT_STATE", str(tmp_path / "state"))
+
+
+def test_a_map_that_was_saved_in_the_web_ui_is_listed(tmp_path: Path) -> None:
+    maps_folder().mkdir(parents=True)
+    save_map(maps_folder() / "home", GRID)
+    _, line = map_lines(tmp_path / "elsewhere")
+    assert line.startswith(f"  {maps_folder() / 'home.yaml'}: 3 x 2 m")
 
 
 def test_maps_are_listed_with_their_places(tmp_path: Path) -> None:

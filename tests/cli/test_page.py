@@ -52,7 +52,7 @@ def test_people_shows_who_was_here(capsys: pytest.CaptureFixture[str]) -> None:
     assert "chefbot page invite NAME" in capsys.readouterr().out
     for name in ("anna", "李"):
         invite_person(name, "waiter", ROBOT, "")
-    log = AuditLog(audit_path(ROBOT), print)
+    log = AuditLog(audit_path(ROBOT), print, print)
     log.record(Kind.COMMAND, ("anna", "waiter", "192.168.1.9"), "cancel", {})
     log.close()
     capsys.readouterr()

@@ -27,7 +27,7 @@ def record(log: AuditLog, kind: Kind, action: str, **details: Any) -> None:
 
 
 def test_an_entry_names_who_did_what_and_when(tmp_path: Path) -> None:
-    log = AuditLog(tmp_path / "new" / "robot.jsonl", print)
+    log = AuditLog(tmp_path / "new" / "robot.jsonl", print, print)
     record(log, Kind.COMMAND, "go_place", name="kitchen")
     log.record(Kind.COMMAND, ANNA, "deliver", {"tables": ["x" * 64] * 32}, "no such place")
     log.close()
@@ -74,7 +74,7 @@ def test_several_processes_lose_no_line(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_flood_hides_no_stop_and_is_counted(tmp_path: Path) -> None:
-    log = AuditLog(tmp_path / "robot.jsonl", print)
+    log = AuditLog(tmp_path / "robot.jsonl", print, print)
     for number in range(5000):
         record(log, Kind.COMMAND, "cancel", number=number)
     record(log, Kind.SAFETY, "stop", id="a")
@@ -96,7 +96,7 @@ def test_lines_that_a_crash_has_cut_are_skipped(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("partial", [False, True])
 def test_a_full_disk_is_reported_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, partial: bool) -> None:
-    written, sentences, full = os.write, list[str](), [True]
+    written, sentences, ended, full = os.write, list[str](), list[str](), [True]
 
     def write(handle: int, data: bytes) -> int:
         if not full[0] or b"action" not in data:
@@ -106,7 +106,7 @@ def test_a_full_disk_is_reported_once(tmp_path: Path, monkeypatch: pytest.Monkey
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(audit_log.os, "write", write)
-    log = AuditLog(tmp_path / "robot.jsonl", sentences.append)
+    log = AuditLog(tmp_path / "robot.jsonl", sentences.append, ended.append)
     for _ in range(3):
         record(log, Kind.SAFETY, "stop")
     wait_for(lambda: log._queue.empty() and sentences)
@@ -114,6 +114,7 @@ def test_a_full_disk_is_reported_once(tmp_path: Path, monkeypatch: pytest.Monkey
     record(log, Kind.SAFETY, "release_stop")
     log.close()
     assert len(sentences) == 1 and "cannot be written" in sentences[0]
+    assert ended == sentences, "the warning is taken back"
     assert [entry.action for entry in read_entries(log.path)][-1] == "release_stop"
     assert log.path.read_bytes().count(b"\n") == len(list(read_entries(log.path)))
 
@@ -125,7 +126,7 @@ def test_the_history_prints_local_time_and_names(
     with pytest.raises(UserError, match=r"^there are no logs in [^;]*$"):
         print_history("", 5)
     for robot in ("chefbot", "other"):
-        log = AuditLog(audit_path(robot), print)
+        log = AuditLog(audit_path(robot), print, print)
         for number in range(9):
             record(log, Kind.COMMAND, f"go {number}")
         record(log, Kind.CONNECTION, "disconnected")

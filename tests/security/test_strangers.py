@@ -43,7 +43,7 @@ class Site:
 
     def __init__(self, folder: Path) -> None:
         self.commands: list[OperatorCommand] = []
-        self.log = AuditLog(folder / "robot.jsonl", print)
+        self.log = AuditLog(folder / "robot.jsonl", print, print)
         self.server = WebUiServer(
             0, "0.0.0.0", lambda command, _: self.commands.append(command), audit=self.log
         )

@@ -77,6 +77,8 @@ def test_the_page_reports_a_revoked_link() -> None:
         tab.wait_for(f"document.body.textContent.includes({json.dumps(REVOKED)})")
         tab.wait_for(f"!({UP})")
         tab.wait_for(f"document.getElementById('notice').textContent === {json.dumps(INVALID_TOKEN)}")
+        tab.evaluate("location.hash = '#kiosk'")
+        tab.wait_for(f"document.getElementById('kiosk-text').textContent === {json.dumps(INVALID_TOKEN)}")
         token = invitations.invite("anna", "waiter")
         tab.reload_by(f"location.href = '/?token={token}'")
         tab.wait_for(f"{UP} && document.body.dataset.role === 'waiter'")

@@ -30,6 +30,11 @@ WRONG_AT_ONCE = """new Promise((done) => {
   document.getElementById('kiosk-leave').click();
 })"""
 """A wrong PIN in the very moment in which the web UI wants it, before the robot has answered the next ping."""
+AT_ITS_MIDDLE = """(() => {{
+  const button = document.getElementById('{0}'), box = button.getBoundingClientRect();
+  return button.contains(document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2));
+}})()"""
+"""Whether a button is at the top at its middle."""
 LEFT = "!document.body.classList.contains('kiosk')"
 
 
@@ -109,6 +114,31 @@ def test_the_robots_screen_is_left_with_the_pin(kiosk: Kiosk) -> None:
         show_a_room(kiosk.server)
         tab.wait_for("document.querySelectorAll('#tables button').length === 2")  # all layers are sent again
         assert tab.evaluate("location.hash") == ""
+
+
+@pytest.mark.slow
+@needs_chromium
+@pytest.mark.parametrize(("width", "height"), [(800, 480), (844, 390), (1024, 600), (390, 844)])
+def test_no_button_of_the_screen_lies_under_stop(page: Page, width: int, height: int) -> None:
+    with open_tab(f"{page.url}#kiosk", NO_GPU) as tab:
+        tab.resize(width, height)
+        tab.wait_for("!document.body.classList.contains('offline')")
+        for button in ("kiosk-leave", "stop"):
+            assert tab.evaluate(AT_ITS_MIDDLE.format(button)), f"{button} is covered"
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_screen_names_the_table_to_which_it_drives(page: Page) -> None:
+    page.server.set_layer("labels", {"table_3": "Window"})
+    page.server.set_layer(
+        "delivery", DeliveryView(state="driving", place="table_3", step="On the way to table 3.")
+    )
+    with open_tab(f"{page.url}#kiosk", NO_GPU) as tab:
+        tab.wait_for(f"{TITLE} === 'On the way to Window'")
+        assert tab.evaluate("document.getElementById('kiosk-text').textContent") == ""
+        page.server.set_layer("labels", {"table_3": "Bar"})
+        tab.wait_for(f"{TITLE} === 'On the way to Bar'")
 
 
 @pytest.mark.slow

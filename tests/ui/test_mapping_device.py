@@ -13,6 +13,7 @@ from tests.support.page_device import page_device
 from tests.support.waiting import wait_for
 from tests.ui.test_map_edit_device import Shown
 
+from chefbot.devices.state_files import maps_folder
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
@@ -31,7 +32,7 @@ from chefbot.storage.zones import zones_path
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import LaunchView, MappingView
 from chefbot.ui.editing import mapping_device
-from chefbot.ui.editing.mapping_device import OTHER_FRAME, MappingDevice, launch_arguments, maps_folder
+from chefbot.ui.editing.mapping_device import OTHER_FRAME, MappingDevice, launch_arguments
 
 
 def hall(free: int) -> OccupancyGrid:

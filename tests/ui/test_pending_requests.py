@@ -70,6 +70,16 @@ def test_every_valid_request_eventually_reaches_the_robot(steps: list[str]) -> N
     assert not robot.requests.stop and not robot.requests.order_warning(now)
 
 
+def test_two_orders_of_one_moment_are_both_served() -> None:
+    robot = IntermittentRobot()
+    for person in ("anna", "ben"):
+        robot.requests.deliver((f"table_of_{person}",), TICK, person)
+    for second in range(1, 6):
+        robot.answer(second * 10 * TICK)
+        robot.requests.repeat_unconfirmed(second * 10 * TICK)
+    assert [order.ordered_by for order in robot.accepted] == ["anna", "ben"]
+
+
 def test_unconfirmed_requests_are_reported() -> None:
     robot = IntermittentRobot()
     robot.connected = False

@@ -143,8 +143,12 @@ def test_a_network_page_requires_its_token() -> None:
     try:
         with pytest.raises(UserError, match=r"\?token="):
             WebUiClient(url.partition("?")[0])
+        with pytest.raises(UserError) as refusal:
+            WebUiClient(f"{url.partition('?')[0]}?token=secret")
+        assert "secret" not in str(refusal.value)
         server.set_layer("status", StatusView(phase="Here."))
         with WebUiClient(url) as page:
+            assert page.url == url.partition("?")[0], "messages name it so"
             assert page.wait_for("status", PATIENCE)["phase"] == "Here."
     finally:
         server.stop()

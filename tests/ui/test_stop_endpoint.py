@@ -69,7 +69,7 @@ def test_nothing_but_stop_is_accepted(served: Served, body: object, sentence: st
 
 
 def test_the_audit_log_has_presses_and_refused_commands(tmp_path: Path) -> None:
-    log = AuditLog(tmp_path / "robot.jsonl", pytest.fail)
+    log = AuditLog(tmp_path / "robot.jsonl", pytest.fail, pytest.fail)
     served = Served("127.0.0.1", log)
     try:
         served.post(PRESS)

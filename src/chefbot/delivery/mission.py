@@ -81,8 +81,10 @@ class DeliveryRound(RoundState):
     # -- buttons at the robot
 
     def loaded(self) -> None:
-        """Start the deliveries: the food is on the tray."""
+        """Start the deliveries: the food is on the tray. It is the choice to go on, too, after an emergency stop."""
         if self.status.state == "loading":
+            if self.status.hold_reason == "choice":
+                self._update_status(hold_reason="")
             self._update_status(loaded=True, on_trays=self.status.queue[: self.trays], untaken=())
             self._go_to_next_place()
 

@@ -109,7 +109,9 @@ def choose(status: DeliveryStatus, reason: str) -> str:
     """Return the message while the round waits for the operator's choice."""
     if status.state not in ROUND_STATES:
         return f"{reason} {ORDER_WAITS} start with the next order, or cancel it.".strip()
-    if status.state in ("returning", "unloading") or not status.loaded:
+    if status.state == "loading":
+        options = f"load the food and press 'Loaded', drive to {display_name(status.place)} again, or end the round"
+    elif status.state in ("returning", "unloading") or not status.loaded:
         options = f"go on to {display_name(status.place)}, or end the round"
     else:
         options = f"go on to {display_name(status.place)}, go back to the kitchen, or end the round"

@@ -26,6 +26,11 @@ def state_folder() -> Path:
     return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "chefbot"
 
 
+def maps_folder() -> Path:
+    """Return the folder of the maps that were saved in the web UI."""
+    return state_folder() / "maps"
+
+
 def check_state_folder() -> None:
     """Raise UserError if there is something else in the place of the folder."""
     folder = state_folder()

@@ -9,6 +9,9 @@ from pathlib import Path
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.error import YAMLError
+from ruamel.yaml.scalarstring import DoubleQuotedScalarString
+from yaml.nodes import ScalarNode
+from yaml.resolver import Resolver
 
 from chefbot.config import ConfigError
 from chefbot.storage.atomic_files import write_atomic
@@ -17,6 +20,7 @@ LINE_WIDTH = 200
 """Characters up to which an entry stays on one line of the file."""
 Entries = Mapping[str, CommentedMap]
 """Entries of a section by name, each as it is written."""
+TEXT_TAG = "tag:yaml.org,2002:str"
 
 
 def write_section(
@@ -28,14 +32,15 @@ def write_section(
     ConfigError for a file that the parser that keeps comments does not accept.
     """
     yaml = YAML()
-    yaml.width = LINE_WIDTH
+    yaml.width, yaml.preserve_quotes = LINE_WIDTH, True
     file = _loaded(path, what, yaml) if path.is_file() else empty
     written = file[section]
     for name in [name for name in written if name not in entries]:
         del written[name]
     for name, entry in entries.items():
         if name not in known:
-            written[name] = entry
+            written[_text(name)] = entry
+            _update(entry, entry, CommentedMap())
         elif known[name] != entry:
             _update(written[name], entry, known[name])
     stream = io.BytesIO()
@@ -47,7 +52,14 @@ def _update(written: CommentedMap, entry: CommentedMap, known: CommentedMap) -> 
     """Give an entry of the file these fields, and only these; a field that has not changed stays as it is written."""
     for key in [key for key in written if key not in entry]:
         del written[key]
-    written.update({key: value for key, value in entry.items() if known.get(key) != value})
+    written.update({key: _text(value) for key, value in entry.items() if known.get(key) != value})
+
+
+def _text(value: object) -> object:
+    """Return a text in quotes if the loader, which follows YAML 1.1, would read another type, as of `yes` or 1:30."""
+    if isinstance(value, str) and Resolver().resolve(ScalarNode, value, (True, False)) != TEXT_TAG:
+        return DoubleQuotedScalarString(value)
+    return value
 
 
 def _loaded(path: Path, what: str, yaml: YAML) -> CommentedMap:

@@ -36,7 +36,7 @@ class PendingRequests:
         self.presses = StopPresses()
         self._pressed_ns = 0
         self._orders: deque[Order] = deque()
-        self._queued_ns = self._published_ns = 0
+        self._queued_ns = self._published_ns = self._ordered_ns = 0
 
     @property
     def stop(self) -> bool:
@@ -74,8 +74,9 @@ class PendingRequests:
         return STOP_UNCONFIRMED if self.stop and now_ns - self._pressed_ns > CONFIRMATION_TIMEOUT_NS else ""
 
     def deliver(self, tables: Sequence[str], now_ns: int, ordered_by: str = "") -> None:
-        """Queue an order behind the unconfirmed ones."""
-        self._orders.append(Order(tuple(tables), f"{self._name} {now_ns}", ordered_by))
+        """Queue an order behind the unconfirmed ones; two orders of one moment have ids of their own."""
+        self._ordered_ns = max(now_ns, self._ordered_ns + 1)
+        self._orders.append(Order(tuple(tables), f"{self._name} {self._ordered_ns}", ordered_by))
         if len(self._orders) == 1:
             self._queued_ns = now_ns
             self._publish_first(now_ns)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import chefbot
 from chefbot.cli.parameters import WEB_UI
-from chefbot.devices.state_files import VARIABLE, state_folder
+from chefbot.devices.state_files import VARIABLE, maps_folder, state_folder
 from chefbot.errors import ChefbotError
 from chefbot.plural import number_of
 from chefbot.storage.map_files import load_map
@@ -81,8 +81,9 @@ def _space(folder: Path, where: str) -> str:
 
 
 def map_lines(folder: Path) -> list[str]:
-    """Return the newest maps in and below a folder, each with its size and number of places."""
-    described = [path for pattern in MAP_PATTERNS for path in folder.glob(pattern) if _is_map(path)]
+    """Return the newest maps below a folder, and of those saved in the web UI, with their sizes and places."""
+    found = [*(path for pattern in MAP_PATTERNS for path in folder.glob(pattern)), *maps_folder().glob("*.yaml")]
+    described = [path for path in dict.fromkeys(found) if _is_map(path)]
     newest = sorted(described, key=lambda path: path.stat().st_mtime, reverse=True)
     if not newest:
         return ["maps: none here; make one: chefbot demo"]
@@ -103,7 +104,7 @@ def _is_map(path: Path) -> bool:
 
 
 def _map_line(path: Path, folder: Path) -> str:
-    name = path.relative_to(folder)
+    name = path.relative_to(folder) if path.is_relative_to(folder) else path
     try:
         grid = load_map(path)
         places = load_places(places_path(path)) if places_path(path).exists() else {}

@@ -177,7 +177,7 @@ def release_stop(page: str) -> int:
     with WebUiClient(page) as robot:
         stop = robot.wait_for("stop", running_robot.RESPONSE_TIMEOUT)
         if stop is None:
-            raise UserError(f"the robot at {page} does not report the state of its emergency stop")
+            raise UserError(f"the robot at {robot.url} does not report the state of its emergency stop")
         robot.send(ReleaseStop(stop["pressed"]))
         released = _await_stop(robot, lambda stop: not stop["stopped"])
         reason = (robot.latest.get("status") or {}).get("reason", "")

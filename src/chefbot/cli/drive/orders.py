@@ -45,7 +45,7 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
     Raises UserError if no robot that delivers runs at `page`, or if it refuses the order.
     """
     with WebUiClient(page) as robot:
-        places = _places_of_delivery(robot, page)
+        places = _places_of_delivery(robot)
         names = [find_shown_place(robot, table, places) for table in tables]
         before = robot.latest["delivery"]
         robot.send(Deliver(names))
@@ -57,11 +57,11 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
         return 0
 
 
-def _places_of_delivery(robot: WebUiClient, page: str) -> dict[str, SE2]:
+def _places_of_delivery(robot: WebUiClient) -> dict[str, SE2]:
     places = known_places(robot)
     if not places or robot.wait_for("delivery", running_robot.RESPONSE_TIMEOUT) is None:
         raise UserError(
-            f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo` with a map "
+            f"the robot at {robot.url} does not deliver; it must run `chefbot launch amcl_demo` with a map "
             "that has named places, a kitchen and a home among them (`chefbot drive place NAME` stores one)"
         )
     return places
@@ -100,7 +100,7 @@ def confirm_step(answer: str, page: str) -> int:
     Returns the exit code: 1 if the robot did not continue.
     """
     with WebUiClient(page) as robot:
-        before = _delivery(robot, page)
+        before = _delivery(robot)
         if answer:
             command = ANSWERS[answer]
             if isinstance(command, Choose) and command.choice not in before["choices"]:
@@ -111,14 +111,14 @@ def confirm_step(answer: str, page: str) -> int:
         console.print(now["step"])
         robot.wait_for("causes", running_robot.LAYER_TIMEOUT)
         _print_stops(robot, set())
-        _print_answers(now, page)
+        _print_answers(now, robot.url)
         return 1 if answer and now == before else 0
 
 
-def _delivery(robot: WebUiClient, page: str) -> Any:
+def _delivery(robot: WebUiClient) -> Any:
     delivery = robot.wait_for("delivery", running_robot.RESPONSE_TIMEOUT)
     if delivery is None:
-        raise UserError(f"the robot at {page} does not deliver; it must run `chefbot launch amcl_demo`")
+        raise UserError(f"the robot at {robot.url} does not deliver; it must run `chefbot launch amcl_demo`")
     return delivery
 
 
@@ -149,7 +149,7 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
         if own_round and delivery["order_id"] not in ("", own_round):  # the next round has begun
             return _exit_code(missed, "")
         if names in _waiting(delivery) and not begun:
-            printed = _print_once(f"Behind other orders: {_progress(delivery)}", printed)
+            printed = _print_once(f"Behind other orders: {_progress(robot.latest)}", printed)
             busy = True
             continue
         if delivery["step"] != printed:
@@ -162,8 +162,11 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
         busy = busy or not idle
 
 
-def _progress(delivery: Mapping[str, Any]) -> str:
+def _progress(layers: Mapping[str, Any]) -> str:
     """Return what the robot does for another order, without the sentence for the person who stands at it."""
+    delivery, stop = layers["delivery"], layers.get("stop")
+    if (stop and stop["stopped"]) or delivery["waits_for"] == "choice":
+        return str(delivery["step"])
     doing = DOING.get(delivery["state"])
     return (
         delivery["step"]

@@ -35,7 +35,7 @@ def show_status(page: str) -> int:
         layers = dict(robot.latest)
     status = layers.get("status")
     if status is None:
-        raise UserError(f"the robot at {page} does not report its status")
+        raise UserError(f"the robot at {robot.url} does not report its status")
     for name, text in _rows(status, layers, places):
         console.print(f"{name:{NAME_WIDTH}}  {text}")
     return 1 if status["stopped"] else 0

@@ -29,7 +29,7 @@ def save_running_map(file: Path, page: str) -> None:
         grid = robot.wait_for("map", running_robot.RESPONSE_TIMEOUT)
         if grid is None:
             raise UserError(
-                f"the robot at {page} has no map yet; start `chefbot launch gmapping_demo` and drive it around"
+                f"the robot at {robot.url} has no map yet; start `chefbot launch gmapping_demo` and drive it around"
             )
         check_usable(grid)
         places = known_places(robot)

@@ -166,7 +166,7 @@ class MapEditor:
 
     def _entry(self, place: Place, known: PlaceEntry | None, *, keep_pose: bool) -> PlaceEntry:
         """Return the entry of a changed place, which keeps its tolerances."""
-        label = unicodedata.normalize("NFC", place.label.strip())
+        label = " ".join(filter(None, unicodedata.normalize("NFC", place.label).split(" ")))
         if known and keep_pose:
             return msgspec.structs.replace(known, label=_checked(label))
         pose = place.pose.pose.se2
@@ -218,7 +218,7 @@ def _check_label(name: str, places: Mapping[str, PlaceEntry]) -> None:
 
 def _as_read(text: str) -> str:
     """Return a text in which what looks the same is the same: letters of any width and case, spaces and _."""
-    return unicodedata.normalize("NFKC", text).casefold().replace("_", " ").strip()
+    return " ".join(unicodedata.normalize("NFKC", text).casefold().replace("_", " ").split())
 
 
 def _check_names(names: Sequence[str]) -> None:

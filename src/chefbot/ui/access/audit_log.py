@@ -82,15 +82,21 @@ def read_entries(path: Path) -> Iterator[AuditEntry]:
 
 
 class AuditLog:
-    """Appends entries to `path`; `on_error` is called with a sentence, in a thread, when writing begins to fail."""
+    """Appends entries to `path`.
 
-    def __init__(self, path: Path, on_error: Callable[[str], None]) -> None:
+    `on_error` is called with a sentence, in a thread, when writing begins to fail, and `on_recovery` with the same
+    sentence when it works again.
+    """
+
+    def __init__(
+        self, path: Path, on_error: Callable[[str], None], on_recovery: Callable[[str], None]
+    ) -> None:
         self.path = path
-        self._on_error = on_error
+        self._on_error, self._on_recovery = on_error, on_recovery
         self._buckets = {kind: _Bucket(*kind.value) for kind in Kind}
         self._lock = threading.Lock()
         self._queue: queue.Queue[AuditEntry | None] = queue.Queue(QUEUE_LENGTH)
-        self._failing = False
+        self._problem = ""
         self._thread = threading.Thread(target=self._write_forever, name="audit log", daemon=True)
         self._thread.start()
 
@@ -118,11 +124,19 @@ class AuditLog:
         while (entry := self._queue.get()) is not None:
             try:
                 append_line(self.path, msgspec.json.encode(entry))
-                self._failing = False
+                self._note_problem("")
             except OSError as error:
-                if not self._failing:
-                    self._on_error(f"the audit log {self.path} cannot be written: {error.strerror or error}")
-                self._failing = True
+                self._note_problem(f"the audit log {self.path} cannot be written: {error.strerror or error}")
+
+    def _note_problem(self, problem: str) -> None:
+        """Report that writing fails for another reason than before, or works again."""
+        if problem == self._problem:
+            return
+        if self._problem:
+            self._on_recovery(self._problem)
+        if problem:
+            self._on_error(problem)
+        self._problem = problem
 
 
 def append_line(path: Path, line: bytes) -> None:

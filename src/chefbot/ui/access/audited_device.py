@@ -25,7 +25,7 @@ class AuditedDevice(Device):
         """Open the audit log of the robot."""
         super().start()
         self.own_warnings: list[str] = []
-        self.audit = AuditLog(audit_path(self.robot.name), self._warn)
+        self.audit = AuditLog(audit_path(self.robot.name), self._warn, self._end_warning)
 
     def stop(self) -> None:
         """Write what waits, and close the log."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from chefbot.devices.state_files import state_folder
+from chefbot.devices.state_files import maps_folder
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -41,11 +41,6 @@ OTHER_FRAME = (
     "The places and zones of the map before do not fit this one; they are kept with that map, and undoing the change"
     " brings them back."
 )
-
-
-def maps_folder() -> Path:
-    """Return the folder of the maps that were saved in the web UI."""
-    return state_folder() / "maps"
 
 
 class SaveRequest(NamedTuple):

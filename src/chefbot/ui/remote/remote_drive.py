@@ -54,7 +54,7 @@ class RemoteDriveDevice(Device):
         self._closing = False
         self._thread = threading.Thread(target=self._receive_loop, name="remote drive", daemon=True)
         self._thread.start()
-        self.announcement = f"Driving the robot at {self.params.page}"
+        self.announcement = f"Driving the robot at {self._page.url}"
 
     def stop(self) -> None:
         """Close the connection, which stops the robot."""

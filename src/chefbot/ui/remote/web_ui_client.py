@@ -40,7 +40,8 @@ class WebUiClient:
     """
 
     def __init__(self, url: str) -> None:
-        self.url = url
+        self.url = without_token(url)
+        """The address as messages name it."""
         self.latest: dict[str, Any] = {}
         """The newest value of each received layer, as returned by `decode`."""
         self._assembler = PieceAssembler(MAX_FRAME)
@@ -141,8 +142,14 @@ def _grid(header: dict[str, Any], body: bytes) -> Grid:
     return Grid(cells, header["resolution"], header["x"], header["y"])
 
 
+def without_token(page: str) -> str:
+    """Return the address of a web UI without its token, so that no terminal and no log keeps that."""
+    return page.split("?", 1)[0]
+
+
 def _connect(url: str) -> BlockingWebSocket:
     host, port, token, secure = _address(url)
+    url = without_token(url)
     try:
         tcp = socket.create_connection((host, port), CONNECT_TIMEOUT)
     except OSError as error:

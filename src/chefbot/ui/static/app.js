@@ -65,7 +65,8 @@ solid = new Solid({
 
 // Layers that are shown now, or that panels need.
 function shownLayers() {
-  if (document.hidden || kiosk?.on) return ["delivery"];
+  if (document.hidden) return ["delivery"];
+  if (kiosk?.on) return ["labels", "delivery"];
   const switched = SWITCHES.map(([layer]) => layer).filter((layer) => !hidden.has(layer));
   return [...new Set([
     ...NEEDED, ...switched, ...(cameraInView ? ["camera"] : []), ...(solid?.on ? SOLID_LAYERS : []),
@@ -194,7 +195,7 @@ const HANDLERS = {
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
   status: (value) => { panels.status(value); inspect.transforms.status(value); incidents.status(value); alerts.status(value); showFailure(value); showRefusal(value); tools.showSimulationTools(Boolean(value?.simulation)); },
-  labels: (value) => { setLabels(value ?? {}); mapEdit.labels = value ?? {}; panels.relabel(data.get("places") ?? []); mapEdit.showPlaces(data.get("places") ?? []); },
+  labels: (value) => { setLabels(value ?? {}); mapEdit.labels = value ?? {}; panels.relabel(data.get("places") ?? []); kiosk.show(data.get("delivery")); mapEdit.showPlaces(data.get("places") ?? []); },
   places: (value) => { panels.places(value ?? []); mapEdit.showPlaces(value ?? []); },
   zones: (value) => mapEdit.showZones(value),
   mapping: (value) => mapEdit.showMapping(value),
@@ -260,7 +261,7 @@ link.addEventListener("up", () => {
   link.show();
   lastData = performance.now();
   stop.connected();
-  kiosk.show(data.get("delivery"));
+  kiosk.connected(data.get("delivery"));
   solid.reload();
   if (!keepNotice) showNotice(loadError);
   keepNotice = false;
@@ -281,6 +282,7 @@ link.addEventListener("down", ({ detail: lost }) => {
 });
 link.addEventListener("locked", ({ detail }) => {
   keepNotice = true;
+  kiosk.lock(detail);
   showNotice(translated(detail), { stays: true, urgent: true });
 });
 link.addEventListener("age", ({ detail }) => {

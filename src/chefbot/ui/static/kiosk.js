@@ -10,6 +10,7 @@ export class Kiosk {
     this.changed = changed;
     this.delivery = null;
     this.stopped = false;
+    this.locked = "";                    // why the robot admits this browser no more
     this.leaving = null;                 // command that is not answered yet
     $("kiosk-confirm").onclick = () => send({ do: this.press, place: this.delivery.place });
     $("kiosk-leave").onclick = () => this.leave("");
@@ -39,8 +40,10 @@ export class Kiosk {
     this.press = waits;
     const confirms = waits === "loaded" || waits === "taken";
     const heading = waits === "taken" && state === "waiting" ? tr("{place}: your food", { place: title(place) }) : TITLES[waits] ?? STATES[state] ?? tr("No delivery");
-    $("kiosk-title").textContent = this.stopped ? tr("Stopped") : heading;
-    $("kiosk-text").textContent = waits === "choice" ? "" : translated(step);
+    // who waits for the robot reads from afar where it goes
+    const goes = state === "driving" && !waits && step, sentence = translated(step);
+    $("kiosk-title").textContent = this.stopped ? tr("Stopped") : goes ? sentence.replace(/[.。]\u2069*$/, "") : heading;
+    $("kiosk-text").textContent = waits === "choice" || (goes && !this.stopped) ? "" : sentence;
     $("kiosk-confirm").hidden = !confirms;
     $("kiosk-confirm").textContent = confirms ? PRESSES[waits] : "";
   }
@@ -51,10 +54,21 @@ export class Kiosk {
     this.show(this.delivery);
   }
 
+  connected(delivery) {
+    this.locked = "";
+    this.show(delivery);
+  }
+
+  // The link of this browser was revoked.
+  lock(sentence) {
+    this.locked = translated(sentence);
+    this.lost();
+  }
+
   // Nothing can be confirmed without a connection.
   lost() {
-    $("kiosk-title").textContent = tr("Please wait");
-    $("kiosk-text").textContent = tr("No connection to the robot.");
+    $("kiosk-title").textContent = this.locked ? tr("Please call the staff") : tr("Please wait");
+    $("kiosk-text").textContent = this.locked || tr("No connection to the robot.");
     $("kiosk-confirm").hidden = true;
     this.leaving = null;
   }

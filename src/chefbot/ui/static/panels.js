@@ -100,7 +100,7 @@ export class Panels {
   relabel(list) {
     this.names = "";
     this.places(list);
-    this.round.show(this.round.value);
+    this.round.relabel();
   }
 
   toggle(name) {

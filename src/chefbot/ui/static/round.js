@@ -52,6 +52,12 @@ export class RoundCard {
     if (!value?.round_active) this.answer("");
   }
 
+  // The labels of places have changed.
+  relabel() {
+    this.queue = this.orders = "";
+    this.show(this.value);
+  }
+
   // A robot without deliveries sends no status of them.
   connected() {
     this.since = performance.now();

@@ -147,6 +147,31 @@ def test_emergency_stop_keeps_the_round_until_a_choice_is_made(choice: str) -> N
         assert waiter.now == ("driving", "kitchen", "")
 
 
+def test_loading_after_an_emergency_stop_is_the_choice_to_go_on() -> None:
+    waiter = Waiter()
+    one = waiter.round
+    one.order(Order(("table_1", "table_2"), "a"))
+    one.arrived()
+    one.stop(True)
+    one.stop(False)
+    assert waiter.now == ("loading", "kitchen", "choice")
+    assert "press 'Loaded', drive to kitchen again, or end the round" in one.status.description
+    one.loaded()
+    assert waiter.now == ("driving", "table_1", "") and one.leg
+
+
+def test_loading_during_an_emergency_stop_starts_nothing() -> None:
+    waiter = Waiter()
+    one = waiter.round
+    one.order(Order(("table_1",), "a"))
+    one.arrived()
+    one.stop(True)
+    one.loaded()
+    assert waiter.now == ("driving", "table_1", "stop") and one.leg is None
+    one.stop(False)
+    assert waiter.now == ("driving", "table_1", "choice") and one.leg is None
+
+
 def test_an_order_during_emergency_stop_waits_for_a_choice() -> None:
     waiter = Waiter()
     one = waiter.round

@@ -225,6 +225,7 @@ def screen_position(tab: Tab, x: float, y: float) -> tuple[float, float]:
 
 @pytest.mark.rotated("3-D view")
 def test_dragging_on_the_floor_sends_a_goal_without_orbiting(tab: Tab) -> None:
+    tab.resize(1280, 800)  # the place on the floor lies under no button
     tab.evaluate("document.getElementById('fixed-frame').value = 'odom', modelView.home()")
     tab.wait_for("modelView.frames.glides.done && !modelView.stage.pending")
     before = tab.evaluate("modelView.stage.camera.position.toArray()")

@@ -139,8 +139,11 @@ def test_a_place_that_a_delivery_needs_is_not_deleted() -> None:
     waits = DeliveryStatus(
         state="idle", pending_orders=(Order(("table_2",), "a"),), errands=(Errand("table_1", when="after"),)
     )
-    for name in ("table_1", "table_2"):
-        with pytest.raises(UserError, match=f"is to serve {name.replace('_', ' ')}; leave it out"):
+    for name, sentence in (
+        ("table_1", "is to serve table 1; leave it out"),
+        ("table_2", "for table 2 waits; cancel"),
+    ):
+        with pytest.raises(UserError, match=sentence):
             validate_command(do.DeletePlace(name), PLACES, waits)
     for name in ("kitchen", "home"):
         with pytest.raises(UserError, match=f"Deliveries need {name}; move it instead"):

@@ -13,7 +13,7 @@ from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 from chefbot.delivery.status_messages import QUEUE_CHANGED
 from chefbot.storage.delivery_history import RecordedRound, RecordedStop
 from chefbot.ui.commands import ChangeQueue, Deliver, Drive, Follow, GoPlace
-from chefbot.ui.display.views import DeliveryView, StatusView
+from chefbot.ui.display.views import DeliveryView, RoundStopView, StatusView, WaitingOrderView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 LOADS = 5
@@ -265,6 +265,18 @@ def test_a_round_is_changed_by_its_chips(page: Any, tab: Tab) -> None:
     tab.wait_for("document.querySelectorAll('#queue li').length === 0")
 
 
+def test_a_renamed_table_is_renamed_in_the_round(page: Any, tab: Tab) -> None:
+    orders = (WaitingOrderView(id="b", places=("table_1",)),)
+    page.server.set_layer(
+        "delivery", DeliveryView(state="driving", round_active=True, queue=("table_1",), orders=orders)
+    )
+    shown = "document.querySelector('#queue span').textContent + document.querySelector('#orders span').textContent"
+    tab.wait_for("document.querySelectorAll('#queue li, #orders li').length === 2")
+    assert tab.evaluate(shown) == "Table 1Then: Table 1"
+    page.server.set_layer("labels", {"table_1": "Window"})
+    tab.wait_for(f"{shown} === 'WindowThen: Window'")
+
+
 def test_the_focus_stays_in_the_queue_when_a_table_is_left_out(page: Any, tab: Tab) -> None:
     def show(*queue: str) -> None:
         page.server.set_layer("delivery", DeliveryView(state="driving", round_active=True, queue=queue))
@@ -285,6 +297,15 @@ def test_a_long_label_leaves_the_buttons_of_a_table_in_view(page: Any, tab: Tab)
         "delivery", DeliveryView(state="driving", round_active=True, queue=("table_1", "table_1"))
     )
     tab.wait_for("document.querySelectorAll('#queue li').length === 2")
+    stop = RoundStopView(place="table_1", distance=112.0, time=340, battery=81.0, reachable=True)
+    page.server.set_layer("forecast", (stop, stop))
+    tab.wait_for("document.querySelector('#queue small').textContent === '112 m · 6 min · 81 %'")
+    assert (
+        tab.evaluate(
+            "(({ scrollWidth, clientWidth }) => scrollWidth - clientWidth)(document.querySelector('#queue small'))"
+        )
+        <= 0
+    )
     assert tab.evaluate("document.querySelector('#queue li').lastChild.getBoundingClientRect().right") < 390.0
     assert tab.evaluate("document.getElementById('round').scrollWidth") <= 390
 

@@ -9,7 +9,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
-from chefbot.ui.display.views import DeliveryView, StatusView, StopView
+from chefbot.ui.display.views import DeliveryView, LaunchView, StatusView, StopView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 SIZES = [(320, 640), (390, 844), (640, 320), (844, 390), (720, 450), (1440, 900)]
@@ -157,3 +157,48 @@ def test_nothing_is_behind_the_stop_button_on_any_screen(page: Any, stopped: boo
         for width, height in SIZES:
             tab.resize(width, height)
             assert tab.evaluate(hidden) <= 0.5, (width, height)
+
+
+BUTTON_SIZES = [(768, 1024), (1024, 768), *SIZES]
+
+
+def test_no_button_on_the_map_covers_another(page: Any) -> None:
+    show_a_room(page.server)
+    overlaps = """(() => {
+      const boxes = [...document.querySelectorAll('#tools button, #views > button, #layers summary')]
+        .filter((button) => button.checkVisibility()).map((button) => button.getBoundingClientRect());
+      return boxes.filter((a, i) => boxes.slice(0, i).some((b) =>
+        a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)).length;
+    })()"""
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for("document.querySelectorAll('#tables button').length > 0")
+        for width, height in BUTTON_SIZES:
+            tab.resize(width, height)
+            assert tab.evaluate(overlaps) == 0, (width, height)
+
+
+def test_the_order_of_many_tables_is_served_by_a_button_in_sight(page: Any) -> None:
+    show_a_room(page.server)
+    page.server.set_layer("places", {f"table_{number}": (number, 1, 0) for number in range(1, 47)})
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.resize(390, 844)
+        tab.wait_for("document.querySelectorAll('#tables button').length === 46")
+        tab.evaluate("document.querySelector('#tables button:last-child').focus()")
+        tab.evaluate("document.querySelector('#tables button:last-child').click()")
+        bottom = "document.querySelector('footer').getBoundingClientRect().top"
+        assert tab.evaluate(f"deliver.getBoundingClientRect().bottom < {bottom}")
+        assert tab.evaluate("deliver.getBoundingClientRect().top >= panels.getBoundingClientRect().top")
+        assert tab.evaluate("deliver.textContent") == "Serve Table 46"
+        tab.evaluate("document.querySelector('#tables button').focus()")
+        first, button = "document.querySelector('#tables button')", "deliver"
+        assert tab.evaluate(f"{first}.getBoundingClientRect().top >= {button}.getBoundingClientRect().bottom")
+
+
+def test_a_mapper_offers_no_deliveries(page: Any) -> None:
+    show_a_room(page.server)
+    page.server.set_layer("launch", LaunchView(mapping=True))
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for("document.querySelectorAll('#tables button').length > 0")
+        for hidden in ("deliver", "round", "bring"):
+            assert not tab.evaluate(f"document.getElementById('{hidden}').checkVisibility()")
+        assert tab.evaluate("document.querySelector('#places button').checkVisibility()")

@@ -14,7 +14,7 @@ CANCELLED = "The delivery was cancelled."
 DIVERTED = "The robot was sent elsewhere."
 ORDER_KEPT = "The emergency stop is active. The order is kept; release STOP, then choose whether to start."
 NOT_WHILE_STOPPED = "The emergency stop is active. Release STOP first."
-CANCELLED_TOO = "The delivery was cancelled, and {} more in the queue."
+CANCELLED_TOO = "The delivery and all waiting orders ({}) were cancelled."
 ORDER_CANCELLED = "The order was cancelled."
 ORDER_ENDED = "This order has already ended or was cancelled."
 QUEUE_CHANGED = "The round has changed in the meantime; check it and try again."
@@ -110,7 +110,9 @@ def choose(status: DeliveryStatus, reason: str) -> str:
     if status.state not in ROUND_STATES:
         return f"{reason} {ORDER_WAITS} start with the next order, or cancel it.".strip()
     if status.state == "loading":
-        options = f"load the food and press 'Loaded', drive to {display_name(status.place)} again, or end the round"
+        options = (
+            f"load the food and press 'Loaded', drive to {display_name(status.place)} again, or end the round"
+        )
     elif status.state in ("returning", "unloading") or not status.loaded:
         options = f"go on to {display_name(status.place)}, or end the round"
     else:

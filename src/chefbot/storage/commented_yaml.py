@@ -57,9 +57,10 @@ def _update(written: CommentedMap, entry: CommentedMap, known: CommentedMap) -> 
 
 def _text(value: object) -> object:
     """Return a text in quotes if the loader, which follows YAML 1.1, would read another type, as of `yes` or 1:30."""
-    if isinstance(value, str) and Resolver().resolve(ScalarNode, value, (True, False)) != TEXT_TAG:
-        return DoubleQuotedScalarString(value)
-    return value
+    if not isinstance(value, str):
+        return value
+    tag = Resolver().resolve(ScalarNode, value, (True, False))  # type: ignore[no-untyped-call]
+    return value if tag == TEXT_TAG else DoubleQuotedScalarString(value)
 
 
 def _loaded(path: Path, what: str, yaml: YAML) -> CommentedMap:

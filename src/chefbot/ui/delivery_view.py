@@ -140,10 +140,11 @@ def _check_deletion(name: str, status: DeliveryStatus) -> None:
     """Raise UserError for a place without which a delivery that is possible or under way would fail."""
     if name in (KITCHEN, HOME):
         raise UserError(f"Deliveries need {display_name(name)}; move it instead")
-    waiting = {place for order in status.pending_orders for place in order.places}
     served = (status.place, *status.queue) if status.state in ROUND_STATES else ()
-    if name in (*served, *waiting, *(errand.name for errand in status.errands)):
+    if name in (*served, *(errand.name for errand in status.errands)):
         raise UserError(f"The robot is to serve {display_name(name)}; leave it out of the round first")
+    if any(name in order.places for order in status.pending_orders):
+        raise UserError(f"An order for {display_name(name)} waits; cancel it first")
 
 
 def _check_move(name: str, status: DeliveryStatus) -> None:

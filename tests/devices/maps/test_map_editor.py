@@ -102,7 +102,7 @@ def test_a_preview_names_what_is_cut_off_and_writes_nothing(editor: MapEditor, t
     start = SE2(1.0, 1.0, 0.0)
     assert (
         side_effects(ROBOT, editor.changed(MapEdit(zones=(zone(),))), start)
-        == "No path from the robot to: table_1."
+        == "No path from the robot to: table 1."
     )
     beside = zone(corners=((3.0, 4.0), (4.0, 4.0), (4.0, 5.0)))
     assert side_effects(ROBOT, editor.changed(MapEdit(zones=(beside,))), start) == ""

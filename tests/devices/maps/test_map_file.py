@@ -161,7 +161,7 @@ def test_a_preview_names_what_a_wall_cuts_off(path: Path) -> None:
     assert result_of(runner, MapEdit("a", places=(BAR,))).applied
     wall = MapStroke((Point(0.0, 2.5, 0.0), Point(5.0, 2.5, 0.0)), 0.1, 100)
     result = result_of(runner, MapEdit("b", strokes=(wall,), preview=True))
-    assert (result.applied, result.description) == (False, "No path from the robot to: bar.")
+    assert (result.applied, result.description) == (False, "No path from the robot to: Café.")
     trapped = MapStroke((Point(2.0, 3.0, 0.0),), 0.3, 100)
     assert (
         "would then be inside a wall"
@@ -228,7 +228,7 @@ def test_a_preview_names_where_the_robot_no_longer_fits(path: Path) -> None:
     assert result_of(runner, MapEdit("a", places=(BAR,))).applied
     beside = MapStroke((Point(2.1, 1.5, 0.0), Point(2.1, 2.5, 0.0)), 0.05, 100)
     result = result_of(runner, MapEdit("b", strokes=(beside,), preview=True))
-    assert result.description == "Too near to a wall for the robot: bar."
+    assert result.description == "Too near to a wall for the robot: Café."
     through = MapStroke((Point(4.1, 3.5, 0.0), Point(4.1, 4.5, 0.0)), 0.05, 100)
     assert "too near to one" in result_of(runner, MapEdit("c", strokes=(through,), preview=True)).description
 

@@ -82,7 +82,10 @@ def _space(folder: Path, where: str) -> str:
 
 def map_lines(folder: Path) -> list[str]:
     """Return the newest maps below a folder, and of those saved in the web UI, with their sizes and places."""
-    found = [*(path for pattern in MAP_PATTERNS for path in folder.glob(pattern)), *maps_folder().glob("*.yaml")]
+    found = [
+        *(path for pattern in MAP_PATTERNS for path in folder.glob(pattern)),
+        *maps_folder().glob("*.yaml"),
+    ]
     described = [path for path in dict.fromkeys(found) if _is_map(path)]
     newest = sorted(described, key=lambda path: path.stat().st_mtime, reverse=True)
     if not newest:

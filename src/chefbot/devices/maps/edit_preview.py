@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from chefbot.devices.cut_off import Walls, cut_off, reachable, without_room
-from chefbot.devices.maps.map_content import MapChange
+from chefbot.devices.maps.map_content import MapChange, MapContent
 from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT
 from chefbot.robot.spec import Robot
+from chefbot.storage.places import place_title
 from chefbot.zones.contradictions import check_zones
 
 NO_PATH = "No path from the robot to: {}."
@@ -45,9 +46,9 @@ def _effects_on_paths(robot: Robot, change: MapChange, start: SE2, reported: str
     walls = (Walls(before.grid, before.zones), Walls(after.grid, after.zones))
     lost = cut_off(robot, start, after.poses(), *walls)
     if outside := [name for name in lost if f" {name} " not in reported]:
-        yield NO_PATH.format(", ".join(outside))
+        yield NO_PATH.format(_titles(outside, after))
     if narrow := sorted(_new_without_room(robot, change, after.poses()) - set(outside)):
-        yield NO_ROOM.format(", ".join(narrow))
+        yield NO_ROOM.format(_titles(narrow, after))
 
 
 def _new_places_out_of_reach(robot: Robot, change: MapChange, start: SE2) -> Iterator[str]:
@@ -57,9 +58,13 @@ def _new_places_out_of_reach(robot: Robot, change: MapChange, start: SE2) -> Ite
     changed = {name: pose for name, pose in after.poses().items() if known.get(name) != pose}
     found = reachable(after.grid, robot, start, changed, after.zones) if changed else set()
     if apart := [name for name in changed if name not in found]:
-        yield NO_PATH.format(", ".join(apart))
+        yield NO_PATH.format(_titles(apart, after))
     if narrow := sorted(without_room(Walls(after.grid, ()), robot, changed) & found):
-        yield NO_ROOM.format(", ".join(narrow))
+        yield NO_ROOM.format(_titles(narrow, after))
+
+
+def _titles(names: Iterable[str], content: MapContent) -> str:
+    return ", ".join(place_title(name, content.places.get(name)) for name in names)
 
 
 def _new_without_room(robot: Robot, change: MapChange, poses: Mapping[str, SE2]) -> set[str]:

@@ -82,10 +82,9 @@ def read_entries(path: Path) -> Iterator[AuditEntry]:
 
 
 class AuditLog:
-    """Appends entries to `path`.
+    """Appends entries to `path`, and reports when that begins to fail and when it works again.
 
-    `on_error` is called with a sentence, in a thread, when writing begins to fail, and `on_recovery` with the same
-    sentence when it works again.
+    `on_error` is called in a thread with a sentence, and `on_recovery` with the same sentence afterwards.
     """
 
     def __init__(

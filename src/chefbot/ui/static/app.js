@@ -35,18 +35,18 @@ const OLD = 500;                         // milliseconds: the age from which the
 const MAP_PATIENCE = 3000;               // milliseconds: a first picture is drawn without its map if that takes longer
 const WHERE_SHOWN = 20000;               // milliseconds
 const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
-const NARROW = window.matchMedia("(max-width: 760px), (max-height: 480px)");
 const data = new Map();
 const hidden = new Set(QUIET);
 const glides = new Glides();
 const shown = new Map();                 // poses on the way from their last value to the latest
 let following = true, whole = true, lastData = 0, refusal = 0, whereAsked = 0, failures = null, refusals = null, keepNotice = false;
 let complete = false;                    // whether the map has arrived, if there is one: places alone would jump
+let viewsBelow = false;                  // whether buttons lie below the map, too
 let cameraInView = false, solid = null, kiosk = null, inspect = null, address = null;
 let unserved = "";                       // tables of a round of which a restarted server has not reported yet
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, shownLayers);
-const view = new View($("canvas"), paint, (inPlace) => { if (whole) showWhole(inPlace); });
+const view = new View($("canvas"), paint, resized);
 const panels = new Panels(send);
 const driver = new Driver((command) => link.send(command));
 const stop = new StopButton((command) => link.send(command), () => { driver.release(); panels.round.answer(""); });
@@ -112,7 +112,7 @@ function paint(context) {
   cursor.paint(context, view);
   if (tools.drag && tools.view === view && tools.tool.id === "measure") ruler(context, view, tools.drag);
   else if (tools.drag && tools.view === view && !tools.tool.draws) arrow(context, view, tools.pose(), COLOURS.goal(), Math.max(34, 0.7 * view.scale));
-  scaleBar(context, view, NARROW.matches ? 62 : 18);
+  scaleBar(context, view, viewsBelow ? 62 : 18);
   const moving = data.get("path") && !hidden.has("path") && !STILL.matches;
   if (!solid.on && (moving || !glides.done)) view.refresh();
 }
@@ -164,12 +164,17 @@ function fit() {
   showWhole();
 }
 
+function resized(inPlace) {
+  viewsBelow = $("views").offsetTop > view.height / 2;
+  if (whole) showWhole(inPlace);
+}
+
 // Keep the known map in view while it grows and the page is resized, until the operator pans.
 // A map that is `inPlace` stays as it is while it can be seen.
 function showWhole(inPlace = false) {
   const grid = data.get("map");
   if (!grid || !view.width || !view.height) return;
-  const bar = $("tools").offsetHeight + 16, covered = [bar, NARROW.matches ? bar + 24 : 30], area = knownArea(grid);
+  const bar = $("tools").offsetHeight + 16, covered = [bar, viewsBelow ? bar + 24 : 30], area = knownArea(grid);
   if (!inPlace || !view.shows(area, ...covered)) view.fit(area, ...covered);
 }
 
@@ -199,7 +204,7 @@ const HANDLERS = {
   places: (value) => { panels.places(value ?? []); mapEdit.showPlaces(value ?? []); },
   zones: (value) => mapEdit.showZones(value),
   mapping: (value) => mapEdit.showMapping(value),
-  launch: (value) => mapEdit.showLaunch(value),
+  launch: (value) => { document.body.classList.toggle("mapping", Boolean(value?.mapping)); mapEdit.showLaunch(value); },
   edits: (value) => mapEdit.answers(value),
   graph: (value) => inspect.showGraph(value),
   values: (value) => inspect.showValues(value ?? []),

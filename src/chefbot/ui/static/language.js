@@ -40,6 +40,9 @@ function relabelled(text) { return labelled && text ? text.replace(labelled, (na
 function label(name) { return Object.hasOwn(labels, key(name)) ? labels[key(name)] : null; }
 function key(name) { return name.toLowerCase().replace(/ /g, "_"); }
 
+// Between the parts of a list.
+export const comma = { ar: "، ", zh: "、" }[language] ?? ", ";
+
 // The name of a place for the reader: table_3 is "Table 3", or "Tisch 3", unless it has a label.
 export function title(name) {
   return Object.hasOwn(labels, name) ? labels[name] : nameTitle(name);
@@ -96,7 +99,7 @@ function patterns(messages, capture) {
 function filled(template, value) { return template.replace(/\{(\w+)\}/g, (_, name) => isolated(value(name))); }
 
 // In a text from right to left, "8 m" keeps its order (Unicode Standard Annex 9, first strong isolate).
-function isolated(value) { return RIGHT_TO_LEFT.has(language) ? `\u2068${value}\u2069` : String(value); }
+export function isolated(value) { return RIGHT_TO_LEFT.has(language) ? `\u2068${value}\u2069` : String(value); }
 function lower(text) { return text.replace(/^./u, (letter) => letter.toLowerCase()); }
 function capital(text) { return text.replace(/^./u, (letter) => letter.toUpperCase()); }
 

@@ -250,6 +250,8 @@ export function ruler(context, view, { start, end }) {
 export function scaleBar(context, view, above) {
   const metres = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((length) => length * view.scale > 60) ?? 100;
   const width = metres * view.scale, y = view.height - above;
+  context.fillStyle = COLOURS.halo();    // legible over walls, too
+  context.fillRect(10, y - 20, width + 12, 26);
   context.strokeStyle = context.fillStyle = COLOURS.places();
   context.lineWidth = 2;
   context.beginPath();

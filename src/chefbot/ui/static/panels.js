@@ -52,6 +52,7 @@ export class Panels {
     if (!this.send({ do: "deliver", tables })) return;
     this.ordered = tables;
     this.choose([]);
+    $("round").scrollIntoView({ block: "nearest" });
   }
 
   // The order was refused or may be lost: restore the selection, so that it can be sent again.

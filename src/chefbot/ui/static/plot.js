@@ -41,7 +41,7 @@ export class ErrorPlot {
     for (const share of [0, 0.5, 1]) {
       const y = 8 + (height - 24) * (1 - share);
       context.beginPath(); context.moveTo(40, y); context.lineTo(width, y); context.stroke();
-      context.fillText(length(share * top), 0, y + 4);
+      context.fillText(top < 1 ? `${100 * share * top} cm` : length(share * top), 0, y + 4);
     }
     context.fillText(tr("last {number} minutes", { number: SPAN / 60 }), 40, height - 2);
   }

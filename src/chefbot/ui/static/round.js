@@ -1,11 +1,11 @@
 // The delivery round: buttons for what the robot waits for, and the choice between the round and another goal.
-import { language, nameTitle, title, tr, translated } from "./language.js";
+import { comma, isolated, language, nameTitle, title, tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
 const DOUBLE_TAP = 400, DOUBT = 4000;    // milliseconds: the second tap that confirms is no part of a double tap
 const PATIENCE = 3000;                   // milliseconds in which a connected robot sends the status of its deliveries
-const names = (list) => (list ?? []).map(title).join(", ");
+const names = (list) => (list ?? []).map((name) => isolated(title(name))).join(comma);
 
 export class RoundCard {
   constructor(send) {
@@ -37,7 +37,9 @@ export class RoundCard {
     $("taken").hidden = !["waiting", "unloading"].includes(value?.state);
     $("not_taken").hidden = value?.state !== "waiting";
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
-    text("go_on", value?.place ? tr("Go on to {place}", { place: next }) : tr("Start with {place}", { place: next }));
+    const again = value?.state === "loading";             // it is there, unless it was moved by hand
+    $("go_on").classList.toggle("primary", !again);
+    text("go_on", again ? tr("Drive to {place} again", { place: next }) : value?.place ? tr("Go on to {place}", { place: next }) : tr("Start with {place}", { place: next }));
     text("end", value?.round_active ? tr("End the round") : tr("Cancel the next order"));
     const several = value?.round_active || (value?.orders ?? []).length;
     text("cancel", several ? tr("Cancel the round and all orders") : tr("Cancel the current task"));
@@ -74,6 +76,7 @@ export class RoundCard {
     $("queue").replaceChildren(...queue.map((name, i) => {
       const item = document.createElement("li"), label = document.createElement("span");
       label.textContent = title(name);
+      label.dir = "auto";                  // what does not fit is left out at the end of the label
       const when = document.createElement("small");
       when.title = tr("Distance, time and battery on arrival");
       const earlier = chip("↑", tr("Serve {place} earlier", { place: title(name) }), () => this.changeQueue(moved(queue, i)));
@@ -93,6 +96,7 @@ export class RoundCard {
     $("orders").replaceChildren(...orders.map(({ id, places }) => {
       const item = document.createElement("li"), label = document.createElement("span");
       label.textContent = tr("Then: {places}", { places: names(places) });
+      label.dir = "auto";
       const cancel = chip("×", tr("Cancel the order: {places}", { places: names(places) }), confirmed(tr("Cancel it?"), () => this.send({ do: "queue", tables: [], order: id })));
       cancel.hidden = !id;
       item.append(label, cancel);
@@ -186,9 +190,9 @@ function homeAgain(home) {
     : tr("Back home: {metres}, about {time}, {battery} battery.", values);
 }
 
-const metres = (length) => `${Math.round(length)} m`;
+const metres = (length) => tr("{number} m", { number: Math.round(length) });
 const charge = ({ battery }) => (battery === null ? [] : [`${battery} %`]);
-const time = (seconds) => (seconds < 90 ? `${Math.max(10, seconds)} s` : `${Math.round(seconds / 60)} min`);
+const time = (seconds) => (seconds < 90 ? tr("{number} s", { number: Math.max(10, seconds) }) : tr("{number} min", { number: Math.round(seconds / 60) }));
 const moved = (list, i) => [...list.slice(0, i - 1), list[i], list[i - 1], ...list.slice(i + 1)];
 
 function chip(sign, label, action) {

@@ -37,6 +37,7 @@ DRAWN_AREA = """(() => {
 """Bounds of the drawn area as fractions of the canvas, including the scale bar."""
 
 
+NARROWEST_BUTTON = "Math.min(...[...document.querySelectorAll('.chips button')].map((one) => one.offsetWidth))"
 LATER = "new Promise((done) => setTimeout(() => done({}), 450))"
 """A tap that is not the second one of a double tap."""
 FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
@@ -249,6 +250,7 @@ def test_a_round_is_changed_by_its_chips(page: Any, tab: Tab) -> None:
     )
     tab.wait_for("document.querySelectorAll('#queue li').length === 3")
     assert tab.evaluate("document.querySelector('#queue button').disabled"), "the first cannot be earlier"
+    assert tab.evaluate(NARROWEST_BUTTON) >= 32, "a finger is wider than a mouse"
     press = "document.querySelectorAll('#queue li')[{}].querySelectorAll('button')[{}].click()"
     tab.evaluate(press.format(1, 0))
     assert page.next_command() == ChangeQueue(["table_2", "table_1", "table_1"], "a", list(queue))

@@ -37,7 +37,9 @@ DRAWN_AREA = """(() => {
 """Bounds of the drawn area as fractions of the canvas, including the scale bar."""
 
 
-NARROWEST_BUTTON = "Math.min(...[...document.querySelectorAll('.chips button')].map((one) => one.offsetWidth))"
+NARROWEST_BUTTON = (
+    "Math.min(...[...document.querySelectorAll('.chips button')].map((one) => one.offsetWidth))"
+)
 LATER = "new Promise((done) => setTimeout(() => done({}), 450))"
 """A tap that is not the second one of a double tap."""
 FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"

@@ -134,13 +134,10 @@ def test_a_page_of_which_a_file_did_not_arrive_is_loaded_again(tab: Tab, name: s
     assert tab.evaluate("getComputedStyle(document.body).margin") == "0px", "with the style sheet"
 
 
-WARNING = StatusView(warnings=("The battery is low. " * 12,))
-
-
-def show_warning(page: Any, tab: Tab) -> None:
+def show_warning(page: Any, tab: Tab, sentences: int = 12) -> None:
     """Show a warning above the map, and wait until the map below it is drawn."""
     height = tab.evaluate("document.getElementById('canvas').height")
-    page.server.set_layer("status", WARNING)
+    page.server.set_layer("status", StatusView(warnings=("The battery is low. " * sentences,)))
     tab.wait_for(f"document.getElementById('canvas').height < {height}")
     tab.evaluate(FRAMES)
 
@@ -176,10 +173,16 @@ def test_the_full_map_stays_visible_below_a_warning(page: Any, tab: Tab) -> None
     tab.wait_for(f"JSON.parse({DRAWN_AREA})[1] >= 0 && document.getElementById('canvas').width > 1000")
     tab.evaluate(FRAMES)
     before = place_on_screen(tab)
-    show_warning(page, tab)
+    show_warning(page, tab, 36)
     drawn = tab.evaluate(DRAWN_AREA)
     assert area_of_whole_map(tab) == drawn
     assert place_on_screen(tab) != pytest.approx(before, abs=1.5), "it is smaller"
+    page.server.set_layer("status", StatusView())
+    tab.wait_for("document.getElementById('warnings').hidden")
+    tab.evaluate(FRAMES)
+    drawn = tab.evaluate(DRAWN_AREA)
+    assert area_of_whole_map(tab) == drawn, "it is as large as before again"
+    assert place_on_screen(tab) == pytest.approx(before, abs=1.5)
 
 
 def key(tab: Tab, name: str) -> None:

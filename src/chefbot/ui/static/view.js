@@ -1,6 +1,7 @@
 // The map: where it is looked at from, and the gestures that move it. Metres to pixels and back; y goes up.
 
 const MIN_SCALE = 4, MAX_SCALE = 600;
+const SMALL = 0.8;                       // share of the largest scale: a map that is smaller is drawn larger again
 
 export class View {
   // `resized(inPlace)` is called when the canvas has got its size, and whenever that changes.
@@ -101,16 +102,22 @@ export class View {
     this.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...this.at(event));
   }
 
-  // Whether an area is in sight. `above` and `below`: pixels that buttons cover.
+  // Whether an area is in sight and not much smaller than it could be. `above` and `below`: pixels that buttons cover.
   shows(area, above, below) {
     const [left, top] = this.px(area.left, area.top), [right, bottom] = this.px(area.right, area.bottom);
-    return left >= 0 && right <= this.width && top >= above && bottom <= this.height - below;
+    const inSight = left >= 0 && right <= this.width && top >= above && bottom <= this.height - below;
+    return inSight && this.scale > SMALL * this.largest(area, above, below);
+  }
+
+  // The scale at which an area fills what is free of the canvas.
+  largest(area, above, below) {
+    const wide = area.right - area.left, high = area.top - area.bottom;
+    const free = Math.max(this.height / 3, this.height - above - below);
+    return Math.min(MAX_SCALE, 0.94 * Math.min(this.width / wide, free / high));
   }
 
   fit(area, above, below) {
-    const wide = area.right - area.left, high = area.top - area.bottom;
-    const free = Math.max(this.height / 3, this.height - above - below);
-    this.scale = Math.min(MAX_SCALE, 0.94 * Math.min(this.width / wide, free / high));
+    this.scale = this.largest(area, above, below);
     this.centre = { x: (area.left + area.right) / 2, y: (area.bottom + area.top) / 2 + (above - below) / 2 / this.scale };
     this.refresh();
   }

@@ -208,7 +208,9 @@ function confirmed(question, action) {
   let shown = null;
   return (button) => {
     if (shown !== null) {
-      if (performance.now() - shown > DOUBLE_TAP) action();
+      if (performance.now() - shown <= DOUBLE_TAP) return;
+      shown = Infinity;                  // a third tap does nothing
+      action();
       return;
     }
     const { textContent: sign, ariaLabel: label } = button;

@@ -57,28 +57,41 @@ def test_a_web_ui_is_found_on_loopback_and_on_a_network(monkeypatch: pytest.Monk
         server = WebUiServer(0, host, print)
         server.start()
         address = f"http://127.0.0.1:{server.port}"
-        assert web_ui_lines(address) == [f"web UI: {address}"]
+        assert web_ui_lines(address, 1) == [f"web UI: {address}"]
         server.stop()
-    assert web_ui_lines(address) == [f"web UI: none is served at {address}"]
+    assert web_ui_lines(address, 1) == [f"web UI: none is served at {address}"]
+
+
+def test_a_web_ui_at_one_of_the_next_ports_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A launch takes the next free port where another program has the first."""
+    monkeypatch.setattr(computer, "has_screen", lambda: True)
+    with listening(b"HTTP/1.0 200 OK\r\n\r\nHello") as address:
+        port = int(address.rpartition(":")[2])
+        server = WebUiServer(port, "127.0.0.1", print)
+        server.start()
+        try:
+            assert f"web UI: http://127.0.0.1:{server.port}" in web_ui_lines(address)
+        finally:
+            server.stop()
 
 
 @pytest.mark.parametrize("answer", [b"HTTP/1.0 200 OK\r\n\r\nHello", b"SSH-2.0-OpenSSH\r\n", None])
 def test_another_program_at_the_port_is_a_problem(answer: bytes | None) -> None:
     with listening(answer) as address:
-        (line,) = web_ui_lines(address)
+        (line,) = web_ui_lines(address, 1)
     assert line.startswith("! web UI: another program uses port ") and "port:=8090" in line
 
 
 def test_a_program_that_never_answers_causes_no_wait(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(computer, "TIMEOUT", 0.05)
     with socket.create_server(("127.0.0.1", 0)) as silent:
-        (line,) = web_ui_lines(f"http://127.0.0.1:{silent.getsockname()[1]}")
+        (line,) = web_ui_lines(f"http://127.0.0.1:{silent.getsockname()[1]}", 1)
     assert line.startswith("! web UI: another program")
 
 
 def test_without_a_screen_other_devices_can_open_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(computer, "has_screen", lambda: False)
-    assert "--lan" in web_ui_lines("http://127.0.0.1:9")[0]
+    assert "--lan" in web_ui_lines("http://127.0.0.1:9", 1)[0]
 
 
 def test_scarce_space_is_a_problem(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -57,7 +57,7 @@ def test_all_that_is_known_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     )
     assert rows["delivery"] == "Driving to table 3." and rows["warning"] == "Lidar: late"
     assert "last stop       A door.\n" in out
-    assert "still to serve  table 2\nother goals     home\norder 1 waits   table 1 and table 3\n" in out
+    assert "still to serve  窗边 2\nother goals     home\norder 1 waits   table 1 and table 3\n" in out
 
 
 @pytest.mark.slow

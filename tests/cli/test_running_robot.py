@@ -86,7 +86,7 @@ def test_deliver_returns_at_once_without_wait(capsys: pytest.CaptureFixture[str]
         robot.show_waiting_for_order()
         assert order_delivery(["2"], robot.url, wait=False) == 0
         assert robot.commands.get(timeout=PATIENCE) == Deliver(["table_2"])
-    assert capsys.readouterr().out == "ordered: table_2\n"
+    assert capsys.readouterr().out == "ordered: 窗边 2\n"
 
 
 def test_a_refused_order_is_reported() -> None:
@@ -112,7 +112,7 @@ def test_an_order_behind_another_one_is_accepted(capsys: pytest.CaptureFixture[s
         robot.show_places()
         robot.show_waiting_for_order()
         assert order_delivery(["2"], robot.url, wait=False) == 0
-    assert capsys.readouterr().out == "ordered: table_2\n"
+    assert capsys.readouterr().out == "ordered: 窗边 2\n"
 
 
 def test_an_unknown_table_is_refused_with_the_nearest_name() -> None:

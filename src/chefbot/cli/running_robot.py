@@ -7,6 +7,7 @@ from collections.abc import Collection
 
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
+from chefbot.place_names import with_labels
 from chefbot.storage.places import find_place
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
@@ -35,6 +36,11 @@ def pose_text(pose: SE2) -> str:
 def find_shown_place(robot: WebUiClient, query: str, places: Collection[str]) -> str:
     """Return the place that a name, a number or a label refers to. Raises UserError with the closest name."""
     return find_place(query, places, robot.wait_for("labels", LAYER_TIMEOUT) or {})
+
+
+def with_shown_labels(robot: WebUiClient, text: str) -> str:
+    """Return a sentence of the robot with the labels of the places that it names."""
+    return with_labels(text, robot.latest.get("labels") or {})
 
 
 def failed_goals(robot: WebUiClient) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.msgs.chefbot_msgs.deliveries import BY_PERSONS, ENDED_BEFORE, LEFT_OUT, NOT_TAKEN
+from chefbot.place_names import display_name
 from chefbot.plural import number_of
 
 IDLE = "Waiting for an order."
@@ -36,11 +37,6 @@ IDLE_STATES = ("idle", "failed")
 """States in which no round is in progress and the robot waits for an order."""
 ROUND_STATES = ("loading", "driving", "waiting", "returning", "unloading")
 """States of a round; `waiting` is at a table. In the state `errand` the robot drives without food on request."""
-
-
-def display_name(place: str) -> str:
-    """Return the display name of a place, with spaces for underscores."""
-    return place.replace("_", " ")
 
 
 def join_names(places: Sequence[str]) -> str:

@@ -110,11 +110,6 @@ def _fields(entry: PlaceEntry) -> CommentedMap:
     return fields
 
 
-def place_title(name: str, entry: PlaceEntry | None) -> str:
-    """Return what people read of a place: its label, else its name with spaces."""
-    return (entry.label if entry is not None else "") or name.replace("_", " ")
-
-
 def find_place(query: str, places: Collection[str], labels: Mapping[str, str] | None = None) -> str:
     """Return the place that 'kitchen', 'table_3', just '3' or its label refers to; UserError with the closest name.
 

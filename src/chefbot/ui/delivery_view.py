@@ -12,10 +12,10 @@ from chefbot.delivery.status_messages import (
     ORDER_ENDED,
     QUEUE_CHANGED,
     ROUND_STATES,
-    display_name,
 )
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
+from chefbot.place_names import display_name
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import DeliveryView, RoundStopView, WaitingOrderView
 

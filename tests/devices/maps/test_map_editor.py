@@ -194,7 +194,7 @@ def test_changes_are_taken_back_one_by_one(editor: MapEditor, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("edit", "sentence"),
     [
-        (MapEdit(places=(place("table_2", -1.0),)), "table_2 lies outside the map"),
+        (MapEdit(places=(place("table_2", -1.0),)), "table 2 lies outside the map"),
         (MapEdit(places=(place("table_2", 4.0, 3.0, "bar"),)), "bar lies in a wall"),
         (MapEdit(places=(place("Table 2"),)), "'Table 2' must consist of small letters"),
         (MapEdit(places=(place("../x"),)), "must consist of small letters"),

@@ -175,6 +175,12 @@ def test_a_preview_names_what_a_wall_cuts_off(path: Path) -> None:
     [
         (MapEdit("b", strokes=(MapStroke((Point(2.0, 2.0, 0.0),), 0.3, 100),)), "Café lies in a wall"),
         (MapEdit("b", crop=(Point(2.5, 0.0, 0.0), Point(5.0, 5.0, 0.0))), "Café lies outside the map"),
+        (
+            MapEdit(
+                "b", crop=(Point(2.5, 2.5, 0.0), Point(5.0, 5.0, 0.0)), places=(Place("pass", BAR.pose),)
+            ),
+            "Café lies outside the map; pass lies outside the map",
+        ),
         (MapEdit("b", crop=(Point(1.9, 1.9, 0.0), Point(2.0, 2.0, 0.0))), "fewer than 10 rows"),
         (MapEdit("b", crop=(Point(1.0, 1.0, 0.0), Point(3.0, 3.0, 0.0))), "no wall left"),
         (MapEdit("b", crop=(Point(1.0, 1.0, 0.0),)), "two corners"),

@@ -22,6 +22,7 @@ from chefbot.plural import number_of
 from chefbot.storage.map_files import load_map
 from chefbot.storage.places import load_places, places_path
 from chefbot.storage.zones import load_zones, zones_path
+from chefbot.ui.access.addresses import PORTS_TO_TRY
 from chefbot.ui.browser import has_screen
 
 TIMEOUT = 1.0
@@ -36,19 +37,30 @@ MAP_PATTERNS = ("*.yaml", "runs/*/*.yaml", "maps/*.yaml")
 """Where maps are looked for, from the working directory."""
 
 
-def web_ui_lines(address: str = WEB_UI) -> list[str]:
-    """Return whether a robot serves its web UI at the default address, and how a browser gets there."""
+def web_ui_lines(address: str = WEB_UI, ports: int = PORTS_TO_TRY) -> list[str]:
+    """Return where robots serve their web UIs, and how a browser gets there: at this address, or a port after it.
+
+    ports: number of ports, of which a launch takes the first free one.
+    """
     look = "" if has_screen() else "; there is no screen here: with --lan other devices can open it"
+    host, _, port = address.rpartition(":")
+    served = {url: _is_web_ui(url) for url in (f"{host}:{int(port) + step}" for step in range(ports))}
+    if any(served.values()):
+        return [f"web UI: {url}{look}" for url, found in served.items() if found]
+    if served[address] is None:
+        return [f"web UI: none is served at {address}{look}"]
+    return [f"! web UI: another program uses port {port}; a launch takes the next free one, or port:=8090"]
+
+
+def _is_web_ui(address: str) -> bool | None:
+    """Return whether the server at an address is a robot's web UI; None if there is no server."""
     try:
         page = _first_page(address)
     except ConnectionRefusedError:
-        return [f"web UI: none is served at {address}{look}"]
+        return None
     except (OSError, http.client.HTTPException):
-        page = b""
-    if b"<title>Chefbot</title>" in page or b"token that chefbot printed" in page:
-        return [f"web UI: {address}{look}"]
-    port = address.rpartition(":")[2]
-    return [f"! web UI: another program uses port {port}; a launch takes the next free one, or port:=8090"]
+        return False
+    return b"<title>Chefbot</title>" in page or b"token that chefbot printed" in page
 
 
 def _first_page(address: str) -> bytes:

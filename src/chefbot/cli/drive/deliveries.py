@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from chefbot.cli.drive.recorded_robot import existing_history, local_time
-from chefbot.delivery.status_messages import display_name
+from chefbot.place_names import display_name
 from chefbot.plural import number_of
 from chefbot.storage.atomic_files import write_into_folder
 from chefbot.storage.delivery_history import RecordedRound, read_history
@@ -40,7 +40,7 @@ def round_line(one: RecordedRound) -> str:
     """Return a round as one line: local time, who ordered, each place with its outcome, how it ended."""
     who = f"{one.ordered_by}: " if one.ordered_by else ""
     places = ", ".join(
-        f"{stop.label or display_name(stop.place)} ({_outcome(stop.outcome)})" for stop in one.stops
+        f"{display_name(stop.place, stop.label)} ({_outcome(stop.outcome)})" for stop in one.stops
     )
     end = f"until {local_time(one.ended)[11:]}; {one.outcome}" if one.ended else "unfinished"
     simulated = " [simulated]" if one.simulated else ""

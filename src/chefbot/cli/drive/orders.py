@@ -11,10 +11,10 @@ from chefbot.causes.reports import STOP
 from chefbot.causes.sentences import EFFECT_NAMES
 from chefbot.cli import running_robot
 from chefbot.cli.parameters import WEB_UI
-from chefbot.cli.running_robot import find_shown_place, known_places
-from chefbot.delivery.status_messages import display_name
+from chefbot.cli.running_robot import find_shown_place, known_places, with_shown_labels
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
+from chefbot.place_names import display_name
 from chefbot.ui.commands import Choose, Deliver, Loaded, NotTaken, OperatorCommand, Taken
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
@@ -52,8 +52,8 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
         if wait:
             return _follow_delivery(robot, names)
         if not _await_acceptance(robot, before, names):
-            raise UserError(f"not ordered: {robot.latest['delivery']['step']}")
-        console.print(f"ordered: {', '.join(names)}")
+            raise UserError(f"not ordered: {with_shown_labels(robot, robot.latest['delivery']['step'])}")
+        _print(robot, f"ordered: {', '.join(map(display_name, names))}")
         return 0
 
 
@@ -108,7 +108,7 @@ def confirm_step(answer: str, page: str) -> int:
             robot.send(command)
             robot.wait_until(lambda: robot.latest["delivery"] != before, running_robot.RESPONSE_TIMEOUT)
         now = robot.latest["delivery"]
-        console.print(now["step"])
+        _print(robot, now["step"])
         robot.wait_for("causes", running_robot.LAYER_TIMEOUT)
         _print_stops(robot, set())
         _print_answers(now, robot.url)
@@ -149,11 +149,11 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
         if own_round and delivery["order_id"] not in ("", own_round):  # the next round has begun
             return _exit_code(missed, "")
         if names in _waiting(delivery) and not begun:
-            printed = _print_once(f"Behind other orders: {_progress(robot.latest)}", printed)
+            printed = _print_once(robot, f"Behind other orders: {_progress(robot.latest)}", printed)
             busy = True
             continue
         if delivery["step"] != printed:
-            printed = _print_once(delivery["step"], printed)
+            printed = _print_once(robot, delivery["step"], printed)
             _print_answers(delivery, robot.url)
         missed = [name for name in names if name not in delivery["delivered"]]
         idle = delivery["state"] in ("idle", "errand") and not delivery["waits_for"]
@@ -180,13 +180,17 @@ def _print_stops(robot: WebUiClient, printed: set[int]) -> None:
     for cause in robot.latest.get("causes", ()):
         if cause["effect"] == STOPPED and cause["ended"] is None and cause["id"] not in printed:
             printed.add(cause["id"])
-            console.print(f"  {cause['sentence']}")
+            _print(robot, f"  {cause['sentence']}")
 
 
-def _print_once(sentence: str, printed: str) -> str:
+def _print_once(robot: WebUiClient, sentence: str, printed: str) -> str:
     if sentence != printed:
-        console.print(sentence)
+        _print(robot, sentence)
     return sentence
+
+
+def _print(robot: WebUiClient, sentence: str) -> None:
+    console.print(with_shown_labels(robot, sentence))
 
 
 def _exit_code(missed: list[str], state: str) -> int:

@@ -10,9 +10,9 @@ from rich.console import Console
 from chefbot.cli import running_robot
 from chefbot.cli.drive.goals import pose_of
 from chefbot.cli.running_robot import ADD_PLACES, known_places, pose_text
-from chefbot.delivery.status_messages import display_name
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
+from chefbot.place_names import display_name
 from chefbot.storage.places import name_of_place
 from chefbot.ui.commands import DeletePlace, PutPlace
 from chefbot.ui.remote.web_ui_client import WebUiClient

@@ -9,9 +9,10 @@ from typing import Any
 from rich.console import Console
 
 from chefbot.cli.running_robot import ADD_PLACES, LAYER_TIMEOUT, known_places, pose_text
-from chefbot.delivery.status_messages import display_name, join_names
+from chefbot.delivery.status_messages import join_names
 from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
+from chefbot.place_names import display_name, with_labels
 from chefbot.ui.remote.web_ui_client import WebUiClient
 
 AT_PLACE_DISTANCE = 0.3
@@ -20,7 +21,7 @@ STANDSTILL_SPEED = 0.01
 """Speed below which the robot stands, m/s."""
 LONG_TIME = 90.0
 """Time from which minutes are printed, s."""
-SHOWN_LAYERS = {"status", "robot", "delivery", "forecast"}
+SHOWN_LAYERS = {"status", "robot", "delivery", "forecast", "labels"}
 NEARLY_SURE = 0.99
 """Largest probability that is shown: nothing is certain."""
 NAME_WIDTH = len("emergency stop")
@@ -37,7 +38,7 @@ def show_status(page: str) -> int:
     if status is None:
         raise UserError(f"the robot at {robot.url} does not report its status")
     for name, text in _rows(status, layers, places):
-        console.print(f"{name:{NAME_WIDTH}}  {text}")
+        console.print(f"{name:{NAME_WIDTH}}  {with_labels(text, layers.get('labels') or {})}")
     return 1 if status["stopped"] else 0
 
 

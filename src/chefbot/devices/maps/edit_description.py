@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 
 from chefbot.devices.maps.map_content import MapChange
 from chefbot.msgs.chefbot_msgs.maps import MapEdit, MapZone
-from chefbot.storage.places import PlaceEntry, place_title
+from chefbot.place_names import display_name
+from chefbot.storage.places import PlaceEntry
 
 MAX_NAMED = 3
 """Number of changed places and zones up to which each is named."""
@@ -30,7 +31,7 @@ def edit_description(edit: MapEdit, change: MapChange) -> str:
 
 
 def _place_changes(before: Mapping[str, PlaceEntry], after: Mapping[str, PlaceEntry]) -> Iterator[str]:
-    titles = {name: place_title(name, entry) for name, entry in {**after, **before}.items()}
+    titles = {name: display_name(name, entry.label) for name, entry in {**after, **before}.items()}
     for name, title in titles.items():
         old, new = before.get(name), after.get(name)
         if old is None or new is None:

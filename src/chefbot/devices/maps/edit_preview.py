@@ -9,8 +9,8 @@ from chefbot.devices.maps.map_content import MapChange, MapContent
 from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT
+from chefbot.place_names import display_name
 from chefbot.robot.spec import Robot
-from chefbot.storage.places import place_title
 from chefbot.zones.contradictions import check_zones
 
 NO_PATH = "No path from the robot to: {}."
@@ -64,7 +64,7 @@ def _new_places_out_of_reach(robot: Robot, change: MapChange, start: SE2) -> Ite
 
 
 def _titles(names: Iterable[str], content: MapContent) -> str:
-    return ", ".join(place_title(name, content.places.get(name)) for name in names)
+    return ", ".join(display_name(name, content.places[name].label) for name in names)
 
 
 def _new_without_room(robot: Robot, change: MapChange, poses: Mapping[str, SE2]) -> set[str]:

@@ -15,9 +15,9 @@ from chefbot.devices.maps.grid_edit import changes_grid, edited_grid, same_cells
 from chefbot.devices.maps.map_content import MapChange, MapContent
 from chefbot.errors import UserError, name_hint
 from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
-from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, Place
 from chefbot.msgs.chefbot_msgs.maps import MAX_PLACES, MAX_ZONES
+from chefbot.place_names import display_name
 from chefbot.storage.atomic_files import os_errors_as_storage_errors, write_atomic
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
 from chefbot.storage.map_files import load_map, map_png, read_map_files, save_map
@@ -28,6 +28,8 @@ from chefbot.zones.contradictions import check_zones
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,63}")
 """Names of places and zones; what people read is a place's label."""
+OUTSIDE, IN_A_WALL = "lies outside the map", "lies in a wall"
+"""Why a place cannot be where it is."""
 MAX_LABEL = 40
 """Maximum length of a label, characters."""
 CHANGED_SINCE = "The map has changed in the meantime; look at it and press again"
@@ -151,12 +153,11 @@ class MapEditor:
             current = load_map(self._map)  # the picture may have been changed by hand
             edited = edited_grid(current, edit)
             grid = grid if same_cells(edited, current) and same_cells(current, grid) else edited
-            blocked = {name for name, entry in places.items() if _is_blocked(current, entry)}
+            # a place that lies in a wall already, as one that was drawn by hand, forbids no other change
+            blocked = {name for name, entry in places.items() if _problem(current, entry) == IN_A_WALL}
             places = {name: turned_entry(entry, edit.rotation) for name, entry in places.items()}
             zones = {name: turned_zone(zone, edit.rotation) for name, zone in zones.items()}
-            for name, entry in places.items():
-                if name not in blocked:
-                    _check_pose(grid, SE2(entry.x, entry.y, entry.yaw), entry.label or name)
+            _check_poses(grid, {name: entry for name, entry in places.items() if name not in blocked})
         after = MapContent(places, tuple(zones.values()), grid)
         _check_names([*places, *zones])
         if len(places) > MAX_PLACES or len(zones) > MAX_ZONES:
@@ -170,9 +171,8 @@ class MapEditor:
         if known and keep_pose:
             return msgspec.structs.replace(known, label=_checked(label))
         pose = place.pose.pose.se2
-        _check_pose(self.grid, pose, label or place.name)
         tolerances = (known.xy_tolerance, known.yaw_tolerance) if known else (None, None)
-        return PlaceEntry(
+        entry = PlaceEntry(
             x=pose.x,
             y=pose.y,
             yaw=pose.yaw,
@@ -180,6 +180,8 @@ class MapEditor:
             yaw_tolerance=tolerances[1],
             label=_checked(label),
         )
+        _check_poses(self.grid, {place.name: entry})
+        return entry
 
 
 def _free_name(name: str, taken: Collection[str]) -> str:
@@ -190,16 +192,21 @@ def _free_name(name: str, taken: Collection[str]) -> str:
     return next(free for number in count(2) if (free := f"{stem}_{number}") not in taken)
 
 
-def _check_pose(grid: Grid, pose: SE2, name: str) -> None:
-    if not grid.contains(pose.x, pose.y):
-        raise UserError(f"{name} lies outside the map")
-    if grid.at(pose.x, pose.y) >= OCCUPIED_THRESHOLD:
-        raise UserError(f"{name} lies in a wall")
+def _check_poses(grid: Grid, places: Mapping[str, PlaceEntry]) -> None:
+    """Raise UserError with every place that lies outside the map or in a wall."""
+    problems = [
+        f"{display_name(name, entry.label)} {problem}"
+        for name, entry in places.items()
+        if (problem := _problem(grid, entry))
+    ]
+    if problems:
+        raise UserError("; ".join(problems))
 
 
-def _is_blocked(grid: Grid, entry: PlaceEntry) -> bool:
-    """Return whether a place lies in a wall already, as one that was drawn by hand: that forbids no other change."""
-    return grid.contains(entry.x, entry.y) and grid.at(entry.x, entry.y) >= OCCUPIED_THRESHOLD
+def _problem(grid: Grid, entry: PlaceEntry) -> str:
+    if not grid.contains(entry.x, entry.y):
+        return OUTSIDE
+    return IN_A_WALL if grid.at(entry.x, entry.y) >= OCCUPIED_THRESHOLD else ""
 
 
 def _checked(label: str) -> str:

@@ -8,7 +8,6 @@ from itertools import pairwise
 from chefbot.costmap.params import CostmapParams
 from chefbot.delivery.energy_forecast import EnergyForecast, Stop
 from chefbot.delivery.params import DeliveryParams
-from chefbot.delivery.status_messages import display_name
 from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import BatteryStatus, MapZones, Places
@@ -16,6 +15,7 @@ from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.navigation.costmap_layers import make_costmap
+from chefbot.place_names import display_name
 from chefbot.planning.parking import ParkingSearch
 from chefbot.planning.route_lengths import RouteLengths
 from chefbot.runtime.node import In, Node

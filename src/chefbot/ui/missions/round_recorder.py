@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from chefbot.delivery.status_messages import ORDER_CANCELLED, ROUND_STATES, display_name
+from chefbot.delivery.status_messages import ORDER_CANCELLED, ROUND_STATES
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
+from chefbot.place_names import display_name
 from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.delivery_history import DeliveryHistory
 

@@ -12,6 +12,9 @@ from typing import Any
 import pytest
 from tests.support.run_hash import messages
 
+from chefbot.demo.demo import LAST_MESSAGES_NS
+from chefbot.msgs.chefbot_msgs import DeliveryStatus
+
 REPOSITORY = Path(__file__).parents[2]
 
 
@@ -66,6 +69,10 @@ def test_a_second_demo_with_the_same_seed_publishes_the_same(tmp_path: Path) -> 
     first = messages(tmp_path / "first")
     assert len(first) > 1000
     assert first == messages(tmp_path / "second")
+    statuses = [one for one in first if one.topic == "delivery_status"]
+    end = next(one for one in statuses if DeliveryStatus.from_cdr(one.data).last_outcome)
+    after = first[-1].time_ns - end.time_ns
+    assert after > LAST_MESSAGES_NS / 2, "the web UI has time to record how the round ended"
 
 
 @pytest.mark.long

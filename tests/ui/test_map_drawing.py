@@ -35,6 +35,14 @@ LABELS = """(async (points, scale) => {
   points.forEach(([x, y], i) => labels.write(`Table ${i}`, x, y, '#000'));
   return JSON.stringify(labels.taken.map((box) => [box.left, box.right, box.top, box.bottom]));
 })(%s, %s)"""
+LABEL_IN_ITS_ROOM = """(async () => {
+  const { Labels } = await import('./labels.js');
+  const view = { width: 800, height: 600, scale: 40 }, wall = (x, y) => (y < 300 ? 1 : 2);
+  const labels = new Labels(canvas.getContext('2d'), view, wall);
+  labels.write('Table 1', 400, 310, '#000');
+  labels.write('Table 2', 400, 290, '#000');
+  return JSON.stringify(labels.taken.map((box) => [box.top, box.bottom]));
+})()"""
 DARK_GREY = pixels(40, 40, 40)
 """Number of pixels in the colour that walls have in pictures of maps, but not as outlines."""
 DRAWN = "canvas.getContext('2d').getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data[3] === 255"
@@ -146,6 +154,12 @@ def test_no_label_covers_another_and_far_away_there_are_none(tab: Tab) -> None:
         for other in boxes[:i]:
             assert right <= other[0] or other[1] <= left or bottom <= other[2] or other[3] <= top
     assert json.loads(tab.evaluate(LABELS % (points, 4))) == []
+
+
+def test_labels_are_in_the_rooms_of_their_places(tab: Tab) -> None:
+    """Two tables stand on both sides of a wall."""
+    below, above = json.loads(tab.evaluate(LABEL_IN_ITS_ROOM))
+    assert below[0] > 310 and above[1] < 290
 
 
 @pytest.mark.slow

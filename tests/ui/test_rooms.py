@@ -12,7 +12,7 @@ import pytest
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN
+from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 RESOLUTION = 0.05
@@ -62,6 +62,16 @@ def test_doors_divide_rooms_and_furniture_does_not(tab: Tab, door: float, furnit
     assert count == 4
     middles = [tints[45, 20 + 40 * room] for room in range(4)]
     assert all(middles) and all(a != b for a, b in itertools.pairwise(middles))
+
+
+def test_labels_find_the_room_of_a_point(page: Any) -> None:
+    page.server.set_layer("map", Grid(row_of_rooms(2, 1.0), RESOLUTION, -1.0, -2.0))
+    tints = "[[2, 0], [5, 0], [20, 0], [2, -9], [2, 90]].map(([x, y]) => tint({ x, y }))"
+    found = f"import('./grids.js').then(({{ roomTint: tint }}) => {tints})"
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for(f"{found}.then(([room]) => room > 0)")
+        first, second, *outside = tab.evaluate(found)
+    assert first != second > 0 and outside == [0, 0, 0]
 
 
 def test_one_room_or_an_empty_map_has_no_tint(tab: Tab) -> None:

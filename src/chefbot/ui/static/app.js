@@ -5,7 +5,7 @@ import { cellSentence } from "./cell.js";
 import { COLOURS } from "./colours.js";
 import { Driver } from "./drive.js";
 import { Glides } from "./glide.js";
-import { knownArea } from "./grids.js";
+import { knownArea, roomTint } from "./grids.js";
 import { Incidents } from "./incidents.js";
 import { Inspect } from "./inspect.js";
 import { Kiosk } from "./kiosk.js";
@@ -103,7 +103,7 @@ function paint(context) {
   glides.advance();
   const robot = shown.get("robot");
   if (following && robot) view.track(robot);
-  view.labels = new Labels(context, view);
+  view.labels = new Labels(context, view, (x, y) => roomTint(view.metres(x, y)));
   for (const [layer, painter] of PAINTERS) {
     const value = shown.get(layer) ?? data.get(layer);
     if (value && !hidden.has(layer)) painter(context, view, value, data);

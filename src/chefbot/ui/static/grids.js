@@ -89,6 +89,14 @@ function tintWhenSettled(view, grid) {
   }, latest ? SETTLED : 0);
 }
 
+// The tint of the room at a point in metres, 0 where none is known; neighbouring rooms have different ones.
+export function roomTint({ x, y }) {
+  if (!rooms.grid) return 0;
+  const { x: left, y: bottom, width, resolution, cells } = rooms.grid;
+  const column = Math.floor((x - left) / resolution), row = Math.floor((y - bottom) / resolution);
+  return column >= 0 && column < width ? cells[row * width + column] ?? 0 : 0;
+}
+
 function roomColours() {
   const table = new Uint32Array(256);
   ROOM_COLOURS.forEach((colour, tint) => { table[tint + 1] = rgba(...colour, ROOM_ALPHA); });

@@ -6,9 +6,11 @@ const FADED_OUT = 5, READABLE = 11;      // CSS pixels per metre
 const FONT = "12px system-ui, sans-serif";
 
 export class Labels {
-  constructor(context, view) {
+  // `roomAt` returns the room at a point of the canvas, 0 where none is known.
+  constructor(context, view, roomAt = () => 0) {
     this.context = context;
     this.view = view;
+    this.roomAt = roomAt;
     this.taken = [];
     this.opacity = Math.min(1, Math.max(0, (view.scale - FADED_OUT) / (READABLE - FADED_OUT)));
   }
@@ -18,13 +20,13 @@ export class Labels {
     this.taken.push({ left: x - radius, right: x + radius, top: y - radius, bottom: y + radius });
   }
 
-  // Write a text above a point, or below, right or left of it; not at all where there is no room.
+  // Write a text above a point, or below, right or left of it, in its room if possible; not at all where there is no space.
   write(text, x, y, colour, opacity = this.opacity) {
     const { context } = this;
     if (opacity <= 0) return;
     context.save();
     context.font = FONT;
-    const box = this.room(context.measureText(text).width, x, y);
+    const box = this.freeBox(context.measureText(text).width, x, y);
     if (box) {
       this.taken.push(box);
       context.globalAlpha *= opacity;
@@ -41,13 +43,21 @@ export class Labels {
     context.restore();
   }
 
-  room(textWidth, x, y) {
+  freeBox(textWidth, x, y) {
     const width = textWidth + 2 * MARGIN;
     const corners = [
       [x - width / 2, y - GAP - HEIGHT], [x - width / 2, y + GAP], [x + GAP, y - HEIGHT / 2], [x - GAP - width, y - HEIGHT / 2],
     ];
     const boxes = corners.map(([left, top]) => ({ left, top, right: left + width, bottom: top + HEIGHT }));
-    return boxes.find((box) => this.inView(box) && !this.taken.some((other) => overlap(box, other)));
+    const free = boxes.filter((box) => this.inView(box) && !this.taken.some((other) => overlap(box, other)));
+    const room = this.roomAt(x, y), outside = free.map((box) => (room ? this.pointsOutside(box, room) : 0));
+    return free[outside.indexOf(Math.min(...outside))];
+  }
+
+  // The number of points on the middle line of a box that are in another room.
+  pointsOutside({ left, right, top, bottom }, room) {
+    const rooms = [left, (left + right) / 2, right].map((x) => this.roomAt(x, (top + bottom) / 2));
+    return rooms.filter((other) => other && other !== room).length;
   }
 
   inView(box) {

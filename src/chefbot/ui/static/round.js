@@ -74,7 +74,7 @@ export class RoundCard {
     this.queue = state;
     const focused = [...$("queue").children].findIndex((item) => item.contains(document.activeElement));
     $("queue").replaceChildren(...queue.map((name, i) => {
-      const item = document.createElement("li"), label = document.createElement("span");
+      const item = document.createElement("li"), label = document.createElement("span"), details = document.createElement("div");
       label.textContent = title(name);
       label.dir = "auto";                  // what does not fit is left out at the end of the label
       const when = document.createElement("small");
@@ -82,10 +82,11 @@ export class RoundCard {
       const earlier = chip("↑", tr("Serve {place} earlier", { place: title(name) }), () => this.changeQueue(moved(queue, i)));
       const leave = chip("×", tr("Leave out {place}", { place: title(name) }), confirmed(tr("Leave out?"), () => this.changeQueue(queue.filter((_, k) => k !== i))));
       earlier.disabled = i === 0;
-      item.append(label, when, earlier, leave);
+      details.append(when, earlier, leave);
+      item.append(label, details);
       return item;
     }));
-    if (focused >= 0) ($("queue").children[Math.min(focused, queue.length - 1)]?.lastChild ?? $("round")).focus();
+    if (focused >= 0) ($("queue").children[Math.min(focused, queue.length - 1)]?.querySelector("button:last-child") ?? $("round")).focus();
   }
 
   // The orders that wait for the round, each with a button to cancel it.

@@ -23,7 +23,7 @@ from chefbot.msgs.nav2_msgs import (
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header, String
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.exploration.drives import CHECK_PERIOD, FIRST_RECOVERIES
+from chefbot.nodes.exploration.drives import CHECK_PERIOD, FIRST_RECOVERIES, LATER_RECOVERIES
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams
 
@@ -57,13 +57,16 @@ class Stuck(Node):
         return NavigateToPose_Result(208, "No path leads there.")
 
 
-def explored(fault: str = "") -> tuple[list[float], Any]:
-    """Return the durations of the drives in a square of free floor that is open on all sides, and the last status."""
+def explored(half: float, fault: str = "") -> tuple[list[float], Any]:
+    """Return the durations of the drives in an open square of free floor, and the last status.
+
+    half: distance of its sides from the robot in its middle, m.
+    """
     kinds = {"explorer": "chefbot.nodes.explorer:ExplorerNode", "navigator": f"{__name__}:Stuck"}
     runner = NodeRunner(kinds, {}, {"explorer": {"go_home": False}})
-    cells = np.full((80, 80), UNKNOWN, np.int8)
-    cells[20:60, 20:60] = FREE
-    grid = OccupancyGrid.of(Header.of(0, "map"), Grid(cells, 0.05, -2.0, -2.0))
+    cells, side = np.full((160, 160), UNKNOWN, np.int8), round(half / 0.05)
+    cells[80 - side : 80 + side, 80 - side : 80 + side] = FREE
+    grid = OccupancyGrid.of(Header.of(0, "map"), Grid(cells, 0.05, -4.0, -4.0))
     messages = {"map": grid, "base/stop_reason": String(fault)}
     transform = TransformStamped.of(0, "map", "base_link", IDENTITY)
     runner.loop.publish("tf_static", TFMessage((transform,)), "test", from_device=True)
@@ -76,13 +79,20 @@ def explored(fault: str = "") -> tuple[list[float], Any]:
 
 
 def test_the_first_drive_to_each_frontier_is_given_up_early() -> None:
-    drives, status = explored()
+    drives, status = explored(2.5)
     assert status.done and any("failed 2 times" in frontier for frontier in status.skipped_frontiers)
     early = [drive for drive in drives if drive <= FIRST_RECOVERIES * RECOVERY + CHECK_PERIOD]
     assert len(early) == len(drives) / 2, "two drives to each frontier"
-    assert all(drive == RECOVERIES * RECOVERY for drive in drives if drive not in early)
+    later = {drive for drive in drives if drive not in early}
+    assert later and all(0.0 <= drive - LATER_RECOVERIES * RECOVERY <= CHECK_PERIOD for drive in later)
+
+
+def test_near_a_goal_one_recovery_is_enough_to_look_from_there() -> None:
+    drives, status = explored(1.4)
+    assert status.done and any("failed 2 times" in frontier for frontier in status.skipped_frontiers)
+    assert drives[:2] == [CHECK_PERIOD] * 2, "the first goals of the frontiers are 0.2 m away"
 
 
 def test_giving_up_during_a_fault_blames_no_frontier() -> None:
-    drives, status = explored("The left wheel is blocked.")
+    drives, status = explored(1.4, "The left wheel is blocked.")
     assert len(drives) == 1 and not any("failed" in frontier for frontier in status.skipped_frontiers)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.maths.resampling import low_variance
-from chefbot.maths.se2 import SE2
+from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.motion_model import OdometryStep, compose
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.particle_ancestry import ParticleAncestry
@@ -97,3 +97,22 @@ def test_a_detour_is_less_certain_than_the_straight_path() -> None:
         detour.add(part)
     assert detour.motion == pytest.approx(straight.motion)
     assert (detour.variance(GmappingParams()) > straight.variance(GmappingParams())).all()
+
+
+@pytest.mark.parametrize(("moved", "turned"), [(0.15, 0.0), (0.0, 0.12)])
+def test_where_the_robot_stands_a_share_of_the_motion_is_enough(moved: float, turned: float) -> None:
+    often = GmappingParams(linear_update=0.5, angular_update=0.4, standing_update=0.25)
+    never = GmappingParams(linear_update=0.5, angular_update=0.4)
+    step = OdometryStep()
+    step.add(SE2(moved, 0.0, turned))
+    assert not step.is_enough(often), "it still moves"
+    step.add(IDENTITY)
+    assert step.is_enough(often) and not step.is_enough(never)
+
+
+@pytest.mark.parametrize(("moved", "turned"), [(0.51, 0.0), (0.0, 0.41)])
+def test_a_scan_is_processed_on_the_way(moved: float, turned: float) -> None:
+    step = OdometryStep()
+    assert not step.is_enough(GmappingParams())
+    step.add(SE2(moved, 0.0, turned))
+    assert step.is_enough(GmappingParams(linear_update=0.5, angular_update=0.4))

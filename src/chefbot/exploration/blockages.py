@@ -81,12 +81,24 @@ class Blockages:
         """Return the map with what is known as obstacles."""
         if not len(self._points):
             return grid
-        rows = np.floor((self._points[:, 1] - grid.origin_y) / grid.resolution).astype(np.int64)
-        columns = np.floor((self._points[:, 0] - grid.origin_x) / grid.resolution).astype(np.int64)
-        inside = (rows >= 0) & (rows < grid.height) & (columns >= 0) & (columns < grid.width)
         cells = grid.cells.copy()
-        cells[rows[inside], columns[inside]] = OCCUPIED
+        cells[_indices(grid, self._points[:, 0], self._points[:, 1])] = OCCUPIED
         return dataclasses.replace(grid, cells=cells)
+
+
+def without_room(costmap: Grid, grid: Grid) -> NDArray[np.bool_]:
+    """Return in which cells (h, w) of the map the planner's costmap leaves no room for the robot."""
+    closed = np.zeros(grid.cells.shape, np.bool_)
+    closed[_indices(grid, *_cells_from(INSCRIBED, costmap))] = True
+    return closed
+
+
+def _indices(grid: Grid, x: Floats, y: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows and columns of points (n,), m, without those that are outside the grid."""
+    rows = np.floor((y - grid.origin_y) / grid.resolution).astype(np.int64)
+    columns = np.floor((x - grid.origin_x) / grid.resolution).astype(np.int64)
+    inside = (rows >= 0) & (rows < grid.height) & (columns >= 0) & (columns < grid.width)
+    return rows[inside], columns[inside]
 
 
 def _distance_to(path: Floats, x: Floats, y: Floats) -> Floats:

@@ -110,20 +110,23 @@ class ExplorerNode(ExplorationDrivesNode):
         """Visit one goal after the other until none is left, then return to the start."""
         session = self._session
         await self.spin.call(session.next_turn())
-        while not session.is_complete:
-            await self._await_new_map()
-            goal = session.process(self._decide())
-            if goal is not None:
-                self._publish_progress("Exploring.")
-                await self._visit(goal, self._known_area)
+        await self._await_new_map()
+        while (goal := session.process(self._decide())) or not session.is_complete:
+            self._publish_progress("Exploring.")
+            if goal is None or not await self._visit(goal, self._known_area):
+                await self._await_new_map()
         if self.params.go_home:
             self._publish_progress(f"{session.result} Going home.")
             await self._go(SE2(0.0, 0.0, 0.0))
         self._publish_end(session.result)
 
-    async def _visit(self, goal: ExplorationGoal, known: float) -> None:
-        """Drive to a goal, and stop early once its frontier has been mapped; known: area known before, m^2."""
-        if await self._reach(goal):
+    async def _visit(self, goal: ExplorationGoal, known: float) -> bool:
+        """Drive to a goal, at most until its frontier is mapped; return whether the latest map shows the result.
+
+        known: area known before, m^2.
+        """
+        reached = await self._reach(goal)
+        if reached:
             if goal.look_around:
                 await self.spin.call(self._session.next_turn())
             await self._await_new_map()
@@ -131,3 +134,4 @@ class ExplorerNode(ExplorationDrivesNode):
             if self._frontier_remains(goal):
                 self._explorer.mark_failed(goal)
         self._explorer.note_gain(goal, self._known_area - known)
+        return reached or not self._frontier_remains(goal)

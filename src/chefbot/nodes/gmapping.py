@@ -13,6 +13,8 @@ from chefbot.scan.usable_range import usable_range
 from chefbot.slam.gmapping import Gmapping
 from chefbot.slam.params import GmappingParams
 
+STANDING_UPDATE = 0.2
+"""Where a robot stands it maps what it sees from there: an exploration then judges its goals by the map."""
 CAMERA = GmappingParams(
     odometry_noise=OdometryNoise(
         translation_from_translation=0.01,
@@ -22,6 +24,7 @@ CAMERA = GmappingParams(
     ),
     min_translation_noise=0.002,
     min_rotation_noise=0.001,
+    standing_update=STANDING_UPDATE,
 )
 """Lower odometry noise for a camera: a narrow field of view contains little information about the heading."""
 
@@ -29,7 +32,7 @@ CAMERA = GmappingParams(
 class GmappingNodeParams(MapperNodeParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the mapper for each kind of mapping sensor."""
 
-    lidar: GmappingParams = GmappingParams()
+    lidar: GmappingParams = GmappingParams(standing_update=STANDING_UPDATE)
     camera: GmappingParams = CAMERA
 
 

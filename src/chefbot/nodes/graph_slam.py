@@ -19,7 +19,7 @@ from chefbot.slam.offline import START_STD_XY, START_STD_YAW, Slam
 class GraphSlamNodeParams(MapperNodeParams, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of the graph mapper."""
 
-    graph: GraphSlamParams = GraphSlamParams()
+    graph: GraphSlamParams = GraphSlamParams(standing_update=0.5)
 
 
 class GraphSlamNode(MapperNode):

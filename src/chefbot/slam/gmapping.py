@@ -112,7 +112,7 @@ class Gmapping:
         if self._odom is not None:
             self._odometry_step.add(self._odom.between(odom))
         is_first, self._odom = self._odom is None, odom
-        if not is_first and not self._has_moved_enough():
+        if not is_first and not self._odometry_step.is_enough(self._params):
             return False
         # REP-117: a range beyond the maximum is no return
         ranges = np.where(ranges >= range_max, np.float32(np.inf), ranges)
@@ -130,13 +130,6 @@ class Gmapping:
             raise ScanError(
                 f"a scan has {np.shape(angles)} angles and {np.shape(ranges)} ranges: give one for each beam"
             )
-
-    def _has_moved_enough(self) -> bool:
-        motion = self._odometry_step.motion
-        return (
-            math.hypot(motion.x, motion.y) >= self._params.linear_update
-            or abs(motion.yaw) >= self._params.angular_update
-        )
 
     def _process(self, beams: Beams, is_first: bool) -> None:
         # Measurement: beam end points at the resolution of each level

@@ -16,6 +16,10 @@ LATERAL_NOISE_FACTOR = 0.3
 openslam_gmapping."""
 
 
+STANDS, STANDS_TURNED = 0.001, 0.002
+"""Motion between two scans below which the robot stands, m and rad."""
+
+
 class MotionNoise(Protocol):
     """Parameters of a mapper, of which these describe the noise of odometry."""
 
@@ -32,11 +36,27 @@ class MotionNoise(Protocol):
         """Minimum of a step, rad (standard deviation)."""
 
 
+class UpdateThresholds(Protocol):
+    """Parameters of a mapper, of which these say after how much motion it processes a scan."""
+
+    @property
+    def linear_update(self) -> float:
+        """Travel after which it does, m."""
+
+    @property
+    def angular_update(self) -> float:
+        """Rotation after which it does, rad."""
+
+    @property
+    def standing_update(self) -> float:
+        """Share of these that is enough where the robot stands."""
+
+
 class OdometryStep:
     """The motion since the last processed scan, and the length of the path it took."""
 
     def __init__(self) -> None:
-        self.motion = IDENTITY
+        self.motion = self._newest = IDENTITY
         self.travel = 0.0
         """Path length in m, back and forth added up."""
         self.rotation = 0.0
@@ -44,9 +64,16 @@ class OdometryStep:
 
     def add(self, part: SE2) -> None:
         """Append a motion given in the frame of the pose reached so far."""
-        self.motion = self.motion @ part
+        self.motion, self._newest = self.motion @ part, part
         self.travel += math.hypot(part.x, part.y)
         self.rotation += abs(part.yaw)
+
+    def is_enough(self, thresholds: UpdateThresholds) -> bool:
+        """Return whether the next scan is to be processed."""
+        stands = math.hypot(self._newest.x, self._newest.y) < STANDS and abs(self._newest.yaw) < STANDS_TURNED
+        share = thresholds.standing_update if stands else 1.0
+        distance, angle = math.hypot(self.motion.x, self.motion.y), abs(self.motion.yaw)
+        return distance >= share * thresholds.linear_update or angle >= share * thresholds.angular_update
 
     def variance(self, params: MotionNoise) -> NDArray[np.float64]:
         """Return the variances (3,) of the error in x, y (m^2) and heading (rad^2).

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from chefbot.exploration.explorer import ExplorationGoal
+from chefbot.exploration.blockages import INSCRIBED
+from chefbot.exploration.explorer import FULL_TURN, ExplorationGoal
+from chefbot.maths.grid import FREE
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.nav2_msgs import (
@@ -18,8 +20,10 @@ from chefbot.runtime.coroutines import Future, wait_any
 
 CHECK_PERIOD = 2.0
 """Period at which the frontier is checked on the growing map while driving, s."""
-FIRST_RECOVERIES = 4
-"""Number of recoveries of the first drive to a goal, each of the navigator's once; later drives have all of them."""
+FIRST_RECOVERIES, LATER_RECOVERIES = 2, 4
+"""Number of recoveries of the first drive to a goal, and of a later one: each of the navigator's once."""
+NEAR_DISTANCE = 0.4
+"""Distance to a goal up to which a sensor that sees all around sees as much as from the goal, m."""
 
 
 class ExplorationDrivesNode(ExplorationReportsNode):
@@ -46,17 +50,30 @@ class ExplorationDrivesNode(ExplorationReportsNode):
         reached."""
         driving = self._go(goal.pose)
         try:
-            while not driving.done and self._frontier_remains(goal) and not self._gets_stuck(goal):
+            while not driving.done and self._frontier_remains(goal) and not self._is_hopeless(goal):
                 await wait_any(driving, self.sleep(CHECK_PERIOD))
+                if self._recoveries and self._is_near(goal) and not self._base_fault:
+                    return True
         finally:
             driving.discard()
-        failed = driving.result().error_code != 0 if driving.done else self._gets_stuck(goal)
+        failed = driving.result().error_code != 0 if driving.done else self._is_hopeless(goal)
         if failed and self._base_fault:
             await self._await_end_of_fault()
         elif failed:
             self._note_failed(goal)
         return driving.done and not failed
 
-    def _gets_stuck(self, goal: ExplorationGoal) -> bool:
-        """Return whether the first drive to a goal has needed too many recoveries: others may be reached sooner."""
-        return self._recoveries > FIRST_RECOVERIES and not self._explorer.has_failed(goal)
+    def _is_hopeless(self, goal: ExplorationGoal) -> bool:
+        """Return whether another goal may be reached sooner.
+
+        Either an obstacle has been seen at the goal, or the first drive to it has needed too many recoveries.
+        """
+        costmap, pose = self.planner_costmap.last, goal.pose
+        if costmap is not None and costmap.grid.value(pose.x, pose.y, outside=FREE) >= INSCRIBED:
+            return True
+        return self._recoveries > (LATER_RECOVERIES if self._explorer.has_failed(goal) else FIRST_RECOVERIES)
+
+    def _is_near(self, goal: ExplorationGoal) -> bool:
+        """Return whether the robot sees from here what it would see from the goal, as before a mirror."""
+        distance = self.tf.lookup("map", "base_link").distance(goal.pose)
+        return self._explorer.field_of_view >= FULL_TURN and distance <= NEAR_DISTANCE

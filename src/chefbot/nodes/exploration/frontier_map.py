@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
-from chefbot.exploration.blockages import Blockages
+from chefbot.exploration.blockages import Blockages, without_room
 from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal, Explorer
 from chefbot.exploration.session import field_of_view
 from chefbot.maths.costs import INSCRIBED, Costmap
@@ -76,11 +76,15 @@ class FrontierMapNode(Node):
         costs = self._costs_of(self._blockages.on(grid))
         open_costs = costs.update()
         closed = open_costs.cells >= INSCRIBED
-        decision = self._explorer.decide(grid, self._cost_to_come(open_costs, robot), robot)
+        if self.planner_costmap.last is not None:  # the planner has no goals where an obstacle is off the map
+            closed |= without_room(self.planner_costmap.last.grid, grid)
+        cost = self._cost_to_come(open_costs, robot)
+        cost[closed] = np.inf
+        decision = self._explorer.decide(grid, cost, robot)
         if (decision.goal and not decision.goal.blocked) or not fits_narrow_passages(self.robot):
             return decision
         narrow = self._cost_to_come(self._narrow_costs(costs, grid), robot)
-        narrow[closed] = np.inf  # a way through, but no place to stop at: the planner has no goals there
+        narrow[closed] = np.inf  # a way through, but no place to stop at
         beyond = self._explorer.decide(grid, narrow, robot)
         return beyond if beyond.goal and not beyond.goal.blocked else decision
 

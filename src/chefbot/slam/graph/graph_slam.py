@@ -118,7 +118,7 @@ class GraphSlam:
         if self._odom is not None:
             self._step.add(self._odom.between(odom))
         self._odom = odom
-        if self._nodes and self._relocation is None and not self._has_moved_enough():
+        if self._nodes and self._relocation is None and not self._step.is_enough(self._params):
             return False
         # REP-117: a range beyond the maximum is no return
         ranges = np.where(ranges >= range_max, np.float32(np.inf), ranges)
@@ -136,13 +136,6 @@ class GraphSlam:
             raise ScanError(
                 f"a scan has {np.shape(angles)} angles and {np.shape(ranges)} ranges: give one for each beam"
             )
-
-    def _has_moved_enough(self) -> bool:
-        motion = self._step.motion
-        return (
-            math.hypot(motion.x, motion.y) >= self._params.linear_update
-            or abs(motion.yaw) >= self._params.angular_update
-        )
 
     def _process(self, beams: Beams) -> None:
         self._adjusted = None

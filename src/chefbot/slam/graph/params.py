@@ -20,6 +20,14 @@ class GraphSlamParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     angular_update: Annotated[
         float, Meta(ge=0.0, le=3.15, description="a scan is processed after this much rotation, rad")
     ] = 0.2
+    standing_update: Annotated[
+        float,
+        Meta(
+            ge=0.0,
+            le=1.0,
+            description="share of these two that is enough where the robot stands, as at a goal",
+        ),
+    ] = 1.0
     max_range: Annotated[
         float, Meta(gt=0.0, le=200.0, description="returns farther than this mark no cell, m")
     ] = 80.0

@@ -100,6 +100,14 @@ def test_a_forward_sensor_robot_spins_before_clearing_or_backup(robot: str, orde
     assert recoveries(robot) == [*order, *order]
 
 
+def test_the_feedback_counts_the_recoveries_of_a_goal_without_a_path() -> None:
+    """Without a path there is no feedback of the controller either."""
+    topic = "navigate_to_pose/_action/feedback"
+    feedback: list[Any] = [item.message for item in published_by("chefbot_lidar") if item.topic == topic]
+    assert [one.feedback.number_of_recoveries for one in feedback] == list(range(len(feedback)))
+    assert len(feedback) > 6
+
+
 def test_each_decision_of_the_tree_is_published() -> None:
     logs = [item.message for item in published_by("chefbot") if item.topic == "behavior_tree_log"]
     events = [event for log in logs for event in log.event_log]  # type: ignore[attr-defined]

@@ -119,6 +119,11 @@ class Explorer:
         else:
             self._failed_goals.append((goal.x, goal.y, LEARNED_WEIGHT if learned else 1.0))
 
+    def give_up(self, goal: ExplorationGoal) -> None:
+        """Choose no goal for this frontier again."""
+        for _ in range(self.params.max_attempts):
+            self.mark_failed(goal)
+
     def has_failed(self, goal: ExplorationGoal) -> bool:
         """Return whether a drive to this goal, or to another one of its frontier, has failed before."""
         return (

@@ -70,6 +70,10 @@ class NavigatorNode(TreeRunnerNode):
         if self._state.is_active:
             self._publish_status(self._state.state, self._state.reason)
 
+    def _begin_recovery(self) -> None:
+        super()._begin_recovery()
+        self._publish_feedback()  # without a path the controller gives none
+
     def on_follow_path(self, feedback: nav2.FollowPath_Feedback) -> None:
         """Publish feedback from the controller's feedback, at a limited rate."""
         if self._progress.process(feedback, self.now_ns):

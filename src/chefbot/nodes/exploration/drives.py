@@ -22,7 +22,7 @@ CHECK_PERIOD = 2.0
 """Period at which the frontier is checked on the growing map while driving, s."""
 FIRST_RECOVERIES, LATER_RECOVERIES = 2, 4
 """Number of recoveries of the first drive to a goal, and of a later one: each of the navigator's once."""
-NEAR_DISTANCE = 0.4
+NEAR_DISTANCE = 0.5
 """Distance to a goal up to which a sensor that sees all around sees as much as from the goal, m."""
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.exploration.blockages import Blockages, without_room
+from chefbot.exploration.dead_ends import DeadEnds
 from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal, Explorer
 from chefbot.exploration.session import field_of_view
 from chefbot.maths.costs import INSCRIBED, Costmap
@@ -41,6 +42,7 @@ class FrontierMapNode(Node):
         )
         self._planner = GridPlanner(self.params.planner)
         self._blockages = Blockages(self.robot.inscribed_radius)
+        self._dead_ends = DeadEnds()
         self._new_map: Future[None] = Future()
 
     def on_map(self, _: OccupancyGrid) -> None:
@@ -69,10 +71,17 @@ class FrontierMapNode(Node):
         return float(np.count_nonzero(grid.cells >= 0)) * grid.resolution**2
 
     def _decide(self) -> ExplorationDecision:
-        """Select the next goal on the latest map; those beyond narrow passages come after all others."""
+        """Select the next goal on the latest map, but none behind a place at which drives have ended."""
         assert self.map.last is not None
-        grid = self.map.last.grid
-        robot = self.tf.lookup("map", "base_link")
+        grid, robot = self.map.last.grid, self.tf.lookup("map", "base_link")
+        decision = self._select(grid, robot)
+        while decision.goal and self._dead_ends.is_on(self._path_to(decision.goal, robot, grid)):
+            self._explorer.give_up(decision.goal)
+            decision = self._select(grid, robot)
+        return decision
+
+    def _select(self, grid: Grid, robot: SE2) -> ExplorationDecision:
+        """Select a goal; those beyond narrow passages come after all others."""
         costs = self._costs_of(self._blockages.on(grid))
         open_costs = costs.update()
         closed = open_costs.cells >= INSCRIBED
@@ -95,6 +104,7 @@ class FrontierMapNode(Node):
             robot, grid = self.tf.lookup("map", "base_link"), self.map.last.grid
             path = self._path_to(goal, robot, grid)
             learned = self._blockages.add(robot, path, self.planner_costmap.last.grid, grid)
+            self._dead_ends.add(robot, path)
         self._explorer.mark_failed(goal, learned=learned)
 
     def _path_to(self, goal: ExplorationGoal, robot: SE2, grid: Grid) -> NDArray[np.float64]:

@@ -21,6 +21,11 @@ class DeadEnds:
     def __init__(self) -> None:
         self._places: list[tuple[float, float]] = []
 
+    @property
+    def exist(self) -> bool:
+        """Whether enough drives have ended for a dead end."""
+        return len(self._places) >= MAX_DRIVES
+
     def add(self, robot: SE2, path: NDArray[np.float64]) -> None:
         """Note that a drive has ended here; path: (n, 2 or 3) from the robot to its goal, m."""
         ahead = np.hypot(path[:, 0] - robot.x, path[:, 1] - robot.y) >= AHEAD

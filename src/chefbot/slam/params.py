@@ -26,7 +26,7 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     standing_update: Annotated[
         float,
         Meta(
-            ge=0.0,
+            ge=0.05,
             le=1.0,
             description="share of these two that is enough where the robot stands, as at a goal",
         ),

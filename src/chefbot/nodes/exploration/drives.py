@@ -21,7 +21,7 @@ from chefbot.runtime.coroutines import Future, wait_any
 CHECK_PERIOD = 2.0
 """Period at which the frontier is checked on the growing map while driving, s."""
 FIRST_RECOVERIES, LATER_RECOVERIES = 2, 4
-"""Number of recoveries of the first drive to a goal, and of a later one: each of the navigator's once."""
+"""Number of recoveries of the first drive to a goal, as others may be reached sooner, and of a later one."""
 NEAR_DISTANCE = 0.5
 """Distance to a goal up to which a sensor that sees all around sees as much as from the goal, m."""
 
@@ -64,10 +64,7 @@ class ExplorationDrivesNode(ExplorationReportsNode):
         return driving.done and not failed
 
     def _is_hopeless(self, goal: ExplorationGoal) -> bool:
-        """Return whether another goal may be reached sooner.
-
-        Either an obstacle has been seen at the goal, or the first drive to it has needed too many recoveries.
-        """
+        """Return whether an obstacle has been seen at the goal, or the drive to it has needed too many recoveries."""
         costmap, pose = self.planner_costmap.last, goal.pose
         if costmap is not None and costmap.grid.value(pose.x, pose.y, outside=FREE) >= INSCRIBED:
             return True

@@ -75,10 +75,13 @@ class FrontierMapNode(Node):
         assert self.map.last is not None
         grid, robot = self.map.last.grid, self.tf.lookup("map", "base_link")
         decision = self._select(grid, robot)
-        while decision.goal and self._dead_ends.is_on(self._path_to(decision.goal, robot, grid)):
+        while decision.goal and self._is_behind_dead_end(decision.goal, robot, grid):
             self._explorer.give_up(decision.goal)
             decision = self._select(grid, robot)
         return decision
+
+    def _is_behind_dead_end(self, goal: ExplorationGoal, robot: SE2, grid: Grid) -> bool:
+        return self._dead_ends.exist and self._dead_ends.is_on(self._path_to(goal, robot, grid))
 
     def _select(self, grid: Grid, robot: SE2) -> ExplorationDecision:
         """Select a goal; those beyond narrow passages come after all others."""

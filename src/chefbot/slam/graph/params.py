@@ -23,7 +23,7 @@ class GraphSlamParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     standing_update: Annotated[
         float,
         Meta(
-            ge=0.0,
+            ge=0.05,
             le=1.0,
             description="share of these two that is enough where the robot stands, as at a goal",
         ),

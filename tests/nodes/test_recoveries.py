@@ -100,7 +100,7 @@ def test_a_forward_sensor_robot_spins_before_clearing_or_backup(robot: str, orde
     assert recoveries(robot) == [*order, *order]
 
 
-def test_the_feedback_counts_the_recoveries_of_a_goal_without_a_path() -> None:
+def test_the_feedback_counts_recoveries_without_a_path() -> None:
     """Without a path there is no feedback of the controller either."""
     topic = "navigate_to_pose/_action/feedback"
     feedback: list[Any] = [item.message for item in published_by("chefbot_lidar") if item.topic == topic]

@@ -302,6 +302,7 @@ def test_an_address_is_followed_before_its_event_arrives(tab: Tab) -> None:
 
 def test_poses_are_interpolated_between_updates(tab: Tab, server: WebUiServer) -> None:
     place_robot(server, (0.0, 0.0, 0.0), IDENTITY_ROTATION)
+    tab.wait_for("modelView.frames.received.has('base_footprint')")
     tab.wait_for("modelView.frames.group('base_footprint').position.x === 0")
     places = tab.evaluate(
         "(() => { const frames = modelView.frames, group = frames.group('base_footprint'), seen = [];"

@@ -61,6 +61,8 @@ class FakeRun(SimulatedRun):
         )
         self.missed = dict(missed or {})
         self.launched: list[str] = []
+        self.maps: list[str] = []
+        """The maps that the robot is started on."""
         self.sent: list[Publication] = []
         """What the task has published, as a person would."""
         loop.add_observer(self._keep)
@@ -68,6 +70,7 @@ class FakeRun(SimulatedRun):
         for topic, handler in (
             ("goal_pose", self._on_goal),
             ("initialpose", self._on_pose),
+            ("reinitialize_global_localization", self._on_pose),
             ("order", self._on_order),
         ):
             loop.subscribe(topic, "fake", handler)
@@ -83,9 +86,10 @@ class FakeRun(SimulatedRun):
             self.scorer.delivery = message
         self.system.loop.publish(topic, message, "robot")
 
-    def launch(self, name: str, _: dict[str, str]) -> None:
+    def launch(self, name: str, arguments: dict[str, str]) -> None:
         """Note what is launched; exploration is done after DRIVE seconds."""
         self.launched.append(name)
+        self.maps += [arguments["map_file"]] if "map_file" in arguments else []
         if name == "explore":
             self.later(
                 DRIVE, lambda: self.publish_as_robot("exploration_status", ExplorationStatus(done=True))
@@ -94,6 +98,10 @@ class FakeRun(SimulatedRun):
     def true_map(self) -> Path:
         """Return the path of no map."""
         return Path("true_map.yaml")
+
+    def saved_map(self) -> Path:
+        """Return the path of no map."""
+        return Path("explored_map.yaml")
 
     def _tick(self) -> None:
         self.later(0.1, self._tick)

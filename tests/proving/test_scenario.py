@@ -223,7 +223,7 @@ TASK = st.one_of(
     st.builds(MapLogTask, log=st.just("/logs/a.log"), particles=st.integers(1, 1000), max_range=POSITIVE),
     st.builds(LocalizeTask, initial_pose=st.sampled_from(["unknown", "approximate"])),
     st.builds(GoTask, goals=st.integers(1, 100)),
-    st.builds(DeliverTask, tables=st.integers(1, 100)),
+    st.builds(DeliverTask, tables=st.integers(1, 100), map=st.sampled_from(["true", "explored"])),
     st.builds(DriveRandomlyTask, duration=POSITIVE, careful=st.booleans()),
 )
 BOUNDS = st.builds(Bounds, min=st.none() | NUMBERS, max=st.none() | NUMBERS).filter(lambda b: b.can_be_kept)

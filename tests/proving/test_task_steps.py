@@ -14,13 +14,14 @@ from chefbot.demo.score import ARRIVAL_TOLERANCE
 from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
-from chefbot.msgs.geometry_msgs import PoseStamped, Twist
+from chefbot.msgs.geometry_msgs import PoseStamped, PoseWithCovarianceStamped, Twist
 from chefbot.proving.scenario_tasks import DeliverTask, DriveRandomlyTask, ExploreTask, GoTask
-from chefbot.proving.simulated_run import TaskFailedError
+from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
 from chefbot.proving.tasks.deliver import deliver
 from chefbot.proving.tasks.drive import COMMAND_PERIOD, RELEASE_TIME, SEGMENT, TURN, drive_randomly
 from chefbot.proving.tasks.explore import explore, map_figures
 from chefbot.proving.tasks.go import drive_to, go
+from chefbot.robot.load import load_robot
 from chefbot.robot.motion_limits import Limits
 
 PLACES = {"a": SE2(3.0, 0.0, 0.0), "b": SE2(0.0, 3.0, 1.0), "c": SE2(-3.0, 0.0, 2.0), "home": IDENTITY}
@@ -99,6 +100,46 @@ def test_the_drawn_tables_are_ordered_and_served() -> None:
     assert all(name.startswith("table_") for name in served)
     assert all(goal.reached for goal in run.goals)
     assert all(a.ended <= b.began for a, b in zip(run.goals, run.goals[1:], strict=False))
+
+
+def first_topics(run: FakeRun) -> list[str]:
+    """Return the topics of what a person sends before the first button is pressed."""
+    return [one.topic for one in run.sent[:2]]
+
+
+def test_deliveries_on_the_true_map_begin_with_a_click() -> None:
+    run = FakeRun(DeliverTask(tables=1), KITCHEN)
+    deliver(run)
+    assert (run.launched, run.maps) == (["waiter"], ["true_map.yaml"])
+    assert first_topics(run) == ["initialpose", "order"]
+
+
+@pytest.mark.parametrize(
+    ("robot", "begin"), [("chefbot_lidar", "reinitialize_global_localization"), ("chefbot", "initialpose")]
+)
+def test_deliveries_on_its_own_map_begin_with_exploring(robot: str, begin: str) -> None:
+    run = FakeRun(DeliverTask(tables=2, map="explored"), KITCHEN)
+    run.system.robot = load_robot(robot)
+    deliver(run)
+    assert (run.launched, run.maps) == (["explore", "waiter"], ["explored_map.yaml"])
+    assert first_topics(run) == [begin, "order"] and all(goal.reached for goal in run.goals)
+
+
+def test_a_click_is_placed_where_the_exploration_has_ended() -> None:
+    run = FakeRun(DeliverTask(tables=1, map="explored"), KITCHEN)
+    run.system.robot = load_robot("chefbot")
+    run.scorer.last_ground_truth = SE2(4.0, -2.0, 0.5)
+    deliver(run)
+    (click,) = [
+        one.message.pose.pose.se2 for one in run.sent if isinstance(one.message, PoseWithCovarianceStamped)
+    ]
+    assert click.distance(SE2(4.0, -2.0, 0.5)) == pytest.approx(0.5)
+
+
+def test_an_exploration_without_a_map_has_failed() -> None:
+    run = FakeRun(DeliverTask(tables=1, map="explored"), KITCHEN)
+    with pytest.raises(TaskFailedError, match="exploration made no map"):
+        SimulatedRun.saved_map(run)
 
 
 def test_a_table_where_the_robot_truly_was_not_is_missed() -> None:

@@ -18,6 +18,8 @@ SCENARIOS = {
     "localize": "world: {kind: home}, task: {type: localize}, criteria: {localization_error_max: {max: 0.1}}",
     "go": "world: {kind: home}, task: {type: go, goals: 2}, criteria: {goals_reached: {min: 1}}",
     "deliver": "world: room, people: 2, task: {type: deliver, tables: 1}",
+    "deliver on its own map": "world: room, task: {type: deliver, tables: 1, map: explored}, "
+    "criteria: {collisions: {max: 0}, explored: {min: 0.95}, map_error_max: {max: 0.1}}",
     "drive": "world: workshop, task: {type: drive_randomly, duration: 20}, criteria: {map_error_max: {max: 0.1}}",
     "drawn robot": "world: room, robot: {numbers: {}}, task: {type: drive_randomly, duration: 5}",
 }

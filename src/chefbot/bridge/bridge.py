@@ -44,9 +44,8 @@ Job = Callable[[], None]
 class Bridge:
     """Bridges `system` to `wire`; call `represent` with its nodes, and `close` at the end.
 
-    `namespace`: of all its names, '/' or '/robot1'. `simulated`: whether its time is simulated. `leads`:
-    whether this process publishes /clock then. `own`: the name of the node that represents the process
-    itself.
+    namespace: of all its names, '/' or '/robot1'. simulated: whether its time is simulated. publishes_clock: whether
+    this process publishes /clock then. node_name: of the node that represents the process itself.
     """
 
     def __init__(

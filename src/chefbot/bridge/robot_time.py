@@ -20,7 +20,7 @@ CLOCK_TIMEOUT = 20.0
 class RobotTime:
     """A `clock` that follows /clock.
 
-    The loop begins at `start_ns` and is attached with `drive`.
+    The loop begins at `start_ns` and is attached with `attach`.
     """
 
     def __init__(self, node: RmwNode, reached: Callable[[int], None] = lambda _: None) -> None:

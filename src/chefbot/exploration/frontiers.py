@@ -34,7 +34,7 @@ def frontier_mask(grid: Grid, free_threshold: int) -> NDArray[np.bool_]:
 
 
 def find_frontiers(grid: Grid, free_threshold: int, max_frontier_length: float) -> list[Frontier]:
-    """Return all frontiers in the order of the grid's rows; those longer than `longest` metres are split."""
+    """Return all frontiers in the order of the grid's rows; those longer than max_frontier_length (m) are split."""
     from scipy import ndimage
 
     # 8-connected components of the frontier cells

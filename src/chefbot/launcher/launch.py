@@ -218,7 +218,7 @@ class LaunchRunner:
         folder: Path,
         joined_name: str = "",
     ) -> None:
-        """Run nodes and worker processes, on the wire if there is one; `joined_name` is as for `bridged`."""
+        """Run nodes and worker processes, on the wire if there is one; `joined_name` is as for `open_bridge`."""
         with ExitStack() as stack:
             system.loop.add_observer(print_notices)
             if wire is None:

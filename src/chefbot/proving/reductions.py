@@ -67,7 +67,7 @@ def smaller_task(scenario: Scenario, _: RunRecord) -> Iterator[Reduction]:
     if isinstance(task, GoTask) and task.goals > 1:
         yield _with(scenario, "one goal", task=GoTask(goals=1))
     elif isinstance(task, DeliverTask) and task.tables > 1:
-        yield _with(scenario, "one table", task=DeliverTask(tables=1))
+        yield _with(scenario, "one table", task=msgspec.structs.replace(task, tables=1))
     elif isinstance(task, DriveRandomlyTask) and task.duration > 20.0:
         shorter = msgspec.structs.replace(task, duration=task.duration / 2)
         yield _with(scenario, "half the time to drive", task=shorter)

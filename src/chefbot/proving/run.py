@@ -28,6 +28,7 @@ from chefbot.proving.scenario_tasks import (
     LocalizeTask,
     MapLogTask,
     PassDoorTask,
+    makes_map,
 )
 from chefbot.proving.simulated_run import SimulatedRun, Site, TaskFailedError
 from chefbot.proving.tasks.built import drive_built
@@ -169,8 +170,7 @@ def site_of(spec: RunSpec, folder: Path) -> Site:
     if isinstance(scenario.task, PassDoorTask):
         start = draw_passage(world, robot, spec.seed).start
         world = replace(world, places={**world.places, "home": start})
-    makes_map = isinstance(scenario.task, ExploreTask | DriveRandomlyTask)
-    return Site(world, name, world.start if makes_map else IDENTITY)
+    return Site(world, name, world.start if makes_map(scenario.task) else IDENTITY)
 
 
 def _drawn_start(world: World, robot: Robot, seed: int) -> SE2:
@@ -214,6 +214,6 @@ def figures_of(run: SimulatedRun) -> dict[str, float]:
             figures[f"{name}_median"] = float(np.median(errors))
             figures[f"{name}_max"] = float(errors.max())
     figures.update(run.figures)
-    if isinstance(run.scenario.task, ExploreTask | DriveRandomlyTask):
+    if makes_map(run.scenario.task):
         figures.update(map_figures(run))
     return figures

@@ -61,9 +61,21 @@ class PassDoorTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class DeliverTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="deliver"):
-    """Fetch food in the kitchen, serve tables and return home, on the true map from an approximately known pose."""
+    """Fetch food in the kitchen, serve tables and return home."""
 
     tables: Annotated[Count, Meta(description="number of tables, drawn from the world's by the seed")] = 3
+    map: Annotated[
+        Literal["true", "explored"],
+        Meta(
+            description="true: the world's, from an approximately known pose; explored: one that the robot "
+            "makes first, as in `chefbot demo`"
+        ),
+    ] = "true"
+
+    @property
+    def explores(self) -> bool:
+        """Whether the robot makes the map."""
+        return self.map == "explored"
 
 
 class DriveRandomlyTask(
@@ -104,6 +116,13 @@ TASKS: tuple[type[msgspec.Struct], ...] = (
     DriveRandomlyTask,
     BuiltTask,
 )
+
+
+def makes_map(task: msgspec.Struct) -> bool:
+    """Return whether the robot maps the world in this task; the frame of its map begins at its start."""
+    return isinstance(task, ExploreTask | DriveRandomlyTask) or (
+        isinstance(task, DeliverTask) and task.explores
+    )
 
 
 def task_name(task: msgspec.Struct | type[msgspec.Struct]) -> str:

@@ -124,6 +124,18 @@ class SimulatedRun:
         save_places(places_path(path), self.places)
         return path
 
+    def saved_map(self) -> Path:
+        """Write the map that the robot has made, with the world's places, and return its path.
+
+        Raises TaskFailedError if there is none.
+        """
+        if self.scorer.map is None:
+            raise TaskFailedError("exploration made no map")
+        path = self.folder / "explored_map.yaml"
+        save_map(path, self.scorer.map.grid)
+        save_places(places_path(path), self.places)
+        return path
+
     def run_until(self, done: Callable[[], bool], what: str, limit: float | None = None) -> None:
         """Run until `done`. Raises TaskFailedError after `limit` s, or at the scenario's time limit.
 

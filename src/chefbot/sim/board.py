@@ -19,7 +19,7 @@ class SimulatedBoard:
     """The path from wheel-speed command to sensor message, as bytes through serial link and firmware."""
 
     def __init__(self, robot: Robot, simulation: Simulation, start_ns: int = 0) -> None:
-        """Switch the board on and complete its start-up; `began_ns` is the computer's clock at this time."""
+        """Switch the board on and complete its start-up; `start_ns` is the computer's clock at this time."""
         self.robot = robot
         self._simulation = simulation
         self._offset_ns = start_ns - simulation.time_ns
@@ -69,7 +69,7 @@ class SimulatedBoard:
         """Run the board for STARTUP_NS before the computer's programs start: handshake, IMU start-up, robot at
         rest.
 
-        The computer's clock is set back by as much, so that at `began_ns` the board is ready to drive.
+        The computer's clock is set back by as much, so that at `start_ns` the board is ready to drive.
         """
         self._offset_ns -= STARTUP_NS
         end_ns = self.now_ns + STARTUP_NS

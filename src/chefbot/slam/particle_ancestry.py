@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 class ParticleAncestry:
     """Poses of all particles at every processed scan, with the index of each one's parent at the scan before.
 
-    Resampling removes most lineages, so that all particles share a recent common ancestor. The trajectory up
-    to it is final and is stored once, as the `trunk`: memory does not grow with particles times time.
+    Resampling removes most lineages, so that all particles share a recent common ancestor. The trajectory up to it is
+    final and is stored once, as `common_path`: memory does not grow with particles times time.
     """
 
     def __init__(self, particles: int) -> None:

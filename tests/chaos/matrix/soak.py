@@ -48,7 +48,7 @@ class Soak:
         try:
             if not self.launches or self._charge < MIN_CHARGE:
                 self.launches += 1
-                start_localized(run, unknown=False)
+                start_localized(run, run.true_map(), unknown=False)
             self.orders += 1
             chosen = [self._tables[i] for i in run.rng.permutation(len(self._tables))[:TABLES]]
             run.publish("order", Order(tuple(chosen)))

@@ -1,4 +1,4 @@
-"""Task `deliver`: fetch food in the kitchen, serve tables and return home, on the true map."""
+"""Task `deliver`: fetch food in the kitchen, serve tables and return home, on the true map or an explored one."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from chefbot.msgs.chefbot_msgs import DeliveryStatus, Order
 from chefbot.proving.record import GoalRecord
 from chefbot.proving.scenario_tasks import DeliverTask
 from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
+from chefbot.proving.tasks.explore import explore_world
 from chefbot.proving.tasks.localize import start_localized
 from chefbot.runtime.loop import Publication
 
@@ -16,8 +17,11 @@ from chefbot.runtime.loop import Publication
 def deliver(run: SimulatedRun) -> None:
     """Localize, order food for the drawn tables, and check that each was truly reached."""
     assert isinstance(run.scenario.task, DeliverTask)
-    start_localized(run, unknown=False)
     drawn = _drawn_tables(run, run.scenario.task.tables)
+    if run.scenario.task.explores:
+        _localize_on_own_map(run)
+    else:
+        start_localized(run, run.true_map(), unknown=False)
     arrivals = _Arrivals(run)
     for observer in (ButtonPresser(run.system.loop), arrivals):
         run.system.loop.add_observer(observer)
@@ -31,6 +35,12 @@ def deliver(run: SimulatedRun) -> None:
         raise TaskFailedError(f"not served: {', '.join(missed)}; {run.scorer.delivery.description}")
     if not run.scorer.at_home():
         raise TaskFailedError("the robot did not return home")
+
+
+def _localize_on_own_map(run: SimulatedRun) -> None:
+    """Explore the world, then restart all nodes with only the saved map; a camera alone needs an approximate pose."""
+    explore_world(run)
+    start_localized(run, run.saved_map(), unknown=run.system.robot.sensors.lidar is not None)
 
 
 def _drawn_tables(run: SimulatedRun, count: int) -> list[str]:

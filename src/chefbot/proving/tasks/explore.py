@@ -9,10 +9,15 @@ from chefbot.proving.simulated_run import SimulatedRun, TaskFailedError
 
 def explore(run: SimulatedRun) -> None:
     """Explore until the explorer is done, and check that the robot is back."""
-    run.launch("explore", {})
-    run.run_until(lambda: _status(run).done, "exploration was not done")
+    explore_world(run)
     if not run.scorer.at_home():
         raise TaskFailedError("the robot did not return to its start")
+
+
+def explore_world(run: SimulatedRun) -> None:
+    """Launch exploration and run until the explorer is done."""
+    run.launch("explore", {})
+    run.run_until(lambda: _status(run).done, "exploration was not done")
 
 
 def _status(run: SimulatedRun) -> ExplorationStatus:

@@ -16,7 +16,7 @@ from chefbot.proving.tasks.localize import start_localized
 def go(run: SimulatedRun) -> None:
     """Localize, then drive to the drawn places."""
     assert isinstance(run.scenario.task, GoTask)
-    start_localized(run, unknown=False)
+    start_localized(run, run.true_map(), unknown=False)
     # A goal at the start would be reached without driving.
     names = sorted(
         name for name, pose in run.places.items() if pose.distance(run.start) > 2 * ARRIVAL_TOLERANCE

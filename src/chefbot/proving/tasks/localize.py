@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from chefbot.demo.score import simulated_click
 from chefbot.msgs.geometry_msgs import Pose, PoseStamped
 from chefbot.msgs.std_msgs import Bool, Empty, Header
@@ -20,7 +22,7 @@ SETTLE_TIME = 2.0
 def localize(run: SimulatedRun) -> None:
     """Localize as the task requires, and compare the pose with the ground truth."""
     assert isinstance(run.scenario.task, LocalizeTask)
-    start_localized(run, run.scenario.task.initial_pose == "unknown")
+    start_localized(run, run.true_map(), run.scenario.task.initial_pose == "unknown")
     run.run_for(SETTLE_TIME)
     track = run.scorer.delivering
     if not track.truth:
@@ -30,14 +32,14 @@ def localize(run: SimulatedRun) -> None:
         raise TaskFailedError(f"the robot claims to be localized and is {error:.2f} m off")
 
 
-def start_localized(run: SimulatedRun, unknown: bool) -> None:
-    """Launch the waiter on the true map and wait until it is localized."""
+def start_localized(run: SimulatedRun, map_file: Path, unknown: bool) -> None:
+    """Launch the waiter on a map and wait until it is localized; unknown: without an approximate pose."""
     run.scorer.phase = "localizing"
-    run.launch("waiter", {"map_file": str(run.true_map())})
+    run.launch("waiter", {"map_file": str(map_file)})
     if unknown:
         run.publish("reinitialize_global_localization", Empty())
     else:
-        pose = simulated_click(run.start, run.rng)
+        pose = simulated_click(run.truth, run.rng)
         stamped = PoseStamped(Header.of(run.system.loop.now_ns, "map"), Pose.of(pose))
         run.publish("initialpose", clicked_pose(stamped))
     run.run_until(lambda: "localized" in run.latest, "the robot was not localized", TIMEOUT)

@@ -109,7 +109,7 @@ def pass_door(run: SimulatedRun) -> None:
     task = run.scenario.task
     assert isinstance(task, PassDoorTask)
     passage, event = draw_passage(run.world, run.system.robot, run.seed), event_of(task, run.seed)
-    start_localized(run, unknown=False)
+    start_localized(run, run.true_map(), unknown=False)
     observer = DoorwayObserver(run, passage.door, passage.side)
     run.system.loop.add_observer(observer)
     if event != "close":

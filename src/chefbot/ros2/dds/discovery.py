@@ -35,7 +35,7 @@ class RemoteEndpoint(NamedTuple):
 
 
 class Discovery:
-    """The readers and writers of other participants, updated by `look` in the caller's thread."""
+    """The readers and writers of other participants, updated by `update` in the caller's thread."""
 
     def __init__(self, participant: Any) -> None:
         self._own = participant.guid

@@ -35,7 +35,7 @@ class NoResponseError(ChefbotError):
 
 
 class ServiceCall(Generic[Q, S]):
-    """One service request; call `answer` once, at once or later, from any thread.
+    """One service request; call `respond` once, at once or later, from any thread.
 
     If it is dropped without an answer, the client is notified.
     """

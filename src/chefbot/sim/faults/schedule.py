@@ -66,8 +66,8 @@ def _text(value: Any) -> str:
 class FaultSchedule(Generic[F]):
     """Begins and ends fault events in the order of their times.
 
-    on_begin, on_end: called with each event; a UserError of `on_begin` is given to `refuse`, and the event is
-    not active then.
+    on_begin, on_end: called with each event; after a UserError of on_begin the event is not active. notice: called
+    with a sentence about each begin and end.
     """
 
     def __init__(

@@ -1,6 +1,7 @@
 // A press of the emergency stop, repeated until the drive base confirms it; an alarm is shown after a timeout.
 
 const REPEAT = 250, ALARM = 300;          // milliseconds
+const TICK = 10;                         // milliseconds, while a press is not confirmed
 const REQUEST = 130;                     // milliseconds between requests of their own
 const IN_FLIGHT = 6;                     // of these, that wait for an answer: as many connections as a browser opens to a host
 const STORAGE_KEY = "chefbot-stop";             // a reloaded page continues to send the press
@@ -14,7 +15,7 @@ export class StopPress {
     this.since = performance.now();
     this.sent = this.requested = -Infinity;
     this.requests = [];                  // that wait for an answer, the oldest first
-    setInterval(() => this.tick(), 50);
+    this.ticks = this.id && setInterval(() => this.tick(), TICK);
   }
 
   // not confirmed (pressed here), requested (pressed elsewhere, not confirmed), stopped, or free
@@ -30,6 +31,7 @@ export class StopPress {
       this.id = Array.from(crypto.getRandomValues(new Uint32Array(3)), (part) => part.toString(36)).join("-");
       this.since = performance.now();
       this.store.setItem(STORAGE_KEY, this.id);
+      this.ticks = setInterval(() => this.tick(), TICK);
     }
     this.repeat();
     this.changed();
@@ -68,13 +70,13 @@ export class StopPress {
   }
 
   tick() {
-    if (!this.id) return;
     if (performance.now() - this.sent >= REPEAT) this.repeat();
     if (this.alarmed && performance.now() - this.requested >= REQUEST) this.request();
     this.changed();
   }
 
   forget() {
+    clearInterval(this.ticks);
     this.id = null;
     for (const request of this.requests) request.abort();   // one that is under way must not stop the robot later
     this.store.removeItem(STORAGE_KEY);

@@ -41,3 +41,16 @@ def test_a_warning_that_is_not_repeated_ends() -> None:
     assert recent.warnings(SECOND + DIAGNOSTICS_AGE_NS - 1) and not recent.warnings(
         SECOND + DIAGNOSTICS_AGE_NS
     )
+
+
+def test_a_blind_sensor_is_one_warning_whoever_reports_it() -> None:
+    recent = RecentDiagnostics()
+    received(recent, 1, (WARN, "obstacle sensors", "The lidar is silent", ""))
+    received(recent, 1, (WARN, "collision monitor", "The lidar is silent", ""))
+    assert recent.warnings(SECOND) == ("Collision monitor: The lidar is silent",)
+
+
+def test_a_message_without_a_subject_is_shown_of_each_device() -> None:
+    recent = RecentDiagnostics()
+    received(recent, 1, (WARN, "lidar", "no data", ""), (WARN, "board", "no data", ""))
+    assert recent.warnings(SECOND) == ("Board: no data", "Lidar: no data")

@@ -105,6 +105,7 @@ class RecentDiagnostics:
 
     def __init__(self) -> None:
         self._received: dict[tuple[str, str], tuple[int, str]] = {}
+        """Time and message by name and hardware."""
 
     def update(self, message: DiagnosticArray, now_ns: int) -> None:
         """Store a message's diagnostics; those that are OK again are removed."""
@@ -112,13 +113,17 @@ class RecentDiagnostics:
             key = (entry.name, entry.hardware_id)
             self._received.pop(key, None)
             if entry.level != OK:
-                text = f"{entry.name[:1].upper()}{entry.name[1:]}: {entry.message}"
-                self._received[key] = (now_ns, text)
+                self._received[key] = (now_ns, entry.message)
 
     def warnings(self, now_ns: int) -> tuple[str, ...]:
         """Return the diagnostics that were received recently, as sentences for the operator, each once.
 
-        In the order of their names, so that they keep their places when they are repeated.
+        In the order of their names, so that they keep their places when they are repeated. A message that names its
+        subject, as "The lidar is silent", appears once, with the name of the first node that reports it.
         """
         recent = sorted(item for item in self._received.items() if now_ns - item[1][0] < DIAGNOSTICS_AGE_NS)
-        return tuple(dict.fromkeys(text for _, (_, text) in recent))
+        texts: dict[str, str] = {}
+        for (name, _), (_, message) in recent:
+            text = f"{name[:1].upper()}{name[1:]}: {message}"
+            texts.setdefault(message if message.startswith("The ") else text, text)
+        return tuple(texts.values())

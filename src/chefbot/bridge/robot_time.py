@@ -20,7 +20,7 @@ CLOCK_TIMEOUT = 20.0
 class RobotTime:
     """A `clock` that follows /clock.
 
-    The loop begins at `start_ns` and is attached with `attach`.
+    The loop that follows it begins at `start_ns`; `attach` takes it.
     """
 
     def __init__(self, node: RmwNode, reached: Callable[[int], None] = lambda _: None) -> None:

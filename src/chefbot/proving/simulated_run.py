@@ -13,6 +13,7 @@ from chefbot.demo.score import Scorer
 from chefbot.demo.summary import mapping_sensor_height
 from chefbot.errors import ChefbotError
 from chefbot.launcher.session import start
+from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.diagnostic_msgs import DiagnosticArray
 from chefbot.msgs.idl.message import Message
@@ -119,10 +120,7 @@ class SimulatedRun:
 
     def true_map(self) -> Path:
         """Write the world's true map with its places, in the world's frame, and return its path."""
-        path = self.folder / "true_map.yaml"
-        save_map(path, floor_plan(self.world, mapping_sensor_height(self.system.robot)))
-        save_places(places_path(path), self.places)
-        return path
+        return self._written("true_map", floor_plan(self.world, mapping_sensor_height(self.system.robot)))
 
     def saved_map(self) -> Path:
         """Write the map that the robot has made, with the world's places, and return its path.
@@ -131,8 +129,11 @@ class SimulatedRun:
         """
         if self.scorer.map is None:
             raise TaskFailedError("exploration made no map")
-        path = self.folder / "explored_map.yaml"
-        save_map(path, self.scorer.map.grid)
+        return self._written("explored_map", self.scorer.map.grid)
+
+    def _written(self, name: str, grid: Grid) -> Path:
+        path = self.folder / f"{name}.yaml"
+        save_map(path, grid)
         save_places(places_path(path), self.places)
         return path
 

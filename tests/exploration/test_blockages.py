@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.exploration.blockages import REACH, Blockages
+from chefbot.maths.costs import INSCRIBED
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
 from chefbot.planning.grid_planner import GridPlanner
@@ -92,6 +93,15 @@ def test_it_is_free_again_once_the_obstacle_is_seen_gone() -> None:
     assert not reachable(blockages.on(grid), 4.0, 3.0), "it was too far away to see that"
     blockages.forget_gone(ROBOT, grid)
     assert blockages.on(grid) is grid
+
+
+def test_where_the_robot_stands_is_no_blockage() -> None:
+    grid, blockages = room(), Blockages(RADIUS)
+    blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid)
+    blockages.forget_gone(SE2(3.0, 3.0, 0.0), with_mirror(grid))
+    costs = LayeredCostmap(CostmapParams(), load_robot("chefbot_lidar").footprint)
+    costs.set_static(blockages.on(grid))
+    assert costs.update().cells[grid.cell(3.0, 3.0)] < INSCRIBED
 
 
 def test_obstacles_of_the_map_are_not_blockages() -> None:

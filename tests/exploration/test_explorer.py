@@ -6,7 +6,7 @@ import pytest
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.costmap.raytrace import mark_and_clear
-from chefbot.exploration.explorer import CLOSE_VIEW, DIMINISHED, Explorer
+from chefbot.exploration.explorer import CLOSE_VIEW, DIMINISHED, HELD_UP_WEIGHT, LEARNED_WEIGHT, Explorer
 from chefbot.exploration.frontiers import find_frontiers, frontier_mask
 from chefbot.maths.footprint import disc
 from chefbot.maths.grid import Grid
@@ -186,7 +186,7 @@ def test_after_goals_that_show_nothing_small_gains_do_not_count():
 
 
 def test_a_fully_known_map_is_done():
-    assert decide(["####", "#..#", "####"], True) == (None, ())
+    assert decide(["####", "#..#", "####"], True) == (None, (), False)
 
 
 def two_rooms(blocked):
@@ -246,11 +246,20 @@ def test_what_a_door_leaf_hides_is_looked_at_from_beside_it():
     assert (hidden.x, hidden.y) not in [(one.x, one.y) for one in explorer.decide(grid, cost, pose).skipped]
 
 
-def test_an_attempt_that_showed_an_obstacle_counts_half():
-    """As the next one has another path; in the end the frontier is given up all the same."""
-    explorer = Explorer(RADIUS)
-    goals = []
-    while (goal := decide_at_the_door(explorer, False)) is not None and not goal.blocked:
-        goals.append(goal)
-        explorer.mark_failed(goal, learned=True)
-    assert len(goals) == 2 * explorer.params.max_attempts
+@pytest.mark.parametrize("weight", [LEARNED_WEIGHT, HELD_UP_WEIGHT])
+@pytest.mark.parametrize("blocked", [False, True])
+def test_an_attempt_that_may_end_otherwise_next_counts_less(weight: float, blocked: bool):
+    """One that showed an obstacle, or that a person held up; in the end the frontier is given up all the same."""
+    explorer, count = Explorer(RADIUS), 0
+    while (goal := decide_at_the_door(explorer, blocked)) is not None and goal.blocked == blocked:
+        explorer.mark_failed(goal, weight)
+        count += 1
+    assert count * weight == explorer.params.max_attempts
+
+
+def test_a_robot_that_can_reach_hardly_any_floor_is_enclosed():
+    grid = two_rooms(False)
+    cost = np.full(grid.cells.shape, np.inf, np.float32)
+    assert Explorer(RADIUS).decide(grid, cost, SE2(2.5, 2.5, 0.0)).enclosed
+    cost[45:55, 45:55] = 0.0
+    assert not Explorer(RADIUS).decide(grid, cost, SE2(2.5, 2.5, 0.0)).enclosed

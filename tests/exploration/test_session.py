@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal, SkippedFrontier
 from chefbot.exploration.session import (
     EMPTY_MAPS_TO_FINISH,
+    ENCLOSED_MAPS_TO_FINISH,
     ExplorationSession,
     exploration_status,
     field_of_view,
@@ -29,6 +30,17 @@ def test_it_is_complete_after_enough_maps_without_a_goal(found: list[bool]) -> N
         assert session.process(decision) is decision.goal and session.decision is decision
         empty = 0 if has_goal else empty + 1
         assert session.is_complete == (empty >= EMPTY_MAPS_TO_FINISH)
+
+
+def test_a_robot_that_is_enclosed_waits_before_it_gives_up() -> None:
+    session = ExplorationSession()
+    for count in range(ENCLOSED_MAPS_TO_FINISH):
+        assert not session.is_complete, count
+        session.process(ExplorationDecision(None, (), enclosed=True))
+    assert session.is_complete and session.result == "Not everything is seen: obstacles enclose the robot."
+    assert session.progress == "Exploration waits: obstacles enclose the robot."
+    session.process(ExplorationDecision(GOAL, ()))
+    assert not session.is_complete and session.progress == "Exploring."
 
 
 def test_it_turns_left_and_right_in_turn() -> None:

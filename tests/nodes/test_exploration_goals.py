@@ -9,9 +9,10 @@ import pytest
 from tests.support.nodes import NodeRunner
 
 from chefbot.exploration.blockages import INSCRIBED
-from chefbot.maths.grid import FREE, UNKNOWN, Grid
+from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
-from chefbot.msgs.geometry_msgs import TransformStamped
+from chefbot.msgs.chefbot_msgs.people import TrackedPeople, TrackedPerson
+from chefbot.msgs.geometry_msgs import Point, TransformStamped
 from chefbot.msgs.nav2_msgs import (
     NavigateToPose,
     NavigateToPose_Goal,
@@ -114,3 +115,40 @@ def test_goals_are_not_where_only_the_planner_knows_an_obstacle(known_before: bo
     runner.loop.publish("global_costmap/costmap", marks_at(first), "test", from_device=True)
     runner.run(CHECK_PERIOD + MAP_PERIOD)
     assert drives.ended and drives.goals[1].distance(first) > 0.2
+
+
+def drives_to_occupied_goals(person: bool) -> int:
+    """Return to how many goals on one square of free floor the robot drives if on each one an obstacle is seen."""
+    runner = runner_with(f"{__name__}:OnTheWay")
+    drives: Any = runner.system.nodes["navigator"]
+    for _ in range(400):
+        runner.loop.publish("map", OccupancyGrid.of(HEADER, free_floor(60)), "test", from_device=True)
+        for goal in drives.goals[-1:]:
+            place = TrackedPerson(3, Point(goal.x, goal.y))
+            people = TrackedPeople(Header.of(runner.loop.now_ns, "map"), (place,) if person else ())
+            runner.loop.publish("tracked_people", people, "test", from_device=True)
+            runner.loop.publish("global_costmap/costmap", marks_at(goal), "test", from_device=True)
+        runner.run(0.5 * MAP_PERIOD)
+    assert runner.messages("exploration_status")[-1].done
+    return len(drives.goals)
+
+
+def test_a_goal_that_a_person_occupies_is_tried_again() -> None:
+    """Whoever walks beside the robot is at one goal after the other; that shows nothing about a frontier."""
+    assert drives_to_occupied_goals(person=True) > 2 * drives_to_occupied_goals(person=False)
+
+
+def test_a_robot_among_obstacles_that_go_explores_on() -> None:
+    """As people do who stood around it for a while."""
+    runner, grid = runner_with(f"{__name__}:OnTheWay"), free_floor(60)
+    drives: Any = runner.system.nodes["navigator"]
+    cells = grid.cells.copy()
+    cells[75:85, [75, 84]] = cells[[75, 84], 75:85] = OCCUPIED
+    for step in range(8):
+        enclosed = Grid(cells, grid.resolution, grid.origin_x, grid.origin_y)
+        message = OccupancyGrid.of(HEADER, enclosed if step < 6 else grid)
+        runner.loop.publish("map", message, "test", from_device=True)
+        runner.run(MAP_PERIOD)
+        assert bool(drives.goals) == (step >= 6)
+    sentences = [status.description for status in runner.messages("exploration_status")]
+    assert "Exploration waits: obstacles enclose the robot." in sentences

@@ -21,7 +21,7 @@ from chefbot.msgs.geometry_msgs import Point, TransformStamped, Vector3
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
-from chefbot.nodes.navigation.people_marks import MAX_AGE, PeopleMarksNode
+from chefbot.nodes.people.marks import MAX_AGE, PeopleMarksNode
 from chefbot.people.trails import BODY_RADIUS
 from chefbot.runtime.node import NoParams, every
 

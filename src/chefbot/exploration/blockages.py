@@ -19,6 +19,8 @@ PATH_REACH = 0.5
 """The same, from its path to the goal on the map: it may have failed far away from what is in the way, m."""
 WALL_MARGIN = 1
 """Cells around an obstacle of the map in which a mark of the costmap is that obstacle."""
+BODY_MARGIN = 2
+"""Cells around the robot's body in which an obstacle would leave its own cell occupied."""
 FREE_AROUND_ROBOT = 0.4
 """Distance from the robot within which inscribed cells are no blockage, m: it has to get away from there."""
 INSCRIBED = 99
@@ -72,10 +74,12 @@ class Blockages:
         return np.column_stack([x[chosen], y[chosen]])
 
     def forget_gone(self, robot: SE2, costmap: Grid) -> None:
-        """Forget what was within REACH of the robot and is not on the costmap any more."""
+        """Forget what was within REACH of the robot and is not on the costmap any more, or is where it stands."""
         x, y = self._points[:, 0], self._points[:, 1]
-        far = np.hypot(x - robot.x, y - robot.y) > REACH
-        self._points = self._points[far | (costmap.values(x, y, outside=0) >= INSCRIBED)]
+        distance = np.hypot(x - robot.x, y - robot.y)
+        apart = distance > self._radius + BODY_MARGIN * costmap.resolution
+        remains = apart & (costmap.values(x, y, outside=0) >= INSCRIBED)
+        self._points = self._points[(distance > REACH) | remains]
 
     def on(self, grid: Grid) -> Grid:
         """Return the map with what is known as obstacles."""

@@ -33,6 +33,8 @@ CLOSE_VIEW = 1.0 / 3.0
 """Distance of a viewpoint beside its frontier, share of the maximum distance."""
 LEARNED_WEIGHT = 0.5
 """How much an attempt counts after which the planner knows of an obstacle, such as glass, that it did not know of."""
+HELD_UP_WEIGHT = 0.25
+"""How much an attempt counts that a person has held up: people go on."""
 GAIN_POWER = 0.25
 """Exponent of the gain; below 1 it favours near goals, so that no second tour is needed for small corners."""
 
@@ -64,10 +66,14 @@ class SkippedFrontier(NamedTuple):
 
 
 class ExplorationDecision(NamedTuple):
-    """The next goal, None when exploration is complete, and the skipped frontiers with their reasons."""
+    """The next goal, None when exploration is complete, and the skipped frontiers with their reasons.
+
+    enclosed: there are frontiers, but hardly any floor is reachable from where the robot stands.
+    """
 
     goal: ExplorationGoal | None
     skipped: tuple[SkippedFrontier, ...]
+    enclosed: bool = False
 
 
 class Explorer:
@@ -83,11 +89,13 @@ class Explorer:
     ) -> None:
         self.params = params or ExplorerParams()
         self.min_frontier_length = 2.0 * robot_radius
-        self._required_gain = RequiredGain(math.pi * robot_radius**2)
+        self._robot_area = math.pi * robot_radius**2
+        self._required_gain = RequiredGain(self._robot_area)
         self.field_of_view = min(field_of_view, FULL_TURN)
         self._failed_goals: list[tuple[float, float, float]] = []
         """Frontiers of goals that failed: x, y, and how much each counts."""
-        self._blocked_viewpoints: list[SE2] = []
+        self._blocked_viewpoints: list[tuple[SE2, float]] = []
+        """Viewpoints of blocked passages that were tried, and how much each attempt counts."""
 
     def decide(self, grid: Grid, cost_to_come: NDArray[np.float32], pose: SE2) -> ExplorationDecision:
         """Return the next goal and the skipped frontiers.
@@ -107,17 +115,19 @@ class Explorer:
         goals = goals or self._goals_for_blocked(grid, cost, skipped)
         # Utility: gain^GAIN_POWER / cost
         best = max(goals, key=lambda goal: goal.gain**GAIN_POWER / goal.cost, default=None)
-        return ExplorationDecision(best, tuple(skipped))
+        reachable = int(np.count_nonzero(np.isfinite(cost))) * grid.resolution**2
+        enclosed = bool(skipped) and reachable <= self._robot_area
+        return ExplorationDecision(best, tuple(skipped), enclosed)
 
-    def mark_failed(self, goal: ExplorationGoal, *, learned: bool = False) -> None:
+    def mark_failed(self, goal: ExplorationGoal, weight: float = 1.0) -> None:
         """Record a failed goal: it could not be reached, or its frontier remains after the visit.
 
-        learned: whether the planner now knows of an obstacle that it did not know of, so that its next path differs.
+        weight: how much the attempt counts, of `max_attempts`.
         """
         if goal.blocked:
-            self._blocked_viewpoints.append(goal.pose)
+            self._blocked_viewpoints.append((goal.pose, weight))
         else:
-            self._failed_goals.append((goal.x, goal.y, LEARNED_WEIGHT if learned else 1.0))
+            self._failed_goals.append((goal.x, goal.y, weight))
 
     def give_up(self, goal: ExplorationGoal) -> None:
         """Choose no goal for this frontier again."""
@@ -233,10 +243,11 @@ class Explorer:
         path_cost = float(cost[cell]) + self.params.turn_cost * FULL_TURN + self.params.fixed_goal_cost
         return ExplorationGoal(pose, frontier.x, frontier.y, True, gain, path_cost, blocked=True)
 
-    def _attempts_near(self, pose: SE2) -> int:
+    def _attempts_near(self, pose: SE2) -> float:
         return sum(
-            pose.distance(viewpoint) <= self.params.same_goal_distance
-            for viewpoint in self._blocked_viewpoints
+            weight
+            for viewpoint, weight in self._blocked_viewpoints
+            if pose.distance(viewpoint) <= self.params.same_goal_distance
         )
 
     def _count_unknown(self, grid: Grid, cell: tuple[int, int], yaw: float, field_of_view: float) -> int:

@@ -13,12 +13,16 @@ from chefbot.robot.spec import Robot
 
 EMPTY_MAPS_TO_FINISH = 2
 """Consecutive maps without a frontier that end the exploration: the last scans may not be in the map yet."""
+ENCLOSED_MAPS_TO_FINISH = 15
+"""The same, half a minute, if obstacles enclose the robot: they may be people who go on."""
 SAME_PLACE = 1.0
 """Distance up to which frontiers count as one place in a sentence, m."""
 MAX_LISTED = 3
 """Maximum number of places in a sentence; the status lists all frontiers."""
 WAITS = "Exploration waits: "
 """Beginning of the sentence of a status while the robot itself cannot drive; the fault follows."""
+ENCLOSED = "obstacles enclose the robot."
+"""Clause of a status while no floor around the robot is reachable."""
 NOTHING_DECIDED = ExplorationDecision(None, ())
 """Decision before the first map."""
 
@@ -34,7 +38,14 @@ class ExplorationSession:
     @property
     def is_complete(self) -> bool:
         """Whether no goal was left on enough maps in a row."""
-        return self._empty_maps >= EMPTY_MAPS_TO_FINISH
+        return self._empty_maps >= (
+            ENCLOSED_MAPS_TO_FINISH if self.decision.enclosed else EMPTY_MAPS_TO_FINISH
+        )
+
+    @property
+    def progress(self) -> str:
+        """The sentence that reports what goes on after the latest decision."""
+        return WAITS + ENCLOSED if self.decision.enclosed else "Exploring."
 
     @property
     def result(self) -> str:
@@ -61,6 +72,8 @@ def field_of_view(robot: Robot) -> float:
 
 def _result_sentence(decision: ExplorationDecision) -> str:
     """Return how an exploration ended: with all that is within reach seen, or where attempts failed."""
+    if decision.enclosed:
+        return f"Not everything is seen: {ENCLOSED}"
     apart: list[SkippedFrontier] = []
     for frontier in sorted(decision.skipped, key=lambda frontier: -frontier.length):
         if frontier.failed and all(_distance(frontier, other) > SAME_PLACE for other in apart):

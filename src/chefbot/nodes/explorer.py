@@ -112,7 +112,7 @@ class ExplorerNode(ExplorationDrivesNode):
         await self.spin.call(session.next_turn())
         await self._await_new_map()
         while (goal := session.process(self._decide())) or not session.is_complete:
-            self._publish_progress("Exploring.")
+            self._publish_progress(session.progress)
             if goal is None or not await self._visit(goal, self._known_area):
                 await self._await_new_map()
         if self.params.go_home:
@@ -130,8 +130,8 @@ class ExplorerNode(ExplorationDrivesNode):
             if goal.look_around:
                 await self.spin.call(self._session.next_turn())
             await self._await_new_map()
-            self._forget_blockages()
             if self._frontier_remains(goal):
                 self._explorer.mark_failed(goal)
-        self._explorer.note_gain(goal, self._known_area - known)
+        if not self._held_up:
+            self._explorer.note_gain(goal, self._known_area - known)
         return reached or not self._frontier_remains(goal)

@@ -19,7 +19,7 @@ from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.nodes.navigation.costmap_cell import cell_message
 from chefbot.nodes.navigation.costmap_layers import make_costmap
-from chefbot.nodes.navigation.people_marks import PeopleMarksNode
+from chefbot.nodes.people.marks import PeopleMarksNode
 from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.runtime.transform_buffer import TransformError
@@ -31,7 +31,7 @@ class GlobalCostmapNode(PeopleMarksNode):
     Its parameters have a field `costmap` of type CostmapParams.
     """
 
-    costmap_frame = "map"
+    fixed_frame = "map"
     live_params = tuple(f"costmap.{name}" for name in LIVE_PARAMS)
     map: In[OccupancyGrid]
     scan: In[LaserScan]

@@ -20,7 +20,7 @@ from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan, Range
 from chefbot.msgs.std_msgs import Float64, Header
 from chefbot.nodes.navigation.costmap_layers import make_costmap, move_with_robot
-from chefbot.nodes.navigation.people_marks import PeopleMarksNode
+from chefbot.nodes.people.marks import PeopleMarksNode
 from chefbot.nodes.scans.deskewing import when_deskewed
 from chefbot.nodes.scans.sensor_health import SensorHealthNode
 from chefbot.runtime.node import In, Out, every, topic

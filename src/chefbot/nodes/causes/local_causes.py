@@ -126,7 +126,7 @@ class LocalCausesNode(LocalCostmapNode, CauseReportsNode):
         if cost < NOTABLE_PERSON:
             return None
         x, y = people.states[row, :2].tolist()
-        place = MarkedPlace(TRACKER, self.costmap_frame, x, y, self.now_ns)
+        place = MarkedPlace(TRACKER, self.fixed_frame, x, y, self.now_ns)
         numbers = (Quantity("speed", step.v, "m/s"), Quantity("possible speed", fast, "m/s"))
         sentence = f"The controller drives at {step.v:.2f} m/s near a person."
         return make_report(SLOW, "speed near people", sentence, place, numbers)

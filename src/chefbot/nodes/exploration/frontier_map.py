@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.exploration.blockages import Blockages, without_room
 from chefbot.exploration.dead_ends import DeadEnds
-from chefbot.exploration.explorer import ExplorationDecision, ExplorationGoal, Explorer
+from chefbot.exploration.explorer import LEARNED_WEIGHT, ExplorationDecision, ExplorationGoal, Explorer
 from chefbot.exploration.session import field_of_view
 from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.grid import Grid
@@ -74,6 +74,8 @@ class FrontierMapNode(Node):
         """Select the next goal on the latest map, but none behind a place at which drives have ended."""
         assert self.map.last is not None
         grid, robot = self.map.last.grid, self.tf.lookup("map", "base_link")
+        if self.planner_costmap.last is not None:
+            self._blockages.forget_gone(robot, self.planner_costmap.last.grid)
         decision = self._select(grid, robot)
         while decision.goal and self._is_behind_dead_end(decision.goal, robot, grid):
             self._explorer.give_up(decision.goal)
@@ -108,7 +110,7 @@ class FrontierMapNode(Node):
             path = self._path_to(goal, robot, grid)
             learned = self._blockages.add(robot, path, self.planner_costmap.last.grid, grid)
             self._dead_ends.add(robot, path)
-        self._explorer.mark_failed(goal, learned=learned)
+        self._explorer.mark_failed(goal, LEARNED_WEIGHT if learned else 1.0)
 
     def _path_to(self, goal: ExplorationGoal, robot: SE2, grid: Grid) -> NDArray[np.float64]:
         """Return the path (n, 3) to a goal on the map with the known blockages; empty if there is none."""
@@ -123,12 +125,6 @@ class FrontierMapNode(Node):
     def _narrow_costs(self, costs: LayeredCostmap, grid: Grid) -> Costmap:
         """Return costs in which passages are open where the robot just fits, for one that may creep through them."""
         return costs.narrow_costs(-0.5 * grid.resolution, np.zeros((0, 2)), 0.0)
-
-    def _forget_blockages(self) -> None:
-        """Forget what has blocked the robot here and has gone."""
-        if self.planner_costmap.last is not None:
-            robot = self.tf.lookup("map", "base_link")
-            self._blockages.forget_gone(robot, self.planner_costmap.last.grid)
 
     def _costs_of(self, grid: Grid) -> LayeredCostmap:
         costs = LayeredCostmap(

@@ -5,31 +5,26 @@ from __future__ import annotations
 import math
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chefbot.control.people_cost import NOBODY, NearbyPeople
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.sources import DROP_OFFS, LASTING_SOURCES
 from chefbot.msgs.chefbot_msgs.people import TrackedPeople
-from chefbot.people.people_messages import is_outdated, predicted_states
+from chefbot.nodes.people.places import PeoplePlacesNode
+from chefbot.people.people_messages import predicted_states
 from chefbot.people.trails import BODY_RADIUS, PeopleTrails
-from chefbot.runtime.node import In, Node
 from chefbot.runtime.transform_buffer import TransformError
 
 MAX_AGE = 0.5
 """Age of the last message from which it does not say any more where people are, s."""
 
 
-class PeopleMarksNode(Node):
+class PeopleMarksNode(PeoplePlacesNode):
     """Base class of a node with a costmap in which a person leaves no marks behind, and that knows who is around.
 
     The sensor that marked somebody may look elsewhere when the person leaves, and each clears its own marks only.
     That the same person is seen elsewhere shows that the place is free.
     """
 
-    costmap_frame = "odom"
-    tracked_people: In[TrackedPeople]
     _costs: LayeredCostmap
 
     @cached_property
@@ -42,7 +37,7 @@ class PeopleMarksNode(Node):
         if not len(places):
             return
         try:
-            frame = self.tf.lookup(self.costmap_frame, message.header.frame_id)
+            frame = self.tf.lookup(self.fixed_frame, message.header.frame_id)
         except TransformError:
             return  # not localized: the costmap has no marks
         self._costs.clear_discs(frame.apply(places), BODY_RADIUS, keep=(DROP_OFFS, *LASTING_SOURCES))
@@ -54,20 +49,7 @@ class PeopleMarksNode(Node):
         if message is None or not 0.0 <= age <= MAX_AGE:
             return NOBODY
         try:
-            frame = self.tf.lookup(self.costmap_frame, message.header.frame_id)
+            frame = self.tf.lookup(self.fixed_frame, message.header.frame_id)
         except TransformError:
             return NOBODY  # not localized
         return NearbyPeople(predicted_states(message, age, frame), contact)
-
-    def _people(self) -> tuple[NDArray[np.uint32], NDArray[np.float64]]:
-        """Return numbers (n,) and places (n, 2) of the people who are tracked now, in the frame of the costmap."""
-        tracked = self.tracked_people.last
-        nobody = np.empty(0, np.uint32), np.empty((0, 2))
-        if tracked is None or not tracked.people or is_outdated(tracked, self.now_ns):
-            return nobody
-        try:
-            frame = self.tf.lookup(self.costmap_frame, tracked.header.frame_id)
-        except TransformError:
-            return nobody
-        places = np.array([[one.position.x, one.position.y] for one in tracked.people])
-        return np.array([one.id for one in tracked.people], np.uint32), frame.apply(places)

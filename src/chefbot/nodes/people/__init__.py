@@ -1,0 +1,1 @@
+"""Where people are, for the nodes that drive among them."""

@@ -32,7 +32,7 @@ def described(after: MapContent) -> str:
         ({**PLACES, "bar": TABLE}, "Window was added"),
         ({"table_1": TABLE}, "table 2 was removed"),
         ({**PLACES, "table_1": msgspec.structs.replace(TABLE, yaw=1.0)}, "Window was moved"),
-        ({**PLACES, "table_1": msgspec.structs.replace(TABLE, label="Door")}, "Window was renamed"),
+        ({**PLACES, "table_1": msgspec.structs.replace(TABLE, label="Door")}, "Window was renamed Door"),
         ({**PLACES, "a": TABLE, "table_2": TABLE}, "Window was added; table 2 was moved"),
         ({}, "Window was removed; table 2 was removed"),
         ({**PLACES, "a": TABLE, "b": TABLE, "c": TABLE, "d": TABLE}, "4 places and zones were changed"),

@@ -39,7 +39,7 @@ def _place_changes(before: Mapping[str, PlaceEntry], after: Mapping[str, PlaceEn
         elif (old.x, old.y, old.yaw) != (new.x, new.y, new.yaw):
             yield f"{title} was moved"
         elif old.label != new.label:
-            yield f"{title} was renamed"
+            yield f"{title} was renamed {display_name(name, new.label)}"
 
 
 def _zone_changes(before: Mapping[str, MapZone], after: Mapping[str, MapZone]) -> Iterator[str]:

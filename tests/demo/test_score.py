@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.support.pillar_room import ANGLES, CORNERS, circle, ranges_at
 
 from chefbot.demo import report
 from chefbot.demo.operator_node import OperatorDevice
@@ -18,13 +19,17 @@ from chefbot.demo.score import ARRIVAL_TOLERANCE, Scorer, Track, error_statistic
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import Collision, DeliveryStatus, NavigationStatus
+from chefbot.msgs.chefbot_msgs.maps import MapTrajectory
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance
 from chefbot.msgs.idl.message import Message
-from chefbot.msgs.nav_msgs import Odometry
+from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry
+from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
+from chefbot.nodes.scans.drive_messages import DriveMessages
 from chefbot.robot.load import load_robot
 from chefbot.runtime.transform_buffer import TransformError
 from chefbot.sim.world.load import load_any_world
+from chefbot.slam.params import GmappingParams
 
 PLACES = {"home": SE2(0.0, 0.0, 0.0), "table_1": SE2(3.0, 0.0, 0.0)}
 
@@ -53,6 +58,25 @@ def scorer() -> tuple[Scorer, Transforms]:
 def publish(one: Scorer, topic: str, message: Message) -> None:
     publication: Any = SimpleNamespace(topic=topic, message=message, time_ns=0)
     one(publication)
+
+
+def test_the_final_map_has_its_poses_adjusted() -> None:
+    """That of a mapper which publishes its drive; another one is as it is."""
+    one, _ = scorer()
+    assert one.final_map() is None
+    grid = OccupancyGrid.of(Header.of(0, "map"), Grid(np.full((4, 4), -1, np.int8), 0.05, 0.0, 0.0))
+    publish(one, "map", grid)
+    unmapped = one.final_map()
+    assert unmapped is not None and (unmapped.cells == -1).all()
+    messages, poses = DriveMessages(GmappingParams(), IDENTITY, IDENTITY, continued=False), circle(1.0)[::5]
+    for pose in poses:
+        angles = float(ANGLES[0]), float(ANGLES[-1]), float(ANGLES[1] - ANGLES[0])
+        scan = LaserScan(Header.of(0, "laser"), *angles, 0.0, 0.1, 0.1, 12.0, ranges_at(pose))
+        publish(one, "mapped_scan", messages.next(scan, pose, used=True))
+    flat = np.array([pose.array() for pose in poses]).reshape(-1)
+    publish(one, "map_trajectory", MapTrajectory(Header.of(0, "map"), flat))
+    found = one.final_map()
+    assert found is not None and found.at(0.0, 1.0) < 25 and found.at(*CORNERS[:2]) > 50
 
 
 def move(one: Scorer, transforms: Transforms, x: float, stamp: int = 0) -> None:

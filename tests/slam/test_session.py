@@ -58,6 +58,16 @@ def test_a_map_that_is_built_again_is_the_same(params: GmappingParams | GraphSla
     assert one.poses == other.poses and (one.grid.cells == other.grid.cells).all()
 
 
+@pytest.mark.parametrize("count", [1, 3, 8, 20])
+def test_only_the_first_used_scans_are_kept(count: int) -> None:
+    before = session()
+    after = before.with_used(count)
+    assert after.used.sum() == min(count, before.used.sum()) and len(after.stamps) == len(before.stamps)
+    kept = [scan for scan in after.scans() if len(scan.ranges)]
+    for one, other in zip(kept, (scan for scan in before.scans() if len(scan.ranges)), strict=False):
+        assert one.stamp == other.stamp and one.ranges.tolist() == other.ranges.tolist()
+
+
 Change = Callable[[dict[str, np.ndarray]], object]
 
 

@@ -14,6 +14,7 @@ from tests.support.waiting import wait_for
 from tests.ui.test_map_edit_device import Shown
 
 from chefbot.devices.state_files import maps_folder
+from chefbot.mapping.map_format import encode_map_yaml, encode_pgm
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus
@@ -24,8 +25,10 @@ from chefbot.runtime.launch import Launch
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import NoParams
 from chefbot.runtime.node_container import LAUNCH_TOPIC
+from chefbot.slam.params import GmappingParams
 from chefbot.storage.map_files import load_map
 from chefbot.storage.map_versions import versions_of
+from chefbot.storage.mapped_drives import encode_drives
 from chefbot.storage.new_map import NO_MAP
 from chefbot.storage.places import load_entries, places_path, save_places
 from chefbot.storage.zones import zones_path
@@ -58,6 +61,7 @@ class Surveyor(MappingDevice):
 
 @pytest.fixture
 def nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeRunner]:
+    monkeypatch.setattr(mapping_device, "WRITE_TIMEOUT", 0.2)  # there is no map recorder
     with page_device(f"{__name__}:Surveyor", tmp_path, monkeypatch) as runner:
         yield runner
 
@@ -187,7 +191,12 @@ def test_a_map_begun_after_a_reset_has_another_frame(nodes: NodeRunner) -> None:
     assert OTHER_FRAME in outcome(nodes, "hall", hall(20), {}, replace=True)
 
 
-DRIVE = b"a bundle"
+KEPT = encode_drives(
+    GmappingParams(),
+    [],
+    {"map.yaml": encode_map_yaml("map.pgm", hall(12).grid), "map.pgm": encode_pgm(hall(12).grid)},
+)
+"""A bundle as the map recorder writes it, with a map that is not the one that is shown."""
 
 
 def in_launch(nodes: NodeRunner, *, mapping: bool, map_file: str = "") -> None:
@@ -199,7 +208,7 @@ def test_a_map_is_saved_with_its_drive(nodes: NodeRunner, tmp_path: Path) -> Non
     """And a later one of the same name, of which no drive is kept, without that of the one before."""
     folder, bundle = tmp_path / "kept", maps_folder() / "hall.bundle"
     folder.mkdir()
-    (folder / "map.bundle").write_bytes(DRIVE)
+    (folder / "map.bundle").write_bytes(KEPT)
     in_launch(nodes, mapping=True)
     requests: list[Empty] = []
 
@@ -209,16 +218,28 @@ def test_a_map_is_saved_with_its_drive(nodes: NodeRunner, tmp_path: Path) -> Non
 
     nodes.loop.subscribe("map_recorder/write", "recorder", recorder)  # type: ignore[arg-type]
     outcome(nodes, "hall")
-    assert len(requests) == 1 and bundle.read_bytes() == DRIVE
+    assert len(requests) == 1 and bundle.read_bytes() == KEPT
+    assert free_rows("hall") == 12
     (folder / "map.bundle").unlink()
     outcome(nodes, "hall", replace=True)
     assert len(requests) == 2 and not bundle.exists()
 
 
-def test_a_recorder_that_does_not_answer_costs_the_drive_only(
-    nodes: NodeRunner, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(mapping_device, "WRITE_TIMEOUT", 0.1)
+@pytest.mark.parametrize("size", [0, 100])
+def test_a_damaged_bundle_saves_nothing(nodes: NodeRunner, tmp_path: Path, size: int) -> None:
+    (tmp_path / "map.bundle").write_bytes(KEPT[:size])
+    in_launch(nodes, mapping=True)
+    answer = MapFolder(str(tmp_path))
+    nodes.loop.subscribe(
+        "map_recorder/write",
+        "recorder",
+        lambda _: nodes.loop.publish("map_recorder/written", answer, "recorder"),  # type: ignore[arg-type]
+    )
+    assert outcome(nodes, "hall").startswith("The map was not saved: ")
+    assert not (maps_folder() / "hall.yaml").exists()
+
+
+def test_a_recorder_that_does_not_answer_costs_the_drive_only(nodes: NodeRunner) -> None:
     in_launch(nodes, mapping=True)
     assert outcome(nodes, "hall").startswith("Saved.")
     assert list(maps_folder().glob("*.bundle")) == []
@@ -228,7 +249,7 @@ def test_a_map_with_its_drive_beside_it_can_be_continued(nodes: NodeRunner, tmp_
     map_file = tmp_path / "hall.yaml"
     in_launch(nodes, mapping=False, map_file=str(map_file))
     assert device(nodes)._server.layers["launch"] == LaunchView(mapping=False)
-    map_file.with_suffix(".bundle").write_bytes(DRIVE)
+    map_file.with_suffix(".bundle").write_bytes(KEPT)
     in_launch(nodes, mapping=False, map_file=str(map_file))
     assert device(nodes)._server.layers["launch"] == LaunchView(mapping=False, can_continue=True)
 

@@ -146,8 +146,8 @@ class Demo:
 
     def _save_map(self) -> None:
         """Save the map made so far, if there is one, also of an exploration that was interrupted."""
-        if self.scorer.map is not None:
-            self.scorer.saved_map = self.scorer.map.grid
+        self.scorer.saved_map = self.scorer.final_map()
+        if self.scorer.saved_map is not None:
             save_map(self.map_path, self.scorer.saved_map)
             save_places(places_path(self.map_path), self.places)
 

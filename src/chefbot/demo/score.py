@@ -8,13 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.devices.maps.kept_map import KeptMap, MappedDrive
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Collision, DeliveryStatus, LocalizationStatus, NavigationStatus
+from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.msgs.nav_msgs import OccupancyGrid, Odometry
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node_container import NodeContainer
 from chefbot.runtime.transform_buffer import TransformError
+from chefbot.slam.params import GmappingParams
+from chefbot.storage.mapped_drives import MapperParams, decode_mapper
 
 ARRIVAL_TOLERANCE = 0.35
 """Maximum distance from the true place at which a guest can reach the food, m."""
@@ -44,6 +48,9 @@ class Scorer:
         self.localized = False
         self.map: OccupancyGrid | None = None
         self.saved_map: Grid | None = None
+        self._drive: MappedDrive | None = None
+        self._mapper: MapperParams = GmappingParams()
+        self._trajectory = MapTrajectory()
         self.path_length = 0.0
         self.collisions: list[str] = []
         self.recoveries = 0
@@ -61,6 +68,10 @@ class Scorer:
             self._on_ground_truth(message)
         elif publication.topic == "map" and isinstance(message, OccupancyGrid):
             self.map = message
+        elif isinstance(message, MappedScan):
+            self._on_mapped_scan(message)
+        elif isinstance(message, MapTrajectory):
+            self._trajectory = message
         elif isinstance(message, Collision):
             self.collisions.append(message.object_name)
         elif isinstance(message, LocalizationStatus):
@@ -70,6 +81,19 @@ class Scorer:
             self._last_recoveries = message.recoveries
         elif isinstance(message, DeliveryStatus):
             self._on_delivery_status(message)
+
+    def _on_mapped_scan(self, message: MappedScan) -> None:
+        if self._drive is None or message.number == 0:
+            self._drive = MappedDrive(message)
+            self._mapper = decode_mapper(message.mapper.encode())
+        self._drive.add(message)
+
+    def final_map(self) -> Grid | None:
+        """Return the latest map, with its poses adjusted jointly if it was mapped here; None without a map."""
+        if self.map is None or self._drive is None:
+            return None if self.map is None else self.map.grid
+        kept = KeptMap(self.map.grid, self._mapper, [], [self._drive], self._trajectory)
+        return kept.adjusted(kept.sessions()).grid
 
     def _on_ground_truth(self, truth: Odometry) -> None:
         """Compare the latest estimate with the ground truth of the same instant."""

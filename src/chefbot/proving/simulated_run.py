@@ -127,9 +127,10 @@ class SimulatedRun:
 
         Raises TaskFailedError if there is none.
         """
-        if self.scorer.map is None:
+        grid = self.scorer.saved_map = self.scorer.final_map()
+        if grid is None:
             raise TaskFailedError("exploration made no map")
-        return self._written("explored_map", self.scorer.map.grid)
+        return self._written("explored_map", grid)
 
     def _written(self, name: str, grid: Grid) -> Path:
         path = self.folder / f"{name}.yaml"

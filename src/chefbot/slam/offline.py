@@ -16,6 +16,7 @@ from chefbot.slam.no_return import NoReturn, detect_no_return
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import RecordedOdometry, RecordedScan
 from chefbot.slam.session import Session
+from chefbot.slam.trajectory_adjustment import AdjustedMap, adjusted_map
 
 Slam = Gmapping | GraphSlam
 """Both mappers have the same methods."""
@@ -41,7 +42,7 @@ class SlamResult:
     closures: list[ClosureResidual] = field(default_factory=list)
     """Loop closures between processed scans; the particle filter has none of its own."""
     range_offset: float = 0.0
-    """Correction that all ranges have got, m; the particle filter takes ranges as they are."""
+    """Correction that all ranges have got, m."""
     sessions: list[Session] = field(default_factory=list)
     """The drives that the map was built from."""
 
@@ -57,6 +58,7 @@ class OfflineMapper:
         initial: pose of the robot in the map at the first scan, by default the map's origin.
         """
         self.sensor = sensor
+        self._params = params
         self._initial, first = initial, IDENTITY if initial is None else initial
         self.slam: Slam = (
             Gmapping(params, sensor, first)
@@ -107,22 +109,27 @@ class OfflineMapper:
 
     def result(self, no_return: NoReturn | None) -> SlamResult:
         """Finish the map, and return it with the poses of all drives."""
-        slam, closures, offset = self.slam, list[ClosureResidual](), 0.0
-        if isinstance(slam, GraphSlam):
-            slam.finish()
-            closures, offset = slam.closures(), slam.range_offset
+        adjusted, closures = self._adjusted()
         used = [scan for session in self.sessions for scan in session.scans() if len(scan.ranges)]
         return SlamResult(
             [scan.stamp for scan in used],
-            slam.trajectory(),
-            slam.map(),
+            adjusted.poses,
+            adjusted.grid,
             sum(len(session.stamps) for session in self.sessions),
             no_return,
             [used[0].odom.between(scan.odom) for scan in used],
             closures,
-            offset,
+            adjusted.range_offset,
             self.sessions,
         )
+
+    def _adjusted(self) -> tuple[AdjustedMap, list[ClosureResidual]]:
+        """Return the map after the joint adjustment of all poses, and its loop closures."""
+        slam = self.slam
+        if isinstance(slam, GraphSlam):
+            slam.finish()
+            return AdjustedMap(slam.trajectory(), slam.map(), slam.range_offset), slam.closures()
+        return adjusted_map(self.sessions, slam.trajectory(), self._params), []
 
 
 def laser_scans(records: Iterable[RecordedOdometry | RecordedScan]) -> list[RecordedScan]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -75,6 +75,13 @@ class Session:
             float(range_max),
             np.full(3, math.nan) if start is None else start.array(),
         )
+
+    def with_used(self, count: int) -> Session:
+        """Return the drive with its first `count` used scans, 1 at least, as the only ones of the map."""
+        beams = self.beams[:count]
+        total = int(beams.sum())
+        used = self.used & (np.cumsum(self.used) <= count)
+        return replace(self, used=used, beams=beams, angles=self.angles[:total], ranges=self.ranges[:total])
 
     @property
     def start_pose(self) -> SE2 | None:

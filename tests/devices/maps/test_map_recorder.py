@@ -12,12 +12,12 @@ from tests.support.mapping_robot import LASER, MAPPERS, MappingRobot, bundles
 from tests.support.pillar_room import ANGLES, ranges_at
 from tests.support.waiting import wait_for
 
-from chefbot.devices.maps.kept_map import drives_of
+from chefbot.devices.maps.kept_map import drives_of, up_to_pose
 from chefbot.devices.maps.map_recorder import WRITE_PERIOD
 from chefbot.errors import ChefbotError
 from chefbot.mapping.map_format import encode_pgm
 from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs.maps import MappedScan
+from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
@@ -32,7 +32,8 @@ from chefbot.slam.offline import OfflineMapper
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.session import Session
-from chefbot.storage.mapped_drives import load_drives
+from chefbot.slam.trajectory_adjustment import adjusted_map
+from chefbot.storage.mapped_drives import BUNDLE, load_drives
 
 
 def rebuilt(bundle: Path) -> bytes:
@@ -73,6 +74,28 @@ def written(robot: MappingRobot) -> str:
     robot.loop.publish("map_recorder/write", Empty(), "page")
     wait_for(lambda: robot.run(0.01) or len(robot.messages("map_recorder/written")) > before)
     return str(robot.messages("map_recorder/written")[-1].folder)
+
+
+@pytest.mark.parametrize("mapper", MAPPERS)
+def test_a_map_on_request_has_its_poses_adjusted(tmp_path: Path, mapper: str) -> None:
+    """Also one that was written before; what is written without a request is the live map."""
+    robot = MappingRobot(tmp_path, mapper=mapper)
+    robot.drive()
+    trajectory = robot.messages("map_trajectory")[-1]
+    assert isinstance(trajectory, MapTrajectory)
+    poses = [SE2.of(pose) for pose in trajectory.poses.reshape(-1, 3)]
+    for _ in range(2):
+        bundle = Path(written(robot)) / BUNDLE
+        drives = load_drives(bundle)
+        adjusted = adjusted_map(up_to_pose(drives.sessions, len(poses)), poses, drives.params)
+        assert bundle.with_name("map.pgm").read_bytes() == encode_pgm(adjusted.grid)
+    robot.end()
+
+
+def test_scans_without_a_pose_yet_are_not_part_of_the_map() -> None:
+    sessions = [session_of(4), session_of(3)]
+    for poses, used in ((7, [4, 3]), (6, [4, 2]), (4, [4]), (1, [1])):
+        assert [int(drive.used.sum()) for drive in up_to_pose(sessions, poses)] == used
 
 
 def test_a_map_is_written_at_once_on_request(tmp_path: Path) -> None:

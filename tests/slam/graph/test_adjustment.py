@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -45,11 +47,12 @@ def disturbed(poses: list[SE2], seed: int = 1) -> np.ndarray:
     return array(poses) + noise
 
 
-def odometry(poses: np.ndarray, deviation=DEVIATION) -> Edges:
-    """Return uncertain edges that hold each pose to the one before as they are."""
+def odometry(poses: np.ndarray, deviation=DEVIATION) -> Callable[[np.ndarray], Edges]:
+    """Return a function that gives uncertain edges, which hold each pose to the one before as these are."""
     index = np.arange(len(poses) - 1)
     information = np.tile(np.diag(1.0 / np.square(deviation)), (len(index), 1, 1))
-    return Edges(index, index + 1, relative(poses[:-1], poses[1:]), information, np.full(len(index), np.inf))
+    edges = Edges(index, index + 1, relative(poses[:-1], poses[1:]), information, np.full(len(index), np.inf))
+    return lambda _: edges
 
 
 def errors(found: np.ndarray, true: list[SE2]) -> np.ndarray:
@@ -80,6 +83,12 @@ def test_the_offset_of_the_ranges_is_found(scans_of, truth, error: float, applie
     adjusted = adjustment.adjusted(start, odometry(start))
     assert adjustment.range_offset == pytest.approx(-error, abs=0.008)
     assert errors(adjusted, truth)[:, :2].max() < 0.04
+
+
+def test_the_ranges_of_a_narrow_sensor_stay_as_they_are(scans_of, truth) -> None:
+    adjustment = Adjustment(scans_of(truth, 0.05), calibrates_ranges=False)
+    adjustment.adjusted(array(truth), odometry(array(truth)))
+    assert adjustment.range_offset == 0.0
 
 
 def test_scans_without_walls_stay_as_odometry_has_them(scans_of, truth) -> None:

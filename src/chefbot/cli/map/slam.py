@@ -78,11 +78,8 @@ def print_results(params: MapperParams, result: SlamResult, out: Path, took: flo
         else:
             console.print(f"Ranges of {minimum:.2f} m and more count as no return: {share:.1%} of all beams.")
     if isinstance(params, GraphSlamParams):
-        offset = f"{1e3 * result.range_offset:+.0f} mm"
-        console.print(
-            f"{number_of(len(result.closures), 'loop closure')}; correction of all ranges {offset}, "
-            "estimated from the scans."
-        )
+        console.print(f"{number_of(len(result.closures), 'loop closure')}.")
+    console.print(f"Correction of all ranges: {1e3 * result.range_offset:+.0f} mm, estimated from the scans.")
     if len(result.poses) == 1:
         console.print("Only one scan is in the map: the robot of this log stands still.")
     console.print(

@@ -6,12 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.slam.map_error import MapErrorEstimate, estimate_map_error
 from chefbot.slam.recorded_scan import RecordedScan
 from chefbot.slam.session import Session
+from chefbot.slam.trajectory_adjustment import adjusted_map
 from chefbot.storage.atomic_files import make_folder
 from chefbot.storage.mapped_drives import MapperParams, files_beside_map
 from chefbot.storage.new_map import save_new_map
@@ -55,10 +58,33 @@ class KeptMap(NamedTuple):
         companions = files_beside_map(self.mapper, sessions, self.grid)
         save_new_map(folder / "map", self.grid, [(folder / name, data) for name, data in companions.items()])
 
+    def adjusted(self, sessions: Sequence[Session]) -> KeptMap:
+        """Return the map after a joint adjustment of its poses, or as it is if the mapper has lost some of them.
+
+        Raises ScanError if poses and scans do not fit together.
+        """
+        poses = [SE2.of(pose) for pose in self.trajectory.poses.reshape(-1, 3)]
+        if not poses or len(drives_of(sessions, len(poses))) < len(sessions):
+            return self
+        result = adjusted_map(up_to_pose(sessions, len(poses)), poses, self.mapper)
+        flat = np.array([pose.array() for pose in result.poses]).reshape(-1)
+        trajectory = MapTrajectory(self.trajectory.header, flat, result.range_offset)
+        return self._replace(grid=result.grid, trajectory=trajectory)
+
     def error(self, sessions: Sequence[Session]) -> MapErrorEstimate:
         """Return the estimated error of the map. Raises ScanError if the drives do not show it."""
         poses = [SE2.of(pose) for pose in self.trajectory.poses.reshape(-1, 3)]
         return estimate_map_error(drives_of(sessions, len(poses)), poses, self.trajectory.range_offset)
+
+
+def up_to_pose(sessions: Sequence[Session], poses: int) -> list[Session]:
+    """Return the drives with as many used scans as there are poses: scans that came later have none yet."""
+    drives, left = list[Session](), poses
+    for session in sessions:
+        if left > 0:
+            drives.append(session.with_used(left))
+            left -= int(drives[-1].used.sum())
+    return drives
 
 
 def drives_of(sessions: Sequence[Session], poses: int) -> list[Session]:

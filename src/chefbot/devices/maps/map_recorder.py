@@ -75,7 +75,8 @@ class MapRecorderDevice(Device):
         self._folder: Path | None = None
         self._folders: set[Path] = set()
         self._grid: Grid | None = None
-        self._changed = False
+        self._changed = self._adjusted = False
+        """Whether the map differs from that on the disk, and whether the poses of that one are adjusted jointly."""
         self._used = 0
         """Scans of this launch that are part of the map."""
         self._last_notice = ""
@@ -116,8 +117,8 @@ class MapRecorderDevice(Device):
         self._grid, self._changed = message.grid, True
 
     def on_write_now(self, _: Empty) -> None:
-        """Write the map at once, then publish its folder, or an empty text where none is kept."""
-        self._write_changed()
+        """Write the map at once with adjusted poses, then publish its folder, or an empty text where none is kept."""
+        self._write_changed(adjusted=True)
         self._writer.submit(self._report_written, self._folder)
 
     @every(hz=1.0 / WRITE_PERIOD)
@@ -154,13 +155,14 @@ class MapRecorderDevice(Device):
         self._folders.add(folder)
         return folder
 
-    def _write_changed(self) -> None:
-        if not (self._changed and self._used > 1 and self._grid is not None and self._folder is not None):
+    def _write_changed(self, *, adjusted: bool = False) -> None:
+        is_newer = self._changed or (adjusted and not self._adjusted)
+        if not (is_newer and self._used > 1 and self._grid is not None and self._folder is not None):
             return  # of a robot that has not moved there is nothing to keep
-        self._changed = False
+        self._changed, self._adjusted = False, adjusted
         trajectory = self.map_trajectory.last or MapTrajectory()
         content = KeptMap(self._grid, self._mapper, [*self._earlier], [*self._drives], trajectory)
-        self._writing = self._writer.submit(self._save, self._folder, content)
+        self._writing = self._writer.submit(self._save, self._folder, content, adjusted)
 
     # -- in the thread
 
@@ -168,9 +170,10 @@ class MapRecorderDevice(Device):
         kept = folder is not None and bundle_path(folder).is_file()
         self.post(lambda: self.written.publish(MapFolder(str(folder.absolute()) if folder and kept else "")))
 
-    def _save(self, folder: Path, content: KeptMap) -> None:
+    def _save(self, folder: Path, content: KeptMap, adjusted: bool) -> None:
         try:
             sessions = content.sessions()
+            content = content.adjusted(sessions) if adjusted else content
             content.write(folder, sessions)
             self.post(lambda: self._report_kept(str(folder.absolute())))
         except (ChefbotError, OSError, ValueError) as error:

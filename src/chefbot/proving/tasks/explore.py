@@ -27,7 +27,8 @@ def _status(run: SimulatedRun) -> ExplorationStatus:
 
 def map_figures(run: SimulatedRun) -> dict[str, float]:
     """Return the quality of the map made in a run; empty if there is none."""
-    if run.scorer.map is None:
+    grid = run.scorer.saved_map or run.scorer.final_map()
+    if grid is None:
         return {}
-    result = map_quality(run.scorer.map.grid, run.world, run.system.robot)
+    result = map_quality(grid, run.world, run.system.robot)
     return {"explored": result.explored, "map_precision": result.precision, "map_recall": result.recall}

@@ -6,6 +6,8 @@ distance to lines (Censi, An ICP variant using a point-to-line metric, ICRA 2008
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from chefbot.slam.graph.edges import Array, Edges
@@ -34,7 +36,9 @@ _STIFFNESS = 1e-3
 class Adjustment:
     """The scans of a graph as flat arrays, and the offset of their ranges found so far."""
 
-    def __init__(self, features: list[ScanFeatures]) -> None:
+    def __init__(self, features: list[ScanFeatures], calibrates_ranges: bool = True) -> None:
+        """calibrates_ranges: whether an offset of all ranges is estimated."""
+        self._calibrates_ranges = calibrates_ranges
         sizes = [len(f.points) for f in features]
         self._begin = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
         self._points = np.concatenate([f.points for f in features])
@@ -47,13 +51,13 @@ class Adjustment:
         self.range_offset = float(applied[-1])
         self._points += np.repeat(applied[-1] - applied, sizes)[:, None] * self._directions
 
-    def adjusted(self, poses: Array, held: Edges) -> Array:
-        """Return the adjusted poses (n, 3). held: edges that stay: of odometry and of closures."""
+    def adjusted(self, poses: Array, held: Callable[[Array], Edges]) -> Array:
+        """Return the adjusted poses (n, 3). held: returns further edges, as of odometry and closures, at poses."""
         for k, scale in enumerate(_SCALES):
             if k in _NEW_PARTNERS:
                 of, to = partners(poses)
             edges = self._registered(poses, of, to, scale)
-            poses = optimized(poses, Edges.concatenated([held, edges]), _ITERATIONS)
+            poses = optimized(poses, Edges.concatenated([held(poses), edges]), _ITERATIONS)
         return poses
 
     def _registered(self, poses: Array, of: Indices, to: Indices, scale: float) -> Edges:
@@ -66,7 +70,8 @@ class Adjustment:
         if not good.any():
             return Edges.empty()
         of, to, h, g, weight = of[good], to[good], h[good], g[good], counts[good, 0]
-        self._shift_ranges(h, g)
+        if self._calibrates_ranges:
+            self._shift_ranges(h, g)
         step = -np.linalg.solve(h[:, :3, :3] + _STIFFNESS * np.eye(3), g[:, :3, None])[:, :, 0]
         # A scan's information is shared by its pairs
         scaled = np.minimum(1.0, _BEAMS / weight) / SURFACE_NOISE**2 * (2.0 / PARTNERS)

@@ -23,7 +23,7 @@ from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.loop_closer import LoopCloser
 from chefbot.slam.graph.odometry_model import OdometryModel, rotated
 from chefbot.slam.graph.params import GraphSlamParams
-from chefbot.slam.graph.range_calibration import RangeCalibration
+from chefbot.slam.graph.range_calibration import RangeCalibration, has_wide_view
 from chefbot.slam.graph.scan_features import ScanFeatures
 from chefbot.slam.graph.submap import Match, ScanNode, Submap
 from chefbot.slam.graph.submap_graph import KERNEL, SubmapGraph, closure_information
@@ -63,6 +63,8 @@ class GraphSlam:
         self._sensor = sensor
         self._odometry = OdometryModel(params)
         self._calibration = RangeCalibration()
+        self._calibrates_ranges = False
+        """Whether the laser's field of view is wide enough for it, as of the latest scan."""
         self._nodes: list[ScanNode] = []
         self._submaps = [Submap(grid=SurfaceGrid(params.max_cells))]
         self._graph = SubmapGraph(initial.array())
@@ -123,6 +125,7 @@ class GraphSlam:
         # REP-117: a range beyond the maximum is no return
         ranges = np.where(ranges >= range_max, np.float32(np.inf), ranges)
         beams = beams_of(angles, ranges, self._sensor, self._params.max_range, self._params.clear_range)
+        self._calibrates_ranges = has_wide_view(angles)
         self._process(beams)
         self._processed_odom = odom
         self._step = OdometryStep()
@@ -158,15 +161,19 @@ class GraphSlam:
         # 3. The scan becomes a node and part of the submap
         last_yaw = float(self._nodes[-1].pose[2])
         self._add(beams, features, match.pose, self._step.motion, rotated(covariance, -last_yaw))
-        latest = [node for node in self._nodes[-_CALIBRATION_NODES:] if node.submap == self._nodes[-1].submap]
-        self._calibration.observe(
-            [node.features for node in latest], np.array([node.pose for node in latest])
-        )
+        if self._calibrates_ranges:
+            self._calibrate_ranges()
         # 4. A submap of full length is finished; loops are searched a few at a time
         self._submaps[-1].travel += self._step.travel
         if self._submaps[-1].travel >= self._params.submap_travel:
             self._finish_submap(posterior)
         self._loops.search(self._graph, self._submaps, self._nodes, _SEARCHES_PER_SCAN)
+
+    def _calibrate_ranges(self) -> None:
+        latest = [node for node in self._nodes[-_CALIBRATION_NODES:] if node.submap == self._nodes[-1].submap]
+        self._calibration.observe(
+            [node.features for node in latest], np.array([node.pose for node in latest])
+        )
 
     def _match(self, features: ScanFeatures) -> tuple[Match, Array]:
         """Match a scan near the pose that odometry predicts; return the match and the covariance (3, 3) of odometry.
@@ -227,9 +234,9 @@ class GraphSlam:
             self._loops.search(self._graph, self._submaps, self._nodes, self._loops.pending)
         if len(self._nodes) < 2:
             return
-        adjustment = Adjustment([node.features for node in self._nodes])
+        adjustment = Adjustment([node.features for node in self._nodes], self._calibrates_ranges)
         held = Edges.concatenated([self._odometry_edges(), self._closure_edges()])
-        self._adjusted = adjustment.adjusted(self._poses(), held)
+        self._adjusted = adjustment.adjusted(self._poses(), lambda _: held)
         self._drawn = DrawnMap(self._params.resolution, self._params.max_cells)  # all at their final poses
         self._range_offset = adjustment.range_offset
 

@@ -16,6 +16,9 @@ from chefbot.slam.graph.scan_features import ScanFeatures
 Array = NDArray[np.float64]
 MAX_OFFSET = 0.15
 """Largest offset that is accepted, m."""
+MIN_FIELD_OF_VIEW = 3.0
+"""Angle between the first and the last beam from which the offset shows, rad. To a sensor that looks ahead, too long
+ranges and too much travel look the same."""
 _PRIOR_DEVIATION = 0.03
 """Standard deviation of the offset of any laser, m."""
 _SCALE = 0.1
@@ -79,3 +82,8 @@ def range_equation(h: Array, g: Array) -> tuple[float, float]:
     stiffness = (h[:, 3, 3] - (cross * inner[:, :, 0]).sum(axis=1)).sum()
     slope = (g[:, 3] - (cross * inner[:, :, 1]).sum(axis=1)).sum()
     return float(stiffness), float(slope)
+
+
+def has_wide_view(angles: NDArray[np.float32]) -> bool:
+    """Return whether scans with beams at these angles (n,), rad, show the offset of their ranges."""
+    return bool(len(angles)) and float(np.ptp(angles)) >= MIN_FIELD_OF_VIEW

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import msgspec
 
 from chefbot.devices.state_files import maps_folder
-from chefbot.errors import UserError
+from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus, LaunchRequest, LaunchStatus, MapFolder
@@ -23,6 +23,7 @@ from chefbot.runtime.node import In, Out, restored, topic
 from chefbot.runtime.node_container import LAUNCH_TOPIC
 from chefbot.storage.atomic_files import StorageError, make_folder
 from chefbot.storage.map_bundle import BUNDLE_SUFFIX
+from chefbot.storage.map_files import load_map
 from chefbot.storage.map_versions import versions_of
 from chefbot.storage.mapped_drives import bundle_path
 from chefbot.storage.new_map import NO_MAP, save_map_in_frame
@@ -35,8 +36,8 @@ from chefbot.ui.web_ui_params import WebUiParams
 
 SAVED = "Saved."
 DEFAULT_PORT = WebUiParams().port
-WRITE_TIMEOUT = 5.0
-"""Time in which the map recorder has to write the drive of a map that is saved, s."""
+WRITE_TIMEOUT = 30.0
+"""Time in which the map recorder has to adjust and write a map that is saved, s."""
 OTHER_FRAME = (
     "The places and zones of the map before do not fit this one; they are kept with that map, and undoing the change"
     " brings them back."
@@ -172,18 +173,25 @@ class MappingDevice(ModelDevice):
             self.launch_request.publish(LaunchRequest("gmapping_demo"))
 
     def _save(self, request: SaveRequest, newest: OccupancyGrid | None) -> None:
-        """Save a map, in the thread."""
-        drive = self._drive()
-        outcome = NO_MAP if newest is None else saved_map(request, newest.grid, drive)
+        """Save a map, in the thread: as the map recorder has written it, with its drive, or else as it is shown."""
+        bundle = self._written_bundle()
+        try:
+            if bundle is not None:
+                outcome = saved_map(request, load_map(bundle), bundle.read_bytes())
+            else:
+                outcome = NO_MAP if newest is None else saved_map(request, newest.grid)
+        except (ChefbotError, OSError) as error:
+            outcome = f"The map was not saved: {error}."
         self.post(lambda: self._end_save(request.name, outcome))
 
-    def _drive(self) -> bytes:
-        """Return the bundle with the drive of the map, empty if there is none."""
+    def _written_bundle(self) -> Path | None:
+        """Return the bundle that the map recorder writes now, None if it keeps none on this machine."""
         try:
             folder = self._written.get(timeout=WRITE_TIMEOUT)
-            return bundle_path(Path(folder)).read_bytes() if folder else b""
-        except (queue.Empty, OSError):
-            return b""
+        except queue.Empty:
+            return None
+        bundle = bundle_path(Path(folder))
+        return bundle if folder and bundle.is_file() else None
 
     def _end_save(self, name: str, outcome: str) -> None:
         if outcome.startswith(SAVED):

@@ -1,0 +1,150 @@
+"""Joint adjustment of a mapper's trajectory: all scans that see the same surfaces are registered with each other.
+
+A particle filter never corrects a pose that it has left. After the drive, each scan counts for all poses.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chefbot.errors import ScanError
+from chefbot.maths.angles import wrap
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import SE2
+from chefbot.slam.graph.adjustment import Adjustment
+from chefbot.slam.graph.drawn_map import DrawnMap
+from chefbot.slam.graph.edges import Edges
+from chefbot.slam.graph.least_squares import inverse
+from chefbot.slam.graph.params import GraphSlamParams
+from chefbot.slam.graph.range_calibration import has_wide_view
+from chefbot.slam.graph.relative_poses import relative
+from chefbot.slam.graph.scan_features import ScanFeatures
+from chefbot.slam.motion_model import OdometryStep
+from chefbot.slam.params import GmappingParams
+from chefbot.slam.scan_beams import Beams, beams_of
+from chefbot.slam.session import Session
+
+Array = NDArray[np.float64]
+ASSUMED = GraphSlamParams()
+"""Its odometry noise is assumed for the first adjustment; its match range holds for all."""
+MIN_SCALE, MAX_SCALE = 0.01, 4.0
+"""Limits of the factor by which the variances of odometry are scaled."""
+MEDIAN_CHI_SQUARED = 0.455
+"""Median of the square of a normally distributed variable with variance 1."""
+WINDOW = 10
+"""Number of steps over which errors of odometry are added up."""
+START_VARIANCE = np.array([0.15, 0.15, 0.05]) ** 2
+"""Variance of the pose at which another drive begins, m^2 and rad^2."""
+KERNEL = 25.0
+"""Squared Mahalanobis distance at which the robust kernel halves the influence of a step: wheels slip."""
+
+
+class AdjustedMap(NamedTuple):
+    """The poses of the used scans in the map frame, the map at these poses, and the correction of all ranges, m."""
+
+    poses: list[SE2]
+    grid: Grid
+    range_offset: float
+
+
+class _Steps(NamedTuple):
+    """Motions (n - 1, 3) between used scans by odometry, m and rad, and their assumed variances (n - 1, 3)."""
+
+    motions: Array
+    variances: Array
+
+
+def adjusted_map(
+    sessions: Sequence[Session], poses: Sequence[SE2], params: GmappingParams | GraphSlamParams
+) -> AdjustedMap:
+    """Return the map of drives after a joint adjustment of its poses; the first one stays.
+
+    poses: of all used scans. params: of the mapper, for the resolution and the ranges of the map. Raises ScanError if
+    the numbers of used scans and of poses differ.
+    """
+    beams = [one for session in sessions for one in _beams(session, params)]
+    if len(beams) != len(poses) or not poses:
+        raise ScanError(f"the drives have {len(beams)} used scans, but there are {len(poses)} poses")
+    start = np.array([pose.array() for pose in poses])
+    wide = all(has_wide_view(session.angles[: session.beams[0]]) for session in sessions)
+    adjusted, offset = _adjusted(beams, start, _steps(sessions, start), wide)
+    grid = DrawnMap(params.resolution, params.max_cells).draw(beams, adjusted, offset)
+    return AdjustedMap([SE2(x, y, wrap(yaw)) for x, y, yaw in adjusted.tolist()], grid, offset)
+
+
+def _beams(session: Session, params: GmappingParams | GraphSlamParams) -> Iterator[Beams]:
+    laser = SE2.of(session.laser)
+    for scan in session.scans():
+        if len(scan.ranges):
+            ranges = np.where(scan.ranges >= session.range_max, np.float32(math.inf), scan.ranges)
+            yield beams_of(scan.angles, ranges, laser, params.max_range, params.clear_range)
+
+
+def _adjusted(
+    beams: Sequence[Beams], poses: Array, steps: _Steps, calibrates_ranges: bool
+) -> tuple[Array, float]:
+    """Return the adjusted poses (n, 3), and the correction of all ranges, m."""
+    if len(poses) < 2:
+        return poses, 0.0
+    features = [ScanFeatures.of(one, ASSUMED.match_range) for one in beams]
+    adjustment = Adjustment(features, calibrates_ranges)
+    return adjustment.adjusted(poses, partial(_edges, steps)), adjustment.range_offset
+
+
+def _steps(sessions: Sequence[Session], poses: Array) -> _Steps:
+    """Return the steps of odometry; that to the first scan of another drive is the one of the mapper."""
+    motions, variances = list[Array](), list[Array]()
+    for session in sessions:
+        if session is not sessions[0]:
+            k = len(motions)
+            motions.append(relative(poses[k : k + 1], poses[k + 1 : k + 2])[0])
+            variances.append(START_VARIANCE)
+        for step in _odometry(session):
+            motions.append(step.motion.array())
+            variances.append(step.variance(ASSUMED))
+    return _Steps(np.array(motions).reshape(-1, 3), np.array(variances).reshape(-1, 3))
+
+
+def _odometry(session: Session) -> Iterator[OdometryStep]:
+    """Yield the motion from each used scan of a drive to the next one."""
+    step, last, has_begun = OdometryStep(), SE2.of(session.odometry[0]), False
+    for scan in session.scans():
+        step.add(last.between(scan.odom))
+        last = scan.odom
+        if len(scan.ranges):
+            if has_begun:
+                yield step
+            step, has_begun = OdometryStep(), True
+
+
+def _edges(steps: _Steps, poses: Array) -> Edges:
+    """Return the steps as edges, with the noise that they have at these poses."""
+    index = np.arange(len(steps.motions))
+    information = inverse((_noise_scale(steps, poses) * steps.variances)[:, :, None] * np.eye(3))
+    return Edges(index, index + 1, steps.motions, information, np.full(len(index), KERNEL))
+
+
+def _noise_scale(steps: _Steps, poses: Array) -> Array:
+    """Return the factors (3,) on the assumed variances that the errors of odometry at these poses show.
+
+    Errors are added up over WINDOW steps, as those of a wheel's radius do not cancel. The median is that of a normal
+    distribution, without the steps in which a wheel slipped.
+    """
+    error = relative(poses[:-1], poses[1:]) - steps.motions
+    error[:, 2] = np.arctan2(np.sin(error[:, 2]), np.cos(error[:, 2]))
+    window = min(WINDOW, len(error))
+    total, variance = (_moving_sums(values, window) for values in (error, steps.variances))
+    ratio = total**2 / variance
+    across, turn = np.median(ratio[:, :2]), np.median(ratio[:, 2])
+    return np.clip(np.array([across, across, turn]) / MEDIAN_CHI_SQUARED, MIN_SCALE, MAX_SCALE)
+
+
+def _moving_sums(values: Array, window: int) -> Array:
+    """Return the sums (n - window + 1, 3) of so many rows of values (n, 3) that follow each other."""
+    return np.lib.stride_tricks.sliding_window_view(values, window, axis=0).sum(axis=-1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import queue
 import threading
 from collections.abc import Iterator
@@ -24,8 +25,16 @@ from chefbot.ui.commands import (
     OperatorCommand,
     Patrol,
     PutPlace,
+    SendMap,
 )
-from chefbot.ui.display.views import CauseView, DeliveryView, StatusView, WaitingOrderView
+from chefbot.ui.display.views import (
+    CauseView,
+    DeliveryView,
+    LaunchView,
+    MapBundleView,
+    StatusView,
+    WaitingOrderView,
+)
 from chefbot.ui.server import WebUiServer
 
 PLACES = {
@@ -86,6 +95,11 @@ class FakeRobot:
         self.server.set_layer("map", grid)
         return grid
 
+    def show_mapping(self, bundle: bytes) -> None:
+        """Show that a map is being made; the bundle is sent on request, the map in it need not be the one shown."""
+        self._bundle = bundle
+        self.server.set_layer("launch", LaunchView(mapping=True))
+
     def _receive(self, command: OperatorCommand, _: str) -> None:
         if self.fate == "refused":
             raise UserError("not today")
@@ -96,6 +110,9 @@ class FakeRobot:
             self._show("driving", "On the way to table_1.")
         if isinstance(command, PutPlace | DeletePlace):
             self._change_place(command)
+        if isinstance(command, SendMap):
+            view = MapBundleView(id=command.id, bundle=base64.b64encode(self._bundle).decode())
+            self.server.set_layer("map_bundle", view)
         if isinstance(command, ChangeQueue):
             self._show("driving", "On the way to kitchen.")
         if isinstance(command, Deliver):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -223,6 +224,24 @@ def test_a_map_is_saved_with_its_drive(nodes: NodeRunner, tmp_path: Path) -> Non
     (folder / "map.bundle").unlink()
     outcome(nodes, "hall", replace=True)
     assert len(requests) == 2 and not bundle.exists()
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_a_map_is_sent_with_its_drive(nodes: NodeRunner, tmp_path: Path, kept: bool) -> None:
+    """Or without one, if the recorder keeps none."""
+    if kept:
+        (tmp_path / "map.bundle").write_bytes(KEPT)
+    in_launch(nodes, mapping=True)
+    answer = MapFolder(str(tmp_path))
+    nodes.loop.subscribe(
+        "map_recorder/write",
+        "recorder",
+        lambda _: nodes.loop.publish("map_recorder/written", answer, "recorder"),  # type: ignore[arg-type]
+    )
+    device(nodes)._execute_mapping(do.SendMap("7"), MAP, {})
+    wait_for(lambda: nodes.run(0.1) or "map_bundle" in device(nodes)._server.layers)
+    view = device(nodes)._server.layers["map_bundle"]
+    assert view.id == "7" and base64.b64decode(view.bundle) == (KEPT if kept else b"")
 
 
 @pytest.mark.parametrize("size", [0, 100])

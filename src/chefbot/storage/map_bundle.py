@@ -57,7 +57,11 @@ def read_bundle(path: Path) -> dict[str, bytes]:
 
     Nothing is written, so that no name in it can reach another folder.
     """
-    data = read_bytes(path, "map bundle", MAX_BYTES)
+    return decode_bundle(read_bytes(path, "map bundle", MAX_BYTES), path)
+
+
+def decode_bundle(data: bytes, path: Path) -> dict[str, bytes]:
+    """Return the files in a bundle's bytes by name. path: names it in errors. MapBundleError as for `read_bundle`."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             return _checked(path, archive)

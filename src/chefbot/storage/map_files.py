@@ -6,7 +6,7 @@ import hashlib
 import io
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -101,10 +101,7 @@ def read_map_files(path: Path) -> MapFiles:
     """Read a map's YAML file and image, or those of a bundle, without decoding the image, for `decode_map`."""
     where = f"map file {path}"
     if path.suffix == BUNDLE_SUFFIX:
-        files = read_bundle(path)
-        if not {"map.yaml", "map.pgm"} <= set(files):
-            raise MapFormatError(f"{path} holds no map")
-        return MapFiles(decode_map_yaml(files["map.yaml"], where), files["map.pgm"], f"map picture of {path}")
+        return map_files_of(read_bundle(path), path)
     check_no_picture(path, MAP, where, MapFormatError)
     about = decode_map_yaml(read_bytes(path, "map file", MAX_YAML_BYTES), where)
     image = path.parent / about.image
@@ -121,6 +118,14 @@ def read_map_files(path: Path) -> MapFiles:
     if not exists:
         raise MapFormatError(f"{where}: image: {image} does not exist")
     return MapFiles(about, read_bytes(image, "map picture", MAX_IMAGE_BYTES), f"map picture {image}")
+
+
+def map_files_of(bundle: Mapping[str, bytes], path: Path) -> MapFiles:
+    """Return the map's files among those of a bundle. path: names it in errors. MapFormatError without them."""
+    if not {"map.yaml", "map.pgm"} <= set(bundle):
+        raise MapFormatError(f"{path} holds no map")
+    about = decode_map_yaml(bundle["map.yaml"], f"map file {path}")
+    return MapFiles(about, bundle["map.pgm"], f"map picture of {path}")
 
 
 def map_png(grid: Grid) -> bytes:

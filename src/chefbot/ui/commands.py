@@ -34,6 +34,7 @@ from chefbot.ui.map_commands import PutZone as PutZone
 from chefbot.ui.map_commands import ResetMap as ResetMap
 from chefbot.ui.map_commands import RotateMap as RotateMap
 from chefbot.ui.map_commands import SaveMap as SaveMap
+from chefbot.ui.map_commands import SendMap as SendMap
 from chefbot.ui.map_commands import UndoMapEdit as UndoMapEdit
 from chefbot.validation_text import validation_error_text
 
@@ -271,7 +272,8 @@ AnyCommand = (
     Goal | InitialPose | Deliver | Loaded | Taken | NotTaken | Choose | ChangeQueue | ShortestOrder | GoPlace
     | Patrol | Follow | Cancel
     | PutPlace | DeletePlace | PutZone | DeleteZone | DrawOnMap | CropMap | RotateMap
-    | UndoMapEdit | Explore | ResetMap | SaveMap | MapBuilding | DriveOnMap | Inspect | SetParameter | InspectCell
+    | UndoMapEdit | Explore | ResetMap | SaveMap | SendMap | MapBuilding | DriveOnMap | Inspect | SetParameter
+    | InspectCell
     | Stop | Withdraw | ReleaseStop | MapSaved | SaveIncident | Record | Playback | Ping | Show | Received
     | LeaveKiosk | Drive | DropBox | OpenDoor | CloseDoor | Kidnap
 )  # fmt: skip

@@ -113,6 +113,12 @@ class SaveMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="sav
     replace: bool = False
 
 
+class SendMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="send_map"):
+    """While mapping: adjust the map and send it with its drive as the layer `map_bundle`, with this id."""
+
+    id: Id
+
+
 class MapBuilding(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="map_building"):
     """End the present launch and map the building: a new map, or with `continued` the present one, longer."""
 

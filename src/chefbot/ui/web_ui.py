@@ -388,7 +388,7 @@ class WebUiDevice(NavigationDevice):
                 self._execute_map_edit(command, who)
             case do.DrawOnMap() | do.CropMap() | do.RotateMap():
                 self._execute_map_change(command, who)
-            case do.Explore() | do.ResetMap() | do.SaveMap():
+            case do.Explore() | do.ResetMap() | do.SaveMap() | do.SendMap():
                 self._execute_mapping(command, self.map.last, self._places)
             case do.MapBuilding() | do.DriveOnMap():
                 self._request_launch(command)

@@ -26,7 +26,7 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
             do.Goal, do.Patrol, do.Follow, do.Drive, do.InitialPose, do.MapSaved, do.SaveIncident, do.Record,
             do.Playback, do.PutPlace, do.DeletePlace, do.PutZone, do.DeleteZone, do.DrawOnMap,
             do.CropMap, do.RotateMap, do.UndoMapEdit, do.Explore, do.ResetMap, do.SaveMap,
-            do.MapBuilding, do.DriveOnMap,
+            do.SendMap, do.MapBuilding, do.DriveOnMap,
         ),
         "manager",
     ),
@@ -39,7 +39,7 @@ NEEDED_ROLE: dict[type[do.OperatorCommand], Role] = {
 LAYER_ROLE: dict[str, Role] = {
     # pictures of people, and who did what
     **dict.fromkeys(("camera", "depth", "history", "causes"), "waiter"),
-    "incidents": "manager",
+    **dict.fromkeys(("incidents", "map_bundle"), "manager"),
     # the ROS graph
     **dict.fromkeys(("graph", "values", "parameters", "log", "cell"), "engineer"),
 }

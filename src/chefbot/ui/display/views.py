@@ -138,6 +138,13 @@ class MappingView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     requests: int = 0
 
 
+class MapBundleView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The bundle of the map that is being made, in Base64, for the request with this id; empty if none is kept."""
+
+    id: str
+    bundle: str
+
+
 class PersonView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A tracked person in the map frame: number, position (m), velocity (m/s), standard deviation of the position
     (m), and whether it was seen just now."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import queue
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -30,7 +31,7 @@ from chefbot.storage.new_map import NO_MAP, save_map_in_frame
 from chefbot.storage.places import places_path, save_places
 from chefbot.storage.zones import zones_path
 from chefbot.ui import commands as do
-from chefbot.ui.display.views import LaunchView, MappingView
+from chefbot.ui.display.views import LaunchView, MapBundleView, MappingView
 from chefbot.ui.missions.model_device import ModelDevice
 from chefbot.ui.web_ui_params import WebUiParams
 
@@ -120,7 +121,7 @@ class MappingDevice(ModelDevice):
 
     def _execute_mapping(
         self,
-        command: do.Explore | do.ResetMap | do.SaveMap,
+        command: do.Explore | do.ResetMap | do.SaveMap | do.SendMap,
         newest: OccupancyGrid | None,
         places: Mapping[str, SE2],
     ) -> None:
@@ -141,6 +142,9 @@ class MappingDevice(ModelDevice):
                     replace,
                 )
                 self._disk.submit(self._save, request, newest)
+            case do.SendMap(number):
+                self._request_drive()
+                self._disk.submit(self._send, number)
 
     def _frame_of(self) -> Path | None:
         """Return the map whose frame the present one has, None if it was begun in this launch."""
@@ -183,6 +187,13 @@ class MappingDevice(ModelDevice):
         except (ChefbotError, OSError) as error:
             outcome = f"The map was not saved: {error}."
         self.post(lambda: self._end_save(request.name, outcome))
+
+    def _send(self, number: str) -> None:
+        """Send the bundle of the map, in the thread."""
+        bundle = self._written_bundle()
+        data = b"" if bundle is None else bundle.read_bytes()
+        view = MapBundleView(id=number, bundle=base64.b64encode(data).decode())
+        self.post(lambda: self._server.set_layer("map_bundle", view))
 
     def _written_bundle(self) -> Path | None:
         """Return the bundle that the map recorder writes now, None if it keeps none on this machine."""

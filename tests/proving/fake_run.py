@@ -53,7 +53,12 @@ class FakeRun(SimulatedRun):
         self.latest: dict[str, Message] = {}
         self.fault = ""
         self.scorer: Any = SimpleNamespace(
-            last_ground_truth=IDENTITY, delivery=DeliveryStatus(), at_home=lambda: True, map=None, phase=""
+            last_ground_truth=IDENTITY,
+            delivery=DeliveryStatus(),
+            at_home=lambda: True,
+            phase="",
+            saved_map=None,
+            final_map=lambda: None,
         )
         self.safety: Any = SimpleNamespace(
             simulation=SimpleNamespace(truth=lambda: SimpleNamespace(pose=self.truth)),

@@ -139,12 +139,12 @@ def _noise_scale(steps: _Steps, poses: Array) -> Array:
     error = relative(poses[:-1], poses[1:]) - steps.motions
     error[:, 2] = np.arctan2(np.sin(error[:, 2]), np.cos(error[:, 2]))
     window = min(WINDOW, len(error))
-    total, variance = (_moving_sums(values, window) for values in (error, steps.variances))
+    total, variance = (_windowed(values, window) for values in (error, steps.variances))
     ratio = total**2 / variance
     across, turn = np.median(ratio[:, :2]), np.median(ratio[:, 2])
     return np.clip(np.array([across, across, turn]) / MEDIAN_CHI_SQUARED, MIN_SCALE, MAX_SCALE)
 
 
-def _moving_sums(values: Array, window: int) -> Array:
-    """Return the sums (n - window + 1, 3) of so many rows of values (n, 3) that follow each other."""
+def _windowed(values: Array, window: int) -> Array:
+    """Return the totals (n - window + 1, 3) of so many consecutive rows of values (n, 3)."""
     return np.lib.stride_tricks.sliding_window_view(values, window, axis=0).sum(axis=-1)

@@ -23,8 +23,10 @@ MAPPERS = {
     "particle": GmappingParams(particles=1),
     "particles 8": GmappingParams(particles=8),
     "particles 30": GmappingParams(),
+    "adjusted": GmappingParams(),
     "graph": GraphSlamParams(),
 }
+"""The poses of the particle filter as it leaves them, and "adjusted" as they are in a saved map."""
 BENT = 4
 """Number of maps of each drive whose poses are true ones with a random drift, from 0.01 to 1 of bad odometry."""
 
@@ -44,7 +46,7 @@ def judged(kind: str, seed: int, drive: SimulatedDrive) -> Iterator[Judged]:
     """Map a drive with each mapper, and with bent trajectories, and compare."""
     result: SlamResult | None = None
     for name, params in MAPPERS.items():
-        result = run_log(drive.scans, params)
+        result = run_log(drive.scans, params, adjusts=name == "adjusted")
         yield judge(kind, seed, name, drive, result, result.poses)
     assert result is not None
     rng = np.random.default_rng([seed, 5])

@@ -90,8 +90,10 @@ class Scorer:
 
     def final_map(self) -> Grid | None:
         """Return the latest map, with its poses adjusted jointly if it was mapped here; None without a map."""
-        if self.map is None or self._drive is None:
-            return None if self.map is None else self.map.grid
+        if self.map is None:
+            return None
+        if self._drive is None:
+            return self.map.grid
         kept = KeptMap(self.map.grid, self._mapper, [], [self._drive], self._trajectory)
         return kept.adjusted(kept.sessions()).grid
 

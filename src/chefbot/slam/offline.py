@@ -107,9 +107,9 @@ class OfflineMapper:
         start = session.start_pose if self.sessions else None
         self.map_drive(list(session.scans()), session.range_max, start, progress)
 
-    def result(self, no_return: NoReturn | None) -> SlamResult:
-        """Finish the map, and return it with the poses of all drives."""
-        adjusted, closures = self._adjusted()
+    def result(self, no_return: NoReturn | None, *, adjusts: bool = True) -> SlamResult:
+        """Finish the map, and return it with the poses of all drives; adjusts: whether those of particles are, too."""
+        adjusted, closures = self._finished(adjusts)
         used = [scan for session in self.sessions for scan in session.scans() if len(scan.ranges)]
         return SlamResult(
             [scan.stamp for scan in used],
@@ -123,12 +123,14 @@ class OfflineMapper:
             self.sessions,
         )
 
-    def _adjusted(self) -> tuple[AdjustedMap, list[ClosureResidual]]:
-        """Return the map after the joint adjustment of all poses, and its loop closures."""
+    def _finished(self, adjusts: bool) -> tuple[AdjustedMap, list[ClosureResidual]]:
+        """Return the map, after the joint adjustment of all poses if it is wanted, and its loop closures."""
         slam = self.slam
         if isinstance(slam, GraphSlam):
             slam.finish()
             return AdjustedMap(slam.trajectory(), slam.map(), slam.range_offset), slam.closures()
+        if not adjusts:
+            return AdjustedMap(slam.trajectory(), slam.map(), 0.0), []
         return adjusted_map(self.sessions, slam.trajectory(), self._params), []
 
 
@@ -154,9 +156,12 @@ def run_log(
     records: Iterable[RecordedOdometry | RecordedScan],
     params: GmappingParams | GraphSlamParams,
     progress: Callable[[int, int], None] | None = None,
+    *,
+    adjusts: bool = True,
 ) -> SlamResult:
     """Map a recording with the algorithm whose parameters are given.
 
+    adjusts: whether the poses of the particle filter are adjusted jointly at the end; those of the graph always are.
     The pose of the laser on the robot is that of the first scan, the map frame the robot's pose at that scan. Beams
     without return mark no wall and clear the map up to `clear_range`. Raise CarmenLogError if the recording has no
     scan.
@@ -165,7 +170,7 @@ def run_log(
     range_max, no_return = maximum_range(scans, params.max_range)
     mapper = OfflineMapper(params, scans[0].odom.between(scans[0].laser))
     mapper.map_drive(scans, range_max, progress=progress)
-    return mapper.result(no_return)
+    return mapper.result(no_return, adjusts=adjusts)
 
 
 def trajectory_tum(result: SlamResult) -> str:

@@ -108,7 +108,7 @@ class OfflineMapper:
         self.map_drive(list(session.scans()), session.range_max, start, progress)
 
     def result(self, no_return: NoReturn | None, *, adjusts: bool = True) -> SlamResult:
-        """Finish the map, and return it with the poses of all drives; adjusts: whether those of particles are, too."""
+        """Finish the map, and return it with the poses of all drives; adjusts: whether those of particles are too."""
         adjusted, closures = self._finished(adjusts)
         used = [scan for session in self.sessions for scan in session.scans() if len(scan.ranges)]
         return SlamResult(

@@ -60,23 +60,33 @@ def publish(one: Scorer, topic: str, message: Message) -> None:
     one(publication)
 
 
-def test_the_final_map_has_its_poses_adjusted() -> None:
-    """That of a mapper which publishes its drive; another one is as it is."""
-    one, _ = scorer()
-    assert one.final_map() is None
-    grid = OccupancyGrid.of(Header.of(0, "map"), Grid(np.full((4, 4), -1, np.int8), 0.05, 0.0, 0.0))
-    publish(one, "map", grid)
-    unmapped = one.final_map()
-    assert unmapped is not None and (unmapped.cells == -1).all()
-    messages, poses = DriveMessages(GmappingParams(), IDENTITY, IDENTITY, continued=False), circle(1.0)[::5]
+def publish_drive(one: Scorer, continued: bool) -> None:
+    """Publish a drive of a mapper on a circle in a room, and its trajectory."""
+    messages = DriveMessages(GmappingParams(), IDENTITY, IDENTITY, continued=continued)
+    poses = circle(1.0)[::5]
     for pose in poses:
         angles = float(ANGLES[0]), float(ANGLES[-1]), float(ANGLES[1] - ANGLES[0])
         scan = LaserScan(Header.of(0, "laser"), *angles, 0.0, 0.1, 0.1, 12.0, ranges_at(pose))
         publish(one, "mapped_scan", messages.next(scan, pose, used=True))
     flat = np.array([pose.array() for pose in poses]).reshape(-1)
     publish(one, "map_trajectory", MapTrajectory(Header.of(0, "map"), flat))
+
+
+def test_the_final_map_has_its_poses_adjusted() -> None:
+    """That of a mapper which publishes its drive, and has not lost a part of it by a restart."""
+    one, _ = scorer()
+    assert one.final_map() is None
+    grid = OccupancyGrid.of(Header.of(0, "map"), Grid(np.full((4, 4), -1, np.int8), 0.05, 0.0, 0.0))
+    publish(one, "map", grid)
+    unmapped = one.final_map()
+    assert unmapped is not None and (unmapped.cells == -1).all()
+    publish_drive(one, continued=False)
     found = one.final_map()
     assert found is not None and found.at(0.0, 1.0) < 25 and found.at(*CORNERS[:2]) > 50
+    publish_drive(one, continued=True)
+    assert np.array_equal(one.final_map().cells, grid.grid.cells)  # type: ignore[union-attr]
+    publish_drive(one, continued=False)
+    assert np.array_equal(one.final_map().cells, found.cells)  # type: ignore[union-attr]
 
 
 def move(one: Scorer, transforms: Transforms, x: float, stamp: int = 0) -> None:

@@ -48,7 +48,7 @@ class Scorer:
         self.localized = False
         self.map: OccupancyGrid | None = None
         self.saved_map: Grid | None = None
-        self._drive: MappedDrive | None = None
+        self._drives: list[MappedDrive] = []
         self._mapper: MapperParams = GmappingParams()
         self._trajectory = MapTrajectory()
         self.path_length = 0.0
@@ -83,18 +83,19 @@ class Scorer:
             self._on_delivery_status(message)
 
     def _on_mapped_scan(self, message: MappedScan) -> None:
-        if self._drive is None or message.number == 0:
-            self._drive = MappedDrive(message)
+        if message.number == 0:
+            # A mapper that has restarted goes on with another drive
+            self._drives = [*(self._drives if message.continued else ()), MappedDrive(message)]
             self._mapper = decode_mapper(message.mapper.encode())
-        self._drive.add(message)
+        self._drives[-1].add(message)
 
     def final_map(self) -> Grid | None:
         """Return the latest map, with its poses adjusted jointly if it was mapped here; None without a map."""
         if self.map is None:
             return None
-        if self._drive is None:
+        if not self._drives:
             return self.map.grid
-        kept = KeptMap(self.map.grid, self._mapper, [], [self._drive], self._trajectory)
+        kept = KeptMap(self.map.grid, self._mapper, [], self._drives, self._trajectory)
         return kept.adjusted(kept.sessions()).grid
 
     def _on_ground_truth(self, truth: Odometry) -> None:

@@ -17,6 +17,7 @@ from chefbot.devices.maps.map_recorder import WRITE_PERIOD
 from chefbot.errors import ChefbotError
 from chefbot.mapping.map_format import encode_pgm
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.msgs.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -76,20 +77,40 @@ def written(robot: MappingRobot) -> str:
     return str(robot.messages("map_recorder/written")[-1].folder)
 
 
-@pytest.mark.parametrize("mapper", MAPPERS)
-def test_a_map_on_request_has_its_poses_adjusted(tmp_path: Path, mapper: str) -> None:
-    """Also one that was written before; what is written without a request is the live map."""
-    robot = MappingRobot(tmp_path, mapper=mapper)
-    robot.drive()
+def adjusted_picture(robot: MappingRobot, bundle: Path) -> bytes:
+    """Return the picture of the map after the joint adjustment of the newest poses."""
     trajectory = robot.messages("map_trajectory")[-1]
     assert isinstance(trajectory, MapTrajectory)
     poses = [SE2.of(pose) for pose in trajectory.poses.reshape(-1, 3)]
+    drives = load_drives(bundle)
+    return encode_pgm(adjusted_map(up_to_pose(drives.sessions, len(poses)), poses, drives.params).grid)
+
+
+@pytest.mark.parametrize("mapper", MAPPERS)
+def test_a_map_on_request_has_its_poses_adjusted(tmp_path: Path, mapper: str) -> None:
+    robot = MappingRobot(tmp_path, mapper=mapper)
+    robot.drive()
     for _ in range(2):
         bundle = Path(written(robot)) / BUNDLE
-        drives = load_drives(bundle)
-        adjusted = adjusted_map(up_to_pose(drives.sessions, len(poses)), poses, drives.params)
-        assert bundle.with_name("map.pgm").read_bytes() == encode_pgm(adjusted.grid)
+        assert bundle.with_name("map.pgm").read_bytes() == adjusted_picture(robot, bundle)
     robot.end()
+
+
+def test_after_an_exploration_the_poses_are_adjusted(tmp_path: Path) -> None:
+    """Also of a map that was written before as it was then."""
+    robot = MappingRobot(tmp_path)
+    robot.drive()
+    robot.run(WRITE_PERIOD)
+    wait_for(lambda: robot.run(0.1) or robot.notices())
+    (bundle,) = bundles(tmp_path)
+    picture, adjusted = bundle.with_name("map.pgm"), adjusted_picture(robot, bundle)
+    robot.loop.publish("exploration_status", ExplorationStatus(done=False), "explorer")
+    robot.run(1.0)
+    assert picture.read_bytes() != adjusted
+    robot.loop.publish("exploration_status", ExplorationStatus(done=True), "explorer")
+    wait_for(lambda: robot.run(0.1) or picture.read_bytes() == adjusted)
+    robot.end()
+    assert picture.read_bytes() == adjusted
 
 
 def test_scans_without_a_pose_yet_are_not_part_of_the_map() -> None:

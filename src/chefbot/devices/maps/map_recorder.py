@@ -15,6 +15,7 @@ from msgspec import Meta
 from chefbot.devices.maps.kept_map import KeptMap, MappedDrive
 from chefbot.errors import ChefbotError, ScanError
 from chefbot.maths.grid import Grid
+from chefbot.msgs.chefbot_msgs import ExplorationStatus
 from chefbot.msgs.chefbot_msgs.launches import MapFolder
 from chefbot.msgs.chefbot_msgs.maps import MappedScan, MapTrajectory
 from chefbot.msgs.nav_msgs import OccupancyGrid
@@ -50,7 +51,8 @@ class MapRecorderDevice(Device):
 
     So a map outlives the program, a crash and an empty battery, and `chefbot map continue` continues it. The recorder
     runs in the process of the mapper, whose first scan it must not miss; after a restart it adds to what is on the
-    disk. With each write it publishes the estimated error of the map as a grid, in cm.
+    disk. With each write it publishes the estimated error of the map as a grid, in cm. On request and after an
+    exploration all poses of the map are adjusted jointly first.
     """
 
     params: MapRecorderParams
@@ -58,6 +60,7 @@ class MapRecorderDevice(Device):
     map: In[OccupancyGrid]
     map_trajectory: In[MapTrajectory]
     write_now: In[Empty] = topic("map_recorder/write")
+    exploration_status: In[ExplorationStatus]
     restored_folder: In[String] = restored("map_recorder/folder")
     folder: Out[String] = topic("map_recorder/folder", latched=True)
     written: Out[MapFolder] = topic("map_recorder/written")
@@ -120,6 +123,11 @@ class MapRecorderDevice(Device):
         """Write the map at once with adjusted poses, then publish its folder, or an empty text where none is kept."""
         self._write_changed(adjusted=True)
         self._writer.submit(self._report_written, self._folder)
+
+    def on_exploration_status(self, status: ExplorationStatus) -> None:
+        """Write the map with adjusted poses when an exploration has ended."""
+        if status.done:
+            self._write_changed(adjusted=True)
 
     @every(hz=1.0 / WRITE_PERIOD)
     def write(self) -> None:

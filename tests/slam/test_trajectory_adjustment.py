@@ -57,6 +57,25 @@ def test_a_bent_trajectory_becomes_straight(session_of, drive, odometry, angles)
     assert result.poses[0] == pytest.approx(start[0]), "the frame of the map stays"
 
 
+def test_a_systematic_error_of_odometry_shortens_no_corridor(corridor) -> None:
+    """As that of a robot whose wheels are smaller than its file states, and unequal: the mapper's poses show it."""
+    truth = [SE2(0.4 * k, 0.1, 0.0) for k in range(50)]
+    odom = [SE2(0.0, 0.1, 0.0)]
+    for a, b in itertools.pairwise(truth):
+        odom.append(odom[-1] @ SE2(1.1 * a.distance(b), 0.0, 0.01))
+    scans = [
+        RecordedScan(0.1 * k, LIDAR, corridor.ranges(pose, LIDAR, 20.0), one, one)
+        for k, (pose, one) in enumerate(zip(truth, odom, strict=True))
+    ]
+    drive = Session.of(scans, [True] * len(scans), 20.0, None)
+    assert worst(adjusted_map([drive], truth, PARAMS).poses, truth) < 0.2
+
+
+def test_a_robot_that_only_turns_shows_no_error_of_distances(session_of) -> None:
+    truth = [SE2(1.4, 1.3, 0.3 * k) for k in range(20)]
+    assert worst(adjusted_map([session_of(truth, truth)], truth, PARAMS).poses, truth) < 0.02
+
+
 def test_walls_are_drawn_once(session_of, drive, odometry) -> None:
     truth = drive(1.1)[::3]
     drive_of, start = session_of(truth, odometry(truth, 3, 0.01, 0.01)), bent(truth, 0.01)

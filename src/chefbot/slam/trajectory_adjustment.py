@@ -37,6 +37,8 @@ MIN_SCALE, MAX_SCALE = 0.01, 4.0
 """Limits of the factor by which the variances of odometry are scaled."""
 MEDIAN_CHI_SQUARED = 0.455
 """Median of the square of a normally distributed variable with variance 1."""
+REGRESSIONS, OUTLIER = 4, 4.0
+"""Number of regressions of the systematic errors, and the error in medians from which a step is left out."""
 WINDOW = 10
 """Number of steps over which errors of odometry are added up."""
 START_VARIANCE = np.array([0.15, 0.15, 0.05]) ** 2
@@ -93,6 +95,7 @@ def _adjusted(
     if len(poses) < 2:
         return poses, 0.0
     features = [ScanFeatures.of(one, ASSUMED.match_range) for one in beams]
+    steps = _calibrated(steps, poses)
     adjustment = Adjustment(features, calibrates_ranges)
     return adjustment.adjusted(poses, partial(_edges, steps)), adjustment.range_offset
 
@@ -148,3 +151,34 @@ def _noise_scale(steps: _Steps, poses: Array) -> Array:
 def _windowed(values: Array, window: int) -> Array:
     """Return the totals (n - window + 1, 3) of so many consecutive rows of values (n, 3)."""
     return np.lib.stride_tricks.sliding_window_view(values, window, axis=0).sum(axis=-1)
+
+
+def _calibrated(steps: _Steps, poses: Array) -> _Steps:
+    """Return the steps without the systematic errors of odometry that the mapper's poses show.
+
+    Those are a factor on distances, one on turns, and a turn per distance, as of wheels that are too small, too far
+    apart, or unequal (Borenstein & Feng 1996). Steps in which a wheel slipped do not count.
+    """
+    found = relative(poses[:-1], poses[1:])
+    found[:, 2] = np.arctan2(np.sin(found[:, 2]), np.cos(found[:, 2]))
+    window = min(WINDOW, len(found))
+    driven, seen = _windowed(steps.motions, window), _windowed(found, window)
+    (scale,) = _regression(driven[:, :1], seen[:, 0], np.ones(1))
+    turn, bend = _regression(driven[:, [2, 0]], seen[:, 2], np.array([1.0, 0.0]))
+    motions = steps.motions * np.array([scale, scale, turn])
+    motions[:, 2] += bend * steps.motions[:, 0]
+    return steps._replace(motions=motions)
+
+
+def _regression(inputs: Array, outputs: Array, expected: Array) -> Array:
+    """Return the coefficients (k,) of inputs (n, k) for outputs (n,), without the outputs that fit worst.
+
+    The expected ones count as an output of one metre or radian each: a robot that hardly moves shows no others.
+    """
+    kept, unit = np.ones(len(outputs), bool), np.eye(len(expected))
+    for _ in range(REGRESSIONS):
+        rows, values = np.vstack([unit, inputs[kept]]), np.concatenate([expected, outputs[kept]])
+        coefficients: Array = np.linalg.lstsq(rows, values, rcond=None)[0]
+        error = np.abs(outputs - inputs @ coefficients)
+        kept = error <= OUTLIER * np.median(error)
+    return coefficients

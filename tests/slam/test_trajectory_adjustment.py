@@ -69,6 +69,9 @@ def test_a_systematic_error_of_odometry_shortens_no_corridor(corridor) -> None:
     ]
     drive = Session.of(scans, [True] * len(scans), 20.0, None)
     assert worst(adjusted_map([drive], truth, PARAMS).poses, truth) < 0.2
+    again = Session.of(scans, [True] * len(scans), 20.0, truth[0])
+    both = adjusted_map([drive, again], [*truth, *truth], PARAMS).poses
+    assert worst(both, [*truth, *truth]) < 0.2, "the way from one drive to the other is none of odometry"
 
 
 def test_a_robot_that_only_turns_shows_no_error_of_distances(session_of) -> None:

@@ -205,6 +205,17 @@ def in_launch(nodes: NodeRunner, *, mapping: bool, map_file: str = "") -> None:
     nodes.run(0.1)
 
 
+def in_recorded_launch(nodes: NodeRunner, folder: Path) -> None:
+    """Begin a mapping launch with a map recorder that writes to a folder."""
+    in_launch(nodes, mapping=True)
+    answer = MapFolder(str(folder))
+    nodes.loop.subscribe(
+        "map_recorder/write",
+        "recorder",
+        lambda _: nodes.loop.publish("map_recorder/written", answer, "recorder"),  # type: ignore[arg-type]
+    )
+
+
 def test_a_map_is_saved_with_its_drive(nodes: NodeRunner, tmp_path: Path) -> None:
     """And a later one of the same name, of which no drive is kept, without that of the one before."""
     folder, bundle = tmp_path / "kept", maps_folder() / "hall.bundle"
@@ -231,13 +242,7 @@ def test_a_map_is_sent_with_its_drive(nodes: NodeRunner, tmp_path: Path, kept: b
     """Or without one, if the recorder keeps none."""
     if kept:
         (tmp_path / "map.bundle").write_bytes(KEPT)
-    in_launch(nodes, mapping=True)
-    answer = MapFolder(str(tmp_path))
-    nodes.loop.subscribe(
-        "map_recorder/write",
-        "recorder",
-        lambda _: nodes.loop.publish("map_recorder/written", answer, "recorder"),  # type: ignore[arg-type]
-    )
+    in_recorded_launch(nodes, tmp_path)
     device(nodes)._execute_mapping(do.SendMap("7"), MAP, {})
     wait_for(lambda: nodes.run(0.1) or "map_bundle" in device(nodes)._server.layers)
     view = device(nodes)._server.layers["map_bundle"]
@@ -247,13 +252,7 @@ def test_a_map_is_sent_with_its_drive(nodes: NodeRunner, tmp_path: Path, kept: b
 @pytest.mark.parametrize("size", [0, 100])
 def test_a_damaged_bundle_saves_nothing(nodes: NodeRunner, tmp_path: Path, size: int) -> None:
     (tmp_path / "map.bundle").write_bytes(KEPT[:size])
-    in_launch(nodes, mapping=True)
-    answer = MapFolder(str(tmp_path))
-    nodes.loop.subscribe(
-        "map_recorder/write",
-        "recorder",
-        lambda _: nodes.loop.publish("map_recorder/written", answer, "recorder"),  # type: ignore[arg-type]
-    )
+    in_recorded_launch(nodes, tmp_path)
     assert outcome(nodes, "hall").startswith("The map was not saved: ")
     assert not (maps_folder() / "hall.yaml").exists()
 

@@ -84,7 +84,7 @@ class Scorer:
 
     def _on_mapped_scan(self, message: MappedScan) -> None:
         if message.number == 0:
-            # A mapper that has restarted goes on with another drive
+            # A mapper that has restarted continues its map with another drive
             self._drives = [*(self._drives if message.continued else ()), MappedDrive(message)]
             self._mapper = decode_mapper(message.mapper.encode())
         self._drives[-1].add(message)

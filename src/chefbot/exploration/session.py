@@ -44,7 +44,7 @@ class ExplorationSession:
 
     @property
     def progress(self) -> str:
-        """The sentence that reports what goes on after the latest decision."""
+        """The sentence that reports the state of the exploration after the latest decision."""
         return WAITS + ENCLOSED if self.decision.enclosed else "Exploring."
 
     @property

@@ -32,7 +32,7 @@ from chefbot.slam.session import Session
 
 Array = NDArray[np.float64]
 ASSUMED = GraphSlamParams()
-"""Its odometry noise is assumed for the first adjustment; its match range holds for all."""
+"""Its odometry noise is assumed, and then scaled; returns within its match range are registered."""
 MIN_SCALE, MAX_SCALE = 0.01, 4.0
 """Limits of the factor by which the variances of odometry are scaled."""
 MEDIAN_CHI_SQUARED = 0.455
@@ -56,10 +56,14 @@ class AdjustedMap(NamedTuple):
 
 
 class _Steps(NamedTuple):
-    """Motions (n - 1, 3) between used scans by odometry, m and rad, and their assumed variances (n - 1, 3)."""
+    """Motions (n - 1, 3) between used scans by odometry, m and rad, and their assumed variances (n - 1, 3).
+
+    joins: (n - 1,) whether a step leads to another drive, about which odometry shows nothing.
+    """
 
     motions: Array
     variances: Array
+    joins: NDArray[np.bool_]
 
 
 def adjusted_map(
@@ -102,16 +106,18 @@ def _adjusted(
 
 def _steps(sessions: Sequence[Session], poses: Array) -> _Steps:
     """Return the steps of odometry; that to the first scan of another drive is the one of the mapper."""
-    motions, variances = list[Array](), list[Array]()
+    motions, variances, joins = list[Array](), list[Array](), list[bool]()
     for session in sessions:
         if session is not sessions[0]:
             k = len(motions)
             motions.append(relative(poses[k : k + 1], poses[k + 1 : k + 2])[0])
             variances.append(START_VARIANCE)
+            joins.append(True)
         for step in _odometry(session):
             motions.append(step.motion.array())
             variances.append(step.variance(ASSUMED))
-    return _Steps(np.array(motions).reshape(-1, 3), np.array(variances).reshape(-1, 3))
+            joins.append(False)
+    return _Steps(np.array(motions).reshape(-1, 3), np.array(variances).reshape(-1, 3), np.array(joins, bool))
 
 
 def _odometry(session: Session) -> Iterator[OdometryStep]:
@@ -141,16 +147,19 @@ def _noise_scale(steps: _Steps, poses: Array) -> Array:
     """
     error = relative(poses[:-1], poses[1:]) - steps.motions
     error[:, 2] = np.arctan2(np.sin(error[:, 2]), np.cos(error[:, 2]))
-    window = min(WINDOW, len(error))
-    total, variance = (_windowed(values, window) for values in (error, steps.variances))
+    total, variance = (_windowed(values, steps.joins) for values in (error, steps.variances))
+    if not len(total):
+        return np.ones(3)
     ratio = total**2 / variance
     across, turn = np.median(ratio[:, :2]), np.median(ratio[:, 2])
     return np.clip(np.array([across, across, turn]) / MEDIAN_CHI_SQUARED, MIN_SCALE, MAX_SCALE)
 
 
-def _windowed(values: Array, window: int) -> Array:
-    """Return the totals (n - window + 1, 3) of so many consecutive rows of values (n, 3)."""
-    return np.lib.stride_tricks.sliding_window_view(values, window, axis=0).sum(axis=-1)
+def _windowed(values: Array, joins: NDArray[np.bool_]) -> Array:
+    """Return the totals (m, 3) of each WINDOW consecutive rows of values (n, 3) that belong to one drive."""
+    window = min(WINDOW, len(values))
+    view = np.lib.stride_tricks.sliding_window_view
+    return view(values, window, axis=0).sum(axis=-1)[~view(joins, window).any(axis=-1)]
 
 
 def _calibrated(steps: _Steps, poses: Array) -> _Steps:
@@ -161,13 +170,14 @@ def _calibrated(steps: _Steps, poses: Array) -> _Steps:
     """
     found = relative(poses[:-1], poses[1:])
     found[:, 2] = np.arctan2(np.sin(found[:, 2]), np.cos(found[:, 2]))
-    window = min(WINDOW, len(found))
-    driven, seen = _windowed(steps.motions, window), _windowed(found, window)
+    driven, seen = _windowed(steps.motions, steps.joins), _windowed(found, steps.joins)
+    if not len(driven):
+        return steps
     (scale,) = _regression(driven[:, :1], seen[:, 0], np.ones(1))
     turn, bend = _regression(driven[:, [2, 0]], seen[:, 2], np.array([1.0, 0.0]))
     motions = steps.motions * np.array([scale, scale, turn])
     motions[:, 2] += bend * steps.motions[:, 0]
-    return steps._replace(motions=motions)
+    return steps._replace(motions=np.where(steps.joins[:, None], steps.motions, motions))
 
 
 def _regression(inputs: Array, outputs: Array, expected: Array) -> Array:

@@ -47,11 +47,13 @@ def save_running_map(file: Path, page: str) -> None:
             grid = decode_map(*map_files_of(decode_bundle(bundle, Path(BUNDLE)), Path(BUNDLE)))
         beside = map_yaml_path(file).with_suffix(BUNDLE_SUFFIX)
         path = save_new_map(file, grid, [(beside, bundle)] if bundle else [])
-        if not bundle:
-            beside.unlink(missing_ok=True)  # of a map before
         robot.send(MapSaved(path.name[-64:]))
     height, width = (cells * grid.resolution for cells in grid.cells.shape)
     console.print(f"saved {path}: {width:.1f} by {height:.1f} m, {grid.resolution:.3g} m per cell")
+    if not bundle and beside.exists():
+        console.print(
+            f"kept {beside}, which exists already: it holds another map with its drive"
+        )
     if places:
         _save_places(places_path(path), places)
 
@@ -69,7 +71,10 @@ def _adjusted_bundle(robot: WebUiClient) -> bytes:
         raise UserError(
             f"the robot at {robot.url} did not send its map within {ADJUST_TIMEOUT:.0f} s; try again"
         )
-    return base64.b64decode(robot.latest["map_bundle"]["bundle"])
+    bundle = base64.b64decode(robot.latest["map_bundle"]["bundle"])
+    if not bundle:
+        console.print("Warning: the robot keeps no drive of this map; it is saved as it is shown.")
+    return bundle
 
 
 def _save_places(path: Path, places: Mapping[str, SE2]) -> None:

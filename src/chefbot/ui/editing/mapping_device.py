@@ -191,7 +191,10 @@ class MappingDevice(ModelDevice):
     def _send(self, number: str) -> None:
         """Send the bundle of the map, in the thread."""
         bundle = self._written_bundle()
-        data = b"" if bundle is None else bundle.read_bytes()
+        try:
+            data = b"" if bundle is None else bundle.read_bytes()
+        except OSError:
+            data = b""  # the program that asked for it reports that no drive is kept
         view = MapBundleView(id=number, bundle=base64.b64encode(data).decode())
         self.post(lambda: self._server.set_layer("map_bundle", view))
 

@@ -13,7 +13,8 @@ from chefbot.nodes.scans.mapper import MapperNode, MapperNodeParams
 from chefbot.runtime.node import In, restored
 from chefbot.scan.usable_range import usable_range
 from chefbot.slam.graph import GraphSlam, GraphSlamParams
-from chefbot.slam.offline import START_STD_XY, START_STD_YAW, Slam
+from chefbot.slam.offline import Slam
+from chefbot.slam.session import START_STD_XY, START_STD_YAW
 
 
 class GraphSlamNodeParams(MapperNodeParams, frozen=True, kw_only=True, forbid_unknown_fields=True):

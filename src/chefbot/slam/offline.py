@@ -15,13 +15,11 @@ from chefbot.slam.graph import ClosureResidual, GraphSlam, GraphSlamParams
 from chefbot.slam.no_return import NoReturn, detect_no_return
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.recorded_scan import RecordedOdometry, RecordedScan
-from chefbot.slam.session import Session
+from chefbot.slam.session import START_STD_XY, START_STD_YAW, Session
 from chefbot.slam.trajectory_adjustment import AdjustedMap, adjusted_map
 
 Slam = Gmapping | GraphSlam
 """Both mappers have the same methods."""
-START_STD_XY, START_STD_YAW = 0.15, 0.05
-"""Standard deviations of the pose at which another drive begins, m and rad."""
 MAX_MOUNT_OFFSET = 0.01
 """Distance, m, or angle, rad, by which the laser of another drive may be mounted differently."""
 

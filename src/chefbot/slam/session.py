@@ -15,6 +15,8 @@ from chefbot.errors import ScanError
 from chefbot.maths.se2 import SE2
 from chefbot.slam.recorded_scan import RecordedScan
 
+START_STD_XY, START_STD_YAW = 0.15, 0.05
+"""Standard deviations of the pose at which another drive begins, m and rad."""
 MAX_VALUES = 200_000_000
 """Maximum number of values of a session's array."""
 NO_SCAN = np.empty(0, np.float32)

@@ -20,7 +20,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.slam.graph.adjustment import Adjustment
 from chefbot.slam.graph.drawn_map import DrawnMap
 from chefbot.slam.graph.edges import Edges
-from chefbot.slam.graph.least_squares import inverse
+from chefbot.slam.graph.odometry_model import odometry_edges
 from chefbot.slam.graph.params import GraphSlamParams
 from chefbot.slam.graph.range_calibration import has_wide_view
 from chefbot.slam.graph.relative_poses import relative
@@ -28,7 +28,7 @@ from chefbot.slam.graph.scan_features import ScanFeatures
 from chefbot.slam.motion_model import OdometryStep
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.scan_beams import Beams, beams_of
-from chefbot.slam.session import Session
+from chefbot.slam.session import START_STD_XY, START_STD_YAW, Session
 
 Array = NDArray[np.float64]
 ASSUMED = GraphSlamParams()
@@ -41,10 +41,8 @@ REGRESSIONS, OUTLIER = 4, 4.0
 """Number of regressions of the systematic errors, and the error in medians from which a step is left out."""
 WINDOW = 10
 """Number of steps over which errors of odometry are added up."""
-START_VARIANCE = np.array([0.15, 0.15, 0.05]) ** 2
+START_VARIANCE = np.array([START_STD_XY, START_STD_XY, START_STD_YAW]) ** 2
 """Variance of the pose at which another drive begins, m^2 and rad^2."""
-KERNEL = 25.0
-"""Squared Mahalanobis distance at which the robust kernel halves the influence of a step: wheels slip."""
 
 
 class AdjustedMap(NamedTuple):
@@ -134,9 +132,8 @@ def _odometry(session: Session) -> Iterator[OdometryStep]:
 
 def _edges(steps: _Steps, poses: Array) -> Edges:
     """Return the steps as edges, with the noise that they have at these poses."""
-    index = np.arange(len(steps.motions))
-    information = inverse((_noise_scale(steps, poses) * steps.variances)[:, :, None] * np.eye(3))
-    return Edges(index, index + 1, steps.motions, information, np.full(len(index), KERNEL))
+    variances = _noise_scale(steps, poses) * steps.variances
+    return odometry_edges(steps.motions, variances[:, :, None] * np.eye(3))
 
 
 def _noise_scale(steps: _Steps, poses: Array) -> Array:

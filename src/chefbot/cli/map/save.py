@@ -51,9 +51,7 @@ def save_running_map(file: Path, page: str) -> None:
     height, width = (cells * grid.resolution for cells in grid.cells.shape)
     console.print(f"saved {path}: {width:.1f} by {height:.1f} m, {grid.resolution:.3g} m per cell")
     if not bundle and beside.exists():
-        console.print(
-            f"kept {beside}, which exists already: it holds another map with its drive"
-        )
+        console.print(f"kept {beside}, which exists already: it holds another map with its drive")
     if places:
         _save_places(places_path(path), places)
 

@@ -10,8 +10,9 @@ from chefbot.maths.grid import UNKNOWN
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.slam.agreement import drive_fit
-from chefbot.slam.offline import START_STD_XY, START_STD_YAW, OfflineMapper
+from chefbot.slam.offline import OfflineMapper
 from chefbot.slam.recorded_scan import RecordedScan
+from chefbot.slam.session import START_STD_XY, START_STD_YAW
 from chefbot.storage.mapped_drives import MapperParams, algorithm_of, load_drives
 
 LOOKING = (

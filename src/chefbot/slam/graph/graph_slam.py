@@ -21,7 +21,7 @@ from chefbot.slam.graph.drawn_map import DrawnMap
 from chefbot.slam.graph.edges import Array, Edges, edge
 from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.loop_closer import LoopCloser
-from chefbot.slam.graph.odometry_model import OdometryModel, rotated
+from chefbot.slam.graph.odometry_model import OdometryModel, odometry_edges, rotated
 from chefbot.slam.graph.params import GraphSlamParams
 from chefbot.slam.graph.range_calibration import RangeCalibration, has_wide_view
 from chefbot.slam.graph.scan_features import ScanFeatures
@@ -45,8 +45,6 @@ _NO_INLIERS = 0.2
 """Share of inliers up to which a match gives no information at all."""
 _SLIP = np.array([0.3, 0.3, 0.2])
 """Standard deviation of odometry when a wheel slips, m and rad."""
-_ODOMETRY_KERNEL = 25.0
-"""Squared Mahalanobis distance at which the robust kernel halves the influence of a step of odometry."""
 _CALIBRATION_NODES = 5
 """Number of latest nodes that a scan's ranges are compared with."""
 
@@ -242,10 +240,8 @@ class GraphSlam:
 
     def _odometry_edges(self) -> Edges:
         steps = self._nodes[1:]
-        index = np.arange(len(steps))
-        information = inverse(np.array([node.motion_covariance for node in steps]))
         motions = np.array([node.motion for node in steps])
-        return Edges(index, index + 1, motions, information, np.full(len(steps), _ODOMETRY_KERNEL))
+        return odometry_edges(motions, np.array([node.motion_covariance for node in steps]))
 
     def _closure_edges(self) -> Edges:
         """Return the closures as edges between the first nodes of their submaps."""

@@ -9,10 +9,14 @@ from numpy.typing import NDArray
 
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
+from chefbot.slam.graph.edges import Edges
+from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.params import GraphSlamParams
 from chefbot.slam.motion_model import OdometryStep
 
 Array = NDArray[np.float64]
+_KERNEL = 25.0
+"""Squared Mahalanobis distance at which the robust kernel halves the influence of a step: wheels slip."""
 _PRIOR_STEPS = 10.0
 """Number of steps that the assumed noise counts as."""
 _MEMORY = 200.0
@@ -21,6 +25,15 @@ _MIN_SCALE, _MAX_SCALE = 0.05, 4.0
 """Limits of the factor by which the assumed variance is scaled."""
 _OUTLIER = 9.0
 """Largest share of one step in the estimate, in units of the variance."""
+
+
+def odometry_edges(motions: Array, covariances: Array) -> Edges:
+    """Return the steps of odometry as edges between poses that follow each other.
+
+    motions: (n, 3), m and rad. covariances: (n, 3, 3), in the axes of the pose that a step starts from.
+    """
+    index = np.arange(len(motions))
+    return Edges(index, index + 1, motions, inverse(covariances), np.full(len(index), _KERNEL))
 
 
 class OdometryModel:

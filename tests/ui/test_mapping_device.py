@@ -36,7 +36,7 @@ from chefbot.storage.zones import zones_path
 from chefbot.ui import commands as do
 from chefbot.ui.display.views import LaunchView, MappingView
 from chefbot.ui.editing import mapping_device
-from chefbot.ui.editing.mapping_device import OTHER_FRAME, MappingDevice, launch_arguments
+from chefbot.ui.editing.mapping_device import NO_DRIVE, OTHER_FRAME, MappingDevice, launch_arguments
 
 
 def hall(free: int) -> OccupancyGrid:
@@ -229,12 +229,20 @@ def test_a_map_is_saved_with_its_drive(nodes: NodeRunner, tmp_path: Path) -> Non
         nodes.loop.publish("map_recorder/written", MapFolder(str(folder)), "recorder")
 
     nodes.loop.subscribe("map_recorder/write", "recorder", recorder)  # type: ignore[arg-type]
-    outcome(nodes, "hall")
+    assert NO_DRIVE not in outcome(nodes, "hall")
     assert len(requests) == 1 and bundle.read_bytes() == KEPT
     assert free_rows("hall") == 12
     (folder / "map.bundle").unlink()
-    outcome(nodes, "hall", replace=True)
+    assert NO_DRIVE in outcome(nodes, "hall", replace=True)
     assert len(requests) == 2 and not bundle.exists()
+
+
+def test_a_launch_that_keeps_no_map_has_no_drive_to_wait_for(nodes: NodeRunner) -> None:
+    launch = Launch(name="explore", description="", args={"keep_map": False}, nodes={})
+    nodes.loop.publish(LAUNCH_TOPIC, String(launch.to_json()), "chefbot", latched=True)
+    in_launch(nodes, mapping=True)
+    assert NO_DRIVE in outcome(nodes, "hall")
+    assert nodes.messages("map_recorder/write") == []
 
 
 @pytest.mark.parametrize("kept", [True, False])

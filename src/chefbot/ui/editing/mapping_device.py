@@ -18,7 +18,7 @@ from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ExplorationStatus, LaunchRequest, LaunchStatus, MapFolder
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Bool, Empty, String
-from chefbot.runtime.launch import Launch
+from chefbot.runtime.launch import ArgValue, Launch
 from chefbot.runtime.loop import Publication
 from chefbot.runtime.node import In, Out, restored, topic
 from chefbot.runtime.node_container import LAUNCH_TOPIC
@@ -43,12 +43,14 @@ OTHER_FRAME = (
     "The places and zones of the map before do not fit this one; they are kept with that map, and undoing the change"
     " brings them back."
 )
+NO_DRIVE = "Its drive is not kept, so that it cannot be continued."
 
 
 class SaveRequest(NamedTuple):
     """A map to be saved: its name, the places and arguments of the launch, and the map whose frame it has.
 
-    arguments: of the launch that uses the map. replace: whether a map of that name is replaced.
+    arguments: of the launch that uses the map. replace: whether a map of that name is replaced. mapping: whether the
+    robot maps, and does not drive on a map that was saved before.
     """
 
     name: str
@@ -56,6 +58,7 @@ class SaveRequest(NamedTuple):
     arguments: str
     frame_of: Path | None
     replace: bool
+    mapping: bool
 
 
 class MappingDevice(ModelDevice):
@@ -140,6 +143,7 @@ class MappingDevice(ModelDevice):
                     launch_arguments(self.context.loop.latched()),
                     self._frame_of(),
                     replace,
+                    self._is_mapping(),
                 )
                 self._disk.submit(self._save, request, newest)
             case do.SendMap(number):
@@ -151,12 +155,16 @@ class MappingDevice(ModelDevice):
         status = self.launch_status.last
         return Path(status.map_file) if status and status.map_file and not self._is_reset else None
 
+    def _is_mapping(self) -> bool:
+        status = self.launch_status.last
+        return status is not None and status.mapping
+
     def _request_drive(self) -> None:
         """Have the map recorder write the drive, or note that there is none."""
         while not self._written.empty():
             self._written.get()  # an answer that came too late for the map before
-        status = self.launch_status.last
-        if status is not None and status.mapping:
+        keeps = argument_values(self.context.loop.latched()).get("keep_map", True)
+        if keeps and self._is_mapping():
             self.write_map.publish(Empty())
         else:
             self._written.put("")
@@ -220,10 +228,7 @@ class MappingDevice(ModelDevice):
 
 def launch_arguments(latched: Iterable[Publication]) -> str:
     """Return the arguments of the present launch that another one on its map needs, with a space behind each."""
-    texts = [
-        one.message.data for one in latched if one.topic == LAUNCH_TOPIC and isinstance(one.message, String)
-    ]
-    args = Launch.from_json(texts[-1]).args if texts else {}
+    args = argument_values(latched)
     names = ["built" if args.get("built") else "world", "robot"]
     if args.get("port") != DEFAULT_PORT:
         names.append("port")
@@ -232,6 +237,14 @@ def launch_arguments(latched: Iterable[Publication]) -> str:
         for name in names
         if name in args
     )
+
+
+def argument_values(latched: Iterable[Publication]) -> dict[str, ArgValue]:
+    """Return the arguments of the present launch by name."""
+    texts = [
+        one.message.data for one in latched if one.topic == LAUNCH_TOPIC and isinstance(one.message, String)
+    ]
+    return Launch.from_json(texts[-1]).args if texts else {}
 
 
 def saved_map(request: SaveRequest, grid: Grid, drive: bytes = b"") -> str:
@@ -257,5 +270,6 @@ def saved_map(request: SaveRequest, grid: Grid, drive: bytes = b"") -> str:
         return str(error)
     except (StorageError, OSError) as error:
         return f"The map was not saved: {error}."
-    note = f" {OTHER_FRAME}" if foreign else ""
-    return f"{SAVED}{note} To use it: chefbot launch waiter {request.arguments}map_file:={path}"
+    notes = [OTHER_FRAME] * foreign + [NO_DRIVE] * (request.mapping and not drive)
+    use = f"To use it: chefbot launch waiter {request.arguments}map_file:={path}"
+    return " ".join([SAVED, *notes, use])

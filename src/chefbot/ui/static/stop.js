@@ -2,7 +2,8 @@
 
 const REPEAT = 250, ALARM = 300;          // milliseconds
 const TICK = 10;                         // milliseconds, while a press is not confirmed
-const REQUEST = 130;                     // milliseconds between requests of their own
+const UNANSWERED = 180;                  // milliseconds after which the connection may be dead
+const REQUEST = 130;                     // milliseconds between the requests that are made then
 const IN_FLIGHT = 6;                     // of these, that wait for an answer: as many connections as a browser opens to a host
 const STORAGE_KEY = "chefbot-stop";             // a reloaded page continues to send the press
 
@@ -70,8 +71,9 @@ export class StopPress {
   }
 
   tick() {
-    if (performance.now() - this.sent >= REPEAT) this.repeat();
-    if (this.alarmed && performance.now() - this.requested >= REQUEST) this.request();
+    const now = performance.now();
+    if (now - this.sent >= REPEAT) this.repeat();
+    if (now - this.since >= UNANSWERED && now - this.requested >= REQUEST) this.request();
     this.changed();
   }
 

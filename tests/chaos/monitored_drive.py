@@ -67,7 +67,7 @@ def request_of(fault: str, robot: Robot) -> str:
 def free_starts(world: str, robot: Robot, count: int, seed: int) -> list[SE2]:
     """Return random poses with a free gap of 5 cm around the robot."""
     loaded, rng = load_any_world(world, robot), np.random.default_rng(seed)
-    solids = list(loaded.static)
+    solids = list(loaded.shapes_at_rest())
     corners = np.array([[place.x, place.y] for place in loaded.places.values()])
     low, high = corners.min(0) - 2.0, corners.max(0) + 2.0
     found: list[SE2] = []

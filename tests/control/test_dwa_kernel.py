@@ -30,6 +30,8 @@ WEIGHTS = np.array(
 )
 NO_CORNERS = np.zeros((0, 2))
 """The footprint of a disc."""
+BODY_RADIUS = 0.2
+"""Of that disc, m."""
 NO_PEOPLE = NOBODY.states, (8.0, 6.0)
 """Nobody, and the distances of `person_cost`, in cells."""
 SAMPLES = np.array([[v, w] for v in (0.0, 0.2, 0.4) for w in np.linspace(-1.0, 1.0, 9)])
@@ -59,6 +61,7 @@ def scores_of(cells: np.ndarray, v: float = 0.4, y: float = 5.0) -> np.ndarray:
         (PARAMS.slowing, PARAMS.people_slowing),
         WEIGHTS,
         NO_CORNERS,
+        BODY_RADIUS,
         NOBODY.states,
         0.4,
     )

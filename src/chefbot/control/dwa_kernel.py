@@ -22,7 +22,7 @@ TIME_STEP = 0.075
 MIN_FORWARD_SPEED = 1e-3
 """Forward speed below which a trajectory rotates in place, m/s; a disc cannot collide by that."""
 MAX_APPROACH = 0.0125
-"""By how much a robot within the inscribed radius of an obstacle may come nearer to it as it leaves, m."""
+"""By how much a robot whose body touches the cell of an obstacle may come nearer to it as it leaves, m."""
 REACH = 30.0
 """Distance from the robot in which obstacles count for that, cells."""
 
@@ -224,6 +224,7 @@ def score_twists(
     slowing: tuple[float, float],
     weights: NDArray[np.float64],
     footprint: NDArray[np.float64],
+    body_radius: float,
     people: NDArray[np.float64],
     contact: float,
 ) -> NDArray[np.float64]:
@@ -231,16 +232,22 @@ def score_twists(
 
     pose, path, remaining: metres, relative to the origin of the costmap. twist: the present (v, w). accelerations:
     linear and angular. slowing: next to obstacles, and next to people, as fractions. weights: path, goal, heading,
-    obstacle, change, people. footprint: corners (n, 2), m. people: states (n, 7), in cells. contact: of bodies, m.
+    obstacle, change, people. footprint: corners (n, 2), m. body_radius: of the largest disc within it, m. people:
+    states (n, 7), in cells. contact: of bodies, m.
     A twist is admissible if the robot can stop, after one more period, before a collision; if it stands within the
-    inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone and comes no nearer to one.
+    inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone; its body then touches no cell of
+    an obstacle, or comes no nearer to one that it touches.
     """
     x, y, scores = pose[0] / resolution, pose[1] / resolution, np.full(twists.shape[0], math.inf)
     in_inscribed = cost_at(cells, x, y) >= INSCRIBED
     limit, corners = LETHAL if in_inscribed else INSCRIBED, footprint / resolution
     distances = contact / resolution, PROXIMITY / resolution
     touched = lethal_on_edges(cells, x, y, pose[2], corners)
-    clearance = lethal_distance(cells, x, y, REACH) - MAX_APPROACH / resolution if in_inscribed else 0.0
+    clearance = 0.0
+    if in_inscribed:
+        clearance = (
+            min(body_radius, lethal_distance(cells, x, y, REACH) * resolution - MAX_APPROACH) / resolution
+        )
     for i in range(twists.shape[0]):
         v, w = twists[i]
         # duration of the ramp from the present twist to the sampled one

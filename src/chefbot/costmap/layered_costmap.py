@@ -378,4 +378,5 @@ class LayeredCostmap:
         return MasterCostmap(self, layers, radius)
 
     def _costmap(self, cells: NDArray[np.uint8]) -> Costmap:
-        return Costmap(cells, self.resolution, self.origin_x, self.origin_y, self._footprint, self.lanes)
+        shape = self._footprint, self._robot.inscribed_radius
+        return Costmap(cells, self.resolution, self.origin_x, self.origin_y, *shape, self.lanes)

@@ -322,6 +322,14 @@ def test_release_names_the_press_that_it_releases() -> None:
 
 
 @pytest.mark.slow
+def test_a_release_without_a_stop_claims_none(capsys: pytest.CaptureFixture[str]) -> None:
+    with fake_robot() as robot:
+        robot.server.set_layer("stop", StopView())
+        assert release_stop(robot.url) == 0
+    assert capsys.readouterr().out.strip() == "No emergency stop is active."
+
+
+@pytest.mark.slow
 def test_a_refused_release_states_the_reason(capsys: pytest.CaptureFixture[str]) -> None:
     with fake_robot() as robot:
         robot.server.set_layer("stop", StopView(stopped=True, pressed="17"))

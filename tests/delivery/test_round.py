@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from tests.support.rounds import Waiter, errand
 
+from chefbot.delivery import status_messages
 from chefbot.delivery.round_outcome import ENDED_BY_PERSON, UNKNOWN_PLACE, OrderError, OrderOutcome
 from chefbot.msgs.chefbot_msgs import Order
 
@@ -102,6 +103,19 @@ def test_a_waiting_order_is_shortened_and_cancelled() -> None:
     assert [(order.id, order.places) for order in one.status.pending_orders] == [("order 1", ("table_3",))]
     assert waiter.outcomes == [OrderOutcome("order 2", (), ENDED_BY_PERSON, "The delivery was cancelled.")]
     assert waiter.now == ("waiting", "table_1", ""), "the round goes on"
+
+
+def test_a_cancelled_round_names_the_food_that_is_on_the_robot() -> None:
+    waiter = Waiter().at("table_1", ("table_1", "table_2"))
+    assert waiter.round.status.loaded
+    waiter.round.cancel()
+    assert waiter.round.status.description == f"{status_messages.CANCELLED} {status_messages.FOOD_LEFT}"
+    unloaded, served = Waiter(), Waiter().at("table_1", ("table_1",))
+    unloaded.round.order(Order(("table_1",), "a"))
+    served.round.taken()
+    for one in (unloaded, served):
+        one.round.cancel()
+        assert one.round.status.description == status_messages.CANCELLED
 
 
 def test_a_robot_held_for_a_cancelled_order_is_free_again() -> None:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+import msgspec
 import pytest
 from tests.support.web_ui import MAP_SHOWN, show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
@@ -98,6 +99,27 @@ def test_a_waiting_order_is_cancelled(page: Any, tab: Tab) -> None:
     tab.evaluate("new Promise((done) => setTimeout(done, 450))")
     key(tab, "Enter")
     assert page.next_command() == do.ChangeQueue([], "b")
+
+
+def test_all_orders_are_cancelled_after_a_question(page: Any, tab: Tab) -> None:
+    """A status that arrives meanwhile does not take the question away."""
+    view = DeliveryView(state="driving", place="table_1", round_active=True)
+    page.server.set_layer("delivery", view)
+    tab.wait_for("document.getElementById('cancel').textContent === 'Cancel the round and all orders'")
+    tab_to(tab, "document.getElementById('cancel')")
+    key(tab, "Enter")
+    page.server.set_layer("delivery", msgspec.structs.replace(view, queue=("table_2",)))
+    tab.wait_for("document.querySelectorAll('#queue li').length === 1")
+    assert (
+        tab.evaluate("document.activeElement.textContent") == "Cancel everything?" and page.commands.empty()
+    )
+    tab.evaluate("new Promise((done) => setTimeout(done, 450))")
+    key(tab, "Enter")
+    assert page.next_command() == do.Cancel()
+    page.server.set_layer("delivery", DeliveryView())
+    tab.wait_for("document.getElementById('cancel').textContent === 'Cancel the current task'")
+    key(tab, "Enter")
+    assert page.next_command() == do.Cancel(), "a single goal is cancelled at once"
 
 
 def test_a_goal_is_set_by_the_cursor_of_the_map(page: Any, tab: Tab) -> None:

@@ -190,6 +190,10 @@ def test_results_of_two_people_arrive_together(edited: Any) -> None:
         edited.server.set_layer("edits", (other, MapEditResult(saved.id, applied=True)))
         tab.wait_for(f"{text_of('edit-note')}.startsWith('Saved.')")
         assert tab.evaluate(text_of("undo-edit")) == "Undo: bar was added"
+        # a place that is called otherwise now is named as before
+        renamed = MapEditResult("r", applied=True, undoable=4, last_change="Table 2 was renamed 窗边 二")
+        edited.server.set_layer("edits", (renamed,))
+        tab.wait_for(f"{text_of('undo-edit')} === 'Undo: Table 2 was renamed 窗边 二'")
 
 
 @pytest.mark.slow

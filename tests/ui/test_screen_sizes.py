@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from tests.support.web_ui import show_a_room
@@ -15,6 +16,7 @@ pytestmark = [pytest.mark.slow, needs_chromium]
 SIZES = [(320, 640), (390, 844), (640, 320), (844, 390), (720, 450), (1440, 900)]
 """Widths and heights in pixels of the style sheet; 720 x 450 is a laptop's screen at a zoom of 200 %."""
 WARNINGS = tuple(f"Sensor {number}: it has sent nothing for {number} s." for number in range(1, 6))
+WAITS = DeliveryView(state="waiting", place="table_1", waits_for="taken", round_active=True, loaded=True)
 CAN_BE_PRESSED = """((id) => {
   const button = document.getElementById(id);
   button.scrollIntoView();
@@ -32,8 +34,7 @@ AREA_OF_MAP = """(() => {
 def waiting(page: Any) -> Any:
     """A robot that waits at a table, with more warnings than lines for them."""
     show_a_room(page.server)
-    waits = DeliveryView(state="waiting", place="table_1", waits_for="taken", round_active=True, loaded=True)
-    page.server.set_layer("delivery", waits)
+    page.server.set_layer("delivery", WAITS)
     page.server.set_layer("status", StatusView(phase="At table 1.", warnings=WARNINGS))
     return page
 
@@ -67,8 +68,7 @@ def test_loaded_is_in_view_above_many_tables(page: Any) -> None:
 
 def test_a_warning_does_not_move_the_buttons(page: Any) -> None:
     show_a_room(page.server)
-    waits = DeliveryView(state="waiting", place="table_1", waits_for="taken", round_active=True, loaded=True)
-    page.server.set_layer("delivery", waits)
+    page.server.set_layer("delivery", WAITS)
     tops = (
         """(() => ['taken', 'stop'].map((id) => document.getElementById(id).getBoundingClientRect().top))()"""
     )
@@ -129,6 +129,25 @@ def test_a_place_of_one_word_is_not_broken_on_any_screen(page: Any) -> None:
             tab.evaluate("document.getElementById('places').scrollIntoView()")
             long, short = tab.evaluate(heights)
             assert long == short, (width, height)
+
+
+def test_no_word_of_a_button_is_broken(waiting: Any) -> None:
+    """German words are long. A word is broken if it is on several lines."""
+    waiting.server.set_layer("delivery", msgspec.structs.replace(WAITS, choices=("kitchen",)))
+    broken = r"""[...document.querySelectorAll('#round .row button')].filter((button) => button.checkVisibility())
+      .flatMap((button) => [...button.textContent.matchAll(/\S+/g)].filter((word) => {
+        const range = document.createRange();
+        range.setStart(button.firstChild, word.index);
+        range.setEnd(button.firstChild, word.index + word[0].length);
+        return range.getClientRects().length > 1;
+      }).map(([word]) => word))"""
+    with open_tab(waiting.url, NO_GPU) as tab:
+        tab.evaluate("localStorage.setItem('chefbot-language', 'de'); location.reload()")
+        tab.wait_for("document.getElementById('taken').textContent === 'Entnommen'")
+        for width, height in SIZES:
+            tab.resize(width, height)
+            tab.wait_for("!document.getElementById('kitchen').hidden")
+            assert tab.evaluate(broken) == [], (width, height)
 
 
 def test_every_layer_can_be_chosen_on_every_screen(page: Any) -> None:

@@ -16,7 +16,7 @@ from chefbot.delivery import status_messages
 from chefbot.delivery.round_outcome import ENDED_BY_PERSON, NOT_REACHED, OrderError, OrderOutcome
 from chefbot.delivery.round_state import RoundState
 from chefbot.delivery.status_messages import IDLE_STATES, ROUND_STATES
-from chefbot.delivery.trays import loaded_first, on_board, take_from_tray, trip_is_over
+from chefbot.delivery.trays import has_food, loaded_first, on_board, take_from_tray, trip_is_over
 from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 
@@ -64,6 +64,8 @@ class DeliveryRound(RoundState):
         self._update_status(pending_orders=(), errands=(), hold_reason="")
         cancelled = status_messages.CANCELLED
         text = status_messages.CANCELLED_TOO.format(waiting_orders) if waiting_orders else cancelled
+        if has_food(previous):
+            text = f"{text} {status_messages.FOOD_LEFT}"
         self._set_standing("idle", text)
         if previous.state in ROUND_STATES:
             self._update_status(last_outcome=cancelled)

@@ -17,6 +17,7 @@ ORDER_KEPT = "The emergency stop is active. The order is kept; release STOP, the
 NOT_WHILE_STOPPED = "The emergency stop is active. Release STOP first."
 CANCELLED_TOO = "The delivery and all waiting orders ({}) were cancelled."
 ORDER_CANCELLED = "The order was cancelled."
+FOOD_LEFT = "There is still food on the robot."
 ORDER_ENDED = "This order has already ended or was cancelled."
 QUEUE_CHANGED = "The round has changed in the meantime; check it and try again."
 TOO_MANY_TO_SORT = (

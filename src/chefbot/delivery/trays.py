@@ -50,6 +50,12 @@ def on_board(status: DeliveryStatus, tables: Sequence[str]) -> tuple[str, ...]:
     return tuple((_food_for_queue(status) & Counter(tables)).elements())
 
 
+def has_food(status: DeliveryStatus) -> bool:
+    """Return whether food is on the robot: for the place that it serves now, for others, or what nobody took."""
+    serves = status.loaded and status.state in ("driving", "waiting")
+    return serves or bool(status.untaken or on_board(status, status.queue))
+
+
 def trip_is_over(status: DeliveryStatus) -> bool:
     """Return whether the robot has to load again before it can serve the tables that are left."""
     return bool(status.queue) and status.loaded and not carried(status, status.queue)

@@ -178,6 +178,9 @@ def release_stop(page: str) -> int:
         stop = robot.wait_for("stop", running_robot.RESPONSE_TIMEOUT)
         if stop is None:
             raise UserError(f"the robot at {robot.url} does not report the state of its emergency stop")
+        if not (stop["stopped"] or stop["requested"]):
+            console.print("No emergency stop is active.")
+            return 0
         robot.send(ReleaseStop(stop["pressed"]))
         released = _await_stop(robot, lambda stop: not stop["stopped"])
         reason = (robot.latest.get("status") or {}).get("reason", "")

@@ -35,6 +35,13 @@ export function setLabels(value) {
   labelled = known.length ? new RegExp(`\\b(?:${known.join("|")})\\b`, "gi") : null;
 }
 
+// A sentence about places as they were called when it was written.
+export function translatedAsWritten(text) {
+  const present = [labels, labelled];
+  [labels, labelled] = [{}, null];
+  try { return translated(text); } finally { [labels, labelled] = present; }
+}
+
 // A text with the labels of the places that it names; a sentence of the catalogue takes them as its parts.
 function relabelled(text) { return labelled && text ? text.replace(labelled, (name) => labels[key(name)]) : text; }
 function label(name) { return Object.hasOwn(labels, key(name)) ? labels[key(name)] : null; }

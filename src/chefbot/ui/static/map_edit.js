@@ -1,6 +1,6 @@
 // Places and zones of the map, changed by pressing on it: a form for the one that is selected, and the robot's answer.
 import { COLOURS } from "./colours.js";
-import { title, tr, translated } from "./language.js";
+import { title, tr, translated, translatedAsWritten } from "./language.js";
 import { arrow } from "./layers.js";
 import { MapDrawing } from "./map_drawing.js";
 import { Mapping } from "./mapping.js";
@@ -221,7 +221,7 @@ export class MapEdit {
 
   showUndo({ undoable, last_change: change, last_edited_by: person }) {
     $("undo-edit").disabled = !undoable;
-    const values = { change: translated(change), person };
+    const read = change.includes(" was renamed ") ? translatedAsWritten : translated, values = { change: read(change), person };
     $("undo-edit").textContent = !change ? tr("Undo the last change") : person ? tr("Undo: {change} ({person})", values) : tr("Undo: {change}", values);
   }
 

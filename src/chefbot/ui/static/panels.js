@@ -25,7 +25,6 @@ export class Panels {
   }
 
   wire() {
-    $("cancel").onclick = () => this.send({ do: "cancel" });
     $("deliver").onclick = () => this.deliver();
     $("patrol").onclick = () => this.send({ do: "patrol", places: this.chosen, rounds: 0 }) && this.choose([]);
     $("is-at").onchange = () => this.standsAt($("is-at").value);

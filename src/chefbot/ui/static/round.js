@@ -20,6 +20,8 @@ export class RoundCard {
     }
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).onclick = () => send({ do: "choose", choice });
     $("again").onclick = () => send({ do: "deliver", tables: this.value.unserved });
+    const cancel = () => send({ do: "cancel" }), cancelAll = confirmed(tr("Cancel everything?"), cancel, () => this.show(this.value));
+    $("cancel").onclick = () => (this.several ? cancelAll($("cancel")) : cancel());
     $("shortest").onclick = () => send({ do: "shortest_order", order: this.value.order_id });
     for (const when of ["now", "after", "instead"]) $(`when_${when}`).onclick = () => this.answer(when);
     $("when_not").onclick = () => this.answer("");
@@ -41,8 +43,9 @@ export class RoundCard {
     $("go_on").classList.toggle("primary", !again);
     text("go_on", again ? tr("Drive to {place} again", { place: next }) : value?.place ? tr("Go on to {place}", { place: next }) : tr("Start with {place}", { place: next }));
     text("end", value?.round_active ? tr("End the round") : tr("Cancel the next order"));
-    const several = value?.round_active || (value?.orders ?? []).length;
-    text("cancel", several ? tr("Cancel the round and all orders") : tr("Cancel the current task"));
+    this.several = value?.round_active || (value?.orders ?? []).length > 0;
+    const question = $("cancel").classList.contains("question");
+    if (!question) text("cancel", this.several ? tr("Cancel the round and all orders") : tr("Cancel the current task"));
     $("again").hidden = !value?.unserved.length;
     text("again", tr("Order {places} again", { places: names(value?.unserved) }));
     this.showQueue(value?.queue ?? []);
@@ -205,7 +208,7 @@ function chip(sign, label, action) {
 }
 
 // What takes food away from somebody needs a second tap on the question that the first one shows.
-function confirmed(question, action) {
+function confirmed(question, action, ended = () => {}) {
   let shown = null;
   return (button) => {
     if (shown !== null) {
@@ -220,7 +223,7 @@ function confirmed(question, action) {
       button.classList.toggle("question", shown !== null);
     };
     shown = performance.now();
-    show(question, `${label}. ${question}`);
-    setTimeout(() => { shown = null; show(sign, label); }, DOUBT);
+    show(question, `${label ?? sign}. ${question}`);
+    setTimeout(() => { shown = null; show(sign, label); ended(); }, DOUBT);
   };
 }
